@@ -1,6 +1,7 @@
 //! `stickslip plot`.
 
 use super::arguments::{Common, Format, PlotOptions};
+use super::compare::columns;
 use super::input::bad_file;
 use super::plot_studies::{self, Drawn, Kind};
 use super::{CommandError, End, complain, print, print_json, tell, terminal};
@@ -198,13 +199,7 @@ fn beside(options: &PlotOptions, candidate: &Path, common: &Common) -> Result<En
     let run = Run::open(file).map_err(bad)?;
     let of_comparison = |error: CompareError| bad(error.into());
     let reference = Reference::open(file).map_err(of_comparison)?;
-    let mut mapping = match &options.map {
-        Some(path) => reference.mapping().with_file(path).map_err(of_comparison)?,
-        None => reference.mapping(),
-    };
-    for column in &options.columns {
-        mapping.add_option(column).map_err(of_comparison)?;
-    }
+    let mapping = columns(&reference, options.map.as_deref(), &options.columns).map_err(of_comparison)?;
     let beside = Beside {
         reference: &reference,
         run: &run,

@@ -253,12 +253,14 @@ pub(super) fn compose(parts: Parts<'_>) -> Comparison {
 /// What a comparison does not have, and why.
 fn absent(parts: &Parts<'_>) -> Vec<Absent> {
     let mut found = Vec::new();
-    let mut add = |what: &'static str, why: String| found.push(Absent { what, why });
+    let mut add = |what: &'static str, why: &str| {
+        let why = why.to_owned();
+        found.push(Absent { what, why });
+    };
     if parts.attractors.is_some_and(|[reference, _]| reference.is_some()) {
         add(
             "final_stick",
-            "a motion in cycles has no last stick: period, sticks in a period and amplitude are compared instead"
-                .to_owned(),
+            "a motion in cycles has no last stick: period, sticks in a period and amplitude are compared instead",
         );
     }
     if let Some([reference, candidate]) = &parts.attractors {
@@ -266,22 +268,22 @@ fn absent(parts: &Parts<'_>) -> Vec<Absent> {
             (Some(_), Some(candidate)) if candidate.amplitude.is_none() => {
                 add(
                     "amplitude",
-                    "the candidate has no column of the position over its last period".to_owned(),
+                    "the candidate has no column of the position over its last period",
                 );
             }
             (Some(_), None) => add(
                 "attractor of the candidate",
-                "its last two periods do not agree to 1e-4, or are not in what it covers".to_owned(),
+                "its last two periods do not agree to 1e-4, or are not in what it covers",
             ),
             (None, _) => add(
                 "attractor of the reference",
-                "its run does not repeat itself by the end, or was not run to it".to_owned(),
+                "its run does not repeat itself by the end, or was not run to it",
             ),
             _ => {}
         }
     }
     match parts.states {
-        None => add("states", "the candidate is a table of events".to_owned()),
+        None => add("states", "the candidate is a table of events"),
         Some(states) if states.energy.is_none() => {
             let lacking = parts.reference.physics().state.iter();
             let lacking: Vec<_> = lacking
@@ -293,7 +295,7 @@ fn absent(parts: &Parts<'_>) -> Vec<Absent> {
             } else {
                 format!("the candidate has no {}", lacking.join(", "))
             };
-            add("energy_drift", why);
+            add("energy_drift", &why);
         }
         Some(_) => {}
     }

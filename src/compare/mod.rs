@@ -61,7 +61,7 @@ pub use vocabulary::Vocabulary;
 use crate::case::{AnyCase, CaseRef, CaseSource, WrittenCase};
 use crate::record::sequence::{Alignment, SequenceEvent};
 use crate::record::{Event, EventKind};
-use crate::results::{ResultFile, open_sound};
+use crate::results::{ResultError, ResultFile, open_sound};
 use candidate::Block;
 use case_differences::case_differences;
 use creep::{Creep, CreepPass};
@@ -73,7 +73,7 @@ use event_errors::EventErrors;
 use impulse::ImpulsePass;
 use parameters::{Found as Explained, JumpPass, Material, Start, StretchPass, other_kick, other_parameters};
 use range::Range;
-use reference::{Physics, Rerun, states_at_events};
+use reference::{BeforeAndAfter, Physics, Rerun, states_at_events};
 use states::{Grid, Probe, StatePass, Tally};
 use std::path::Path;
 use torques::TorqueWatch;
@@ -458,12 +458,9 @@ impl Reference {
         }
         let kick = match kick {
             None => None,
-            Some(kick) => {
-                let states = states_at_events(&self.file, &physics.course, &self.events)?;
-                let mut of_kick = self.events.iter().zip(states).filter(|(event, _)| *event == kick);
-                of_kick.next().map(|(event, states)| (event.time, states))
-            }
+            Some(kick) => self.kicks()?.into_iter().find(|(event, _)| *event == kick),
         };
+        let kick = kick.map(|(event, states)| (event.time, states));
         let jumped = passes.as_ref().and_then(|passes| passes.jump.finish());
         let first = passes.as_ref().and_then(|passes| passes.jump.first());
         let from = if candidate.has_rows() {
@@ -814,18 +811,22 @@ impl Reference {
         Some((position, (from, from + attractor.period)))
     }
 
+    /// Every kick, with the states before and after it.
+    fn kicks(&self) -> Result<Vec<(&Event, BeforeAndAfter)>, ResultError> {
+        let states = states_at_events(&self.file, &self.physics.course, &self.events)?;
+        let kicks = self.events.iter().zip(states);
+        Ok(kicks.filter(|(event, _)| event.kind == EventKind::Kick).collect())
+    }
+
     /// Time (s) and work (J) of each kick.
-    ///
-    /// # Errors
-    /// Of the file.
-    fn kick_works(&self) -> Result<Vec<(f64, f64)>, CompareError> {
-        let is_kick = |event: &&Event| event.kind == EventKind::Kick;
+    fn kick_works(&self) -> Result<Vec<(f64, f64)>, ResultError> {
         let physics = &self.physics;
-        let states = states_at_events(&self.file, &physics.course, &self.events)?;
         let kinetic = |t: f64, y: &[f64]| physics.system().kinetic_energy(&physics.course.driving(t), y);
-        let kicks = self.events.iter().zip(&states).filter(|(e, _)| is_kick(e));
-        Ok(kicks
-            .map(|(e, (before, after))| (e.time, kinetic(e.time, after) - kinetic(e.time, before)))
+        let work = |(e, (before, after)): (&Event, BeforeAndAfter)| kinetic(e.time, &after) - kinetic(e.time, &before);
+        Ok(self
+            .kicks()?
+            .into_iter()
+            .map(|kick| (kick.0.time, work(kick)))
             .collect())
     }
 }

@@ -161,33 +161,27 @@ pub fn run(
     else {
         return Ok(None);
     };
-    let uncertainty = uncertainty(&reference);
-    let mut measurements = Vec::with_capacity(study.runs.len());
+    let mut result = StudyResult {
+        uncertainty: uncertainty(&reference),
+        reference,
+        measurements: Vec::with_capacity(study.runs.len()),
+        interrupted: false,
+    };
     for (method, knob, case) in &study.runs {
         let progress = StudyProgress {
             done,
             of,
             method: *method,
         };
-        let Some(measurement) = measure(*method, *knob, case, &reference, study.repeat, &mut || {
-            control(progress)
-        }) else {
-            return Ok(Some(StudyResult {
-                reference,
-                uncertainty,
-                measurements,
-                interrupted: true,
-            }));
+        let control = &mut || control(progress);
+        let Some(measurement) = measure(*method, *knob, case, &result.reference, study.repeat, control) else {
+            result.interrupted = true;
+            break;
         };
-        measurements.push(measurement);
+        result.measurements.push(measurement);
         done += 1;
     }
-    Ok(Some(StudyResult {
-        reference,
-        uncertainty,
-        measurements,
-        interrupted: false,
-    }))
+    Ok(Some(result))
 }
 
 type Sequence = Vec<(EventKind, f64)>;

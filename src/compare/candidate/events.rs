@@ -3,7 +3,7 @@
 use super::super::resolution::Rounding;
 use super::super::{CompareError, Found};
 use super::csv::CsvTable;
-use super::mapping::{Mapping, known_kind};
+use super::mapping::{Column, Mapping, known_kind};
 use super::source::Source;
 use super::table::Table;
 use super::{hdf5_or_npz, unit_factor};
@@ -82,12 +82,11 @@ fn open(path: &Path) -> Result<Box<dyn Table>, CompareError> {
 
 fn read(table: &dyn Table, mapping: &Mapping, alone: bool) -> Result<Read, CompareError> {
     let choices = if alone { 4 } else { 2 };
-    let name = |mapped: Option<&str>, names: &[&str; 4], what: &str, has: &dyn Fn(&str) -> bool| match mapped {
-        Some(name) => Ok(name.to_owned()),
-        None => names[..choices]
-            .iter()
-            .find(|name| has(name))
-            .map(|name| (*name).to_owned())
+    let name = |mapped: &Option<Column>, names: &[&str; 4], what: &str, has: &dyn Fn(&str) -> bool| {
+        let mapped = mapped.as_ref().map(|column| column.name.clone());
+        let known = || names[..choices].iter().find(|name| has(name));
+        mapped
+            .or_else(|| known().map(|name| (*name).to_owned()))
             .ok_or_else(|| {
                 let remedy = format!("name it with --column events.{what}=NAME or in a mapping");
                 CompareError::whole(
@@ -95,20 +94,10 @@ fn read(table: &dyn Table, mapping: &Mapping, alone: bool) -> Result<Read, Compa
                     format!("has no column with the {what}s of events"),
                     remedy,
                 )
-            }),
+            })
     };
-    let time = name(
-        mapping.event_time.as_ref().map(|c| c.name.as_str()),
-        &TIMES,
-        "time",
-        &|name| table.has(name),
-    )?;
-    let kind = name(
-        mapping.event_kind.as_ref().map(|c| c.name.as_str()),
-        &KINDS,
-        "kind",
-        &|name| table.has_texts(name),
-    )?;
+    let time = name(&mapping.event_time, &TIMES, "time", &|name| table.has(name))?;
+    let kind = name(&mapping.event_kind, &KINDS, "kind", &|name| table.has_texts(name))?;
     let mapped = mapping
         .event_time
         .as_ref()

@@ -2,7 +2,7 @@
 
 use super::super::CompareError;
 use super::source::{Place, Source};
-use super::table::{BLOCK, Pass, Slice, Table};
+use super::table::{BLOCK, Pass, Slice, Table, of_one_length};
 use crate::quote::shown;
 use npyz::{DType, Endianness, NpyHeader, Order, TypeChar};
 use std::io::{Read, Seek, SeekFrom};
@@ -279,15 +279,7 @@ impl Table for NpzTable {
             .map(|name| self.column(name))
             .collect::<Result<Vec<_>, _>>()?;
         for pair in columns.windows(2) {
-            if pair[0].left != pair[1].left {
-                let what = format!("has {} rows, but {} has {}", pair[1].left, pair[0].name, pair[0].left);
-                return Err(CompareError::content(
-                    &self.path,
-                    pair[1].name.as_str(),
-                    what,
-                    "columns are of one length",
-                ));
-            }
+            of_one_length(&self.path, &pair[1].name, pair[1].left, (&pair[0].name, pair[0].left))?;
         }
         Ok(Box::new(NpzPass { columns }))
     }

@@ -69,6 +69,18 @@ pub trait Table: std::fmt::Debug {
     }
 }
 
+/// That a column has as many rows as another one before it.
+///
+/// # Errors
+/// It has not.
+pub(super) fn of_one_length(path: &Path, name: &str, rows: usize, other: (&str, usize)) -> Result<(), CompareError> {
+    if rows == other.1 {
+        return Ok(());
+    }
+    let what = format!("has {rows} rows, but {} has {}", other.0, other.1);
+    Err(CompareError::content(path, name, what, "columns are of one length"))
+}
+
 /// A pass over some columns of a table.
 pub trait Pass {
     /// Replaces `columns` by the next rows, up to `BLOCK` of them, as many of each; none at the end.
