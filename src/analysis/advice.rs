@@ -140,7 +140,8 @@ pub fn shortfall<'a>(
     Some(format!("{asked}, and {others}{remedy}"))
 }
 
-fn capitalised(text: &str) -> String {
+/// With a capital letter first.
+pub(crate) fn capitalised(text: &str) -> String {
     let mut letters = text.chars();
     let first = letters.next().map(char::to_uppercase).into_iter().flatten();
     first.chain(letters).collect()

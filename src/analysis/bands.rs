@@ -68,7 +68,7 @@ impl Stretch {
 }
 
 /// How far a channel of the trajectory can be off.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, serde::Serialize)]
 pub struct ChannelBand {
     /// Of the channel.
     pub name: String,

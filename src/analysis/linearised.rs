@@ -6,7 +6,7 @@
 
 use crate::case::{CaseNumber, CaseRef, WrittenCase};
 use crate::model::Mode;
-use crate::record::{Event, EventKind, Recorder, RecorderError, Sample, Segment};
+use crate::record::{Event, EventKind, Recorder, RecorderError};
 use crate::simulation::trains::{Excitation, MovedCases, MovedTrains, variation};
 use crate::simulation::{Method, OutputOptions, RunFailure, SolverOptions};
 use std::ops::ControlFlow;
@@ -93,16 +93,8 @@ impl Recorder for Times {
         false
     }
 
-    fn sample(&mut self, _: &Sample) -> Result<(), RecorderError> {
-        Ok(())
-    }
-
     fn event(&mut self, event: &Event) -> Result<(), RecorderError> {
         self.0.push((event.time, event.kind, event.mode_after));
-        Ok(())
-    }
-
-    fn segment(&mut self, _: &Segment) -> Result<(), RecorderError> {
         Ok(())
     }
 

@@ -108,28 +108,28 @@ pub enum Affected {
 impl Affected {
     /// The name in result files and reports.
     pub fn name(self) -> &'static str {
-        match self {
-            Affected::FinalStick => "final-stick",
-            Affected::AttractorPeriod => "attractor-period",
-            Affected::LastEvent => "last-event",
-        }
+        self.texts().0
     }
 
     /// In words, with its article.
     pub fn words(self) -> &'static str {
-        match self {
-            Affected::FinalStick => "the final stick",
-            Affected::AttractorPeriod => "the period of the attractor",
-            Affected::LastEvent => "the last event",
-        }
+        self.texts().1
     }
 
     /// What a positive shift of it says.
     pub fn shift(self) -> &'static str {
+        self.texts().2
+    }
+
+    fn texts(self) -> (&'static str, &'static str, &'static str) {
         match self {
-            Affected::FinalStick => "how much later the final stick is",
-            Affected::AttractorPeriod => "how much longer the period of the attractor is",
-            Affected::LastEvent => "how much later the last event is",
+            Affected::FinalStick => ("final-stick", "the final stick", "how much later the final stick is"),
+            Affected::AttractorPeriod => (
+                "attractor-period",
+                "the period of the attractor",
+                "how much longer the period of the attractor is",
+            ),
+            Affected::LastEvent => ("last-event", "the last event", "how much later the last event is"),
         }
     }
 

@@ -36,7 +36,7 @@ impl Verdict {
     }
 }
 
-/// An event of the certified result.
+/// An event of the certified result. In JSON a number that is not finite is null.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct CertifiedEvent {
     /// s.
@@ -46,12 +46,10 @@ pub struct CertifiedEvent {
     /// What can be said of it.
     pub verdict: Verdict,
     /// How far from the exact solution of the stated model it can be, s; infinite unless it is converged.
-    #[serde(serialize_with = "finite_or_null")]
     pub uncertainty: f64,
     /// What the ladder of methods alone says of it; the same as `verdict` unless the oracle has spoken.
     pub ladder_verdict: Verdict,
     /// The uncertainty by the ladder alone, s; infinite unless it is converged there.
-    #[serde(serialize_with = "finite_or_null")]
     pub ladder_uncertainty: f64,
     /// Its distance from the oracle's event, own less exact, s; `None` without one.
     pub true_error: Option<f64>,
@@ -59,17 +57,9 @@ pub struct CertifiedEvent {
     pub exact: Option<String>,
     /// What double precision can hold: the rounding of the case's numbers and of the state and the clock at every event
     /// before, amplified since, s; NaN where that is not known.
-    #[serde(serialize_with = "finite_or_null")]
     pub rounding: f64,
     /// e-folds by which a deviation has grown from the loss of stability to just behind the event.
     pub growth: Option<f64>,
-}
-
-fn finite_or_null<S: serde::Serializer>(x: &f64, serializer: S) -> Result<S::Ok, S::Error> {
-    match x.is_finite() {
-        true => serializer.serialize_some(x),
-        false => serializer.serialize_none(),
-    }
 }
 
 impl CertifiedEvent {

@@ -8,6 +8,7 @@ use crate::export;
 use crate::provenance;
 use crate::simulation::Method;
 use crate::sweep::Shard;
+use clap::builder::PossibleValue;
 use clap::{ArgAction, Args, CommandFactory, FromArgMatches, Parser, Subcommand, ValueEnum};
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
@@ -333,44 +334,26 @@ pub(super) struct InspectOptions {
     pub file: PathBuf,
 }
 
-/// Format of an exported table.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
-pub(super) enum TableFormat {
-    Csv,
-    Npz,
-    Mat,
-    Parquet,
-}
+impl ValueEnum for export::Format {
+    fn value_variants<'a>() -> &'a [Self] {
+        &Self::ALL
+    }
 
-impl From<TableFormat> for export::Format {
-    fn from(format: TableFormat) -> export::Format {
-        match format {
-            TableFormat::Csv => export::Format::Csv,
-            TableFormat::Npz => export::Format::Npz,
-            TableFormat::Mat => export::Format::Mat,
-            TableFormat::Parquet => export::Format::Parquet,
-        }
+    fn to_possible_value(&self) -> Option<PossibleValue> {
+        Some(PossibleValue::new(self.name()))
     }
 }
 
-/// Table of a result file.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
-pub(super) enum TableName {
-    Trajectory,
-    Events,
-    Segments,
-    #[value(name = "stick_slip", alias = "stick-slip")]
-    StickSlip,
-}
+impl ValueEnum for export::Which {
+    fn value_variants<'a>() -> &'a [Self] {
+        use export::Which::{Events, Segments, StickSlip, Trajectory};
+        &[Trajectory, Events, Segments, StickSlip]
+    }
 
-impl From<TableName> for export::Which {
-    fn from(table: TableName) -> export::Which {
-        match table {
-            TableName::Trajectory => export::Which::Trajectory,
-            TableName::Events => export::Which::Events,
-            TableName::Segments => export::Which::Segments,
-            TableName::StickSlip => export::Which::StickSlip,
-        }
+    fn to_possible_value(&self) -> Option<PossibleValue> {
+        let value = PossibleValue::new(self.name());
+        let is_joined = *self == export::Which::StickSlip;
+        Some(if is_joined { value.alias("stick-slip") } else { value })
     }
 }
 
@@ -390,10 +373,10 @@ pub(super) struct ExportOptions {
         hide_possible_values = true,
         conflicts_with = "benchmark"
     )]
-    pub format: Option<TableFormat>,
+    pub format: Option<export::Format>,
     /// trajectory, events, segments or stick_slip.
-    #[arg(long, value_enum, value_name = "TABLE", default_value_t = TableName::Trajectory, hide_possible_values = true, hide_default_value = true, conflicts_with = "benchmark")]
-    pub table: TableName,
+    #[arg(long, value_enum, value_name = "TABLE", default_value_t = export::Which::Trajectory, hide_possible_values = true, hide_default_value = true, conflicts_with = "benchmark")]
+    pub table: export::Which,
     /// Only these columns, such as phi1,normal_force.
     #[arg(long, value_name = "A,B", value_delimiter = ',', conflicts_with = "benchmark", add = channels())]
     pub channels: Vec<String>,

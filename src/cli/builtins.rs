@@ -4,7 +4,7 @@ use super::CommandError;
 use super::input::bad_case;
 use crate::analysis::work_precision;
 use crate::calibrate::{CALIBRATIONS, CalibrationStudy};
-use crate::case::{AnyCase, CaseSource, builtin};
+use crate::case::{AnyCase, CaseRef, CaseSource, builtin};
 use crate::sweep::{STUDIES, Study, StudySource};
 use serde::Serialize;
 
@@ -22,44 +22,32 @@ pub(super) struct Listed {
 /// Every one of them: cases, then studies.
 pub(super) fn listed() -> Result<Vec<Listed>, CommandError> {
     let mut listed = Vec::new();
-    for case in builtin::all() {
-        let source = CaseSource::built_in(case.name).map_err(bad_case)?;
-        let title = match AnyCase::read(&source, &[]).map_err(bad_case)? {
-            AnyCase::Brake(case) => case.title,
-            AnyCase::Trains(case) => case.title,
-        };
+    let mut add = |name, kind, command, title| {
         listed.push(Listed {
-            name: case.name,
-            kind: "case",
-            command: "run",
+            name,
+            kind,
+            command,
             title,
         });
+    };
+    for case in builtin::all() {
+        let source = CaseSource::built_in(case.name).map_err(bad_case)?;
+        let read = AnyCase::read(&source, &[]).map_err(bad_case)?;
+        add(case.name, "case", "run", CaseRef::from(&read).title().to_owned());
     }
     for study in STUDIES {
         let source = StudySource::built_in(study.name).map_err(bad_case)?;
-        listed.push(Listed {
-            name: study.name,
-            kind: "study",
-            command: "sweep",
-            title: Study::parse(source, &[]).map_err(bad_case)?.title,
-        });
+        let title = Study::parse(source, &[]).map_err(bad_case)?.title;
+        add(study.name, "study", "sweep", title);
     }
     for study in CALIBRATIONS {
         let source = CalibrationStudy::built_in(study.name).map_err(bad_case)?;
-        listed.push(Listed {
-            name: study.name,
-            kind: "study",
-            command: "calibrate",
-            title: CalibrationStudy::parse(source, &[]).map_err(bad_case)?.runs.title,
-        });
+        let title = CalibrationStudy::parse(source, &[]).map_err(bad_case)?.runs.title;
+        add(study.name, "study", "calibrate", title);
     }
     for study in work_precision::STUDIES {
-        listed.push(Listed {
-            name: study.name,
-            kind: "study",
-            command: "work-precision",
-            title: work_precision::Study::find(study.name).map_err(bad_case)?.title,
-        });
+        let title = work_precision::Study::find(study.name).map_err(bad_case)?.title;
+        add(study.name, "study", "work-precision", title);
     }
     Ok(listed)
 }

@@ -1,19 +1,19 @@
 //! `stickslip calibrate`.
 
 use super::arguments::{CalibrateOptions, Common};
-use super::input::{bad_case, bad_file, interrupt_flag, looks_like_a_path, overrides};
+use super::input::{bad_case, bad_file, interrupt_flag, overrides, overwrite, study_source};
 use super::plot::bad;
-use super::progress::CountBar;
-use super::terminal::{align_right, show, table};
-use super::{CommandError, End, complain, print, print_json};
+use super::progress::Bar;
+use super::terminal::lines;
+use super::{CommandError, End, complain, tell};
 use crate::calibrate::{
-    Calibration, CalibrationError, CalibrationStudy, Determined, Role, calibrate as find, write_file,
+    Calibration, CalibrationError, CalibrationStudy, Determined, Role, Target, TargetResult, calibrate as find,
+    write_file,
 };
 use crate::case::CaseError;
 use crate::plot::target::{self, Product};
+use crate::results::Reservation;
 use crate::results::disk::same_file;
-use crate::results::{Overwrite, Reservation};
-use crate::sweep::StudySource;
 use serde::Serialize;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
@@ -95,19 +95,14 @@ pub(super) fn calibrate(options: &CalibrateOptions, common: &Common) -> Result<E
         .output
         .clone()
         .unwrap_or_else(|| PathBuf::from(format!("{name}.h5")));
-    let overwrite = if options.force {
-        Overwrite::Force
-    } else {
-        Overwrite::OwnResults
-    };
     // Before a file is there: from then on an interruption ends the calibration in good order.
     let stop = interrupt_flag()?;
-    let place = Reservation::take(&path, overwrite, &study.runs.files).map_err(bad_file)?;
+    let place = Reservation::take(&path, overwrite(options.force), &study.runs.files).map_err(bad_file)?;
     if let Some(case) = &options.case {
         check_case_target(case, &path, &study, options.force)?;
     }
     let jobs = options.jobs.unwrap_or_else(crate::workers::processors);
-    let bar = CountBar::new(common, "done");
+    let bar = Bar::new(common);
     let clock = Instant::now();
     let result = find(
         &study,
@@ -115,7 +110,7 @@ pub(super) fn calibrate(options: &CalibrateOptions, common: &Common) -> Result<E
             workers: jobs,
             stop: &stop,
         },
-        &mut |progress| bar.show(progress.done, progress.total, progress.stage),
+        &mut |progress| bar.count(progress.done, progress.total, "done", progress.stage),
     );
     bar.finish();
     let wall_time = clock.elapsed().as_secs_f64();
@@ -131,11 +126,11 @@ pub(super) fn calibrate(options: &CalibrateOptions, common: &Common) -> Result<E
     if let Some(case) = &options.case {
         write_case(case, &study, &calibration)?;
     }
-    if common.json {
-        print_json(&document(&study, &calibration, options, &file, jobs, wall_time))?;
-    } else if !common.quiet {
-        print(&text_report(&study, &calibration, options, &file, wall_time))?;
-    }
+    tell(
+        common,
+        || document(&study, &calibration, options, &file, jobs, wall_time),
+        || text_report(&study, &calibration, options, &file, wall_time),
+    )?;
     if calibration.interrupted {
         if !common.quiet {
             complain(&format!(
@@ -150,12 +145,7 @@ pub(super) fn calibrate(options: &CalibrateOptions, common: &Common) -> Result<E
 }
 
 fn read_study(options: &CalibrateOptions) -> Result<CalibrationStudy, CaseError> {
-    let path = Path::new(&options.study);
-    let source = if path.exists() || looks_like_a_path(&options.study) {
-        StudySource::file(path)?
-    } else {
-        CalibrationStudy::built_in(&options.study)?
-    };
+    let source = study_source(&options.study, CalibrationStudy::built_in)?;
     let overrides = overrides(&options.budget.over(&options.set), options.method.as_deref())?;
     CalibrationStudy::parse(source, &overrides)
 }
@@ -297,33 +287,32 @@ fn text_report(
 }
 
 fn parameter_table(study: &CalibrationStudy, calibration: &Calibration) -> String {
-    let mut parameters = table(&["parameter", "optimum", "least", "largest", "unit", ""]);
-    for (k, axis) in study.runs.axes.iter().enumerate() {
+    let row = |k: usize| {
+        let axis = &study.runs.axes[k];
         let interval = calibration.intervals.get(k);
         let number = |value: Option<f64>| value.map_or_else(String::new, six_digits);
-        parameters.add_row([
+        vec![
             axis.keys[0].clone(),
             six_digits(calibration.parameters[k]),
             number(interval.map(|interval| interval.least)),
             number(interval.map(|interval| interval.largest)),
             axis.unit.unwrap_or("1").to_owned(),
             interval.map_or_else(String::new, |interval| interval.determined.name().to_owned()),
-        ]);
-    }
-    align_right(&mut parameters, 1..4);
-    show(&parameters)
+        ]
+    };
+    let header = ["parameter", "optimum", "least", "largest", "unit", ""];
+    lines(&header, (0..study.runs.axes.len()).map(row), 1..4)
 }
 
 fn target_table(study: &CalibrationStudy, calibration: &Calibration) -> String {
-    let mut targets = table(&["target", "measured", "+-", "here", "unit", "residual", ""]);
-    for (target, result) in study.targets.iter().zip(&calibration.targets) {
+    let row = |(target, result): (&Target, &TargetResult)| {
         // To a hundredth of the interval, so that the residual can be read off; as many digits for each.
         let places = (2.0 - target.half_width.log10().floor()).clamp(0.0, 12.0) as usize;
         let number = |value: f64| match value.is_finite() {
             true => format!("{value:.places$}"),
             false => "none".to_owned(),
         };
-        targets.add_row([
+        vec![
             target.name().to_owned(),
             number(target.value),
             number(target.half_width),
@@ -334,10 +323,11 @@ fn target_table(study: &CalibrationStudy, calibration: &Calibration) -> String {
                 false => "none".to_owned(),
             },
             result.role.name().to_owned(),
-        ]);
-    }
-    align_right(&mut targets, [1, 2, 3, 5]);
-    show(&targets)
+        ]
+    };
+    let rows = study.targets.iter().zip(&calibration.targets).map(row);
+    let header = ["target", "measured", "+-", "here", "unit", "residual", ""];
+    lines(&header, rows, [1, 2, 3, 5])
 }
 
 /// What the numbers say, in sentences.

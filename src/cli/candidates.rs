@@ -82,18 +82,18 @@ pub(super) fn methods() -> ArgValueCandidates {
 /// Keys of a case, each with the sign that its value follows; of an array its first element.
 pub(super) fn keys() -> ArgValueCandidates {
     ArgValueCandidates::new(|| {
-        let of_brakes = schema::keys().iter().map(|key| (key.path, key.description));
-        let of_trains = train_keys().iter().map(|key| (key.path, key.description));
+        let of_short_form = schema::keys().iter().map(|key| (key.path, key.description));
+        let of_general_form = train_keys().iter().map(|key| (key.path, key.description));
         let mut seen = std::collections::HashSet::new();
-        of_brakes
-            .chain(of_trains)
+        of_short_form
+            .chain(of_general_form)
             .filter(|key| seen.insert(key.0))
             .map(|(path, description)| candidate(&(path.replace("[]", ".0") + "="), description))
             .collect()
     })
 }
 
-/// Channels of a brake's trajectory.
+/// Channels that every trajectory has.
 pub(super) fn channels() -> ArgValueCandidates {
     ArgValueCandidates::new(|| {
         let tables = columns_of::tables();

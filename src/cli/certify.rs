@@ -1,10 +1,10 @@
 //! `stickslip certify`.
 
 use super::arguments::{CertifyOptions, Common, DPI, Format};
-use super::input::{Given, Scratch, bad_case, bad_file, interrupt_flag, output_of, overrides};
+use super::input::{Given, Scratch, bad_case, bad_file, interrupt_flag, output_of, overrides, overwrite};
 use super::modes::{FIGURE, figure_target};
 use super::plot::{bad, save};
-use super::progress::OracleBar;
+use super::progress::Bar;
 use super::{CommandError, End, certify_report, complain, print, print_json, strictly, wants_json, wants_text};
 use crate::analysis::advice::{DIGITS_OF_DOUBLE, remedy, shortfall};
 use crate::analysis::bands::{Compared, columns, compared_output};
@@ -15,7 +15,7 @@ use crate::case::{AnyCase, Case, CaseRef, CaseSource, Form, Origin};
 use crate::oracle::{self, OracleError};
 use crate::plot::{onset, style, svg};
 use crate::record::{Channels, MemoryRecorder, State};
-use crate::results::{Overwrite, ResultError, ResultFile, Status, check_target, write_certified};
+use crate::results::{ResultError, ResultFile, Status, check_target, write_certified};
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
@@ -65,12 +65,7 @@ pub(super) fn certify(options: &CertifyOptions, common: &Common) -> Result<End, 
         ));
     }
     let target = output_of(&given.source, options.output.as_deref(), ".certified.h5")?;
-    let overwrite = if options.force {
-        Overwrite::Force
-    } else {
-        Overwrite::OwnResults
-    };
-    check_target(&target, overwrite, &given.files).map_err(bad_file)?;
+    check_target(&target, overwrite(options.force), &given.files).map_err(bad_file)?;
     let drawing = match (options.figure.as_deref(), case) {
         (None, _) => None,
         (Some(path), CaseRef::Brake(case)) => Some((case, figure_target(path, options.force, &given.files)?)),
@@ -103,7 +98,7 @@ pub(super) fn certify(options: &CertifyOptions, common: &Common) -> Result<End, 
     let outcome = examine((case, &written), &result.record, options, common, deadline, &stop);
     let written = outcome.and_then(|examined| {
         let tables = certify_report::tables(case, &examined);
-        write_certified(&result.path, &target, overwrite, &tables).map_err(bad_file)?;
+        write_certified(&result.path, &target, overwrite(options.force), &tables).map_err(bad_file)?;
         Ok(examined)
     });
     drop(result.scratch);
@@ -323,11 +318,11 @@ fn examine(
     deadline: Deadline,
     stop: &AtomicBool,
 ) -> Result<Certified, CommandError> {
-    let bar = OracleBar::new(common);
+    let bar = Bar::new(common);
     let wanted = options.oracle || oracle_decides(case);
     let exact = wanted.then(|| written.exact()).transpose().map_err(bad_case)?;
     let certify = Certify::new(case).sensitivities(written).until(deadline).stop(stop);
-    let certify = certify.progress(|now| bar.show(now));
+    let certify = certify.progress(|now| bar.oracle(now));
     let digits = options.digits.unwrap_or(0);
     let certify = match &exact {
         Some(exact) if oracle_decides(case) => certify.oracle_within(exact, digits.max(UNASKED.0), UNASKED.1),

@@ -5,6 +5,7 @@ use crate::analysis::Certified;
 use crate::analysis::advice::remedy;
 use crate::analysis::bands::{ChannelBand, Stretch};
 use crate::analysis::certificate::{Certificate, CertifiedEvent, Verdict};
+use crate::analysis::ladder::Rung;
 use crate::analysis::linearised::Slope;
 use crate::analysis::onset::Onset;
 use crate::analysis::sensitivity::{
@@ -38,7 +39,7 @@ impl Report<'_> {
     /// For a terminal.
     pub fn text(&self) -> String {
         let c = &self.certified.certificate;
-        let mut ladder = terminal::table(&[
+        let header = [
             "method",
             "rtol",
             "events",
@@ -46,9 +47,9 @@ impl Report<'_> {
             "largest distance",
             "first stick, s",
             "wall time",
-        ]);
-        for rung in &c.ladder {
-            ladder.add_row([
+        ];
+        let rung = |rung: &Rung| {
+            vec![
                 rung.method.to_owned(),
                 format!("{:.0e}", rung.rtol),
                 rung.events.to_string(),
@@ -63,14 +64,14 @@ impl Report<'_> {
                     |t| format!("{t:.12}{}", if rung.smooth_stop { " (smooth)" } else { "" }),
                 ),
                 format!("{:.2} s", rung.seconds),
-            ]);
-        }
-        terminal::align_right(&mut ladder, 1..7);
+            ]
+        };
+        let ladder = terminal::lines(&header, c.ladder.iter().map(rung), 1..7);
         let mut parts = vec![
             format!("{}\n{}", self.case.title(), self.heading()),
             format!(
                 "{}{}{}",
-                terminal::show(&ladder).trim_end(),
+                ladder.trim_end(),
                 self.smooth_stop(),
                 c.left_out
                     .as_ref()
@@ -80,10 +81,7 @@ impl Report<'_> {
             self.channels(),
         ];
         parts.extend(self.result().map(sensitivities));
-        parts.extend(
-            self.without_sensitivities()
-                .map(|why| format!("No sensitivities: {why}.")),
-        );
+        parts.extend(without_sensitivities(self.certified).map(|why| format!("No sensitivities: {why}.")));
         parts.extend(
             c.growth_exponent
                 .or(c.most_digits().map(f64::from))
@@ -119,17 +117,9 @@ impl Report<'_> {
         )
     }
 
-    fn known(&self) -> Option<&CaseSensitivities> {
-        known_sensitivities(self.certified)
-    }
-
     /// What moves what the run comes to.
     fn result(&self) -> Option<&Sensitivities> {
-        self.known()?.result.as_ref()
-    }
-
-    fn without_sensitivities(&self) -> Option<&str> {
-        without_sensitivities(self.certified)
+        known_sensitivities(self.certified)?.result.as_ref()
     }
 
     /// What "(smooth)" in the ladder means, where it stands.
@@ -180,50 +170,49 @@ impl Report<'_> {
     }
 
     fn channels(&self) -> String {
-        let mut table = terminal::table(&["channel", "unit", "largest", "band", "at a fixed time"]);
-        for channel in &self.certified.certificate.bands.channels {
-            table.add_row([
+        let row = |channel: &ChannelBand| {
+            vec![
                 channel.name.clone(),
                 channel.unit.clone(),
                 format!("{:.3e}", channel.largest),
                 known(channel.band),
                 known(channel.at_fixed_time),
-            ]);
-        }
-        terminal::align_right(&mut table, 2..5);
-        terminal::show(&table).trim_end().to_owned()
+            ]
+        };
+        let rows = self.certified.certificate.bands.channels.iter().map(row);
+        let header = ["channel", "unit", "largest", "band", "at a fixed time"];
+        terminal::lines(&header, rows, 2..5).trim_end().to_owned()
     }
 
     fn conditioning(&self) -> String {
         let c = &self.certified.certificate;
-        let number = |x: Option<f64>, digits: usize| x.map_or_else(|| "none".to_owned(), |x| format!("{x:.digits$}"));
-        let mut table = terminal::table(&[]);
-        table.add_row(["growth exponent G", &number(c.growth_exponent, 2)]);
-        table.add_row(["of it up to the first stick", &number(c.growth_to_onset, 2)]);
-        table.add_row(["kick above rounding, e-folds", &number(c.kick_above_noise, 2)]);
-        table.add_row([
-            "kick above the methods' own noise, e-folds",
-            &number(c.kick_above_methods, 2),
-        ]);
-        table.add_row([
-            "digits that double precision can hold",
-            &c.most_digits().map_or_else(|| "none".to_owned(), |n| n.to_string()),
-        ]);
-        terminal::show(&table).trim_end().to_owned()
+        let number = |x: Option<f64>| x.map(|x| format!("{x:.2}"));
+        let rows = [
+            ("growth exponent G", number(c.growth_exponent)),
+            ("of it up to the first stick", number(c.growth_to_onset)),
+            ("kick above rounding, e-folds", number(c.kick_above_noise)),
+            (
+                "kick above the methods' own noise, e-folds",
+                number(c.kick_above_methods),
+            ),
+            (
+                "digits that double precision can hold",
+                c.most_digits().map(|n| n.to_string()),
+            ),
+        ];
+        let rows = rows.map(|(name, value)| vec![name.to_owned(), value.unwrap_or_else(|| "none".to_owned())]);
+        terminal::lines(&[], rows, []).trim_end().to_owned()
     }
 
     fn oracle(&self, exact: &OracleSolution) -> String {
         let report = &exact.report;
-        let mut table = terminal::table(&["event", "exact time, s", "digits"]);
-        for (index, event) in report.events.iter().enumerate() {
+        let row = |(index, event): (usize, &OracleEvent)| {
             let digits = exact.digits_of_event(index);
-            table.add_row([
-                event.kind.name().to_owned(),
-                event.time.to_decimal(digits as usize),
-                digits.to_string(),
-            ]);
-        }
-        terminal::align_right(&mut table, [2]);
+            let time = event.time.to_decimal(digits as usize);
+            vec![event.kind.name().to_owned(), time, digits.to_string()]
+        };
+        let rows = report.events.iter().enumerate().map(row);
+        let table = terminal::lines(&["event", "exact time, s", "digits"], rows, [2]);
         format!(
             "oracle: Taylor series with {} bits, {} steps, in {:.1} s with the shorter run that its digits are counted \
              by; of every event {} digits or more are true\n\n{}",
@@ -231,7 +220,7 @@ impl Report<'_> {
             report.steps,
             exact.seconds,
             exact.digits,
-            terminal::show(&table).trim_end()
+            table.trim_end()
         )
     }
 
@@ -286,7 +275,7 @@ impl Report<'_> {
                 "true_errors": c.events.iter().map(|event| event.true_error).collect::<Vec<_>>(),
             })
         });
-        let known = self.known();
+        let known = known_sensitivities(self.certified);
         let row = |(column, parameter): (usize, &CaseNumber)| {
             let events = known.map_or(&[][..], |known| &known.events);
             let of = |of: fn(&Slope) -> f64| events.iter().map(|row| of(&row[column])).collect::<Vec<f64>>();
@@ -329,7 +318,7 @@ impl Report<'_> {
             "ladder": c.ladder,
             "left_out": c.left_out,
             "events": c.events,
-            "channels": c.bands.channels.iter().map(channel).collect::<Vec<Value>>(),
+            "channels": c.bands.channels,
             "stretches": c.bands.stretches.iter().map(|of| stretch(of, &c.bands.channels)).collect::<Vec<Value>>(),
             "sensitivity": sensitivity,
             "final_stick": final_stick.map(|found| json!({
@@ -338,7 +327,7 @@ impl Report<'_> {
                 "without_reruns": found.without_reruns,
             })),
             "result": result.map(|result| json!({ "of": result.of, "value": result.time })),
-            "without_sensitivities": self.without_sensitivities(),
+            "without_sensitivities": without_sensitivities(self.certified),
             "warnings": c.warnings.iter().map(ToString::to_string).collect::<Vec<String>>(),
             "oracle": oracle,
             "seconds": self.seconds,
@@ -425,16 +414,6 @@ pub(super) fn influence(row: &Sensitivity) -> Value {
         "minus": rerun(0),
         "plus": rerun(1),
         "nonlinear": row.nonlinear(),
-    })
-}
-
-fn channel(channel: &ChannelBand) -> Value {
-    json!({
-        "name": channel.name,
-        "unit": channel.unit,
-        "band": channel.band,
-        "at_fixed_time": channel.at_fixed_time,
-        "largest": channel.largest,
     })
 }
 

@@ -2,7 +2,7 @@
 
 use super::arguments::{CheckOptions, Common};
 use super::input::bad_file;
-use super::{CommandError, End, print, print_json};
+use super::{CommandError, End, tell};
 use crate::results::{CheckReport, ResultError, check as check_file};
 
 /// Says whether a file of this program is as the program wrote it.
@@ -13,20 +13,14 @@ pub(super) fn check(options: &CheckOptions, common: &Common) -> Result<End, Comm
         ResultError::Damaged { .. } | ResultError::BeyondLimits { .. } => CommandError::Computation(error.to_string()),
         error => bad_file(error),
     })?;
-    if common.json {
-        print_json(&report)?;
-    } else if !common.quiet {
-        print(&words(&report))?;
-    }
-    match report.problems.len() {
-        0 => Ok(End::Done),
-        1 => Err(CommandError::Computation(format!(
-            "{path}: 1 problem; copy it again, or repeat the run"
-        ))),
-        many => Err(CommandError::Computation(format!(
-            "{path}: {many} problems; copy it again, or repeat the run"
-        ))),
-    }
+    tell(common, || &report, || words(&report))?;
+    let problems = match report.problems.len() {
+        0 => return Ok(End::Done),
+        1 => "1 problem".to_owned(),
+        many => format!("{many} problems"),
+    };
+    let text = format!("{path}: {problems}; copy it again, or repeat the run");
+    Err(CommandError::Computation(text))
 }
 
 fn words(report: &CheckReport) -> String {

@@ -2,13 +2,13 @@
 
 use super::arguments::{Common, ExportOptions};
 use super::input::bad_file;
-use super::{CommandError, End, complain, print, print_json};
+use super::{CommandError, End, complain, tell};
 use crate::compare::{CompareError, Reference};
 use crate::export::{self, Export, ExportError, Format, Request, Times, benchmark};
 use crate::results::{ResultFile, Status, open_sound};
 use serde::Serialize;
 use std::io;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 /// The JSON document of an export.
 #[derive(Serialize)]
@@ -46,7 +46,7 @@ pub(super) fn export(options: &ExportOptions, common: &Common) -> Result<End, Co
         (None, None, None) => None,
     };
     let request = Request {
-        table: options.table.into(),
+        table: options.table,
         columns: options.channels.clone(),
         window: options.window.unwrap_or((f64::NEG_INFINITY, f64::INFINITY)),
     };
@@ -79,24 +79,21 @@ pub(super) fn export(options: &ExportOptions, common: &Common) -> Result<End, Co
     found
         .save(&options.output, format, &inputs, options.force)
         .map_err(bad)?;
-    if common.json {
-        print_json(&ExportDocument {
-            file: options.output.display().to_string(),
-            format: format.name(),
-            table: &found.table.name,
-            rows: found.table.rows,
-            columns: &found.table.columns,
-            evaluated: found.origin.evaluated.as_deref(),
-            left_out: &found.left_out,
-        })?;
-    } else if !common.quiet {
-        print(&report(&found, &options.output))?;
-    }
+    let document = || ExportDocument {
+        file: options.output.display().to_string(),
+        format: format.name(),
+        table: &found.table.name,
+        rows: found.table.rows,
+        columns: &found.table.columns,
+        evaluated: found.origin.evaluated.as_deref(),
+        left_out: &found.left_out,
+    };
+    tell(common, document, || report(&found, &options.output))?;
     Ok(End::Done)
 }
 
 fn format(options: &ExportOptions, streams: bool) -> Result<Format, CommandError> {
-    let named = options.format.map(Format::from);
+    let named = options.format;
     if streams {
         return match named {
             None | Some(Format::Csv) => Ok(Format::Csv),
@@ -171,15 +168,14 @@ fn package(options: &ExportOptions, common: &Common) -> Result<End, CommandError
     };
     let written = benchmark::write(&options.file, &options.output, &terms, options.force).map_err(bad)?;
     let folder = options.output.display().to_string();
-    if common.json {
-        print_json(&serde_json::json!({ "folder": folder, "files": written }))?;
-    } else if !common.quiet {
-        let lines: Vec<String> = written
-            .iter()
-            .map(|name| PathBuf::from(&options.output).join(name).display().to_string() + "\n")
-            .collect();
-        print(&lines.concat())?;
-    }
+    tell(
+        common,
+        || serde_json::json!({ "folder": folder, "files": written }),
+        || {
+            let paths = written.iter().map(|name| options.output.join(name));
+            paths.map(|path| format!("{}\n", path.display())).collect()
+        },
+    )?;
     Ok(End::Done)
 }
 

@@ -7,7 +7,7 @@ use serde::Serialize;
 use std::sync::atomic::Ordering;
 
 /// Where something is wrong.
-#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
+#[derive(Debug, Clone, Default, PartialEq, Eq, Serialize)]
 pub struct Place {
     /// The file, or how messages call the text.
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -87,15 +87,11 @@ pub(super) fn of_file(error: &ResultError) -> CommandError {
     let text = error.to_string();
     let place = Place {
         file: Some(error.path().display().to_string()),
-        line: None,
-        option: None,
-        key: None,
-        message: None,
+        ..Place::default()
     };
-    let inner = if error.is_of_the_system() {
-        CommandError::Computation(text)
-    } else {
-        CommandError::Input(text)
+    let inner = match error.is_of_the_system() {
+        true => CommandError::Computation(text),
+        false => CommandError::Input(text),
     };
     CommandError::Located(Box::new(inner), vec![place])
 }

@@ -3,8 +3,9 @@
 use super::{CommandError, End, complain, failure};
 use crate::case::{Case, CaseError, CaseSource, Origin, Override};
 use crate::hybrid::RunError;
-use crate::results::{ResultError, is_hdf5, open_sound};
+use crate::results::{Overwrite, ResultError, is_hdf5, open_sound};
 use crate::simulation::{RunFailure, RunReport};
+use crate::sweep::StudySource;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -111,8 +112,21 @@ pub(super) fn overrides(set: &[String], method: Option<&str>) -> Result<Vec<Over
         .collect()
 }
 
-pub(super) fn looks_like_a_path(name: &str) -> bool {
+fn looks_like_a_path(name: &str) -> bool {
     name.contains(std::path::MAIN_SEPARATOR) || Path::new(name).extension().is_some()
+}
+
+/// The source of a study: a file, or what `built_in` makes of its name.
+pub(super) fn study_source(
+    name: &str,
+    built_in: impl FnOnce(&str) -> Result<StudySource, CaseError>,
+) -> Result<StudySource, CaseError> {
+    let path = Path::new(name);
+    if path.exists() || looks_like_a_path(name) {
+        StudySource::file(path)
+    } else {
+        built_in(name)
+    }
 }
 
 /// The result file that is named, or the one that is named after the case.
@@ -141,6 +155,14 @@ pub(super) fn run_output(source: &CaseSource, named: Option<&Path>) -> Result<Pa
         _ => ".h5",
     };
     output_of(source, named, suffix)
+}
+
+/// What a result may replace: with `force` any file but an input.
+pub(super) fn overwrite(force: bool) -> Overwrite {
+    match force {
+        true => Overwrite::Force,
+        false => Overwrite::OwnResults,
+    }
 }
 
 /// A flag that Ctrl-C and a termination signal set; the run then ends in good order.

@@ -1,7 +1,7 @@
 //! `stickslip man`: the manual pages, of the same definitions as `--help`.
 
 use super::arguments::{Arguments, Common, ManOptions};
-use super::{CommandError, End, print, print_json};
+use super::{CommandError, End, tell};
 use crate::results::disk::write_whole;
 use clap::CommandFactory;
 use clap_mangen::Man;
@@ -17,12 +17,8 @@ pub(super) fn man(options: &ManOptions, common: &Common) -> Result<End, CommandE
             path.display()
         ))
     })?;
-    if common.json {
-        print_json(&serde_json::json!({ "files": written }))?;
-    } else if !common.quiet {
-        let lines: Vec<String> = written.iter().map(|path| format!("{}\n", path.display())).collect();
-        print(&lines.concat())?;
-    }
+    let lines = || written.iter().map(|path| format!("{}\n", path.display())).collect();
+    tell(common, || serde_json::json!({ "files": written }), lines)?;
     Ok(End::Done)
 }
 

@@ -1,15 +1,15 @@
 //! `stickslip merge`.
 
 use super::arguments::{Common, MergeOptions};
-use super::{CommandError, End, print, print_json};
+use super::{CommandError, End, tell};
 use crate::results::MergeError;
 use serde::Serialize;
 
 /// The JSON document of a merger.
 #[derive(Serialize)]
-struct MergeDocument {
+struct MergeDocument<'a> {
     file: String,
-    digest: String,
+    digest: &'a str,
     shards: usize,
     points: usize,
     failed: usize,
@@ -26,16 +26,15 @@ pub(super) fn merge(options: &MergeOptions, common: &Common) -> Result<End, Comm
         by_reference: options.by_reference,
     })
     .map_err(|error| command_error(&error))?;
-    if common.json {
-        print_json(&MergeDocument {
-            file: report.file.display().to_string(),
-            digest: report.digest,
-            shards: report.shards,
-            points: report.points,
-            failed: report.failed,
-            r#virtual: options.by_reference,
-        })?;
-    } else if !common.quiet {
+    let document = || MergeDocument {
+        file: report.file.display().to_string(),
+        digest: &report.digest,
+        shards: report.shards,
+        points: report.points,
+        failed: report.failed,
+        r#virtual: options.by_reference,
+    };
+    tell(common, document, || {
         let where_they_are = if options.by_reference {
             ", which stay in the shards"
         } else {
@@ -47,10 +46,8 @@ pub(super) fn merge(options: &MergeOptions, common: &Common) -> Result<End, Comm
         };
         let (points, shards) = (report.points, report.shards);
         let file = report.file.display();
-        print(&format!(
-            "{points} points{failed} of {shards} shards{where_they_are}\n{file}\n"
-        ))?;
-    }
+        format!("{points} points{failed} of {shards} shards{where_they_are}\n{file}\n")
+    })?;
     if report.failed == report.points {
         return Err(CommandError::Computation(format!(
             "all {} points failed. The messages are in /failures of {}",

@@ -229,6 +229,19 @@ fn strictly(
     )))
 }
 
+/// Prints the JSON document of a command, or its report; with --quiet alone neither.
+fn tell<D: serde::Serialize>(
+    common: &Common,
+    document: impl FnOnce() -> D,
+    report: impl FnOnce() -> String,
+) -> Result<(), CommandError> {
+    match (common.json, common.quiet) {
+        (true, _) => print_json(&document()),
+        (false, true) => Ok(()),
+        (false, false) => print(&report()),
+    }
+}
+
 /// Whether a command is to give its JSON document.
 fn wants_json(common: &Common) -> bool {
     common.json || captured::now()

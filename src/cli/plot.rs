@@ -1,9 +1,11 @@
 //! `stickslip plot`.
 
 use super::arguments::{Common, Format, PlotOptions};
+use super::compare::columns;
 use super::input::bad_file;
 use super::plot_studies::{self, Drawn, Kind};
-use super::{CommandError, End, complain, print, print_json, terminal};
+use super::{CommandError, End, complain, print, print_json, tell, terminal};
+use crate::analysis::advice::capitalised;
 use crate::case::{CaseRef, Motion};
 use crate::compare::{CompareError, Reference};
 use crate::plot::catalogue::{self, ENTRIES, in_words_of};
@@ -22,12 +24,12 @@ const FIGURE: Product = Product::Figure("-o");
 
 /// The JSON document of a plot.
 #[derive(Serialize)]
-struct PlotDocument {
-    files: Vec<Written>,
-    not_drawn: Vec<NotDrawn>,
+struct PlotDocument<'a> {
+    files: &'a [Written],
+    not_drawn: &'a [NotDrawn],
     /// What `stickslip run FILE --set ...` needs for what was not drawn, where sampling is what it lacks.
     #[serde(skip_serializing_if = "Option::is_none")]
-    sampling: Option<String>,
+    sampling: Option<&'a str>,
 }
 
 /// What there is to draw, and what a run does not have.
@@ -87,16 +89,18 @@ pub(super) fn plot(options: &PlotOptions, common: &Common) -> Result<End, Comman
         tell_status(run);
     }
     let chosen = figures(options, &runs, &chosen)?;
-    let written = write(options, &chosen.figures)?;
-    if common.json {
-        print_json(&PlotDocument {
-            files: written,
-            not_drawn: chosen.not_drawn,
-            sampling: chosen.sampling,
-        })?;
-    } else if !common.quiet {
-        print(&report(&written, &chosen, &options.files))?;
-    }
+    finish(options, &chosen, &options.files, common)
+}
+
+/// Writes what was chosen, which does not replace `inputs`, and says so.
+fn finish(options: &PlotOptions, chosen: &Chosen, inputs: &[PathBuf], common: &Common) -> Result<End, CommandError> {
+    let written = write(options, &chosen.figures, inputs)?;
+    let document = || PlotDocument {
+        files: &written,
+        not_drawn: &chosen.not_drawn,
+        sampling: chosen.sampling.as_deref(),
+    };
+    tell(common, document, || report(&written, chosen, &options.files))?;
     Ok(End::Done)
 }
 
@@ -124,6 +128,11 @@ fn one_kind(runs: &[Run]) -> Result<(), CommandError> {
 const CAN_DRAW: &str = "plot draws the results of `stickslip run` and `certify`, sweeps (also merged ones), calibrations and \
                         work-precision studies";
 
+/// Why a file is not drawn.
+fn refusal(path: &Path, why: &str) -> CommandError {
+    CommandError::Input(format!("{}: {why}", path.display()))
+}
+
 /// The figures of a file that holds many runs; `None` if the files are those of single runs.
 fn of_many_runs(options: &PlotOptions) -> Result<Option<Drawn>, CommandError> {
     let choice = plot_studies::choice(options).map_err(CommandError::Input)?;
@@ -132,7 +141,7 @@ fn of_many_runs(options: &PlotOptions) -> Result<Option<Drawn>, CommandError> {
         if matches!(kind, Kind::Run) {
             continue;
         }
-        let refused = |why: &str| Err(CommandError::Input(format!("{}: {why}", path.display())));
+        let refused = |why: &str| Err(refusal(path, why));
         if options.files.len() > 1 {
             return refused("holds many runs, and is drawn by itself; give one file");
         }
@@ -190,13 +199,7 @@ fn beside(options: &PlotOptions, candidate: &Path, common: &Common) -> Result<En
     let run = Run::open(file).map_err(bad)?;
     let of_comparison = |error: CompareError| bad(error.into());
     let reference = Reference::open(file).map_err(of_comparison)?;
-    let mut mapping = match &options.map {
-        Some(path) => reference.mapping().with_file(path).map_err(of_comparison)?,
-        None => reference.mapping(),
-    };
-    for column in &options.columns {
-        mapping.add_option(column).map_err(of_comparison)?;
-    }
+    let mapping = columns(&reference, options.map.as_deref(), &options.columns).map_err(of_comparison)?;
     let beside = Beside {
         reference: &reference,
         run: &run,
@@ -213,35 +216,26 @@ fn beside(options: &PlotOptions, candidate: &Path, common: &Common) -> Result<En
     let mut inputs = options.files.clone();
     inputs.push(candidate.to_owned());
     inputs.extend(options.map.clone());
-    let written = write_of(options, &figures, &inputs)?;
-    if common.json {
-        print_json(&PlotDocument {
-            files: written,
-            not_drawn: Vec::new(),
-            sampling: None,
-        })?;
-    } else if !common.quiet {
-        print(&report(&written, &Chosen::default(), &options.files))?;
-    }
-    Ok(End::Done)
+    let chosen = Chosen {
+        figures,
+        ..Chosen::default()
+    };
+    finish(options, &chosen, &inputs, common)
 }
 
 /// Writes the figures of many runs, and says how their quantities are spread.
 fn finish_studies(options: &PlotOptions, drawn: Drawn, common: &Common) -> Result<End, CommandError> {
-    let written = write(options, &drawn.figures)?;
-    if common.json {
+    let written = write(options, &drawn.figures, &options.files)?;
+    let document = || {
         let mut document = serde_json::json!({ "files": written, "not_drawn": [] });
         if !drawn.distributions.is_empty() {
             document["distributions"] = plot_studies::documents(&drawn.distributions).into();
         }
-        print_json(&document)?;
-    } else if !common.quiet {
-        let distributions = plot_studies::report(&drawn.distributions);
-        print(&format!(
-            "{}{distributions}",
-            report(&written, &Chosen::default(), &options.files)
-        ))?;
-    }
+        document
+    };
+    tell(common, document, || {
+        report(&written, &Chosen::default(), &options.files) + &plot_studies::report(&drawn.distributions)
+    })?;
     Ok(End::Done)
 }
 
@@ -263,22 +257,15 @@ fn html(options: &PlotOptions, path: &Path, common: &Common) -> Result<End, Comm
         match plot_studies::kind(file).map_err(bad)? {
             Kind::Run if options.quantities.is_empty() => {}
             Kind::Run => {
-                return Err(CommandError::Input(format!(
-                    "{}: --quantity is for the page of a sweep; leave it out, the page of a run has all channels",
-                    file.display()
-                )));
+                let why = "--quantity is for the page of a sweep; leave it out, the page of a run has all channels";
+                return Err(refusal(file, why));
             }
             Kind::WorkPrecision => {
-                return Err(CommandError::Input(format!(
-                    "{}: a work-precision study has no page; leave out --html to draw its figure",
-                    file.display()
-                )));
+                let why = "a work-precision study has no page; leave out --html to draw its figure";
+                return Err(refusal(file, why));
             }
             Kind::Sweep(_) if options.files.len() > 1 => {
-                return Err(CommandError::Input(format!(
-                    "{}: a sweep has a page of its own; give one file",
-                    file.display()
-                )));
+                return Err(refusal(file, "a sweep has a page of its own; give one file"));
             }
             Kind::Sweep(sweep) => {
                 let page = studies::page::write(&sweep, &options.quantities, path, options.force).map_err(bad)?;
@@ -317,11 +304,12 @@ fn html(options: &PlotOptions, path: &Path, common: &Common) -> Result<End, Comm
 
 /// Says what page was written.
 fn finish_page(path: &Path, page: &impl Serialize, common: &Common) -> Result<End, CommandError> {
-    if common.json {
-        print_json(&serde_json::json!({ "file": path.display().to_string(), "page": page }))?;
-    } else if !common.quiet {
-        print(&format!("{}\n", path.display()))?;
-    }
+    let file = path.display().to_string();
+    tell(
+        common,
+        || serde_json::json!({ "file": file, "page": page }),
+        || format!("{file}\n"),
+    )?;
     Ok(End::Done)
 }
 
@@ -346,43 +334,42 @@ fn list(options: &PlotOptions, common: &Common) -> Result<End, CommandError> {
         print_json(&listed)?;
         return Ok(End::Done);
     }
-    let mut table = terminal::table(&["figure", "paper", "of", "shows"]);
-    for entry in listed {
+    let rows = listed.into_iter().map(|entry| {
         let number = entry.paper_figure.map(|n| n.to_string()).unwrap_or_default();
-        table.add_row([entry.figure, number, entry.of.to_owned(), entry.title]);
-    }
-    terminal::align_right(&mut table, [1]);
-    print(&terminal::show(&table))?;
+        vec![entry.figure, number, entry.of.to_owned(), entry.title]
+    });
+    print(&terminal::lines(&["figure", "paper", "of", "shows"], rows, [1]))?;
     Ok(End::Done)
 }
 
-fn listed(entry: &Entry, of: &'static str) -> Listed {
+fn listed(name: &str, title: &str, paper_figure: Option<u32>, of: &'static str) -> Listed {
     Listed {
-        figure: entry.name.to_owned(),
-        title: entry.title.to_owned(),
-        paper_figure: entry.paper_figure,
+        figure: name.to_owned(),
+        title: title.to_owned(),
+        paper_figure,
         of,
     }
 }
 
 fn all_listed() -> Vec<Listed> {
-    let runs = ENTRIES.iter().map(|entry| listed(entry, "run"));
-    let trains = portraits::ENTRIES.iter().map(|entry| listed(entry, "run of trains"));
-    let certified = certified::ENTRIES.iter().map(|entry| listed(entry, "certified run"));
-    let studies = studies::ENTRIES.iter().map(|entry| Listed {
-        figure: entry.name.to_owned(),
-        title: entry.title.to_owned(),
-        paper_figure: entry.paper_figure,
-        of: entry.of,
-    });
-    let precision = Listed {
-        figure: work_precision::NAME.to_owned(),
-        title: "Error against work, by method".to_owned(),
-        paper_figure: None,
-        of: "work-precision study",
+    let of_runs = [
+        (ENTRIES, "run"),
+        (portraits::ENTRIES, "run of trains"),
+        (certified::ENTRIES, "certified run"),
+    ];
+    let of_kind = |(entries, of): (&[Entry], &'static str)| -> Vec<Listed> {
+        let listed = entries.iter().map(|e| listed(e.name, e.title, e.paper_figure, of));
+        listed.collect()
     };
-    let all = runs.chain(trains).chain(certified).chain(studies);
-    all.chain([precision]).collect()
+    let mut all: Vec<Listed> = of_runs.into_iter().flat_map(of_kind).collect();
+    all.extend(
+        studies::ENTRIES
+            .iter()
+            .map(|e| listed(e.name, e.title, e.paper_figure, e.of)),
+    );
+    let title = "Error against work, by method";
+    all.push(listed(work_precision::NAME, title, None, "work-precision study"));
+    all
 }
 
 /// The figures that a file can have.
@@ -392,13 +379,9 @@ fn listed_of(path: &Path, options: &PlotOptions) -> Result<Vec<Listed>, CommandE
         Kind::Run => {
             let run = Run::open(path).map_err(no_run)?;
             let of = if run.stops() { "run" } else { "run of trains" };
-            return Ok(catalogue::of_run(&run)
-                .into_iter()
-                .map(|entry| Listed {
-                    title: in_words_of(&run, entry.title),
-                    ..listed(entry, of)
-                })
-                .collect());
+            let entries = catalogue::of_run(&run).into_iter();
+            let entries = entries.map(|e| listed(e.name, &in_words_of(&run, e.title), e.paper_figure, of));
+            return Ok(entries.collect());
         }
         Kind::Sweep(file) => (plot_studies::of_sweep(&file, &choice, &[]).map_err(bad)?, "sweep"),
         Kind::WorkPrecision => (
@@ -406,13 +389,8 @@ fn listed_of(path: &Path, options: &PlotOptions) -> Result<Vec<Listed>, CommandE
             "work-precision study",
         ),
     };
-    let figures = drawn.figures.into_iter().map(|figure| Listed {
-        title: figure.title,
-        paper_figure: figure.paper_figure,
-        figure: figure.name,
-        of,
-    });
-    Ok(figures.collect())
+    let figures = drawn.figures.iter();
+    Ok(figures.map(|f| listed(&f.name, &f.title, f.paper_figure, of)).collect())
 }
 
 /// Says of a run that is not whole how far it can be drawn.
@@ -532,14 +510,6 @@ fn own_figures(options: &PlotOptions, runs: &[Run]) -> Result<Vec<Figure>, PlotE
     Ok(figures)
 }
 
-fn capitalised(text: &str) -> String {
-    let mut letters = text.chars();
-    letters
-        .next()
-        .map(|first| first.to_uppercase().chain(letters).collect())
-        .unwrap_or_default()
-}
-
 /// Extensions by which nobody means a folder.
 const OTHER_FORMATS: [&str; 6] = ["ps", "jpg", "jpeg", "tif", "tiff", "gif"];
 
@@ -575,12 +545,8 @@ fn targets(options: &PlotOptions, figures: &[Figure]) -> Result<Vec<(usize, Path
     Ok(figures.iter().enumerate().flat_map(of_figure).collect())
 }
 
-fn write(options: &PlotOptions, figures: &[Figure]) -> Result<Vec<Written>, CommandError> {
-    write_of(options, figures, &options.files)
-}
-
 /// Writes the figures of some inputs, which they do not replace.
-fn write_of(options: &PlotOptions, figures: &[Figure], inputs: &[PathBuf]) -> Result<Vec<Written>, CommandError> {
+fn write(options: &PlotOptions, figures: &[Figure], inputs: &[PathBuf]) -> Result<Vec<Written>, CommandError> {
     let targets = targets(options, figures).map_err(bad)?;
     let layout = layout(options)?;
     if Format::of_path(&options.output).is_none() && !targets.is_empty() {

@@ -1,4 +1,4 @@
-//! Progress bars: of a run, of the oracle and of a comparison over simulated time, of studies over their runs.
+//! The progress bar: of a run, of the oracle and of a comparison over simulated time, of studies over their runs.
 
 use super::arguments::{Common, ProgressChoice};
 use super::captured;
@@ -15,167 +15,96 @@ const MESSAGE: &str = "{bar:16} {msg}  {elapsed} (left {eta})";
 /// Resolution of the bar.
 const TICKS: f64 = 1000.0;
 
-/// A bar with the simulated time, the mode and the number of events; nothing where none is wanted.
-pub(super) struct RunBar {
-    bar: ProgressBar,
-    end_time: f64,
-}
+/// A progress bar; nothing where none is wanted.
+pub(super) struct Bar(ProgressBar);
 
-impl RunBar {
-    pub(super) fn new(common: &Common, end_time: f64) -> Self {
-        RunBar {
-            bar: bar(common, TICKS as u64, MESSAGE),
-            end_time,
-        }
-    }
-
-    pub(super) fn show(&self, progress: Progress) {
-        if self.bar.is_hidden() {
-            return;
-        }
-        self.bar.set_position((TICKS * progress.time / self.end_time) as u64);
-        self.bar.set_message(format!(
-            "t = {:.6} s of {} s, {}, {} events",
-            progress.time,
-            self.end_time,
-            progress.mode.name(),
-            progress.events
-        ));
-    }
-
-    pub(super) fn finish(&self) {
-        self.bar.finish_and_clear();
-    }
-}
-
-/// A bar with the simulated time of the oracle's present run, and its digits.
-pub(super) struct OracleBar {
-    bar: ProgressBar,
-}
-
-impl OracleBar {
+impl Bar {
+    /// At its beginning.
     pub(super) fn new(common: &Common) -> Self {
-        OracleBar {
-            bar: bar(common, TICKS as u64, MESSAGE),
-        }
+        Bar(bar(common, TICKS as u64, MESSAGE))
     }
 
-    pub(super) fn show(&self, progress: OracleProgress) {
-        if self.bar.is_hidden() {
-            return;
-        }
-        let position = (TICKS * progress.time / progress.end_time) as u64;
-        // Another run, with more digits.
-        if position < self.bar.position() {
-            self.bar.reset();
-        }
-        self.bar.set_position(position);
-        self.bar.set_message(format!(
-            "oracle with {} digits: t = {:.6} s of {} s",
-            progress.digits, progress.time, progress.end_time
-        ));
-    }
-
-    pub(super) fn finish(&self) {
-        self.bar.finish_and_clear();
-    }
-}
-
-/// A bar with the share of a comparison that is done.
-pub(super) struct CompareBar {
-    bar: ProgressBar,
-    /// Of the candidate.
-    file: String,
-}
-
-impl CompareBar {
-    pub(super) fn new(common: &Common, file: &Path) -> Self {
-        CompareBar {
-            bar: bar(common, TICKS as u64, MESSAGE),
-            file: file.display().to_string(),
-        }
-    }
-
-    pub(super) fn show(&self, progress: CompareProgress) {
-        if self.bar.is_hidden() {
-            return;
-        }
-        self.bar.set_position((TICKS * progress.done) as u64);
-        let task = if progress.pass == 1 { "events" } else { "states" };
-        self.bar
-            .set_message(format!("{}: {task}, t = {:.6} s", self.file, progress.time));
-    }
-
-    pub(super) fn finish(&self) {
-        self.bar.finish_and_clear();
-    }
-}
-
-/// A bar that counts what is done of a known number.
-pub(super) struct CountBar {
-    bar: ProgressBar,
-    what: &'static str,
-}
-
-impl CountBar {
-    pub(super) fn new(common: &Common, what: &'static str) -> Self {
-        let bar = bar(common, 0, MESSAGE);
-        CountBar { bar, what }
-    }
-
-    pub(super) fn show(&self, done: usize, of: usize, under_way: &str) {
-        captured::progress(done as u64, of as u64);
-        if self.bar.is_hidden() {
-            return;
-        }
-        self.bar.set_length(of as u64);
-        self.bar.set_position(done as u64);
-        self.bar
-            .set_message(format!("{done} of {of} {}, {under_way}", self.what));
-    }
-
-    pub(super) fn finish(&self) {
-        self.bar.finish_and_clear();
-    }
-}
-
-/// A bar with the points that are done, how many a second, and the time left.
-pub(super) struct SweepBar {
-    bar: ProgressBar,
-}
-
-impl SweepBar {
-    pub(super) fn new(common: &Common) -> Self {
+    /// Of a sweep: with the points that are done, how many a second, and the time left.
+    pub(super) fn of_points(common: &Common) -> Self {
         let bar = bar(common, 1, "{bar:16} {pos} of {msg}  {rate}  {elapsed} (left {eta})");
         bar.set_message("0 points");
-        SweepBar { bar }
+        Bar(bar)
     }
 
-    pub(super) fn show(&self, progress: SweepProgress) {
-        captured::progress(progress.done, progress.total);
-        if self.bar.is_hidden() {
+    /// The simulated time, the mode and the number of events of a run up to `end_time` (s).
+    pub(super) fn run(&self, progress: Progress, end_time: f64) {
+        let Progress { time, mode, events } = progress;
+        let mode = mode.name();
+        self.share(time / end_time, || {
+            format!("t = {time:.6} s of {end_time} s, {mode}, {events} events")
+        });
+    }
+
+    /// The simulated time of the oracle's present run, and its digits.
+    pub(super) fn oracle(&self, progress: OracleProgress) {
+        let OracleProgress { digits, time, end_time } = progress;
+        // Another run, with more digits.
+        if !self.0.is_hidden() && ((TICKS * time / end_time) as u64) < self.0.position() {
+            self.0.reset();
+        }
+        self.share(time / end_time, || {
+            format!("oracle with {digits} digits: t = {time:.6} s of {end_time} s")
+        });
+    }
+
+    /// The share of a comparison with `candidate` that is done.
+    pub(super) fn comparison(&self, progress: CompareProgress, candidate: &Path) {
+        let task = if progress.pass == 1 { "events" } else { "states" };
+        self.share(progress.done, || {
+            format!("{}: {task}, t = {:.6} s", candidate.display(), progress.time)
+        });
+    }
+
+    /// What is done of a known number.
+    pub(super) fn count(&self, done: usize, of: usize, what: &str, under_way: &str) {
+        captured::progress(done as u64, of as u64);
+        if self.0.is_hidden() {
             return;
         }
-        if self.bar.length() != Some(progress.total) {
-            self.bar.set_length(progress.total);
+        self.0.set_length(of as u64);
+        self.0.set_position(done as u64);
+        self.0.set_message(format!("{done} of {of} {what}, {under_way}"));
+    }
+
+    /// The points of a sweep.
+    pub(super) fn points(&self, progress: SweepProgress) {
+        captured::progress(progress.done, progress.total);
+        let bar = &self.0;
+        if bar.is_hidden() {
+            return;
+        }
+        if bar.length() != Some(progress.total) {
+            bar.set_length(progress.total);
         }
         // What an earlier start has done says nothing about the rate.
-        if self.bar.position() == 0 && progress.done > 0 {
-            self.bar.set_position(progress.done);
-            self.bar.reset_eta();
-        } else {
-            self.bar.set_position(progress.done);
+        let earlier = bar.position() == 0 && progress.done > 0;
+        bar.set_position(progress.done);
+        if earlier {
+            bar.reset_eta();
         }
         let more = if progress.open { " or more" } else { "" };
         let failed = match progress.failed {
             0 => String::new(),
             failed => format!(", {failed} failed"),
         };
-        self.bar.set_message(format!("{}{more} points{failed}", progress.total));
+        bar.set_message(format!("{}{more} points{failed}", progress.total));
+    }
+
+    /// The share that is done, with what is said of it.
+    fn share(&self, share: f64, message: impl FnOnce() -> String) {
+        if !self.0.is_hidden() {
+            self.0.set_position((TICKS * share) as u64);
+            self.0.set_message(message());
+        }
     }
 
     pub(super) fn finish(&self) {
-        self.bar.finish_and_clear();
+        self.0.finish_and_clear();
     }
 }
 

@@ -1,13 +1,13 @@
 //! `stickslip run`.
 
 use super::arguments::{Common, RunOptions};
-use super::input::{Given, bad_case, bad_file, finish, interrupt_flag, overrides, run_output};
-use super::progress::RunBar;
+use super::input::{Given, bad_case, bad_file, finish, interrupt_flag, overrides, overwrite, run_output};
+use super::progress::Bar;
 use super::{CommandError, End, complain, print, print_json, strictly, terminal};
 use crate::analysis::{SavedReport, SavedRun, Summary, Warning, Witness};
 use crate::case::{AnyCase, CaseRef};
 use crate::hybrid::RunError;
-use crate::results::{Overwrite, SavedRows};
+use crate::results::SavedRows;
 use serde::Serialize;
 use std::ops::ControlFlow;
 
@@ -48,14 +48,9 @@ pub(super) fn run(options: &RunOptions, common: &Common) -> Result<End, CommandE
     let case = CaseRef::from(&any);
     let (source, solver) = (&given.source, case.solver());
     let path = run_output(source, options.output.as_deref())?;
-    let overwrite = if options.force {
-        Overwrite::Force
-    } else {
-        Overwrite::OwnResults
-    };
     // Before the partial file is there: from then on an interruption ends the run in good order.
     let stop = interrupt_flag()?;
-    let bar = RunBar::new(common, case.output().end_time);
+    let (bar, end_time) = (Bar::new(common), case.output().end_time);
     log::info!(
         "{}: method {}, rtol {:e}",
         source.label(),
@@ -64,12 +59,12 @@ pub(super) fn run(options: &RunOptions, common: &Common) -> Result<End, CommandE
     );
     let result = SavedRun::new(case, &path)
         .text(&given.text)
-        .overwrite(overwrite)
+        .overwrite(overwrite(options.force))
         .inputs(&given.files)
         .witness(!options.no_witness)
         .stop(&stop)
         .control(|progress| {
-            bar.show(progress);
+            bar.run(progress, end_time);
             ControlFlow::Continue(())
         })
         .start();

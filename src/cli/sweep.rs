@@ -1,15 +1,15 @@
 //! `stickslip sweep`.
 
 use super::arguments::{Common, SweepOptions};
-use super::input::{interrupt_flag, looks_like_a_path, overrides};
+use super::input::{interrupt_flag, overrides, overwrite, study_source};
 use super::plot_studies;
-use super::progress::SweepBar;
+use super::progress::Bar;
 use super::ranks::Ranks;
-use super::{CommandError, End, complain, print, print_json, strictly};
+use super::{CommandError, End, complain, strictly, tell};
 use crate::case::{CaseError, Form};
 use crate::plot::PlotError;
 use crate::plot::studies::{self, Choice};
-use crate::results::{Overwrite, ResultError, SweepFile};
+use crate::results::{ResultError, SweepFile};
 use crate::sweep::{
     Boundaries, Branch, Design, JournalError, Shard, Study, StudySource, Sweep, SweepError, SweepReport, journal_path,
 };
@@ -34,7 +34,7 @@ struct SweepDocument<'a> {
     run_now: u64,
     failed: u64,
     failures: Vec<Failure>,
-    /// Points whose runs end before a stick that lasts; of trains, before the motion repeats itself or settles.
+    /// Points whose runs end before it is certain what they come to: a stick that lasts, or a motion that repeats itself.
     #[serde(skip_serializing_if = "Option::is_none")]
     unfinished: Option<u64>,
     jobs: usize,
@@ -43,8 +43,8 @@ struct SweepDocument<'a> {
     ranks: Option<usize>,
     /// s.
     wall_time: f64,
-    #[serde(skip_serializing_if = "Vec::is_empty")]
-    curves: Vec<CurveDocument>,
+    #[serde(skip_serializing_if = "<[CurveDocument]>::is_empty")]
+    curves: &'a [CurveDocument],
 }
 
 /// Which part of the study, from 1.
@@ -81,15 +81,10 @@ pub(super) fn sweep(options: &SweepOptions, common: &Common) -> Result<End, Comm
         .clone()
         .unwrap_or_else(|| default_path(&study, options.shard));
     let jobs = options.jobs.unwrap_or_else(|| ranks.default_jobs());
-    let digest = study.digest();
     let stop = interrupt_flag()?;
-    let bar = SweepBar::new(common);
+    let bar = Bar::of_points(common);
     let sweep = Sweep::new(&study, &path)
-        .overwrite(if options.force {
-            Overwrite::Force
-        } else {
-            Overwrite::OwnResults
-        })
+        .overwrite(overwrite(options.force))
         .resume(options.resume)
         .shard(options.shard)
         .workers(jobs)
@@ -101,7 +96,7 @@ pub(super) fn sweep(options: &SweepOptions, common: &Common) -> Result<End, Comm
     let clock = Instant::now();
     let result = sweep
         .worker_pool(&mut *worker_pool)
-        .progress(|progress| bar.show(progress))
+        .progress(|progress| bar.points(progress))
         .start();
     bar.finish();
     let wall_time = clock.elapsed().as_secs_f64();
@@ -115,37 +110,33 @@ pub(super) fn sweep(options: &SweepOptions, common: &Common) -> Result<End, Comm
         .boundaries
         .as_ref()
         .map_or_else(Vec::new, |found| curve_documents(&study, found));
-    if common.json {
-        print_json(&SweepDocument {
-            status: if report.interrupted { "interrupted" } else { "complete" },
-            file: report.file.display().to_string(),
-            study: study.source.label(),
-            title: &study.title,
-            digest,
-            shard: options.shard.map(|shard| ShardDocument {
-                index: shard.index(),
-                count: shard.count(),
-            }),
-            points: report.points,
-            run_now: report.run_now,
-            failed: report.failed,
-            failures: report
-                .failures
-                .iter()
-                .map(|(point, message)| Failure {
-                    point: *point,
-                    message: message.clone(),
-                })
-                .collect(),
-            unfinished: report.unfinished,
-            jobs,
-            ranks: ranks.count(),
-            wall_time,
-            curves,
-        })?;
-    } else if !common.quiet {
-        print(&text_report(&study, options.shard, &report, &curves, wall_time))?;
-    }
+    let failure = |(point, message): &(u64, String)| Failure {
+        point: *point,
+        message: message.clone(),
+    };
+    let document = || SweepDocument {
+        status: if report.interrupted { "interrupted" } else { "complete" },
+        file: report.file.display().to_string(),
+        study: study.source.label(),
+        title: &study.title,
+        digest: study.digest(),
+        shard: options.shard.map(|shard| ShardDocument {
+            index: shard.index(),
+            count: shard.count(),
+        }),
+        points: report.points,
+        run_now: report.run_now,
+        failed: report.failed,
+        failures: report.failures.iter().map(failure).collect(),
+        unfinished: report.unfinished,
+        jobs,
+        ranks: ranks.count(),
+        wall_time,
+        curves: &curves,
+    };
+    tell(common, document, || {
+        text_report(&study, options.shard, &report, &curves, wall_time)
+    })?;
     if report.interrupted {
         if !common.quiet {
             complain(&format!(
@@ -187,12 +178,7 @@ fn default_path(study: &Study, shard: Option<Shard>) -> PathBuf {
 }
 
 fn read_study(options: &SweepOptions) -> Result<Study, CaseError> {
-    let path = Path::new(&options.study);
-    let source = if path.exists() || looks_like_a_path(&options.study) {
-        StudySource::file(path)?
-    } else {
-        StudySource::built_in(&options.study)?
-    };
+    let source = study_source(&options.study, StudySource::built_in)?;
     let overrides = overrides(&options.budget.over(&options.set), options.method.as_deref())?;
     Study::parse(source, &overrides)
 }
@@ -308,11 +294,11 @@ fn text_report(
         );
     }
     if !curves.is_empty() {
-        let mut table = super::terminal::table(&["curve", "points", "x from", "to", "y from", "to", "fold x", "y"]);
-        for curve in curves {
+        let header = ["curve", "points", "x from", "to", "y from", "to", "fold x", "y"];
+        let row = |curve: &CurveDocument| {
             let number = |x: f64| format!("{x:.6}");
             let [fold_x, fold_y] = curve.nose.map(|fold| fold.map(number)).unwrap_or_default();
-            table.add_row([
+            vec![
                 curve.plane.clone(),
                 curve.points.to_string(),
                 number(curve.x_range[0]),
@@ -321,10 +307,9 @@ fn text_report(
                 number(curve.y_range[1]),
                 fold_x,
                 fold_y,
-            ]);
-        }
-        super::terminal::align_right(&mut table, 1..8);
-        text += &format!("\n{}", super::terminal::show(&table));
+            ]
+        };
+        text += &format!("\n{}", super::terminal::lines(&header, curves.iter().map(row), 1..8));
     }
     format!("{text}{}\n{}\n", spread(study, shard, report), report.file.display())
 }

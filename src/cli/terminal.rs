@@ -25,6 +25,18 @@ pub(super) fn show(table: &Table) -> String {
         .collect()
 }
 
+/// A table of these rows as lines; the columns `right` are numbers.
+pub(super) fn lines(
+    header: &[&str],
+    rows: impl IntoIterator<Item = Vec<String>>,
+    right: impl IntoIterator<Item = usize>,
+) -> String {
+    let mut table = table(header);
+    table.add_rows(rows);
+    align_right(&mut table, right);
+    show(&table)
+}
+
 /// Numbers stand below each other by their last digit.
 pub(super) fn align_right(table: &mut Table, columns: impl IntoIterator<Item = usize>) {
     for column in columns {
@@ -111,26 +123,26 @@ pub(super) fn run_report(case: CaseRef, summary: &Summary, wall_time: f64) -> St
         }
     }
     let (title, solver, output) = (case.title(), case.solver(), case.output());
-    let (headline, end, rows) = (&report, summary.end, &summary.work);
-    let mut work = table(&[
+    let (headline, end) = (&report, summary.end);
+    let header = [
         "solver",
         "segments",
         "simulated s",
         "steps",
         "right-hand sides",
         "Jacobians",
-    ]);
-    for w in rows {
-        work.add_row([
+    ];
+    let rows = summary.work.iter().map(|w| {
+        vec![
             w.solver.to_owned(),
             w.segments.to_string(),
             format!("{:.4}", w.simulated_time),
             w.steps.to_string(),
             w.rhs_evaluations.to_string(),
             w.jacobian_evaluations.to_string(),
-        ]);
-    }
-    align_right(&mut work, 1..6);
+        ]
+    });
+    let work = lines(&header, rows, 1..6);
     // As the case has it, unless the run was interrupted.
     let end = if end == output.end_time {
         end.to_string()
@@ -143,6 +155,6 @@ pub(super) fn run_report(case: CaseRef, summary: &Summary, wall_time: f64) -> St
         solver.rtol,
         wall_time,
         show(headline),
-        show(&work),
+        work,
     )
 }

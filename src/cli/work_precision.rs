@@ -1,15 +1,15 @@
 //! `stickslip work-precision`.
 
 use super::arguments::{Common, DPI, Format, WorkPrecisionOptions};
-use super::input::{bad_case, bad_file, interrupt_flag};
+use super::input::{bad_case, bad_file, interrupt_flag, overwrite};
 use super::modes::FIGURE;
 use super::plot::{bad, check_target, save};
-use super::progress::CountBar;
-use super::{CommandError, End, complain, print, print_json, terminal};
-use crate::analysis::work_precision::{Errors, Knob, Measurement, Study, StudyError, StudyResult, run};
+use super::progress::Bar;
+use super::{CommandError, End, complain, tell, terminal};
+use crate::analysis::work_precision::{Errors, Measurement, Study, StudyError, StudyResult, run};
 use crate::plot::{PlotError, style, svg, work_precision as figure};
 use crate::provenance;
-use crate::results::{Overwrite, ReferenceRow, Reservation, Status, WorkPrecisionFile, WorkPrecisionRow};
+use crate::results::{ReferenceRow, Reservation, Status, WorkPrecisionFile, WorkPrecisionRow};
 use crate::simulation::Method;
 use serde::Serialize;
 use std::ops::ControlFlow;
@@ -25,7 +25,7 @@ struct StudyDocument<'a> {
     title: &'a str,
     case: &'a str,
     reference: ReferenceDocument<'a>,
-    runs: Vec<RunRow<'a>>,
+    runs: &'a [Measurement],
 }
 
 #[derive(Serialize)]
@@ -33,42 +33,7 @@ struct ReferenceDocument<'a> {
     description: &'a str,
     events: usize,
     /// Of each error, s.
-    uncertainty: ErrorRow,
-}
-
-#[derive(Serialize)]
-struct ErrorRow {
-    onset: Option<f64>,
-    final_stick: Option<f64>,
-    largest_event: Option<f64>,
-}
-
-#[derive(Serialize)]
-struct RunRow<'a> {
-    method: &'static str,
-    rtol: Option<f64>,
-    fixed_step: Option<f64>,
-    /// s.
-    error: ErrorRow,
-    events: usize,
-    same_sequence: bool,
-    steps: u64,
-    rhs_evaluations: u64,
-    jacobian_evaluations: u64,
-    /// s.
-    wall_time: f64,
-    #[serde(skip_serializing_if = "Option::is_none")]
-    failure: Option<&'a str>,
-}
-
-impl From<Errors> for ErrorRow {
-    fn from(errors: Errors) -> Self {
-        ErrorRow {
-            onset: errors.onset,
-            final_stick: errors.final_stick,
-            largest_event: errors.largest,
-        }
-    }
+    uncertainty: Errors,
 }
 
 /// Runs a study into a file and a table, and a figure on request.
@@ -78,19 +43,14 @@ pub(super) fn work_precision(options: &WorkPrecisionOptions, common: &Common) ->
         .output
         .clone()
         .unwrap_or_else(|| PathBuf::from(format!("{}.h5", study.name)));
-    let overwrite = if options.force {
-        Overwrite::Force
-    } else {
-        Overwrite::OwnResults
-    };
     // Everything that can be refused is refused before minutes are spent.
     let stop = interrupt_flag()?;
-    let place = Reservation::take(&path, overwrite, &study.files).map_err(bad_file)?;
+    let place = Reservation::take(&path, overwrite(options.force), &study.files).map_err(bad_file)?;
     let figures = figure_targets(options.figure.as_deref(), options.force, &study.files)?;
     let started = provenance::now();
-    let bar = CountBar::new(common, "runs");
+    let bar = Bar::new(common);
     let result = run(&study, &mut |progress| {
-        bar.show(progress.done, progress.of, progress.method.name());
+        bar.count(progress.done, progress.of, "runs", progress.method.name());
         if stop.load(Ordering::Relaxed) {
             ControlFlow::Break(())
         } else {
@@ -117,16 +77,15 @@ pub(super) fn work_precision(options: &WorkPrecisionOptions, common: &Common) ->
         .write(&place, &status)
         .map_err(|error| CommandError::Computation(error.to_string()))?;
     let figures = draw(&study, &result, &figures).map_err(bad)?;
-    if common.json {
-        print_json(&document(&study, &result, &status, &file, &figures))?;
-    } else if !common.quiet {
-        print(&report(&study, &result))?;
-        let lines: String = std::iter::once(&file)
-            .chain(&figures)
-            .map(|path| format!("{}\n", path.display()))
-            .collect();
-        print(&format!("\n{lines}"))?;
-    }
+    tell(
+        common,
+        || document(&study, &result, &status, &file, &figures),
+        || {
+            let files = std::iter::once(&file).chain(&figures);
+            let lines: String = files.map(|path| format!("{}\n", path.display())).collect();
+            format!("{}\n{lines}", report(&study, &result))
+        },
+    )?;
     if result.interrupted {
         if !common.quiet {
             complain(&format!(
@@ -177,13 +136,6 @@ fn draw(study: &Study, result: &StudyResult, targets: &[(PathBuf, Format)]) -> R
         .collect()
 }
 
-fn knobs(knob: Knob) -> (Option<f64>, Option<f64>) {
-    match knob {
-        Knob::Tolerance(rtol) => (Some(rtol), None),
-        Knob::FixedStep(step) => (None, Some(step)),
-    }
-}
-
 fn contents(study: &Study, result: &StudyResult, started: &str) -> WorkPrecisionFile {
     let mut methods: Vec<Method> = Vec::new();
     for m in &result.measurements {
@@ -193,7 +145,7 @@ fn contents(study: &Study, result: &StudyResult, started: &str) -> WorkPrecision
     }
     let missing = |value: Option<f64>| value.unwrap_or(f64::NAN);
     let runs = result.measurements.iter().map(|m| {
-        let (rtol, fixed_step) = knobs(m.knob);
+        let (rtol, fixed_step) = m.knob.rtol_and_step();
         let method = methods
             .iter()
             .position(|&method| method == m.method)
@@ -251,22 +203,6 @@ fn document<'a>(
     file: &Path,
     figures: &[PathBuf],
 ) -> StudyDocument<'a> {
-    let runs = result.measurements.iter().map(|m| {
-        let (rtol, fixed_step) = knobs(m.knob);
-        RunRow {
-            method: m.method.name(),
-            rtol,
-            fixed_step,
-            error: m.errors.into(),
-            events: m.events,
-            same_sequence: m.same_sequence,
-            steps: m.steps,
-            rhs_evaluations: m.rhs_evaluations,
-            jacobian_evaluations: m.jacobian_evaluations,
-            wall_time: m.wall_time,
-            failure: m.failure.as_deref(),
-        }
-    });
     StudyDocument {
         status: if *status == Status::Complete {
             "complete"
@@ -280,20 +216,18 @@ fn document<'a>(
         reference: ReferenceDocument {
             description: &result.reference.description,
             events: result.reference.events.len(),
-            uncertainty: result.uncertainty.into(),
+            uncertainty: result.uncertainty,
         },
-        runs: runs.collect(),
+        runs: &result.measurements,
     }
 }
 
 fn report(study: &Study, result: &StudyResult) -> String {
-    let mut table = terminal::table(&[
+    let header = [
         "method", "rtol", "step", "onset", "final", "all", "events", "calls", "time",
-    ]);
-    for m in &result.measurements {
-        table.add_row(row(m, &result.uncertainty));
-    }
-    terminal::align_right(&mut table, 1..9);
+    ];
+    let rows = result.measurements.iter().map(|m| row(m, &result.uncertainty));
+    let table = terminal::lines(&header, rows, 1..9);
     let uncertainty = |error: Option<f64>| error.map_or_else(|| "none".to_owned(), |e| format!("{e:.0e} s"));
     let Errors {
         onset,
@@ -307,7 +241,7 @@ fn report(study: &Study, result: &StudyResult) -> String {
         study.title,
         study.case_label,
         result.reference.events.len(),
-        terminal::show(&table),
+        table,
         result.reference.description,
         uncertainty(onset),
         uncertainty(final_stick),
@@ -316,7 +250,7 @@ fn report(study: &Study, result: &StudyResult) -> String {
 }
 
 fn row(m: &Measurement, uncertainty: &Errors) -> Vec<String> {
-    let (rtol, step) = knobs(m.knob);
+    let (rtol, step) = m.knob.rtol_and_step();
     let plain = |value: Option<f64>| value.map(|x| format!("{x:e}")).unwrap_or_default();
     if m.failure.is_some() {
         let failed = "failed".to_owned();

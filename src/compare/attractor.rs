@@ -19,11 +19,11 @@ pub struct Attractor {
 /// The most breakaways and reversals in a period that are looked for.
 const LONGEST: usize = 64;
 
-/// Of two successive periods found in samples, by which share they may differ.
+/// Largest relative difference between two successive periods.
 const SAME: f64 = 1e-4;
 
 impl Attractor {
-    /// What a result file of trains says of itself; `None` where its motion does not repeat itself.
+    /// What a result file says of itself; `None` where its motion does not repeat itself.
     pub(super) fn of_file(file: &ResultFile) -> Result<Option<Attractor>, ResultError> {
         let Some(table) = file.stick_slip()? else {
             return Ok(None);

@@ -13,12 +13,11 @@ use super::reference::{Physics, TimeScale};
 use super::resolution::Resolution;
 use super::statistics::{Statistic, of_attractors, statistics};
 use super::windows::Phase;
-use super::{Channel, FoundOffset, OtherClock, OtherKick, OtherParameters, Others, States};
+use super::{Channel, FoundOffset, OtherClock, OtherKick, OtherParameters, Others, Reference, States};
 use crate::case::quantity::Dimension;
 use crate::record::sequence::{Alignment, Difference, Fault, SequenceEvent};
 use serde::Serialize;
 use std::borrow::Cow;
-use std::path::Path;
 
 /// How far a candidate agrees with its reference. Errors are candidate minus reference.
 #[derive(Debug, Clone, Serialize)]
@@ -158,52 +157,58 @@ pub struct ChannelErrors {
 
 /// What a comparison is made of.
 pub(super) struct Parts<'a> {
-    pub reference: &'a Path,
+    pub reference: &'a Reference,
     pub candidate: &'a Candidate,
     pub causes: Vec<Diagnosis>,
     pub case_differences: Vec<CaseDifference>,
     pub detection: Option<Detection>,
     pub resolution: Option<Resolution>,
-    pub offset: Option<f64>,
     pub found_offset: Option<FoundOffset>,
     pub span: Span,
     pub words: (&'a [SequenceEvent], &'a [SequenceEvent]),
-    pub uncovered: usize,
     pub alignment: Alignment,
     pub errors: EventErrors,
     pub states: Option<&'a States<'a>>,
     pub interval: Option<f64>,
-    pub rerun: bool,
-    pub physics: &'a Physics,
     pub attractors: Option<[Option<Attractor>; 2]>,
     pub other: Others,
 }
 
+impl Parts<'_> {
+    /// Events of the reference that the candidate does not cover.
+    fn uncovered(&self) -> usize {
+        self.reference.word.len() - self.words.0.len()
+    }
+}
+
 pub(super) fn compose(parts: Parts<'_>) -> Comparison {
     let (reference, candidate) = parts.words;
+    let run = parts.reference;
+    let (physics, uncovered) = (run.physics(), parts.uncovered());
     let channels = parts
         .states
-        .map_or_else(Vec::new, |states| channel_errors(states, parts.physics));
+        .map_or_else(Vec::new, |states| channel_errors(states, physics));
     let verdict = verdict(&parts, &channels);
     let Span { from_start, to_end, .. } = parts.span;
-    let coasts = parts.physics.coasts();
-    let mut statistics = statistics(reference, candidate, from_start, to_end, parts.uncovered);
+    let coasts = physics.coasts();
+    let mut statistics = statistics(reference, candidate, from_start, to_end, uncovered);
     if let Some(attractors) = &parts.attractors {
         // In a cycle there is no last stick.
         if attractors[0].is_some() {
             statistics.retain(|statistic| statistic.name != "final_stick");
         }
-        let unit = parts.physics.vocabulary().motion().dimension(Dimension::Angle).unit();
+        let unit = physics.vocabulary().motion().dimension(Dimension::Angle).unit();
         statistics.extend(of_attractors(attractors, unit));
     }
     let absent = if coasts { Vec::new() } else { absent(&parts) };
     let cycles = (!coasts).then(|| CycleErrors::of(&parts.errors)).flatten();
+    let was_rerun = run.was_repeated();
     Comparison {
-        reference: parts.reference.display().to_string(),
+        reference: run.file.path().display().to_string(),
         candidate: parts.candidate.path().display().to_string(),
         format: parts.candidate.format(),
         resolution: parts.resolution,
-        time_offset: parts.offset,
+        time_offset: Some(parts.candidate.clock().offset).filter(|offset| *offset != 0.0),
         found_time_offset: parts.found_offset,
         verdict,
         causes: parts.causes,
@@ -212,11 +217,11 @@ pub(super) fn compose(parts: Parts<'_>) -> Comparison {
         kick: parts.other.kick,
         clock: parts.other.clock,
         detection: parts.detection,
-        velocity_unit: parts.physics.vocabulary().unit(Channel::RelativeVelocity),
+        velocity_unit: physics.vocabulary().unit(Channel::RelativeVelocity),
         span: parts.candidate.has_rows().then_some(parts.span),
         interval: parts.interval,
         reference_events: reference.len(),
-        uncovered: parts.uncovered,
+        uncovered,
         candidate_events: candidate.len(),
         missing: parts.alignment.missing(),
         spurious: parts.alignment.spurious(),
@@ -234,10 +239,10 @@ pub(super) fn compose(parts: Parts<'_>) -> Comparison {
         }),
         samples_outside: parts.states.map_or(0, |s| s.outside),
         samples_too_sparse: parts.states.map_or(0, |s| s.too_sparse),
-        reference_repeated: parts.states.is_some_and(|states| states.integrated) || parts.rerun,
-        was_rerun: parts.rerun,
+        reference_repeated: parts.states.is_some_and(|states| states.integrated) || was_rerun,
+        was_rerun,
         energy_drift: parts.states.and_then(|s| s.energy),
-        time_scale: (!coasts).then(|| parts.physics.scale.clone()),
+        time_scale: (!coasts).then(|| physics.scale.clone()),
         cycles,
         attractors: parts.attractors,
         absent,
@@ -248,12 +253,14 @@ pub(super) fn compose(parts: Parts<'_>) -> Comparison {
 /// What a comparison does not have, and why.
 fn absent(parts: &Parts<'_>) -> Vec<Absent> {
     let mut found = Vec::new();
-    let mut add = |what: &'static str, why: String| found.push(Absent { what, why });
+    let mut add = |what: &'static str, why: &str| {
+        let why = why.to_owned();
+        found.push(Absent { what, why });
+    };
     if parts.attractors.is_some_and(|[reference, _]| reference.is_some()) {
         add(
             "final_stick",
-            "a motion in cycles has no last stick: period, sticks in a period and amplitude are compared instead"
-                .to_owned(),
+            "a motion in cycles has no last stick: period, sticks in a period and amplitude are compared instead",
         );
     }
     if let Some([reference, candidate]) = &parts.attractors {
@@ -261,24 +268,24 @@ fn absent(parts: &Parts<'_>) -> Vec<Absent> {
             (Some(_), Some(candidate)) if candidate.amplitude.is_none() => {
                 add(
                     "amplitude",
-                    "the candidate has no column of the position over its last period".to_owned(),
+                    "the candidate has no column of the position over its last period",
                 );
             }
             (Some(_), None) => add(
                 "attractor of the candidate",
-                "its last two periods do not agree to 1e-4, or are not in what it covers".to_owned(),
+                "its last two periods do not agree to 1e-4, or are not in what it covers",
             ),
             (None, _) => add(
                 "attractor of the reference",
-                "its run does not repeat itself by the end, or was not run to it".to_owned(),
+                "its run does not repeat itself by the end, or was not run to it",
             ),
             _ => {}
         }
     }
     match parts.states {
-        None => add("states", "the candidate is a table of events".to_owned()),
+        None => add("states", "the candidate is a table of events"),
         Some(states) if states.energy.is_none() => {
-            let lacking = parts.physics.state.iter();
+            let lacking = parts.reference.physics().state.iter();
             let lacking: Vec<_> = lacking
                 .filter(|channel| !states.channels.contains(channel))
                 .map(|channel| channel.name())
@@ -288,7 +295,7 @@ fn absent(parts: &Parts<'_>) -> Vec<Absent> {
             } else {
                 format!("the candidate has no {}", lacking.join(", "))
             };
-            add("energy_drift", why);
+            add("energy_drift", &why);
         }
         Some(_) => {}
     }
@@ -320,7 +327,7 @@ fn channel_errors(states: &States, physics: &Physics) -> Vec<ChannelErrors> {
 
 /// One line: whether the sequences agree, else where they part; how far the times agree; and the likely cause.
 fn verdict(parts: &Parts<'_>, channels: &[ChannelErrors]) -> String {
-    let (errors, covered, uncovered) = (&parts.errors, parts.words.0.len(), parts.uncovered);
+    let (errors, covered, uncovered) = (&parts.errors, parts.words.0.len(), parts.uncovered());
     let of_all = covered + uncovered;
     let mut text = match parts.alignment.differences.first() {
         None => match errors.matched {

@@ -7,6 +7,7 @@
 //! leaves its pair of samples.
 
 use crate::record::EventKind;
+use crate::record::sequence::SequenceEvent;
 
 /// An event of a candidate, with what it tells about its cause.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -32,6 +33,15 @@ impl Found {
             torques: None,
             torque_rate: None,
             dropped: None,
+        }
+    }
+}
+
+impl From<&Found> for SequenceEvent {
+    fn from(found: &Found) -> SequenceEvent {
+        SequenceEvent {
+            time: found.time,
+            kind: found.kind,
         }
     }
 }

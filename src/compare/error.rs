@@ -60,6 +60,11 @@ impl CompareError {
         }
     }
 
+    /// An error about a file as a whole.
+    pub(super) fn whole(path: &Path, what: impl Into<String>, remedy: impl Into<String>) -> Self {
+        CompareError::content(path, "", what, remedy)
+    }
+
     /// An error of the operating system.
     pub(super) fn io(path: &Path, error: &std::io::Error) -> Self {
         let (what, remedy) = match error.kind() {
@@ -67,6 +72,6 @@ impl CompareError {
             std::io::ErrorKind::PermissionDenied => ("no permission to read it".to_owned(), "change its permissions"),
             _ => (format!("reading failed: {error}"), "check the file and its disk"),
         };
-        CompareError::content(path, "", what, remedy)
+        CompareError::whole(path, what, remedy)
     }
 }

@@ -82,36 +82,44 @@ impl Evaluator<'_> {
     /// A time before the first or after the last sample; a time between samples that are too far apart, of a run that cannot be
     /// repeated; or of the file.
     pub fn at(&mut self, time: f64, values: &mut [f64]) -> Result<Mode, CompareError> {
-        let content = |what: String, remedy: &str| CompareError::content(&self.path, "", what, remedy);
-        if self.gap.is_none_or(|(_, to)| time > to) {
-            let Some((from, to, _)) = self.walk.at(time)? else {
-                return Err(content(
-                    format!("the run has no state at t = {time:?} s"),
-                    "ask for times from its first to its last sample",
-                ));
-            };
-            self.mode = self.walk.mode();
-            self.sound = self.walk.curves(&self.channels, &mut self.curves).unwrap_or(false);
-            self.gap = Some((from, to));
+        if self.known_at(time, values)? {
+            return Ok(self.mode);
         }
-        let (from, to) = self.gap.unwrap_or((time, time));
-        if !self.sound && time != from && time != to {
-            return Err(content(
+        let (what, remedy) = match self.gap {
+            None => (
+                format!("the run has no state at t = {time:?} s"),
+                "ask for times from its first to its last sample".to_owned(),
+            ),
+            Some((from, to)) => (
                 format!(
                     "the samples at t = {from:?} s and {to:?} s are too far apart for the equations of motion to lead from one to \
                      the other"
                 ),
-                &format!(
+                format!(
                     "repeat the run with polynomials, which give every channel at every time: stickslip run {} --set \
                      output.dense=true",
                     self.path.display()
                 ),
-            ));
+            ),
+        };
+        Err(CompareError::whole(&self.path, what, remedy))
+    }
+
+    /// Like [`Self::at`]; `false` where the values are not known, which is outside of the run and between samples that are too far
+    /// apart.
+    pub(super) fn known_at(&mut self, time: f64, values: &mut [f64]) -> Result<bool, ResultError> {
+        if self.gap.is_none_or(|(_, to)| time > to) {
+            self.gap = self.walk.at(time)?.map(|(from, to, _)| (from, to));
+            self.mode = self.walk.mode();
+            self.sound = self.gap.is_some() && self.walk.curves(&self.channels, &mut self.curves).unwrap_or(false);
         }
+        let Some((from, to)) = self.gap.filter(|&(from, to)| self.sound || time == from || time == to) else {
+            return Ok(false);
+        };
         let part = if to > from { (time - from) / (to - from) } else { 0.0 };
         for (value, curve) in values.iter_mut().zip(&self.curves) {
             *value = curve.at(part);
         }
-        Ok(self.mode)
+        Ok(true)
     }
 }

@@ -61,7 +61,7 @@ pub use vocabulary::Vocabulary;
 use crate::case::{AnyCase, CaseRef, CaseSource, WrittenCase};
 use crate::record::sequence::{Alignment, SequenceEvent};
 use crate::record::{Event, EventKind};
-use crate::results::{ResultFile, open_sound};
+use crate::results::{ResultError, ResultFile, open_sound};
 use candidate::Block;
 use case_differences::case_differences;
 use creep::{Creep, CreepPass};
@@ -73,7 +73,7 @@ use event_errors::EventErrors;
 use impulse::ImpulsePass;
 use parameters::{Found as Explained, JumpPass, Material, Start, StretchPass, other_kick, other_parameters};
 use range::Range;
-use reference::{Physics, Rerun, states_at_events};
+use reference::{BeforeAndAfter, Physics, Rerun, states_at_events};
 use states::{Grid, Probe, StatePass, Tally};
 use std::path::Path;
 use torques::TorqueWatch;
@@ -150,12 +150,7 @@ impl Reference {
             (0.0, last.max(0.0))
         };
         let in_word = events.iter().filter(|e| e.kind.in_event_sequence());
-        let word: Vec<SequenceEvent> = in_word
-            .map(|e| SequenceEvent {
-                time: e.time,
-                kind: e.kind,
-            })
-            .collect();
+        let word: Vec<SequenceEvent> = in_word.map(SequenceEvent::from).collect();
         let resolved = case.resolved();
         let physics = Physics::new(case, &word, end);
         let attractor = Attractor::of_file(&file)?;
@@ -259,13 +254,7 @@ impl Reference {
         let span = self.span(&candidate, &survey);
         let events_given = candidate.events().is_some();
 
-        let all: Vec<SequenceEvent> = found
-            .iter()
-            .map(|f| SequenceEvent {
-                time: f.time,
-                kind: f.kind,
-            })
-            .collect();
+        let all: Vec<SequenceEvent> = found.iter().map(SequenceEvent::from).collect();
         // Both ends of a period that is found in samples may err by an interval.
         let slack = survey
             .interval
@@ -337,7 +326,10 @@ impl Reference {
             alignment: &alignment,
             errors: &errors,
             units: unit_faults,
-            kick: self.kick(),
+            kick: self.kick_event().map(|event| Kick {
+                time: event.time,
+                delta: event.after.relative_velocity - event.before.relative_velocity,
+            }),
             probes: states.as_ref().map_or(&[][..], |s| &s.probes),
             grid: states.as_ref().map_or(Grid::default(), |s| s.grid),
             interval: survey.interval,
@@ -360,23 +352,19 @@ impl Reference {
         diagnosis::add_case(&mut causes, &case_differences);
 
         Ok(comparison::compose(comparison::Parts {
-            reference: self.file.path(),
+            reference: self,
             candidate: &candidate,
             causes,
             case_differences,
             detection: (!events_given).then_some(detection),
             resolution,
-            offset: (candidate.clock().offset != 0.0).then_some(candidate.clock().offset),
             found_offset: applied.or(proposed),
             span,
             words: (&reference_word, &word),
-            uncovered: self.word.len() - reference_word.len(),
             alignment,
             errors,
             states: states.as_ref(),
             interval: survey.interval,
-            rerun: self.rerun.was_made(),
-            physics: &self.physics,
             attractors,
             other,
         }))
@@ -470,12 +458,9 @@ impl Reference {
         }
         let kick = match kick {
             None => None,
-            Some(kick) => {
-                let states = states_at_events(&self.file, &physics.course, &self.events)?;
-                let mut of_kick = self.events.iter().zip(states).filter(|(event, _)| *event == kick);
-                of_kick.next().map(|(event, states)| (event.time, states))
-            }
+            Some(kick) => self.kicks()?.into_iter().find(|(event, _)| *event == kick),
         };
+        let kick = kick.map(|(event, states)| (event.time, states));
         let jumped = passes.as_ref().and_then(|passes| passes.jump.finish());
         let first = passes.as_ref().and_then(|passes| passes.jump.first());
         let from = if candidate.has_rows() {
@@ -645,9 +630,8 @@ impl Reference {
             }
         }
         if from.is_nan() {
-            return Err(CompareError::content(
+            return Err(CompareError::whole(
                 candidate.path(),
-                "",
                 "holds no samples",
                 "check how it was written",
             ));
@@ -667,13 +651,7 @@ impl Reference {
 
     /// What has to be added to the times of events so that they agree with those of the reference.
     fn offset(&self, found: &[Found]) -> Option<FoundOffset> {
-        let word: Vec<SequenceEvent> = found
-            .iter()
-            .map(|f| SequenceEvent {
-                time: f.time,
-                kind: f.kind,
-            })
-            .collect();
+        let word: Vec<SequenceEvent> = found.iter().map(SequenceEvent::from).collect();
         clock::find(&self.word, &word, self.physics.natural_period() / 8.0)
     }
 
@@ -742,19 +720,6 @@ impl Reference {
         pairs
     }
 
-    /// The last kick before the first event of the word, if there is one.
-    fn kick(&self) -> Option<Kick> {
-        let onset = self.word.first().map_or(f64::INFINITY, |e| e.time);
-        let mut kicks = self
-            .events
-            .iter()
-            .filter(|e| e.kind == EventKind::Kick && e.time < onset);
-        kicks.next_back().map(|e| Kick {
-            time: e.time,
-            delta: e.after.relative_velocity - e.before.relative_velocity,
-        })
-    }
-
     fn states<'a>(
         &'a self,
         candidate: &Candidate,
@@ -775,7 +740,7 @@ impl Reference {
             to,
             points: Vec::new(),
         };
-        let kick = self.kick().map_or(f64::NEG_INFINITY, |kick| kick.time);
+        let kick = self.kick_event().map_or(f64::NEG_INFINITY, |kick| kick.time);
         let probes = vec![
             probe(kick - 2.0 * period, kick),
             probe(kick, kick + 2.0 * period),
@@ -783,8 +748,7 @@ impl Reference {
         ];
         let mut pass = StatePass::new(self.walk()?, &self.physics, &channels[..compared], windows, probes);
         let place = |channel: &Channel| channels.iter().position(|known| known == channel);
-        let energy_columns: Option<Vec<usize>> = self.physics.state.iter().map(place).collect();
-        let energy_columns = energy_columns.filter(|columns| !columns.is_empty());
+        let energy_columns = self.physics.columns(&channels);
         let mut range = position.and_then(|(channel, (from, to))| Some((place(&channel)?, Range::new(from, to))));
         let mut energy = EnergyPass::new(&self.physics, detection.velocity_tolerance, self.kick_works()?);
         // What a candidate of another program does in its equations.
@@ -847,18 +811,22 @@ impl Reference {
         Some((position, (from, from + attractor.period)))
     }
 
+    /// Every kick, with the states before and after it.
+    fn kicks(&self) -> Result<Vec<(&Event, BeforeAndAfter)>, ResultError> {
+        let states = states_at_events(&self.file, &self.physics.course, &self.events)?;
+        let kicks = self.events.iter().zip(states);
+        Ok(kicks.filter(|(event, _)| event.kind == EventKind::Kick).collect())
+    }
+
     /// Time (s) and work (J) of each kick.
-    ///
-    /// # Errors
-    /// Of the file.
-    fn kick_works(&self) -> Result<Vec<(f64, f64)>, CompareError> {
-        let is_kick = |event: &&Event| event.kind == EventKind::Kick;
+    fn kick_works(&self) -> Result<Vec<(f64, f64)>, ResultError> {
         let physics = &self.physics;
-        let states = states_at_events(&self.file, &physics.course, &self.events)?;
         let kinetic = |t: f64, y: &[f64]| physics.system().kinetic_energy(&physics.course.driving(t), y);
-        let kicks = self.events.iter().zip(&states).filter(|(e, _)| is_kick(e));
-        Ok(kicks
-            .map(|(e, (before, after))| (e.time, kinetic(e.time, after) - kinetic(e.time, before)))
+        let work = |(e, (before, after)): (&Event, BeforeAndAfter)| kinetic(e.time, &after) - kinetic(e.time, &before);
+        Ok(self
+            .kicks()?
+            .into_iter()
+            .map(|kick| (kick.0.time, work(kick)))
             .collect())
     }
 }

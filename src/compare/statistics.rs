@@ -51,7 +51,7 @@ pub(super) const STATISTICS: [(&str, &str, Quantity); 10] = [
 /// Name, and unit (of the amplitude that of a position), of what is compared of two periodic motions.
 pub(super) const OF_ATTRACTORS: [&str; 3] = ["period", "sticks_in_a_period", "amplitude"];
 
-/// The numbers of the periodic motions of reference and candidate, of trains; `unit` is that of a position.
+/// The numbers of the periodic motions of reference and candidate; `unit` is that of a position.
 pub(super) fn of_attractors(attractors: &[Option<Attractor>; 2], unit: &'static str) -> [Statistic; 3] {
     let numbers: [fn(&Attractor) -> Option<f64>; 3] = [
         |attractor| Some(attractor.period),

@@ -44,36 +44,20 @@ impl Reference {
             return Ok(());
         }
         let channels = of_rows(candidate.channels(&self.physics));
-        let mut walk = self.walk()?;
+        let mut reference = self.evaluator(&channels)?;
         let mut rows = candidate.rows(&channels, &self.physics)?;
         let mut block = Block::default();
         let (mut own, mut other) = (vec![0.0; channels.len()], vec![0.0; channels.len()]);
         while rows.next(&mut block)? {
-            let mut curves = Vec::new();
-            let mut gap: Option<(f64, f64, bool)> = None;
             for (row, &time) in block.time.iter().enumerate() {
                 for (value, column) in own.iter_mut().zip(&block.columns) {
                     *value = column[row];
                 }
-                if gap.is_none_or(|(_, right, _)| time > right) {
-                    let found = walk.at(time)?;
-                    let sound = found.is_some() && walk.curves(&channels, &mut curves).unwrap_or(false);
-                    gap = found.map(|(left, right, _)| (left, right, sound));
-                }
-                let known = gap.and_then(|(left, right, sound)| {
-                    let part = (time - left) / (right - left);
-                    let inside = (0.0..=1.0).contains(&part);
-                    (inside && (sound || part == 0.0 || part == 1.0)).then_some(part)
-                });
-                if let Some(part) = known {
-                    for (value, curve) in other.iter_mut().zip(&curves) {
-                        *value = curve.at(part);
-                    }
-                }
+                let known = reference.known_at(time, &mut other)?;
                 take(Pair {
                     time,
                     candidate: &own,
-                    reference: known.is_some().then_some(&other[..]),
+                    reference: known.then_some(&other[..]),
                 });
             }
         }

@@ -3,7 +3,7 @@
 use super::Channel;
 use crate::case::quantity::Dimension;
 use crate::case::{self, Motion};
-use crate::model::trains::{ContactLaw, End, Pressing, Trains};
+use crate::model::trains::{ContactLaw, End, Pressing, Train, Trains};
 use crate::simulation::trains::{Part, Which};
 
 /// What a reference has to be compared with.
@@ -47,7 +47,7 @@ pub(crate) struct Known {
 #[derive(Debug, Clone, PartialEq, Default)]
 pub(crate) struct Sum {
     pub terms: Vec<(f64, usize)>,
-    pub known: Vec<(f64, Known)>,
+    pub known: Vec<(Known, f64)>,
 }
 
 impl Default for Vocabulary {
@@ -78,18 +78,19 @@ struct Forms<'a> {
 }
 
 impl Forms<'_> {
-    fn count(&self, of: Which) -> usize {
+    fn train(&self, of: Which) -> &Train {
         match of {
-            Which::Rotor => self.trains.rotor.inertia.len(),
-            Which::Stator => self.trains.stator.inertia.len(),
+            Which::Rotor => &self.trains.rotor,
+            Which::Stator => &self.trains.stator,
         }
     }
 
+    fn count(&self, of: Which) -> usize {
+        self.train(of).inertia.len()
+    }
+
     fn shafts(&self, of: Which) -> usize {
-        match of {
-            Which::Rotor => self.trains.rotor.shafts(),
-            Which::Stator => self.trains.stator.shafts(),
-        }
+        self.train(of).shafts()
     }
 
     /// Of an inertia, or of the end beyond the outermost.
@@ -106,12 +107,7 @@ impl Forms<'_> {
                 known: Vec::new(),
             };
         }
-        let end = if of == Which::Rotor {
-            &self.trains.rotor.end
-        } else {
-            &self.trains.stator.end
-        };
-        let driven = matches!(end, End::Driven(_));
+        let driven = matches!(self.train(of).end, End::Driven(_));
         Form {
             unknown: Vec::new(),
             known: driven.then_some((Known { of, is_rate }, 1.0)).into_iter().collect(),
@@ -170,16 +166,21 @@ impl Forms<'_> {
     }
 }
 
+/// Adds a term to a sum that has one of each kind.
+fn add<T: PartialEq>(sum: &mut Vec<(T, f64)>, of: T, factor: f64) {
+    match sum.iter_mut().find(|(known, _)| *known == of) {
+        Some((_, there)) => *there += factor,
+        None => sum.push((of, factor)),
+    }
+}
+
 impl Form {
     /// `sign` (a - b).
     fn difference(sign: f64, a: &Form, b: &Form) -> Form {
         let mut sum = Form::default();
         for (form, factor) in [(a, sign), (b, -sign)] {
             for &(index, c) in &form.unknown {
-                match sum.unknown.iter_mut().find(|(known, _)| *known == index) {
-                    Some((_, there)) => *there += factor * c,
-                    None => sum.unknown.push((index, factor * c)),
-                }
+                add(&mut sum.unknown, index, factor * c);
             }
             sum.known
                 .extend(form.known.iter().map(|&(known, c)| (known, factor * c)));
@@ -391,12 +392,9 @@ impl Vocabulary {
             }
         }
         for (one, factor) in known {
-            match sum.known.iter_mut().find(|(_, other)| *other == one) {
-                Some((there, _)) => *there += factor,
-                None => sum.known.push((factor, one)),
-            }
+            add(&mut sum.known, one, factor);
         }
-        sum.known.retain(|(factor, _)| factor.abs() > NOTHING);
+        sum.known.retain(|(_, factor)| factor.abs() > NOTHING);
         Some(sum)
     }
 }
@@ -477,6 +475,6 @@ mod tests {
             of: Which::Rotor,
             is_rate: true,
         };
-        assert_eq!(sum.known, [(1.0, end)]);
+        assert_eq!(sum.known, [(end, 1.0)]);
     }
 }

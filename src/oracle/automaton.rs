@@ -171,20 +171,8 @@ impl<const N: usize> Run<N> {
         let scales = scales(exact, &courses);
         let mut run = Run {
             state: State {
-                chains: [
-                    ChainState {
-                        twist: Vec::new(),
-                        rate: Vec::new(),
-                        free: None,
-                        angle: Float::zero(),
-                    },
-                    ChainState {
-                        twist: Vec::new(),
-                        rate: Vec::new(),
-                        free: None,
-                        angle: Float::zero(),
-                    },
-                ],
+                // They follow from the speeds of the ends, which the run knows.
+                chains: Default::default(),
                 axial: actuation.is_some().then(|| [Float::zero(); 2]),
                 deflection: Float::zero(),
             },
@@ -205,11 +193,7 @@ impl<const N: usize> Run<N> {
             piece: 0,
             ends,
             zeros: Vec::new(),
-            take_off_zeros: if exact.breakaway == at_vanishing_speed(&exact.law) {
-                2
-            } else {
-                1
-            },
+            take_off_zeros: 1 + usize::from(exact.breakaway == at_vanishing_speed(&exact.law)),
             stays_open: false,
             corners: corners.into(),
             kicks: kicks.into_iter().map(|(time, kick)| (number(time), kick)).collect(),
@@ -752,6 +736,11 @@ impl<const N: usize> Run<N> {
     /// What a guard does that has fired.
     fn transition(&mut self, fired: &Fired<N>) -> Result<(), OracleError> {
         let at_once = fired.after.is_zero();
+        let mut crossed = |guard: Guard| {
+            if !at_once {
+                self.zeros.push((guard, 1));
+            }
+        };
         match fired.guard {
             Guard::Stop => self.stop(),
             Guard::Sense => {
@@ -764,21 +753,15 @@ impl<const N: usize> Run<N> {
             }
             Guard::Knot(side) => {
                 self.piece = if side > 0 { self.piece + 1 } else { self.piece - 1 };
-                if !at_once {
-                    self.zeros.push((Guard::Knot(-side), 1));
-                }
+                crossed(Guard::Knot(-side));
                 Ok(())
             }
             Guard::Stability => {
-                if !at_once {
-                    self.zeros.push((Guard::Stability, 1));
-                }
+                crossed(Guard::Stability);
                 self.change_stability()
             }
             Guard::Threshold => {
-                if !at_once {
-                    self.zeros.push((Guard::Threshold, 1));
-                }
+                crossed(Guard::Threshold);
                 self.cross_threshold()
             }
             Guard::Breakaway(sense) => {

@@ -67,11 +67,8 @@ impl<const N: usize> Actuation<N> {
         [mass, stiffness]: [&BigRational; 2],
     ) -> (Self, bool) {
         let mut later: VecDeque<Piece> = pieces(signal).into();
-        let first = later.pop_front().unwrap_or(Piece {
-            start: BigRational::zero(),
-            force: BigRational::zero(),
-            slope: BigRational::zero(),
-        });
+        let zero = BigRational::zero;
+        let first = later.pop_front().unwrap_or(Piece::constant(zero(), zero()));
         let presses = first.force.is_positive() || (first.force.is_zero() && first.slope.is_positive());
         let actuation = Actuation {
             now: Self::numbers(&first),

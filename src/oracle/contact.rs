@@ -55,7 +55,7 @@ impl<const N: usize> Contact<N> {
 }
 
 /// Taylor coefficients of the contact's own quantities.
-#[derive(Debug)]
+#[derive(Debug, Default)]
 pub(super) struct ContactSeries<const N: usize> {
     /// x = s omega_r and the friction law's shape.
     shapes: Shapes<N>,
@@ -99,19 +99,8 @@ fn quotient<const N: usize>(
 impl<const N: usize> ContactSeries<N> {
     pub fn new(deflection: &Float<N>) -> Self {
         ContactSeries {
-            shapes: Shapes::default(),
-            pressed: Vec::new(),
-            coefficient: Vec::new(),
-            ratio: Vec::new(),
-            rate: Vec::new(),
-            smooth: Vec::new(),
-            slope: Vec::new(),
-            auxiliary: Vec::new(),
-            factor: Vec::new(),
-            loading: Vec::new(),
-            per_first: Float::zero(),
-            per_half_pi: Float::zero(),
             deflection: vec![*deflection],
+            ..ContactSeries::default()
         }
     }
 

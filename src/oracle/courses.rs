@@ -45,13 +45,7 @@ struct Parts<'a> {
 
 impl<'a> Parts<'a> {
     fn gather(&mut self, drive: &'a Drive<BigRational>) {
-        let constant = |value: &BigRational| {
-            vec![Piece {
-                start: BigRational::zero(),
-                force: value.clone(),
-                slope: BigRational::zero(),
-            }]
-        };
+        let constant = |value: &BigRational| vec![Piece::constant(BigRational::zero(), value.clone())];
         match drive {
             Drive::Value(value) => self.linear.push(constant(value)),
             Drive::Linear(signal) => self.linear.push(pieces(signal)),

@@ -51,7 +51,7 @@ impl<const N: usize> State<N> {
 }
 
 /// Of one train.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, Default)]
 pub(super) struct ChainState<const N: usize> {
     /// Of each shaft, rad.
     pub twist: Vec<Float<N>>,

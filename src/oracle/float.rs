@@ -536,6 +536,12 @@ impl Number {
     }
 }
 
+impl<const N: usize> Default for Float<N> {
+    fn default() -> Self {
+        Self::zero()
+    }
+}
+
 impl<const N: usize> PartialEq for Float<N> {
     fn eq(&self, other: &Self) -> bool {
         self.partial_cmp(other) == Some(Ordering::Equal)

@@ -128,7 +128,7 @@ pub fn decimal(value: &BigRational, digits: usize) -> String {
     }
 }
 
-/// Powers of ten beyond this are no numbers of a brake, and would take very long.
+/// Powers of ten beyond this are no numbers of a case, and would take very long.
 const LARGEST_EXPONENT: i32 = 100_000;
 
 /// The exact value of a decimal number such as `-4.0177e-05`; `None` if it is none.

@@ -15,6 +15,14 @@ pub(super) struct Piece {
     pub slope: BigRational,
 }
 
+impl Piece {
+    /// A force that stays.
+    pub fn constant(start: BigRational, force: BigRational) -> Piece {
+        let slope = BigRational::zero();
+        Piece { start, force, slope }
+    }
+}
+
 /// F(t) from t = 0 on. The last piece never ends.
 pub(super) fn pieces(actuation: &Signal<BigRational>) -> Vec<Piece> {
     let zero = BigRational::zero;
@@ -25,17 +33,9 @@ pub(super) fn pieces(actuation: &Signal<BigRational>) -> Vec<Piece> {
                 force: zero(),
                 slope: value / rise_time,
             },
-            Piece {
-                start: rise_time.clone(),
-                force: value.clone(),
-                slope: zero(),
-            },
+            Piece::constant(rise_time.clone(), value.clone()),
         ],
-        Signal::Ramp(Ramp { value, .. }) => vec![Piece {
-            start: zero(),
-            force: value.clone(),
-            slope: zero(),
-        }],
+        Signal::Ramp(Ramp { value, .. }) => vec![Piece::constant(zero(), value.clone())],
         Signal::Table(Table { time, value }) => table_pieces(time, value),
     }
 }
@@ -45,11 +45,7 @@ fn table_pieces(time: &[BigRational], force: &[BigRational]) -> Vec<Piece> {
     let zero = BigRational::zero();
     let mut pieces = Vec::with_capacity(time.len() + 1);
     if time.first().is_some_and(|first| first > &zero) {
-        pieces.push(Piece {
-            start: zero.clone(),
-            force: force[0].clone(),
-            slope: zero.clone(),
-        });
+        pieces.push(Piece::constant(zero.clone(), force[0].clone()));
     }
     for (index, (start, at_start)) in time.iter().zip(force).enumerate() {
         let next = time.get(index + 1);

@@ -6,7 +6,7 @@ use super::rows::{Event, Piece, Sample, Segment};
 /// A recorder failed (a full disk, for example); the run stops and says so.
 pub type RecorderError = Box<dyn std::error::Error + Send + Sync>;
 
-/// Takes the run as it is computed. Rows arrive in order of time.
+/// Takes the run as it is computed. Rows arrive in order of time. What a recorder does not take is not kept.
 pub trait Recorder {
     /// What the state of the row that comes next has beyond [`State`](super::State): of a sample once, of an event twice, before
     /// and after it.
@@ -14,11 +14,17 @@ pub trait Recorder {
         Ok(())
     }
     /// A row of the trajectory.
-    fn sample(&mut self, sample: &Sample) -> Result<(), RecorderError>;
+    fn sample(&mut self, _sample: &Sample) -> Result<(), RecorderError> {
+        Ok(())
+    }
     /// An event.
-    fn event(&mut self, event: &Event) -> Result<(), RecorderError>;
+    fn event(&mut self, _event: &Event) -> Result<(), RecorderError> {
+        Ok(())
+    }
     /// A segment, when it has ended.
-    fn segment(&mut self, segment: &Segment) -> Result<(), RecorderError>;
+    fn segment(&mut self, _segment: &Segment) -> Result<(), RecorderError> {
+        Ok(())
+    }
     /// A piece of the motion, of a run with dense output.
     fn piece(&mut self, _piece: &Piece<'_>) -> Result<(), RecorderError> {
         Ok(())
@@ -45,15 +51,6 @@ pub struct NoRecorder;
 impl Recorder for NoRecorder {
     fn stores_motion(&self) -> bool {
         false
-    }
-    fn sample(&mut self, _: &Sample) -> Result<(), RecorderError> {
-        Ok(())
-    }
-    fn event(&mut self, _: &Event) -> Result<(), RecorderError> {
-        Ok(())
-    }
-    fn segment(&mut self, _: &Segment) -> Result<(), RecorderError> {
-        Ok(())
     }
 }
 

@@ -1,6 +1,6 @@
 //! Two event sequences compared: what matches, what is missing, what is too many, and where they part.
 
-use super::rows::EventKind;
+use super::rows::{Event, EventKind};
 use serde::Serialize;
 
 /// One event of an event sequence.
@@ -10,6 +10,15 @@ pub struct SequenceEvent {
     pub time: f64,
     /// What happened.
     pub kind: EventKind,
+}
+
+impl From<&Event> for SequenceEvent {
+    fn from(event: &Event) -> SequenceEvent {
+        SequenceEvent {
+            time: event.time,
+            kind: event.kind,
+        }
+    }
 }
 
 /// A reference event and the candidate's event that stands for it, or one of them alone; indices into the words.

@@ -17,6 +17,7 @@ use crate::oracle::{OracleError, OracleRequest, solve};
 use crate::record::{Event, EventKind, NoRecorder};
 use crate::run::Run;
 use crate::simulation::{Method, RunReport};
+use serde::{Serialize, Serializer};
 use std::ops::ControlFlow;
 use std::time::{Duration, Instant};
 
@@ -75,26 +76,28 @@ pub struct Reference {
 }
 
 /// Errors of one run, s; `None` where there is nothing to compare.
-#[derive(Debug, Clone, Copy, PartialEq, Default)]
+#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize)]
 pub struct Errors {
     /// Of the first stick.
     pub onset: Option<f64>,
     /// Of the stick in which the run ends.
     pub final_stick: Option<f64>,
     /// The largest of all events, if their sequence is the reference's.
+    #[serde(rename = "largest_event")]
     pub largest: Option<f64>,
 }
 
 /// One run of a study.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Measurement {
     /// How it was integrated.
+    #[serde(serialize_with = "by_name")]
     pub method: Method,
     /// With what accuracy.
+    #[serde(flatten)]
     pub knob: Knob,
-    /// Why it failed, if it did.
-    pub failure: Option<String>,
     /// Against the reference.
+    #[serde(rename = "error")]
     pub errors: Errors,
     /// Events of its sequence.
     pub events: usize,
@@ -108,6 +111,13 @@ pub struct Measurement {
     pub jacobian_evaluations: u64,
     /// The least of the repetitions, s.
     pub wall_time: f64,
+    /// Why it failed, if it did.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub failure: Option<String>,
+}
+
+fn by_name<S: Serializer>(method: &Method, serializer: S) -> Result<S::Ok, S::Error> {
+    serializer.serialize_str(method.name())
 }
 
 /// A study as far as it came.
@@ -151,33 +161,27 @@ pub fn run(
     else {
         return Ok(None);
     };
-    let uncertainty = uncertainty(&reference);
-    let mut measurements = Vec::with_capacity(study.runs.len());
+    let mut result = StudyResult {
+        uncertainty: uncertainty(&reference),
+        reference,
+        measurements: Vec::with_capacity(study.runs.len()),
+        interrupted: false,
+    };
     for (method, knob, case) in &study.runs {
         let progress = StudyProgress {
             done,
             of,
             method: *method,
         };
-        let Some(measurement) = measure(*method, *knob, case, &reference, study.repeat, &mut || {
-            control(progress)
-        }) else {
-            return Ok(Some(StudyResult {
-                reference,
-                uncertainty,
-                measurements,
-                interrupted: true,
-            }));
+        let control = &mut || control(progress);
+        let Some(measurement) = measure(*method, *knob, case, &result.reference, study.repeat, control) else {
+            result.interrupted = true;
+            break;
         };
-        measurements.push(measurement);
+        result.measurements.push(measurement);
         done += 1;
     }
-    Ok(Some(StudyResult {
-        reference,
-        uncertainty,
-        measurements,
-        interrupted: false,
-    }))
+    Ok(Some(result))
 }
 
 type Sequence = Vec<(EventKind, f64)>;
@@ -395,7 +399,6 @@ fn measure(
     let mut measurement = Measurement {
         method,
         knob,
-        failure: None,
         errors: Errors::default(),
         events: 0,
         same_sequence: false,
@@ -403,6 +406,7 @@ fn measure(
         rhs_evaluations: 0,
         jacobian_evaluations: 0,
         wall_time: f64::INFINITY,
+        failure: None,
     };
     for _ in 0..repeat {
         let clock = Instant::now();

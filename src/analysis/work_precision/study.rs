@@ -8,6 +8,8 @@ use crate::case::{
 use crate::quote::shown;
 use crate::simulation::Method;
 use crate::simulation::trains::is_short;
+use serde::ser::SerializeStruct;
+use serde::{Serialize, Serializer};
 use std::path::{Path, PathBuf};
 
 /// Every built-in study; the first is run if none is named.
@@ -50,6 +52,27 @@ pub enum Knob {
     Tolerance(f64),
     /// `solver.fixed_step`, s.
     FixedStep(f64),
+}
+
+impl Knob {
+    /// The tolerance, or the step (s).
+    pub fn rtol_and_step(self) -> (Option<f64>, Option<f64>) {
+        match self {
+            Knob::Tolerance(rtol) => (Some(rtol), None),
+            Knob::FixedStep(step) => (None, Some(step)),
+        }
+    }
+}
+
+impl Serialize for Knob {
+    /// As `rtol` and `fixed_step`, of which one is null.
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        let (rtol, fixed_step) = self.rtol_and_step();
+        let mut both = serializer.serialize_struct("Knob", 2)?;
+        both.serialize_field("rtol", &rtol)?;
+        both.serialize_field("fixed_step", &fixed_step)?;
+        both.end()
+    }
 }
 
 /// A valid study: every run of it is a valid case.
@@ -223,6 +246,11 @@ impl Reader<'_> {
         CaseError::one(place, key, message)
     }
 
+    /// A problem at a node.
+    fn at(&self, node: &Node, key: impl Into<String>, message: impl Into<String>) -> CaseError {
+        CaseError::one(node.place.show(self.label), key, message)
+    }
+
     /// What is wrong with a case that the study makes, at the study's key.
     fn of_case(&self, root: &Node, key: &str, error: &CaseError) -> CaseError {
         let texts = error.problems.iter().map(|problem| match problem {
@@ -236,11 +264,7 @@ impl Reader<'_> {
     fn keys(&self, node: &Node, prefix: &str, known: &[&str]) -> Result<(), CaseError> {
         let Value::Table(entries) = &node.value else {
             let message = format!("expected a table, but got {}", node.value.describe());
-            return Err(CaseError::one(
-                node.place.show(self.label),
-                prefix.trim_end_matches('.'),
-                message,
-            ));
+            return Err(self.at(node, prefix.trim_end_matches('.'), message));
         };
         for (name, child) in entries {
             if !known.contains(&name.as_str()) {
@@ -248,12 +272,7 @@ impl Reader<'_> {
                     || format!("there are {}", known.join(", ")),
                     |close| format!("did you mean {prefix}{close}?"),
                 );
-                let place = child.place.show(self.label);
-                return Err(CaseError::one(
-                    place,
-                    format!("{prefix}{name}"),
-                    format!("unknown key; {hint}"),
-                ));
+                return Err(self.at(child, format!("{prefix}{name}"), format!("unknown key; {hint}")));
             }
         }
         Ok(())
@@ -262,11 +281,7 @@ impl Reader<'_> {
     fn text<'n>(&self, node: &'n Node, key: &str) -> Result<&'n str, CaseError> {
         match &node.value {
             Value::Text(text) => Ok(text),
-            other => Err(CaseError::one(
-                node.place.show(self.label),
-                key,
-                format!("expected a text, but got {}", other.describe()),
-            )),
+            other => Err(self.at(node, key, format!("expected a text, but got {}", other.describe()))),
         }
     }
 
@@ -300,7 +315,7 @@ impl Reader<'_> {
         };
         found.map_err(|error| {
             let message = error.problems.first().map(|p| p.message.clone()).unwrap_or_default();
-            CaseError::one(node.place.show(self.label), "case", message)
+            self.at(node, "case", message)
         })
     }
 
@@ -312,7 +327,7 @@ impl Reader<'_> {
             let change = Override::parse(text).map_err(|error| self.of_case(root, "set", &error))?;
             if let key @ ("solver.method" | "solver.rtol" | "solver.fixed_step") = change.path() {
                 let message = format!("{key} is what the study varies: use a [[series]]");
-                return Err(CaseError::one(node.place.show(self.label), "set", message));
+                return Err(self.at(node, "set", message));
             }
             overrides.push(change);
         }
@@ -330,7 +345,7 @@ impl Reader<'_> {
                 names.join(", "),
                 name = shown(name)
             );
-            CaseError::one(node.place.show(self.label), key, message)
+            self.at(node, key, message)
         })
     }
 
@@ -346,9 +361,7 @@ impl Reader<'_> {
         let elements = self.list(root, key)?;
         elements
             .iter()
-            .map(|node| {
-                number_of(node, case_key).map_err(|message| CaseError::one(node.place.show(self.label), key, message))
-            })
+            .map(|node| number_of(node, case_key).map_err(|message| self.at(node, key, message)))
             .collect()
     }
 
@@ -358,7 +371,7 @@ impl Reader<'_> {
             if let Some(other) = REFERENCE_KEYS[1..].iter().find(|key| node.at(key).is_some()) {
                 let message =
                     format!("with truth, which is computed already, reference.{other} has no meaning: remove one");
-                return Err(CaseError::one(truth.place.show(self.label), "reference.truth", message));
+                return Err(self.at(truth, "reference.truth", message));
             }
             let name = self.text(truth, "reference.truth")?;
             return Ok(ReferenceChoice::Truth(self.folder.join(name)));
@@ -379,8 +392,9 @@ impl Reader<'_> {
         }
         let rtol = match node.at("rtol") {
             None => TIGHTEST,
-            Some(found) => number_of(found, "solver.rtol")
-                .map_err(|message| CaseError::one(found.place.show(self.label), "reference.rtol", message))?,
+            Some(found) => {
+                number_of(found, "solver.rtol").map_err(|message| self.at(found, "reference.rtol", message))?
+            }
         };
         Ok(ReferenceChoice::Runs { method, check, rtol })
     }

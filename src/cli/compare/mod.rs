@@ -7,10 +7,11 @@ mod target;
 
 use super::arguments::{Common, CompareOptions};
 use super::input::bad_file;
-use super::progress::CompareBar;
+use super::progress::Bar;
 use super::{CommandError, End, print, print_json, wants_json, wants_text};
 use crate::compare::{CompareError, Comparison, Mapping, Reference, Requirement};
 use serde::Serialize;
+use std::path::Path;
 
 #[derive(Serialize)]
 struct Document<'a> {
@@ -36,10 +37,10 @@ pub(super) fn compare(options: &CompareOptions, common: &Common) -> Result<End, 
         error => CommandError::Input(error.to_string()),
     };
     let reference = Reference::open(&options.reference).map_err(input)?;
-    let mapping = mapping(options, reference.mapping()).map_err(input)?;
+    let mapping = mapping(options, &reference).map_err(input)?;
     let comparisons = options.candidates.iter().map(|path| {
-        let bar = CompareBar::new(common, path);
-        let comparison = reference.compare_watched(path, &mapping, &mut |progress| bar.show(progress));
+        let bar = Bar::new(common);
+        let comparison = reference.compare_watched(path, &mapping, &mut |progress| bar.comparison(progress, path));
         bar.finish();
         comparison.map_err(input)
     });
@@ -79,15 +80,19 @@ pub(super) fn compare(options: &CompareOptions, common: &Common) -> Result<End, 
     }
 }
 
-/// The mapping file with the options over it.
-fn mapping(options: &CompareOptions, names: Mapping) -> Result<Mapping, CompareError> {
-    let mut mapping = match &options.map {
-        Some(path) => names.with_file(path)?,
-        None => names,
+/// The columns of a mapping file, with those of options over them, by the names of a reference.
+pub(super) fn columns(reference: &Reference, file: Option<&Path>, options: &[String]) -> Result<Mapping, CompareError> {
+    let mut mapping = match file {
+        Some(path) => reference.mapping().with_file(path)?,
+        None => reference.mapping(),
     };
-    for column in &options.columns {
-        mapping.add_option(column)?;
-    }
+    options.iter().try_for_each(|column| mapping.add_option(column))?;
+    Ok(mapping)
+}
+
+/// The mapping file with the options over it.
+fn mapping(options: &CompareOptions, reference: &Reference) -> Result<Mapping, CompareError> {
+    let mut mapping = columns(reference, options.map.as_deref(), &options.columns)?;
     if let Some(path) = &options.events {
         mapping.event_file = Some(path.clone());
     }

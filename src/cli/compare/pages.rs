@@ -209,10 +209,10 @@ fn growth(cycles: &crate::compare::CycleErrors) -> String {
     )
 }
 
-/// Matched events that a report lists: all of a brake, the first of trains.
+/// Matched events that a report lists: all of a motion that comes to its end, the first of one that goes on in cycles.
 fn most_events(c: &Comparison) -> usize {
-    const OF_TRAINS: usize = 100;
-    if c.time_scale.is_some() { OF_TRAINS } else { usize::MAX }
+    const OF_CYCLES: usize = 100;
+    if c.time_scale.is_some() { OF_CYCLES } else { usize::MAX }
 }
 
 /// Format, span and where the events are from.

@@ -18,12 +18,8 @@ pub(super) fn terminal(pages: &[Page]) -> String {
                     if !table.title.is_empty() {
                         text += &format!("{}\n", table.title);
                     }
-                    let mut lines = tables::table(&table.header);
-                    for row in &table.rows {
-                        lines.add_row(row);
-                    }
-                    tables::align_right(&mut lines, table.texts..table.header.len());
-                    text += &tables::show(&lines);
+                    let right = table.texts..table.header.len();
+                    text += &tables::lines(&table.header, table.rows.iter().cloned(), right);
                 }
             }
         }

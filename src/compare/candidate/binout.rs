@@ -237,9 +237,8 @@ impl BinoutTable {
         table.branches.retain(|_, branch| branch.variables.contains_key("time"));
         if table.branches.is_empty() {
             let what = "holds no history: no folder of a state has a time";
-            return Err(CompareError::content(
+            return Err(CompareError::whole(
                 &table.path,
-                "",
                 what,
                 "write one with *DATABASE_NODOUT, *DATABASE_RCFORC or *DATABASE_RBDOUT",
             ));
@@ -334,7 +333,7 @@ impl BinoutTable {
                     if *count > MOST_VARIABLES {
                         let what = format!("more than {MOST_VARIABLES} variables of states");
                         let remedy = "write fewer states, or fewer databases";
-                        return Err(CompareError::content(&file.path, "", what, remedy));
+                        return Err(CompareError::whole(&file.path, what, remedy));
                     }
                     let entry = Entry {
                         file: number,
@@ -435,7 +434,7 @@ impl BinoutTable {
 
     fn series(&self, name: &str) -> Result<Series<'_>, CompareError> {
         self.find(name)
-            .map_err(|what| CompareError::content(&self.path, "", what, "name it with --column or in a mapping"))
+            .map_err(|what| CompareError::whole(&self.path, what, "name it with --column or in a mapping"))
     }
 
     fn entries(&self, series: &Series<'_>) -> &BTreeMap<u32, Entry> {
@@ -543,10 +542,6 @@ impl Table for BinoutTable {
         self.find(name).err().filter(|why| !why.starts_with("has no"))
     }
 
-    fn unit(&self, _: &str) -> Option<String> {
-        None
-    }
-
     fn pass(&self, columns: &[String]) -> Result<Box<dyn Pass + '_>, CompareError> {
         let series: Vec<Series<'_>> = columns.iter().map(|name| self.series(name)).collect::<Result<_, _>>()?;
         let found: Vec<Column> = series.iter().map(|series| self.column(series)).collect();
@@ -562,7 +557,7 @@ impl Table for BinoutTable {
                     first.entries.len()
                 );
                 let remedy = "take the channels from one database, or write all at the same interval";
-                return Err(CompareError::content(&self.path, "", what, remedy));
+                return Err(CompareError::whole(&self.path, what, remedy));
             }
             if series.branch != found[0].path.trim_end_matches("/time") {
                 self.same_times(first, series.branch)?;
@@ -573,10 +568,6 @@ impl Table for BinoutTable {
             columns: found,
             row: 0,
         }))
-    }
-
-    fn texts(&self, _: &str) -> Result<Vec<String>, CompareError> {
-        Ok(Vec::new())
     }
 
     fn place(&self, row: u64, column: &str) -> String {
@@ -607,7 +598,7 @@ impl BinoutTable {
             if of(own, &time.name)? != of(entry, "time")? {
                 let what = format!("{} and {branch}/time differ in state {state}", time.path);
                 let remedy = "take the channels from one database, or write all at the same interval";
-                return Err(CompareError::content(&self.path, "", what, remedy));
+                return Err(CompareError::whole(&self.path, what, remedy));
             }
         }
         Ok(())

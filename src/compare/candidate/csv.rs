@@ -43,7 +43,7 @@ impl CsvTable {
             match lines.next() {
                 Some(Ok(line)) if line.contains(&0) => {
                     let remedy = "give a CSV, NPZ or HDF5 file";
-                    return Err(CompareError::content(path, "", "this is no text", remedy));
+                    return Err(CompareError::whole(path, "this is no text", remedy));
                 }
                 // Whatever the encoding: numbers and the known names are the same in all that have no zero bytes.
                 Some(Ok(line)) => {
@@ -56,9 +56,8 @@ impl CsvTable {
                 }
                 Some(Err(error)) => return Err(CompareError::io(path, &error)),
                 None => {
-                    return Err(CompareError::content(
+                    return Err(CompareError::whole(
                         path,
-                        "",
                         "holds no line of data",
                         "check how it was written",
                     ));
@@ -146,9 +145,8 @@ impl CsvTable {
                     super::listed(&self.names()),
                     name = shown(name)
                 );
-                CompareError::content(
+                CompareError::whole(
                     self.source.path(),
-                    "",
                     what,
                     "name the column with --column or in a mapping",
                 )
@@ -214,11 +212,9 @@ impl Table for CsvTable {
         let mut reader = self.reader()?;
         for _ in 0..BLOCK {
             // What is wrong with a row, the pass says.
-            if !reader.read_byte_record(&mut record).unwrap_or(false) {
+            if !next(&mut reader, &mut record, self.separator).unwrap_or(false) {
                 break;
             }
-            reader.get_mut().taken();
-            join_blanks(&mut record, self.separator);
             if let Some(Ok(text)) = record.get(position).map(std::str::from_utf8) {
                 digits.add(text);
             }
@@ -231,15 +227,7 @@ impl Table for CsvTable {
         let mut texts = Vec::new();
         let mut reader = self.reader()?;
         let mut record = ByteRecord::new();
-        while reader
-            .read_byte_record(&mut record)
-            .map_err(|error| self.failed(&error))?
-        {
-            reader.get_mut().taken();
-            if is_blank(&record, self.separator) {
-                continue;
-            }
-            join_blanks(&mut record, self.separator);
+        while next(&mut reader, &mut record, self.separator).map_err(|error| self.failed(&error))? {
             let field = record.get(position).unwrap_or_default();
             texts.push(String::from_utf8_lossy(field).into_owned());
         }
@@ -255,6 +243,18 @@ fn joined(name: &str) -> String {
 /// A line of nothing but blanks; one of other separators has lost its fields.
 fn is_blank(record: &ByteRecord, separator: u8) -> bool {
     record.as_slice().is_empty() && (separator == b' ' || record.len() < 2)
+}
+
+/// Reads the next record that is not blank; `false` at the end.
+fn next(reader: &mut csv::Reader<Rows<Place>>, record: &mut ByteRecord, separator: u8) -> Result<bool, csv::Error> {
+    while reader.read_byte_record(record)? {
+        reader.get_mut().taken();
+        if !is_blank(record, separator) {
+            join_blanks(record, separator);
+            return Ok(true);
+        }
+    }
+    Ok(false)
 }
 
 /// Several blanks separate two fields like one.
@@ -297,20 +297,15 @@ impl Pass for CsvPass {
     fn next(&mut self, columns: &mut [Vec<f64>]) -> Result<(), CompareError> {
         columns.iter_mut().for_each(Vec::clear);
         while columns[0].len() < BLOCK {
-            let more = self.reader.read_byte_record(&mut self.record).map_err(|error| {
+            let more = next(&mut self.reader, &mut self.record, self.separator).map_err(|error| {
                 // Where no row was read, the one that was to be read begins.
                 let at = error.position().unwrap_or(self.reader.position());
                 self.fault(at.line(), error.to_string(), "correct the file")
             })?;
-            self.reader.get_mut().taken();
             if !more {
                 break;
             }
             let line = self.record.position().map_or(0, csv::Position::line);
-            if is_blank(&self.record, self.separator) {
-                continue;
-            }
-            join_blanks(&mut self.record, self.separator);
             if self.record.len() != self.fields {
                 let what = format!("has {} fields, where the header has {}", self.record.len(), self.fields);
                 return Err(self.fault(

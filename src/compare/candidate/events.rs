@@ -3,15 +3,12 @@
 use super::super::resolution::Rounding;
 use super::super::{CompareError, Found};
 use super::csv::CsvTable;
-use super::hdf5::ForeignTable;
-use super::mapping::{Mapping, known_kind};
-use super::npz::NpzTable;
+use super::mapping::{Column, Mapping, known_kind};
 use super::source::Source;
 use super::table::Table;
-use super::unit_factor;
+use super::{hdf5_or_npz, unit_factor};
 use crate::case::quantity::Dimension;
 use crate::record::{Event, EventKind};
-use crate::results::{ForeignFile, check_sound};
 use std::path::Path;
 
 /// Names of the columns of an events table, where nothing else is said.
@@ -77,50 +74,30 @@ pub(super) fn find(table: &dyn Table, mapping: &Mapping, alone: bool) -> Result<
 
 fn open(path: &Path) -> Result<Box<dyn Table>, CompareError> {
     let source = Source::open(path)?;
-    let start = source.head(8)?;
-    if start.starts_with(b"\x89HDF") {
-        super::refuse_pipe(&source)?;
-        let file = ForeignFile::open(path)?;
-        check_sound(path)?;
-        return Ok(Box::new(ForeignTable { file }));
+    match hdf5_or_npz(&source, &source.head(8)?)? {
+        Some((_, table)) => Ok(table),
+        None => Ok(Box::new(CsvTable::open(source)?)),
     }
-    Ok(if start.starts_with(b"PK") {
-        Box::new(NpzTable::open(&source)?)
-    } else {
-        Box::new(CsvTable::open(source)?)
-    })
 }
 
 fn read(table: &dyn Table, mapping: &Mapping, alone: bool) -> Result<Read, CompareError> {
     let choices = if alone { 4 } else { 2 };
-    let name = |mapped: Option<&str>, names: &[&str; 4], what: &str, has: &dyn Fn(&str) -> bool| match mapped {
-        Some(name) => Ok(name.to_owned()),
-        None => names[..choices]
-            .iter()
-            .find(|name| has(name))
-            .map(|name| (*name).to_owned())
+    let name = |mapped: &Option<Column>, names: &[&str; 4], what: &str, has: &dyn Fn(&str) -> bool| {
+        let mapped = mapped.as_ref().map(|column| column.name.clone());
+        let known = || names[..choices].iter().find(|name| has(name));
+        mapped
+            .or_else(|| known().map(|name| (*name).to_owned()))
             .ok_or_else(|| {
                 let remedy = format!("name it with --column events.{what}=NAME or in a mapping");
-                CompareError::content(
+                CompareError::whole(
                     table.path(),
-                    "",
                     format!("has no column with the {what}s of events"),
                     remedy,
                 )
-            }),
+            })
     };
-    let time = name(
-        mapping.event_time.as_ref().map(|c| c.name.as_str()),
-        &TIMES,
-        "time",
-        &|name| table.has(name),
-    )?;
-    let kind = name(
-        mapping.event_kind.as_ref().map(|c| c.name.as_str()),
-        &KINDS,
-        "kind",
-        &|name| table.has_texts(name),
-    )?;
+    let time = name(&mapping.event_time, &TIMES, "time", &|name| table.has(name))?;
+    let kind = name(&mapping.event_kind, &KINDS, "kind", &|name| table.has_texts(name))?;
     let mapped = mapping
         .event_time
         .as_ref()
@@ -148,9 +125,8 @@ fn read(table: &dyn Table, mapping: &Mapping, alone: bool) -> Result<Read, Compa
     };
     if kinds.len() != times.len() {
         let what = format!("there are {} times, but {} kinds", times.len(), kinds.len());
-        return Err(CompareError::content(
+        return Err(CompareError::whole(
             table.path(),
-            "",
             what,
             "each event has a time and a kind",
         ));

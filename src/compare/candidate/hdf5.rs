@@ -1,7 +1,7 @@
 //! Columns of HDF5 files: our own results, and files of other programs.
 
 use super::super::CompareError;
-use super::table::{BLOCK, Pass, Slice, Table};
+use super::table::{BLOCK, Pass, Slice, Table, of_one_length};
 use crate::results::{ForeignColumn, ForeignFile, ResultError, ResultFile};
 use std::path::Path;
 
@@ -29,10 +29,6 @@ impl Table for OwnTable {
         self.names().iter().any(|known| known == name)
     }
 
-    fn unit(&self, _: &str) -> Option<String> {
-        None
-    }
-
     fn pass(&self, columns: &[String]) -> Result<Box<dyn Pass>, CompareError> {
         // A second handle, so that the pass can outlive this borrow.
         let file = ResultFile::open(self.path())?;
@@ -43,10 +39,6 @@ impl Table for OwnTable {
             row: 0,
             rows,
         }))
-    }
-
-    fn texts(&self, _: &str) -> Result<Vec<String>, CompareError> {
-        Ok(Vec::new())
     }
 
     fn place(&self, row: u64, column: &str) -> String {
@@ -133,7 +125,7 @@ impl Table for ForeignTable {
             row: 0,
             rows: 0,
         };
-        let mut longest: Option<(&str, usize)> = None;
+        let mut last: Option<(&str, usize)> = None;
         for name in columns {
             let slice = Slice::parse(name);
             let array = self.resolve(slice.array).unwrap_or(slice.array);
@@ -148,18 +140,8 @@ impl Table for ForeignTable {
                     "name a slice of it, such as y[2]",
                 ));
             };
-            if let Some((other, length)) = longest
-                && length != rows
-            {
-                let what = format!("has {rows} rows, but {other} has {length}");
-                return Err(CompareError::content(
-                    self.path(),
-                    name.as_str(),
-                    what,
-                    "columns are of one length",
-                ));
-            }
-            longest = Some((name, rows));
+            last.map_or(Ok(()), |last| of_one_length(self.path(), name, rows, last))?;
+            last = Some((name, rows));
             pass.rows = rows;
             let row = slice.of.is_some() && stride == 1 && shape.len() == 2;
             pass.columns.push((column, Part::of(&shape, start, stride, row)));

@@ -35,11 +35,7 @@ impl TimeOffset {
         if text.trim() == "auto" {
             return Ok(TimeOffset::Auto);
         }
-        let value = match text.trim().parse::<f64>() {
-            Ok(value) => Ok(value),
-            Err(_) => quantity::parse(text, Dimension::Time),
-        }?;
-        TimeOffset::seconds(value)
+        TimeOffset::seconds(with_or_without_unit(text, Dimension::Time)?)
     }
 
     fn seconds(value: f64) -> Result<TimeOffset, String> {
@@ -100,18 +96,10 @@ pub(super) fn factor(unit: &str, dimension: Dimension) -> Result<f64, String> {
 }
 
 impl Mapping {
-    /// Reads a mapping file for a brake.
-    ///
-    /// # Errors
-    /// If it cannot be read, is no TOML, or has an unknown key, channel or unit.
-    pub fn file(path: &Path) -> Result<Mapping, CompareError> {
-        Mapping::default().with_file(path)
-    }
-
     /// Reads a mapping file over what is known.
     ///
     /// # Errors
-    /// Those of [`Self::file`].
+    /// If it cannot be read, is no TOML, or has an unknown key, channel or unit.
     pub fn with_file(self, path: &Path) -> Result<Mapping, CompareError> {
         let text = crate::input::text(path).map_err(|error| CompareError::io(path, &error))?;
         let text = text.map_err(|line| {
@@ -176,16 +164,14 @@ impl Mapping {
                     match name {
                         "velocity_tolerance" => self.velocity_tolerance = Some(velocity(item, self.velocity())?),
                         "hysteresis" => {
-                            let factor = item.as_float().or_else(|| item.as_integer().map(|n| n as f64));
-                            self.set_hysteresis(factor.unwrap_or(f64::NAN))?;
+                            self.set_hysteresis(number(item).unwrap_or(f64::NAN))?;
                         }
                         _ => return Err(unknown("detection", name, &["velocity_tolerance", "hysteresis"])),
                     }
                 }
             }
             "time_offset" => {
-                let number = item.as_float().or_else(|| item.as_integer().map(|n| n as f64));
-                self.time_offset = match number {
+                self.time_offset = match number(item) {
                     Some(seconds) => TimeOffset::seconds(seconds)?,
                     None => TimeOffset::parse(text(item, key)?)?,
                 };
@@ -235,11 +221,7 @@ impl Mapping {
     /// # Errors
     /// The text says what is wrong.
     pub fn set_tolerance(&mut self, text: &str) -> Result<(), CompareError> {
-        let value = match text.trim().parse::<f64>() {
-            Ok(value) => Ok(value),
-            Err(_) => quantity::parse(text, self.velocity()),
-        };
-        let value = value.and_then(not_negative);
+        let value = with_or_without_unit(text, self.velocity()).and_then(not_negative);
         self.velocity_tolerance =
             Some(value.map_err(|what| CompareError::Option(format!("--velocity-tolerance: {what}")))?);
         Ok(())
@@ -298,6 +280,16 @@ fn text<'a>(item: &'a Item, key: &str) -> Result<&'a str, String> {
     item.as_str().ok_or_else(|| format!("{key} is a text in quotes"))
 }
 
+fn number(item: &Item) -> Option<f64> {
+    item.as_float().or_else(|| item.as_integer().map(|n| n as f64))
+}
+
+/// A number in the SI unit, or a text with a unit.
+fn with_or_without_unit(text: &str, dimension: Dimension) -> Result<f64, String> {
+    let number = text.trim().parse::<f64>();
+    number.or_else(|_| quantity::parse(text, dimension))
+}
+
 /// `"NAME"` or `{ name = "NAME", unit = "UNIT" }`.
 fn column(item: &Item, key: &str, dimension: Dimension) -> Result<Column, String> {
     if let Some(name) = item.as_str() {
@@ -316,10 +308,9 @@ fn column(item: &Item, key: &str, dimension: Dimension) -> Result<Column, String
 }
 
 fn velocity(item: &Item, dimension: Dimension) -> Result<f64, String> {
-    let value = match (item.as_float(), item.as_integer(), item.as_str()) {
-        (Some(value), _, _) => value,
-        (_, Some(value), _) => value as f64,
-        (_, _, Some(text)) => quantity::parse(text, dimension)?,
+    let value = match (number(item), item.as_str()) {
+        (Some(value), _) => value,
+        (_, Some(text)) => quantity::parse(text, dimension)?,
         _ => {
             return Err(format!(
                 "velocity_tolerance is a number in {}, or a text with a unit",

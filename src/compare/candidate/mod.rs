@@ -71,77 +71,26 @@ impl Candidate {
     pub fn open(path: &Path, mapping: &Mapping, physics: &Physics) -> Result<Candidate, CompareError> {
         let source = Source::open(path)?;
         let head = source.head(HEAD)?;
-        let start = &head[..head.len().min(8)];
-        if start.starts_with(b"\x89HDF") {
+        if head.starts_with(b"\x89HDF") {
             refuse_pipe(&source)?;
-            let own = ResultFile::open(path);
-            if matches!(own, Ok(_) | Err(ResultError::NotAResult { .. })) {
-                check_sound(path)?;
-            }
-            return match own {
-                Ok(file) => Candidate::own(path, file, physics),
-                Err(ResultError::NotAResult { .. }) => {
-                    let file = ForeignFile::open(path)?;
-                    Candidate::foreign(path, "HDF5", Box::new(ForeignTable { file }), mapping, physics)
+            match ResultFile::open(path) {
+                Ok(file) => {
+                    check_sound(path)?;
+                    return Candidate::own(path, file, physics);
                 }
-                Err(error) => Err(error.into()),
-            };
+                Err(ResultError::NotAResult { .. }) => {}
+                Err(error) => return Err(error.into()),
+            }
         }
-        if start.starts_with(b"PK") {
-            return Candidate::foreign(path, "NPZ", Box::new(NpzTable::open(&source)?), mapping, physics);
-        }
-        if t01::is_t01(&head) {
-            return Candidate::foreign(
-                path,
-                "OpenRadioss T01",
-                Box::new(T01Table::open(source)?),
-                mapping,
-                physics,
-            );
-        }
-        if binout::is_binout(&head) {
-            return Candidate::foreign(
-                path,
-                "LS-DYNA binout",
-                Box::new(BinoutTable::open(&source)?),
-                mapping,
-                physics,
-            );
-        }
-        if xy_report::is_xy_report(&head) {
-            return Candidate::foreign(
-                path,
-                "Abaqus XY report",
-                Box::new(XyReport::open(source)?),
-                mapping,
-                physics,
-            );
-        }
-        if let Some(what) = other_report(&head) {
-            let remedy = "write a history: XY data from history output, and Report > XY";
-            return Err(CompareError::content(path, "", what, remedy));
-        }
-        let named_hdf5 = path
-            .extension()
-            .is_some_and(|e| ["h5", "hdf5", "nc"].iter().any(|known| e == *known));
-        if named_hdf5 || start.contains(&0) {
-            let remedy = "it was cut off or is of another format: give HDF5, NPZ, CSV, an OpenRadioss T01, an LS-DYNA binout or an \
-                          Abaqus XY report";
-            return Err(CompareError::content(
-                path,
-                "",
-                "does not begin as an HDF5, NPZ or CSV file does",
-                remedy,
-            ));
-        }
-        Candidate::foreign(path, "CSV", Box::new(CsvTable::open(source)?), mapping, physics)
+        let (format, table) = table_of(source, &head)?;
+        Candidate::foreign(path, format, table, mapping, physics)
     }
 
     /// One of this program's results.
     fn own(path: &Path, file: ResultFile, physics: &Physics) -> Result<Candidate, CompareError> {
         let case = saved_case(path, &file)?;
         let events = file.events()?;
-        let refuse = |what: &str, remedy: &str| Err(CompareError::content(path, "", what, remedy));
+        let refuse = |what: &str, remedy: &str| Err(CompareError::whole(path, what, remedy));
         let case = CaseRef::from(&case);
         let system = case.system();
         if case.form().motion() != physics.vocabulary().motion() {
@@ -153,40 +102,22 @@ impl Candidate {
             Channel::Z | Channel::ZDot => axial,
             _ => file.column(&channel.name(), 0..0).is_ok(),
         };
-        let channels: Vec<Channel> = physics.vocabulary().channels().filter(is_there).collect();
-        Ok(Candidate {
-            path: path.to_owned(),
-            format: "result file",
-            columns: std::iter::once("time".to_owned())
-                .chain(channels.iter().map(|c| c.name().into_owned()))
-                .collect(),
-            clock: Clock::seconds(),
-            events_rounding: None,
-            supplies: channels
-                .iter()
-                .enumerate()
-                .map(|(k, &channel)| Supply::direct(channel, 1.0, k + 1))
-                .collect(),
-            direct: channels,
-            events: Some(events::own(path, &events, system.radius)?),
-            resolved: Some(if case.form() == physics.form() {
-                case.resolved()
-            } else {
-                String::new()
-            }),
-            attractor: Attractor::of_file(&file)?,
-            table: Some(Box::new(OwnTable { file })),
-        })
+        let mut candidate = Candidate::empty(path, "result file");
+        candidate.columns.push("time".to_owned());
+        for channel in physics.vocabulary().channels().filter(is_there) {
+            candidate.take(channel, channel.name().into_owned(), 1.0);
+        }
+        candidate.events = Some(events::own(path, &events, system.radius)?);
+        let is_like = case.form() == physics.form();
+        candidate.resolved = Some(if is_like { case.resolved() } else { String::new() });
+        candidate.attractor = Attractor::of_file(&file)?;
+        candidate.table = Some(Box::new(OwnTable { file }));
+        Ok(candidate)
     }
 
-    fn foreign(
-        path: &Path,
-        format: &'static str,
-        table: Box<dyn Table>,
-        mapping: &Mapping,
-        physics: &Physics,
-    ) -> Result<Candidate, CompareError> {
-        let mut candidate = Candidate {
+    /// Of which nothing is known yet.
+    fn empty(path: &Path, format: &'static str) -> Candidate {
+        Candidate {
             path: path.to_owned(),
             format,
             columns: Vec::new(),
@@ -198,17 +129,30 @@ impl Candidate {
             resolved: None,
             attractor: None,
             table: None,
-        };
+        }
+    }
+
+    /// Takes a channel from a column, whose unit is so many SI units.
+    fn take(&mut self, channel: Channel, column: String, factor: f64) {
+        self.supplies.push(Supply::direct(channel, factor, self.columns.len()));
+        self.columns.push(column);
+        self.direct.push(channel);
+    }
+
+    fn foreign(
+        path: &Path,
+        format: &'static str,
+        table: Box<dyn Table>,
+        mapping: &Mapping,
+        physics: &Physics,
+    ) -> Result<Candidate, CompareError> {
+        let mut candidate = Candidate::empty(path, format);
         for channel in physics.vocabulary().channels() {
             if let Some((name, factor)) = candidate.find(&*table, channel, mapping, physics)? {
                 if candidate.columns.is_empty() {
                     candidate.find_time(&*table, mapping, &name)?;
                 }
-                candidate.columns.push(name);
-                candidate
-                    .supplies
-                    .push(Supply::direct(channel, factor, candidate.columns.len() - 1));
-                candidate.direct.push(channel);
+                candidate.take(channel, name, factor);
             }
         }
         rows::derive(&mut candidate.supplies, physics);
@@ -220,7 +164,7 @@ impl Candidate {
             if candidate.events.is_none() {
                 let what = format!("no column is known as a channel; there are {}", there(&*table));
                 let remedy = "say which column is what, such as --column relative_velocity=NAME:rad/s, or in a mapping";
-                return Err(CompareError::content(path, "", what, remedy));
+                return Err(CompareError::whole(path, what, remedy));
             }
             candidate.format = "events table";
         } else {
@@ -235,7 +179,7 @@ impl Candidate {
             );
             let speeds = physics.vocabulary().surface_speeds();
             let remedy = format!("add relative_velocity, or {speeds}, or a table of events");
-            return Err(CompareError::content(path, "", what, &remedy));
+            return Err(CompareError::whole(path, what, &remedy));
         }
         Ok(candidate)
     }
@@ -266,9 +210,8 @@ impl Candidate {
         };
         let Some(name) = name else {
             let what = format!("has no column of times; there are {}", there(table));
-            return Err(CompareError::content(
+            return Err(CompareError::whole(
                 &self.path,
-                "",
                 what,
                 "name it with --column time=NAME or in a mapping",
             ));
@@ -376,9 +319,8 @@ impl Candidate {
     /// Of the file.
     pub fn rows<'a>(&'a self, channels: &[Channel], physics: &'a Physics) -> Result<Rows<'a>, CompareError> {
         let table = self.table.as_deref().ok_or_else(|| {
-            CompareError::content(
+            CompareError::whole(
                 &self.path,
-                "",
                 "has events but no samples",
                 "give a time series to compare states",
             )
@@ -387,6 +329,51 @@ impl Candidate {
         let supplies: Vec<Supply> = channels.iter().filter_map(supply).collect();
         Rows::new(table, &self.columns, &self.clock, supplies, physics)
     }
+}
+
+/// The file of another program as a table, by its first bytes `head`; with the name of its format.
+fn table_of(source: Source, head: &[u8]) -> Result<(&'static str, Box<dyn Table>), CompareError> {
+    if let Some(known) = hdf5_or_npz(&source, head)? {
+        return Ok(known);
+    }
+    if t01::is_t01(head) {
+        return Ok(("OpenRadioss T01", Box::new(T01Table::open(source)?)));
+    }
+    if binout::is_binout(head) {
+        return Ok(("LS-DYNA binout", Box::new(BinoutTable::open(&source)?)));
+    }
+    if xy_report::is_xy_report(head) {
+        return Ok(("Abaqus XY report", Box::new(XyReport::open(source)?)));
+    }
+    let path = source.path();
+    if let Some(what) = other_report(head) {
+        let remedy = "write a history: XY data from history output, and Report > XY";
+        return Err(CompareError::whole(path, what, remedy));
+    }
+    let named_hdf5 = path
+        .extension()
+        .is_some_and(|e| ["h5", "hdf5", "nc"].iter().any(|known| e == *known));
+    if named_hdf5 || head[..head.len().min(8)].contains(&0) {
+        let what = "does not begin as an HDF5, NPZ or CSV file does";
+        let remedy = "it was cut off or is of another format: give HDF5, NPZ, CSV, an OpenRadioss T01, an LS-DYNA binout or an \
+                      Abaqus XY report";
+        return Err(CompareError::whole(path, what, remedy));
+    }
+    Ok(("CSV", Box::new(CsvTable::open(source)?)))
+}
+
+/// The file as a table, if its first bytes are those of HDF5 or NPZ; with the name of its format.
+fn hdf5_or_npz(source: &Source, head: &[u8]) -> Result<Option<(&'static str, Box<dyn Table>)>, CompareError> {
+    if head.starts_with(b"\x89HDF") {
+        refuse_pipe(source)?;
+        check_sound(source.path())?;
+        let file = ForeignFile::open(source.path())?;
+        return Ok(Some(("HDF5", Box::new(ForeignTable { file }))));
+    }
+    if head.starts_with(b"PK") {
+        return Ok(Some(("NPZ", Box::new(NpzTable::open(source)?))));
+    }
+    Ok(None)
 }
 
 /// What a report of Abaqus is that holds no history.
@@ -411,12 +398,7 @@ fn other_report(head: &[u8]) -> Option<&'static str> {
 fn refuse_pipe(source: &Source) -> Result<(), CompareError> {
     if source.is_piped() {
         let remedy = "save it in a file, and name that";
-        return Err(CompareError::content(
-            source.path(),
-            "",
-            "HDF5 came through a pipe",
-            remedy,
-        ));
+        return Err(CompareError::whole(source.path(), "HDF5 came through a pipe", remedy));
     }
     Ok(())
 }
@@ -448,7 +430,7 @@ fn unit_factor(
 fn absent(table: &dyn Table, name: &str) -> CompareError {
     let remedy = "correct the mapping or the option --column";
     if let Some(why) = table.why_not(name) {
-        return CompareError::content(table.path(), "", why, remedy);
+        return CompareError::whole(table.path(), why, remedy);
     }
     let names = table.names();
     let hint = match crate::case::suggest(name, names.iter().map(String::as_str)) {
@@ -456,7 +438,7 @@ fn absent(table: &dyn Table, name: &str) -> CompareError {
         None => format!("there are {}", listed(&names)),
     };
     let what = format!("has no column \"{name}\"; {hint}", name = shown(name));
-    CompareError::content(table.path(), "", what, remedy)
+    CompareError::whole(table.path(), what, remedy)
 }
 
 /// The columns of a table, and why one is not among them.

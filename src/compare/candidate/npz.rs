@@ -2,7 +2,7 @@
 
 use super::super::CompareError;
 use super::source::{Place, Source};
-use super::table::{BLOCK, Pass, Slice, Table};
+use super::table::{BLOCK, Pass, Slice, Table, of_one_length};
 use crate::quote::shown;
 use npyz::{DType, Endianness, NpyHeader, Order, TypeChar};
 use std::io::{Read, Seek, SeekFrom};
@@ -52,7 +52,7 @@ impl NpzTable {
     pub(super) fn open(source: &Source) -> Result<NpzTable, CompareError> {
         let path = source.path();
         let open = || source.file();
-        let damaged = |what: String| CompareError::content(path, "", what, "write it again with numpy.savez");
+        let damaged = |what: String| CompareError::whole(path, what, "write it again with numpy.savez");
         let mut archive = zip::ZipArchive::new(open()?).map_err(|error| damaged(format!("no NPZ archive: {error}")))?;
         let mut table = NpzTable {
             path: path.to_owned(),
@@ -64,7 +64,7 @@ impl NpzTable {
         let too_much = || {
             let what = format!("unpacks to more than {} GB", MOST_UNPACKED >> 30);
             let remedy = "write it with numpy.savez, which does not compress";
-            CompareError::content(path, "", what, remedy)
+            CompareError::whole(path, what, remedy)
         };
         for index in 0..archive.len() {
             let mut member = archive.by_index(index).map_err(|error| damaged(error.to_string()))?;
@@ -273,25 +273,13 @@ impl Table for NpzTable {
             .is_some_and(|array| array.elements(&slice).is_some())
     }
 
-    fn unit(&self, _: &str) -> Option<String> {
-        None
-    }
-
     fn pass(&self, columns: &[String]) -> Result<Box<dyn Pass>, CompareError> {
         let columns = columns
             .iter()
             .map(|name| self.column(name))
             .collect::<Result<Vec<_>, _>>()?;
         for pair in columns.windows(2) {
-            if pair[0].left != pair[1].left {
-                let what = format!("has {} rows, but {} has {}", pair[1].left, pair[0].name, pair[0].left);
-                return Err(CompareError::content(
-                    &self.path,
-                    pair[1].name.as_str(),
-                    what,
-                    "columns are of one length",
-                ));
-            }
+            of_one_length(&self.path, &pair[1].name, pair[1].left, (&pair[0].name, pair[0].left))?;
         }
         Ok(Box::new(NpzPass { columns }))
     }

@@ -22,7 +22,7 @@ pub(super) struct Supply {
     /// Factors and positions of the columns that add up to it.
     terms: Vec<(f64, usize)>,
     /// The motion of driven ends that is added, with factors.
-    known: Vec<(f64, Known)>,
+    known: Vec<(Known, f64)>,
 }
 
 impl Supply {
@@ -129,7 +129,7 @@ impl<'a> Rows<'a> {
                     column.extend((0..rows).map(sum));
                 }
             }
-            for (factor, known) in &supply.known {
+            for (known, factor) in &supply.known {
                 for (value, &time) in column.iter_mut().zip(&block.time) {
                     *value += factor * self.physics.driven(*known, time);
                 }

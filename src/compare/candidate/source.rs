@@ -24,7 +24,7 @@ impl Source {
     /// No such file, a folder or a device, or one that cannot be read.
     pub fn open(path: &Path) -> Result<Source, CompareError> {
         let failed = |error| CompareError::io(path, &error);
-        let refused = |what: &str, remedy: &str| Err(CompareError::content(path, "", what, remedy));
+        let refused = |what: &str, remedy: &str| Err(CompareError::whole(path, what, remedy));
         let kind = std::fs::metadata(path).map_err(failed)?.file_type();
         if kind.is_dir() {
             return refused("this is a folder", "name a file in it");

@@ -42,7 +42,7 @@ const NODE: [&str; 19] = [
 const NODE_MORE: [&str; 10] = [
     "REACX", "REACY", "REACZ", "REACXX", "REACYY", "REACZZ", "DRX", "DRY", "DRZ", "PEXT",
 ];
-const BEFORE_MORE: usize = 619;
+const BEFORE_MORE: i32 = 619;
 const SPRING: [&str; 16] = [
     "OFF", "FX", "FY", "FZ", "MX", "MY", "MZ", "LX", "LY", "LZ", "RX", "RY", "RZ", "IE", "F1", "F2",
 ];
@@ -87,69 +87,53 @@ fn kind(of: i32) -> (&'static str, &'static [&'static str]) {
     }
 }
 
+/// The name of a variable among those of its kind.
+fn named(names: &[&str], code: i32) -> String {
+    let name = usize::try_from(code.wrapping_sub(1))
+        .ok()
+        .and_then(|index| names.get(index));
+    name.map_or_else(|| format!("VAR{code}"), |name| (*name).to_owned())
+}
+
+/// The name of a variable of a group.
 fn variable(of: i32, code: i32) -> String {
-    let index = usize::try_from(code).unwrap_or(0).wrapping_sub(1);
-    let more = (of == 0)
-        .then(|| NODE_MORE.get(index.wrapping_sub(BEFORE_MORE)))
-        .flatten();
-    match kind(of).1.get(index).or(more) {
-        Some(name) => (*name).to_owned(),
-        None => format!("VAR{code}"),
+    match code.wrapping_sub(1 + BEFORE_MORE) {
+        more @ 0..10 if of == 0 => NODE_MORE[more as usize].to_owned(),
+        _ => named(kind(of).1, code),
     }
 }
+
+/// Sums over surfaces, which may stand between bars, and other forces and moments that are stored as impulses.
+const SUMS: [&str; 8] = ["FX", "FY", "FZ", "FNX", "FNY", "FNZ", "FN", "F"];
+const COMPONENTS: [&str; 18] = [
+    "FTX", "FTY", "FTZ", "MX", "MY", "MZ", "FXI", "FYI", "FZI", "MXI", "MYI", "MZI", "M1", "M2", "M3", "F1", "F2", "F3",
+];
 
 /// Whether a variable of a group is an impulse.
 fn is_impulse(of: i32, name: &str) -> bool {
     let reaction = of == 0 && name.starts_with("REAC");
-    let of_sum = matches!(
-        name.trim_matches('|'),
-        "FX" | "FY" | "FZ" | "FNX" | "FNY" | "FNZ" | "FN" | "F"
-    );
-    let component = matches!(
-        name,
-        "FTX"
-            | "FTY"
-            | "FTZ"
-            | "MX"
-            | "MY"
-            | "MZ"
-            | "FXI"
-            | "FYI"
-            | "FZI"
-            | "MXI"
-            | "MYI"
-            | "MZI"
-            | "M1"
-            | "M2"
-            | "M3"
-            | "F1"
-            | "F2"
-            | "F3"
-    );
-    reaction || (101..=104).contains(&of) && (of_sum || component)
+    let is_one = SUMS.contains(&name.trim_matches('|')) || COMPONENTS.contains(&name);
+    reaction || (101..=104).contains(&of) && is_one
 }
 
 /// A time history of OpenRadioss.
 #[derive(Debug)]
 pub(crate) struct T01Table {
     source: Source,
-    names: Names,
-    /// Of each column: where it stands in a state, bytes, and whether it is an impulse.
-    columns: Vec<(u64, bool)>,
-    /// Where the records of a state begin in it, and their lengths without the markers, bytes.
-    records: Vec<(u64, u32)>,
-    /// Of the first state, and of one state, bytes.
+    layout: Layout,
+    /// Where the first state begins, bytes.
     start: u64,
-    stride: u64,
     states: u64,
+}
+
+/// The unsigned integer of four bytes.
+fn word(b: &[u8]) -> u32 {
+    u32::from_be_bytes([b[0], b[1], b[2], b[3]])
 }
 
 /// Whether a file begins as a time history does: a record of 84 bytes with its version and the title, then one of 80.
 pub(super) fn is_t01(head: &[u8]) -> bool {
-    let word = |at: usize| {
-        head.get(at..at + 4)
-            .map(|b| i32::from_be_bytes([b[0], b[1], b[2], b[3]]))
-    };
+    let word = |at: usize| head.get(at..at + 4).map(word);
     word(0) == Some(84) && word(4).is_some_and(|version| (1000..100_000).contains(&version))
 }
 
@@ -162,16 +146,16 @@ struct Records<'a> {
 }
 
 impl Records<'_> {
-    fn damaged(&self, what: String) -> CompareError {
-        CompareError::content(self.path, format!("byte {}", self.at), what, REMEDY)
+    /// What is wrong at a byte.
+    fn damaged(&self, at: u64, what: String) -> CompareError {
+        CompareError::content(self.path, format!("byte {at}"), what, REMEDY)
     }
 
     fn bytes(&mut self, count: u64) -> Result<Vec<u8>, CompareError> {
         if count > self.length - self.at {
-            return Err(self.damaged(format!(
-                "{count} bytes are needed, and the file ends after {}",
-                self.length - self.at
-            )));
+            let left = self.length - self.at;
+            let what = format!("{count} bytes are needed, and the file ends after {left}");
+            return Err(self.damaged(self.at, what));
         }
         let mut bytes = vec![0; count as usize];
         let read = self.file.read_exact(&mut bytes);
@@ -181,22 +165,19 @@ impl Records<'_> {
     }
 
     fn marker(&mut self) -> Result<u32, CompareError> {
-        let b = self.bytes(4)?;
-        Ok(u32::from_be_bytes([b[0], b[1], b[2], b[3]]))
+        Ok(word(&self.bytes(4)?))
     }
 
     fn next(&mut self) -> Result<Record, CompareError> {
         let at = self.at;
         let length = self.marker()?;
         if u64::from(length) > LONGEST_RECORD {
-            self.at = at;
-            return Err(self.damaged(format!("a record of {length} bytes, which no header has")));
+            return Err(self.damaged(at, format!("a record of {length} bytes, which no header has")));
         }
         let bytes = self.bytes(u64::from(length))?;
         let end = self.marker()?;
         if end != length {
-            self.at -= 4;
-            return Err(self.damaged(format!("a record of {length} bytes ends as one of {end}")));
+            return Err(self.damaged(self.at - 4, format!("a record of {length} bytes ends as one of {end}")));
         }
         Ok(Record { at, bytes })
     }
@@ -205,21 +186,15 @@ impl Records<'_> {
     fn of(&mut self, length: usize, what: &str) -> Result<Record, CompareError> {
         let record = self.next()?;
         if record.bytes.len() != length {
-            self.at = record.at;
-            return Err(self.damaged(format!(
-                "a record of {} bytes, where {what} has {length}",
-                record.bytes.len()
-            )));
+            let what = format!("a record of {} bytes, where {what} has {length}", record.bytes.len());
+            return Err(self.damaged(record.at, what));
         }
         Ok(record)
     }
 
     fn count(&self, record: &Record, place: usize, what: &str) -> Result<usize, CompareError> {
         let count = record.integer(place);
-        usize::try_from(count).map_err(|_| {
-            let place = format!("byte {}", record.at);
-            CompareError::content(self.path, place, format!("the number of {what} is {count}"), REMEDY)
-        })
+        usize::try_from(count).map_err(|_| self.damaged(record.at, format!("the number of {what} is {count}")))
     }
 }
 
@@ -233,7 +208,7 @@ impl Record {
     /// The integer at a byte, 0 beyond the end.
     fn integer(&self, place: usize) -> i32 {
         let bytes = self.bytes.get(place..place + 4);
-        bytes.map_or(0, |b| i32::from_be_bytes([b[0], b[1], b[2], b[3]]))
+        bytes.map_or(0, |bytes| word(bytes).cast_signed())
     }
 
     fn integers(&self) -> Vec<i32> {
@@ -246,12 +221,15 @@ impl Record {
     }
 }
 
-/// Collects the columns of a state, record by record.
-#[derive(Default)]
+/// The columns of a state, collected record by record.
+#[derive(Debug, Default)]
 struct Layout {
     names: Names,
+    /// Of each column: where it stands in a state, bytes, and whether it is an impulse.
     columns: Vec<(u64, bool)>,
+    /// Where the records of a state begin in it, and their lengths without the markers, bytes.
     records: Vec<(u64, u32)>,
+    /// Of a state, bytes.
     stride: u64,
 }
 
@@ -303,8 +281,7 @@ impl T01Table {
         if counts.bytes.len() == 4 {
             let additional = counts.integer(0);
             if !(0..=MOST_ADDITIONAL).contains(&additional) {
-                records.at = counts.at;
-                return Err(records.damaged(format!("{additional} additional records")));
+                return Err(records.damaged(counts.at, format!("{additional} additional records")));
             }
             for _ in 0..additional {
                 records.next()?;
@@ -312,44 +289,36 @@ impl T01Table {
             counts = records.next()?;
         }
         if counts.bytes.len() != 24 {
-            records.at = counts.at;
-            return Err(records.damaged(format!(
+            let what = format!(
                 "a record of {} bytes, where that of the counts has 24",
                 counts.bytes.len()
-            )));
+            );
+            return Err(records.damaged(counts.at, what));
         }
-        let what = [
-            "parts",
-            "materials",
-            "properties",
-            "subsets",
-            "groups",
-            "global variables",
-        ];
-        let mut numbers = [0; 6];
-        for (k, number) in numbers.iter_mut().enumerate() {
-            *number = records.count(&counts, 4 * k, what[k])?;
-        }
-        let [parts, materials, properties, subsets, groups, globals] = numbers;
+        let number = |place: usize, what: &str| records.count(&counts, 4 * place, what);
+        let (parts, materials, properties) = (number(0, "parts")?, number(1, "materials")?, number(2, "properties")?);
+        let (subsets, groups, globals) = (
+            number(3, "subsets")?,
+            number(4, "groups")?,
+            number(5, "global variables")?,
+        );
         let many = |path: &Path| {
             let what = format!("more than {MOST_COLUMNS} variables");
-            CompareError::content(path, "", what, "write fewer of them with /TH")
+            CompareError::whole(path, what, "write fewer of them with /TH")
         };
         if globals > MOST_COLUMNS {
             return Err(many(path));
         }
-        let global = if globals > 0 {
-            records.of(4 * globals, "the list of global variables")?.integers()
-        } else {
-            Vec::new()
+        let global = match globals {
+            0 => Vec::new(),
+            _ => records.of(4 * globals, "the list of global variables")?.integers(),
         };
         // Of parts and subsets: number, title and variables.
         let mut of_parts: Vec<(i32, String, Vec<i32>)> = Vec::new();
         for _ in 0..parts {
             let record = records.next()?;
             let Some(title) = record.bytes.len().checked_sub(20) else {
-                records.at = record.at;
-                return Err(records.damaged("a record too short for a part".to_owned()));
+                return Err(records.damaged(record.at, "a record too short for a part".to_owned()));
             };
             let variables = records.count(&record, 16 + title, "variables of a part")?;
             let codes = variables_of(&mut records, variables)?;
@@ -414,11 +383,8 @@ impl T01Table {
             return Err(CompareError::content(path, format!("byte {end}"), what, remedy));
         }
         Ok(T01Table {
-            names: layout.names,
-            columns: layout.columns,
-            records: layout.records,
+            layout,
             start,
-            stride: layout.stride,
             states,
             source,
         })
@@ -443,12 +409,6 @@ fn layout(
     let mut layout = Layout::default();
     let time = layout.record(1)?;
     layout.column("time".to_owned(), None, time, false);
-    let named = |names: &[&str], code: i32| {
-        let index = usize::try_from(code).unwrap_or(0).wrapping_sub(1);
-        names
-            .get(index)
-            .map_or_else(|| format!("VAR{code}"), |name| (*name).to_owned())
-    };
     // What a history is written for stands first in a list of its columns, and last in a state.
     let mut general = Vec::new();
     let at = layout.record(global.len())?;
@@ -496,11 +456,11 @@ impl Table for T01Table {
     }
 
     fn names(&self) -> Vec<String> {
-        self.names.all().to_vec()
+        self.layout.names.all().to_vec()
     }
 
     fn has(&self, name: &str) -> bool {
-        self.names.find(name).is_ok()
+        self.layout.names.find(name).is_ok()
     }
 
     fn has_texts(&self, _: &str) -> bool {
@@ -512,44 +472,37 @@ impl Table for T01Table {
     }
 
     fn why_not(&self, name: &str) -> Option<String> {
-        self.names.find(name).err().filter(|why| why.contains("several"))
+        self.layout.names.find(name).err().filter(|why| why.contains("several"))
     }
 
     fn is_impulse(&self, name: &str) -> bool {
-        self.names.find(name).is_ok_and(|column| self.columns[column].1)
-    }
-
-    fn unit(&self, _: &str) -> Option<String> {
-        None
+        let column = self.layout.names.find(name);
+        column.is_ok_and(|column| self.layout.columns[column].1)
     }
 
     fn pass(&self, columns: &[String]) -> Result<Box<dyn Pass>, CompareError> {
         let place = |name: &String| {
-            let column = self.names.find(name);
-            let column = column.map_err(|what| {
-                CompareError::content(self.path(), "", what, "name it with --column or in a mapping")
-            })?;
-            Ok(self.columns[column].0)
+            let column = self.layout.names.find(name);
+            let column = column
+                .map_err(|what| CompareError::whole(self.path(), what, "name it with --column or in a mapping"))?;
+            Ok(self.layout.columns[column].0)
         };
         Ok(Box::new(T01Pass {
             path: self.path().to_owned(),
             file: self.source.file()?,
             places: columns.iter().map(place).collect::<Result<_, CompareError>>()?,
-            records: self.records.clone(),
+            records: self.layout.records.clone(),
             at: self.start,
-            stride: self.stride,
+            stride: self.layout.stride,
             states: self.states,
             bytes: Vec::new(),
         }))
     }
 
-    fn texts(&self, _: &str) -> Result<Vec<String>, CompareError> {
-        Ok(Vec::new())
-    }
-
     fn place(&self, row: u64, column: &str) -> String {
-        let at = self.names.find(column).map_or(0, |column| self.columns[column].0);
-        format!("state {}, byte {}", row + 1, self.start + row * self.stride + at)
+        let layout = &self.layout;
+        let at = layout.names.find(column).map_or(0, |column| layout.columns[column].0);
+        format!("state {}, byte {}", row + 1, self.start + row * layout.stride + at)
     }
 }
 
@@ -580,10 +533,7 @@ impl Pass for T01Pass {
                 .and_then(|_| self.file.read_exact(&mut self.bytes));
             read.map_err(|error| CompareError::io(&self.path, &error))?;
             for state in self.bytes.chunks_exact(stride) {
-                let word = |at: u64| {
-                    let b = &state[at as usize..at as usize + 4];
-                    u32::from_be_bytes([b[0], b[1], b[2], b[3]])
-                };
+                let word = |at: u64| word(&state[at as usize..at as usize + 4]);
                 for &(at, length) in &self.records {
                     let ends = [word(at), word(at + 4 + u64::from(length))];
                     if let Some(found) = ends.into_iter().find(|found| *found != length) {

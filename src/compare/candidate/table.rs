@@ -48,21 +48,37 @@ pub trait Table: std::fmt::Debug {
         None
     }
     /// The unit that the file itself states for a column.
-    fn unit(&self, name: &str) -> Option<String>;
+    fn unit(&self, _name: &str) -> Option<String> {
+        None
+    }
     /// Starts reading columns from their first row.
     ///
     /// # Errors
     /// Of the file, or if the columns differ in length.
     fn pass(&self, columns: &[String]) -> Result<Box<dyn Pass + '_>, CompareError>;
-    /// A column as text, for kinds of events.
+    /// A column as text, for kinds of events; nothing of a format without texts.
     ///
     /// # Errors
     /// Of the file.
-    fn texts(&self, column: &str) -> Result<Vec<String>, CompareError>;
+    fn texts(&self, _column: &str) -> Result<Vec<String>, CompareError> {
+        Ok(Vec::new())
+    }
     /// How messages name a row, counted from 0: "line 12", "row 10".
     fn place(&self, row: u64, column: &str) -> String {
         format!("row {row} of {column}")
     }
+}
+
+/// That a column has as many rows as another one before it.
+///
+/// # Errors
+/// It has not.
+pub(super) fn of_one_length(path: &Path, name: &str, rows: usize, other: (&str, usize)) -> Result<(), CompareError> {
+    if rows == other.1 {
+        return Ok(());
+    }
+    let what = format!("has {rows} rows, but {} has {}", other.0, other.1);
+    Err(CompareError::content(path, name, what, "columns are of one length"))
 }
 
 /// A pass over some columns of a table.

@@ -171,9 +171,8 @@ impl XyReport {
             }
         }
         if curves.is_empty() {
-            return Err(CompareError::content(
+            return Err(CompareError::whole(
                 path,
-                "",
                 "holds no row of numbers",
                 "write the report again",
             ));
@@ -285,10 +284,6 @@ impl Table for XyReport {
         false
     }
 
-    fn unit(&self, _: &str) -> Option<String> {
-        None
-    }
-
     fn rounding(&self, name: &str) -> Result<Option<Rounding>, CompareError> {
         let Some((table, column)) = self.find(name) else {
             return Ok(None);
@@ -316,9 +311,8 @@ impl Table for XyReport {
                     shown(name),
                     super::listed(&self.names())
                 );
-                return Err(CompareError::content(
+                return Err(CompareError::whole(
                     self.path(),
-                    "",
                     what,
                     "name it with --column or in a mapping",
                 ));
@@ -344,10 +338,6 @@ impl Table for XyReport {
             values: vec![0.0; columns.len()],
             tables: used.iter().map(|&table| self.rows(table)).collect::<Result<_, _>>()?,
         }))
-    }
-
-    fn texts(&self, _: &str) -> Result<Vec<String>, CompareError> {
-        Ok(Vec::new())
     }
 }
 
@@ -399,9 +389,8 @@ impl Pass for XyPass {
                 break;
             }
             if ended > 0 {
-                return Err(CompareError::content(
+                return Err(CompareError::whole(
                     &self.path,
-                    "",
                     "its tables have different numbers of rows",
                     "write curves of the same times into one table",
                 ));

@@ -27,7 +27,7 @@ const LEAST_FORCE: f64 = 1e-2;
 const CLOSEST: usize = 5;
 /// Fewer stretches are no evidence.
 const FEWEST: usize = 10;
-/// What a stretch misses beyond so many times the median counts as an accident: a kick, or an event that was not seen.
+/// A stretch whose residual exceeds this multiple of the median is an outlier: a kick, or a missed event.
 const ACCIDENT: f64 = 30.0;
 /// More than this part of all is no accident.
 const ACCIDENTS: f64 = 0.02;

@@ -86,10 +86,9 @@ pub(in super::super) struct JumpPass<'a> {
 impl<'a> JumpPass<'a> {
     /// Before the first sample; `channels` are those of the blocks, `kick` (s) is infinite without one.
     pub fn new(physics: &'a Physics, channels: &[Channel], kick: f64) -> JumpPass<'a> {
-        let place = |channel: &Channel| channels.iter().position(|known| known == channel);
         JumpPass {
             physics,
-            columns: physics.state.iter().map(place).collect(),
+            columns: physics.columns(channels),
             kick,
             before: None,
             after: None,

@@ -64,6 +64,23 @@ pub struct Rerun {
     pub explained: f64,
 }
 
+impl Rerun {
+    /// Of so many events of a candidate, with how far the two runs agree with them.
+    pub(super) fn of(events: usize, before: Agreement, after: Agreement) -> Rerun {
+        let explained = if before.cost > 0.0 {
+            1.0 - after.cost / before.cost
+        } else {
+            0.0
+        };
+        Rerun {
+            events,
+            before,
+            after,
+            explained,
+        }
+    }
+}
+
 /// How far two event sequences agree.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Agreement {

@@ -176,7 +176,7 @@ fn numbers(material: &Material<'_>, fitted: Fitted) -> Option<OtherParameters> {
         };
         let to_number = |hit: &search::Hit| OtherNumber::of(case, &hit.path, hit.value, hit.error);
         let from_torque = by_channels && supported == Some(best.path.as_str());
-        let explained = 1.0 - best.after.cost / before.cost;
+        let rerun = Rerun::of(word.len(), before, best.after);
         return Some(OtherParameters {
             numbers: vec![to_number(best)],
             found_by: if from_torque {
@@ -184,14 +184,9 @@ fn numbers(material: &Material<'_>, fitted: Fitted) -> Option<OtherParameters> {
             } else {
                 FoundBy::Events
             },
-            explained,
+            explained: rerun.explained,
             or: or.iter().map(to_number).collect(),
-            rerun: Some(Rerun {
-                events: word.len(),
-                before,
-                after: best.after,
-                explained,
-            }),
+            rerun: Some(rerun),
         });
     }
     None
@@ -228,21 +223,12 @@ fn past_kick(kicks: &[Kick], path: &str, start: &Start) -> bool {
 
 /// The case run with the changes.
 fn confirmed(trials: &Trials<'_>, changes: &[(&str, f64)]) -> Option<Rerun> {
-    if trials.word().is_empty() {
+    if trials.word.is_empty() {
         return None;
     }
     let before = trials.agreement(&trials.run(&[])?);
     let after = trials.agreement(&trials.run(changes)?);
-    Some(Rerun {
-        events: trials.word().len(),
-        before,
-        after,
-        explained: if before.cost > 0.0 {
-            1.0 - after.cost / before.cost
-        } else {
-            0.0
-        },
-    })
+    Some(Rerun::of(trials.word.len(), before, after))
 }
 
 impl Material<'_> {
@@ -256,11 +242,6 @@ impl Material<'_> {
         let before = trials.agreement(&trials.run(&[])?);
         let trials = trials.from(candidate);
         let after = trials.agreement(&trials.run(&[])?);
-        explains(&before, &after, self.period, true).then(|| Rerun {
-            events: self.word.len(),
-            before,
-            after,
-            explained: 1.0 - after.cost / before.cost,
-        })
+        explains(&before, &after, self.period, true).then(|| Rerun::of(self.word.len(), before, after))
     }
 }

@@ -74,7 +74,7 @@ impl Line<'_> {
 
     /// The best point found.
     fn search(&self, base: &Point, guesses: &[f64]) -> Option<Point> {
-        let target = landmarks(self.trials.word());
+        let target = landmarks(self.trials.word);
         let own = landmarks(&base.word);
         let (beside, step_beside) = self.beside(0.0)?;
         let moved = landmarks(&beside);
@@ -126,11 +126,11 @@ impl Line<'_> {
             if !same || at.agreement.matched < 2 {
                 break;
             }
-            let related = 0.25 * self.trials.period();
-            let alignment = crate::record::sequence::Alignment::of(&at.word, self.trials.word(), self.trials.period());
+            let related = 0.25 * self.trials.period;
+            let alignment = crate::record::sequence::Alignment::of(&at.word, self.trials.word, self.trials.period);
             let (mut product, mut square, mut errors, mut count) = (0.0, 0.0, 0.0, 0);
             for (r, c) in alignment.matched() {
-                let error = self.trials.word()[c].time - at.word[r].time;
+                let error = self.trials.word[c].time - at.word[r].time;
                 if error.abs() <= related {
                     let slope = (beside[r].time - at.word[r].time) / step_beside;
                     product += error * slope;
@@ -177,7 +177,7 @@ pub(super) fn search(
     };
     let found = over_processors(paths.len(), &|| false, |index| {
         let (path, guesses) = &paths[index];
-        let value = trials.numbers().number(path)?.value;
+        let value = trials.numbers.number(path)?.value;
         let line = Line { trials, path, value };
         // Twice or half of a number is what one mistakes it for most.
         let mut logarithms = vec![2f64.ln(), 0.5f64.ln()];
@@ -193,7 +193,7 @@ pub(super) fn search(
         explains(
             &base.agreement,
             &point.agreement,
-            trials.period(),
+            trials.period,
             supported == Some(path.as_str()),
         )
         // A single event is met by any number.

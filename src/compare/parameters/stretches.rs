@@ -95,14 +95,13 @@ impl StretchPass {
         mut breaks: Vec<f64>,
     ) -> Self {
         let place = |channel: Channel| channels.iter().position(|known| *known == channel);
-        let all = |wanted: &[Channel]| -> Option<Vec<usize>> { wanted.iter().map(|&channel| place(channel)).collect() };
         breaks.sort_by(f64::total_cmp);
         StretchPass {
             columns: Columns {
                 velocity: place(Channel::RelativeVelocity),
-                motion: all(&physics.state).filter(|found| !found.is_empty()),
+                motion: physics.columns(channels),
                 force: place(Channel::NormalForce),
-                axial: all(&[Channel::Z, Channel::ZDot]).and_then(|found| found.try_into().ok()),
+                axial: place(Channel::Z).zip(place(Channel::ZDot)).map(|(z, z_dot)| [z, z_dot]),
                 friction: place(Channel::FrictionTorque),
             },
             tolerance: physics.sticks().then_some(tolerance),

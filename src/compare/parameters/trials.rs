@@ -31,14 +31,17 @@ pub(in super::super) enum Start {
 /// Runs of a case against the events of a candidate.
 #[derive(Debug, Clone)]
 pub(super) struct Trials<'a> {
-    numbers: &'a WrittenCase,
+    /// The numbers of the case that is run.
+    pub numbers: &'a WrittenCase,
     start: Start,
     /// s.
     end: f64,
     /// The part of the time that the candidate covers, s.
     covered: (f64, f64),
-    word: &'a [SequenceEvent],
-    period: f64,
+    /// The candidate's events.
+    pub word: &'a [SequenceEvent],
+    /// The natural period, s.
+    pub period: f64,
 }
 
 impl<'a> Trials<'a> {
@@ -64,21 +67,6 @@ impl<'a> Trials<'a> {
             word,
             period,
         }
-    }
-
-    /// The numbers of the case that is run.
-    pub fn numbers(&self) -> &'a WrittenCase {
-        self.numbers
-    }
-
-    /// The candidate's events.
-    pub fn word(&self) -> &'a [SequenceEvent] {
-        self.word
-    }
-
-    /// The natural period, s.
-    pub fn period(&self) -> f64 {
-        self.period
     }
 
     /// The same from another start.
@@ -129,11 +117,10 @@ impl<'a> Trials<'a> {
             .events
             .iter()
             .filter(|e| e.kind.in_event_sequence() && covered(e.time));
-        let events = events.map(|e| SequenceEvent {
-            time: e.time,
-            kind: e.kind,
-        });
-        Some((events.collect(), report.work.iter().map(|work| work.steps).sum()))
+        Some((
+            events.map(SequenceEvent::from).collect(),
+            report.work.iter().map(|work| work.steps).sum(),
+        ))
     }
 
     /// How far a run agrees with the candidate.

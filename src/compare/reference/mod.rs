@@ -9,7 +9,7 @@ mod physics;
 mod rerun;
 mod walk;
 
-pub(crate) use nodes::states_at_events;
+pub(crate) use nodes::{BeforeAndAfter, states_at_events};
 pub use physics::{Physics, TimeScale};
 pub(crate) use rerun::Rerun;
 pub(crate) use walk::{Curve, Walk};

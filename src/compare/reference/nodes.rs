@@ -27,7 +27,7 @@ pub(super) struct Node {
 }
 
 /// The states before and after an event.
-type BeforeAndAfter = (Vec<f64>, Vec<f64>);
+pub(crate) type BeforeAndAfter = (Vec<f64>, Vec<f64>);
 
 /// Those of each event of a file.
 pub(crate) fn states_at_events(

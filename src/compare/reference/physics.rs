@@ -134,8 +134,8 @@ impl Physics {
         CaseRef::from(&self.case).form()
     }
 
-    /// Whether it is one free train that nothing drives, as a brake is: it slows down by itself, and its stick-slip, which comes
-    /// from an instability on the way, has an end and no period.
+    /// Whether sliding slows down by itself: one train is free, and nothing is driven. Stick-slip then comes from an instability on
+    /// the way, and has an end and no period.
     pub(crate) fn coasts(&self) -> bool {
         self.coasting.is_some()
     }
@@ -182,6 +182,12 @@ impl Physics {
         for (k, &place) in self.places.iter().enumerate() {
             y[place] = value(k);
         }
+    }
+
+    /// Where `channels` have those of [`Self::state`]; `None` if they lack one.
+    pub(crate) fn columns(&self, channels: &[Channel]) -> Option<Vec<usize>> {
+        let place = |channel: &Channel| channels.iter().position(|known| known == channel);
+        self.state.iter().map(place).collect()
     }
 
     /// Where the state has the channels of [`Self::state`].
@@ -297,6 +303,10 @@ impl Physics {
     fn size_in_stick_slip(&self, channel: Channel) -> f64 {
         let (system, sizes) = (self.system(), self.course.sizes());
         let twist = |Part { of, index }: Part| self.side(of).twists + 2 * index;
+        let depth = match &self.trains.pressing {
+            Pressing::Axial { axial, .. } => self.course.largest_force() / axial.stiffness,
+            Pressing::Force(_) => 0.0,
+        };
         let size = match self.quantity(channel) {
             _ if channel.is_impulse() => 1.0,
             Quantity::RelativeVelocity => self.speed(),
@@ -309,26 +319,15 @@ impl Physics {
                 Engagement::Bristles(.., place) => sizes[place],
                 _ => 1.0,
             },
-            Quantity::NormalForce => self.largest_force(),
+            Quantity::NormalForce => self.course.largest_force(),
             Quantity::Interface | Quantity::Transmitted => {
                 let mu = system.breakaway.max(system.law.typical_coefficient(self.speed()));
-                mu * system.radius * self.largest_force()
+                mu * system.radius * self.course.largest_force()
             }
-            quantity @ (Quantity::AxialDisplacement | Quantity::AxialVelocity) => match &self.trains.pressing {
-                Pressing::Axial { axial, .. } if quantity == Quantity::AxialDisplacement => {
-                    self.largest_force() / axial.stiffness
-                }
-                Pressing::Axial { axial, .. } => {
-                    self.largest_force() / axial.stiffness * self.natural_angular_frequency()
-                }
-                Pressing::Force(_) => 1.0,
-            },
+            Quantity::AxialDisplacement => depth,
+            Quantity::AxialVelocity => depth * self.natural_angular_frequency(),
         };
         if size > 0.0 { size } else { 1.0 }
-    }
-
-    fn largest_force(&self) -> f64 {
-        self.course.largest_force()
     }
 
     /// What a channel is as a function of time.
@@ -375,6 +374,12 @@ impl Physics {
 /// The period of a surface on its own shaft, its neighbours held, the shorter of two: for the paper's brake 2 pi sqrt(J/k_t).
 /// Else that of the fastest harmonic that drives the case, else the middle time between two events.
 fn time_scale(course: &Course, word: &[SequenceEvent], end: f64) -> TimeScale {
+    let scale = |period: f64, of: &str, is_mode: bool, has_period: bool| TimeScale {
+        period,
+        of: of.to_owned(),
+        is_mode,
+        has_period,
+    };
     let system = course.system();
     let of_surfaces = [(&system.rotor, "rotor"), (&system.stator, "stator")];
     let of_surfaces = of_surfaces.into_iter().filter_map(|(side, name)| {
@@ -382,36 +387,17 @@ fn time_scale(course: &Course, word: &[SequenceEvent], end: f64) -> TimeScale {
         Some((TAU * (inertia / stiffness).sqrt(), name))
     });
     if let Some((period, name)) = of_surfaces.min_by(|a, b| a.0.total_cmp(&b.0)) {
-        return TimeScale {
-            period,
-            of: format!("the surface of the {name} on its shaft"),
-            is_mode: true,
-            has_period: true,
-        };
+        return scale(period, &format!("the surface of the {name} on its shaft"), true, true);
     }
     if let Some(period) = course.period_of_signals() {
-        return TimeScale {
-            period,
-            of: "the fastest harmonic that drives the case".to_owned(),
-            is_mode: false,
-            has_period: true,
-        };
+        return scale(period, "the fastest harmonic that drives the case", false, true);
     }
     let mut intervals: Vec<f64> = word.windows(2).map(|pair| pair[1].time - pair[0].time).collect();
     intervals.retain(|interval| *interval > 0.0);
     intervals.sort_by(f64::total_cmp);
-    match intervals.get(intervals.len() / 2) {
-        Some(&period) => TimeScale {
-            period,
-            of: "the middle time between two events: nothing in the case has a period".to_owned(),
-            is_mode: false,
-            has_period: false,
-        },
-        None => TimeScale {
-            period: if end > 0.0 { 0.1 * end } else { 1.0 },
-            of: "a tenth of the run: nothing in the case has a period".to_owned(),
-            is_mode: false,
-            has_period: false,
-        },
-    }
+    let (period, of) = match intervals.get(intervals.len() / 2) {
+        Some(&period) => (period, "the middle time between two events"),
+        None => (if end > 0.0 { 0.1 * end } else { 1.0 }, "a tenth of the run"),
+    };
+    scale(period, &format!("{of}: nothing in the case has a period"), false, false)
 }

@@ -3,7 +3,7 @@
 use super::Physics;
 use super::nodes::{Node, breaks_segment};
 use crate::case::CaseRef;
-use crate::record::{Event, Recorder, RecorderError, Sample, Segment};
+use crate::record::{Event, Recorder, RecorderError, Sample};
 use crate::run::Run;
 use crate::simulation::{Following, OutputOptions};
 use std::cell::OnceCell;
@@ -99,10 +99,6 @@ impl Recorder for Kept<'_> {
         if breaks_segment(event.kind) {
             self.events.push(*event);
         }
-        Ok(())
-    }
-
-    fn segment(&mut self, _: &Segment) -> Result<(), RecorderError> {
         Ok(())
     }
 }
