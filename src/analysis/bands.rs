@@ -10,7 +10,7 @@ use super::ladder::{Finished, counterparts, shares_errors};
 use super::verdict::{CertifiedEvent, LEAST_WITNESSES, Verdict};
 use crate::case::Case;
 use crate::model::Mode;
-use crate::model::torsion::TorsionModel;
+use crate::model::trains::Trains;
 use crate::record::{Channels, Event, EventKind, MemoryRecorder, Sample, State};
 use crate::simulation::nearby::{COLUMNS, Nearby, columns, values};
 use crate::simulation::sampling::SampleTimes;
@@ -315,9 +315,8 @@ pub(super) fn bands(
     auto: Option<&Finished>,
     events: &[CertifiedEvent],
 ) -> Bands {
-    let nearby = Nearby::new(&case.parameters);
-    let torsion = TorsionModel::new(&case.parameters);
-    let tick = TICK * torsion.natural_period();
+    let nearby = Nearby::new(&Trains::from(&case.parameters));
+    let tick = TICK * nearby.natural_period().unwrap_or(f64::NAN);
     let end_time = case.output.end_time;
     let mut largest = [0.0_f64; COLUMNS];
     for row in &result.samples {
@@ -326,7 +325,7 @@ pub(super) fn bands(
         }
     }
     let kicks = result.events.iter().filter(|event| event.kind == EventKind::Kick);
-    let kinetic = |state: &State| torsion.torsion.kinetic_energy(&state.torsional().state());
+    let kinetic = |state: &State| nearby.kinetic_energy(state);
     let at_kicks = kicks.map(|event| kinetic(&event.before) + kinetic(&event.after)).sum();
     let least = roundings(columns().map(|column| column.0), &largest, at_kicks);
     let witnesses: Vec<(bool, Other)> = witnesses

@@ -1,9 +1,10 @@
 //! What a recorded sample becomes a small time later or earlier in its own mode.
 
-use super::readings::{Brake, Readings, TwistReadings};
-use crate::model::state::{Components, DIMENSION, TorsionState};
-use crate::model::torsion::TorsionModel;
-use crate::model::{Axial, Parameters};
+use super::readings::Readings;
+use super::trains::{TrainDynamics, TrainLocation, TrainReadings, Watch};
+use crate::hybrid::Dynamics;
+use crate::model::trains::Trains;
+use crate::model::trains::system::Outside;
 use crate::record::{Channels, Sample, State};
 
 /// Every column of a row of the trajectory: the states, then the other channels.
@@ -26,23 +27,24 @@ fn joined(state: &State, channels: &Channels) -> [f64; COLUMNS] {
     all
 }
 
-/// The equations of a case near its recorded samples.
+/// The equations of a case near its recorded samples, whose [`State`] is all of the state: a free rotor of two inertias and a fixed
+/// stator of one.
 #[derive(Debug)]
 pub(crate) struct Nearby {
-    brake: Brake,
-    axial: Axial,
+    dynamics: TrainDynamics,
 }
 
 impl Nearby {
-    /// Of a case.
-    pub fn new(parameters: &Parameters) -> Nearby {
+    /// Of a system.
+    pub fn new(trains: &Trains) -> Nearby {
         Nearby {
-            brake: Brake {
-                torsion: TorsionModel::new(parameters),
-                axial: parameters.axial_motion(),
-            },
-            axial: parameters.axial,
+            dynamics: TrainDynamics::new(trains, 0.0),
         }
+    }
+
+    /// The shorter period of a surface on its shaft, s; `None` where nothing moves by itself.
+    pub fn natural_period(&self) -> Option<f64> {
+        self.dynamics.natural_period()
     }
 
     /// By how much each of the [`columns`] changes from a sample to `dt` (s) after it, in the sample's mode: one step of the
@@ -50,43 +52,61 @@ impl Nearby {
     /// natural period it errs by some 1e-8 of the oscillation. What the record of a run adds up, the work of kicks and the residual
     /// of the energy, does not change.
     pub fn change(&self, sample: &Sample, dt: f64) -> [f64; COLUMNS] {
-        let (t, mode) = (sample.time, sample.mode);
-        let y = self.state_vector(sample);
-        let mut later = y;
-        let mut slopes = [[0.0; DIMENSION]; 4];
-        for (stage, share) in [0.0, 0.5, 0.5, 1.0].into_iter().enumerate() {
-            let mut at = y;
-            if stage > 0 {
-                for (x, slope) in at.iter_mut().zip(slopes[stage - 1]) {
-                    *x += share * dt * slope;
-                }
-            }
-            let now = t + share * dt;
-            slopes[stage] = self
-                .brake
-                .torsion
-                .rates_at(mode, || self.brake.axial.pressing_force(now), &at);
-        }
-        for (k, x) in later.iter_mut().enumerate() {
-            *x += dt / 6.0 * (slopes[0][k] + 2.0 * (slopes[1][k] + slopes[2][k]) + slopes[3][k]);
-        }
-        let readings = TwistReadings {
-            brake: &self.brake,
-            axial: self.axial,
+        let t = sample.time;
+        let y = self.state_vector(&sample.state);
+        let mut location = TrainLocation {
+            mode: sample.mode,
+            sense: sample.mode.sense(),
+            piece: self.dynamics.system.piece_of(sample.state.relative_velocity),
+            stretch: 0,
+            slow: false,
+            watch: Watch::Off,
+            resolved: true,
         };
-        let read = |t: f64, y: &TorsionState| joined(&readings.state(t, &mode, y), &readings.channels(t, &mode, y));
-        let (before, after) = (read(t, &y), read(t + dt, &later));
+        let mut at = |t: f64| {
+            location.stretch = self.dynamics.excitation.stretch(t);
+            location
+        };
+        let mut later = y.clone();
+        let mut slope = vec![0.0; y.len()];
+        for (share, weight) in [(0.0, 1.0), (0.5, 2.0), (0.5, 2.0), (1.0, 1.0)] {
+            let stage: Vec<f64> = y.iter().zip(&slope).map(|(y, slope)| y + share * dt * slope).collect();
+            let now = t + share * dt;
+            self.dynamics.rhs(&at(now), now, &stage, &mut slope);
+            for (later, slope) in later.iter_mut().zip(&slope) {
+                *later += dt / 6.0 * weight * slope;
+            }
+        }
+        let readings = TrainReadings {
+            dynamics: &self.dynamics,
+            further: false,
+        };
+        let read = |t: f64, place: TrainLocation, y: &[f64]| {
+            joined(&readings.state(t, &place, y), &readings.channels(t, &place, y))
+        };
+        let before = read(t, at(t), &y);
+        let after = read(t + dt, at(t + dt), &later);
         std::array::from_fn(|k| after[k] - before[k])
     }
 
-    fn state_vector(&self, sample: &Sample) -> TorsionState {
-        let channels = &sample.channels;
-        Components {
-            friction_loss: channels.dissipated_friction,
-            damping_loss: channels.dissipated_damping - self.brake.axial.at(sample.time).dissipated,
-            ..sample.state.torsional()
+    /// Of the disks, J.
+    pub fn kinetic_energy(&self, state: &State) -> f64 {
+        let system = &self.dynamics.system;
+        system.kinetic_energy(&Outside::default(), &self.state_vector(state))
+    }
+
+    /// Losses and work begin at zero.
+    fn state_vector(&self, state: &State) -> Vec<f64> {
+        let system = &self.dynamics.system;
+        let mut y = vec![0.0; system.dimension];
+        let (rotor, stator) = (system.rotor.twists, system.stator.twists);
+        (y[rotor], y[rotor + 1]) = (state.rotor_twist, state.rotor_twist_rate);
+        (y[stator], y[stator + 1]) = (state.phi1, state.phi1_dot);
+        if let Some(speed) = system.rotor.speed {
+            y[speed] = state.theta_dot;
         }
-        .state()
+        y[system.slip] = state.slip_displacement;
+        y
     }
 }
 
@@ -112,7 +132,7 @@ mod tests {
         };
         let mut recorder = MemoryRecorder::default();
         Run::new(&case).output(&output).record(&mut recorder).start().unwrap();
-        let nearby = Nearby::new(&case.parameters);
+        let nearby = Nearby::new(&Trains::from(&case.parameters));
         let mut largest = [0.0_f64; COLUMNS];
         for sample in &recorder.samples {
             for (k, x) in values(sample).into_iter().enumerate() {

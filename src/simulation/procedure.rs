@@ -109,7 +109,7 @@ pub(crate) fn run(
     }
     kicks.sort_by(|a, b| a.0.total_cmp(&b.0));
     let watch = if mode == Mode::Stick { Watch::Off } else { Watch::Stable };
-    let digest = EventDigest::watching(model.natural_period());
+    let digest = EventDigest::new(Some(model.natural_period()));
     let initial_energy = readings.kinetic_energy(0.0, &mode, &state);
     let mut recording = Recording::new(readings, digest, output, recorder, control, initial_energy);
     recording.limit_wall_time(solver.max_wall_time);

@@ -1,13 +1,10 @@
 //! What is read from a state vector, by the coordinates that it is in.
 
+use crate::model::Mode;
 use crate::model::absolute_angles::{
     AbsoluteModel, AbsoluteState, DAMPING_LOSS, DIMENSION, FRICTION_LOSS, PHI1, PHI1_DOT, PHI2, PHI2_DOT, THETA,
     THETA_DOT, WORK, Z, Z_DOT,
 };
-use crate::model::axial::AxialMotion;
-use crate::model::state::Components;
-use crate::model::torsion::TorsionModel;
-use crate::model::{Axial, Mode};
 use crate::record::{Channels, State};
 
 /// Where a run is, as far as what is recorded depends on it.
@@ -56,90 +53,6 @@ pub(super) trait Readings {
 
     /// Appends what the state has beyond [`State`]; as much at every time.
     fn further(&self, _t: f64, _place: &Self::Place, _y: &[f64], _out: &mut Vec<f64>) {}
-}
-
-fn friction_torque(torsion: &TorsionModel, mode: Mode, twists: &[f64], normal_force: f64) -> f64 {
-    match mode {
-        Mode::Separated | Mode::Engaged => 0.0,
-        Mode::Stick => torsion.transmitted_torque(twists),
-        Mode::SlipForward | Mode::SlipBackward => torsion.sliding_torque(f64::from(mode.sense()), twists, normal_force),
-    }
-}
-
-/// The equations of a brake near a sample.
-#[derive(Debug)]
-pub(super) struct Brake {
-    pub(super) torsion: TorsionModel,
-    pub(super) axial: AxialMotion,
-}
-
-/// Of the twist coordinates, with the axial motion in closed form.
-pub(super) struct TwistReadings<'a> {
-    pub(super) brake: &'a Brake,
-    pub(super) axial: Axial,
-}
-
-impl Readings for TwistReadings<'_> {
-    type Place = Mode;
-
-    fn state(&self, t: f64, place: &Mode, y: &[f64]) -> State {
-        let mode = *place;
-        let axial = self.brake.axial.at(t);
-        let of = Components::of(y);
-        let (u, v, v_dot, slip) = (of.rotor_twist, of.stator_twist, of.stator_twist_rate, of.slip);
-        // In stick it is zero by the mode, not by a difference of two rounded speeds.
-        let w = if mode == Mode::Stick {
-            0.0
-        } else {
-            self.brake.torsion.relative_velocity(y)
-        };
-        State {
-            z: axial.displacement,
-            z_dot: axial.velocity,
-            theta: u + v + slip,
-            theta_dot: of.rotor_speed,
-            phi1: v,
-            phi1_dot: v_dot,
-            phi2: v + slip,
-            phi2_dot: w + v_dot,
-            rotor_twist: u,
-            rotor_twist_rate: of.rotor_twist_rate,
-            relative_velocity: w,
-            slip_displacement: slip,
-        }
-    }
-
-    fn channels(&self, t: f64, place: &Mode, y: &[f64]) -> Channels {
-        let mode = *place;
-        let (of, axial, torsion) = (Components::of(y), self.brake.axial.at(t), &self.brake.torsion);
-        let normal_force = if mode == Mode::Separated {
-            0.0
-        } else {
-            axial.pressing_force.max(0.0)
-        };
-        let Axial { mass, stiffness, .. } = self.axial;
-        Channels {
-            applied_force: axial.force,
-            normal_force,
-            friction_torque: friction_torque(torsion, mode, y, normal_force),
-            transmitted_torque: torsion.transmitted_torque(y),
-            energy_kinetic: torsion.torsion.kinetic_energy(y) + 0.5 * mass * axial.velocity * axial.velocity,
-            energy_elastic: torsion.torsion.elastic_energy(y)
-                + 0.5 * stiffness * axial.displacement * axial.displacement,
-            work_applied: axial.work,
-            dissipated_friction: of.friction_loss,
-            dissipated_damping: of.damping_loss + axial.dissipated,
-            ..Channels::default()
-        }
-    }
-
-    fn kinetic_energy(&self, _t: f64, _place: &Mode, y: &[f64]) -> f64 {
-        self.brake.torsion.torsion.kinetic_energy(y)
-    }
-
-    fn internal_force(&self, _t: f64, _place: &Mode, y: &[f64]) -> f64 {
-        self.brake.torsion.transmitted_torque(y) / self.brake.torsion.contact.radius
-    }
 }
 
 /// Of the absolute angles.

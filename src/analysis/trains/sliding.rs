@@ -2,9 +2,10 @@
 
 use super::impedance::{Crossings, Verdict};
 use super::linear::{ROUNDING, columns, crossings, jacobian, scaled, state};
-use super::modes_report::{Change, OperatingPoint, Search};
+use super::modes::{Change, OperatingPoint, Search};
 use crate::friction::Law;
 use crate::model::Mode;
+use crate::model::trains::margin::slowing;
 use crate::model::trains::system::{Engagement, Side, TrainSystem};
 use crate::model::trains::{End, Train, Trains};
 use crate::numerics::eigenvalues::eigenvalues;
@@ -67,7 +68,7 @@ impl<'a> Sliding<'a> {
     pub(super) fn new(trains: &'a Trains) -> Sliding<'a> {
         let system = TrainSystem::new(trains);
         Sliding {
-            crossings: crossings(&system),
+            crossings: crossings(&system, slowing(trains).is_err()),
             trains,
             system,
         }
@@ -79,7 +80,7 @@ impl<'a> Sliding<'a> {
         trains.rotor.damping.iter_mut().for_each(|c| *c *= rotor);
         trains.stator.damping.iter_mut().for_each(|c| *c *= stator);
         let system = TrainSystem::new(&trains);
-        let crossings = crossings(&system);
+        let crossings = crossings(&system, slowing(&trains).is_err());
         (system, crossings)
     }
 
@@ -136,9 +137,12 @@ impl<'a> Sliding<'a> {
         }
         let (outside, y) = state(system, x, force);
         let matrix = jacobian(system, Mode::Engaged, 1.0, &outside, &y);
-        let found = eigenvalues(&scaled(system, &matrix));
-        let rounding = ROUNDING * found.iter().map(|l| l.norm()).fold(0.0, f64::max);
-        let moving = found.iter().filter(|l| l.norm() > rounding);
+        let mut found = eigenvalues(&scaled(system, &matrix));
+        found.sort_by(|a, b| b.norm().total_cmp(&a.norm()));
+        let rounding = ROUNDING * found.first().map_or(0.0, |l| l.norm());
+        // What slows down by itself, slowly, is no disturbance.
+        let disturbances = found.len() - usize::from(slowing(self.trains).is_ok());
+        let moving = found[..disturbances].iter().filter(|l| l.norm() > rounding);
         let most = moving.map(|l| l.re).fold(f64::NEG_INFINITY, f64::max);
         match most {
             most if most > rounding => Verdict::Unstable,

@@ -173,7 +173,7 @@ pub(crate) fn least_fast_frequency(system: &TrainSystem) -> f64 {
 }
 
 /// The eigenvalues of all modes but one slow one for each free train, 1/s.
-fn fast_modes(system: &TrainSystem, kappa: f64) -> Vec<Complex<f64>> {
+pub(crate) fn fast_modes(system: &TrainSystem, kappa: f64) -> Vec<Complex<f64>> {
     let mut modes = eigenvalues(&system.balanced(system.sliding_matrix(kappa)));
     modes.sort_by(|a, b| a.norm().total_cmp(&b.norm()));
     let slow = [&system.rotor, &system.stator]
@@ -184,18 +184,18 @@ fn fast_modes(system: &TrainSystem, kappa: f64) -> Vec<Complex<f64>> {
 }
 
 /// The free train that slows down by itself, as one inertia.
-#[derive(Debug, Clone, Copy)]
-struct Braking {
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Braking {
     radius: f64,
     /// kg m^2.
-    inertia: f64,
+    pub inertia: f64,
     /// Of all its bearings, N m s/rad.
-    viscous: f64,
+    pub viscous: f64,
 }
 
 impl Braking {
     /// `None` unless exactly one train is free.
-    fn new(system: &TrainSystem) -> Option<Self> {
+    pub fn new(system: &TrainSystem) -> Option<Self> {
         let side = match (system.rotor.speed, system.stator.speed) {
             (Some(_), None) => &system.rotor,
             (None, Some(_)) => &system.stator,
@@ -209,7 +209,7 @@ impl Braking {
     }
 
     /// How fast |omega_r| = `x` (rad/s) falls, rad/s^2.
-    fn slowing(&self, mu: f64, force: f64, x: f64) -> f64 {
+    pub fn slowing(&self, mu: f64, force: f64, x: f64) -> f64 {
         (mu * self.radius * force + self.viscous * x) / self.inertia
     }
 }
@@ -495,48 +495,11 @@ mod tests {
     use super::super::{End, Trains, samples};
     use super::*;
     use crate::model::Parameters;
-    use crate::model::torsion::TorsionModel;
 
     fn general(parameters: &Parameters) -> (TrainSystem, FastModes) {
         let system = TrainSystem::new(&Trains::from(parameters));
         let modes = FastModes::new(&system, parameters.torsion.damping);
         (system, modes)
-    }
-
-    fn close(a: Option<f64>, b: Option<f64>, bound: f64) -> bool {
-        match (a, b) {
-            (Some(a), Some(b)) => (a - b).abs() <= bound,
-            (a, b) => a == b,
-        }
-    }
-
-    /// The laws of the sample brakes fall at every speed, so that the relative mode is the least damped.
-    #[test]
-    fn analytic_brakes_have_the_brakes_forecast() {
-        let mut unstable = 0;
-        for number in 0..40 {
-            let parameters = samples::brake(number);
-            let (model, axial) = (TorsionModel::new(&parameters), parameters.axial_motion());
-            let (system, mut modes) = general(&parameters);
-            let force = |t: f64| SmoothForce {
-                value: axial.force.value(t),
-                swing: 0.0,
-            };
-            let corner = |t: f64| axial.force.next_corner(t);
-            for (t, w) in [(0.0, 100.0), (1.5, -20.0), (2.0, 0.7)] {
-                let brake = Forecast::new(&model, &axial, t, w, 30.0);
-                let found = Forecast::of_slip(&system, &mut modes, force, corner, (t, w), 30.0).unwrap();
-                unstable += i32::from(found.instability.is_some());
-                assert!(close(found.instability, brake.instability, 1e-12), "{number} from {w}");
-                for e_folds in [40.0, 60.0] {
-                    let (ours, theirs) = (found.last_quiet_time(e_folds), brake.last_quiet_time(e_folds));
-                    assert!(close(ours, theirs, 1e-10), "{number} from {w}: {ours:?} and {theirs:?}");
-                    let (ours, theirs) = (found.time_of_damping(e_folds), brake.time_of_damping(e_folds));
-                    assert!(close(ours, theirs, 1e-10), "{number} from {w}: {ours:?} and {theirs:?}");
-                }
-            }
-        }
-        assert!(unstable > 60, "{unstable}");
     }
 
     /// The closed form of alike disks holds the far end of the rotor's shaft. A rotor that gives way mistunes the disks, and the
