@@ -48,7 +48,8 @@ fn main() -> Result<(), Box<dyn Error>> {
     let slowing = of_case.slowing.ok_or("sliding that does not slow down")?;
     save(&modes::figure(&case.title, &slowing))?;
     let kicked = Case::parse(&CaseSource::built_in("paper-si")?, &[])?;
-    let found = onsets(&kicked, &|| false).ok_or("interrupted")?;
+    let system = Trains::from(&kicked.parameters);
+    let found = onsets(&system, &kicked.solver, kicked.output.end_time, &|| false).ok_or("interrupted")?;
     save(&plot::onset::figure(&kicked.title, &found))?;
     let trains = TrainCase::parse(&CaseSource::built_in("drill-string")?, &[])?;
     let path = Path::new("target").join("drill-string.h5");

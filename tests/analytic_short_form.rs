@@ -176,6 +176,15 @@ fn analytic_a_brake_as_trains_has_its_growth() {
     }
 }
 
+/// The procedure of the paper steps the same disks by either form.
+#[test]
+fn analytic_a_brake_as_trains_by_the_procedure_of_the_paper() {
+    let case = changed("paper", &["solver.method=paper", "output.end_time=6.98"]);
+    let report = |case: &AnyCase| Run::new(case).start().unwrap();
+    let (brake, trains) = (AnyCase::Brake(Box::new(case.clone())), as_trains(&case));
+    assert_eq!(report(&brake).events, report(&trains).events);
+}
+
 /// A brake written as `[rotor]` and `[stator]`.
 fn as_trains(case: &Case) -> AnyCase {
     let Torsion {

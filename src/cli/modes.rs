@@ -44,6 +44,8 @@ struct Units {
     speed: &'static str,
     torque: &'static str,
     damping: &'static str,
+    /// The frequency of a surface on its shaft.
+    frequency: &'static str,
 }
 
 impl Units {
@@ -54,12 +56,14 @@ impl Units {
                 speed: "rad/s",
                 torque: "N m",
                 damping: "N m s/rad",
+                frequency: "torsional frequency sqrt(k_t/J)",
             },
             Motion::Translation => Units {
                 angle: "m",
                 speed: "m/s",
                 torque: "N",
                 damping: "N s/m",
+                frequency: "frequency of a surface sqrt(k/m)",
             },
         }
     }
@@ -171,8 +175,8 @@ fn headline(modes: &SlowingModes, units: &Units) -> String {
         table.add_row(["axial damping ratio c_a/(2 sqrt(k_e m))", &format!("{ratio:.4}")]);
     }
     for (name, value) in [
-        ("torsional frequency sqrt(k_t/J)", hertz(modes.torsional_frequency)),
-        ("natural period T_n", format!("{:.2} us", modes.natural_period * 1e6)),
+        (units.frequency, hertz(modes.torsional_frequency)),
+        ("natural period T_n", period(modes.natural_period)),
         (
             "contact force of the slip below",
             format!("{:.1} N", modes.normal_force),
@@ -358,6 +362,14 @@ fn hertz(frequency: f64) -> String {
         format!("{frequency:.2} Hz")
     } else {
         format!("{:.4} kHz", frequency / 1e3)
+    }
+}
+
+fn period(seconds: f64) -> String {
+    if seconds < 1e-2 {
+        format!("{:.2} us", seconds * 1e6)
+    } else {
+        format!("{seconds:.6} s")
     }
 }
 

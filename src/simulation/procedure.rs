@@ -72,8 +72,8 @@ impl Settings {
 }
 
 /// Why the procedure is refused.
-pub(crate) const FOREIGN: &str =
-    "method \"paper\" is the procedure of the paper for its brake, [torsion]: take another for trains";
+pub(crate) const FOREIGN: &str = "method \"paper\" is the procedure of the paper for its two alike disks, a free rotor on a shaft and a surface on an equal shaft that \
+     ends in the ground, pressed by an axial motion: take another for this case";
 
 /// Integrates a system by the procedure; the counterpart of [`super::trains::simulate`], with the same contract. A system that is not the
 /// paper's pair of disks is refused.

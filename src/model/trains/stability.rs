@@ -4,7 +4,7 @@
 //! through one number only, the contact's damping kappa = r F_n mu' (negative where friction falls with speed).
 
 use super::system::{Side, TrainSystem};
-use crate::friction::{Bounds, FrictionLaw, Law};
+use crate::friction::{Bounds, Law};
 use crate::numerics::eigenvalues::eigenvalues;
 use nalgebra::{Complex, DMatrix};
 
@@ -268,7 +268,7 @@ impl Forecast {
         let braking = Braking::new(system)?;
         let law = &system.law;
         let slowing = |t: f64, x: f64| braking.slowing(law.coefficient(x), force(t).value.max(0.0), x);
-        let decay = |t: f64, x: f64| {
+        let mut decay = |t: f64, x: f64| {
             let SmoothForce { value, swing } = force(t);
             let slope = law.coefficient_and_slope(x).1;
             // What is worse for stability.
@@ -279,20 +279,7 @@ impl Forecast {
             }
             Some(modes.decay(system, contact_damping)).filter(|decay| *decay >= 0.0)
         };
-        let x = relative_velocity.abs();
-        Some(Self::follow(law, (t, x), until, slowing, decay, next_corner))
-    }
-
-    /// Of |omega_r| = x (rad/s) from (t, x) on. `slowing` is how fast it falls (rad/s^2) at a time and a speed, `decay` that of
-    /// the fast modes (1/s), `None` where sliding is unstable.
-    pub(in crate::model) fn follow(
-        law: &FrictionLaw,
-        (mut t, mut x): (f64, f64),
-        until: f64,
-        slowing: impl Fn(f64, f64) -> f64,
-        mut decay: impl FnMut(f64, f64) -> Option<f64>,
-        next_corner: impl Fn(f64) -> Option<f64>,
-    ) -> Self {
+        let (mut t, mut x) = (t, relative_velocity.abs());
         let mut damping = 0.0;
         let mut path = vec![(t, damping)];
         let mut speeds = vec![(t, x)];
@@ -329,11 +316,11 @@ impl Forecast {
             path.push((t, damping));
             speeds.push((t, x));
         }
-        Forecast {
+        Some(Forecast {
             path,
             speeds,
             instability,
-        }
+        })
     }
 
     /// The latest time before which `e_folds` of damping still lie ahead of the instability; `None` without one.
