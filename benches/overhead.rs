@@ -22,8 +22,8 @@ use std::marker::PhantomData;
 use std::time::{Duration, Instant};
 use stickslip::case::{Case, CaseSource};
 use stickslip::model::Mode;
-use stickslip::model::state::{DIMENSION, TorsionState, index};
-use stickslip::model::torsion::TorsionModel;
+use stickslip::model::trains::Trains;
+use stickslip::model::trains::system::{Outside, TrainSystem};
 use stickslip::signal::{Ramp, Signal};
 use stickslip::sundials::{Cvode, CvodeOptions, Direction, Integrator, OdeSystem, Outcome, Task, Tolerances};
 use sundials_sys as c;
@@ -87,9 +87,14 @@ impl Problem<3, 2> for Roberts {
 /// one resolved.
 #[derive(Clone)]
 struct Slip {
-    torsion: TorsionModel,
-    normal_force: f64,
+    system: TrainSystem,
+    outside: Outside,
 }
+
+/// Twist and its rate of the rotor, the rotor's speed, twist and its rate of the stator, and four quadratures.
+const DIMENSION: usize = 9;
+const ROTOR_SPEED: usize = 2;
+const TWISTS: [usize; 2] = [0, 3];
 
 impl Slip {
     fn new() -> Self {
@@ -98,8 +103,11 @@ impl Slip {
             unreachable!("the paper's case has a ramp")
         };
         Slip {
-            torsion: TorsionModel::new(&case.parameters),
-            normal_force: force,
+            system: TrainSystem::new(&Trains::from(&case.parameters)),
+            outside: Outside {
+                normal_force: force,
+                ..Outside::default()
+            },
         }
     }
 }
@@ -107,17 +115,17 @@ impl Slip {
 impl Problem<DIMENSION, 1> for Slip {
     const NAME: &'static str = "slip-adams";
     const STIFF: bool = false;
-    fn start() -> TorsionState {
+    fn start() -> [f64; DIMENSION] {
         let mut y = [0.0; DIMENSION];
-        y[index::ROTOR_SPEED] = 2.0;
+        y[ROTOR_SPEED] = 2.0;
         y
     }
     fn tolerances() -> Tolerances {
         let mut absolute = vec![1e-6; DIMENSION];
-        absolute[index::ROTOR_TWIST] = 1e-16;
-        absolute[index::STATOR_TWIST] = 1e-16;
-        absolute[index::ROTOR_TWIST_RATE] = 1e-12;
-        absolute[index::STATOR_TWIST_RATE] = 1e-12;
+        for twist in TWISTS {
+            absolute[twist] = 1e-16;
+            absolute[twist + 1] = 1e-12;
+        }
         Tolerances {
             relative: 1e-10,
             absolute,
@@ -127,17 +135,17 @@ impl Problem<DIMENSION, 1> for Slip {
         0.02
     }
     #[inline(never)]
-    fn rhs(&self, y: &TorsionState, ydot: &mut TorsionState) {
-        self.torsion.rates(Mode::SlipForward, || self.normal_force, y, ydot);
+    fn rhs(&self, y: &[f64; DIMENSION], ydot: &mut [f64; DIMENSION]) {
+        self.system.rates(Mode::SlipForward, 1.0, 0, &self.outside, y, ydot);
     }
     #[inline(never)]
-    fn jacobian(&self, y: &TorsionState, mut jacobian: DMatrixViewMut<'_, f64>) {
-        self.torsion
-            .jacobian(Mode::SlipForward, || self.normal_force, y, &mut jacobian);
+    fn jacobian(&self, y: &[f64; DIMENSION], mut jacobian: DMatrixViewMut<'_, f64>) {
+        self.system
+            .jacobian(Mode::SlipForward, 1.0, 0, &self.outside, y, &mut jacobian);
     }
     #[inline(never)]
-    fn roots(&self, y: &TorsionState, g: &mut [f64; 1]) {
-        g[0] = self.torsion.relative_velocity(y);
+    fn roots(&self, y: &[f64; DIMENSION], g: &mut [f64; 1]) {
+        g[0] = self.system.relative_velocity(&self.outside, y);
     }
 }
 

@@ -12,6 +12,7 @@ use stickslip::analysis::SavedRun;
 use stickslip::analysis::onset::onsets;
 use stickslip::analysis::work_precision::{self, Study};
 use stickslip::case::{Case, CaseSource, TrainCase};
+use stickslip::model::trains::Trains;
 use stickslip::plot::catalogue::{self, ENTRIES};
 use stickslip::plot::entry::Subject;
 use stickslip::plot::style::COLUMN_WIDTH;
@@ -43,10 +44,12 @@ fn main() -> Result<(), Box<dyn Error>> {
     for entry in ENTRIES {
         save(&entry.build(&subject)?.map_err(|absent| absent.why)?)?;
     }
-    let of_case = Modes::of_case(&case.parameters, &case.solver, case.output.end_time);
-    save(&modes::figure(&case.title, &of_case))?;
+    let of_case = Modes::of_case(&Trains::from(&case.parameters), &case.solver, case.output.end_time);
+    let slowing = of_case.slowing.ok_or("sliding that does not slow down")?;
+    save(&modes::figure(&case.title, &slowing))?;
     let kicked = Case::parse(&CaseSource::built_in("paper-si")?, &[])?;
-    let found = onsets(&kicked, &|| false).ok_or("interrupted")?;
+    let system = Trains::from(&kicked.parameters);
+    let found = onsets(&system, &kicked.solver, kicked.output.end_time, &|| false).ok_or("interrupted")?;
     save(&plot::onset::figure(&kicked.title, &found))?;
     let trains = TrainCase::parse(&CaseSource::built_in("drill-string")?, &[])?;
     let path = Path::new("target").join("drill-string.h5");

@@ -3,6 +3,7 @@
 use std::path::Path;
 use stickslip::analysis::growth::foreseen_exponent;
 use stickslip::case::Override;
+use stickslip::model::trains::Trains;
 use stickslip::results::SweepFile;
 use stickslip::sweep::{
     Branch, Design, Study, StudySource, Sweep, SweepReport, quantity_index, run_point, without_a_file,
@@ -144,7 +145,7 @@ fn growth(study: &Study, [decay, damping]: [f64; 2]) -> f64 {
         .unwrap()
         .into_brake()
         .unwrap();
-    foreseen_exponent(&case.parameters, case.output.end_time).expect("the force is at rest")
+    foreseen_exponent(&Trains::from(&case.parameters), case.output.end_time).expect("the force is at rest")
 }
 
 /// G without a run is that of the run, to what the run's own loss of stability is shifted by the state that it has then

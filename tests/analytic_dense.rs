@@ -4,14 +4,16 @@ mod common;
 
 use common::truth;
 use stickslip::Run;
+use stickslip::SavedRun;
 use stickslip::case::{Case, CaseSource, Override, TrainCase};
+use stickslip::model::trains::Trains;
 use stickslip::numerics::chebyshev::{COEFFICIENTS, place, value};
 use stickslip::record::{
     Channels, Event, EventKind, MemoryRecorder, Piece, Recorder, RecorderError, Sample, Segment, State,
 };
 use stickslip::results::{ResultFile, Side};
+use stickslip::simulation::trains::natural_period;
 use stickslip::simulation::{Around, Following, Method};
-use stickslip::{SavedRun, model::torsion::TorsionModel};
 
 const COLUMNS: usize = State::COUNT + Channels::COUNT;
 
@@ -212,7 +214,7 @@ fn property_samples_follow_the_events_of_a_case_without_windows() {
     let case = paper(&["output.window=[]"]);
     assert_eq!(case.output.follow.around, Some(Around::Events));
     let run = followed(&case);
-    let period = TorsionModel::new(&case.parameters).natural_period();
+    let period = natural_period(&Trains::from(&case.parameters)).unwrap();
     let times: Vec<f64> = run.rows.samples.iter().map(|sample| sample.time).collect();
     assert!(times.windows(2).all(|pair| pair[0] < pair[1]));
     assert_eq!((times[0], *times.last().unwrap()), (0.0, case.output.end_time));

@@ -1,153 +1,208 @@
-//! What the linear part of the torsional system is written as, against M q'' + C q' + K q = -b T with q = (theta, phi_2,
-//! phi_1): rates, Jacobians, energies and momentum.
+//! The equations in twist coordinates against M q'' + C q' + K q = -b T in the angles q of all inertias: rates, energies, losses, and
+//! the torque of a stick, of any two chains.
 
-use nalgebra::{DMatrix, SVector, Vector3};
+use nalgebra::{DMatrix, DVector};
 use proptest::prelude::*;
-use stickslip::model::Torsion;
-use stickslip::model::linear_part::{Matrices, relative_velocity, speeds};
-use stickslip::model::state::{Components, DYNAMIC, TorsionState};
+use stickslip::friction::Coulomb;
+use stickslip::model::trains::parameters::{ContactLaw, End, Initial, Pressing, Train, Trains};
+use stickslip::model::trains::system::{DAMPING_LOSS, Driving, FRICTION_LOSS, Outside, Side, TrainSystem};
+use stickslip::model::{BreakawayTest, Mode};
+use stickslip::signal::Drive;
 
-/// Every entry is a sum of two or three products and quotients.
-const ROUNDING: f64 = 8.0 * f64::EPSILON;
+/// Every entry is a sum of a few products and quotients, over at most three inertias.
+const ROUNDING: f64 = 64.0 * f64::EPSILON;
 
-fn torsions() -> impl Strategy<Value = Torsion> {
+/// mu r F_n, N m.
+const FRICTION: f64 = 0.7;
+
+fn chain() -> impl Strategy<Value = Train> {
     let number = || (-2.0..2.0f64).prop_map(|exponent| 10f64.powf(exponent));
-    (number(), number(), number(), prop_oneof![number(), Just(0.0)]).prop_map(
-        |(rotor_inertia, surface_inertia, stiffness, damping)| Torsion {
-            rotor_inertia,
-            surface_inertia,
-            stiffness,
-            damping,
-        },
-    )
-}
-
-/// q and q' of a state; theta is taken as zero, and only twists count.
-fn angles(y: &Components) -> (Vector3<f64>, Vector3<f64>) {
-    let twists = Vector3::new(0.0, -y.rotor_twist, y.stator_twist);
-    (twists, Vector3::from(speeds(&y.state())))
-}
-
-/// q'' with the torque `t_i` through the interface, or, if `joined`, with that which keeps omega_r as it is.
-fn accelerations(m: &Matrices, y: &Components, joined: bool, t_i: f64) -> Vector3<f64> {
-    let (q, q_dot) = angles(y);
-    let inverse = m.inertia.try_inverse().unwrap();
-    let free = -inverse * (m.damping * q_dot + m.stiffness * q);
-    let by_torque = -inverse * m.contact;
-    let torque = if joined {
-        -m.contact.dot(&free) / m.contact.dot(&by_torque)
-    } else {
-        t_i
-    };
-    free + by_torque * torque
-}
-
-fn states() -> impl Strategy<Value = Components> {
-    prop::array::uniform5(-1.0..1.0f64).prop_map(|[u, u_dot, v, v_dot, speed]| Components {
-        rotor_twist: u,
-        rotor_twist_rate: u_dot,
-        stator_twist: v,
-        stator_twist_rate: v_dot,
-        rotor_speed: speed,
-        ..Components::default()
+    let numbers = move |count: usize| prop::collection::vec(number(), count);
+    let maybe = move |count: usize| prop::collection::vec(prop_oneof![number(), Just(0.0)], count);
+    (1..=3usize, any::<bool>()).prop_flat_map(move |(count, free)| {
+        let shafts = count - usize::from(free);
+        (numbers(count), numbers(shafts), maybe(shafts), maybe(count)).prop_map(
+            move |(inertia, stiffness, damping, viscous)| Train {
+                inertia,
+                stiffness,
+                damping,
+                viscous,
+                end: if free { End::Free } else { End::Fixed },
+                torque: None,
+            },
+        )
     })
 }
 
-/// A state in which both surfaces have one speed.
-fn stuck(y: &Components) -> Components {
-    Components {
-        rotor_speed: y.rotor_twist_rate + y.stator_twist_rate,
-        ..*y
+fn system(rotor: &Train, stator: &Train) -> TrainSystem {
+    TrainSystem::new(&Trains {
+        rotor: rotor.clone(),
+        stator: stator.clone(),
+        radius: 0.1,
+        pressing: Pressing::Force(Drive::Value(1.0)),
+        breakaway: FRICTION,
+        breakaway_test: BreakawayTest::Transmitted,
+        law: Coulomb { kinetic: FRICTION }.into(),
+        contact: ContactLaw::StickSlip,
+        initial: Initial {
+            rotor_twist: vec![],
+            rotor_speed: vec![],
+            stator_twist: vec![],
+            stator_speed: vec![],
+        },
+        kicks: vec![],
+    })
+}
+
+/// M q'' + C q' + K q = -b T, the rotor's inertias first, each train from its surface outwards.
+struct Matrices {
+    inertia: DMatrix<f64>,
+    damping: DMatrix<f64>,
+    stiffness: DMatrix<f64>,
+    contact: DVector<f64>,
+}
+
+impl Matrices {
+    fn new(rotor: &Train, stator: &Train) -> Matrices {
+        let n = rotor.inertia.len() + stator.inertia.len();
+        let mut matrices = Matrices {
+            inertia: DMatrix::zeros(n, n),
+            damping: DMatrix::zeros(n, n),
+            stiffness: DMatrix::zeros(n, n),
+            contact: DVector::zeros(n),
+        };
+        for (train, first, sign) in [(rotor, 0, 1.0), (stator, rotor.inertia.len(), -1.0)] {
+            matrices.contact[first] = sign;
+            for (i, inertia) in train.inertia.iter().enumerate() {
+                matrices.inertia[(first + i, first + i)] = *inertia;
+                matrices.damping[(first + i, first + i)] = train.viscous[i];
+            }
+            for i in 0..train.stiffness.len() {
+                let mut shaft = DVector::zeros(n);
+                shaft[first + i] = -1.0;
+                if i + 1 < train.inertia.len() {
+                    shaft[first + i + 1] = 1.0;
+                }
+                matrices.damping += &shaft * shaft.transpose() * train.damping[i];
+                matrices.stiffness += &shaft * shaft.transpose() * train.stiffness[i];
+            }
+        }
+        matrices
+    }
+
+    /// q'' under the torque `interface`; without one, under the torque that keeps omega_r as it is, which it returns.
+    fn accelerations(&self, q: &DVector<f64>, q_dot: &DVector<f64>, interface: Option<f64>) -> (DVector<f64>, f64) {
+        let inverse = self.inertia.clone().try_inverse().unwrap();
+        let free = -&inverse * (&self.damping * q_dot + &self.stiffness * q);
+        let by_torque = -inverse * &self.contact;
+        let torque = interface.unwrap_or_else(|| -self.contact.dot(&free) / self.contact.dot(&by_torque));
+        (free + by_torque * torque, torque)
     }
 }
 
-fn rates(torsion: &Torsion, joined: bool, t_i: f64, y: &TorsionState) -> TorsionState {
-    let mut rates = TorsionState::default();
-    if joined {
-        torsion.joined_rates(y, &mut rates);
-    } else {
-        torsion.free_rates(t_i, y, &mut rates);
+/// The state with these angles and speeds.
+fn state(system: &TrainSystem, q: &DVector<f64>, q_dot: &DVector<f64>) -> Vec<f64> {
+    let mut y = vec![0.0; system.dimension];
+    let mut first = 0;
+    for side in [&system.rotor, &system.stator] {
+        let count = side.inertia.len();
+        for i in 0..side.shafts() {
+            let between = |q: &DVector<f64>| {
+                let outer = if i + 1 < count { q[first + i + 1] } else { 0.0 };
+                side.sign * (outer - q[first + i])
+            };
+            y[side.twists + 2 * i] = between(q);
+            y[side.twists + 2 * i + 1] = between(q_dot);
+        }
+        if let Some(speed) = side.speed {
+            y[speed] = q_dot[first + count - 1];
+        }
+        first += count;
     }
-    rates
+    y
+}
+
+fn close(found: f64, expected: f64, size: f64) -> bool {
+    (found - expected).abs() <= ROUNDING * size
 }
 
 proptest! {
     #[test]
-    fn analytic_rates_are_those_of_the_matrices(
-        torsion in torsions(), y in states(), t_i in -1.0..1.0f64, joined: bool,
+    fn analytic_rates_and_energies_are_those_of_the_matrices(
+        rotor in chain(), stator in chain(),
+        angles in prop::array::uniform6(-1.0..1.0f64), speeds in prop::array::uniform6(-1.0..1.0f64),
     ) {
-        let m = torsion.matrices();
-        let y = if joined { stuck(&y) } else { y };
-        let q_ddot = accelerations(&m, &y, joined, t_i);
-        let found = Components::of(&rates(&torsion, joined, t_i, &y.state()));
-        // Damping and stiffness up to 100, of states up to 2, over the least inertia.
-        let least = torsion.rotor_inertia.min(torsion.surface_inertia);
-        let close = |a: f64, b: f64| (a - b).abs() <= ROUNDING * (2.0 * (torsion.stiffness + torsion.damping) + 1.0) * 2.0 / least;
-        prop_assert!(close(found.rotor_speed, q_ddot[0]));
-        prop_assert!(close(found.rotor_twist_rate, q_ddot[0] - q_ddot[1]));
-        prop_assert!(close(found.stator_twist_rate, q_ddot[2]));
-        prop_assert_eq!((found.rotor_twist, found.stator_twist), (y.rotor_twist_rate, y.stator_twist_rate));
-        // omega_r = b . q', and stick keeps it.
-        let w = m.contact.dot(&angles(&y).1);
-        prop_assert!((relative_velocity(&y.state()) - w).abs() <= ROUNDING);
-        let slip = if joined { 0.0 } else { relative_velocity(&y.state()) };
-        prop_assert_eq!(found.slip, slip);
-        if joined {
-            prop_assert!(close(relative_velocity(&found.state()), 0.0));
+        let (system, m) = (system(&rotor, &stator), Matrices::new(&rotor, &stator));
+        let n = m.contact.len();
+        let part = |values: [f64; 6]| DVector::from_iterator(n, values.into_iter().take(n));
+        let (q, moving) = (part(angles), part(speeds));
+        // Angles of one, speeds of one, and each of two shafts and a bearing on an inertia.
+        let torques = 4.0 * (m.stiffness.amax() + m.damping.amax()) + 1.0;
+        let inertias = m.inertia.diagonal();
+        let size = 4.0 * torques / inertias.min();
+        let outside = Outside { normal_force: 10.0, ..Outside::default() };
+        let still = Driving::default();
+        for mode in [Mode::Separated, Mode::SlipForward, Mode::SlipBackward, Mode::Stick] {
+            let mut q_dot = moving.clone();
+            if mode == Mode::Stick {
+                q_dot[rotor.inertia.len()] = q_dot[0];
+            }
+            let w = m.contact.dot(&q_dot);
+            let sense = f64::from(mode.sense());
+            let interface = match mode {
+                Mode::Stick => None,
+                _ => Some(sense * FRICTION),
+            };
+            let y = state(&system, &q, &q_dot);
+            let (expected, torque) = m.accelerations(&q, &q_dot, interface);
+            let mut rates = vec![0.0; system.dimension];
+            system.rates(mode, sense, 0, &outside, &y, &mut rates);
+            // A rate of a speed is an acceleration.
+            let of = |side: &Side| side.speeds(&still, &rates);
+            let found = [of(&system.rotor), of(&system.stator)].concat();
+            for (found, expected) in found.iter().zip(expected.iter()) {
+                prop_assert!(close(*found, *expected, size), "{mode:?}: {found} for {expected}");
+            }
+            for side in [&system.rotor, &system.stator] {
+                for i in 0..side.shafts() {
+                    prop_assert_eq!(side.twist(i, &rates), side.twist_rate(i, &y));
+                }
+            }
+            prop_assert!(close(system.relative_velocity(&outside, &y), w, 8.0));
+            let slip = if mode == Mode::Stick { 0.0 } else { w };
+            prop_assert!(close(rates[system.slip], slip, 8.0));
+            let transmitted = system.transmitted_torque(&outside, &y);
+            if mode == Mode::Stick {
+                prop_assert!(close(transmitted, torque, 8.0 * torques));
+            } else {
+                prop_assert!(close(rates[system.slip + FRICTION_LOSS], torque * w, 8.0));
+            }
+            let lost = q_dot.dot(&(&m.damping * &q_dot));
+            prop_assert!(close(rates[system.slip + DAMPING_LOSS], lost, 16.0 * m.damping.amax() + 1.0));
+            let kinetic = 0.5 * q_dot.dot(&(&m.inertia * &q_dot));
+            prop_assert!(close(system.kinetic_energy(&outside, &y), kinetic, 8.0 * inertias.max()));
+            let elastic = 0.5 * q.dot(&(&m.stiffness * &q));
+            prop_assert!(close(system.elastic_energy(&y), elastic, 16.0 * m.stiffness.amax()));
         }
     }
 
-    /// The rates are linear in the state, but for the losses: the Jacobian has them column by column.
+    /// The rates are linear in the state: the Jacobian has them column by column.
     #[test]
-    fn analytic_jacobians_have_the_rates_of_unit_states(torsion in torsions(), slope in -1.0..1.0f64, joined: bool) {
-        let mut jacobian = DMatrix::zeros(8, 8);
-        torsion.jacobian(joined, slope, &TorsionState::default(), &mut jacobian.as_view_mut());
-        for column in 0..DYNAMIC {
-            let mut unit = TorsionState::default();
-            unit[column] = 1.0;
-            let expected = rates(&torsion, joined, slope * relative_velocity(&unit), &unit);
-            for row in 0..=DYNAMIC {
-                let entry = jacobian[(row, column)];
-                let terms = (torsion.stiffness + torsion.damping + 1.0) * 2.0
-                    / torsion.rotor_inertia.min(torsion.surface_inertia);
-                prop_assert!((entry - expected[row]).abs() <= ROUNDING * terms, "{row} {column}");
+    fn analytic_jacobians_have_the_rates_of_unit_states(rotor in chain(), stator in chain()) {
+        let system = system(&rotor, &stator);
+        let (n, outside) = (system.dimension, Outside::default());
+        for mode in [Mode::Separated, Mode::Stick] {
+            let mut jacobian = DMatrix::zeros(n, n);
+            system.jacobian(mode, 0.0, 0, &outside, &vec![0.0; n], &mut jacobian.as_view_mut());
+            for column in 0..system.mechanical() {
+                let (mut unit, mut rates) = (vec![0.0; n], vec![0.0; n]);
+                unit[column] = 1.0;
+                system.rates(mode, 0.0, 0, &outside, &unit, &mut rates);
+                let size = jacobian.column(column).amax() + 1.0;
+                for row in 0..=system.slip {
+                    prop_assert!(close(jacobian[(row, column)], rates[row], size), "{mode:?} ({row}, {column})");
+                }
             }
         }
-    }
-
-    #[test]
-    fn analytic_energies_and_momentum_are_those_of_the_matrices(torsion in torsions(), y in states()) {
-        let (m, state) = (torsion.matrices(), y.state());
-        let (q, q_dot) = angles(&y);
-        let near = |found: f64, expected: f64, size: f64| (found - expected).abs() <= ROUNDING * size;
-        let inertia = torsion.rotor_inertia + torsion.surface_inertia;
-        prop_assert!(near(torsion.kinetic_energy(&state), 0.5 * q_dot.dot(&(m.inertia * q_dot)), 8.0 * inertia));
-        prop_assert!(near(torsion.elastic_energy(&state), 0.5 * q.dot(&(m.stiffness * q)), 4.0 * torsion.stiffness));
-        prop_assert!(near(torsion.damping_power(&state), q_dot.dot(&(m.damping * q_dot)), 16.0 * torsion.damping));
-        // Of rotor and rotor surface as one: a motion in which their shaft is stiff.
-        let rigid = Vector3::new(1.0, 1.0, 0.0);
-        let momentum = rigid.dot(&(m.inertia * q_dot));
-        prop_assert!(near(torsion.slow_momentum(&state), momentum, 4.0 * inertia));
-        prop_assert_eq!(torsion.rigid_inertia(), rigid.dot(&(m.inertia * rigid)));
-        let speed = torsion.speed_of_momentum(torsion.slow_momentum(&state), y.rotor_twist_rate);
-        prop_assert!(near(speed, y.rotor_speed, 16.0));
-        // Its rate is minus the torque through the interface, whatever the shafts do.
-        let torque = 0.7;
-        let change = torsion.slow_momentum(&rates(&torsion, false, torque, &state));
-        let size = inertia * (torsion.stiffness + torsion.damping + 1.0) * 4.0
-            / torsion.rotor_inertia.min(torsion.surface_inertia);
-        prop_assert!(near(change, -torque, size));
-    }
-
-    /// The rate of what the damping takes, by a central difference along the motion: exact but for rounding, as it is of
-    /// second degree.
-    #[test]
-    fn analytic_the_rate_of_the_damping_is_its_derivative(torsion in torsions(), y in states(), dy in states()) {
-        let at = |share: f64| {
-            let [y, dy] = [y, dy].map(|part| SVector::<f64, 8>::from(part.state()));
-            torsion.damping_power((y + dy * share).as_slice())
-        };
-        let found = torsion.damping_power_rate(&y.state(), &dy.state());
-        prop_assert!((found - (at(0.5) - at(-0.5))).abs() <= 16.0 * ROUNDING * torsion.damping);
     }
 }

@@ -5,12 +5,15 @@ use common::{output, run};
 use proptest::prelude::*;
 use std::f64::consts::TAU;
 use stickslip::analysis::Modes;
-use stickslip::analysis::modes::{Eigenmode, OnsetDecision, Stability, StateModes, slip_modes, stick_modes};
+use stickslip::analysis::modes::{OnsetDecision, SlowingModes, Stability};
+use stickslip::analysis::trains::TrainModes;
+use stickslip::analysis::trains::modes::{TrainMode, TrainState};
 use stickslip::case::{Case, CaseSource, Override};
-use stickslip::friction::{Exponential, Friction};
-use stickslip::model::torsion::TorsionModel;
-use stickslip::model::{BreakawayTest, Contact, Torsion};
+use stickslip::friction::{Exponential, Law};
+use stickslip::model::trains::parameters::{ContactLaw, End, Initial, Pressing, Train, Trains};
+use stickslip::model::{BreakawayTest, Torsion};
 use stickslip::record::EventKind;
+use stickslip::signal::Drive;
 
 fn case(name: &str, overrides: &[&str]) -> Case {
     let overrides: Vec<Override> = overrides.iter().map(|text| Override::parse(text).unwrap()).collect();
@@ -18,10 +21,15 @@ fn case(name: &str, overrides: &[&str]) -> Case {
 }
 
 fn modes_of(case: &Case) -> Modes {
-    Modes::of_case(&case.parameters, &case.solver, case.output.end_time)
+    Modes::of_case(&Trains::from(&case.parameters), &case.solver, case.output.end_time)
 }
 
-fn named<'a>(state: &'a StateModes, name: &str) -> &'a Eigenmode {
+/// What is said of sliding that slows down by itself.
+fn slowing_of(case: &Case) -> SlowingModes {
+    modes_of(case).slowing.expect("a brake")
+}
+
+fn named<'a>(state: &'a TrainState, name: &str) -> &'a TrainMode {
     let found = state.modes.iter().find(|mode| mode.name == name);
     found.unwrap_or_else(|| panic!("no mode {name} among {:?}", state.modes))
 }
@@ -37,9 +45,11 @@ const EIGENVALUE: f64 = 1e-10;
 #[test]
 fn published_natural_period_and_frequency_of_the_paper() {
     let modes = modes_of(&case("paper", &[]));
-    assert_eq!(format!("{:.2}", modes.torsional_frequency / 1e3), "4.16");
-    assert_eq!(format!("{:.5}", modes.natural_period), "0.00024");
+    let slowing = modes.slowing.unwrap();
+    assert_eq!(format!("{:.2}", slowing.torsional_frequency / 1e3), "4.16");
+    assert_eq!(format!("{:.5}", slowing.natural_period), "0.00024");
     let slip = modes
+        .general
         .states
         .iter()
         .find(|s| s.relative_velocity == Some(100.0))
@@ -47,7 +57,7 @@ fn published_natural_period_and_frequency_of_the_paper() {
     let stator = named(slip, "stator surface");
     assert!(close(
         stator.natural_frequency.unwrap(),
-        modes.torsional_frequency,
+        slowing.torsional_frequency,
         EIGENVALUE
     ));
 }
@@ -57,14 +67,16 @@ fn analytic_axial_mode() {
     let case = case("paper-si", &[]);
     let axial = case.parameters.axial;
     let modes = modes_of(&case);
-    let mode = &modes.states[0].modes[0];
-    assert_eq!(modes.states[0].modes.len(), 1);
+    let axial_modes = &modes.general.states[0].modes;
+    let mode = &axial_modes[0];
+    assert_eq!(axial_modes.len(), 1);
     let omega = (axial.stiffness / axial.mass).sqrt();
     assert!(close(mode.natural_frequency.unwrap(), omega / TAU, EIGENVALUE));
     let ratio = axial.damping / (2.0 * (axial.stiffness * axial.mass).sqrt());
     assert!(close(mode.damping_ratio.unwrap(), ratio, EIGENVALUE));
-    assert!(close(modes.axial_frequency, omega / TAU, 1e-15));
-    assert!(close(modes.axial_damping_ratio, ratio, 1e-15));
+    let slowing = modes.slowing.unwrap();
+    assert!(close(slowing.axial_frequency.unwrap(), omega / TAU, 1e-15));
+    assert!(close(slowing.axial_damping_ratio.unwrap(), ratio, 1e-15));
 }
 
 /// Two real roots whose product is k_e/m and whose sum is -c_a/m.
@@ -72,53 +84,87 @@ fn analytic_axial_mode() {
 fn analytic_overdamped_axial_mode_has_two_real_roots() {
     let case = case("paper-si", &["axial.damping=60000"]);
     let axial = case.parameters.axial;
-    let roots: Vec<f64> = modes_of(&case).states[0].modes.iter().map(|m| m.growth_rate).collect();
+    let states = modes_of(&case).general.states;
+    let roots: Vec<f64> = states[0].modes.iter().map(|m| m.growth_rate).collect();
     assert_eq!(roots.len(), 2);
     assert!(close(roots[0] * roots[1], axial.stiffness / axial.mass, EIGENVALUE));
     assert!(close(roots[0] + roots[1], -axial.damping / axial.mass, EIGENVALUE));
 }
 
-fn torsion_models() -> impl Strategy<Value = TorsionModel> {
+fn torsions() -> impl Strategy<Value = (Torsion, f64)> {
     // The largest ratio keeps every mode below critical damping: of the modes here none is faster than
     // sqrt(k_t (1/I + 1/J)), 1.23 sqrt(k_t/J).
     (0.1..100.0f64, 1e-3..0.05f64, 1e5..1e7f64, 1e-3..0.8f64, 0.5..10.0f64).prop_map(|(i, j, k_t, ratio, alpha)| {
-        let c_t = 2.0 * ratio * (k_t * j).sqrt();
-        TorsionModel {
-            torsion: Torsion {
-                rotor_inertia: i,
-                surface_inertia: j,
-                stiffness: k_t,
-                damping: c_t,
-            },
-            contact: Contact {
-                radius: 0.05,
-                breakaway_test: BreakawayTest::Transmitted,
-            },
-            friction: Friction {
-                breakaway: 0.6,
-                law: Exponential {
-                    low_speed: 0.6,
-                    high_speed: 0.3,
-                    decay: alpha,
-                }
-                .into(),
-            },
-        }
+        let torsion = Torsion {
+            rotor_inertia: i,
+            surface_inertia: j,
+            stiffness: k_t,
+            damping: 2.0 * ratio * (k_t * j).sqrt(),
+        };
+        (torsion, alpha)
     })
+}
+
+/// A radius of the contact, m.
+const RADIUS: f64 = 0.05;
+
+fn law(decay: f64) -> Exponential {
+    Exponential {
+        low_speed: 0.6,
+        high_speed: 0.3,
+        decay,
+    }
+}
+
+/// The modes in stick, and in slip at the relative velocity `x` under a force.
+fn stick_and_slip(torsion: &Torsion, decay: f64, force: f64, x: f64) -> (TrainState, TrainState) {
+    let train = |inertia: &[f64], end: End| Train {
+        inertia: inertia.to_vec(),
+        stiffness: vec![torsion.stiffness],
+        damping: vec![torsion.damping],
+        viscous: vec![0.0; inertia.len()],
+        end,
+        torque: None,
+    };
+    let states = TrainModes::of_case(&Trains {
+        rotor: train(&[torsion.surface_inertia, torsion.rotor_inertia], End::Free),
+        stator: train(&[torsion.surface_inertia], End::Fixed),
+        radius: RADIUS,
+        pressing: Pressing::Force(Drive::Value(force)),
+        breakaway: 0.6,
+        breakaway_test: BreakawayTest::Transmitted,
+        law: law(decay).into(),
+        contact: ContactLaw::StickSlip,
+        initial: Initial {
+            rotor_twist: vec![0.0],
+            rotor_speed: vec![x; 2],
+            stator_twist: vec![0.0],
+            stator_speed: vec![0.0],
+        },
+        kicks: vec![],
+    })
+    .states;
+    let find = |name: &str, x: Option<f64>| {
+        let mut found = states
+            .iter()
+            .filter(|state| state.state == name && state.relative_velocity == x);
+        found.next().expect("the state").clone()
+    };
+    (find("stick", None), find("slip", Some(x)))
 }
 
 proptest! {
     /// Stick: (k - I w^2)(2k - 2J w^2) = k^2, and damping proportional to stiffness gives each mode c w/(2k). The
     /// rotor turns with both springs in series, the surfaces with inertia 2J on two springs.
     #[test]
-    fn analytic_stick_modes(model in torsion_models()) {
-        let Torsion { rotor_inertia: i, surface_inertia: j, stiffness: k, damping: c } = model.torsion;
+    fn analytic_stick_modes((torsion, decay) in torsions()) {
+        let Torsion { rotor_inertia: i, surface_inertia: j, stiffness: k, damping: c } = torsion;
         let (a, b) = (2.0 * i * j, -2.0 * k * (i + j));
         let root = (b * b - 4.0 * a * k * k).sqrt();
         let fast = ((-b + root) / (2.0 * a)).sqrt();
         // The product of both squares is k^2/a: no cancellation.
         let slow = k / a.sqrt() / fast;
-        let stick = stick_modes(&model);
+        let (stick, _) = stick_and_slip(&torsion, decay, 2000.0, 3.0);
         for (name, omega) in [("surfaces", fast), ("rotor", slow)] {
             let mode = named(&stick, name);
             prop_assert!(close(mode.natural_frequency.unwrap(), omega / TAU, 1e-8), "{name}: {mode:?}");
@@ -133,11 +179,9 @@ proptest! {
     /// Slip without a slope of friction: the stator's surface alone, and the rotor's against the rotor with
     /// w^2 = k (1/I + 1/J); each damped by c w/(2k).
     #[test]
-    fn analytic_slip_modes_without_slope(model in torsion_models()) {
-        let Torsion { rotor_inertia: i, surface_inertia: j, stiffness: k, damping: c } = model.torsion;
-        let mut model = model;
-        model.friction.law.as_exponential_mut().unwrap().decay = 0.0;
-        let slip = slip_modes(&model, 2000.0, 3.0);
+    fn analytic_slip_modes_without_slope((torsion, _) in torsions()) {
+        let Torsion { rotor_inertia: i, surface_inertia: j, stiffness: k, damping: c } = torsion;
+        let (_, slip) = stick_and_slip(&torsion, 0.0, 2000.0, 3.0);
         for (name, omega) in [("stator surface", (k / j).sqrt()), ("rotor surface", (k / i + k / j).sqrt())] {
             let mode = named(&slip, name);
             prop_assert!(close(mode.natural_frequency.unwrap(), omega / TAU, 1e-8), "{name}: {mode:?}");
@@ -148,16 +192,16 @@ proptest! {
     /// Slip of a rotor too heavy to move: J x'' + (c_t - 2 r F_n alpha (mu_s - mu_d) exp(-alpha x)) x' + k_t x = 0 for
     /// the relative mode, c_t alone for the common one. The rotor's share is J/I, 1e-12 and less.
     #[test]
-    fn analytic_relative_mode_of_a_heavy_rotor(model in torsion_models(), x in 0.0..1.0f64, force in 100.0..3000.0f64) {
-        let torsion = Torsion { rotor_inertia: 1e10, ..model.torsion };
-        let model = TorsionModel { torsion, ..model };
+    fn analytic_relative_mode_of_a_heavy_rotor(
+        (torsion, decay) in torsions(), x in 0.0..1.0f64, force in 100.0..3000.0f64,
+    ) {
+        let torsion = Torsion { rotor_inertia: 1e10, ..torsion };
         let Torsion { surface_inertia: j, stiffness: k, damping: c, .. } = torsion;
-        let Exponential { low_speed, high_speed, decay } = *model.friction.law.as_exponential().unwrap();
-        let slope = 2.0 * 0.05 * force * decay * (low_speed - high_speed) * (-decay * x).exp();
+        let slope = -2.0 * RADIUS * force * law(decay).coefficient_and_slope(x).1;
         let ratio = (c - slope) / (2.0 * (k * j).sqrt());
         // Complex roots, and a coupling that names the modes.
         prop_assume!(ratio.abs() < 0.99 && slope > 1e-3);
-        let slip = slip_modes(&model, force, x);
+        let (_, slip) = stick_and_slip(&torsion, decay, force, x);
         let relative = named(&slip, "relative");
         prop_assert!(close(relative.natural_frequency.unwrap(), (k / j).sqrt() / TAU, 1e-7), "{relative:?}");
         prop_assert!((relative.damping_ratio.unwrap() - ratio).abs() < 1e-7, "{relative:?} against {ratio}");
@@ -169,17 +213,17 @@ proptest! {
 /// Each shape is an eigenvector: A v = lambda v in the equation of the rotor, I theta'' = -T_r, of a stick mode.
 #[test]
 fn analytic_shape_satisfies_the_rotor_equation() {
-    let parameters = case("paper", &[]).parameters;
-    let model = TorsionModel::new(&parameters);
+    let case = case("paper", &[]);
     let Torsion {
         rotor_inertia: i,
         stiffness: k,
         damping: c,
         ..
-    } = parameters.torsion;
-    for mode in stick_modes(&model).modes {
+    } = case.parameters.torsion;
+    let states = modes_of(&case).general.states;
+    for mode in &states.iter().find(|state| state.state == "stick").unwrap().modes {
         let part = |k: usize| {
-            let s = mode.shape[k];
+            let s = &mode.shape[k];
             nalgebra::Complex::from_polar(s.amplitude, s.phase)
         };
         let lambda = nalgebra::Complex::new(mode.growth_rate, mode.angular_frequency);
@@ -196,11 +240,14 @@ fn analytic_shape_satisfies_the_rotor_equation() {
 #[test]
 fn analytic_critical_speed_is_that_of_the_run() {
     let case = case("paper", &[]);
-    let modes = modes_of(&case);
+    let modes = slowing_of(&case);
     let critical = modes.critical_speed.unwrap();
-    let model = TorsionModel::new(&case.parameters);
-    let margin = model.stability_margin(1.0, critical, modes.normal_force);
-    assert!(margin.abs() < 1e-12 * model.torsion.damping, "{margin}");
+    let (slope, damping) = (
+        case.parameters.friction.law.coefficient_and_slope(critical).1,
+        case.parameters.torsion.damping,
+    );
+    let margin = damping + 2.0 * case.parameters.contact.radius * modes.normal_force * slope;
+    assert!(margin.abs() < 1e-12 * damping, "{margin}");
     let lost = modes.instability.unwrap();
     // The event is located to 1e-12 s at a deceleration of 16 rad/s^2.
     assert!((lost.relative_velocity - critical).abs() < 1e-9, "{lost:?}");
@@ -219,17 +266,15 @@ fn analytic_critical_speed_is_that_of_the_run() {
 fn analytic_eigenvalue_crossing_is_neutral() {
     for name in ["paper", "paper-si"] {
         let case = case(name, &[]);
-        let modes = modes_of(&case);
+        let modes = slowing_of(&case);
         let lost = modes.instability.unwrap();
         let crossing = lost.eigenvalue_crossing.unwrap();
         assert_eq!(modes.stability, Stability::Lost);
         let apart = (crossing.time - lost.time).abs();
         assert!(apart > 5e-5 && apart < 2e-4, "{name}: {apart:e}");
-        let slip = slip_modes(
-            &TorsionModel::new(&case.parameters),
-            lost.normal_force,
-            crossing.relative_velocity,
-        );
+        let Exponential { decay, .. } = *case.parameters.friction.law.as_exponential().unwrap();
+        let force = lost.normal_force * case.parameters.contact.radius / RADIUS;
+        let (_, slip) = stick_and_slip(&case.parameters.torsion, decay, force, crossing.relative_velocity);
         let growth = named(&slip, "relative").growth_rate;
         // 1e-10 of a frequency of 26,000 rad/s.
         assert!(growth.abs() < 3e-6, "{name}: {growth:e}");
@@ -244,7 +289,7 @@ fn analytic_eigenvalue_crossing_is_neutral() {
 #[test]
 fn analytic_onset_is_laid_to_what_decides_it() {
     let decided = |name: &str, overrides: &[&str]| {
-        let lost = modes_of(&case(name, overrides)).instability.unwrap();
+        let lost = slowing_of(&case(name, overrides)).instability.unwrap();
         lost.onset_decided_by
     };
     assert_eq!(decided("paper", &[]), OnsetDecision::Perturbation);
@@ -257,7 +302,7 @@ fn analytic_onset_is_laid_to_what_decides_it() {
 #[test]
 fn analytic_sliding_that_stays_stable_is_called_so() {
     let stability = |overrides: &[&str]| {
-        let modes = modes_of(&case("paper", overrides));
+        let modes = slowing_of(&case("paper", overrides));
         assert_eq!(modes.instability, None);
         modes.stability
     };

@@ -6,8 +6,10 @@ use common::random_brakes::{Random, difference, random_brake, random_release};
 use std::ops::ControlFlow;
 use std::time::Duration;
 use stickslip::Run;
-use stickslip::case::{AnyCase, Case, CaseSource, Origin, Override, TrainCase};
-use stickslip::model::torsion::TorsionModel;
+use stickslip::analysis::Summary;
+use stickslip::case::{AnyCase, Case, CaseRef, CaseSource, Origin, Override, TrainCase};
+use stickslip::friction::Law;
+use stickslip::model::Torsion;
 use stickslip::model::trains::Trains;
 use stickslip::model::trains::system::{Outside, TrainSystem};
 use stickslip::oracle::{self, OracleRequest, rational};
@@ -140,6 +142,69 @@ fn analytic_an_unperturbed_brake_as_trains_stops_once() {
     }
 }
 
+/// Growth, kick and warning of a brake do not depend on its form.
+#[test]
+fn analytic_a_brake_as_trains_has_its_growth() {
+    for (name, changes) in [
+        ("paper", &[][..]),
+        ("paper", &[AT_INSTABILITY, "initial.speed=-100"]),
+        ("paper-si", &["perturbation=[{time=2, relative_velocity=0.5}]"]),
+        ("release", &[]),
+        ("unperturbed", &["solver.method=auto"]),
+    ] {
+        let case = changed(name, changes);
+        let general = as_trains(&case);
+        let [short, long] = [AnyCase::Brake(Box::new(case.clone())), general].map(|case| {
+            let report = Run::new(&case).start().unwrap();
+            Summary::of_run(&CaseRef::from(&case).system(), &report)
+        });
+        let label = format!("{name} {changes:?}");
+        for (what, of) in [
+            ("G", (|summary| summary.growth_exponent) as fn(&Summary) -> Option<f64>),
+            ("to the onset", |summary| summary.growth_to_onset),
+            ("from the kick", |summary| summary.e_folds_gained),
+            ("above rounding", |summary| summary.kick_above_noise),
+        ] {
+            match (of(&short), of(&long)) {
+                (Some(short), Some(long)) => assert!((short - long).abs() < 1e-9 * short.abs(), "{label}, {what}"),
+                (short, long) => assert_eq!(short, long, "{label}, {what}"),
+            }
+        }
+        assert!(long.growth_exponent.unwrap() > 50.0, "{label}");
+        assert_eq!(long.noise_determined, name == "unperturbed", "{label}");
+        assert_eq!(long.noise_determined, short.noise_determined, "{label}");
+    }
+}
+
+/// The procedure of the paper steps the same disks by either form.
+#[test]
+fn analytic_a_brake_as_trains_by_the_procedure_of_the_paper() {
+    let case = changed("paper", &["solver.method=paper", "output.end_time=6.98"]);
+    let report = |case: &AnyCase| Run::new(case).start().unwrap();
+    let (brake, trains) = (AnyCase::Brake(Box::new(case.clone())), as_trains(&case));
+    assert_eq!(report(&brake).events, report(&trains).events);
+}
+
+/// A brake written as `[rotor]` and `[stator]`.
+fn as_trains(case: &Case) -> AnyCase {
+    let Torsion {
+        rotor_inertia,
+        surface_inertia,
+        stiffness,
+        damping,
+    } = case.parameters.torsion;
+    let shaft = format!("stiffness = {stiffness:?}\ndamping = {damping:?}");
+    let written = format!(
+        "[rotor]\ninertia = [{surface_inertia:?}, {rotor_inertia:?}]\n{shaft}\nend = \"free\"\n\n\
+         [stator]\ninertia = {surface_inertia:?}\n{shaft}\nend = \"fixed\"\n\n"
+    );
+    let text = case.resolved();
+    let start = text.find("[torsion]").expect("a short form");
+    let end = start + 1 + text[start + 1..].find("\n[").expect("a table after it");
+    let text = [&text[..start], &written, &text[end..]].concat();
+    AnyCase::read(&CaseSource::text(&text), &[]).unwrap()
+}
+
 /// A kick that waits comes at the loss of stability, and one that waits in vain is counted.
 #[test]
 fn analytic_a_kick_waits_for_the_instability() {
@@ -179,17 +244,15 @@ fn property_random_brakes_as_trains_have_their_events() {
     }
 }
 
-/// The margin of equal surfaces is that of the brake, to the bit.
+/// The margin of equal surfaces is c_t + 2 r F_n mu', to the bit.
 #[test]
 fn analytic_the_margin_of_a_lowered_brake() {
     let mut random = Random(7);
     for name in ["paper", "paper-si", "release", "unperturbed"] {
         let case = changed(name, &[]);
-        let (system, model) = (
-            TrainSystem::new(&Trains::from(&case.parameters)),
-            TorsionModel::new(&case.parameters),
-        );
-        assert_eq!(system.twice_resistance, Some(case.parameters.torsion.damping));
+        let system = TrainSystem::new(&Trains::from(&case.parameters));
+        let damping = case.parameters.torsion.damping;
+        assert_eq!(system.twice_resistance, Some(damping));
         let mut state = vec![0.0; system.dimension];
         let speed = system.rotor.speed.expect("a free train");
         for _ in 0..1000 {
@@ -200,11 +263,9 @@ fn analytic_the_margin_of_a_lowered_brake() {
                 ..Outside::default()
             };
             let margin = system.stability_margin(w.signum(), 0, &outside, &state);
-            assert_eq!(
-                margin,
-                model.stability_margin(w.signum(), w, force),
-                "{name} {w} {force}"
-            );
+            let slope = case.parameters.friction.law.coefficient_and_slope(w.abs()).1;
+            let expected = damping + 2.0 * case.parameters.contact.radius * force * slope;
+            assert_eq!(margin, expected, "{name} {w} {force}");
         }
     }
 }

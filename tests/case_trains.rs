@@ -726,7 +726,7 @@ drive.toml:13: stator.inertai: unknown key; did you mean stator.inertia?
 drive.toml:14: stator.stiffness: has one number, but none is expected: without inertia there is no shaft; remove it
 "#);
     insta::assert_snapshot!(refused(SMOOTH, "[contact]", "[contact]\nbreakaway_test = \"stator\""), @r#"drive.toml:13: contact.breakaway_test: belongs to a contact with stick, and this one has none: remove it"#);
-    insta::assert_snapshot!(refused(VALID, "[output]", "[solver]\nmethod = \"paper\"\n\n[output]"), @r#"drive.toml:37: solver.method: method "paper" is the procedure of the paper for its brake, [torsion]: take another for trains"#);
+    insta::assert_snapshot!(refused(VALID, "[output]", "[solver]\nmethod = \"paper\"\n\n[output]"), @r#"drive.toml:37: solver.method: method "paper" is the procedure of the paper for its two alike disks, a free rotor on a shaft and a surface on an equal shaft that ends in the ground, pressed by an axial motion: take another for this case"#);
     insta::assert_snapshot!(refused(VALID, "[output]", "[outputs]"), @r#"drive.toml:36: outputs: unknown key; did you mean output?"#);
     insta::assert_snapshot!(refused(VALID, "end_time = 10", "end_time = 1e15"), @r#"drive.toml:37: output.end_time: is too late for double precision: times near 1000000000000000.0 s are 2e-1 s apart, and the trains have oscillations with periods down to 6e-2 s; end earlier"#);
     insta::assert_snapshot!(refused(VALID, "end_time = 10", "end_time = 10\ninterval = 1e-12"), @r#"drive.toml:38: output.interval: asks for 1.0e13 samples, more than 1e9: raise the interval or end earlier"#);

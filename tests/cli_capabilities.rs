@@ -208,9 +208,16 @@ impl Trial {
         };
         self.cell("work-precision", cell);
 
-        let onset = self.series["summary"]["onset_time"].as_f64().unwrap();
-        // Runs of a study end soon after what they are asked for.
-        let set = format!("[set]\nsolver.method = \"series\"\noutput.end_time = {}\n", 3.0 * onset);
+        let summary = &self.series["summary"];
+        // Runs of a study end soon after what they are asked for; a motion without sticks is asked for its amplitude.
+        let (quantity, value, end) = match summary["onset_time"].as_f64() {
+            Some(onset) => ("onset_time", onset, 3.0 * onset),
+            None => {
+                let amplitude = summary["outcome"]["extremes"]["amplitude"].as_f64().unwrap();
+                ("attractor_amplitude", amplitude, summary["end"].as_f64().unwrap())
+            }
+        };
+        let set = format!("[set]\nsolver.method = \"series\"\noutput.end_time = {end}\n");
         let axis = |key: &str, value: f64, count: u32| {
             format!(
                 "[[axis]]\nkey = \"{key}\"\nfrom = {}\nto = {}\ncount = {count}\n",
@@ -228,11 +235,11 @@ impl Trial {
 
         let free = format!(
             "{head}{set}[[free]]\nkey = \"{}\"\nfrom = {}\nto = {}\n\
-             [[target]]\nquantity = \"onset_time\"\nvalue = {onset:?}\nhalf_width = {}\n[search]\npoints = 4\nstarts = 1\n",
+             [[target]]\nquantity = \"{quantity}\"\nvalue = {value:?}\nhalf_width = {}\n[search]\npoints = 4\nstarts = 1\n",
             number.0,
             0.97 * number.1,
             1.02 * number.1,
-            1e-4 * onset,
+            1e-4 * value,
         );
         self.folder.write("found.toml", free);
         let cell = match self.document(&["calibrate", "found.toml"]) {
@@ -243,7 +250,7 @@ impl Trial {
         self.cell("calibrate", cell);
 
         let boundary = format!(
-            "{head}{set}{}{}[boundary]\nx = \"{}\"\ny = \"{}\"\ncriterion = \"onset_time > {onset:?}\"\nrefinements = 0\nwidth = 1e-3\n",
+            "{head}{set}{}{}[boundary]\nx = \"{}\"\ny = \"{}\"\ncriterion = \"{quantity} > {value:?}\"\nrefinements = 0\nwidth = 1e-3\n",
             axis(number.0, number.1, 3),
             axis(second.0, second.1, 3),
             number.0,

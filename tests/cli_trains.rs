@@ -82,7 +82,7 @@ fn cli_run_refuses_bad_keys_of_trains() {
         ("rotor.torqe=1", "rotor.torqe: unknown key; did you mean"),
         ("stator.inertia=-1", "stator.inertia"),
         ("rotor.end=\"welded\"", "rotor.end"),
-        ("solver.method=\"paper\"", "take another for trains"),
+        ("solver.method=\"paper\"", "take another for this case"),
     ] {
         let stderr = refusal(&mut folder.stickslip(&["run", "clutch", "--set", setting]));
         assert!(stderr.contains(words), "{words} in {stderr}");

@@ -154,27 +154,29 @@ fn multiprecision_unperturbed_series() {
 /// to 1e-13 of its size, far from the instability and 60 ms before the stop.
 #[test]
 fn multiprecision_slow_manifold() {
-    use stickslip::model::slow_manifold::on_slow_manifold;
-    use stickslip::model::state::index::*;
-    use stickslip::model::torsion::TorsionModel;
+    use stickslip::model::trains::Trains;
+    use stickslip::model::trains::slow_manifold::{Slip, on_slow_manifold};
+    use stickslip::model::trains::system::TrainSystem;
     use stickslip::signal::{Ramp, Signal};
     for case in ["paper", "si-kick"] {
         let truth = truth(case);
-        let model = TorsionModel::new(&truth.parameters);
+        let system = TrainSystem::new(&Trains::from(&truth.parameters));
+        let (rotor, stator) = (system.rotor.twists, system.stator.twists);
+        let speed = system.rotor.speed.unwrap();
         let Signal::Ramp(Ramp { value: force, .. }) = truth.parameters.actuation else {
             panic!("a ramp")
         };
         for sample in truth.samples.iter().filter(|s| s.time > 1.5 && s.time < 6.95) {
             let value = |name: &str| sample.state.iter().find(|(n, _)| n == name).unwrap().1;
-            let mut y = [0.0; 8];
-            y[ROTOR_SPEED] = value("theta_dot");
-            y[ROTOR_TWIST_RATE] = value("theta_dot") - value("phi2_dot");
-            let slow = on_slow_manifold(&model, 1.0, (force, 0.0), &y).state;
+            let mut y = vec![0.0; system.dimension];
+            y[speed] = value("theta_dot");
+            y[rotor + 1] = value("theta_dot") - value("phi2_dot");
+            let slow = on_slow_manifold(&system, &Slip::undriven(1.0, 0, &[force]), &y).state;
             for (component, name) in [
-                (ROTOR_TWIST, "rotor_twist"),
-                (STATOR_TWIST, "stator_twist"),
-                (STATOR_TWIST_RATE, "phi1_dot"),
-                (ROTOR_SPEED, "theta_dot"),
+                (rotor, "rotor_twist"),
+                (stator, "stator_twist"),
+                (stator + 1, "phi1_dot"),
+                (speed, "theta_dot"),
             ] {
                 let error = (slow[component] - value(name)).abs();
                 // The given momentum itself is good to the rounding of theta_dot, 1e-16 of 60 rad/s at most.

@@ -14,10 +14,11 @@ use stickslip::analysis::Certify;
 use stickslip::analysis::linearised::linearise;
 use stickslip::case::{AnyCase, Case, CaseRef, CaseSource, Override, WrittenCase};
 use stickslip::friction::FrictionLaw;
-use stickslip::model::torsion::TorsionModel;
 use stickslip::model::trains::ExactTrains;
+use stickslip::model::trains::Trains;
 use stickslip::oracle::{self, OracleError, OracleEvent, OracleOptions, rational};
 use stickslip::record::{Event, EventKind, MemoryRecorder};
+use stickslip::simulation::trains::natural_period;
 
 /// A multiple of what rounding may move an event by, that a method may lose by its own arithmetic.
 const OF_ROUNDING: f64 = 100.0;
@@ -72,7 +73,7 @@ fn hold(overrides: &[Override], what: &str) -> Option<usize> {
     let series = case(overrides, &["solver.method=series"]);
     let allowance = rounding(&series);
     let hardest = allowance.iter().copied().fold(0.0, f64::max);
-    if OF_ROUNDING * hardest > ILL_CONDITIONED * TorsionModel::new(&series.parameters).natural_period() {
+    if OF_ROUNDING * hardest > ILL_CONDITIONED * natural_period(&Trains::from(&series.parameters)).unwrap() {
         println!("{what}: ill-conditioned, rounding moves an event by {hardest:.1e} s");
         return None;
     }

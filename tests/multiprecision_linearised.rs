@@ -9,6 +9,7 @@ use stickslip::Run;
 use stickslip::analysis::linearised::{Linearised, linearise};
 use stickslip::case::{Case, CaseNumber, CaseRef, CaseSource, Override, WrittenCase};
 use stickslip::model::trains::ExactTrains;
+use stickslip::model::trains::Trains;
 use stickslip::model::{ExactParameters, KickTime, nearest_double};
 use stickslip::oracle::{self, OracleEvent, OracleOptions, rational};
 use stickslip::record::{EventKind, MemoryRecorder};
@@ -281,7 +282,8 @@ fn multiprecision_growth_covers_the_kick() {
     }
     // The e-folds of the eigenvalues, to within those of the phase and the shape of the modes.
     let recorder = run(&case);
-    let growth = stickslip::analysis::Growth::of_run(&case.parameters, &recorder.events, 1.2).expect("unstable");
+    let growth =
+        stickslip::analysis::Growth::of_run(&Trains::from(&case.parameters), &recorder.events, 1.2).expect("unstable");
     let first = linearised
         .events
         .iter()

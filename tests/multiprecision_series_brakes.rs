@@ -13,8 +13,9 @@ use std::sync::atomic::{AtomicU64, Ordering};
 use stickslip::Run;
 use stickslip::analysis::linearised::linearise;
 use stickslip::case::{Case, CaseRef, CaseSource, Override, WrittenCase};
-use stickslip::model::torsion::TorsionModel;
+use stickslip::model::trains::Trains;
 use stickslip::record::{Event, EventKind, MemoryRecorder};
+use stickslip::simulation::trains::natural_period;
 use stickslip::simulation::{Method, SolverOptions};
 
 const ALLOWED: f64 = 100.0;
@@ -56,7 +57,7 @@ fn hold(brake: Brake, index: u64) -> Option<Vec<f64>> {
         .enumerate()
         .filter(|(_, event)| event.kind.in_event_sequence())
         .collect();
-    let period = TorsionModel::new(&case.parameters).natural_period();
+    let period = natural_period(&Trains::from(&case.parameters)).unwrap();
     let in_word = linearised.events.iter().filter(|event| event.kind.in_event_sequence());
     let hardest = in_word.map(|event| event.rounding).fold(0.0, f64::max);
     if ALLOWED * hardest > ILL_CONDITIONED * period {

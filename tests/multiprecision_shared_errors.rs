@@ -8,12 +8,10 @@ use std::ops::ControlFlow;
 use stickslip::Run;
 use stickslip::analysis::certificate::{Verdict, certify};
 use stickslip::case::{Case, CaseSource, Override};
-use stickslip::model::Mode;
 use stickslip::model::nearest_double;
-use stickslip::model::slow_manifold::on_slow_manifold;
-use stickslip::model::state::{DIMENSION, TorsionState, index::*};
-use stickslip::model::torsion::TorsionModel;
-use stickslip::model::trains::ExactTrains;
+use stickslip::model::trains::slow_manifold::{Slip, on_slow_manifold};
+use stickslip::model::trains::system::TrainSystem;
+use stickslip::model::trains::{ExactTrains, Trains};
 use stickslip::oracle::{self, Number, OracleOptions, rational};
 use stickslip::record::{EventKind, MemoryRecorder};
 
@@ -217,40 +215,33 @@ fn multiprecision_slow_manifold_knows_its_error() {
             .rev()
             .map(|k| format!("{:.6}", stop - 5e-4 * f64::from(k)))
             .collect();
-        let model = TorsionModel::new(&case.parameters);
+        let system = TrainSystem::new(&Trains::from(&case.parameters));
+        let (rotor, stator) = (system.rotor.twists, system.stator.twists);
         let axial = case.parameters.axial_motion();
         for (time, state) in solve("0.3", &times).samples {
             let pressing = axial.at(time.to_f64());
             assert!(axial.is_silent(time.to_f64()));
             let truth = |k: usize| {
                 let number = match k {
-                    ROTOR_TWIST => &state.rotor_twist[0],
-                    ROTOR_TWIST_RATE => &state.rotor_twist_rate[0],
-                    STATOR_TWIST => &state.stator_twist[0],
-                    STATOR_TWIST_RATE => &state.stator_speed[0],
+                    k if k == rotor => &state.rotor_twist[0],
+                    k if k == rotor + 1 => &state.rotor_twist_rate[0],
+                    k if k == stator => &state.stator_twist[0],
+                    k if k == stator + 1 => &state.stator_speed[0],
                     _ => &state.rotor_speed[1],
                 };
                 number.to_rational().unwrap()
             };
-            let y: TorsionState = std::array::from_fn(|k| {
-                if k <= ROTOR_SPEED {
-                    nearest_double(&truth(k))
-                } else {
-                    0.0
-                }
-            });
-            assert_eq!(y.len(), DIMENSION);
-            let sense = f64::from(Mode::SlipForward.sense());
-            let slow = on_slow_manifold(&model, sense, (pressing.pressing_force, pressing.pressing_rate), &y);
+            let mut y = vec![0.0; system.dimension];
+            for (k, component) in y.iter_mut().enumerate().take(system.mechanical()) {
+                *component = nearest_double(&truth(k));
+            }
+            let force = [pressing.pressing_force, pressing.pressing_rate];
+            let slow = on_slow_manifold(&system, &Slip::undriven(1.0, 0, &force), &y);
             unsettled += usize::from(!slow.settled);
-            let frequency = model.natural_angular_frequency();
+            let frequency = system.rotor.own_frequency(0);
             let (mut error, mut stated) = (0.0_f64, 0.0_f64);
-            for k in ROTOR_TWIST..=STATOR_TWIST_RATE {
-                let weight = if matches!(k, ROTOR_TWIST | STATOR_TWIST) {
-                    frequency
-                } else {
-                    1.0
-                };
+            for k in [rotor, rotor + 1, stator, stator + 1] {
+                let weight = if k == rotor || k == stator { frequency } else { 1.0 };
                 let own = Number::from_f64(slow.state[k], 128);
                 let off = nearest_double(&(own.to_rational().unwrap() - truth(k)));
                 error = error.max(weight * off.abs());

@@ -5,13 +5,14 @@ use common::run;
 use stickslip::analysis::Summary;
 use stickslip::analysis::warning::{BalanceRemedy, Warning, finer, warnings};
 use stickslip::case::{Case, CaseSource, Override};
+use stickslip::model::trains::Trains;
 use stickslip::simulation::{Method, SolverOptions};
 
 fn warned(case: &str, settings: &[&str]) -> Vec<Warning> {
     let overrides: Vec<Override> = settings.iter().map(|s| Override::parse(s).unwrap()).collect();
     let case = Case::parse(&CaseSource::built_in(case).unwrap(), &overrides).unwrap();
     let (_, report) = run(&case.parameters, &case.solver, &case.output);
-    let summary = Summary::of_run(&case.parameters, &report);
+    let summary = Summary::of_run(&Trains::from(&case.parameters), &report);
     warnings(&case, &summary)
 }
 
@@ -169,7 +170,7 @@ fn property_an_open_balance_is_measured_by_the_tolerance() {
     };
     let loose = with(&["solver.method=\"cvode\"", "solver.rtol=1e-5"]);
     let (_, report) = run(&loose.parameters, &loose.solver, &loose.output);
-    let summary = Summary::of_run(&loose.parameters, &report);
+    let summary = Summary::of_run(&Trains::from(&loose.parameters), &report);
     // 3e-5 of the energy turned over.
     assert!(summary.energy_residual > 1e-6 * summary.energy_turnover);
     let open = |case: &Case| {

@@ -26,7 +26,7 @@ pub const LONGEST: Duration = Duration::from_secs(24 * 3600);
 ///
 /// # Errors
 /// Those of [`oracle::solve`].
-pub(super) fn settle(
+pub fn settle(
     certificate: &mut Certificate,
     case: CaseRef,
     exact: &ExactCase,

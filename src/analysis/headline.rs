@@ -148,10 +148,7 @@ fn summary_of_file(
 /// When sliding that slows down by itself lost its stability, s.
 fn instability_of(case: CaseRef, events: &[Event]) -> Option<f64> {
     let period = natural_period(&case.system()).filter(|_| case.stops())?;
-    let mut digest = EventDigest::watching(period);
-    for event in events {
-        digest.push(event);
-    }
+    let digest = EventDigest::of_events(Some(period), events);
     digest.instability.map(|event| event.time)
 }
 

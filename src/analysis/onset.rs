@@ -1,7 +1,7 @@
 //! The onset of stick-slip against the tolerance: by several methods, with a kick and without.
 
-use crate::case::Case;
-use crate::model::{Kick, KickTime};
+use crate::model::KickTime;
+use crate::model::trains::{Kick, KickSide, Trains};
 use crate::record::{Event, EventKind, Recorder, RecorderError, Sample, Segment};
 use crate::run::Run;
 use crate::simulation::{Method, OutputOptions, SolverOptions};
@@ -38,38 +38,43 @@ pub struct Onset {
     pub first_stick: Option<f64>,
 }
 
-/// The first stick of the case by every method at every tolerance, without a kick and with those of the case, or with
-/// one of `KICK` at the instability where it has none. The runs go over all processors and end at the first stick.
-/// `stop` is asked now and then; `None` if it said so.
-pub fn onsets(case: &Case, stop: &(dyn Fn() -> bool + Sync)) -> Option<Vec<Onset>> {
-    let mut without = case.parameters.clone();
-    without.perturbations.clear();
-    let mut with = case.parameters.clone();
-    if with.perturbations.is_empty() {
-        with.perturbations.push(Kick {
+/// The first stick of a system whose sliding slows down by itself, by every method at every tolerance up to `end_time` (s): without a
+/// kick, and with those of the system, or with one of `KICK` at the instability where it has none. The runs go over all processors
+/// and end at the first stick. `stop` is asked now and then; `None` if it said so.
+pub fn onsets(
+    trains: &Trains,
+    solver: &SolverOptions,
+    end_time: f64,
+    stop: &(dyn Fn() -> bool + Sync),
+) -> Option<Vec<Onset>> {
+    let (mut without, mut with) = (trains.clone(), trains.clone());
+    without.kicks.clear();
+    if with.kicks.is_empty() {
+        with.kicks.push(Kick {
             time: KickTime::Instability,
             relative_velocity: KICK,
+            on: KickSide::Both,
         });
     }
     let mut jobs = Vec::with_capacity(2 * METHODS.len() * TOLERANCES.len());
-    for (kicked, parameters) in [(false, &without), (true, &with)] {
+    for (kicked, trains) in [(false, &without), (true, &with)] {
         for method in METHODS {
-            jobs.extend(TOLERANCES.map(|rtol| (kicked, parameters, method, rtol)));
+            jobs.extend(TOLERANCES.map(|rtol| (kicked, trains, method, rtol)));
         }
     }
-    let output = OutputOptions::at_the_ends(case.output.end_time);
+    let output = OutputOptions::at_the_ends(end_time);
     let found = over_processors(jobs.len(), stop, |index| {
-        let (kicked, parameters, method, rtol) = jobs[index];
+        let (kicked, trains, method, rtol) = jobs[index];
         let solver = SolverOptions {
             method,
             rtol,
             fixed_step: None,
-            ..case.solver.clone()
+            ..solver.clone()
         };
         let first = FirstStick::default();
         let mut recorder = &first;
         // A failure behind the first stick does not matter, and one before it leaves none.
-        let _ = Run::of(parameters, &solver, &output)
+        let _ = Run::of_trains(trains, 0.0, &solver, &output)
             .record(&mut recorder)
             .control(|_| {
                 if stop() || first.0.get().is_some() {

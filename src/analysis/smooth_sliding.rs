@@ -1,17 +1,27 @@
-//! Smooth (kick-free) sliding: the motion on the slow manifold, whose one variable is the momentum of rotor and rotor
-//! surface. No solver of the full equations stays on it where it is unstable.
+//! Smooth (kick-free) sliding that slows down by itself: the motion on the slow manifold, whose one variable is the momentum of the
+//! free train. No solver of the full equations stays on it where it is unstable.
 
 use super::growth_rate::fast_growth_rate;
-use crate::friction::Law;
-use crate::model::Torsion;
-use crate::model::axial::AxialMotion;
-use crate::model::slow_manifold::{SlowSeries, of_momentum};
-use crate::model::state::TorsionState;
-use crate::model::torsion::TorsionModel;
+use crate::friction::{FrictionLaw, Law};
+use crate::model::trains::Trains;
+use crate::model::trains::margin::twice_resistance;
+use crate::model::trains::slow_manifold::{Momenta, Slip, SlowSeries, has_slow_manifold, slow_momenta};
+use crate::model::trains::stability::Braking;
+use crate::model::trains::system::{Driving, Outside, Side, TrainSystem};
+use crate::numerics::taylor;
 use crate::record::State;
+use crate::simulation::trains::Excitation;
 
-/// (time, s; momentum I theta' + J phi_2', N m s).
-pub type Point = (f64, f64);
+/// (time, s; momentum of the free train, N m s, which friction of forward slip takes away).
+pub(crate) type Point = (f64, f64);
+
+/// Taylor coefficients and rounds of the slow manifold for a point of the path, of which there are thousands: good to 1e-8 of the
+/// twists where the friction changes over 12 ms.
+const PATH_ORDER: usize = 6;
+const PATH_ROUNDS: usize = 3;
+
+/// The friction law as a whole, in the place of one of its pieces.
+const WHOLE: usize = usize::MAX;
 
 /// Steps from the start to the stop, if friction goes on as it begins.
 const STEPS: f64 = 300.0;
@@ -28,8 +38,9 @@ const FORCE_SHARE: f64 = 0.05;
 /// After so many steps, as where the contact rings undamped for seconds, they are made long enough to come to the end.
 const MOST_STEPS: usize = 20_000;
 
-/// Coefficients of the path's series, under a force that does not ring.
+/// Coefficients of the path's series, under a force that does not ring, and most rounds of the slow manifold for them.
 const TERMS: usize = 14;
+const STEP_ROUNDS: usize = 12;
 
 /// Error of a step of that series, as a share of the speed at the start.
 const STEP_ERROR: f64 = 1e-10;
@@ -61,26 +72,112 @@ enum PieceEnd {
     Over,
 }
 
+/// A system whose sliding slows down by itself, with the force that presses.
+#[derive(Debug)]
+pub(crate) struct Slowing {
+    /// The equations.
+    pub system: TrainSystem,
+    /// The force.
+    pub excitation: Excitation,
+    braking: Braking,
+}
+
+impl Slowing {
+    /// `None` of a system whose sliding does not slow down by itself, or that a spring does not hold everywhere.
+    pub fn new(trains: &Trains) -> Option<Slowing> {
+        let system = TrainSystem::new(trains);
+        twice_resistance(trains).filter(|_| has_slow_manifold(&system))?;
+        Some(Slowing {
+            braking: Braking::new(&system)?,
+            excitation: Excitation::new(trains),
+            system,
+        })
+    }
+
+    /// Smooth sliding with this sign of omega_r.
+    pub fn path(&self, sense: f64) -> SmoothSliding<'_> {
+        SmoothSliding {
+            of: self,
+            sense,
+            piece: WHOLE,
+        }
+    }
+
+    /// F_n, N; 0 of an open contact.
+    pub fn force(&self, t: f64) -> f64 {
+        self.excitation.normal_force(self.excitation.stretch(t), t).max(0.0)
+    }
+
+    /// The inertia of the free train as one, kg m^2.
+    pub fn inertia(&self) -> f64 {
+        self.braking.inertia
+    }
+
+    /// Largest real part of the fast eigenvalues at `t` (s) and |omega_r| = `x` (rad/s), 1/s.
+    pub fn rate(&self, t: f64, x: f64) -> f64 {
+        self.rate_by(&self.system.law, t, x)
+    }
+
+    fn rate_by(&self, law: &FrictionLaw, t: f64, x: f64) -> f64 {
+        let slope = law.coefficient_and_slope(x).1;
+        fast_growth_rate(&self.system, self.system.radius * self.force(t) * slope)
+    }
+
+    fn free(&self) -> &Side {
+        match self.system.rotor.speed {
+            Some(_) => &self.system.rotor,
+            None => &self.system.stator,
+        }
+    }
+
+    /// The momenta of the two trains, of which one is free with this one.
+    fn momenta(&self, momentum: f64) -> Momenta {
+        match self.system.rotor.speed {
+            Some(_) => [momentum, 0.0],
+            None => [0.0, -momentum],
+        }
+    }
+
+    fn momentum(&self, y: &[f64]) -> f64 {
+        let [rotor, stator] = slow_momenta(&self.system, &Outside::default(), y);
+        rotor - stator
+    }
+}
+
 /// Smooth sliding with one sense.
 #[derive(Debug, Clone, Copy)]
-pub struct SmoothSliding<'a> {
-    /// The torsional equations.
-    pub torsion: &'a TorsionModel,
-    /// The contact force.
-    pub axial: &'a AxialMotion,
+pub(crate) struct SmoothSliding<'a> {
+    of: &'a Slowing,
     /// Sign of omega_r.
-    pub sense: f64,
+    sense: f64,
+    /// The piece of a friction law with knots, gone on with smoothly beyond them; or [`WHOLE`].
+    piece: usize,
 }
 
 impl SmoothSliding<'_> {
-    /// The point of a state at `time` (s), by its momentum.
+    /// The point of a state at `time` (s): by its momentum where the columns of a state have the speed of each inertia of the free
+    /// train, else by its relative velocity.
     pub fn point(&self, time: f64, state: &State) -> Point {
-        (time, self.torsion.torsion.slow_momentum(&state.torsional().state()))
+        let rotor = [state.theta_dot - state.rotor_twist_rate, state.theta_dot];
+        let stator = [-state.phi1_dot];
+        let free = self.of.free();
+        let speeds = if free.sign > 0.0 { &rotor[..] } else { &stator[..] };
+        if speeds.len() < free.inertia.len() {
+            return self.point_of_speed(time, state.relative_velocity.abs());
+        }
+        (
+            time,
+            free.inertia
+                .iter()
+                .zip(speeds)
+                .map(|(inertia, speed)| inertia * speed)
+                .sum(),
+        )
     }
 
     /// The point at `time` (s) with this |omega_r| (rad/s).
-    pub(crate) fn point_of_speed(&self, time: f64, speed: f64) -> Point {
-        let inertia = self.torsion.torsion.rigid_inertia();
+    pub fn point_of_speed(&self, time: f64, speed: f64) -> Point {
+        let inertia = self.of.inertia();
         let mut momentum = self.sense * inertia * speed;
         // The twists' rates take a share of J/I or less: each round gains as much. Without a slow manifold they mean nothing.
         let rounds = if self.time_scale_ratio(time, speed) > LARGEST_TIME_SCALE_RATIO {
@@ -94,34 +191,51 @@ impl SmoothSliding<'_> {
         (time, momentum)
     }
 
-    fn pressing(&self, t: f64) -> (f64, f64) {
-        let axial = self.axial.at(t);
-        if axial.pressing_force > 0.0 {
-            (axial.pressing_force, axial.pressing_rate)
-        } else {
-            (0.0, 0.0)
-        }
+    fn law(&self) -> &FrictionLaw {
+        self.of.system.law_in(self.piece)
     }
 
-    fn state(&self, (t, momentum): Point) -> TorsionState {
-        of_momentum(self.torsion, self.sense, self.pressing(t), momentum)
+    /// F_n (N) and its rate (N/s).
+    fn pressing(&self, t: f64) -> [f64; 2] {
+        let line = self.of.excitation.line(self.of.excitation.stretch(t), t);
+        if line[0] > 0.0 { line } else { [0.0; 2] }
     }
 
-    /// Interface torque, N m.
+    fn slow<const N: usize>(&self, (t, momentum): Point, rounds: usize) -> SlowSeries<N> {
+        let pressing = self.pressing(t);
+        let slip = Slip::undriven(self.sense, self.piece, &pressing);
+        SlowSeries::of_rounds(&self.of.system, &slip, self.of.momenta(momentum), rounds)
+    }
+
+    fn state(&self, point: Point) -> Vec<f64> {
+        self.slow::<PATH_ORDER>(point, PATH_ROUNDS).start(&self.of.system)
+    }
+
+    fn speed_of(&self, y: &[f64]) -> f64 {
+        self.sense * self.of.system.relative_velocity(&Outside::default(), y)
+    }
+
+    /// Of friction and of the bearings, on the free train, N m: minus the rate of its momentum.
     pub fn torque(&self, point: Point) -> f64 {
-        self.torsion
-            .sliding_torque(self.sense, &self.state(point), self.pressing(point.0).0)
+        let y = self.state(point);
+        let (system, free) = (&self.of.system, self.of.free());
+        let force = self.pressing(point.0)[0];
+        let friction = self.sense * self.law().coefficient(self.speed_of(&y)) * system.radius * force;
+        if self.of.braking.viscous == 0.0 {
+            return friction;
+        }
+        let speeds = free.speeds(&Driving::default(), &y);
+        friction + free.sign * free.viscous.iter().zip(speeds).map(|(d, w)| d * w).sum::<f64>()
     }
 
     /// |omega_r|, rad/s; negative beyond the stop.
     pub fn speed(&self, point: Point) -> f64 {
-        self.sense * self.torsion.relative_velocity(&self.state(point))
+        self.speed_of(&self.state(point))
     }
 
     /// Largest real part of the fast eigenvalues, 1/s.
     pub fn growth(&self, point: Point) -> f64 {
-        let x = self.speed(point).max(0.0);
-        fast_growth_rate(self.torsion, self.axial, self.sense, point.0, x)
+        self.rate(point.0, self.speed(point).max(0.0))
     }
 
     /// One step, forward or back, of the classical method of order 4: at a fiftieth of the time scale its error is 1e-9
@@ -138,7 +252,7 @@ impl SmoothSliding<'_> {
     /// (t, Re lambda) on the way back from `start`, where |omega_r| is `start_speed` (rad/s), excluded, to the time
     /// `until`; the latest first.
     pub(crate) fn rates_before(&self, start: Point, start_speed: f64, until: f64) -> Vec<(f64, f64)> {
-        let inertia = self.torsion.torsion.rigid_inertia();
+        let inertia = self.of.inertia();
         let mut corners = self.corners_between(start.0, until).into_iter().peekable();
         let (mut point, mut rates) = (start, Vec::new());
         if self.time_scale_ratio(start.0, start_speed) > LARGEST_TIME_SCALE_RATIO {
@@ -148,7 +262,7 @@ impl SmoothSliding<'_> {
             }
             point = self.point_of_speed(time, speed);
         }
-        if !self.torsion.friction.law.knots().is_empty() {
+        if !self.law().knots().is_empty() {
             let speed = if rates.is_empty() {
                 start_speed
             } else {
@@ -160,9 +274,14 @@ impl SmoothSliding<'_> {
         while point.0 > until {
             while corners.next_if(|&c| c >= point.0).is_some() {}
             let target = corners.peek().copied().unwrap_or(until).max(until);
-            let fall = self.fall_back(self.speed(point));
+            let speed = self.speed(point);
+            let fall = self.fall_back(speed);
             let least = least_step(rates.len(), point.0 - until);
-            point = self.toward(point, target, self.longest_step(point.0, inertia * fall).max(least));
+            point = self.toward(
+                point,
+                target,
+                self.longest_step(point.0, speed, inertia * fall).max(least),
+            );
             rates.push((point.0, self.growth(point)));
         }
         rates
@@ -171,17 +290,17 @@ impl SmoothSliding<'_> {
     /// By how much the speed may change from `x` in one step back, rad/s.
     fn fall_back(&self, x: f64) -> f64 {
         let (of_speed, of_friction) = BACK_SHARE;
-        (of_speed * x).max(of_friction / self.torsion.friction.law.steepness_rate(x))
+        (of_speed * x).max(of_friction / self.law().steepness_rate(x))
     }
 
     /// Adds (t, Re lambda) on the way back from `time`, excluded, to `until` or to where steady sliding is slow against its
-    /// twists, with rotor and rotor surface as one inertia; returns the time and the speed there.
+    /// twists, with the free train as one inertia; returns the time and the speed there.
     fn rigid_back(&self, rates: &mut Vec<(f64, f64)>, time: f64, speed: f64, until: f64) -> (f64, f64) {
-        let inertia = self.torsion.torsion.rigid_inertia();
+        let inertia = self.of.inertia();
         let (mut t, mut x) = (time, speed);
         while t > until && self.time_scale_ratio(t, x) > LARGEST_TIME_SCALE_RATIO {
             let fall = self.fall_back(x);
-            let step = self.longest_step(t, inertia * fall);
+            let step = self.longest_step(t, x, inertia * fall);
             let step = step.max(least_step(rates.len(), t - until)).min(t - until);
             if t - step >= t {
                 break;
@@ -197,8 +316,7 @@ impl SmoothSliding<'_> {
     /// (t, Re lambda) from `start`, where |omega_r| is `speed` (rad/s), to the stop, whose time is then that of the last; to
     /// `end` at least, if there is none.
     pub(crate) fn rates_to_stop(&self, start: Point, speed: f64, end: f64) -> Vec<(f64, f64)> {
-        let first =
-            self.torsion.friction.law.coefficient(speed) * self.torsion.contact.radius * self.pressing(start.0).0;
+        let first = self.rigid_slowing(start.0, speed) * self.of.inertia();
         let end = if first > 0.0 {
             end.max(start.0 + FARTHEST * start.1.abs() / first)
         } else {
@@ -209,12 +327,12 @@ impl SmoothSliding<'_> {
         if self.sense * start.1 <= 0.0 {
             return rates;
         }
-        if !self.torsion.friction.law.knots().is_empty() {
+        if !self.law().knots().is_empty() {
             self.pieces_to_stop(&mut rates, start, speed, end);
             return rates;
         }
         let mut at = Some((start, speed));
-        if self.axial.is_silent(start.0) && self.axial.force.next_corner(start.0).is_none() {
+        if self.of.excitation.is_silent(start.0) && self.of.excitation.next_corner(start.0).is_none() {
             at = self.series_to_stop(&mut rates, start, speed, end);
         }
         if let Some((point, speed)) = at
@@ -226,24 +344,33 @@ impl SmoothSliding<'_> {
     }
 
     /// How fast steady sliding changes against how fast the twists follow it
-    /// ([`crate::model::stability::QuietStretch::time_scale_ratio`]).
+    /// ([`crate::model::trains::stability::QuietStretch::time_scale_ratio`]).
     fn time_scale_ratio(&self, t: f64, x: f64) -> f64 {
-        let Torsion { stiffness, damping, .. } = self.torsion.torsion;
-        let slope = damping - self.torsion.stability_margin(1.0, x, self.pressing(t).0);
-        slope / stiffness * self.torsion.friction.law.steepness_rate(x) * self.rigid_slowing(t, x)
+        let system = &self.of.system;
+        let slope = -system.radius * self.pressing(t)[0] * self.law().coefficient_and_slope(x).1;
+        slope * system.compliance() * self.law().steepness_rate(x) * self.rigid_slowing(t, x)
     }
 
-    /// -d|omega_r|/dt of rotor and rotor surface as one, rad/s^2.
+    /// -d|omega_r|/dt of the free train as one inertia, rad/s^2.
     fn rigid_slowing(&self, t: f64, x: f64) -> f64 {
-        let inertia = self.torsion.torsion.rigid_inertia();
-        self.torsion.friction.law.coefficient(x.max(0.0)) * self.torsion.contact.radius * self.pressing(t).0 / inertia
+        let x = x.max(0.0);
+        self.of
+            .braking
+            .slowing(self.law().coefficient(x), self.pressing(t)[0], x)
     }
 
     /// Adds (t, Re lambda) from `start`, excluded, on, by steps under any force: to the stop or `end`, or else to the time
     /// and the speed that are returned, where steady sliding changes too fast for its slow manifold.
     fn steps_to_stop(&self, rates: &mut Vec<(f64, f64)>, start: Point, speed: f64, end: f64) -> Option<(f64, f64)> {
         let fall = start.1.abs() / STEPS;
-        let mut corners = self.axial.force.corners().filter(|c| *c < end).peekable();
+        let mut corners = self
+            .of
+            .excitation
+            .corners()
+            .iter()
+            .copied()
+            .filter(|c| *c < end)
+            .peekable();
         let (mut point, mut x) = (start, speed);
         while point.0 < end && x > 0.0 {
             if self.time_scale_ratio(point.0, x) > LARGEST_TIME_SCALE_RATIO {
@@ -252,7 +379,10 @@ impl SmoothSliding<'_> {
             while corners.next_if(|&c| c <= point.0).is_some() {}
             let target = corners.peek().copied().unwrap_or(end);
             let least = least_step(rates.len(), end - point.0);
-            let step = self.longest_step(point.0, fall).min((end - start.0) / STEPS).max(least);
+            let step = self
+                .longest_step(point.0, x, fall)
+                .min((end - start.0) / STEPS)
+                .max(least);
             let next = self.toward(point, target, step);
             if next.0 <= point.0 {
                 break;
@@ -267,13 +397,13 @@ impl SmoothSliding<'_> {
         None
     }
 
-    /// Adds (t, Re lambda) from `time`, excluded, to the stop or `end`, with rotor and rotor surface as one inertia, slowed
+    /// Adds (t, Re lambda) from `time`, excluded, to the stop or `end`, with the free train as one inertia, slowed
     /// by steady friction: what sliding without the fast mode comes to where nothing is slow against that mode.
     fn rigid_to_stop(&self, rates: &mut Vec<(f64, f64)>, time: f64, speed: f64, end: f64) {
         let (mut t, mut x) = (time, speed);
         while t < end && x > 0.0 {
-            let inertia = self.torsion.torsion.rigid_inertia();
-            let step = self.longest_step(t, inertia * speed / STEPS);
+            let inertia = self.of.inertia();
+            let step = self.longest_step(t, x, inertia * speed / STEPS);
             let step = step.max(least_step(rates.len(), end - t)).min(end - t);
             let middle = x - 0.5 * step * self.rigid_slowing(t, x);
             let drop = step * self.rigid_slowing(t + 0.5 * step, middle);
@@ -287,7 +417,7 @@ impl SmoothSliding<'_> {
     }
 
     fn rate(&self, t: f64, x: f64) -> f64 {
-        fast_growth_rate(self.torsion, self.axial, self.sense, t, x)
+        self.of.rate_by(self.law(), t, x)
     }
 
     /// Adds (t, Re lambda) from `start`, excluded, on, under a force that does not ring, by the series of the motion: to
@@ -296,8 +426,11 @@ impl SmoothSliding<'_> {
         let error = STEP_ERROR * speed;
         let (mut point, mut speed) = (start, speed);
         for _ in 0..MOST_SERIES {
-            let series = SlowSeries::<TERMS>::new(self.torsion, self.sense, self.pressing(point.0), point.1);
-            let reach = series.reach(error);
+            let series = self.slow::<TERMS>(point, STEP_ROUNDS);
+            let falling = series.relative_velocity().map(|w| self.sense * w);
+            let by_term = |n: usize| (error / falling[n].abs()).powf(1.0 / n as f64);
+            // The last two coefficients are not to be trusted.
+            let reach = by_term(TERMS - 4).min(by_term(TERMS - 3));
             let length = reach.min(end - point.0);
             // Written so that what is not a number ends it, too; `min` would hide such a reach.
             if !(self.time_scale_ratio(point.0, speed) < LARGEST_TIME_SCALE_RATIO && length > f64::EPSILON * point.0)
@@ -308,11 +441,11 @@ impl SmoothSliding<'_> {
             let part = length / POINTS as f64;
             for k in 1..=POINTS {
                 let tau = part * k as f64;
-                let (x, slope) = series.speed_at(tau);
+                let (x, slope) = taylor::value_and_rate(&falling, tau);
                 if x <= 0.0 {
                     // Newton's method from beyond, on a speed that falls nearly straight.
                     let stop = (0..4).fold(tau - x / slope, |stop, _| {
-                        let (x, slope) = series.speed_at(stop);
+                        let (x, slope) = taylor::value_and_rate(&falling, stop);
                         stop - x / slope
                     });
                     let stop = point.0 + stop.clamp(tau - part, tau);
@@ -321,8 +454,12 @@ impl SmoothSliding<'_> {
                 }
                 rates.push((point.0 + tau, self.rate(point.0 + tau, x)));
             }
-            point = (point.0 + length, self.torsion.torsion.slow_momentum(&series.at(length)));
-            speed = series.speed_at(length).0;
+            let mut y = vec![0.0; self.of.system.dimension];
+            series.states(&self.of.system, |index, series| {
+                y[index] = taylor::value(series, length)
+            });
+            point = (point.0 + length, self.of.momentum(&y));
+            speed = taylor::value(&falling, length);
             if point.0 >= end {
                 return None;
             }
@@ -333,16 +470,12 @@ impl SmoothSliding<'_> {
     /// Adds (t, Re lambda) from `start`, where |omega_r| is `speed` (rad/s), to the stop or `end`, piece by piece: on the law
     /// itself the speed of a momentum near a knot would be that of the one piece or of the other.
     fn pieces_to_stop(&self, rates: &mut Vec<(f64, f64)>, start: Point, speed: f64, end: f64) {
-        let knots = self.torsion.friction.law.knots();
+        let knots = self.law().knots();
         // At a knot the piece below it, as sliding slows down.
         let mut piece = knots.partition_point(|knot| *knot < speed * (1.0 - AT_KNOT));
         let mut point = start;
         loop {
-            let model = self.torsion.on_piece(piece);
-            let path = SmoothSliding {
-                torsion: &model,
-                ..*self
-            };
+            let path = SmoothSliding { piece, ..*self };
             let floor = if piece == 0 { 0.0 } else { knots[piece - 1] };
             match path.steps_on_piece(rates, point, floor, end) {
                 PieceEnd::Left(next) if piece > 0 => (point, piece) = (next, piece - 1),
@@ -355,16 +488,12 @@ impl SmoothSliding<'_> {
     /// Adds (t, Re lambda) on the way back from `start`, where |omega_r| is `speed` (rad/s), to the time `until`, piece by
     /// piece; the latest first.
     fn pieces_before(&self, rates: &mut Vec<(f64, f64)>, start: Point, speed: f64, until: f64) {
-        let knots = self.torsion.friction.law.knots();
+        let knots = self.law().knots();
         // At a knot the piece above it, from which sliding came.
         let mut piece = knots.partition_point(|knot| *knot <= speed * (1.0 + AT_KNOT));
         let mut point = start;
         while point.0 > until {
-            let model = self.torsion.on_piece(piece);
-            let path = SmoothSliding {
-                torsion: &model,
-                ..*self
-            };
+            let path = SmoothSliding { piece, ..*self };
             let ceiling = knots.get(piece).copied().unwrap_or(f64::INFINITY);
             match path.steps_on_piece(rates, point, ceiling, until) {
                 // The last piece has no end; a speed that is none counts as beyond it.
@@ -415,7 +544,14 @@ impl SmoothSliding<'_> {
     /// The corners of the force from the time `from` to `until` (s), in the order in which a path that way comes to them.
     fn corners_between(&self, from: f64, until: f64) -> Vec<f64> {
         let within = from.min(until)..from.max(until);
-        let mut corners: Vec<f64> = self.axial.force.corners().filter(|c| within.contains(c)).collect();
+        let mut corners: Vec<f64> = self
+            .of
+            .excitation
+            .corners()
+            .iter()
+            .copied()
+            .filter(|c| within.contains(c))
+            .collect();
         if until < from {
             corners.reverse();
         }
@@ -425,7 +561,7 @@ impl SmoothSliding<'_> {
     /// A step from a point at the speed `x` (rad/s) toward the time `target`, over which the speed changes by about `fall` (rad/s),
     /// and the force by its share.
     fn piece_step(&self, taken: usize, point: Point, target: f64, fall: f64, x: f64) -> Point {
-        let by_force = self.longest_step(point.0, f64::INFINITY);
+        let by_force = self.longest_step(point.0, x, f64::INFINITY);
         let least = least_step(taken, (target - point.0).abs());
         let slowing = self.rigid_slowing(point.0, x);
         // Not a number without friction, and no bound then.
@@ -442,11 +578,14 @@ impl SmoothSliding<'_> {
         }
     }
 
-    /// The step over which the momentum changes by `fall` (N m s) at most, and the contact force by its share.
-    fn longest_step(&self, t: f64, fall: f64) -> f64 {
-        let change = FORCE_SHARE * self.axial.force.largest();
-        let (force, rate) = self.pressing(t);
-        let (slope, curvature) = (self.axial.at(t).pressing_rate.abs(), self.axial.curvature_bound(t));
+    /// The step over which the momentum changes by `fall` (N m s) at most, from the speed `x` (rad/s) on, and the contact force by its
+    /// share.
+    fn longest_step(&self, t: f64, x: f64, fall: f64) -> f64 {
+        let excitation = &self.of.excitation;
+        let change = FORCE_SHARE * excitation.largest_force();
+        let [force, rate] = self.pressing(t);
+        let slope = excitation.line(excitation.stretch(t), t)[1].abs();
+        let curvature = excitation.curvature_bound(t);
         let still = rate == 0.0 && slope == 0.0 && curvature == 0.0;
         let by_force = if still {
             f64::INFINITY
@@ -454,10 +593,10 @@ impl SmoothSliding<'_> {
             // Root of slope tau + curvature tau^2 / 2 = change, without cancellation.
             2.0 * change / (slope + (slope * slope + 2.0 * curvature * change).sqrt())
         };
-        let coefficient = self.torsion.friction.law.coefficient_bounds(0.0, f64::INFINITY);
-        let most = coefficient.most * self.torsion.contact.radius;
+        let coefficient = self.law().coefficient_bounds(0.0, f64::INFINITY);
+        let most = coefficient.most * self.of.system.radius;
         let pressing = if still { force } else { force + change };
-        (fall / (most * pressing)).min(by_force)
+        (fall / (most * pressing + self.of.braking.viscous * x.abs())).min(by_force)
     }
 }
 

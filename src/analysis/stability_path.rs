@@ -1,9 +1,7 @@
 //! Where, along smooth sliding, the eigenvalues of the slip state cross into instability.
 
-use super::smooth_sliding::SmoothSliding;
+use super::smooth_sliding::Slowing;
 use crate::friction::Law;
-use crate::model::axial::AxialMotion;
-use crate::model::torsion::TorsionModel;
 use crate::record::State;
 use serde::Serialize;
 
@@ -30,15 +28,11 @@ pub struct Crossing {
 ///
 /// The margin is the damping left to the relative mode with the rotor at rest; the rotor moves along and shifts the
 /// eigenvalues' own crossing, by 0.1 ms in the paper's case.
-pub fn eigenvalue_crossing(torsion: &TorsionModel, axial: &AxialMotion, time: f64, at: &State) -> Option<Crossing> {
-    let path = SmoothSliding {
-        torsion,
-        axial,
-        sense: at.relative_velocity.signum(),
-    };
+pub(crate) fn eigenvalue_crossing(sliding: &Slowing, time: f64, at: &State) -> Option<Crossing> {
+    let path = sliding.path(at.relative_velocity.signum());
     let start = path.point(time, at);
-    let slowing = path.torque(start).abs() / torsion.torsion.rigid_inertia();
-    let rate = torsion.friction.law.steepness_rate(at.relative_velocity.abs());
+    let slowing = path.torque(start).abs() / sliding.inertia();
+    let rate = sliding.system.law.steepness_rate(at.relative_velocity.abs());
     let step = STEP / (rate * slowing);
     let unstable = path.growth(start) > 0.0;
     let step = if unstable { -step } else { step };

@@ -3,9 +3,8 @@
 use super::Growth;
 use super::attractor::{Attractor, Recurrence};
 use crate::case::{CaseRef, Form, Motion};
-use crate::model::Parameters;
 use crate::model::trains::margin::twice_resistance;
-use crate::model::trains::{ContactLaw, Pressing};
+use crate::model::trains::{ContactLaw, Pressing, Trains};
 use crate::record::CycleStatistics;
 use crate::results::{Extra, StickSlipTable};
 use crate::simulation::trains::natural_period;
@@ -114,9 +113,9 @@ pub struct Summary {
 }
 
 impl Summary {
-    /// Of a run of a brake.
-    pub fn of_run(parameters: &Parameters, report: &RunReport) -> Summary {
-        let growth = Growth::of_digest(parameters, &report.digest, report.end);
+    /// Of a run of a system.
+    pub fn of_run(trains: &Trains, report: &RunReport) -> Summary {
+        let growth = Growth::of_digest(trains, &report.digest, report.end);
         Summary {
             growth_exponent: growth.map(|g| g.exponent),
             growth_to_onset: growth.map(|g| g.to_first_stick),
@@ -129,10 +128,7 @@ impl Summary {
 
     /// Of a run of a case.
     pub(super) fn of_case(case: CaseRef, report: &RunReport) -> Summary {
-        match case {
-            CaseRef::Brake(case) => Summary::of_run(&case.parameters, report),
-            CaseRef::Trains(_) => Summary::of_report(report),
-        }
+        Summary::of_run(&case.system(), report)
     }
 
     /// Of a run whose sections `recurrence` has seen.
@@ -227,6 +223,9 @@ impl Summary {
             Form::Brake => self.of_growth(),
             Form::Trains(motion) => self.of_attractor(motion),
         });
+        if case.form() != Form::Brake && case.stops() {
+            extras.extend(self.of_growth());
+        }
         StickSlipTable {
             onset_time: missing(self.onset_time),
             final_stick_time: missing(self.final_stick_time),

@@ -11,7 +11,8 @@ use crate::analysis::bands::{Compared, columns, compared_output};
 use crate::analysis::certificate::{Certificate, CertifyError, Verdict};
 use crate::analysis::onset::{Onset, onsets};
 use crate::analysis::{Certified, Certify, Deadline, SavedRun, Stage, Warning, Written};
-use crate::case::{AnyCase, Case, CaseRef, CaseSource, Form, Origin};
+use crate::case::{AnyCase, CaseRef, CaseSource, Form, Origin};
+use crate::model::trains::margin::resistance;
 use crate::oracle::{self, OracleError};
 use crate::plot::{onset, style, svg};
 use crate::record::{Channels, MemoryRecorder, State};
@@ -66,17 +67,17 @@ pub(super) fn certify(options: &CertifyOptions, common: &Common) -> Result<End, 
     }
     let target = output_of(&given.source, options.output.as_deref(), ".certified.h5")?;
     check_target(&target, overwrite(options.force), &given.files).map_err(bad_file)?;
-    let drawing = match (options.figure.as_deref(), case) {
-        (None, _) => None,
-        (Some(path), CaseRef::Brake(case)) => Some((case, figure_target(path, options.force, &given.files)?)),
-        (Some(_), CaseRef::Trains(_)) => {
-            return Err(CommandError::Input(
-                "--figure draws how the first stick depends on the tolerance of a brake's run; a case of trains has no such \
-                 figure: leave it out"
-                    .to_owned(),
-            ));
-        }
-    };
+    if let (Some(_), Err(reason)) = (&options.figure, resistance(&case.system())) {
+        return Err(CommandError::Input(format!(
+            "--figure draws how the first stick of sliding that slows down by itself depends on the tolerance, and this case has no \
+             such sliding: {reason}; leave it out"
+        )));
+    }
+    let drawing = options
+        .figure
+        .as_deref()
+        .map(|path| figure_target(path, options.force, &given.files))
+        .transpose()?;
     let stop = interrupt_flag()?;
     let interrupted = |when: &str, kept: &str| {
         if !common.quiet {
@@ -119,10 +120,7 @@ pub(super) fn certify(options: &CertifyOptions, common: &Common) -> Result<End, 
     }
     let stopped = || stop.load(Ordering::Relaxed);
     let given_up = || stopped() || deadline.is_over();
-    let drawn = match drawing
-        .map(|(case, drawing)| draw(case, drawing, &given_up))
-        .transpose()?
-    {
+    let drawn = match drawing.map(|drawing| draw(case, drawing, &given_up)).transpose()? {
         Some(None) if stopped() => {
             let kept = format!("{kept} has the certificate, and there is no figure");
             return interrupted("during the runs of the figure", &kept);
@@ -136,9 +134,7 @@ pub(super) fn certify(options: &CertifyOptions, common: &Common) -> Result<End, 
         case,
         certified: &certified,
         file: target.display().to_string(),
-        figure: drawing
-            .filter(|_| !late)
-            .map(|(_, (path, _))| path.display().to_string()),
+        figure: drawing.filter(|_| !late).map(|(path, _)| path.display().to_string()),
         onsets: &onsets,
         seconds: clock.elapsed().as_secs_f64(),
     };
@@ -206,14 +202,14 @@ fn not_certified(certificate: &Certificate) -> String {
 
 /// Draws the first stick against the tolerance; `None` if it was interrupted.
 fn draw(
-    case: &Case,
+    case: CaseRef,
     (path, format): (&Path, Format),
     stop: &(dyn Fn() -> bool + Sync),
 ) -> Result<Option<Vec<Onset>>, CommandError> {
-    let Some(onsets) = onsets(case, stop) else {
+    let Some(onsets) = onsets(&case.system(), case.solver(), case.output().end_time, stop) else {
         return Ok(None);
     };
-    let figure = onset::figure(&case.title, &onsets);
+    let figure = onset::figure(case.title(), &onsets);
     let text = svg::svg(&figure, style::COLUMN_WIDTH).map_err(bad)?;
     save(path, FIGURE, &text, &figure.full_title(), format, DPI).map_err(bad)?;
     Ok(Some(onsets))

@@ -1,7 +1,7 @@
 //! What the commands share: the case or file that they are given, where its result goes, and how they end.
 
 use super::{CommandError, End, complain, failure};
-use crate::case::{Case, CaseError, CaseSource, Origin, Override};
+use crate::case::{CaseError, CaseSource, Origin, Override};
 use crate::hybrid::RunError;
 use crate::results::{Overwrite, ResultError, is_hdf5, open_sound};
 use crate::simulation::{RunFailure, RunReport};
@@ -9,14 +9,6 @@ use crate::sweep::StudySource;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
-
-/// What is to be run: where it is from, and what it says.
-pub(super) struct Input {
-    pub source: CaseSource,
-    pub case: Case,
-    /// Files that must not be overwritten.
-    pub files: Vec<PathBuf>,
-}
 
 pub(super) fn finish(
     failure: Option<&RunFailure>,
@@ -90,15 +82,6 @@ impl Given {
                 .into_iter()
                 .collect(),
             source,
-        })
-    }
-
-    /// As the case of a brake.
-    pub fn case(self, changes: &[Override]) -> Result<Input, CommandError> {
-        Ok(Input {
-            case: Case::parse(&self.source, changes).map_err(bad_case)?,
-            source: self.source,
-            files: self.files,
         })
     }
 }

@@ -26,7 +26,6 @@ mod ranks;
 mod run;
 mod sweep;
 mod terminal;
-mod train_modes;
 mod work_precision;
 
 pub use arguments::{Arguments, Refusal};

@@ -1,19 +1,30 @@
 //! `stickslip modes`.
 
 use super::arguments::{Common, DPI, Format, ModesOptions};
-use super::input::{Given, Input, bad_case, overrides};
+use super::input::{Given, bad_case, overrides};
 use super::plot::{bad, check_target, save};
-use super::{CommandError, End, complain, print, print_json, terminal, train_modes, wants_json, wants_text};
+use super::{CommandError, End, complain, print, print_json, terminal, wants_json, wants_text};
 use crate::analysis::Modes;
-use crate::analysis::modes::{EffectiveDamping, Eigenmode, Instability, OnsetDecision, Stability};
-use crate::case::TrainCase;
+use crate::analysis::modes::{EffectiveDamping, Instability, OnsetDecision, SlowingModes, Stability};
+use crate::analysis::trains::Verdict;
+use crate::analysis::trains::modes::{OperatingPoint, Search, TrainMode, TrainModes};
+use crate::case::{AnyCase, CaseRef, Motion};
+use crate::model::trains::margin;
 use crate::plot::target::Product;
 use crate::plot::{style, svg};
 use serde::Serialize;
+use std::f64::consts::TAU;
+use std::fmt::Write as _;
 use std::path::Path;
 
 /// As `--figure` names it.
 pub(super) const FIGURE: Product = Product::Figure("--figure");
+
+/// The rounding of an eigenvalue, as a share of the largest.
+const ROUNDING: f64 = 1e-13;
+
+/// Digits of critical values: those by eigenvalues of stiff bristles have no more.
+const CRITICAL: usize = 8;
 
 /// The JSON document of the modes.
 #[derive(Serialize)]
@@ -21,42 +32,82 @@ struct ModesDocument<'a> {
     /// Where the case is from.
     case: String,
     title: &'a str,
+    /// "rotation" or "translation".
+    motion: &'static str,
     #[serde(flatten)]
     modes: &'a Modes,
+}
+
+/// What quantities are called in the units of a motion.
+struct Units {
+    angle: &'static str,
+    speed: &'static str,
+    torque: &'static str,
+    damping: &'static str,
+    /// The frequency of a surface on its shaft.
+    frequency: &'static str,
+}
+
+impl Units {
+    fn of(motion: Motion) -> Units {
+        match motion {
+            Motion::Rotation => Units {
+                angle: "rad",
+                speed: "rad/s",
+                torque: "N m",
+                damping: "N m s/rad",
+                frequency: "torsional frequency sqrt(k_t/J)",
+            },
+            Motion::Translation => Units {
+                angle: "m",
+                speed: "m/s",
+                torque: "N",
+                damping: "N s/m",
+                frequency: "frequency of a surface sqrt(k/m)",
+            },
+        }
+    }
 }
 
 /// Computes the modes of a case and reports them.
 pub(super) fn modes(options: &ModesOptions, common: &Common) -> Result<End, CommandError> {
     let given = Given::read(&options.case)?;
     let changes = overrides(&options.set, None).map_err(bad_case)?;
-    if TrainCase::is_one(&given.source, &changes) {
-        return train_modes::modes(&given, &changes, options, common);
+    let case = AnyCase::read(&given.source, &changes).map_err(bad_case)?;
+    let case = CaseRef::from(&case);
+    let (system, title) = (case.system(), case.title());
+    if let (Some(_), Err(reason)) = (&options.figure, margin::resistance(&system)) {
+        return Err(CommandError::Input(format!(
+            "--figure draws the effective damping of sliding that slows down by itself over its speed, and this case has no such \
+             sliding: {reason}; leave it out"
+        )));
     }
-    let Input {
-        source, case, files, ..
-    } = given.case(&changes)?;
     let target = options
         .figure
         .as_deref()
-        .map(|path| figure_target(path, options.force, &files))
+        .map(|path| figure_target(path, options.force, &given.files))
         .transpose()?;
-    let modes = Modes::of_case(&case.parameters, &case.solver, case.output.end_time);
+    let modes = Modes::of_case(&system, case.solver(), case.output().end_time);
     if wants_json(common) {
         print_json(&ModesDocument {
-            case: source.label(),
-            title: &case.title,
+            case: given.source.label(),
+            title,
+            motion: case.motion().name(),
             modes: &modes,
         })?;
     }
     if wants_text(common) {
-        print(&report(&case.title, &modes))?;
+        print(&report(title, &modes, &Units::of(case.motion())))?;
     }
+    let Some(slowing) = &modes.slowing else {
+        return Ok(End::Done);
+    };
     if let Some((path, format)) = target {
-        let figure = crate::plot::modes::figure(&case.title, &modes);
+        let figure = crate::plot::modes::figure(title, slowing);
         let text = svg::svg(&figure, style::COLUMN_WIDTH).map_err(bad)?;
         save(path, FIGURE, &text, &figure.full_title(), format, DPI).map_err(bad)?;
     }
-    if let (Some(failure), false) = (&modes.run_failure, common.quiet) {
+    if let (Some(failure), false) = (&slowing.run_failure, common.quiet) {
         complain(&format!(
             "warning: the run that looks for the loss of stability failed before its first stick, so only what came \
              before is known: {failure}"
@@ -81,46 +132,64 @@ pub(super) fn figure_target<'a>(
     Ok((path, format))
 }
 
-fn report(title: &str, modes: &Modes) -> String {
-    format!(
-        "{title}\n\n{}\n{}\n{}\n{}",
-        headline(modes),
-        mode_table(modes),
-        damping_table(modes),
-        stability(modes)
-    )
+fn report(title: &str, modes: &Modes, units: &Units) -> String {
+    match &modes.slowing {
+        Some(slowing) => format!(
+            "{title}\n\n{}\n{}\n{}\n{}",
+            headline(slowing, units),
+            shape_table(slowing, &modes.general, units),
+            damping_table(slowing, units),
+            loss_of_stability(slowing, units)
+        ),
+        None => {
+            let general = &modes.general;
+            let points: Vec<String> = general
+                .operating_points
+                .iter()
+                .map(|point| operating(point, units))
+                .collect();
+            format!(
+                "{title}\n\n{}\n{}\n{}\n{}{}",
+                driving(general, units),
+                points.join("\n"),
+                mode_table(general, units),
+                changes_of_stability(general, units),
+                absent(general)
+            )
+        }
+    }
 }
 
-fn headline(modes: &Modes) -> String {
+fn headline(modes: &SlowingModes, units: &Units) -> String {
     let mut table = terminal::table(&[]);
     let critical = match (modes.critical_speed, modes.critical_speeds.as_slice()) {
         (None, _) => "none".to_owned(),
-        (Some(x), []) => format!("{x:.6} rad/s"),
+        (Some(x), []) => format!("{x:.6} {}", units.speed),
         (_, several) => {
             let all: Vec<String> = several.iter().map(|x| format!("{x:.6}")).collect();
-            format!("{} rad/s", all.join(", "))
+            format!("{} {}", all.join(", "), units.speed)
         }
     };
+    if let (Some(frequency), Some(ratio)) = (modes.axial_frequency, modes.axial_damping_ratio) {
+        table.add_row(["axial frequency sqrt(k_e/m)", &hertz(frequency)]);
+        table.add_row(["axial damping ratio c_a/(2 sqrt(k_e m))", &format!("{ratio:.4}")]);
+    }
     for (name, value) in [
-        ("axial frequency sqrt(k_e/m)", hertz(modes.axial_frequency)),
-        (
-            "axial damping ratio c_a/(2 sqrt(k_e m))",
-            format!("{:.4}", modes.axial_damping_ratio),
-        ),
-        ("torsional frequency sqrt(k_t/J)", hertz(modes.torsional_frequency)),
-        ("natural period T_n", format!("{:.2} us", modes.natural_period * 1e6)),
+        (units.frequency, hertz(modes.torsional_frequency)),
+        ("natural period T_n", period(modes.natural_period)),
         (
             "contact force of the slip below",
             format!("{:.1} N", modes.normal_force),
         ),
         ("critical speed under that force", critical),
     ] {
-        table.add_row([name.to_owned(), value]);
+        table.add_row([name, &value]);
     }
     terminal::show(&table)
 }
 
-fn mode_table(modes: &Modes) -> String {
+/// The modes with the velocities of the rotor's outermost inertia and of both surfaces.
+fn shape_table(slowing: &SlowingModes, modes: &TrainModes, units: &Units) -> String {
     let mut table = terminal::table(&[
         "state", "omega_r", "mode", "Hz", "damping", "1/s", "theta", "phi_2", "phi_1",
     ]);
@@ -130,11 +199,10 @@ fn mode_table(modes: &Modes) -> String {
             table.add_row([
                 state.state.to_owned(),
                 state.relative_velocity.map(|x| format!("{x:.3}")).unwrap_or_default(),
-                mode.name.to_owned(),
-                mode.natural_frequency
-                    .map_or_else(|| "-".to_owned(), |f| format!("{f:.1}")),
+                mode.name.clone(),
+                mode.frequency.map_or_else(|| "-".to_owned(), |f| format!("{f:.1}")),
                 mode.damping_ratio.map_or_else(|| "-".to_owned(), |d| format!("{d:.4}")),
-                growth(modes, state.relative_velocity, mode.growth_rate),
+                growth(slowing, state.relative_velocity, mode.growth_rate),
                 part("theta"),
                 part("phi2"),
                 part("phi1"),
@@ -143,21 +211,22 @@ fn mode_table(modes: &Modes) -> String {
     }
     terminal::align_right(&mut table, [1, 3, 4, 5, 6, 7, 8]);
     format!(
-        "omega_r in rad/s; damping as a ratio; 1/s: Re of the eigenvalue, positive where\n\
+        "omega_r in {}; damping as a ratio; 1/s: Re of the eigenvalue, positive where\n\
          the mode grows; then the velocities of its shape\n{}",
+        units.speed,
         terminal::show(&table)
     )
 }
 
 /// Whether sliding is unstable for less than one oscillation. Quasi-steady friction, along which growth is counted, means
 /// nothing over a fraction of one.
-fn is_brief(modes: &Modes) -> bool {
+fn is_brief(modes: &SlowingModes) -> bool {
     let lost = modes.instability.as_ref();
     lost.is_some_and(|lost| lost.window() < modes.natural_period)
 }
 
 /// A growth rate (1/s) at a sliding speed; none of an instability that the speed falls through before anything can swing.
-fn growth(modes: &Modes, speed: Option<f64>, rate: f64) -> String {
+fn growth(modes: &SlowingModes, speed: Option<f64>, rate: f64) -> String {
     let unstable = speed.is_some_and(|x| match (modes.critical_speed, modes.critical_speeds.as_slice()) {
         (Some(critical), []) => x < critical,
         (_, several) => several.iter().filter(|&&critical| x < critical).count() % 2 == 1,
@@ -170,7 +239,7 @@ fn growth(modes: &Modes, speed: Option<f64>, rate: f64) -> String {
 }
 
 /// The real part of the velocity in phase with the largest one.
-fn shape(mode: &Eigenmode, coordinate: &str) -> String {
+fn shape(mode: &TrainMode, coordinate: &str) -> String {
     mode.shape
         .iter()
         .find(|part| part.coordinate == coordinate)
@@ -183,8 +252,12 @@ fn shape(mode: &Eigenmode, coordinate: &str) -> String {
 }
 
 /// Rows of the curve beside the fractions of the critical speed that matter.
-fn damping_table(modes: &Modes) -> String {
-    let mut table = terminal::table(&["omega_r rad/s", "effective damping N m s/rad", "ratio", "growth 1/s"]);
+fn damping_table(modes: &SlowingModes, units: &Units) -> String {
+    let [speed, damping] = [
+        format!("omega_r {}", units.speed),
+        format!("effective damping {}", units.damping),
+    ];
+    let mut table = terminal::table(&[&speed, &damping, "ratio", "growth 1/s"]);
     let count = modes.effective_damping.len();
     for k in 0..=8 {
         let EffectiveDamping {
@@ -204,11 +277,11 @@ fn damping_table(modes: &Modes) -> String {
     terminal::show(&table)
 }
 
-fn stability(modes: &Modes) -> String {
+fn loss_of_stability(modes: &SlowingModes, units: &Units) -> String {
     let sentence = match modes.stability {
         Stability::Lost => {
             let lost = modes.instability.as_ref();
-            return lost.map(|lost| loss(lost, modes)).unwrap_or_default();
+            return lost.map(|lost| loss(lost, modes, units)).unwrap_or_default();
         }
         Stability::FrictionDoesNotFall => {
             "Steady sliding is stable at every speed and force: friction does not fall with speed ([friction] \
@@ -225,7 +298,7 @@ fn stability(modes: &Modes) -> String {
     format!("{sentence}\n")
 }
 
-fn loss(lost: &Instability, modes: &Modes) -> String {
+fn loss(lost: &Instability, modes: &SlowingModes, units: &Units) -> String {
     let natural_period = modes.natural_period;
     let counted = |folds: f64| {
         if is_brief(modes) {
@@ -236,7 +309,7 @@ fn loss(lost: &Instability, modes: &Modes) -> String {
     };
     let mut table = terminal::table(&[]);
     let folds = |x: Option<f64>| x.map_or_else(|| "none".to_owned(), |x| format!("{x:.2}"));
-    let speed = |x: f64| format!("{x:.6} rad/s");
+    let speed = |x: f64| format!("{x:.6} {}", units.speed);
     let crossing = lost.eigenvalue_crossing.map_or_else(
         || "none nearby".to_owned(),
         |c| format!("{:.9} s, at {}", c.time, speed(c.relative_velocity)),
@@ -290,4 +363,195 @@ fn hertz(frequency: f64) -> String {
     } else {
         format!("{:.4} kHz", frequency / 1e3)
     }
+}
+
+fn period(seconds: f64) -> String {
+    if seconds < 1e-2 {
+        format!("{:.2} us", seconds * 1e6)
+    } else {
+        format!("{seconds:.6} s")
+    }
+}
+
+/// A number with so many significant digits, without zeros behind them.
+fn significant(value: f64, digits: usize) -> String {
+    if value == 0.0 {
+        return "0".to_owned();
+    }
+    let magnitude = value.abs().log10().floor();
+    if !(-4.0..9.0).contains(&magnitude) {
+        return format!("{value:.*e}", digits - 1);
+    }
+    let decimals = (digits as f64 - 1.0 - magnitude).max(0.0) as usize;
+    let text = format!("{value:.decimals$}");
+    match text.contains('.') {
+        true => text.trim_end_matches('0').trim_end_matches('.').to_owned(),
+        false => text,
+    }
+}
+
+fn driving(modes: &TrainModes, units: &Units) -> String {
+    let mut table = terminal::table(&[]);
+    for driven in &modes.driving {
+        let unit = match driven.key {
+            "rotor.speed" | "stator.speed" => units.speed,
+            "rotor.torque" | "stator.torque" => units.torque,
+            _ => "N",
+        };
+        let name = match driven.key {
+            "contact.normal_force" => "normal force",
+            "actuation" => "actuating force",
+            "rotor.speed" => "driven speed of the rotor",
+            "stator.speed" => "driven speed of the stator",
+            "rotor.torque" => "torque on the rotor",
+            _ => "torque on the stator",
+        };
+        let value = format!("{} {unit} ({})", significant(driven.value, 9), driven.taken);
+        table.add_row([name.to_owned(), value]);
+    }
+    terminal::show(&table)
+}
+
+fn word(verdict: Verdict) -> &'static str {
+    match verdict {
+        Verdict::Stable => "stable",
+        Verdict::Neutral => "neither stable nor unstable to first order",
+        Verdict::Unstable => "unstable",
+    }
+}
+
+fn operating(point: &OperatingPoint, units: &Units) -> String {
+    let mut table = terminal::table(&[]);
+    let speed = |w: f64| format!("{} {}", significant(w, 9), units.speed);
+    let steady = if point.steady {
+        "steady sliding at"
+    } else {
+        "sliding, not steady, at"
+    };
+    let verdict = word(point.stability).to_owned();
+    table.add_row([steady.to_owned(), speed(point.relative_velocity)]);
+    table.add_row(["stability".to_owned(), verdict]);
+    for (name, value) in [
+        ("rotor turns with", point.rotor_speed),
+        ("stator turns with", point.stator_speed),
+    ] {
+        if let Some(value) = value {
+            let name = if units.angle == "m" {
+                name.replace("turns", "moves")
+            } else {
+                name.to_owned()
+            };
+            table.add_row([name, speed(value)]);
+        }
+    }
+    let interface = if units.angle == "m" {
+        "friction force"
+    } else {
+        "friction torque"
+    };
+    table.add_row([
+        interface.to_owned(),
+        format!("{} {}", significant(point.interface_torque, 9), units.torque),
+    ]);
+    for (name, twist) in [
+        ("rotor twist", &point.rotor_twist),
+        ("stator twist", &point.stator_twist),
+    ] {
+        if !twist.is_empty() {
+            let all: Vec<String> = twist.iter().map(|&q| significant(q, 9)).collect();
+            table.add_row([name.to_owned(), format!("{} {}", all.join(", "), units.angle)]);
+        }
+    }
+    terminal::show(&table)
+}
+
+/// The modes with the inertia that moves most.
+fn mode_table(modes: &TrainModes, units: &Units) -> String {
+    let mut table = terminal::table(&["state", "omega_r", "Hz", "damping", "decay 1/s", "moves most"]);
+    for state in &modes.states {
+        let size = |mode: &TrainMode| mode.frequency.map_or(mode.decay.abs(), |f| TAU * f);
+        let largest = state.modes.iter().map(size).fold(0.0, f64::max);
+        for mode in &state.modes {
+            // Rounding is a share of the state's fastest eigenvalue.
+            let digits = |most: usize| ((mode.decay.abs() / (ROUNDING * largest)).log10().max(1.0) as usize).min(most);
+            table.add_row([
+                state.state.to_owned(),
+                state.relative_velocity.map(|w| significant(w, 6)).unwrap_or_default(),
+                mode.frequency.map_or_else(|| "-".to_owned(), |f| significant(f, 6)),
+                mode.damping_ratio
+                    .map_or_else(|| "-".to_owned(), |d| significant(d, digits(4))),
+                significant(mode.decay, digits(6)),
+                mode.moves.clone().unwrap_or_default(),
+            ]);
+        }
+    }
+    terminal::align_right(&mut table, [1, 2, 3, 4]);
+    format!(
+        "omega_r in {}; Hz without damping; decay: -Re of the eigenvalue, negative where\nthe mode grows; inertia 0 is the \
+         surface\n{}",
+        units.speed,
+        terminal::show(&table)
+    )
+}
+
+/// A bound of a range, roughly.
+fn rough(value: f64) -> String {
+    if value.abs() >= 1e6 {
+        format!("{value:.1e}")
+    } else {
+        significant(value, 3)
+    }
+}
+
+/// Where stability changes, a row for each place.
+fn changes_of_stability(modes: &TrainModes, units: &Units) -> String {
+    let mut table = terminal::table(&["critical", "value", "unstable", "Hz", "at omega_r", "searched"]);
+    let mut say = |what: String, search: &Search| {
+        let range = format!("{} to {}", rough(search.from), rough(search.to));
+        if search.changes.is_empty() {
+            let holds = match search.throughout {
+                Some(Verdict::Unstable) => "everywhere",
+                Some(Verdict::Neutral) => "nowhere (neutral)",
+                _ => "nowhere",
+            };
+            table.add_row([&what, "none", holds, "", "", &range]);
+        }
+        for change in &search.changes {
+            table.add_row([
+                what.clone(),
+                significant(change.value, CRITICAL),
+                if change.unstable_above { "above" } else { "below" }.to_owned(),
+                change.frequency.map_or_else(|| "0".to_owned(), |f| significant(f, 6)),
+                significant(change.relative_velocity, 6),
+                range.clone(),
+            ]);
+        }
+    };
+    say(format!("omega_r, {}", units.speed), &modes.critical_relative_velocities);
+    let others = [
+        ("normal force, N", &modes.critical_normal_forces),
+        ("rotor damping x", &modes.critical_rotor_damping),
+        ("stator damping x", &modes.critical_stator_damping),
+    ];
+    for (what, search) in others {
+        if let Some(search) = search {
+            say(what.to_owned(), search);
+        }
+    }
+    terminal::align_right(&mut table, [1, 3, 4, 5]);
+    format!(
+        "Where steady sliding loses its stability, and the frequency that then grows (0: it\ncreeps away); damping: all \
+         shafts of a train, times this\n{}",
+        terminal::show(&table)
+    )
+}
+
+/// What the case does not have.
+fn absent(modes: &TrainModes) -> String {
+    let mut text = String::new();
+    for (k, absent) in modes.absent.iter().enumerate() {
+        let heading = if k == 0 { "\nnot there:\n" } else { "" };
+        let _ = writeln!(text, "{heading}{}: {}", absent.what, absent.why);
+    }
+    text
 }

@@ -1,4 +1,4 @@
-//! The physics of the two-disk brake: pure functions of parameters and state, no solver, no I/O.
+//! The physics: pure functions of parameters and state, no solver, no I/O.
 //!
 //! Source of every numbered equation: "Vibrational Interaction of Two Rotors with Friction Coupling",
 //! Advances in Acoustics and Vibration, 2016, article 9275147 ("the paper").
@@ -10,14 +10,9 @@ pub mod breakaway;
 pub mod contact;
 pub mod exact;
 pub mod linear_flow;
-pub mod linear_part;
 pub mod lowering;
 pub mod oscillator;
 pub mod parameters;
-pub mod slow_manifold;
-pub mod stability;
-pub mod state;
-pub mod torsion;
 pub mod trains;
 
 pub use exact::{ExactLaw, ExactParameters, nearest_double};

@@ -2,11 +2,10 @@
 
 use super::figure::{Axis, Curve, CurveStyle, Figure, Panel};
 use super::style::{BLACK, BLUE, GREY, VERMILLION};
-use crate::analysis::Modes;
-use crate::analysis::modes::EffectiveDamping;
+use crate::analysis::modes::{EffectiveDamping, SlowingModes};
 
 /// Effective damping of the relative mode and the growth rate of the slip state against the relative speed.
-pub fn figure(title: &str, modes: &Modes) -> Figure {
+pub fn figure(title: &str, modes: &SlowingModes) -> Figure {
     let curve = |value: fn(&EffectiveDamping) -> f64| -> Vec<(f64, f64)> {
         let points = modes.effective_damping.iter();
         points.map(|point| (point.relative_velocity, value(point))).collect()

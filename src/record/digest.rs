@@ -1,8 +1,6 @@
 //! What a run keeps of its events: bounded, however many there are.
 
 use super::rows::{Event, EventKind};
-use crate::model::Parameters;
-use crate::model::torsion::TorsionModel;
 
 /// Stick k and the slip after it; period k is from stick k to stick k+1.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -125,22 +123,11 @@ pub struct EventDigest {
 }
 
 impl EventDigest {
-    /// Of a run of this case that has had no event yet.
-    pub fn new(parameters: &Parameters) -> Self {
-        EventDigest::watching(TorsionModel::new(parameters).natural_period())
-    }
-
-    /// Of a run whose surfaces swing with this period (s), and that has had no event yet.
-    pub(crate) fn watching(natural_period: f64) -> Self {
+    /// Of a run whose surfaces swing with this period (s), and that has had no event yet; `None` of a run that has no instability to
+    /// tell of.
+    pub fn new(natural_period: Option<f64>) -> Self {
         EventDigest {
-            lasting: 20.0 * natural_period,
-            ..EventDigest::without_instability()
-        }
-    }
-
-    /// Of a run that has no instability to tell of.
-    pub(crate) fn without_instability() -> Self {
-        EventDigest {
+            lasting: 20.0 * natural_period.unwrap_or(0.0),
             last_turn: f64::NEG_INFINITY,
             stable_since: f64::NEG_INFINITY,
             turned: (f64::NEG_INFINITY, f64::NEG_INFINITY),
@@ -149,8 +136,8 @@ impl EventDigest {
     }
 
     /// Of events that are all at hand, in order.
-    pub fn of_events(parameters: &Parameters, events: &[Event]) -> Self {
-        let mut digest = EventDigest::new(parameters);
+    pub fn of_events(natural_period: Option<f64>, events: &[Event]) -> Self {
+        let mut digest = EventDigest::new(natural_period);
         for event in events {
             digest.push(event);
         }

@@ -1,7 +1,6 @@
 //! What a run hands to whoever records it: samples, events and segments, in SI units.
 
 use crate::model::Mode;
-use crate::model::state::Components;
 
 /// Defines the struct of channels once: field, unit (UDUNITS), description with the paper's symbol.
 macro_rules! channels {
@@ -42,21 +41,6 @@ channels! {
         rotor_twist_rate, "rad s-1", "rotor twist rate theta' - phi_2'";
         relative_velocity, "rad s-1", "relative velocity omega_r = phi_2' - phi_1'";
         slip_displacement, "rad", "slip displacement phi_2 - phi_1";
-    }
-}
-
-impl State {
-    /// Of the torsional state what it holds; the dissipated energies are zero.
-    pub fn torsional(&self) -> Components {
-        Components {
-            rotor_twist: self.rotor_twist,
-            rotor_twist_rate: self.rotor_twist_rate,
-            stator_twist: self.phi1,
-            stator_twist_rate: self.phi1_dot,
-            rotor_speed: self.theta_dot,
-            slip: self.slip_displacement,
-            ..Components::default()
-        }
     }
 }
 

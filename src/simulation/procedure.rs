@@ -72,8 +72,8 @@ impl Settings {
 }
 
 /// Why the procedure is refused.
-pub(crate) const FOREIGN: &str =
-    "method \"paper\" is the procedure of the paper for its brake, [torsion]: take another for trains";
+pub(crate) const FOREIGN: &str = "method \"paper\" is the procedure of the paper for its two alike disks, a free rotor on a shaft and a surface on an equal shaft that \
+     ends in the ground, pressed by an axial motion: take another for this case";
 
 /// Integrates a system by the procedure; the counterpart of [`super::trains::simulate`], with the same contract. A system that is not the
 /// paper's pair of disks is refused.
@@ -109,7 +109,7 @@ pub(crate) fn run(
     }
     kicks.sort_by(|a, b| a.0.total_cmp(&b.0));
     let watch = if mode == Mode::Stick { Watch::Off } else { Watch::Stable };
-    let digest = EventDigest::watching(model.natural_period());
+    let digest = EventDigest::new(Some(model.natural_period()));
     let initial_energy = readings.kinetic_energy(0.0, &mode, &state);
     let mut recording = Recording::new(readings, digest, output, recorder, control, initial_energy);
     recording.limit_wall_time(solver.max_wall_time);

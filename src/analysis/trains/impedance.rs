@@ -98,8 +98,10 @@ fn steady(rotor: &Side, stator: &Side) -> Option<f64> {
 }
 
 impl Crossings {
-    /// Of two trains with these natural frequencies (rad/s), about which zeros are sought most closely.
-    pub(super) fn new(rotor: &Side, stator: &Side, natural: &[f64]) -> Crossings {
+    /// Of two trains with these natural frequencies (rad/s), about which zeros are sought most closely. Whether a steady difference of
+    /// the surface speeds may grow, at omega = 0, `creeps` says: of a train that nothing drives it is sliding itself, and no
+    /// disturbance of it.
+    pub(super) fn new(rotor: &Side, stator: &Side, natural: &[f64], creeps: bool) -> Crossings {
         let moving = || natural.iter().copied().filter(|&w| w > 0.0 && w.is_finite());
         let (least, most) = (moving().fold(f64::INFINITY, f64::min), moving().fold(0.0, f64::max));
         let (least, most) = if most > 0.0 { (least, most) } else { (1.0, 1.0) };
@@ -117,7 +119,8 @@ impl Crossings {
         let impedance = |omega: f64| of_both(rotor, stator, omega);
         let mut found = Vec::new();
         let reactance: Vec<(f64, f64)> = grid.iter().map(|&omega| (omega, impedance(omega).im)).collect();
-        if let (Some(resistance), Some(first)) = (steady(rotor, stator), reactance.first()) {
+        let of_creep = steady(rotor, stator).filter(|_| creeps);
+        if let (Some(resistance), Some(first)) = (of_creep, reactance.first()) {
             found.push(Crossing {
                 resistance,
                 angular_frequency: 0.0,

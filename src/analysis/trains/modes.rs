@@ -1,16 +1,153 @@
-//! The linear modes of two trains, whether they slide steadily, and where that changes.
+//! The linear modes of a system, whether it slides steadily, and where that changes.
 
 use super::impedance::Verdict;
-use super::linear::{jacobian, modes_of, state, stuck};
+use super::linear::{axial_modes, jacobian, modes_of, state, stuck};
 use super::sliding::{Balance, Base, Sliding, balance};
-use crate::analysis::modes::axial_modes;
+use crate::friction::Law;
 use crate::model::Mode;
-use crate::model::trains::system::Outside;
+use crate::model::trains::margin::{slowing, twice_resistance};
+use crate::model::trains::system::{Outside, TrainSystem};
 use crate::model::trains::{End, Pressing, Train, Trains};
 use crate::signal::Drive;
 use nalgebra::DMatrix;
+use serde::Serialize;
 
-pub use super::modes_report::{Absent, Change, Driven, OperatingPoint, Search, TrainMode, TrainModes, TrainState};
+/// The modes of a system, its steady sliding, and where that loses its stability. SI units and radians; in translation metres, newtons
+/// and kilograms stand for radians, newton metres and kilogram square metres.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct TrainModes {
+    /// What drives the trains, as numbers.
+    pub driving: Vec<Driven>,
+    /// Where they slide steadily, the fastest first. Where they cannot, the relative velocity at t = 0.
+    pub operating_points: Vec<OperatingPoint>,
+    /// Without contact, at rest, and at each of those. Of sliding that slows down by itself also at vanishing speed, and where its
+    /// margin of stability is zero.
+    pub states: Vec<TrainState>,
+    /// Relative velocities at which the stability of sliding changes, under F_n.
+    pub critical_relative_velocities: Search,
+    /// Normal forces at which that of steady sliding changes, N, under the same drives.
+    pub critical_normal_forces: Option<Search>,
+    /// Multiples of the damping of the rotor's shafts at which that of the first operating point changes.
+    pub critical_rotor_damping: Option<Search>,
+    /// The same of the stator's.
+    pub critical_stator_damping: Option<Search>,
+    /// What this case does not have, and why.
+    pub absent: Vec<Absent>,
+}
+
+/// A signal as a number.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Driven {
+    /// Its key in the case.
+    pub key: &'static str,
+    /// In its own unit.
+    pub value: f64,
+    /// Which value of the signal it is.
+    pub taken: &'static str,
+}
+
+/// Sliding at one relative velocity.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct OperatingPoint {
+    /// Whether twists and speeds stay as they are there.
+    pub steady: bool,
+    /// omega_r, rad/s.
+    pub relative_velocity: f64,
+    /// Of every inertia of the rotor, if steady, rad/s.
+    pub rotor_speed: Option<f64>,
+    /// Of every inertia of the stator, if steady, rad/s.
+    pub stator_speed: Option<f64>,
+    /// Of the interface, on the stator, N m.
+    pub interface_torque: f64,
+    /// If steady, rad.
+    pub rotor_twist: Vec<f64>,
+    /// If steady, rad.
+    pub stator_twist: Vec<f64>,
+    /// What becomes of a small disturbance.
+    pub stability: Verdict,
+}
+
+/// The modes of one state.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct TrainState {
+    /// "axial", "separated", "stick", "slip" or "engaged".
+    pub state: &'static str,
+    /// About which the state is linear, rad/s; `None` where it does not matter.
+    pub relative_velocity: Option<f64>,
+    /// The fastest first.
+    pub modes: Vec<TrainMode>,
+}
+
+/// One eigenvalue, with its complex conjugate if it is complex. Rounding counts as 0.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct TrainMode {
+    /// What moves most: "axial", "relative" (surfaces against each other), "common" (surfaces together), "rotor surface" or "stator
+    /// surface" (alone, where friction does not couple them), "surfaces" (joined), "bristles", or another inertia such as "rotor",
+    /// with its number in a longer train.
+    pub name: String,
+    /// Re lambda, 1/s; positive: grows.
+    pub growth_rate: f64,
+    /// Im lambda >= 0, rad/s; 0 for a real root.
+    pub angular_frequency: f64,
+    /// The same as `frequency`.
+    pub natural_frequency: Option<f64>,
+    /// |lambda|/(2 pi), Hz: the frequency without damping; `None` for a real root.
+    pub frequency: Option<f64>,
+    /// -Re lambda/|lambda|; `None` for a real root.
+    pub damping_ratio: Option<f64>,
+    /// -Re lambda, 1/s; negative: grows.
+    pub decay: f64,
+    /// The inertia with the largest kinetic energy, such as "stator 0"; inertia 0 is the surface. `None` where none moves.
+    pub moves: Option<String>,
+    /// Of the velocities; the largest has amplitude 1 and phase 0.
+    pub shape: Vec<ShapeComponent>,
+}
+
+/// The part that one inertia has in a mode.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct ShapeComponent {
+    /// Column of the result file whose velocity this is: z, theta, phi2, phi1, or the column of a speed such as `rotor_speed_1`.
+    pub coordinate: String,
+    /// Relative to the largest of the mode.
+    pub amplitude: f64,
+    /// rad, in (-pi, pi], against the largest.
+    pub phase: f64,
+}
+
+/// Where stability changes while one number is varied.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Search {
+    /// The range that was searched.
+    pub from: f64,
+    /// Its upper end.
+    pub to: f64,
+    /// In rising order.
+    pub changes: Vec<Change>,
+    /// Where nothing changes, what holds over the whole range.
+    pub throughout: Option<Verdict>,
+}
+
+/// A change of stability.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct Change {
+    /// Of what was varied.
+    pub value: f64,
+    /// |omega_r| there, rad/s.
+    pub relative_velocity: f64,
+    /// Of the motion that neither grows nor dies out, Hz; `None` where it does not oscillate.
+    pub frequency: Option<f64>,
+    /// Whether sliding is unstable at larger values.
+    pub unstable_above: bool,
+}
+
+/// What a case does not have.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
+pub struct Absent {
+    /// What.
+    pub what: &'static str,
+    /// Why.
+    pub why: String,
+}
 
 /// A signal as one number: what it holds in the end, and of a harmonic its mean.
 fn settled(drive: &Drive) -> (f64, &'static str) {
@@ -41,7 +178,11 @@ impl TrainModes {
 
         let mut states = Vec::new();
         match &trains.pressing {
-            Pressing::Axial { axial, .. } => states.push(axial_state(&axial.axial())),
+            Pressing::Axial { axial, .. } => states.push(TrainState {
+                state: "axial",
+                relative_velocity: None,
+                modes: axial_modes(&axial.axial()),
+            }),
             Pressing::Force(_) => absent.push(Absent {
                 what: "axial mode",
                 why: "the normal force is given directly".to_owned(),
@@ -111,8 +252,11 @@ impl TrainModes {
                 operating_points.push(sliding.operating(start.signum(), start.abs(), force, None));
             }
         }
-        for point in &operating_points {
-            let w = point.relative_velocity;
+        let speeds = match twice_resistance(trains) {
+            Some(_) => stopping_speeds(system, force, start),
+            None => operating_points.iter().map(|point| point.relative_velocity).collect(),
+        };
+        for w in speeds {
             let (outside, y) = state(system, w, force);
             let mode = sliding.mode(w);
             states.push(TrainState {
@@ -192,7 +336,7 @@ fn base(train: &Train, keys: [&'static str; 2], driving: &mut Vec<Driven>) -> Ba
     Base::new(train, speed, torque)
 }
 
-/// F_n, N.
+/// F_n, N: of sliding that slows down by itself the largest, of other what it comes to.
 fn pressing(trains: &Trains, driving: &mut Vec<Driven>) -> f64 {
     let (key, (value, taken), largest) = match &trains.pressing {
         Pressing::Force(force) => ("contact.normal_force", settled(force), force.largest()),
@@ -203,7 +347,7 @@ fn pressing(trains: &Trains, driving: &mut Vec<Driven>) -> f64 {
         }
     };
     // A contact that opens in the end had been pressed before.
-    let (value, taken) = if value > 0.0 {
+    let (value, taken) = if value > 0.0 && (value == largest || slowing(trains).is_err()) {
         (value, taken)
     } else {
         (largest, "largest")
@@ -212,26 +356,29 @@ fn pressing(trains: &Trains, driving: &mut Vec<Driven>) -> f64 {
     value
 }
 
+/// |omega_r| (rad/s) at which the modes of sliding that slows down by itself are told: at its start, where its margin of stability is
+/// zero, and at its end; rising.
+fn stopping_speeds(system: &TrainSystem, force: f64, start: f64) -> Vec<f64> {
+    let mut speeds = critical_speeds(system, force);
+    speeds.extend([0.0, start.abs()]);
+    speeds.sort_by(f64::total_cmp);
+    speeds.dedup();
+    speeds
+}
+
+/// |omega_r| (rad/s) at which the margin of stability changes its sign under a normal force (N), the highest first; none where sliding
+/// does not slow down by itself.
+pub(in crate::analysis) fn critical_speeds(system: &TrainSystem, force: f64) -> Vec<f64> {
+    let of = |resistance| system.law.damping_zeros(resistance, system.slope_weight(force));
+    system.twice_resistance.map(of).unwrap_or_default()
+}
+
 /// omega_r at t = 0, rad/s.
-fn at_start(trains: &Trains) -> f64 {
+pub(in crate::analysis) fn at_start(trains: &Trains) -> f64 {
     let of = |train: &Train, speeds: &[f64]| match (&train.end, speeds.first()) {
         (_, Some(&speed)) => speed,
         (End::Driven(speed), None) => speed.at_start(),
         (_, None) => 0.0,
     };
     of(&trains.rotor, &trains.initial.rotor_speed) - of(&trains.stator, &trains.initial.stator_speed)
-}
-
-fn axial_state(axial: &crate::model::Axial) -> TrainState {
-    let modes = axial_modes(axial).modes.into_iter().map(|mode| TrainMode {
-        frequency: mode.natural_frequency,
-        damping_ratio: mode.damping_ratio,
-        decay: -mode.growth_rate,
-        moves: None,
-    });
-    TrainState {
-        state: "axial",
-        relative_velocity: None,
-        modes: modes.collect(),
-    }
 }

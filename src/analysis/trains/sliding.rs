@@ -2,9 +2,10 @@
 
 use super::impedance::{Crossings, Verdict};
 use super::linear::{ROUNDING, columns, crossings, jacobian, scaled, state};
-use super::modes_report::{Change, OperatingPoint, Search};
+use super::modes::{Change, OperatingPoint, Search};
 use crate::friction::Law;
 use crate::model::Mode;
+use crate::model::trains::margin::slowing;
 use crate::model::trains::system::{Engagement, Side, TrainSystem};
 use crate::model::trains::{End, Train, Trains};
 use crate::numerics::eigenvalues::eigenvalues;
@@ -67,7 +68,7 @@ impl<'a> Sliding<'a> {
     pub(super) fn new(trains: &'a Trains) -> Sliding<'a> {
         let system = TrainSystem::new(trains);
         Sliding {
-            crossings: crossings(&system),
+            crossings: crossings(&system, slowing(trains).is_err()),
             trains,
             system,
         }
@@ -79,7 +80,7 @@ impl<'a> Sliding<'a> {
         trains.rotor.damping.iter_mut().for_each(|c| *c *= rotor);
         trains.stator.damping.iter_mut().for_each(|c| *c *= stator);
         let system = TrainSystem::new(&trains);
-        let crossings = crossings(&system);
+        let crossings = crossings(&system, slowing(&trains).is_err());
         (system, crossings)
     }
 
@@ -136,9 +137,12 @@ impl<'a> Sliding<'a> {
         }
         let (outside, y) = state(system, x, force);
         let matrix = jacobian(system, Mode::Engaged, 1.0, &outside, &y);
-        let found = eigenvalues(&scaled(system, &matrix));
-        let rounding = ROUNDING * found.iter().map(|l| l.norm()).fold(0.0, f64::max);
-        let moving = found.iter().filter(|l| l.norm() > rounding);
+        let mut found = eigenvalues(&scaled(system, &matrix));
+        found.sort_by(|a, b| b.norm().total_cmp(&a.norm()));
+        let rounding = ROUNDING * found.first().map_or(0.0, |l| l.norm());
+        // What slows down by itself, slowly, is no disturbance.
+        let disturbances = found.len() - usize::from(slowing(self.trains).is_ok());
+        let moving = found[..disturbances].iter().filter(|l| l.norm() > rounding);
         let most = moving.map(|l| l.re).fold(f64::NEG_INFINITY, f64::max);
         match most {
             most if most > rounding => Verdict::Unstable,
@@ -254,27 +258,9 @@ impl Sliding<'_> {
         }
         let to = to.min(ends * (1.0 - f64::EPSILON));
         let grid = self.grid(to, force);
-        let mut found = Vec::new();
-        for pair in grid.windows(2) {
-            let (mut below, mut above) = (pair[0], pair[1]);
-            let first = missing(below) < 0.0;
-            if first == (missing(above) < 0.0) {
-                continue;
-            }
-            loop {
-                let middle = 0.5 * (below + above);
-                if middle <= below || middle >= above {
-                    break;
-                }
-                if (missing(middle) < 0.0) == first {
-                    below = middle;
-                } else {
-                    above = middle;
-                }
-            }
-            found.push(above);
-        }
-        found
+        let is_short = |x: f64| missing(x) < 0.0;
+        let pairs = grid.windows(2).filter(|pair| is_short(pair[0]) != is_short(pair[1]));
+        pairs.map(|pair| turn(pair[0], pair[1], is_short)).collect()
     }
 
     pub(super) fn operating(&self, sense: f64, x: f64, force: f64, bases: Option<(&Base, &Base)>) -> OperatingPoint {
@@ -310,24 +296,14 @@ impl Sliding<'_> {
 
     pub(super) fn critical_velocities(&self, force: f64, sliding: f64) -> Search {
         let to = self.reach(force, sliding);
-        let (found, throughout) = changes(&self.grid(to, force), |x| self.verdict(x, force));
-        let change = |(x, unstable_above): (f64, bool)| Change {
-            value: x,
-            relative_velocity: x,
-            frequency: self.frequency(&self.system, &self.crossings, x, force),
-            unstable_above,
-        };
-        Search {
-            from: 0.0,
-            to,
-            changes: found.into_iter().map(change).collect(),
-            throughout,
-        }
+        let found = changes(&self.grid(to, force), |x| self.verdict(x, force));
+        let frequency = |x: f64| self.frequency(&self.system, &self.crossings, x, force);
+        search((0.0, to), found, |x| (x, frequency(x)))
     }
 
     /// Along the branches of steady sliding, on which the speed follows the force; without one, at the speed `x`.
     pub(super) fn critical_forces(&self, force: f64, x: f64, balance: Balance) -> Search {
-        let (from, to) = (force / MULTIPLES, force * MULTIPLES);
+        let range = (force / MULTIPLES, force * MULTIPLES);
         let of_speed = |x: f64| {
             let unit = self.system.radius * self.coefficient(x);
             match balance {
@@ -336,53 +312,27 @@ impl Sliding<'_> {
                 Balance::Never => f64::NAN,
             }
         };
-        let follows = match balance {
-            Balance::Speed { yielding, .. } => yielding > 0.0,
-            Balance::Torque(_) => true,
-            Balance::Never => false,
-        };
-        let mut search = if follows {
-            let end = match balance {
-                Balance::Speed { speed, .. } => speed,
-                _ => self.reach(force, x),
-            };
-            let within = |x: &f64| (from..=to).contains(&of_speed(*x));
-            let grid: Vec<f64> = self.grid(end, force).into_iter().filter(within).collect();
-            let (found, throughout) = changes(&grid, |x| self.verdict(x, of_speed(x)));
-            let mut all = Vec::new();
-            for (x, unstable) in found {
-                let value = of_speed(x);
-                // Where the speed falls as the force rises, what is above in speed is below in force.
-                let rising = of_speed(x * (1.0 + 1e-6)) > of_speed(x * (1.0 - 1e-6));
-                all.push(Change {
-                    value,
-                    relative_velocity: x,
-                    frequency: self.frequency(&self.system, &self.crossings, x, value),
-                    unstable_above: unstable == rising,
-                });
-            }
-            Search {
-                from,
-                to,
-                changes: all,
-                throughout,
-            }
-        } else {
-            let grid: Vec<f64> = multiples().into_iter().map(|k| k * force).collect();
-            let (found, throughout) = changes(&grid, |force| self.verdict(x, force));
-            let change = |(value, unstable_above): (f64, bool)| Change {
-                value,
-                relative_velocity: x,
-                frequency: self.frequency(&self.system, &self.crossings, x, value),
-                unstable_above,
-            };
-            Search {
-                from,
-                to,
-                changes: found.into_iter().map(change).collect(),
-                throughout,
+        let frequency = |x: f64, force: f64| self.frequency(&self.system, &self.crossings, x, force);
+        let end = match balance {
+            Balance::Speed { speed, yielding } if yielding > 0.0 => speed,
+            Balance::Torque(_) => self.reach(force, x),
+            _ => {
+                let grid: Vec<f64> = multiples().into_iter().map(|k| k * force).collect();
+                let found = changes(&grid, |force| self.verdict(x, force));
+                return search(range, found, |value| (x, frequency(x, value)));
             }
         };
+        let within = |x: &f64| (range.0..=range.1).contains(&of_speed(*x));
+        let grid: Vec<f64> = self.grid(end, force).into_iter().filter(within).collect();
+        let found = changes(&grid, |x| self.verdict(x, of_speed(x)));
+        let mut search = search(range, found, |x| (x, frequency(x, of_speed(x))));
+        for change in &mut search.changes {
+            let x = change.value;
+            change.value = of_speed(x);
+            // Where the speed falls as the force rises, what is above in speed is below in force.
+            let rising = of_speed(x * (1.0 + 1e-6)) > of_speed(x * (1.0 - 1e-6));
+            change.unstable_above = change.unstable_above == rising;
+        }
         search.changes.sort_by(|a, b| a.value.total_cmp(&b.value));
         search
     }
@@ -392,51 +342,66 @@ impl Sliding<'_> {
             let (rotor, stator) = scale(k);
             self.damped(rotor, stator)
         };
-        let (found, throughout) = changes(&multiples_coarse(), |k| {
+        let found = changes(&multiples_coarse(), |k| {
             let (system, crossings) = with(k);
             self.verdict_of(&system, &crossings, x, force)
         });
-        let change = |(value, unstable_above): (f64, bool)| {
-            let (system, crossings) = with(value);
-            Change {
-                value,
-                relative_velocity: x,
-                frequency: self.frequency(&system, &crossings, x, force),
-                unstable_above,
-            }
-        };
-        Search {
-            from: 1.0 / MULTIPLES,
-            to: MULTIPLES,
-            changes: found.into_iter().map(change).collect(),
-            throughout,
+        search((1.0 / MULTIPLES, MULTIPLES), found, |k| {
+            let (system, crossings) = with(k);
+            (x, self.frequency(&system, &crossings, x, force))
+        })
+    }
+}
+
+/// Where stability changes, and what holds throughout where it does not.
+type Found = (Vec<(f64, bool)>, Option<Verdict>);
+
+/// What was found in a range; `at` tells the relative velocity of a change, and the frequency of the motion that neither grows nor dies
+/// out there.
+fn search((from, to): (f64, f64), (found, throughout): Found, at: impl Fn(f64) -> (f64, Option<f64>)) -> Search {
+    let change = |(value, unstable_above): (f64, bool)| {
+        let (relative_velocity, frequency) = at(value);
+        Change {
+            value,
+            relative_velocity,
+            frequency,
+            unstable_above,
+        }
+    };
+    Search {
+        from,
+        to,
+        changes: found.into_iter().map(change).collect(),
+        throughout,
+    }
+}
+
+/// Where what holds at `below` ceases to hold on the way to `above`, where it does not, to the last digit.
+fn turn(mut below: f64, mut above: f64, holds: impl Fn(f64) -> bool) -> f64 {
+    let first = holds(below);
+    loop {
+        let middle = 0.5 * (below + above);
+        if middle <= below || middle >= above {
+            return above;
+        }
+        if holds(middle) == first {
+            below = middle;
+        } else {
+            above = middle;
         }
     }
 }
 
 /// The numbers at which `verdict` changes between the points of a rising grid, each to the last digit.
-fn changes(grid: &[f64], verdict: impl Fn(f64) -> Verdict) -> (Vec<(f64, bool)>, Option<Verdict>) {
+fn changes(grid: &[f64], verdict: impl Fn(f64) -> Verdict) -> Found {
     let known: Vec<(f64, Verdict)> = grid.iter().map(|&value| (value, verdict(value))).collect();
-    let mut found = Vec::new();
-    for pair in known.windows(2) {
-        let (mut below, mut above) = (pair[0].0, pair[1].0);
-        let (first, last) = (pair[0].1.is_unstable(), pair[1].1.is_unstable());
-        if first == last {
-            continue;
-        }
-        loop {
-            let middle = 0.5 * (below + above);
-            if middle <= below || middle >= above {
-                break;
-            }
-            if verdict(middle).is_unstable() == first {
-                below = middle;
-            } else {
-                above = middle;
-            }
-        }
-        found.push((above, last));
-    }
+    let is_unstable = |value: f64| verdict(value).is_unstable();
+    let pairs = known
+        .windows(2)
+        .filter(|pair| pair[0].1.is_unstable() != pair[1].1.is_unstable());
+    let found: Vec<(f64, bool)> = pairs
+        .map(|pair| (turn(pair[0].0, pair[1].0, is_unstable), pair[1].1.is_unstable()))
+        .collect();
     let throughout = match (found.is_empty(), known.first()) {
         // A stretch without any slope amid others is neutral: it is the least that holds throughout.
         (true, Some(first)) if known.iter().all(|(_, verdict)| *verdict == first.1) => Some(first.1),

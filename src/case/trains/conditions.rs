@@ -4,9 +4,11 @@ use super::TrainCase;
 use crate::case::conditions::{self as shared, COARSEST_CLOCK, Violation};
 use crate::case::{Case, Motion};
 use crate::friction::{Friction, Law as _};
+use crate::model::absolute_angles::AbsoluteModel;
 use crate::model::trains::{ContactLaw, End, KickSide, Pressing, Train, Trains, margin};
 use crate::model::{BreakawayTest, KickTime};
 use crate::simulation::Method;
+use crate::simulation::procedure::FOREIGN;
 
 impl TrainCase {
     /// What it shares with a case of the brake, as such a case.
@@ -45,10 +47,8 @@ pub(super) fn violated(case: &TrainCase) -> Vec<Violation> {
                        one of the trains an inertia";
         complain("rotor.inertia", &["stator.inertia"], message.to_owned());
     }
-    if case.solver.method == Method::Paper {
-        let message =
-            "method \"paper\" is the procedure of the paper for its brake, [torsion]: take another for trains";
-        complain("solver.method", &[], message.to_owned());
+    if case.solver.method == Method::Paper && AbsoluteModel::new(trains).is_none() {
+        complain("solver.method", &[], FOREIGN.to_owned());
     }
     if matches!(trains.contact, ContactLaw::Bristles(_)) {
         for key in ["low_speed", "high_speed"] {

@@ -52,11 +52,25 @@ pub fn twice_resistance(trains: &Trains) -> Option<f64> {
 /// Why there is no margin: sliding does not slow down by itself, which takes one free train and no drive; no swing of the surfaces
 /// can become unstable; or the contact has no stick, at which the watch over the margin could end.
 pub fn resistance(trains: &Trains) -> Result<f64, &'static str> {
-    let sides = [&trains.rotor, &trains.stator];
-    let free = sides.iter().filter(|train| train.end == End::Free && !train.is_rigid());
     if trains.contact != ContactLaw::StickSlip {
         return Err("a contact without stick is not watched for it");
     }
+    slowing(trains)?;
+    let twice = match [&trains.rotor, &trains.stator].map(Surface::of) {
+        [Some(rotor), Some(stator)] => of_both(&rotor, &stator),
+        [Some(one), None] | [None, Some(one)] => (one.stiffness > 0.0).then_some(2.0 * one.damping),
+        [None, None] => None,
+    };
+    twice.ok_or("no surface swings on a shaft of its own")
+}
+
+/// Whether sliding slows down by itself: one train is free, the other fixed, and nothing drives them.
+///
+/// # Errors
+/// Why it does not.
+pub fn slowing(trains: &Trains) -> Result<(), &'static str> {
+    let sides = [&trains.rotor, &trains.stator];
+    let free = sides.iter().filter(|train| train.end == End::Free && !train.is_rigid());
     if sides.iter().any(|train| matches!(train.end, End::Driven(_))) {
         return Err("an end is driven, and sliding that is watched slows down by itself");
     }
@@ -68,12 +82,7 @@ pub fn resistance(trains: &Trains) -> Result<f64, &'static str> {
             "sliding that is watched slows down by itself, which takes one train with a free end and one with a fixed end",
         );
     }
-    let twice = match sides.map(Surface::of) {
-        [Some(rotor), Some(stator)] => of_both(&rotor, &stator),
-        [Some(one), None] | [None, Some(one)] => (one.stiffness > 0.0).then_some(2.0 * one.damping),
-        [None, None] => None,
-    };
-    twice.ok_or("no surface swings on a shaft of its own")
+    Ok(())
 }
 
 fn of_both(one: &Surface, other: &Surface) -> Option<f64> {

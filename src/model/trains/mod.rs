@@ -21,7 +21,7 @@ pub mod margin;
 pub mod parameters;
 #[cfg(test)]
 mod samples;
-pub(crate) mod slow_manifold;
+pub mod slow_manifold;
 pub(crate) mod slow_motion;
 pub(crate) mod stability;
 pub mod system;

@@ -24,38 +24,34 @@ use super::system::{Driving, Engagement, Outside, Side, TrainSystem};
 use crate::friction::{FrictionSeries, Law, LawSeries};
 
 /// Taylor coefficients that are kept for a state alone.
-pub(in crate::model) const ORDER: usize = 14;
+const ORDER: usize = 14;
 
 /// Most rounds of the iteration for a state alone; five reach rounding at tau = 12 ms.
-pub(in crate::model) const ROUNDS: usize = 8;
+const ROUNDS: usize = 8;
 
 /// Coefficients and most rounds where these do not reach rounding. A round takes two derivatives, so that the last ones say
 /// little; the changes are least after some 18 at a steepness rate of 70 s/rad.
-pub(in crate::model) const LONG_ORDER: usize = 28;
-pub(in crate::model) const LONG_ROUNDS: usize = 20;
+const LONG_ORDER: usize = 28;
+const LONG_ROUNDS: usize = 20;
 
 /// Changes by a round that count as rounding: a share of each component, with the speed's for that of the rates.
-pub(in crate::model) const SETTLED: f64 = 64.0 * f64::EPSILON;
+const SETTLED: f64 = 64.0 * f64::EPSILON;
 
 /// The error of a state over the larger of its last two changes, where these are least: against the multiprecision solution
 /// it was 0.3 to 3.4.
-pub(in crate::model) const ERROR_OF_CHANGE: f64 = 8.0;
-
-/// The same for a state that only has to be good to 1e-8 at tau = 12 ms.
-pub(in crate::model) const PATH_ORDER: usize = 6;
-pub(in crate::model) const PATH_ROUNDS: usize = 3;
+const ERROR_OF_CHANGE: f64 = 8.0;
 
 /// Most rounds for a step: where friction changes so fast that the slow mode is hardly slower than the others.
-pub(in crate::model) const STEP_ROUNDS: usize = 12;
+const STEP_ROUNDS: usize = 12;
 
 /// Coefficients of the derivative; what would come from beyond the order is left out.
-pub(in crate::model) fn derivative<const N: usize>(series: &[f64; N]) -> [f64; N] {
+fn derivative<const N: usize>(series: &[f64; N]) -> [f64; N] {
     std::array::from_fn(|n| if n + 1 < N { (n + 1) as f64 * series[n + 1] } else { 0.0 })
 }
 
 /// A slip, and what acts on it from outside.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct Slip<'a> {
+pub struct Slip<'a> {
     /// The sign of omega_r.
     pub sense: f64,
     /// The piece of the friction law.
@@ -98,7 +94,7 @@ pub(crate) fn slow_momenta(system: &TrainSystem, outside: &Outside, y: &[f64]) -
 
 /// A state on the slow manifold, as well as it can be had.
 #[derive(Debug, Clone, PartialEq)]
-pub(crate) struct SlowState {
+pub struct SlowState {
     /// The state.
     pub state: Vec<f64>,
     /// How far each component may be from exact sliding without the fast oscillations; of the quadratures zero.
@@ -108,7 +104,7 @@ pub(crate) struct SlowState {
 }
 
 /// The state on the slow manifold of a slip that has the momenta of `y`. The quadratures stay as they are.
-pub(crate) fn on_slow_manifold(system: &TrainSystem, slip: &Slip<'_>, y: &[f64]) -> SlowState {
+pub fn on_slow_manifold(system: &TrainSystem, slip: &Slip<'_>, y: &[f64]) -> SlowState {
     let momenta = slow_momenta(system, &slip.outside, y);
     let with = |slow: &[f64]| {
         let mut state = y.to_vec();
@@ -342,7 +338,8 @@ impl<const N: usize> SlowSeries<N> {
         Self::of_rounds(system, slip, momenta, STEP_ROUNDS)
     }
 
-    fn of_rounds(system: &TrainSystem, slip: &Slip<'_>, momenta: Momenta, rounds: usize) -> Self {
+    /// After so many rounds at most.
+    pub fn of_rounds(system: &TrainSystem, slip: &Slip<'_>, momenta: Momenta, rounds: usize) -> Self {
         let mut series = Self::zero(system, slip);
         for _ in 0..rounds {
             if series.round(system, slip, momenta) {
@@ -469,89 +466,9 @@ mod tests {
     use super::super::samples;
     use super::super::{Torque, Trains};
     use super::*;
-    use crate::model::slow_manifold as of_brakes;
-    use crate::model::state::{TorsionState, index};
-    use crate::model::torsion::TorsionModel;
-    use crate::model::{Mode, Parameters};
+    use crate::model::Mode;
     use crate::numerics::taylor;
     use crate::signal::Drive;
-
-    /// The trains' components before the quadratures, as the brake's state has them.
-    const PLACES: [(usize, usize); 5] = [
-        (0, index::ROTOR_TWIST),
-        (1, index::ROTOR_TWIST_RATE),
-        (2, index::ROTOR_SPEED),
-        (3, index::STATOR_TWIST),
-        (4, index::STATOR_TWIST_RATE),
-    ];
-
-    /// 4 units in the last place of each component, or of what the speed contributes to it by the manifold's own measure.
-    #[test]
-    fn analytic_brakes_have_the_brakes_manifold() {
-        let (mut settled, mut unsettled) = (0, 0);
-        for index in 0..60 {
-            let parameters: Parameters = samples::brake(index);
-            let model = TorsionModel::new(&parameters);
-            let system = TrainSystem::new(&Trains::from(&parameters));
-            let force = parameters.largest_force();
-            for (speed, rate) in [(80.0, 0.0), (3.0, 700.0), (0.6, 0.0), (0.05, -300.0)] {
-                let speed = if index % 2 == 0 { speed } else { -speed };
-                let mut y: TorsionState = [0.0; crate::model::state::DIMENSION];
-                y[index::ROTOR_SPEED] = speed;
-                let mut of_trains = vec![0.0; system.dimension];
-                of_trains[2] = speed;
-                let sense = f64::signum(speed);
-                let brake = of_brakes::on_slow_manifold(&model, sense, (force, rate), &y);
-                let pressing = [force, rate];
-                let slip = Slip::undriven(sense, 0, &pressing);
-                let found = on_slow_manifold(&system, &slip, &of_trains);
-                assert_eq!(found.settled, brake.settled, "{index} at {speed}");
-                if !found.settled {
-                    unsettled += 1;
-                } else {
-                    settled += 1;
-                }
-                for (place, component) in PLACES {
-                    let (ours, theirs) = (found.state[place], brake.state[component]);
-                    // Where it has not settled, rounding is stretched by the rounds.
-                    let bound = if found.settled { 4.0 * f64::EPSILON } else { 1e-11 };
-                    assert!(
-                        (ours - theirs).abs() <= bound * theirs.abs() + 1e-3 * brake.error[component],
-                        "{index} at {speed}, component {place}: {ours:e} and {theirs:e}"
-                    );
-                    let (ours, theirs) = (found.error[place], brake.error[component]);
-                    assert!(
-                        (ours - theirs).abs() <= 0.01 * theirs,
-                        "{index} at {speed}, error {place}: {ours:e} and {theirs:e}"
-                    );
-                }
-            }
-        }
-        assert!(settled > 50 && unsettled > 10, "{settled} and {unsettled}");
-    }
-
-    /// The whole motion: the brake's series after some time.
-    #[test]
-    fn analytic_brakes_move_along_the_brakes_manifold() {
-        for index in 0..20 {
-            let parameters = samples::brake(index);
-            let model = TorsionModel::new(&parameters);
-            let system = TrainSystem::new(&Trains::from(&parameters));
-            let pressing = [parameters.largest_force(), 500.0];
-            let momentum = 20.0 * model.torsion.rigid_inertia();
-            let brake = of_brakes::SlowSeries::<20>::new(&model, 1.0, (pressing[0], pressing[1]), momentum);
-            let found = SlowSeries::<20>::new(&system, &Slip::undriven(1.0, 0, &pressing), [momentum, 0.0]);
-            let tau = 1e-3;
-            let (ours, theirs) = (found.at(&system, tau), brake.at(tau));
-            for (place, component) in PLACES {
-                let (ours, theirs) = (ours[place], theirs[component]);
-                assert!(
-                    (ours - theirs).abs() <= 1e-13 * theirs.abs(),
-                    "{index}, component {place}: {ours:e} and {theirs:e}"
-                );
-            }
-        }
-    }
 
     /// The equations of trains, an independent code, hold along the motion: with a free rotor, a free stator, bearings, an
     /// external torque, a driven end, and a force that bends.
@@ -562,6 +479,7 @@ mod tests {
             samples::chains(),
             samples::chains(),
             samples::chains(),
+            Trains::from(&samples::brake(0)),
         ];
         let [turned, torque, driven] = [1, 2, 3];
         {

@@ -86,6 +86,7 @@ impl<T: Number> Side<T> {
             damping: all(&self.damping),
             viscous: all(&self.viscous),
             torque_on: self.torque_on,
+            takes_torque: self.takes_torque.clone(),
             twists: self.twists,
             speed: self.speed,
         }

@@ -34,6 +34,7 @@ pub use excitation::Excitation;
 pub(crate) use plan::method_without_series;
 pub(crate) use portrait::{PortraitPoint, Section, portrait, position_of};
 pub use readings::Further;
+pub(super) use readings::TrainReadings;
 pub(crate) use variation::{MovedCases, MovedTrains, variation};
 
 use super::options::{OutputOptions, SolverOptions};
@@ -46,7 +47,6 @@ use crate::model::trains::system::{Side, TrainSystem};
 use crate::model::{BreakawayTest, Mode};
 use crate::record::{EventDigest, NoRecorder, Recorder};
 use plan::TrainPlan;
-use readings::TrainReadings;
 use rules::TrainRules;
 use std::f64::consts::TAU;
 use std::ops::ControlFlow;
@@ -58,7 +58,7 @@ pub(crate) fn further(trains: &Trains) -> Vec<Further> {
 }
 
 /// The shorter period of a surface on its shaft, or else of the fastest thing that moves, s; `None` where nothing moves by itself.
-pub(crate) fn natural_period(trains: &Trains) -> Option<f64> {
+pub fn natural_period(trains: &Trains) -> Option<f64> {
     TrainDynamics::new(trains, 0.0).natural_period()
 }
 
@@ -209,10 +209,8 @@ pub(crate) fn simulate_from(
         let channels = readings.channels(time, &location, &state);
         channels.energy_kinetic + channels.energy_elastic
     };
-    let digest = match dynamics.natural_period() {
-        Some(period) if dynamics.system.twice_resistance.is_some() => EventDigest::watching(period),
-        _ => EventDigest::without_instability(),
-    };
+    let watched = dynamics.system.twice_resistance.is_some();
+    let digest = EventDigest::new(dynamics.natural_period().filter(|_| watched));
     let stores_motion = recorder.stores_motion();
     let mut recording = Recording::new(readings, digest, output, recorder, control, initial_energy);
     recording.limit_wall_time(solver.max_wall_time);

@@ -341,8 +341,8 @@ impl TrainPlan {
         if location.mode.sense() == 0 || system.relative_velocity(&outside, y).abs() > rest {
             return false;
         }
-        let mut expansion = Expansion::new(dynamics);
-        expansion.expand(dynamics, location, t, y, BRIEF * self.period);
+        let mut expansion = Expansion::new(system, &dynamics.excitation);
+        expansion.expand((system, &dynamics.excitation), location, t, y, BRIEF * self.period);
         // It leaves zero here: the root is divided out, and a double one where the acceleration begins at zero.
         let mut speed = expansion.relative_velocity.map(|c| location.sign() * c);
         let change = speed[2..].iter().fold(0.0, |sum, c| sum + c.abs());

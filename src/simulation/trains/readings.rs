@@ -25,7 +25,7 @@ impl Place for TrainLocation {
 }
 
 /// Of the twist coordinates.
-pub(super) struct TrainReadings<'a> {
+pub(in crate::simulation) struct TrainReadings<'a> {
     pub dynamics: &'a TrainDynamics,
     /// Whether there is anything beyond [`State`].
     pub further: bool,

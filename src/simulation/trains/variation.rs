@@ -192,14 +192,7 @@ pub(crate) fn variation(
     };
     let channels = readings.channels(0.0, &location, &state);
     let energy = channels.energy_kinetic + channels.energy_elastic;
-    let mut recording = Recording::new(
-        readings,
-        EventDigest::without_instability(),
-        output,
-        recorder,
-        control,
-        energy,
-    );
+    let mut recording = Recording::new(readings, EventDigest::new(None), output, recorder, control, energy);
     recording.limit_wall_time(solver.max_wall_time);
     let start = Start {
         time: 0.0,
