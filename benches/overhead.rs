@@ -22,6 +22,7 @@ use std::marker::PhantomData;
 use std::time::{Duration, Instant};
 use stickslip::case::{Case, CaseSource};
 use stickslip::model::Mode;
+use stickslip::model::Parameters;
 use stickslip::model::state::{DIMENSION, TorsionState, index};
 use stickslip::model::torsion::TorsionModel;
 use stickslip::signal::{Ramp, Signal};
@@ -94,11 +95,11 @@ struct Slip {
 impl Slip {
     fn new() -> Self {
         let case = Case::parse(&CaseSource::built_in("paper-si").unwrap(), &[]).unwrap();
-        let Signal::Ramp(Ramp { value: force, .. }) = case.parameters.actuation else {
+        let Signal::Ramp(Ramp { value: force, .. }) = Parameters::of(&case.system).unwrap().actuation else {
             unreachable!("the paper's case has a ramp")
         };
         Slip {
-            torsion: TorsionModel::new(&case.parameters),
+            torsion: TorsionModel::new(&Parameters::of(&case.system).unwrap()),
             normal_force: force,
         }
     }

@@ -12,6 +12,7 @@ use stickslip::analysis::SavedRun;
 use stickslip::analysis::onset::onsets;
 use stickslip::analysis::work_precision::{self, Study};
 use stickslip::case::{Case, CaseSource, TrainCase};
+use stickslip::model::Parameters;
 use stickslip::plot::catalogue::{self, ENTRIES};
 use stickslip::plot::entry::Subject;
 use stickslip::plot::style::COLUMN_WIDTH;
@@ -43,7 +44,11 @@ fn main() -> Result<(), Box<dyn Error>> {
     for entry in ENTRIES {
         save(&entry.build(&subject)?.map_err(|absent| absent.why)?)?;
     }
-    let of_case = Modes::of_case(&case.parameters, &case.solver, case.output.end_time);
+    let of_case = Modes::of_case(
+        &Parameters::of(&case.system).unwrap(),
+        &case.solver,
+        case.output.end_time,
+    );
     save(&modes::figure(&case.title, &of_case))?;
     let kicked = Case::parse(&CaseSource::built_in("paper-si")?, &[])?;
     let found = onsets(&kicked, &|| false).ok_or("interrupted")?;

@@ -12,7 +12,7 @@ use stickslip::model::trains::Trains;
 use stickslip::model::trains::system::{
     DAMPING_LOSS as LOST_IN_DAMPERS, FRICTION_LOSS as LOST_IN_FRICTION, Outside, TrainSystem,
 };
-use stickslip::model::{Axial, BreakawayTest, Contact, Mode, Torsion};
+use stickslip::model::{Axial, BreakawayTest, Contact, Mode, Parameters, Torsion};
 use stickslip::signal::{Ramp, Signal, Table};
 
 const AXIAL: Axial = Axial {
@@ -117,7 +117,8 @@ proptest! {
         speed in -60.0..60.0f64,
         force in 0.0..3000.0f64,
     ) {
-        let parameters = Case::parse(&CaseSource::built_in("paper").unwrap(), &[]).unwrap().parameters;
+        let case = Case::read(&CaseSource::built_in("paper").unwrap(), &[]).unwrap();
+        let parameters = Parameters::of(&case.system).unwrap();
         let (short, system) = (TorsionModel::new(&parameters), TrainSystem::new(&Trains::from(&parameters)));
         let outside = Outside { normal_force: force, ..Outside::default() };
         let motion = Components {
@@ -244,7 +245,7 @@ proptest! {
         y in prop::array::uniform8(-1.0..1.0f64), force in 0.0..3000.0f64, mode in 0..4usize, decay in 0.0..10.0f64,
     ) {
         let mut model = model();
-        model.friction.law.as_exponential_mut().unwrap().decay = decay;
+        model.friction.law.set_number("decay", decay);
         let scale = [1e-5, 0.2, 1e-5, 0.2, 0.5, 1.0, 1.0, 1.0];
         let y: Vec<f64> = y.iter().zip(scale).map(|(a, b)| a * b).collect();
         let rhs = |y: &[f64]| {

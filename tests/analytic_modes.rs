@@ -1,7 +1,7 @@
 //! The linear modes against closed forms, and what is said of the loss of stability.
 
 mod common;
-use common::{output, run};
+use common::{disks, output, run};
 use proptest::prelude::*;
 use std::f64::consts::TAU;
 use stickslip::analysis::Modes;
@@ -18,7 +18,7 @@ fn case(name: &str, overrides: &[&str]) -> Case {
 }
 
 fn modes_of(case: &Case) -> Modes {
-    Modes::of_case(&case.parameters, &case.solver, case.output.end_time)
+    Modes::of_case(&disks(&case), &case.solver, case.output.end_time)
 }
 
 fn named<'a>(state: &'a StateModes, name: &str) -> &'a Eigenmode {
@@ -55,7 +55,7 @@ fn published_natural_period_and_frequency_of_the_paper() {
 #[test]
 fn analytic_axial_mode() {
     let case = case("paper-si", &[]);
-    let axial = case.parameters.axial;
+    let axial = disks(&case).axial;
     let modes = modes_of(&case);
     let mode = &modes.states[0].modes[0];
     assert_eq!(modes.states[0].modes.len(), 1);
@@ -71,7 +71,7 @@ fn analytic_axial_mode() {
 #[test]
 fn analytic_overdamped_axial_mode_has_two_real_roots() {
     let case = case("paper-si", &["axial.damping=60000"]);
-    let axial = case.parameters.axial;
+    let axial = disks(&case).axial;
     let roots: Vec<f64> = modes_of(&case).states[0].modes.iter().map(|m| m.growth_rate).collect();
     assert_eq!(roots.len(), 2);
     assert!(close(roots[0] * roots[1], axial.stiffness / axial.mass, EIGENVALUE));
@@ -136,7 +136,7 @@ proptest! {
     fn analytic_slip_modes_without_slope(model in torsion_models()) {
         let Torsion { rotor_inertia: i, surface_inertia: j, stiffness: k, damping: c } = model.torsion;
         let mut model = model;
-        model.friction.law.as_exponential_mut().unwrap().decay = 0.0;
+        model.friction.law.set_number("decay", 0.0);
         let slip = slip_modes(&model, 2000.0, 3.0);
         for (name, omega) in [("stator surface", (k / j).sqrt()), ("rotor surface", (k / i + k / j).sqrt())] {
             let mode = named(&slip, name);
@@ -169,7 +169,7 @@ proptest! {
 /// Each shape is an eigenvector: A v = lambda v in the equation of the rotor, I theta'' = -T_r, of a stick mode.
 #[test]
 fn analytic_shape_satisfies_the_rotor_equation() {
-    let parameters = case("paper", &[]).parameters;
+    let parameters = disks(&case("paper", &[]));
     let model = TorsionModel::new(&parameters);
     let Torsion {
         rotor_inertia: i,
@@ -198,13 +198,13 @@ fn analytic_critical_speed_is_that_of_the_run() {
     let case = case("paper", &[]);
     let modes = modes_of(&case);
     let critical = modes.critical_speed.unwrap();
-    let model = TorsionModel::new(&case.parameters);
+    let model = TorsionModel::new(&disks(&case));
     let margin = model.stability_margin(1.0, critical, modes.normal_force);
     assert!(margin.abs() < 1e-12 * model.torsion.damping, "{margin}");
     let lost = modes.instability.unwrap();
     // The event is located to 1e-12 s at a deceleration of 16 rad/s^2.
     assert!((lost.relative_velocity - critical).abs() < 1e-9, "{lost:?}");
-    let (recorder, _) = run(&case.parameters, &case.solver, &output(6.98, 1.0));
+    let (recorder, _) = run(&disks(&case), &case.solver, &output(6.98, 1.0));
     let event = recorder
         .events
         .iter()
@@ -226,7 +226,7 @@ fn analytic_eigenvalue_crossing_is_neutral() {
         let apart = (crossing.time - lost.time).abs();
         assert!(apart > 5e-5 && apart < 2e-4, "{name}: {apart:e}");
         let slip = slip_modes(
-            &TorsionModel::new(&case.parameters),
+            &TorsionModel::new(&disks(&case)),
             lost.normal_force,
             crossing.relative_velocity,
         );

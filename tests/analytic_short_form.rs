@@ -2,6 +2,7 @@
 
 mod common;
 
+use common::disks;
 use common::random_brakes::{Random, difference, random_brake, random_release};
 use std::ops::ControlFlow;
 use std::time::Duration;
@@ -72,16 +73,15 @@ fn changed(name: &str, changes: &[&str]) -> Case {
     brake(name, &changes)
 }
 
-/// The report of a run of `case` as a brake, and of that as trains; a run that fails is as long as it is.
+/// The report of a run of `case` with the columns of its words, and with all; a run that fails is as long as it is.
 fn both(case: &Case, method: Method) -> [RunReport; 2] {
     let solver = SolverOptions {
         method,
         ..case.solver.clone()
     };
-    let trains = Trains::from(&case.parameters);
     [
-        Run::of(&case.parameters, &solver, &case.output),
-        Run::of_trains(&trains, 0.0, &solver, &case.output),
+        Run::new(case).solver(&solver),
+        Run::of_trains(&case.system, 0.0, &solver, &case.output),
     ]
     .map(|run| run.start().unwrap_or_else(|failure| failure.report))
 }
@@ -186,10 +186,10 @@ fn analytic_the_margin_of_a_lowered_brake() {
     for name in ["paper", "paper-si", "release", "unperturbed"] {
         let case = changed(name, &[]);
         let (system, model) = (
-            TrainSystem::new(&Trains::from(&case.parameters)),
-            TorsionModel::new(&case.parameters),
+            TrainSystem::new(&Trains::from(&disks(&case))),
+            TorsionModel::new(&disks(&case)),
         );
-        assert_eq!(system.twice_resistance, Some(case.parameters.torsion.damping));
+        assert_eq!(system.twice_resistance, Some(disks(&case).torsion.damping));
         let mut state = vec![0.0; system.dimension];
         let speed = system.rotor.speed.expect("a free train");
         for _ in 0..1000 {
@@ -274,14 +274,14 @@ fn multiprecision_long_steps_of_chains() {
         longest: Duration::from_secs(120),
         ..OracleRequest::default()
     };
-    let exact = TrainCase::exact_parameters(&source, &changes).unwrap();
+    let exact = Case::exact(&source, &changes).unwrap().system;
     let truth = oracle::solve(&exact, &request, &mut |_| ControlFlow::Continue(())).unwrap();
     let exact = &truth.report.events;
     let solver = SolverOptions {
         method: Method::Series,
         ..case.solver.clone()
     };
-    let run = Run::of_trains(&case.parameters, 0.0, &solver, &case.output);
+    let run = Run::of_trains(&case.system, 0.0, &solver, &case.output);
     let report = run.start().unwrap();
     let expected: Vec<EventKind> = exact.iter().map(|event| event.kind).collect();
     assert_eq!(kinds(&report.events), expected);
@@ -304,7 +304,7 @@ fn multiprecision_the_margin_of_unequal_surfaces() {
         longest: Duration::from_secs(120),
         ..OracleRequest::default()
     };
-    let exact = TrainCase::exact_parameters(&unequal(), &[]).unwrap();
+    let exact = Case::exact(&unequal(), &[]).unwrap().system;
     let truth = oracle::solve(&exact, &request, &mut |_| ControlFlow::Continue(())).unwrap();
     let exact = &truth.report.events;
     assert_eq!(exact[0].kind, EventKind::Destabilised);
@@ -324,7 +324,7 @@ fn by(case: &TrainCase, method: Method) -> Vec<Event> {
         method,
         ..case.solver.clone()
     };
-    let report = Run::of_trains(&case.parameters, 0.0, &solver, &case.output).start();
+    let report = Run::of_trains(&case.system, 0.0, &solver, &case.output).start();
     report
         .unwrap_or_else(|failure| panic!("{}: {failure}", method.name()))
         .events

@@ -7,6 +7,7 @@
 
 mod common;
 
+use common::disks;
 use common::random_brakes::{Random, difference, exact_events};
 use std::ops::ControlFlow;
 use stickslip::Run;
@@ -15,7 +16,6 @@ use stickslip::analysis::linearised::linearise;
 use stickslip::case::{AnyCase, Case, CaseRef, CaseSource, Override, WrittenCase};
 use stickslip::friction::FrictionLaw;
 use stickslip::model::torsion::TorsionModel;
-use stickslip::model::trains::ExactTrains;
 use stickslip::oracle::{self, OracleError, OracleEvent, OracleOptions, rational};
 use stickslip::record::{Event, EventKind, MemoryRecorder};
 
@@ -72,7 +72,7 @@ fn hold(overrides: &[Override], what: &str) -> Option<usize> {
     let series = case(overrides, &["solver.method=series"]);
     let allowance = rounding(&series);
     let hardest = allowance.iter().copied().fold(0.0, f64::max);
-    if OF_ROUNDING * hardest > ILL_CONDITIONED * TorsionModel::new(&series.parameters).natural_period() {
+    if OF_ROUNDING * hardest > ILL_CONDITIONED * TorsionModel::new(&disks(&series)).natural_period() {
         println!("{what}: ill-conditioned, rounding moves an event by {hardest:.1e} s");
         return None;
     }
@@ -214,13 +214,15 @@ fn multiprecision_beyond_the_polynomial() {
             assert!(message.contains(words), "{method}: {words} in {message}");
         }
     }
-    let exact = Case::exact_parameters(&CaseSource::built_in("paper-si").unwrap(), &overrides).unwrap();
+    let exact = Case::exact(&CaseSource::built_in("paper-si").unwrap(), &overrides)
+        .unwrap()
+        .system;
     let options = OracleOptions {
         digits: 30,
         end_time: rational("0.4").unwrap(),
         ..OracleOptions::default()
     };
-    let error = oracle::run(&ExactTrains::from(&exact), &options, &mut |_| ControlFlow::Continue(())).unwrap_err();
+    let error = oracle::run(&exact, &options, &mut |_| ControlFlow::Continue(())).unwrap_err();
     assert!(
         matches!(error, OracleError::BeyondLaw(time) if time == 0.0123),
         "{error}"

@@ -7,6 +7,7 @@
 
 mod common;
 
+use common::disks;
 use common::random_brakes::{difference, exact_events, random_brake, random_release};
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicU64, Ordering};
@@ -56,7 +57,7 @@ fn hold(brake: Brake, index: u64) -> Option<Vec<f64>> {
         .enumerate()
         .filter(|(_, event)| event.kind.in_event_sequence())
         .collect();
-    let period = TorsionModel::new(&case.parameters).natural_period();
+    let period = TorsionModel::new(&disks(&case)).natural_period();
     let in_word = linearised.events.iter().filter(|event| event.kind.in_event_sequence());
     let hardest = in_word.map(|event| event.rounding).fold(0.0, f64::max);
     if ALLOWED * hardest > ILL_CONDITIONED * period {

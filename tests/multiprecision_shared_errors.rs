@@ -3,6 +3,7 @@
 
 mod common;
 
+use common::disks;
 use common::random_brakes::{difference, exact_events};
 use std::ops::ControlFlow;
 use stickslip::Run;
@@ -13,7 +14,6 @@ use stickslip::model::nearest_double;
 use stickslip::model::slow_manifold::on_slow_manifold;
 use stickslip::model::state::{DIMENSION, TorsionState, index::*};
 use stickslip::model::torsion::TorsionModel;
-use stickslip::model::trains::ExactTrains;
 use stickslip::oracle::{self, Number, OracleOptions, rational};
 use stickslip::record::{EventKind, MemoryRecorder};
 
@@ -197,7 +197,7 @@ fn multiprecision_slow_manifold_knows_its_error() {
             "output.around=none",
         ]);
         let case = Case::parse(&source(), &changes).unwrap();
-        let exact = Case::exact_parameters(&source(), &changes).unwrap();
+        let exact = Case::exact(&source(), &changes).unwrap().system;
         let solve = |end: &str, times: &[String]| {
             let options = OracleOptions {
                 digits: 40,
@@ -205,7 +205,7 @@ fn multiprecision_slow_manifold_knows_its_error() {
                 sample_times: times.iter().map(|time| rational(time).unwrap()).collect(),
                 ..OracleOptions::default()
             };
-            oracle::run(&ExactTrains::from(&exact), &options, &mut |_| ControlFlow::Continue(())).unwrap()
+            oracle::run(&exact, &options, &mut |_| ControlFlow::Continue(())).unwrap()
         };
         let stop = solve("0.3", &[])
             .events
@@ -217,8 +217,8 @@ fn multiprecision_slow_manifold_knows_its_error() {
             .rev()
             .map(|k| format!("{:.6}", stop - 5e-4 * f64::from(k)))
             .collect();
-        let model = TorsionModel::new(&case.parameters);
-        let axial = case.parameters.axial_motion();
+        let model = TorsionModel::new(&disks(&case));
+        let axial = disks(&case).axial_motion();
         for (time, state) in solve("0.3", &times).samples {
             let pressing = axial.at(time.to_f64());
             assert!(axial.is_silent(time.to_f64()));

@@ -9,8 +9,8 @@
 use super::ladder::{Finished, counterparts, shares_errors};
 use super::verdict::{CertifiedEvent, LEAST_WITNESSES, Verdict};
 use crate::case::Case;
-use crate::model::Mode;
 use crate::model::torsion::TorsionModel;
+use crate::model::{Mode, Parameters};
 use crate::record::{Channels, Event, EventKind, MemoryRecorder, Sample, State};
 use crate::simulation::nearby::{COLUMNS, Nearby, columns, values};
 use crate::simulation::sampling::SampleTimes;
@@ -309,14 +309,14 @@ fn inside<'a>(samples: &'a [Sample], span: &Span) -> &'a [Sample] {
 /// one that comes of the long sliding, such as an angle's, is the same in all stretches. A witness that shares errors with
 /// the result counts for no less than the nearest that does not.
 pub(super) fn bands(
-    case: &Case,
+    (case, disks): (&Case, &Parameters),
     result: &MemoryRecorder,
     witnesses: &[&Finished],
     auto: Option<&Finished>,
     events: &[CertifiedEvent],
 ) -> Bands {
-    let nearby = Nearby::new(&case.parameters);
-    let torsion = TorsionModel::new(&case.parameters);
+    let nearby = Nearby::new(disks);
+    let torsion = TorsionModel::new(disks);
     let tick = TICK * torsion.natural_period();
     let end_time = case.output.end_time;
     let mut largest = [0.0_f64; COLUMNS];

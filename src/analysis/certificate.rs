@@ -21,6 +21,7 @@ use super::{Summary, trains};
 pub use super::verdict::{CertifiedEvent, Verdict};
 
 use crate::case::{CaseRef, WrittenCase};
+use crate::model::Parameters;
 use crate::oracle::OracleError;
 use crate::record::{Event, EventKind, MemoryRecorder};
 use crate::simulation::trains::Excitation;
@@ -225,9 +226,15 @@ pub(super) fn certify_until(
 /// The error bands of the rows of a result.
 fn bands_of(case: CaseRef, result: &MemoryRecorder, ladder: &[Finished], events: &[CertifiedEvent]) -> Bands {
     let of = case.solver().method;
-    match case {
-        CaseRef::Brake(case) => bands(case, result, &witnesses(ladder, of), finest_auto(ladder), events),
-        CaseRef::Trains(case) => {
+    match Parameters::of(case.system()).filter(|_| !case.words().numbers_parts()) {
+        Some(disks) => bands(
+            (case, &disks),
+            result,
+            &witnesses(ladder, of),
+            finest_auto(ladder),
+            events,
+        ),
+        None => {
             let others = finest(ladder).into_iter().filter(|run| run.method != of);
             let others: Vec<&MemoryRecorder> = others.map(|run| &run.recorder).collect();
             trains::bands(case, result, events, &others)

@@ -19,6 +19,7 @@ pub(super) fn leading_block(
 mod tests {
     use crate::analysis::Growth;
     use crate::case::{Case, CaseSource, Override};
+    use crate::model::Parameters;
     use crate::record::MemoryRecorder;
     use crate::run::Run;
 
@@ -53,7 +54,8 @@ mod tests {
         let case = Case::parse(&CaseSource::built_in("paper-si").unwrap(), &overrides).unwrap();
         let mut recorder = MemoryRecorder::default();
         Run::new(&case).record(&mut recorder).start().unwrap();
-        let growth = Growth::of_run(&case.parameters, &recorder.events, case.output.end_time);
+        let disks = Parameters::of(&case.system).unwrap();
+        let growth = Growth::of_run(&disks, &recorder.events, case.output.end_time);
         let growth = growth.expect("stability is lost");
         assert_eq!((growth.exponent, growth.smooth_end), (0.0, growth.instability));
     }

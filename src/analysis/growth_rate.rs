@@ -92,6 +92,7 @@ pub(crate) fn fast_eigenvalues(
 mod tests {
     use super::*;
     use crate::case::{Case, CaseSource, Override};
+    use crate::model::Parameters;
 
     /// The polynomial's root against the eigenvalues of the matrix, over the plane of the critical curve and all speeds at
     /// which friction takes something from the margin. Both round at 1e-14 of omega_n; near a double root by its square
@@ -108,8 +109,9 @@ mod tests {
                     &[set("friction.decay", decay), set("torsion.damping", damping)],
                 )
                 .unwrap();
-                let torsion = TorsionModel::new(&case.parameters);
-                let axial = case.parameters.axial_motion();
+                let disks = Parameters::of(&case.system).unwrap();
+                let torsion = TorsionModel::new(&disks);
+                let axial = disks.axial_motion();
                 let omega = torsion.natural_angular_frequency();
                 for step in 0..60 {
                     let x = 0.1 * f64::from(step) / decay;

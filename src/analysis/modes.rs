@@ -11,6 +11,7 @@ use crate::model::axial::AxialMotion;
 use crate::model::linear_part::{joined_speeds, speeds};
 use crate::model::state::DYNAMIC;
 use crate::model::torsion::{TorsionModel, spinning};
+use crate::model::trains::Trains;
 use crate::model::{Axial, Mode, Parameters};
 use crate::numerics::eigenvalues::eigenvalues;
 use crate::record::State;
@@ -375,7 +376,7 @@ fn run_to_first_stick(parameters: &Parameters, solver: &SolverOptions, end_time:
         steps: false,
         follow: Following::default(),
     };
-    let result = Run::of(parameters, solver, &output)
+    let result = Run::of_trains(&Trains::from(parameters), 0.0, solver, &output)
         .control(|progress| {
             if progress.mode == Mode::Stick {
                 ControlFlow::Break(())

@@ -1,7 +1,8 @@
 //! The onset of stick-slip against the tolerance: by several methods, with a kick and without.
 
 use crate::case::Case;
-use crate::model::{Kick, KickTime};
+use crate::model::KickTime;
+use crate::model::trains::{Kick, KickSide};
 use crate::record::{Event, EventKind, Recorder, RecorderError, Sample, Segment};
 use crate::run::Run;
 use crate::simulation::{Method, OutputOptions, SolverOptions};
@@ -42,24 +43,25 @@ pub struct Onset {
 /// one of `KICK` at the instability where it has none. The runs go over all processors and end at the first stick.
 /// `stop` is asked now and then; `None` if it said so.
 pub fn onsets(case: &Case, stop: &(dyn Fn() -> bool + Sync)) -> Option<Vec<Onset>> {
-    let mut without = case.parameters.clone();
-    without.perturbations.clear();
-    let mut with = case.parameters.clone();
-    if with.perturbations.is_empty() {
-        with.perturbations.push(Kick {
+    let mut without = case.system.clone();
+    without.kicks.clear();
+    let mut with = case.system.clone();
+    if with.kicks.is_empty() {
+        with.kicks.push(Kick {
             time: KickTime::Instability,
             relative_velocity: KICK,
+            on: KickSide::Both,
         });
     }
     let mut jobs = Vec::with_capacity(2 * METHODS.len() * TOLERANCES.len());
-    for (kicked, parameters) in [(false, &without), (true, &with)] {
+    for (kicked, system) in [(false, &without), (true, &with)] {
         for method in METHODS {
-            jobs.extend(TOLERANCES.map(|rtol| (kicked, parameters, method, rtol)));
+            jobs.extend(TOLERANCES.map(|rtol| (kicked, system, method, rtol)));
         }
     }
     let output = OutputOptions::at_the_ends(case.output.end_time);
     let found = over_processors(jobs.len(), stop, |index| {
-        let (kicked, parameters, method, rtol) = jobs[index];
+        let (kicked, system, method, rtol) = jobs[index];
         let solver = SolverOptions {
             method,
             rtol,
@@ -69,7 +71,7 @@ pub fn onsets(case: &Case, stop: &(dyn Fn() -> bool + Sync)) -> Option<Vec<Onset
         let first = FirstStick::default();
         let mut recorder = &first;
         // A failure behind the first stick does not matter, and one before it leaves none.
-        let _ = Run::of(parameters, &solver, &output)
+        let _ = Run::of_trains(system, 0.0, &solver, &output)
             .record(&mut recorder)
             .control(|_| {
                 if stop() || first.0.get().is_some() {

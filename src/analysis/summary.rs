@@ -2,7 +2,7 @@
 
 use super::Growth;
 use super::attractor::{Attractor, Recurrence};
-use crate::case::{CaseRef, Form, Motion};
+use crate::case::{CaseRef, Motion};
 use crate::model::Parameters;
 use crate::model::trains::margin::twice_resistance;
 use crate::model::trains::{ContactLaw, Pressing};
@@ -144,7 +144,7 @@ impl From<&SolverWork> for SolverWorkRow {
 }
 
 impl Summary {
-    /// Of a run of a brake.
+    /// Of a run of two disks.
     pub fn of_run(parameters: &Parameters, report: &RunReport) -> Summary {
         let growth = Growth::of_digest(parameters, &report.digest, report.end);
         Summary {
@@ -159,9 +159,9 @@ impl Summary {
 
     /// Of a run of a case.
     pub(super) fn of_case(case: CaseRef, report: &RunReport) -> Summary {
-        match case {
-            CaseRef::Brake(case) => Summary::of_run(&case.parameters, report),
-            CaseRef::Trains(_) => Summary::of_report(report),
+        match Parameters::of(case.system()) {
+            Some(disks) => Summary::of_run(&disks, report),
+            None => Summary::of_report(report),
         }
     }
 
@@ -169,13 +169,9 @@ impl Summary {
     pub(super) fn of_motion(case: CaseRef, report: &RunReport, recurrence: &Recurrence<'_>) -> Summary {
         let attractor = recurrence.attractor(&case.system(), case.threshold());
         let (last_event_time, mode) = recurrence.end();
-        let summary = match case {
-            CaseRef::Brake(case) => Summary::of_run(&case.parameters, report),
-            CaseRef::Trains(_) => Summary::of_report(report),
-        };
         Summary {
             last_event_time,
-            ..summary
+            ..Summary::of_case(case, report)
         }
         .with_statics(case)
         .coming_to(attractor, mode.name())
@@ -257,10 +253,13 @@ impl Summary {
     pub(super) fn table(&self, case: CaseRef) -> StickSlipTable {
         let missing = |value: Option<f64>| value.unwrap_or(f64::NAN);
         let mut extras = vec![turnover(self.energy_turnover)];
-        extras.extend(match case.form() {
-            Form::Brake => self.of_growth(),
-            Form::Trains(motion) => self.of_attractor(motion),
-        });
+        let growth = case.words().lists_growth();
+        if growth || self.growth_exponent.is_some() {
+            extras.extend(self.of_growth());
+        }
+        if !growth || self.attractor().is_some() {
+            extras.extend(self.of_attractor(case.motion()));
+        }
         StickSlipTable {
             onset_time: missing(self.onset_time),
             final_stick_time: missing(self.final_stick_time),

@@ -4,7 +4,7 @@ use super::CommandError;
 use super::input::bad_case;
 use crate::analysis::work_precision;
 use crate::calibrate::{CALIBRATIONS, CalibrationStudy};
-use crate::case::{AnyCase, CaseSource, builtin};
+use crate::case::{Case, CaseSource, builtin};
 use crate::sweep::{STUDIES, Study, StudySource};
 use serde::Serialize;
 
@@ -24,10 +24,7 @@ pub(super) fn listed() -> Result<Vec<Listed>, CommandError> {
     let mut listed = Vec::new();
     for case in builtin::all() {
         let source = CaseSource::built_in(case.name).map_err(bad_case)?;
-        let title = match AnyCase::read(&source, &[]).map_err(bad_case)? {
-            AnyCase::Brake(case) => case.title,
-            AnyCase::Trains(case) => case.title,
-        };
+        let title = Case::read(&source, &[]).map_err(bad_case)?.title;
         listed.push(Listed {
             name: case.name,
             kind: "case",

@@ -12,7 +12,7 @@ use crate::analysis::certificate::{Certificate, CertifyError, Verdict};
 use crate::analysis::onset::{Onset, onsets};
 use crate::analysis::trains::columns;
 use crate::analysis::{Certified, Certify, Deadline, SavedRun, Stage, Warning, Written};
-use crate::case::{AnyCase, Case, CaseRef, CaseSource, Form, Origin};
+use crate::case::{Case, CaseSource, Origin};
 use crate::oracle::{self, OracleError};
 use crate::plot::{onset, style, svg};
 use crate::record::{Channels, MemoryRecorder, State};
@@ -27,10 +27,10 @@ const ROWS_AT_A_TIME: usize = 65_536;
 /// Where the oracle is asked without being asked for: the digits that it is to have, and the time after which the ladder decides.
 const UNASKED: (u32, Duration) = (18, Duration::from_secs(600));
 
-/// Whether the oracle decides even without `--oracle`, if it can. The short form of a brake has a verdict of its own by the ladder,
-/// down to what rounding does.
-fn oracle_decides(case: CaseRef) -> bool {
-    case.form() != Form::Brake
+/// Whether the oracle decides even without `--oracle`, if it can. What grows up to the first stick has a verdict of its own by the
+/// ladder, down to what rounding does.
+fn oracle_decides(case: &Case) -> bool {
+    !case.words().lists_growth()
 }
 
 /// Certifies a result: reports it, and writes a copy with the certificate.
@@ -55,10 +55,9 @@ pub(super) fn certify(options: &CertifyOptions, common: &Common) -> Result<End, 
     let given = Given::read(&options.case).map_err(without_case)?;
     let set = options.budget.over(&options.set);
     let changes = overrides(&set, None).map_err(bad_case)?;
-    let read = AnyCase::read(&given.source, &changes)
+    let case = &Case::read(&given.source, &changes)
         .map_err(bad_case)
         .map_err(without_case)?;
-    let case = CaseRef::from(&read);
     if matches!(given.source.origin, Origin::Result(_)) && !options.set.is_empty() {
         return Err(CommandError::Input(
             "--set changes a case, but a result file is what it is: certify the case instead, or run it with --set first"
@@ -72,10 +71,10 @@ pub(super) fn certify(options: &CertifyOptions, common: &Common) -> Result<End, 
         Overwrite::OwnResults
     };
     check_target(&target, overwrite, &given.files).map_err(bad_file)?;
-    let drawing = match (options.figure.as_deref(), case) {
-        (None, _) => None,
-        (Some(path), CaseRef::Brake(case)) => Some((case, figure_target(path, options.force, &given.files)?)),
-        (Some(_), CaseRef::Trains(_)) => {
+    let drawing = match options.figure.as_deref() {
+        None => None,
+        Some(path) if case.words().lists_growth() => Some((case, figure_target(path, options.force, &given.files)?)),
+        Some(_) => {
             return Err(CommandError::Input(
                 "--figure draws how the first stick depends on the tolerance of a brake's run; a case of trains has no such \
                  figure: leave it out"
@@ -235,7 +234,7 @@ struct Obtained {
 }
 
 /// The given result file, or a run of the case beside the target; `None` if it was interrupted.
-fn obtain(given: &Given, case: CaseRef, target: &Path, stop: &AtomicBool) -> Result<Option<Obtained>, CommandError> {
+fn obtain(given: &Given, case: &Case, target: &Path, stop: &AtomicBool) -> Result<Option<Obtained>, CommandError> {
     if let Origin::Result(path) = &given.source.origin {
         let file = ResultFile::open(path).map_err(bad_file)?;
         if *file.status() != Status::Complete {
@@ -280,7 +279,7 @@ fn obtain(given: &Given, case: CaseRef, target: &Path, stop: &AtomicBool) -> Res
 }
 
 /// What is certified of a file.
-fn read_back(file: &ResultFile, case: CaseRef) -> Result<MemoryRecorder, ResultError> {
+fn read_back(file: &ResultFile, case: &Case) -> Result<MemoryRecorder, ResultError> {
     let mut compared = Compared::new(&compared_output(case.output()));
     let further: Vec<String> = columns(case)
         .skip(State::COUNT + Channels::COUNT)
@@ -308,7 +307,7 @@ fn read_back(file: &ResultFile, case: CaseRef) -> Result<MemoryRecorder, ResultE
 /// The ladder, the oracle where it is to speak, and what the numbers of the case do. What is interrupted after the ladder leaves
 /// that.
 fn examine(
-    (case, written): (CaseRef, &Written),
+    (case, written): (&Case, &Written),
     record: &MemoryRecorder,
     options: &CertifyOptions,
     common: &Common,

@@ -1,21 +1,13 @@
 //! What the commands share: the case or file that they are given, where its result goes, and how they end.
 
 use super::{CommandError, End, complain, failure};
-use crate::case::{Case, CaseError, CaseSource, Origin, Override};
+use crate::case::{CaseError, CaseSource, Origin, Override};
 use crate::hybrid::RunError;
 use crate::results::{ResultError, is_hdf5, open_sound};
 use crate::simulation::{RunFailure, RunReport};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
-
-/// What is to be run: where it is from, and what it says.
-pub(super) struct Input {
-    pub source: CaseSource,
-    pub case: Case,
-    /// Files that must not be overwritten.
-    pub files: Vec<PathBuf>,
-}
 
 pub(super) fn finish(
     failure: Option<&RunFailure>,
@@ -89,15 +81,6 @@ impl Given {
                 .into_iter()
                 .collect(),
             source,
-        })
-    }
-
-    /// As the case of a brake.
-    pub fn case(self, changes: &[Override]) -> Result<Input, CommandError> {
-        Ok(Input {
-            case: Case::parse(&self.source, changes).map_err(bad_case)?,
-            source: self.source,
-            files: self.files,
         })
     }
 }

@@ -1,12 +1,13 @@
 //! `stickslip modes`.
 
 use super::arguments::{Common, DPI, Format, ModesOptions};
-use super::input::{Given, Input, bad_case, overrides};
+use super::input::{Given, bad_case, overrides};
 use super::plot::{bad, check_target, save};
 use super::{CommandError, End, complain, print, print_json, terminal, train_modes, wants_json, wants_text};
 use crate::analysis::Modes;
 use crate::analysis::modes::{EffectiveDamping, Eigenmode, Instability, OnsetDecision, Stability};
-use crate::case::TrainCase;
+use crate::case::Case;
+use crate::model::Parameters;
 use crate::plot::target::Product;
 use crate::plot::{style, svg};
 use serde::Serialize;
@@ -29,18 +30,17 @@ struct ModesDocument<'a> {
 pub(super) fn modes(options: &ModesOptions, common: &Common) -> Result<End, CommandError> {
     let given = Given::read(&options.case)?;
     let changes = overrides(&options.set, None).map_err(bad_case)?;
-    if TrainCase::is_one(&given.source, &changes) {
-        return train_modes::modes(&given, &changes, options, common);
-    }
-    let Input {
-        source, case, files, ..
-    } = given.case(&changes)?;
+    let case = Case::read(&given.source, &changes).map_err(bad_case)?;
+    let Some(disks) = Parameters::of(&case.system).filter(|_| case.words().lists_growth()) else {
+        return train_modes::modes(&given, &case, options, common);
+    };
+    let Given { source, files, .. } = given;
     let target = options
         .figure
         .as_deref()
         .map(|path| figure_target(path, options.force, &files))
         .transpose()?;
-    let modes = Modes::of_case(&case.parameters, &case.solver, case.output.end_time);
+    let modes = Modes::of_case(&disks, &case.solver, case.output.end_time);
     if wants_json(common) {
         print_json(&ModesDocument {
             case: source.label(),

@@ -4,7 +4,7 @@ use super::arguments::{Common, Format, PlotOptions};
 use super::input::bad_file;
 use super::plot_studies::{self, Drawn, Kind};
 use super::{CommandError, End, complain, print, print_json, terminal};
-use crate::case::{CaseRef, Motion};
+use crate::case::Motion;
 use crate::compare::{CompareError, Reference};
 use crate::plot::catalogue::{self, ENTRIES};
 use crate::plot::comparison::Beside;
@@ -102,7 +102,7 @@ pub(super) fn plot(options: &PlotOptions, common: &Common) -> Result<End, Comman
 
 /// Runs over each other have the same quantities: all are of the same motion.
 fn one_kind(runs: &[Run]) -> Result<(), CommandError> {
-    let motion = |run: &Run| CaseRef::from(&run.case).motion();
+    let motion = |run: &Run| run.case.motion();
     let name = |run: &Run| match motion(run) {
         Motion::Rotation => "of a rotation",
         Motion::Translation => "of a translation",

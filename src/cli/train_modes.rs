@@ -1,11 +1,11 @@
 //! `stickslip modes` of two trains.
 
 use super::arguments::{Common, ModesOptions};
-use super::input::{Given, bad_case};
+use super::input::Given;
 use super::{CommandError, End, print, print_json, terminal, wants_json, wants_text};
 use crate::analysis::trains::Verdict;
 use crate::analysis::trains::modes::{OperatingPoint, Search, TrainMode, TrainModes};
-use crate::case::{Motion, Override, TrainCase};
+use crate::case::{Case, Motion};
 use serde::Serialize;
 use std::f64::consts::TAU;
 use std::fmt::Write as _;
@@ -53,12 +53,7 @@ impl Units {
 }
 
 /// Computes the modes of a case of trains and reports them.
-pub(super) fn modes(
-    given: &Given,
-    changes: &[Override],
-    options: &ModesOptions,
-    common: &Common,
-) -> Result<End, CommandError> {
+pub(super) fn modes(given: &Given, case: &Case, options: &ModesOptions, common: &Common) -> Result<End, CommandError> {
     if options.figure.is_some() {
         return Err(CommandError::Input(
             "--figure draws the effective damping of a brake, [torsion], over its sliding speed; a case of trains has no such \
@@ -66,18 +61,17 @@ pub(super) fn modes(
                 .to_owned(),
         ));
     }
-    let case = TrainCase::parse(&given.source, changes).map_err(bad_case)?;
-    let modes = TrainModes::of_case(&case.parameters);
+    let modes = TrainModes::of_case(&case.system);
     if wants_json(common) {
         print_json(&ModesDocument {
             case: given.source.label(),
             title: &case.title,
-            motion: case.motion.name(),
+            motion: case.motion().name(),
             modes: &modes,
         })?;
     }
     if wants_text(common) {
-        print(&report(&case, &modes))?;
+        print(&report(case, &modes))?;
     }
     Ok(End::Done)
 }
@@ -99,8 +93,8 @@ fn significant(value: f64, digits: usize) -> String {
     }
 }
 
-fn report(case: &TrainCase, modes: &TrainModes) -> String {
-    let units = Units::of(case.motion);
+fn report(case: &Case, modes: &TrainModes) -> String {
+    let units = Units::of(case.motion());
     let mut text = format!("{}\n\n{}\n", case.title, driving(modes, &units));
     for (k, point) in modes.operating_points.iter().enumerate() {
         if k > 0 {

@@ -20,5 +20,5 @@ pub mod state;
 pub mod torsion;
 pub mod trains;
 
-pub use exact::{ExactLaw, ExactParameters, nearest_double};
+pub use exact::{ExactLaw, nearest_double};
 pub use parameters::{Axial, BreakawayTest, Contact, Initial, Kick, KickTime, Mode, Parameters, Torsion};

@@ -112,7 +112,7 @@ mod tests {
         };
         let mut recorder = MemoryRecorder::default();
         Run::new(&case).output(&output).record(&mut recorder).start().unwrap();
-        let nearby = Nearby::new(&case.parameters);
+        let nearby = Nearby::new(&Parameters::of(&case.system).unwrap());
         let mut largest = [0.0_f64; COLUMNS];
         for sample in &recorder.samples {
             for (k, x) in values(sample).into_iter().enumerate() {

@@ -17,7 +17,8 @@ use super::running::{Points, Running};
 use super::study::Study;
 use super::tracer::{Crossing, Tracer, place_in_plane};
 use crate::analysis::growth::foreseen_exponent;
-use crate::case::{AnyCase, Setting};
+use crate::case::Setting;
+use crate::model::Parameters;
 use std::collections::BTreeSet;
 
 /// Contours of G are looked for on a grid of at most about so many nodes, and so many times finer than the first one.
@@ -192,8 +193,10 @@ fn growth_contours(tracer: &Tracer, outcomes: &[Outcome], planes: usize) -> Vec<
                 tracer.ranges,
                 share,
             ));
-            let brake = case.ok().and_then(AnyCase::into_brake);
-            let growth = brake.and_then(|case| foreseen_exponent(&case.parameters, case.output.end_time));
+            let growth = case.ok().and_then(|case| {
+                let disks = Parameters::of(&case.system)?;
+                foreseen_exponent(&disks, case.output.end_time)
+            });
             growth.unwrap_or(f64::NAN)
         };
         let node = |k: usize| {

@@ -5,7 +5,7 @@
 
 use crate::analysis::bands::{Bands, ChannelBand, Stretch, roundings, same_row};
 use crate::analysis::verdict::{CertifiedEvent, Verdict};
-use crate::case::{CaseRef, TrainCase};
+use crate::case::Case;
 use crate::friction::Law;
 use crate::model::Mode;
 use crate::model::trains::system::TrainSystem;
@@ -32,7 +32,7 @@ fn rows_of(record: &MemoryRecorder) -> Vec<Row> {
 }
 
 /// Name and unit of every column of a row.
-pub fn columns(case: CaseRef) -> impl Iterator<Item = (String, String)> + use<> {
+pub fn columns(case: &Case) -> impl Iterator<Item = (String, String)> + use<> {
     let [trajectory, ..] = extended_tables(&extension(case));
     // Time, mode and segment stand before the values.
     let first = State::DESCRIPTIONS[0].0;
@@ -77,12 +77,12 @@ fn difference(rows: &[Row], other: &[Row], (start, end): (f64, f64)) -> Option<V
 /// The bands of a result, whose events are so well known, by the runs of the ladder that share no errors with it: the sum of
 /// the distances to the two nearest, and the rounding of the channel or of what it is the difference of.
 pub(in crate::analysis) fn bands(
-    case: &TrainCase,
+    case: &Case,
     result: &MemoryRecorder,
     known: &[CertifiedEvent],
     others: &[&MemoryRecorder],
 ) -> Bands {
-    let names: Vec<(String, String)> = columns(case.into()).collect();
+    let names: Vec<(String, String)> = columns(case).collect();
     let own = rows_of(result);
     let uncertainty = |event: &CertifiedEvent| (event.verdict == Verdict::Converged).then_some(event.uncertainty);
     let uncertainties: Vec<Option<f64>> = known.iter().map(uncertainty).collect();
@@ -117,8 +117,8 @@ pub(in crate::analysis) fn bands(
         .count();
     let at_kicks = 2.0 * kicks as f64 * (of("energy_kinetic") + of("work_perturbation"));
     // The normal force is a sum of signals, which may be far larger than it is while the contact is closed.
-    let system = TrainSystem::new(&case.parameters);
-    let force = Excitation::new(&case.parameters).largest_force();
+    let system = TrainSystem::new(&case.system);
+    let force = Excitation::new(&case.system).largest_force();
     let coefficient = system
         .breakaway
         .max(system.law.typical_coefficient(of("relative_velocity")));

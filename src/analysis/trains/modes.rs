@@ -41,7 +41,7 @@ impl TrainModes {
 
         let mut states = Vec::new();
         match &trains.pressing {
-            Pressing::Axial { axial, .. } => states.push(axial_state(&axial.axial())),
+            Pressing::Axial { axial, .. } => states.push(axial_state(axial)),
             Pressing::Force(_) => absent.push(Absent {
                 what: "axial mode",
                 why: "the normal force is given directly".to_owned(),

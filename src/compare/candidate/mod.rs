@@ -144,7 +144,7 @@ impl Candidate {
         let refuse = |what: &str, remedy: &str| Err(CompareError::content(path, "", what, remedy));
         let case = CaseRef::from(&case);
         let system = case.system();
-        if case.form().motion() != physics.vocabulary().motion() {
+        if case.motion() != physics.vocabulary().motion() {
             let what = "is a run of another motion than the reference: one is of rotation, one of translation";
             return refuse(what, "compare runs of one motion");
         }
@@ -169,7 +169,7 @@ impl Candidate {
                 .collect(),
             direct: channels,
             events: Some(events::own(path, &events, system.radius)?),
-            resolved: Some(if case.form() == physics.form() {
+            resolved: Some(if case.words() == physics.words() {
                 case.resolved()
             } else {
                 String::new()

@@ -21,7 +21,7 @@ use serde::Serialize;
 
 use super::target::{self, Product};
 use super::{PlotError, Run};
-use crate::case::{AnyCase, CaseSource, TrainCase};
+use crate::case::{Case, CaseSource, Words};
 use crate::results::{ResultFile, Status};
 use document::Document;
 use form::Form;
@@ -164,9 +164,9 @@ fn write_runs(file: &ResultFile, second: Option<&ResultFile>, path: &Path, force
 /// It cannot be read, or is of trains with a case that this version cannot read.
 fn form_of(file: &ResultFile) -> Result<Form, PlotError> {
     let source = CaseSource::result(file.path(), file.resolved()?);
-    panels::form(match AnyCase::read(&source, &[]) {
+    panels::form(match Case::read(&source, &[]) {
         Ok(_) => Some(Run::open(file.path())?),
-        Err(error) if TrainCase::is_one(&source, &[]) => return Err(error.into()),
+        Err(error) if Words::of(&source, &[]).numbers_parts() => return Err(error.into()),
         Err(_) => None,
     })
 }
