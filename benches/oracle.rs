@@ -19,7 +19,7 @@ fn short_brake() -> ExactTrains {
     ]
     .map(|text| Override::parse(text).expect("an override"));
     let source = CaseSource::built_in("paper-si").expect("a case");
-    ExactTrains::from(&Case::exact_parameters(&source, &overrides).expect("valid"))
+    Case::exact(&source, &overrides).expect("valid").system
 }
 
 fn runs(criterion: &mut Criterion) {

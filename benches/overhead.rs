@@ -22,7 +22,7 @@ use std::marker::PhantomData;
 use std::time::{Duration, Instant};
 use stickslip::case::{Case, CaseSource};
 use stickslip::model::Mode;
-use stickslip::model::trains::Trains;
+use stickslip::model::Parameters;
 use stickslip::model::trains::system::{Outside, TrainSystem};
 use stickslip::signal::{Ramp, Signal};
 use stickslip::sundials::{Cvode, CvodeOptions, Direction, Integrator, OdeSystem, Outcome, Task, Tolerances};
@@ -99,11 +99,11 @@ const TWISTS: [usize; 2] = [0, 3];
 impl Slip {
     fn new() -> Self {
         let case = Case::parse(&CaseSource::built_in("paper-si").unwrap(), &[]).unwrap();
-        let Signal::Ramp(Ramp { value: force, .. }) = case.parameters.actuation else {
+        let Signal::Ramp(Ramp { value: force, .. }) = Parameters::of(&case.system).unwrap().actuation else {
             unreachable!("the paper's case has a ramp")
         };
         Slip {
-            system: TrainSystem::new(&Trains::from(&case.parameters)),
+            system: TrainSystem::new(&case.system),
             outside: Outside {
                 normal_force: force,
                 ..Outside::default()

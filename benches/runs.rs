@@ -26,13 +26,13 @@ fn paper(method: Method, end_time: f64) -> (Parameters, SolverOptions, OutputOpt
         steps: false,
         follow: Following::default(),
     };
-    (case.parameters, solver, output)
+    (Parameters::of(&case.system).unwrap(), solver, output)
 }
 
 /// Runs it; returns the number of sticks and the time of the last.
 fn run(input: &(Parameters, SolverOptions, OutputOptions), recorder: &mut dyn Recorder) -> (usize, f64) {
     let (parameters, solver, output) = input;
-    sticks(Run::of(parameters, solver, output).record(recorder))
+    sticks(Run::of_trains(&Trains::from(parameters), 0.0, solver, output).record(recorder))
 }
 
 /// The same of the brake written as two trains.

@@ -6,7 +6,6 @@ use std::path::Path;
 use std::sync::atomic::AtomicBool;
 use std::time::Instant;
 use stickslip::Run;
-use stickslip::model::trains::Trains;
 use stickslip::record::{Event, EventKind, Recorder, RecorderError, Sample, Segment};
 use stickslip::sweep::{
     Existing, Journal, Outcome, Study, StudySource, Sweep, journal_path, run_points, without_a_file,
@@ -91,15 +90,11 @@ fn phases(study: &Study) -> [f64; 5] {
         let point = study.point(number).expect("a point");
         let start = Instant::now();
         let case = study.case_at(&point.coordinates).expect("a valid point");
-        let case = case.into_brake().expect("a brake");
         let made = Instant::now();
         let mut stopwatch = Stopwatch::default();
         let report = Run::new(&case).record(&mut stopwatch).start().expect("a run");
         let end = Instant::now();
-        std::hint::black_box(stickslip::analysis::Summary::of_run(
-            &Trains::from(&case.parameters),
-            &report,
-        ));
+        std::hint::black_box(stickslip::analysis::Summary::of_run(&case.system, &report));
         let kick = stopwatch.kick.unwrap_or(made);
         let stick = stopwatch.last_stick.unwrap_or(kick).max(kick);
         let spans = [made - start, kick - made, stick - kick, end - stick, end.elapsed()];

@@ -12,7 +12,6 @@ use stickslip::analysis::SavedRun;
 use stickslip::analysis::onset::onsets;
 use stickslip::analysis::work_precision::{self, Study};
 use stickslip::case::{Case, CaseSource, TrainCase};
-use stickslip::model::trains::Trains;
 use stickslip::plot::catalogue::{self, ENTRIES};
 use stickslip::plot::entry::Subject;
 use stickslip::plot::style::COLUMN_WIDTH;
@@ -44,11 +43,11 @@ fn main() -> Result<(), Box<dyn Error>> {
     for entry in ENTRIES {
         save(&entry.build(&subject)?.map_err(|absent| absent.why)?)?;
     }
-    let of_case = Modes::of_case(&Trains::from(&case.parameters), &case.solver, case.output.end_time);
+    let of_case = Modes::of_case(&case.system, &case.solver, case.output.end_time);
     let slowing = of_case.slowing.ok_or("sliding that does not slow down")?;
     save(&modes::figure(&case.title, &slowing))?;
     let kicked = Case::parse(&CaseSource::built_in("paper-si")?, &[])?;
-    let system = Trains::from(&kicked.parameters);
+    let system = kicked.system.clone();
     let found = onsets(&system, &kicked.solver, kicked.output.end_time, &|| false).ok_or("interrupted")?;
     save(&plot::onset::figure(&kicked.title, &found))?;
     let trains = TrainCase::parse(&CaseSource::built_in("drill-string")?, &[])?;

@@ -1,26 +1,10 @@
 //! What the files of this program say of where they come from: which program, on which machine, called how and when.
 
-use crate::case::{Case, CaseRef, Form, Motion};
-use crate::model::trains::Trains;
+use crate::case::{Case, Motion};
 use crate::quote::in_shell;
 use crate::results::schema::{Extension, META_MOTION};
 use crate::results::{Header, MetaValue};
 use crate::simulation::{Method, procedure, trains};
-
-/// Root attribute `references` of files about brakes.
-const REFERENCES_OF_BRAKES: &str = "Vibrational Interaction of Two Rotors with Friction Coupling, Advances in Acoustics and \
-                          Vibration, 2016, article 9275147";
-
-/// The same of a run of two trains, whose equations this program's own documents give.
-const REFERENCES_OF_TRAINS: &str = "stickslip, docs/model.md: Trains";
-
-/// Root attribute `references` of files about cases of a form.
-pub(crate) fn references(form: Form) -> &'static str {
-    match form {
-        Form::Brake => REFERENCES_OF_BRAKES,
-        Form::Trains(_) => REFERENCES_OF_TRAINS,
-    }
-}
 
 /// Version of the HDF5 library in use.
 fn hdf5_version() -> String {
@@ -122,13 +106,10 @@ pub(crate) fn program(started: &str) -> Vec<(String, MetaValue)> {
 }
 
 /// Attributes of /meta of a run.
-fn meta(case: CaseRef, started: &str) -> Vec<(String, MetaValue)> {
-    let solver = case.solver();
+fn meta(case: &Case, started: &str) -> Vec<(String, MetaValue)> {
+    let solver = &case.solver;
     let mut meta = program(started);
-    let motion = match case.form() {
-        Form::Brake => None,
-        Form::Trains(motion) => Some((META_MOTION, motion.name())),
-    };
+    let motion = case.words().motion_attribute().map(|motion| (META_MOTION, motion));
     let texts = [
         ("method", solver.method.name()),
         ("event_location", event_location(solver.method)),
@@ -139,7 +120,7 @@ fn meta(case: CaseRef, started: &str) -> Vec<(String, MetaValue)> {
     for (name, value) in [("rtol", solver.rtol), ("max_events", solver.max_events as f64)] {
         meta.push((name.to_owned(), MetaValue::Number(value)));
     }
-    if let CaseRef::Brake(case) = case {
+    if case.words().lists_tolerances() {
         meta.extend(
             phases(case)
                 .into_iter()
@@ -149,7 +130,7 @@ fn meta(case: CaseRef, started: &str) -> Vec<(String, MetaValue)> {
     meta
 }
 
-/// Of a brake, what its solvers are given in each phase.
+/// What the solvers are given in each phase.
 fn phases(case: &Case) -> Vec<(String, f64)> {
     let solver = &case.solver;
     let mut found = Vec::new();
@@ -166,7 +147,7 @@ fn phases(case: &Case) -> Vec<(String, f64)> {
         return found;
     }
     // What the solvers themselves were given.
-    let [sliding, resolved] = trains::solver_settings(&Trains::from(&case.parameters), solver);
+    let [sliding, resolved] = trains::solver_settings(&case.system, solver);
     for (phase, settings) in [("sliding", sliding), ("resolved", resolved)] {
         number(format!("{phase}_rtol"), settings.relative);
         number(format!("{phase}_atol_twist"), settings.twist);
@@ -181,13 +162,12 @@ fn phases(case: &Case) -> Vec<(String, f64)> {
 
 impl Header {
     /// Of a run of `case`, which starts now; `text` is the case as it was given.
-    pub fn new<'a>(case: impl Into<CaseRef<'a>>, text: String) -> Self {
-        let case = case.into();
+    pub fn new(case: &Case, text: String) -> Self {
         let started = now();
         Header {
-            title: case.title().to_owned(),
+            title: case.title.clone(),
             source: source(),
-            references: references(case.form()).to_owned(),
+            references: case.words().references().to_owned(),
             history: format!("{started} {}", command_line()),
             case_text: text,
             resolved: case.resolved(),
@@ -199,20 +179,19 @@ impl Header {
 }
 
 /// What the files of a case have beyond the tables that all have.
-pub(crate) fn extension<'a>(case: impl Into<CaseRef<'a>>) -> Extension {
-    match case.into() {
-        CaseRef::Brake(case) => Extension {
-            dense: case.output.follow.dense,
+pub(crate) fn extension(case: &Case) -> Extension {
+    let dense = case.output.follow.dense;
+    if !case.words().numbers_parts() {
+        return Extension {
+            dense,
             ..Extension::default()
-        },
-        CaseRef::Trains(case) => {
-            let further = trains::further(&case.parameters).into_iter();
-            Extension {
-                further: further.map(|one| (one.name, one.is_rate, one.long_name)).collect(),
-                trains: true,
-                translation: case.motion == Motion::Translation,
-                dense: case.output.follow.dense,
-            }
-        }
+        };
+    }
+    let further = trains::further(&case.system).into_iter();
+    Extension {
+        further: further.map(|one| (one.name, one.is_rate, one.long_name)).collect(),
+        trains: true,
+        translation: case.motion() == Motion::Translation,
+        dense,
     }
 }

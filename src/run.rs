@@ -1,7 +1,6 @@
 //! The front door: one run of a case.
 
-use crate::case::CaseRef;
-use crate::model::Parameters;
+use crate::case::Case;
 use crate::model::trains::Trains;
 use crate::record::{NoRecorder, Recorder};
 use crate::simulation::{Method, OutputOptions, Progress, RunFailure, RunReport, SolverOptions, procedure, trains};
@@ -14,7 +13,7 @@ use std::ops::ControlFlow;
 /// use stickslip::case::{Case, CaseSource};
 /// use stickslip::record::MemoryRecorder;
 ///
-/// let case = Case::parse(&CaseSource::built_in("paper-si")?, &[])?;
+/// let case = Case::read(&CaseSource::built_in("paper-si")?, &[])?;
 /// let mut recorder = MemoryRecorder::default();
 /// let report = Run::new(&case).record(&mut recorder).start()?;
 /// assert_eq!(report.end, case.output.end_time);
@@ -22,46 +21,36 @@ use std::ops::ControlFlow;
 /// ```
 #[must_use = "nothing is computed before `start`"]
 pub struct Run<'a> {
-    problem: Problem<'a>,
+    problem: trains::Problem<'a>,
     solver: &'a SolverOptions,
     output: &'a OutputOptions,
     recorder: Option<&'a mut dyn Recorder>,
     control: Option<Box<dyn FnMut(Progress) -> ControlFlow<()> + 'a>>,
 }
 
-/// What is run.
-enum Problem<'a> {
-    Brake(&'a Parameters),
-    /// With the speed (rad/s) below which a contact without stick counts as stuck.
-    Trains(&'a Trains, f64),
-}
-
 impl<'a> Run<'a> {
-    /// The run that a case of either form describes.
-    pub fn new(case: impl Into<CaseRef<'a>>) -> Self {
-        match case.into() {
-            CaseRef::Brake(case) => Run::of(&case.parameters, &case.solver, &case.output),
-            CaseRef::Trains(case) => Run::of_trains(
-                &case.parameters,
-                case.threshold.unwrap_or(0.0),
-                &case.solver,
-                &case.output,
-            ),
-        }
+    /// The run that a case describes.
+    pub fn new(case: &'a Case) -> Self {
+        let problem = trains::Problem {
+            trains: &case.system,
+            threshold: case.threshold(),
+            further: case.words().numbers_parts(),
+        };
+        Run::prepared(problem, &case.solver, &case.output)
     }
 
-    /// The run of a brake that comes from no case. The parameters are taken as they are: only [`Case::parse`](crate::case::Case::parse) validates.
-    pub fn of(parameters: &'a Parameters, solver: &'a SolverOptions, output: &'a OutputOptions) -> Self {
-        Run::prepared(Problem::Brake(parameters), solver, output)
+    /// The run of a system that comes from no case. The numbers are taken as they are: only [`Case::read`] validates. `threshold`
+    /// (rad/s) is the speed below which a contact without stick counts as stuck; others do not use it.
+    pub fn of_trains(system: &'a Trains, threshold: f64, solver: &'a SolverOptions, output: &'a OutputOptions) -> Self {
+        let problem = trains::Problem {
+            trains: system,
+            threshold,
+            further: true,
+        };
+        Run::prepared(problem, solver, output)
     }
 
-    /// The run of two trains that come from no case. The numbers are taken as they are. `threshold` (rad/s) is the speed below
-    /// which a contact without stick counts as stuck; others do not use it.
-    pub fn of_trains(trains: &'a Trains, threshold: f64, solver: &'a SolverOptions, output: &'a OutputOptions) -> Self {
-        Run::prepared(Problem::Trains(trains, threshold), solver, output)
-    }
-
-    fn prepared(problem: Problem<'a>, solver: &'a SolverOptions, output: &'a OutputOptions) -> Self {
+    fn prepared(problem: trains::Problem<'a>, solver: &'a SolverOptions, output: &'a OutputOptions) -> Self {
         Run {
             problem,
             solver,
@@ -110,22 +99,7 @@ impl<'a> Run<'a> {
         };
         let mut nobody = NoRecorder;
         let recorder = self.recorder.unwrap_or(&mut nobody);
-        let lowered;
-        let problem = match self.problem {
-            Problem::Brake(parameters) => {
-                lowered = Trains::from(parameters);
-                trains::Problem {
-                    trains: &lowered,
-                    threshold: 0.0,
-                    further: false,
-                }
-            }
-            Problem::Trains(trains, threshold) => trains::Problem {
-                trains,
-                threshold,
-                further: true,
-            },
-        };
+        let problem = self.problem;
         match self.solver.method {
             Method::Paper => procedure::run(problem, self.solver, self.output, recorder, control),
             _ => trains::simulate(problem, self.solver, self.output, recorder, control),

@@ -3,7 +3,7 @@
 use std::path::Path;
 use stickslip::analysis::growth::foreseen_exponent;
 use stickslip::case::Override;
-use stickslip::model::trains::Trains;
+use stickslip::model::Parameters;
 use stickslip::results::SweepFile;
 use stickslip::sweep::{
     Branch, Design, Study, StudySource, Sweep, SweepReport, quantity_index, run_point, without_a_file,
@@ -46,8 +46,8 @@ fn analytic_the_traced_loss_of_stability_is_the_linear_limit() {
     assert_eq!(found.curves.len(), 1);
     let points = &found.curves[0].points;
     assert!(points.len() > 8, "{}", points.len());
-    let case = study.case_at(&study_corner(&study)).unwrap().into_brake().unwrap();
-    let p = &case.parameters;
+    let case = study.case_at(&study_corner(&study)).unwrap();
+    let p = &Parameters::of(&case.system).unwrap();
     let force = p.largest_force();
     let law = p.friction.law.as_exponential().unwrap();
     let slope = 2.0 * p.contact.radius * force * (law.low_speed - law.high_speed);
@@ -142,10 +142,8 @@ spacing = "log"
 fn growth(study: &Study, [decay, damping]: [f64; 2]) -> f64 {
     let case = study
         .case_at(&[decay, damping].map(stickslip::case::Setting::Number))
-        .unwrap()
-        .into_brake()
         .unwrap();
-    foreseen_exponent(&Trains::from(&case.parameters), case.output.end_time).expect("the force is at rest")
+    foreseen_exponent(&case.system, case.output.end_time).expect("the force is at rest")
 }
 
 /// G without a run is that of the run, to what the run's own loss of stability is shifted by the state that it has then

@@ -93,9 +93,9 @@ fn paper(overrides: &[&str]) -> Case {
 fn trains(source: &CaseSource, overrides: &[&str]) -> Vec<f64> {
     let overrides: Vec<Override> = overrides.iter().map(|text| Override::parse(text).unwrap()).collect();
     let case = TrainCase::parse(source, &overrides).unwrap();
-    let threshold = case.threshold.unwrap_or(0.0);
+    let threshold = case.threshold();
     let mut recorder = MemoryRecorder::default();
-    let run = Run::of_trains(&case.parameters, threshold, &case.solver, &case.output);
+    let run = Run::of_trains(&case.system, threshold, &case.solver, &case.output);
     run.record(&mut recorder).start().unwrap();
     recorder.samples.iter().map(|sample| sample.time).collect()
 }
@@ -214,7 +214,7 @@ fn property_samples_follow_the_events_of_a_case_without_windows() {
     let case = paper(&["output.window=[]"]);
     assert_eq!(case.output.follow.around, Some(Around::Events));
     let run = followed(&case);
-    let period = natural_period(&Trains::from(&case.parameters)).unwrap();
+    let period = natural_period(&case.system).unwrap();
     let times: Vec<f64> = run.rows.samples.iter().map(|sample| sample.time).collect();
     assert!(times.windows(2).all(|pair| pair[0] < pair[1]));
     assert_eq!((times[0], *times.last().unwrap()), (0.0, case.output.end_time));
@@ -300,7 +300,7 @@ fn property_samples_follow_the_events_of_a_case_without_windows() {
 fn multiprecision_states_between_the_samples_are_the_oracles() {
     let truth = truth("si-kick");
     let mut case = paper(&["output.window=[]", "output.dense=true"]);
-    case.parameters = truth.parameters.clone();
+    case.system = Trains::from(&truth.parameters);
     case.output.end_time = truth.end_time;
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("truth.h5");

@@ -1,7 +1,7 @@
 //! The linear modes against closed forms, and what is said of the loss of stability.
 
 mod common;
-use common::{output, run};
+use common::{disks, output, run};
 use proptest::prelude::*;
 use std::f64::consts::TAU;
 use stickslip::analysis::Modes;
@@ -21,7 +21,7 @@ fn case(name: &str, overrides: &[&str]) -> Case {
 }
 
 fn modes_of(case: &Case) -> Modes {
-    Modes::of_case(&Trains::from(&case.parameters), &case.solver, case.output.end_time)
+    Modes::of_case(&case.system, &case.solver, case.output.end_time)
 }
 
 /// What is said of sliding that slows down by itself.
@@ -65,7 +65,7 @@ fn published_natural_period_and_frequency_of_the_paper() {
 #[test]
 fn analytic_axial_mode() {
     let case = case("paper-si", &[]);
-    let axial = case.parameters.axial;
+    let axial = disks(&case).axial;
     let modes = modes_of(&case);
     let axial_modes = &modes.general.states[0].modes;
     let mode = &axial_modes[0];
@@ -83,7 +83,7 @@ fn analytic_axial_mode() {
 #[test]
 fn analytic_overdamped_axial_mode_has_two_real_roots() {
     let case = case("paper-si", &["axial.damping=60000"]);
-    let axial = case.parameters.axial;
+    let axial = disks(&case).axial;
     let states = modes_of(&case).general.states;
     let roots: Vec<f64> = states[0].modes.iter().map(|m| m.growth_rate).collect();
     assert_eq!(roots.len(), 2);
@@ -219,7 +219,7 @@ fn analytic_shape_satisfies_the_rotor_equation() {
         stiffness: k,
         damping: c,
         ..
-    } = case.parameters.torsion;
+    } = disks(&case).torsion;
     let states = modes_of(&case).general.states;
     for mode in &states.iter().find(|state| state.state == "stick").unwrap().modes {
         let part = |k: usize| {
@@ -243,15 +243,15 @@ fn analytic_critical_speed_is_that_of_the_run() {
     let modes = slowing_of(&case);
     let critical = modes.critical_speed.unwrap();
     let (slope, damping) = (
-        case.parameters.friction.law.coefficient_and_slope(critical).1,
-        case.parameters.torsion.damping,
+        disks(&case).friction.law.coefficient_and_slope(critical).1,
+        disks(&case).torsion.damping,
     );
-    let margin = damping + 2.0 * case.parameters.contact.radius * modes.normal_force * slope;
+    let margin = damping + 2.0 * disks(&case).contact.radius * modes.normal_force * slope;
     assert!(margin.abs() < 1e-12 * damping, "{margin}");
     let lost = modes.instability.unwrap();
     // The event is located to 1e-12 s at a deceleration of 16 rad/s^2.
     assert!((lost.relative_velocity - critical).abs() < 1e-9, "{lost:?}");
-    let (recorder, _) = run(&case.parameters, &case.solver, &output(6.98, 1.0));
+    let (recorder, _) = run(&disks(&case), &case.solver, &output(6.98, 1.0));
     let event = recorder
         .events
         .iter()
@@ -272,9 +272,9 @@ fn analytic_eigenvalue_crossing_is_neutral() {
         assert_eq!(modes.stability, Stability::Lost);
         let apart = (crossing.time - lost.time).abs();
         assert!(apart > 5e-5 && apart < 2e-4, "{name}: {apart:e}");
-        let Exponential { decay, .. } = *case.parameters.friction.law.as_exponential().unwrap();
-        let force = lost.normal_force * case.parameters.contact.radius / RADIUS;
-        let (_, slip) = stick_and_slip(&case.parameters.torsion, decay, force, crossing.relative_velocity);
+        let Exponential { decay, .. } = *disks(&case).friction.law.as_exponential().unwrap();
+        let force = lost.normal_force * disks(&case).contact.radius / RADIUS;
+        let (_, slip) = stick_and_slip(&disks(&case).torsion, decay, force, crossing.relative_velocity);
         let growth = named(&slip, "relative").growth_rate;
         // 1e-10 of a frequency of 26,000 rad/s.
         assert!(growth.abs() < 3e-6, "{name}: {growth:e}");

@@ -2,7 +2,7 @@
 
 mod common;
 use common::linear_brake::LinearBrake;
-use common::{event_sequence, output, run, solver, truth};
+use common::{disks, event_sequence, output, run, solver, truth};
 use stickslip::case::{Case, CaseSource, builtin};
 use stickslip::friction::{Exponential, Friction, Law};
 use stickslip::model::{Kick, KickTime, Mode, Parameters};
@@ -266,13 +266,8 @@ fn built_in(name: &str) -> Case {
 #[test]
 fn analytic_energy_balances_over_the_built_in_cases() {
     for case in builtin::CASES {
-        let Case {
-            parameters,
-            solver,
-            output,
-            ..
-        } = built_in(case.name);
-        let (recorder, report) = run(&parameters, &solver, &output);
+        let found = built_in(case.name);
+        let (recorder, report) = run(&disks(&found), &found.solver, &found.output);
         let relative = report.energy_residual / report.initial_energy;
         println!("{}: {relative:.1e}", case.name);
         assert!(relative < 1e-12, "{}: {relative:e}", case.name);

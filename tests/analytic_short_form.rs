@@ -2,6 +2,7 @@
 
 mod common;
 
+use common::disks;
 use common::random_brakes::{Random, difference, random_brake, random_release};
 use std::ops::ControlFlow;
 use std::time::Duration;
@@ -10,7 +11,6 @@ use stickslip::analysis::Summary;
 use stickslip::case::{AnyCase, Case, CaseRef, CaseSource, Origin, Override, TrainCase};
 use stickslip::friction::Law;
 use stickslip::model::Torsion;
-use stickslip::model::trains::Trains;
 use stickslip::model::trains::system::{Outside, TrainSystem};
 use stickslip::oracle::{self, OracleRequest, rational};
 use stickslip::record::{Event, EventKind};
@@ -74,16 +74,15 @@ fn changed(name: &str, changes: &[&str]) -> Case {
     brake(name, &changes)
 }
 
-/// The report of a run of `case` as a brake, and of that as trains; a run that fails is as long as it is.
+/// The report of a run of `case` with the columns of its words, and with all; a run that fails is as long as it is.
 fn both(case: &Case, method: Method) -> [RunReport; 2] {
     let solver = SolverOptions {
         method,
         ..case.solver.clone()
     };
-    let trains = Trains::from(&case.parameters);
     [
-        Run::of(&case.parameters, &solver, &case.output),
-        Run::of_trains(&trains, 0.0, &solver, &case.output),
+        Run::new(case).solver(&solver),
+        Run::of_trains(&case.system, 0.0, &solver, &case.output),
     ]
     .map(|run| run.start().unwrap_or_else(|failure| failure.report))
 }
@@ -154,7 +153,7 @@ fn analytic_a_brake_as_trains_has_its_growth() {
     ] {
         let case = changed(name, changes);
         let general = as_trains(&case);
-        let [short, long] = [AnyCase::Brake(Box::new(case.clone())), general].map(|case| {
+        let [short, long] = [case.clone(), general].map(|case| {
             let report = Run::new(&case).start().unwrap();
             Summary::of_run(&CaseRef::from(&case).system(), &report)
         });
@@ -181,7 +180,7 @@ fn analytic_a_brake_as_trains_has_its_growth() {
 fn analytic_a_brake_as_trains_by_the_procedure_of_the_paper() {
     let case = changed("paper", &["solver.method=paper", "output.end_time=6.98"]);
     let report = |case: &AnyCase| Run::new(case).start().unwrap();
-    let (brake, trains) = (AnyCase::Brake(Box::new(case.clone())), as_trains(&case));
+    let (brake, trains) = (case.clone(), as_trains(&case));
     assert_eq!(report(&brake).events, report(&trains).events);
 }
 
@@ -192,7 +191,7 @@ fn as_trains(case: &Case) -> AnyCase {
         surface_inertia,
         stiffness,
         damping,
-    } = case.parameters.torsion;
+    } = disks(case).torsion;
     let shaft = format!("stiffness = {stiffness:?}\ndamping = {damping:?}");
     let written = format!(
         "[rotor]\ninertia = [{surface_inertia:?}, {rotor_inertia:?}]\n{shaft}\nend = \"free\"\n\n\
@@ -250,8 +249,8 @@ fn analytic_the_margin_of_a_lowered_brake() {
     let mut random = Random(7);
     for name in ["paper", "paper-si", "release", "unperturbed"] {
         let case = changed(name, &[]);
-        let system = TrainSystem::new(&Trains::from(&case.parameters));
-        let damping = case.parameters.torsion.damping;
+        let system = TrainSystem::new(&case.system);
+        let damping = disks(&case).torsion.damping;
         assert_eq!(system.twice_resistance, Some(damping));
         let mut state = vec![0.0; system.dimension];
         let speed = system.rotor.speed.expect("a free train");
@@ -263,8 +262,8 @@ fn analytic_the_margin_of_a_lowered_brake() {
                 ..Outside::default()
             };
             let margin = system.stability_margin(w.signum(), 0, &outside, &state);
-            let slope = case.parameters.friction.law.coefficient_and_slope(w.abs()).1;
-            let expected = damping + 2.0 * case.parameters.contact.radius * force * slope;
+            let slope = disks(&case).friction.law.coefficient_and_slope(w.abs()).1;
+            let expected = damping + 2.0 * disks(&case).contact.radius * force * slope;
             assert_eq!(margin, expected, "{name} {w} {force}");
         }
     }
@@ -335,14 +334,14 @@ fn multiprecision_long_steps_of_chains() {
         longest: Duration::from_secs(120),
         ..OracleRequest::default()
     };
-    let exact = TrainCase::exact_parameters(&source, &changes).unwrap();
+    let exact = Case::exact(&source, &changes).unwrap().system;
     let truth = oracle::solve(&exact, &request, &mut |_| ControlFlow::Continue(())).unwrap();
     let exact = &truth.report.events;
     let solver = SolverOptions {
         method: Method::Series,
         ..case.solver.clone()
     };
-    let run = Run::of_trains(&case.parameters, 0.0, &solver, &case.output);
+    let run = Run::of_trains(&case.system, 0.0, &solver, &case.output);
     let report = run.start().unwrap();
     let expected: Vec<EventKind> = exact.iter().map(|event| event.kind).collect();
     assert_eq!(kinds(&report.events), expected);
@@ -365,7 +364,7 @@ fn multiprecision_the_margin_of_unequal_surfaces() {
         longest: Duration::from_secs(120),
         ..OracleRequest::default()
     };
-    let exact = TrainCase::exact_parameters(&unequal(), &[]).unwrap();
+    let exact = Case::exact(&unequal(), &[]).unwrap().system;
     let truth = oracle::solve(&exact, &request, &mut |_| ControlFlow::Continue(())).unwrap();
     let exact = &truth.report.events;
     assert_eq!(exact[0].kind, EventKind::Destabilised);
@@ -385,7 +384,7 @@ fn by(case: &TrainCase, method: Method) -> Vec<Event> {
         method,
         ..case.solver.clone()
     };
-    let report = Run::of_trains(&case.parameters, 0.0, &solver, &case.output).start();
+    let report = Run::of_trains(&case.system, 0.0, &solver, &case.output).start();
     report
         .unwrap_or_else(|failure| panic!("{}: {failure}", method.name()))
         .events

@@ -18,7 +18,7 @@ const CLOSED_FORM: f64 = 1e-12;
 fn built_in(name: &str, overrides: &[&str]) -> Trains {
     let overrides: Vec<Override> = overrides.iter().map(|text| Override::parse(text).unwrap()).collect();
     let source = CaseSource::built_in(name).unwrap();
-    TrainCase::parse(&source, &overrides).unwrap().parameters
+    TrainCase::parse(&source, &overrides).unwrap().system
 }
 
 fn modes(name: &str, overrides: &[&str]) -> TrainModes {

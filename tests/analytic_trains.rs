@@ -45,15 +45,10 @@ fn written(text: &str) -> TrainCase {
 
 fn run(case: &TrainCase) -> (MemoryRecorder, RunReport) {
     let mut recorder = MemoryRecorder::default();
-    let report = Run::of_trains(
-        &case.parameters,
-        case.threshold.unwrap_or(0.0),
-        &case.solver,
-        &case.output,
-    )
-    .record(&mut recorder)
-    .start()
-    .unwrap();
+    let report = Run::of_trains(&case.system, case.threshold(), &case.solver, &case.output)
+        .record(&mut recorder)
+        .start()
+        .unwrap();
     (recorder, report)
 }
 
@@ -807,7 +802,9 @@ fn analytic_long_trains_cost_the_same_in_every_cycle() {
 fn multiprecision_samples_of_a_groaning_brake() {
     let settings = ["output.interval=0.1", "solver.method=\"series\""];
     let (recorder, _) = run(&built_in("groan", &settings));
-    let exact = TrainCase::exact_parameters(&CaseSource::built_in("groan").unwrap(), &changes(&settings)).unwrap();
+    let exact = Case::exact(&CaseSource::built_in("groan").unwrap(), &changes(&settings))
+        .unwrap()
+        .system;
     let rational = |value: f64| BigRational::from_float(value).unwrap();
     let options = OracleOptions {
         digits: 40,
@@ -845,7 +842,9 @@ fn with(case: &TrainCase, method: &str) -> TrainCase {
         method: Method::from_name(method).unwrap(),
         ..case.solver.clone()
     };
-    TrainCase { solver, ..case.clone() }
+    let mut case = case.clone();
+    case.solver = solver;
+    case
 }
 
 /// The largest distances of a run from one by the series: of events (s), and of works and energies as a share of the energy

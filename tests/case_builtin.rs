@@ -1,7 +1,8 @@
 //! The built-in cases, against the parameters of the independent truth.
 
 use stickslip::case::{Case, CaseSource, builtin};
-use stickslip::model::{BreakawayTest, Kick, KickTime};
+use stickslip::model::trains::{Kick, KickSide};
+use stickslip::model::{BreakawayTest, KickTime, Parameters};
 use stickslip::signal::{Signal, Table};
 
 fn case(name: &str) -> Case {
@@ -44,8 +45,8 @@ fn multiprecision_paper_parameters_are_the_exact_conversions() {
     for (path, exact) in truth {
         assert_eq!(paper.number(path).unwrap(), exact.parse::<f64>().unwrap(), "{path}");
     }
-    assert_eq!(paper.parameters.perturbations.len(), 1);
-    assert_eq!(paper.parameters.contact.breakaway_test, BreakawayTest::Transmitted);
+    assert_eq!(paper.system.kicks.len(), 1);
+    assert_eq!(paper.system.breakaway_test, BreakawayTest::Transmitted);
 }
 
 /// The parameters of data/truth/si-kick.json: those that the paper prints.
@@ -76,21 +77,22 @@ fn published_si_parameters_are_taken_as_printed() {
     let kick = Kick {
         time: KickTime::At(6.9697),
         relative_velocity: 1e-4,
+        on: KickSide::Both,
     };
-    assert_eq!(kicked.parameters.perturbations, [kick]);
-    assert!(unperturbed.parameters.perturbations.is_empty());
+    assert_eq!(kicked.system.kicks, [kick.clone()]);
+    assert!(unperturbed.system.kicks.is_empty());
 }
 
 #[test]
 fn the_release_case_lets_go_completely_and_grips_again() {
     let release = case("release");
-    let Signal::Table(Table { time, value: force }) = &release.parameters.actuation else {
+    let Signal::Table(Table { time, value: force }) = &Parameters::of(&release.system).unwrap().actuation else {
         panic!("the force of the release case is a table");
     };
     assert_eq!(time.len(), force.len());
     let released = force.iter().skip(1).position(|&f| f == 0.0).unwrap() + 1;
     assert!(force[..released].iter().any(|&f| f > 0.0) && force[released..].iter().any(|&f| f > 0.0));
-    assert_eq!(release.parameters.perturbations[0].time, KickTime::Instability);
+    assert_eq!(release.system.kicks[0].time, KickTime::Instability);
 }
 
 #[test]

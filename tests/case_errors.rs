@@ -346,12 +346,12 @@ fn diameters_that_give_no_radius_are_refused() {
 fn analytic_radius_from_the_diameters_of_the_contact() {
     let form = |wear: &str| format!("outer_diameter = \"6 in\"\ninner_diameter = \"3 in\"\nwear = \"{wear}\"");
     for (wear, inches) in [("uniform-wear", 2.25), ("uniform-pressure", 7.0 / 3.0)] {
-        let radius = accepted("radius = 0.052388", &form(wear)).parameters.contact.radius;
+        let radius = accepted("radius = 0.052388", &form(wear)).system.radius;
         // Half a dozen operations of rounding 1.1e-16 each.
         assert!((radius / (inches * 0.0254) - 1.0).abs() < 1e-15, "{wear}: {radius}");
     }
     let solid = accepted("radius = 0.052388", &form("uniform-pressure").replace("3 in", "0 in"));
-    assert!((solid.parameters.contact.radius / (2.0 * 0.0254) - 1.0).abs() < 1e-15);
+    assert!((solid.system.radius / (2.0 * 0.0254) - 1.0).abs() < 1e-15);
 }
 
 #[test]

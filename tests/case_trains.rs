@@ -5,10 +5,10 @@ use std::path::PathBuf;
 use num_rational::BigRational;
 use num_traits::{Signed, ToPrimitive};
 use proptest::prelude::*;
-use stickslip::case::{AnyCase, Case, CaseSource, Motion, Origin, Override, TrainCase, builtin, schema, train_keys};
+use stickslip::case::{Case, CaseSource, Motion, Origin, Override, Words, WrittenCase, builtin, schema, train_keys};
 use stickslip::friction::{FrictionLaw, Law as _};
-use stickslip::model::trains::{ContactLaw, End, ExactTrains, KickSide, Pressing, Smoothing};
-use stickslip::model::{BreakawayTest, KickTime};
+use stickslip::model::trains::{ContactLaw, End, KickSide, Pressing, Smoothing};
+use stickslip::model::{BreakawayTest, KickTime, Parameters};
 use stickslip::signal::{Drive, Frequency, Shape, Signal};
 use stickslip::simulation::Around;
 
@@ -151,8 +151,8 @@ fn source(text: &str) -> CaseSource {
     }
 }
 
-fn parse(text: &str) -> TrainCase {
-    TrainCase::parse(&source(text), &[]).unwrap_or_else(|error| panic!("{error}"))
+fn parse(text: &str) -> Case {
+    Case::parse(&source(text), &[]).unwrap_or_else(|error| panic!("{error}"))
 }
 
 /// The text with one thing in the place of another, which occurs once.
@@ -164,15 +164,15 @@ fn changed(text: &str, from: &str, to: &str) -> String {
 /// What is said of a wrong case.
 fn refused(text: &str, from: &str, to: &str) -> String {
     let text = changed(text, from, to);
-    let read = TrainCase::parse(&source(&text), &[]);
+    let read = Case::parse(&source(&text), &[]);
     read.expect_err("the case must be refused").to_string()
 }
 
 #[test]
 fn case_trains_are_read_with_units_signals_and_defaults() {
     let case = parse(VALID);
-    assert_eq!((case.title.as_str(), case.motion), ("A drive", Motion::Rotation));
-    let trains = &case.parameters;
+    assert_eq!((case.title.as_str(), case.motion()), ("A drive", Motion::Rotation));
+    let trains = &case.system;
     assert_eq!(trains.rotor.inertia, [0.1, 2.0]);
     assert_eq!(trains.rotor.viscous, [0.0, 0.0]);
     assert_eq!(
@@ -198,7 +198,7 @@ fn case_trains_are_read_with_units_signals_and_defaults() {
     );
     assert!(matches!(&trains.pressing, Pressing::Force(Drive::Sum(terms)) if terms.len() == 2));
     assert_eq!(trains.contact, ContactLaw::StickSlip);
-    assert_eq!(case.threshold, None);
+    assert_eq!(case.threshold(), 0.0);
     assert_eq!(trains.initial.rotor_twist, [0.01, 0.0]);
     // The ramp starts from rest.
     assert_eq!(trains.initial.rotor_speed, [0.0, 0.0]);
@@ -212,49 +212,48 @@ fn case_trains_are_read_with_units_signals_and_defaults() {
 #[test]
 fn case_trains_without_stick_have_a_threshold_and_need_no_breakaway() {
     let case = parse(SMOOTH);
-    assert_eq!(case.motion, Motion::Translation);
-    let ContactLaw::Regularised(regularisation) = &case.parameters.contact else {
-        panic!("{:?}", case.parameters.contact)
+    assert_eq!(case.motion(), Motion::Translation);
+    let ContactLaw::Regularised(regularisation) = &case.system.contact else {
+        panic!("{:?}", case.system.contact)
     };
     assert_eq!(
         (regularisation.function, regularisation.speed),
         (Smoothing::Arctan, 1e-3)
     );
     assert_eq!(
-        (case.threshold, case.parameters.breakaway, case.parameters.radius),
-        (Some(0.01), 1.0, 1.0)
+        (case.threshold(), case.system.breakaway, case.system.radius),
+        (0.01, 1.0, 1.0)
     );
-    assert_eq!(case.parameters.rotor.end, End::Driven(Drive::Value(0.2)));
+    assert_eq!(case.system.rotor.end, End::Driven(Drive::Value(0.2)));
 
     let case = parse(BRISTLES);
-    let ContactLaw::Bristles(bristles) = &case.parameters.contact else {
-        panic!("{:?}", case.parameters.contact)
+    let ContactLaw::Bristles(bristles) = &case.system.contact else {
+        panic!("{:?}", case.system.contact)
     };
     assert_eq!(
         (bristles.stiffness, bristles.damping, bristles.viscous),
         (1e4, 30.0, 0.04)
     );
     // g is Stribeck's without the viscous part, which is the bristles' sigma_2.
-    assert!(matches!(case.parameters.law, FrictionLaw::Stribeck(_)));
-    assert_eq!(case.parameters.law.number("viscous"), Some(0.0));
-    assert_eq!((case.threshold, case.parameters.breakaway), (Some(1e-4), 0.15));
+    assert!(matches!(case.system.law, FrictionLaw::Stribeck(_)));
+    assert_eq!(case.system.law.number("viscous"), Some(0.0));
+    assert_eq!((case.threshold(), case.system.breakaway), (1e-4, 0.15));
     // Its block turns with the driven end.
-    assert_eq!(case.parameters.initial.rotor_speed, [0.1]);
+    assert_eq!(case.system.initial.rotor_speed, [0.1]);
     let case = parse(&changed(
         SMOOTH,
         "[output]",
         "[[perturbation]]\ntime = 1\nrelative_velocity = \"1 mm/s\"\n\n[output]",
     ));
-    assert_eq!(case.parameters.kicks[0].relative_velocity, 1e-3);
+    assert_eq!(case.system.kicks[0].relative_velocity, 1e-3);
 }
 
 #[test]
 fn case_trains_say_the_numbers_of_the_brake() {
-    let paper = Case::parse(&CaseSource::built_in("paper").unwrap(), &[])
-        .unwrap()
-        .parameters;
+    let paper = Case::read(&CaseSource::built_in("paper").unwrap(), &[]).unwrap();
+    let paper = Parameters::of(&paper.system).unwrap();
     let case = parse(BRAKE);
-    let trains = &case.parameters;
+    let trains = &case.system;
     assert_eq!(
         trains.rotor.inertia,
         [paper.torsion.surface_inertia, paper.torsion.rotor_inertia]
@@ -269,9 +268,11 @@ fn case_trains_say_the_numbers_of_the_brake() {
         (axial.mass, axial.ringing_floor, actuation),
         (paper.axial.mass, paper.axial.ringing_floor, &paper.actuation)
     );
-    let exact = TrainCase::exact_parameters(&source(BRAKE), &[]).unwrap();
-    let brake = Case::exact_parameters(&CaseSource::built_in("paper").unwrap(), &[]).unwrap();
-    assert_eq!(exact, ExactTrains::from(&brake));
+    let exact = Case::exact(&source(BRAKE), &[]).unwrap().system;
+    let brake = Case::exact(&CaseSource::built_in("paper").unwrap(), &[])
+        .unwrap()
+        .system;
+    assert_eq!(exact, brake);
 }
 
 #[test]
@@ -279,20 +280,21 @@ fn case_trains_read_back_from_their_resolved_text() {
     let watched = BRAKE
         .replace("\"6.966 s\"", "\"instability\"")
         .replace("[contact]\n", "[contact]\nbreakaway_test = \"rotor\"\n");
-    let [kick] = &parse(&watched).parameters.kicks[..] else {
+    let [kick] = &parse(&watched).system.kicks[..] else {
         panic!("one kick");
     };
     assert_eq!(kick.time, KickTime::Instability);
-    assert_eq!(parse(&watched).parameters.breakaway_test, BreakawayTest::Rotor);
+    assert_eq!(parse(&watched).system.breakaway_test, BreakawayTest::Rotor);
     for text in [VALID, SMOOTH, BRISTLES, BRAKE, &watched] {
         let case = parse(text);
         let resolved = case.resolved();
-        let again = TrainCase::parse(&source(&resolved), &[]).unwrap_or_else(|error| panic!("{error}\n{resolved}"));
+        let again = Case::parse(&source(&resolved), &[]).unwrap_or_else(|error| panic!("{error}\n{resolved}"));
         assert_eq!(
             again,
-            TrainCase {
-                title: again.title.clone(),
-                ..case.clone()
+            {
+                let mut case = case.clone();
+                case.title.clone_from(&again.title);
+                case
             },
             "{resolved}"
         );
@@ -303,8 +305,8 @@ fn case_trains_read_back_from_their_resolved_text() {
 #[test]
 fn case_trains_exact_numbers_round_to_the_doubles() {
     for text in [VALID, SMOOTH, BRISTLES, BRAKE] {
-        let case = parse(text).parameters;
-        let exact = TrainCase::exact_parameters(&source(text), &[]).unwrap();
+        let case = parse(text).system;
+        let exact = Case::exact(&source(text), &[]).unwrap().system;
         let round = |number: &BigRational| number.to_f64().unwrap();
         let all = |numbers: &[BigRational]| numbers.iter().map(round).collect::<Vec<f64>>();
         for (train, exact) in [(&case.rotor, &exact.rotor), (&case.stator, &exact.stator)] {
@@ -344,8 +346,8 @@ fn case_trains_turn_with_a_driven_end_exactly() {
             "speed = { profile = \"ramp\", value = \"60 rpm\", rise_time = 2.0 }",
             &format!("speed = {speed}"),
         );
-        let case = parse(&text).parameters;
-        let exact = TrainCase::exact_parameters(&source(&text), &[]).unwrap();
+        let case = parse(&text).system;
+        let exact = Case::exact(&source(&text), &[]).unwrap().system;
         let End::Driven(drive) = &case.rotor.end else { panic!() };
         assert_eq!(case.initial.rotor_speed, [drive.at_start(); 2]);
         let [speed, other] = &exact.initial.rotor_speed[..] else {
@@ -355,7 +357,7 @@ fn case_trains_turn_with_a_driven_end_exactly() {
         // Revolutions to 40 digits, so that the rational is no double's.
         let rpm = |count: i64| {
             let case = changed(VALID, "value = \"60 rpm\"", &format!("value = \"{count} rpm\""));
-            let exact = TrainCase::exact_parameters(&source(&case), &[]).unwrap();
+            let exact = Case::exact(&source(&case), &[]).unwrap().system;
             let End::Driven(Drive::Linear(Signal::Ramp(ramp))) = exact.rotor.end else {
                 panic!()
             };
@@ -409,10 +411,10 @@ fn case_trains_turn_with_a_harmonic_to_a_hundred_digits() {
                 error.to_f64().unwrap()
             );
         };
-        let exact = TrainCase::exact_parameters(&source(&text), &[]).unwrap();
+        let exact = Case::exact(&source(&text), &[]).unwrap().system;
         exact.initial.rotor_speed.iter().for_each(check);
         let set = [Override::parse("initial.rotor_speed.1=3").unwrap()];
-        let exact = TrainCase::exact_parameters(&source(&text), &set).unwrap();
+        let exact = Case::exact(&source(&text), &set).unwrap().system;
         check(&exact.initial.rotor_speed[0]);
         assert_eq!(exact.initial.rotor_speed[1], decimal("3"));
     }
@@ -421,7 +423,7 @@ fn case_trains_turn_with_a_harmonic_to_a_hundred_digits() {
 /// By default ten times 0.07, which doubles make 0.7000000000000001, and a tenth of 0.7, which they make 0.06999999999999999.
 #[test]
 fn case_trains_have_an_exact_threshold() {
-    let threshold = |text: &str| TrainCase::exact_threshold(&source(text), &[]).unwrap();
+    let threshold = |text: &str| Case::exact(&source(text), &[]).unwrap().threshold;
     let decimal = |text: &str| stickslip::oracle::rational(text);
     let smooth = changed(SMOOTH, "speed = 1e-3 }", "speed = 0.07 }");
     assert_eq!(threshold(&smooth), decimal("0.7"));
@@ -435,40 +437,36 @@ fn case_trains_have_an_exact_threshold() {
 #[test]
 fn case_trains_take_overrides_and_numbers_by_path() {
     let change = |text: &str| Override::parse(text).unwrap();
-    let case = TrainCase::parse(
+    let case = Case::parse(
         &source(VALID),
         &[change("rotor.inertia.1=3"), change("stator.viscous=0.5")],
     )
     .unwrap();
     assert_eq!(
-        (case.parameters.rotor.inertia[1], &case.parameters.stator.viscous),
+        (case.system.rotor.inertia[1], &case.system.stator.viscous),
         (3.0, &vec![0.5])
     );
     assert_eq!(case.number("rotor.inertia.1").unwrap(), 3.0);
     assert_eq!(case.number("contact.normal_force.signals.1.value.1").unwrap(), 50.0);
-    let heavier = case.with_number("rotor.inertia.1", 4.0).unwrap();
-    assert_eq!(heavier.parameters.rotor.inertia, [0.1, 4.0]);
+    let written = WrittenCase::of(&case);
+    let heavier = written.with("rotor.inertia.1", 4.0).unwrap();
+    assert_eq!(heavier.system.rotor.inertia, [0.1, 4.0]);
     assert!(case.number("rotor.inertia.2").is_err());
-    let wrong = case.with_number("rotor.inertia.1", -4.0).unwrap_err().to_string();
+    let wrong = written.with("rotor.inertia.1", -4.0).unwrap_err().to_string();
     assert_eq!(wrong, "--set rotor.inertia.1: must be greater than 0, but is -4.0");
 }
 
 #[test]
-fn case_trains_are_told_from_brakes() {
+fn case_trains_have_words_of_their_own() {
+    let numbers_parts = |source: &CaseSource, changes: &[Override]| Words::of(source, changes).numbers_parts();
     let paper = CaseSource::built_in("paper").unwrap();
-    assert!(!TrainCase::is_one(&paper, &[]));
-    assert!(TrainCase::is_one(&source(VALID), &[]));
-    assert!(!TrainCase::is_one(&source("rotor = = 1"), &[]));
+    assert!(!numbers_parts(&paper, &[]));
+    assert!(numbers_parts(&source(VALID), &[]));
+    assert!(!numbers_parts(&source("rotor = = 1"), &[]));
     let rotor = Override::parse("rotor.end=fixed").unwrap();
-    assert!(TrainCase::is_one(&paper, std::slice::from_ref(&rotor)));
-    let said = Case::parse(&source(VALID), &[]).unwrap_err().to_string();
-    assert!(
-        said.starts_with("drive.toml:3: rotor: a case of trains, [rotor] and [stator]"),
-        "{said}"
-    );
-    assert!(said.ends_with("the short form [torsion] only"), "{said}");
-    let said = Case::parse(&paper, &[rotor]).unwrap_err().to_string();
-    assert!(said.starts_with("--set rotor.end: a case of trains"), "{said}");
+    assert!(numbers_parts(&paper, std::slice::from_ref(&rotor)));
+    let said = Case::read(&paper, &[rotor]).unwrap_err().to_string();
+    assert!(said.contains("torsion: beside [rotor] and [stator]"), "{said}");
 }
 
 /// What a comment of a built-in case says of how to change it holds.
@@ -476,15 +474,15 @@ fn case_trains_are_told_from_brakes() {
 fn case_trains_built_in_are_valid() {
     for built_in in builtin::TRAINS {
         let built_in_source = CaseSource::built_in(built_in.name).unwrap();
-        assert!(TrainCase::is_one(&built_in_source, &[]), "{}", built_in.name);
-        let case = TrainCase::parse(&built_in_source, &[]).unwrap_or_else(|error| panic!("{error}"));
-        let again = TrainCase::parse(&source(&case.resolved()), &[]).unwrap_or_else(|error| panic!("{error}"));
+        assert!(Words::of(&built_in_source, &[]).numbers_parts(), "{}", built_in.name);
+        let case = Case::parse(&built_in_source, &[]).unwrap_or_else(|error| panic!("{error}"));
+        let again = Case::parse(&source(&case.resolved()), &[]).unwrap_or_else(|error| panic!("{error}"));
         assert_eq!(again, case);
-        TrainCase::exact_parameters(&built_in_source, &[]).unwrap();
+        Case::exact(&built_in_source, &[]).unwrap();
     }
     for built_in in builtin::CASES {
         assert!(
-            !TrainCase::is_one(&CaseSource::built_in(built_in.name).unwrap(), &[]),
+            !Words::of(&CaseSource::built_in(built_in.name).unwrap(), &[]).numbers_parts(),
             "{}",
             built_in.name
         );
@@ -497,9 +495,9 @@ fn case_trains_built_in_are_valid() {
         "stator.torque.phase=2.674827314542496877",
     ];
     let settings = settings.map(|text| Override::parse(text).unwrap());
-    let case = TrainCase::parse(&CaseSource::built_in("den-hartog").unwrap(), &settings)
+    let case = Case::parse(&CaseSource::built_in("den-hartog").unwrap(), &settings)
         .unwrap()
-        .parameters;
+        .system;
     assert_eq!(case.initial.stator_twist, [0.297_676_184_991_529_2]);
     // The phase at which x = X, x' = 0 at the start: V cos(phase) = X, with V = 1/(1 - 4).
     let Drive::Wave(wave) = &case.stator.torque.as_ref().unwrap().signal else {
@@ -507,12 +505,9 @@ fn case_trains_built_in_are_valid() {
     };
     assert!((wave.phase.cos() / -3.0 - case.initial.stator_twist[0]).abs() < 1e-16);
     let leine = CaseSource::built_in("belt-leine").unwrap();
-    let case = TrainCase::parse(&leine, &[Override::parse("initial.stator_twist=1").unwrap()]).unwrap();
+    let case = Case::parse(&leine, &[Override::parse("initial.stator_twist=1").unwrap()]).unwrap();
     assert_eq!(
-        (
-            &case.parameters.initial.stator_twist[..],
-            case.parameters.law.coefficient(1.0)
-        ),
+        (&case.system.initial.stator_twist[..], case.system.law.coefficient(1.0)),
         (&[1.0][..], 0.25)
     );
 }
@@ -535,9 +530,9 @@ proptest! {
             }
         }
         let text = parts.concat();
-        if let Ok(case) = TrainCase::parse(&source(&text), &[]) {
-            TrainCase::exact_parameters(&source(&text), &[]).unwrap();
-            let again = TrainCase::parse(&source(&case.resolved()), &[]);
+        if let Ok(case) = Case::parse(&source(&text), &[]) {
+            Case::exact(&source(&text), &[]).unwrap();
+            let again = Case::parse(&source(&case.resolved()), &[]);
             prop_assert_eq!(again.map_err(|error| error.to_string()), Ok(case));
         }
     }
@@ -550,10 +545,10 @@ fn case_trains_of_the_manual_is_valid() {
     let (_, from) = docs.split_once("```toml\n").unwrap();
     let (text, after) = from.split_once("```").unwrap();
     assert!(after.contains("friction.regularisation={function=\"tanh\", speed=\"1 mm/s\"}"));
-    assert_eq!(parse(text).parameters.contact, ContactLaw::StickSlip);
+    assert_eq!(parse(text).system.contact, ContactLaw::StickSlip);
     let smooth = Override::parse("friction.regularisation={function=\"tanh\", speed=\"1 mm/s\"}").unwrap();
-    let case = TrainCase::parse(&source(text), &[smooth]).unwrap();
-    assert!(matches!(case.parameters.contact, ContactLaw::Regularised(_)));
+    let case = Case::parse(&source(text), &[smooth]).unwrap();
+    assert!(matches!(case.system.contact, ContactLaw::Regularised(_)));
 }
 
 /// Every key of trains has its words in the docs.
@@ -741,7 +736,7 @@ drive.toml: stator: missing: the train of the stator; write [stator] with inerti
 fn case_trains_elements_of_lists_are_set_by_their_index() {
     let with = |case: &str, changes: &[&str]| {
         let changes: Vec<Override> = changes.iter().map(|change| Override::parse(change).unwrap()).collect();
-        TrainCase::parse(&CaseSource::built_in(case).unwrap(), &changes).map_err(|error| error.to_string())
+        Case::parse(&CaseSource::built_in(case).unwrap(), &changes).map_err(|error| error.to_string())
     };
     let groan = with(
         "groan",
@@ -752,18 +747,18 @@ fn case_trains_elements_of_lists_are_set_by_their_index() {
         ],
     )
     .unwrap();
-    let rotor = &groan.parameters.rotor;
+    let rotor = &groan.system.rotor;
     assert_eq!((&rotor.inertia, &rotor.viscous), (&vec![0.15, 1.3], &vec![0.0, 0.1]));
-    assert_eq!(groan.parameters.initial.rotor_twist, [0.0, 1e-3]);
+    assert_eq!(groan.system.initial.rotor_twist, [0.0, 1e-3]);
     // What is not set turns with the driven end.
     let turning = with("groan", &["initial.rotor_speed.0=0.05"]).unwrap();
-    assert_eq!(turning.parameters.initial.rotor_speed, [0.05, 0.1]);
+    assert_eq!(turning.system.initial.rotor_speed, [0.05, 0.1]);
     let belt = with("belt-leine", &["stator.inertia.0=2 kg", "stator.damping.0=0.1"]).unwrap();
     assert_eq!(
-        (&belt.parameters.stator.inertia, &belt.parameters.stator.damping),
+        (&belt.system.stator.inertia, &belt.system.stator.damping),
         (&vec![2.0], &vec![0.1])
     );
-    assert_eq!(TrainCase::parse(&source(&belt.resolved()), &[]).unwrap(), belt);
+    assert_eq!(Case::parse(&source(&belt.resolved()), &[]).unwrap(), belt);
     for (change, words) in [
         (
             "rotor.viscous.2=0.1",
@@ -788,7 +783,9 @@ fn case_trains_elements_of_lists_are_set_by_their_index() {
         assert!(said.contains(words), "{words} in {said}");
     }
     let exact = [Override::parse("rotor.viscous.1=0.1").unwrap()];
-    let exact = TrainCase::exact_parameters(&CaseSource::built_in("groan").unwrap(), &exact).unwrap();
+    let exact = Case::exact(&CaseSource::built_in("groan").unwrap(), &exact)
+        .unwrap()
+        .system;
     assert_eq!(exact.rotor.viscous[1].to_string(), "1/10");
 }
 
@@ -798,12 +795,8 @@ fn case_trains_elements_of_lists_are_set_by_their_index() {
 fn regression_cases_of_either_form_have_samples_around_their_events() {
     let around = |source: &CaseSource, overrides: &[&str]| {
         let overrides: Vec<Override> = overrides.iter().map(|text| Override::parse(text).unwrap()).collect();
-        let case = AnyCase::read(source, &overrides).unwrap();
-        let output = match &case {
-            AnyCase::Brake(case) => &case.output,
-            AnyCase::Trains(case) => &case.output,
-        };
-        (output.follow.around, case.resolved())
+        let case = Case::read(source, &overrides).unwrap();
+        (case.output.follow.around, case.resolved())
     };
     let window = "output.window=[{from=0, to=1, interval=0.01}]";
     for name in ["paper", "belt-leine", "clutch", "lugre-slider"] {

@@ -5,6 +5,7 @@ mod cli_common;
 use cli_common::{Folder, json, output};
 use stickslip::case::{Case, CaseSource};
 use stickslip::model::Mode;
+use stickslip::model::Parameters;
 use stickslip::record::EventKind;
 
 /// What someone may try, each with the events that it must have, or cannot have.
@@ -177,7 +178,7 @@ fn judge(name: &str, folder: &Folder) {
     }
 
     // The friction law, and the sense of slip.
-    let friction = &case.parameters.friction;
+    let friction = &Parameters::of(&case.system).unwrap().friction;
     let fastest = samples
         .iter()
         .map(|s| s.state.relative_velocity.abs())
@@ -186,7 +187,7 @@ fn judge(name: &str, folder: &Folder) {
         let (w, channels) = (sample.state.relative_velocity, &sample.channels);
         assert!(sample.state.values().iter().all(|value| value.is_finite()), "{name}");
         assert!(channels.normal_force >= 0.0, "{name} at {}", sample.time);
-        let pressing = case.parameters.contact.radius * channels.normal_force;
+        let pressing = case.system.radius * channels.normal_force;
         let most = friction
             .breakaway
             .max(friction.law.as_exponential().unwrap().high_speed)

@@ -2,6 +2,7 @@
 
 mod common;
 
+use common::disks;
 use common::random_brakes::random_brake;
 use num_rational::BigRational;
 use num_traits::Zero;
@@ -10,8 +11,8 @@ use stickslip::Run;
 use stickslip::analysis::bands::Stretch;
 use stickslip::analysis::certificate::{Certificate, certify};
 use stickslip::case::{Case, CaseSource, Override};
+use stickslip::model::nearest_double;
 use stickslip::model::trains::ExactTrains;
-use stickslip::model::{ExactParameters, nearest_double};
 use stickslip::model::{Mode, Parameters};
 use stickslip::oracle::{self, Number, OracleOptions, OracleReport, OracleState};
 use stickslip::record::{Channels, Event, EventKind, MemoryRecorder, Sample, State};
@@ -24,14 +25,14 @@ fn exact(x: f64) -> BigRational {
     Number::from_f64(x, 64).to_rational().expect("finite")
 }
 
-fn solve(exact: &ExactParameters, end: f64, sample_times: Vec<BigRational>) -> OracleReport {
+fn solve(exact: &ExactTrains, end: f64, sample_times: Vec<BigRational>) -> OracleReport {
     let options = OracleOptions {
         digits: 33,
         end_time: oracle::rational(&format!("{end}")).unwrap(),
         sample_times,
         ..OracleOptions::default()
     };
-    oracle::run(&ExactTrains::from(exact), &options, &mut |_| ControlFlow::Continue(())).unwrap()
+    oracle::run(exact, &options, &mut |_| ControlFlow::Continue(())).unwrap()
 }
 
 /// The states of the program's columns from those of the oracle.
@@ -163,7 +164,7 @@ struct Found {
 
 fn check(name: &str, source: &CaseSource, overrides: &[Override], found: &mut Found) -> Certificate {
     let case = Case::parse(source, overrides).unwrap();
-    let exact_parameters = Case::exact_parameters(source, overrides).unwrap();
+    let exact_parameters = Case::exact(source, overrides).unwrap().system;
     let mut recorder = MemoryRecorder::default();
     Run::new(&case).record(&mut recorder).start().unwrap();
     let certificate = certify(&case, &recorder, &|| false).unwrap();
@@ -197,7 +198,7 @@ fn check(name: &str, source: &CaseSource, overrides: &[Override], found: &mut Fo
     // A sample's time is rounded to the oracle's precision: by order.
     assert_eq!(report.samples.len(), due.len());
     let at = |time: &BigRational| &report.samples[due.binary_search(time).expect("asked for")].1;
-    let p = &case.parameters;
+    let p = &disks(&case);
     let mut hold =
         |index: usize, row: &Sample, truth: &OracleState, of: fn(&Stretch, usize) -> f64, what: &str| -> f64 {
             let stretch = &certificate.bands.stretches[index];
@@ -335,7 +336,7 @@ fn multiprecision_bands_cover_the_rounding_of_energies_that_are_differences() {
     let mut recorder = MemoryRecorder::default();
     Run::new(&case).record(&mut recorder).start().unwrap();
     let certificate = certify(&case, &recorder, &|| false).unwrap();
-    let exact_parameters = Case::exact_parameters(&source, &overrides).unwrap();
+    let exact_parameters = Case::exact(&source, &overrides).unwrap().system;
     let truth = solve(&exact_parameters, case.output.end_time, Vec::new()).events;
     let kick = truth
         .iter()
@@ -351,10 +352,10 @@ fn multiprecision_bands_cover_the_rounding_of_energies_that_are_differences() {
         .find(|state| state.0 == "relative_velocity")
         .expect("a state")
         .1;
-    let inertia = exact(case.parameters.torsion.surface_inertia);
+    let inertia = exact(disks(&case).torsion.surface_inertia);
     let work = inertia * jump * (relative - jump * &half) * &half;
     let exact_channels = channels(
-        &case.parameters,
+        &disks(&case),
         Mode::SlipForward,
         nearest_double(&kick.time.to_rational().unwrap()),
         &after,

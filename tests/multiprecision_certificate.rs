@@ -132,7 +132,7 @@ fn random_sets(indices: impl Iterator<Item = u64>) {
             certificate.growth_to_onset
         );
         let unstable = certificate.growth_exponent.is_some_and(|g| g > 40.0);
-        if case.parameters.perturbations.is_empty() && unstable {
+        if case.system.kicks.is_empty() && unstable {
             assert_eq!(certificate.verdict, Verdict::NoiseDetermined, "{name}");
             continue;
         }

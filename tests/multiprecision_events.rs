@@ -5,7 +5,7 @@
 
 mod common;
 use common::random_brakes::{difference, exact_events};
-use common::{event_sequence, largest_event_error, largest_sample_error, output, run, solver, truth};
+use common::{disks, event_sequence, largest_event_error, largest_sample_error, output, run, solver, truth};
 use stickslip::case::{Case, CaseSource};
 use stickslip::record::EventKind;
 use stickslip::simulation::{Method, SolverOptions};
@@ -76,7 +76,7 @@ fn multiprecision_release_cvode() {
     exact.retain(|event| event.kind.in_event_sequence());
     for (rtol, limit) in [(default_rtol(), 1e-9), (1e-13, 1e-11)] {
         let (recorder, _) = run(
-            &case.parameters,
+            &disks(&case),
             &solver(Method::Cvode, rtol),
             &output(case.output.end_time, 0.01),
         );

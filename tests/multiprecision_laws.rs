@@ -14,8 +14,6 @@ use stickslip::analysis::Certify;
 use stickslip::analysis::linearised::linearise;
 use stickslip::case::{AnyCase, Case, CaseRef, CaseSource, Override, WrittenCase};
 use stickslip::friction::FrictionLaw;
-use stickslip::model::trains::ExactTrains;
-use stickslip::model::trains::Trains;
 use stickslip::oracle::{self, OracleError, OracleEvent, OracleOptions, rational};
 use stickslip::record::{Event, EventKind, MemoryRecorder};
 use stickslip::simulation::trains::natural_period;
@@ -73,7 +71,7 @@ fn hold(overrides: &[Override], what: &str) -> Option<usize> {
     let series = case(overrides, &["solver.method=series"]);
     let allowance = rounding(&series);
     let hardest = allowance.iter().copied().fold(0.0, f64::max);
-    if OF_ROUNDING * hardest > ILL_CONDITIONED * natural_period(&Trains::from(&series.parameters)).unwrap() {
+    if OF_ROUNDING * hardest > ILL_CONDITIONED * natural_period(&series.system).unwrap() {
         println!("{what}: ill-conditioned, rounding moves an event by {hardest:.1e} s");
         return None;
     }
@@ -219,13 +217,15 @@ fn multiprecision_beyond_the_polynomial() {
             assert!(message.contains(words), "{method}: {words} in {message}");
         }
     }
-    let exact = Case::exact_parameters(&CaseSource::built_in("paper-si").unwrap(), &overrides).unwrap();
+    let exact = Case::exact(&CaseSource::built_in("paper-si").unwrap(), &overrides)
+        .unwrap()
+        .system;
     let options = OracleOptions {
         digits: 30,
         end_time: rational("0.4").unwrap(),
         ..OracleOptions::default()
     };
-    let error = oracle::run(&ExactTrains::from(&exact), &options, &mut |_| ControlFlow::Continue(())).unwrap_err();
+    let error = oracle::run(&exact, &options, &mut |_| ControlFlow::Continue(())).unwrap_err();
     assert!(
         matches!(error, OracleError::BeyondLaw(time) if time == 0.0123),
         "{error}"

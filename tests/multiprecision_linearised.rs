@@ -8,9 +8,8 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use stickslip::Run;
 use stickslip::analysis::linearised::{Linearised, linearise};
 use stickslip::case::{Case, CaseNumber, CaseRef, CaseSource, Override, WrittenCase};
-use stickslip::model::trains::ExactTrains;
-use stickslip::model::trains::Trains;
-use stickslip::model::{ExactParameters, KickTime, nearest_double};
+use stickslip::model::trains::{ExactTrains, Pressing};
+use stickslip::model::{KickTime, nearest_double};
 use stickslip::oracle::{self, OracleEvent, OracleOptions, rational};
 use stickslip::record::{EventKind, MemoryRecorder};
 use stickslip::signal::{Ramp, Signal, Table};
@@ -21,52 +20,67 @@ fn run(case: &Case) -> MemoryRecorder {
     recorder
 }
 
-fn setup(name: &str, set: &[&str]) -> (Case, ExactParameters, Linearised) {
+fn setup(name: &str, set: &[&str]) -> (Case, ExactTrains, Linearised) {
     let source = CaseSource::built_in(name).unwrap();
     let set: Vec<Override> = set.iter().map(|text| Override::parse(text).unwrap()).collect();
     let case = Case::parse(&source, &set).unwrap();
-    let exact = Case::exact_parameters(&source, &set).unwrap();
+    let exact = Case::exact(&source, &set).unwrap().system;
     let linearised = linearise(&WrittenCase::of(CaseRef::from(&case)), None, &|| false).unwrap();
     (case, exact, linearised)
 }
 
-fn field<'a>(exact: &'a mut ExactParameters, path: &str) -> &'a mut BigRational {
+/// The places of a system that a key of the short form says.
+fn places<'a>(exact: &'a mut ExactTrains, path: &str) -> Vec<&'a mut BigRational> {
+    let Pressing::Axial { axial, actuation } = &mut exact.pressing else {
+        panic!("the short form presses by its axial mode");
+    };
+    let (rotor, stator) = (&mut exact.rotor, &mut exact.stator);
     match path {
-        "axial.mass" => &mut exact.mass,
-        "axial.stiffness" => &mut exact.axial_stiffness,
-        "axial.damping" => &mut exact.axial_damping,
-        "torsion.rotor_inertia" => &mut exact.rotor_inertia,
-        "torsion.surface_inertia" => &mut exact.surface_inertia,
-        "torsion.stiffness" => &mut exact.torsional_stiffness,
-        "torsion.damping" => &mut exact.torsional_damping,
-        "contact.radius" => &mut exact.radius,
-        "friction.breakaway" => &mut exact.breakaway,
-        _ if path.starts_with("friction.") => {
-            let key = path.trim_start_matches("friction.");
-            match key.split_once('.') {
-                Some((list, index)) => exact.law.element_mut(list, index.parse().expect("an index")),
-                None => exact.law.number_mut(key),
-            }
-            .expect("a parameter of the law")
-        }
-        "initial.speed" => &mut exact.speed,
-        "perturbation.0.relative_velocity" => &mut exact.kicks[0].relative_velocity,
+        "axial.mass" => vec![&mut axial.mass],
+        "axial.stiffness" => vec![&mut axial.stiffness],
+        "axial.damping" => vec![&mut axial.damping],
+        "torsion.rotor_inertia" => vec![&mut rotor.inertia[1]],
+        "torsion.surface_inertia" => vec![&mut rotor.inertia[0], &mut stator.inertia[0]],
+        "torsion.stiffness" => vec![&mut rotor.stiffness[0], &mut stator.stiffness[0]],
+        "torsion.damping" => vec![&mut rotor.damping[0], &mut stator.damping[0]],
+        "contact.radius" => vec![&mut exact.radius],
+        "friction.breakaway" => vec![&mut exact.breakaway],
+        "initial.speed" => exact.initial.rotor_speed.iter_mut().collect(),
+        "perturbation.0.relative_velocity" => vec![&mut exact.kicks[0].relative_velocity],
         "perturbation.0.time" => match &mut exact.kicks[0].time {
-            KickTime::At(time) => time,
+            KickTime::At(time) => vec![time],
             KickTime::Instability => panic!("a kick without a time"),
         },
-        _ => match &mut exact.actuation {
+        _ if path.starts_with("friction.") => {
+            let key = path.trim_start_matches("friction.");
+            let law = &mut exact.law;
+            vec![match key.split_once('.') {
+                Some((list, index)) => {
+                    let list = law
+                        .lists
+                        .iter_mut()
+                        .find(|entry| entry.0 == list)
+                        .expect("a list of the law");
+                    &mut list.1[index.parse::<usize>().expect("an index")]
+                }
+                None => {
+                    let number = law.numbers.iter_mut().find(|entry| entry.0 == key);
+                    &mut number.expect("a number of the law").1
+                }
+            }]
+        }
+        _ => match actuation {
             Signal::Ramp(Ramp {
                 value: force,
                 rise_time,
             }) => match path {
-                "actuation.force" => force,
-                _ => rise_time,
+                "actuation.force" => vec![force],
+                _ => vec![rise_time],
             },
             Signal::Table(Table { time, value: force }) => {
                 let (rest, index) = path.rsplit_once('.').expect("an index");
                 let list = if rest == "actuation.time" { time } else { force };
-                &mut list[index.parse::<usize>().expect("an index")]
+                vec![&mut list[index.parse::<usize>().expect("an index")]]
             }
         },
     }
@@ -81,23 +95,20 @@ const AT_REST: [&str; 3] = ["friction.low_speed", "friction.kinetic", "friction.
 
 /// The events of the case with one parameter changed by [`SHARE`] of it, or of the case itself; and the change. Breakaway
 /// friction must not fall below that at low speed, so that the latter goes down.
-fn events(exact: &ExactParameters, path: Option<&str>, end_time: &str) -> (Vec<OracleEvent>, BigRational) {
+fn events(exact: &ExactTrains, path: Option<&str>, end_time: &str) -> (Vec<OracleEvent>, BigRational) {
     let mut changed = exact.clone();
     let mut change = BigRational::from_integer(BigInt::from(0));
     if let Some(path) = path {
-        let value = field(&mut changed, path);
-        change = &*value * rational(SHARE).unwrap() * BigInt::from(if AT_REST.contains(&path) { -1 } else { 1 });
-        *value += &change;
+        let mut places = places(&mut changed, path);
+        change = &*places[0] * rational(SHARE).unwrap() * BigInt::from(if AT_REST.contains(&path) { -1 } else { 1 });
+        places.iter_mut().for_each(|value| **value += &change);
     }
     let options = OracleOptions {
         digits: 33,
         end_time: rational(end_time).unwrap(),
         ..OracleOptions::default()
     };
-    let report = oracle::run(&ExactTrains::from(&changed), &options, &mut |_| {
-        ControlFlow::Continue(())
-    })
-    .unwrap();
+    let report = oracle::run(&changed, &options, &mut |_| ControlFlow::Continue(())).unwrap();
     (report.events, change)
 }
 
@@ -282,8 +293,7 @@ fn multiprecision_growth_covers_the_kick() {
     }
     // The e-folds of the eigenvalues, to within those of the phase and the shape of the modes.
     let recorder = run(&case);
-    let growth =
-        stickslip::analysis::Growth::of_run(&Trains::from(&case.parameters), &recorder.events, 1.2).expect("unstable");
+    let growth = stickslip::analysis::Growth::of_run(&case.system, &recorder.events, 1.2).expect("unstable");
     let first = linearised
         .events
         .iter()

@@ -7,7 +7,7 @@ use std::time::Duration;
 use stickslip::Run;
 use stickslip::case::{Case, CaseSource, Override};
 use stickslip::model::nearest_double;
-use stickslip::model::trains::ExactTrains;
+use stickslip::model::trains::Pressing;
 use stickslip::oracle::{self, Number, OracleOptions, OracleReport, OracleRequest, rational};
 use stickslip::record::{EventKind, MemoryRecorder};
 
@@ -15,7 +15,7 @@ use stickslip::record::{EventKind, MemoryRecorder};
 fn solved(case: &str, truth: &str, digits: u32) -> (serde_json::Value, OracleReport) {
     let path = format!("{}/data/truth/{truth}.json", env!("CARGO_MANIFEST_DIR"));
     let truth: serde_json::Value = serde_json::from_str(&std::fs::read_to_string(path).unwrap()).unwrap();
-    let exact = Case::exact_parameters(&CaseSource::built_in(case).unwrap(), &[]).unwrap();
+    let exact = Case::exact(&CaseSource::built_in(case).unwrap(), &[]).unwrap().system;
     let samples = truth["samples"].as_array().unwrap();
     let options = OracleOptions {
         digits,
@@ -23,7 +23,7 @@ fn solved(case: &str, truth: &str, digits: u32) -> (serde_json::Value, OracleRep
         sample_times: samples.iter().map(|sample| decimal(&sample["time"])).collect(),
         ..OracleOptions::default()
     };
-    let report = oracle::run(&ExactTrains::from(&exact), &options, &mut |_| ControlFlow::Continue(())).unwrap();
+    let report = oracle::run(&exact, &options, &mut |_| ControlFlow::Continue(())).unwrap();
     (truth, report)
 }
 
@@ -139,13 +139,15 @@ fn multiprecision_unperturbed_is_noise_to_13_digits() {
 }
 
 fn release(digits: u32) -> OracleReport {
-    let exact = Case::exact_parameters(&CaseSource::built_in("release").unwrap(), &[]).unwrap();
+    let exact = Case::exact(&CaseSource::built_in("release").unwrap(), &[])
+        .unwrap()
+        .system;
     let options = OracleOptions {
         digits,
         end_time: rational("1.2").unwrap(),
         ..OracleOptions::default()
     };
-    oracle::run(&ExactTrains::from(&exact), &options, &mut |_| ControlFlow::Continue(())).unwrap()
+    oracle::run(&exact, &options, &mut |_| ControlFlow::Continue(())).unwrap()
 }
 
 /// With 50 digits instead of 33 every event stays where it is. 38 digits are computed with, and a perturbation that grows
@@ -170,7 +172,9 @@ fn multiprecision_more_digits_change_nothing() {
 /// The digits that a solution claims are there, however little is known of the growth beforehand: events by a run with twenty
 /// digits more are within the errors that it states, which are not much larger.
 fn claims(case: &str, overrides: &[Override], growth: f64, end: &str, least: u32) -> u32 {
-    let exact = Case::exact_parameters(&CaseSource::built_in(case).unwrap(), overrides).unwrap();
+    let exact = Case::exact(&CaseSource::built_in(case).unwrap(), overrides)
+        .unwrap()
+        .system;
     let request = OracleRequest {
         digits: 25,
         growth,
@@ -178,13 +182,13 @@ fn claims(case: &str, overrides: &[Override], growth: f64, end: &str, least: u32
         longest: Duration::from_secs(3600),
         ..OracleRequest::default()
     };
-    let solution = oracle::solve(&ExactTrains::from(&exact), &request, &mut |_| ControlFlow::Continue(())).unwrap();
+    let solution = oracle::solve(&exact, &request, &mut |_| ControlFlow::Continue(())).unwrap();
     let options = OracleOptions {
         digits: solution.digits_computed + 20,
         end_time: request.end_time.clone(),
         ..OracleOptions::default()
     };
-    let finer = oracle::run(&ExactTrains::from(&exact), &options, &mut |_| ControlFlow::Continue(())).unwrap();
+    let finer = oracle::run(&exact, &options, &mut |_| ControlFlow::Continue(())).unwrap();
     assert_eq!(finer.events.len(), solution.report.events.len());
     let mut widest: f64 = f64::INFINITY;
     for (index, (found, exact)) in solution.report.events.iter().zip(&finer.events).enumerate() {
@@ -254,15 +258,21 @@ fn multiprecision_release_agrees_with_the_solvers() {
 #[test]
 fn multiprecision_units_are_converted_exactly() {
     let truth: serde_json::Value = serde_json::from_str(include_str!("../data/truth/paper.json")).expect("valid JSON");
-    let exact = Case::exact_parameters(&CaseSource::built_in("paper").unwrap(), &[]).unwrap();
+    let exact = Case::exact(&CaseSource::built_in("paper").unwrap(), &[])
+        .unwrap()
+        .system;
+    let Pressing::Axial { axial, .. } = &exact.pressing else {
+        panic!("{:?}", exact.pressing)
+    };
+    assert_eq!(exact.rotor.inertia[0], exact.stator.inertia[0]);
     for (name, value) in [
-        ("k_e", &exact.axial_stiffness),
-        ("c_a", &exact.axial_damping),
-        ("m", &exact.mass),
-        ("k_t", &exact.torsional_stiffness),
-        ("c_t", &exact.torsional_damping),
-        ("I", &exact.rotor_inertia),
-        ("J", &exact.surface_inertia),
+        ("k_e", &axial.stiffness),
+        ("c_a", &axial.damping),
+        ("m", &axial.mass),
+        ("k_t", &exact.stator.stiffness[0]),
+        ("c_t", &exact.rotor.damping[0]),
+        ("I", &exact.rotor.inertia[1]),
+        ("J", &exact.stator.inertia[0]),
         ("r", &exact.radius),
     ] {
         let printed = truth["parameters"][name].as_str().unwrap();
@@ -299,8 +309,8 @@ fn multiprecision_a_slip_that_rushes_through_the_friction_law_is_that_of_series(
             end_time: rational(&format!("{}", case.output.end_time)).unwrap(),
             ..OracleOptions::default()
         };
-        let exact = Case::exact_parameters(&source, &overrides).unwrap();
-        let report = oracle::run(&ExactTrains::from(&exact), &options, &mut |_| ControlFlow::Continue(())).unwrap();
+        let exact = Case::exact(&source, &overrides).unwrap().system;
+        let report = oracle::run(&exact, &options, &mut |_| ControlFlow::Continue(())).unwrap();
         let kinds = |kinds: &mut dyn Iterator<Item = EventKind>| kinds.map(EventKind::name).collect::<Vec<_>>();
         assert_eq!(
             kinds(&mut report.events.iter().map(|event| event.kind)),

@@ -13,7 +13,6 @@ use std::sync::atomic::{AtomicU64, Ordering};
 use stickslip::Run;
 use stickslip::analysis::linearised::linearise;
 use stickslip::case::{Case, CaseRef, CaseSource, Override, WrittenCase};
-use stickslip::model::trains::Trains;
 use stickslip::record::{Event, EventKind, MemoryRecorder};
 use stickslip::simulation::trains::natural_period;
 use stickslip::simulation::{Method, SolverOptions};
@@ -57,7 +56,7 @@ fn hold(brake: Brake, index: u64) -> Option<Vec<f64>> {
         .enumerate()
         .filter(|(_, event)| event.kind.in_event_sequence())
         .collect();
-    let period = natural_period(&Trains::from(&case.parameters)).unwrap();
+    let period = natural_period(&case.system).unwrap();
     let in_word = linearised.events.iter().filter(|event| event.kind.in_event_sequence());
     let hardest = in_word.map(|event| event.rounding).fold(0.0, f64::max);
     if ALLOWED * hardest > ILL_CONDITIONED * period {

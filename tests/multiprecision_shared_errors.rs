@@ -3,6 +3,7 @@
 
 mod common;
 
+use common::disks;
 use common::random_brakes::{difference, exact_events};
 use std::ops::ControlFlow;
 use stickslip::Run;
@@ -11,7 +12,6 @@ use stickslip::case::{Case, CaseSource, Override};
 use stickslip::model::nearest_double;
 use stickslip::model::trains::slow_manifold::{Slip, on_slow_manifold};
 use stickslip::model::trains::system::TrainSystem;
-use stickslip::model::trains::{ExactTrains, Trains};
 use stickslip::oracle::{self, Number, OracleOptions, rational};
 use stickslip::record::{EventKind, MemoryRecorder};
 
@@ -195,7 +195,7 @@ fn multiprecision_slow_manifold_knows_its_error() {
             "output.around=none",
         ]);
         let case = Case::parse(&source(), &changes).unwrap();
-        let exact = Case::exact_parameters(&source(), &changes).unwrap();
+        let exact = Case::exact(&source(), &changes).unwrap().system;
         let solve = |end: &str, times: &[String]| {
             let options = OracleOptions {
                 digits: 40,
@@ -203,7 +203,7 @@ fn multiprecision_slow_manifold_knows_its_error() {
                 sample_times: times.iter().map(|time| rational(time).unwrap()).collect(),
                 ..OracleOptions::default()
             };
-            oracle::run(&ExactTrains::from(&exact), &options, &mut |_| ControlFlow::Continue(())).unwrap()
+            oracle::run(&exact, &options, &mut |_| ControlFlow::Continue(())).unwrap()
         };
         let stop = solve("0.3", &[])
             .events
@@ -215,9 +215,9 @@ fn multiprecision_slow_manifold_knows_its_error() {
             .rev()
             .map(|k| format!("{:.6}", stop - 5e-4 * f64::from(k)))
             .collect();
-        let system = TrainSystem::new(&Trains::from(&case.parameters));
+        let system = TrainSystem::new(&case.system);
         let (rotor, stator) = (system.rotor.twists, system.stator.twists);
-        let axial = case.parameters.axial_motion();
+        let axial = disks(&case).axial_motion();
         for (time, state) in solve("0.3", &times).samples {
             let pressing = axial.at(time.to_f64());
             assert!(axial.is_silent(time.to_f64()));

@@ -185,7 +185,7 @@ fn by(case: &TrainCase, method: Method) -> Result<(MemoryRecorder, RunReport), S
         ..case.solver.clone()
     };
     let mut recorder = MemoryRecorder::default();
-    let run = Run::of_trains(&case.parameters, 0.0, &solver, &case.output)
+    let run = Run::of_trains(&case.system, 0.0, &solver, &case.output)
         .record(&mut recorder)
         .start();
     run.map(|report| (recorder, report))
@@ -311,14 +311,15 @@ fn multiprecision_random_trains() {
                 ..case.solver.clone()
             };
             let mut recorder = MemoryRecorder::default();
-            let run = Run::of_trains(&case.parameters, 0.0, &solver, &case.output)
+            let run = Run::of_trains(&case.system, 0.0, &solver, &case.output)
                 .record(&mut recorder)
                 .start();
             if let Err(error) = run {
                 failures.push(format!("{index} by {} at {rtol:e}: {error}", method.name()));
                 continue;
             }
-            let case = TrainCase { solver, ..case.clone() };
+            let mut case = case.clone();
+            case.solver = solver;
             let certify = Certify::new(&case).oracle_within(&exact, 18, Duration::from_secs(60));
             let certified = certify.start(&MemoryRecorder::of_events(recorder.events.clone()));
             let certified = certified.unwrap();

@@ -9,7 +9,7 @@ use std::time::{Duration, Instant};
 use stickslip::analysis::Certificate;
 use stickslip::analysis::certificate::Verdict;
 use stickslip::case::builtin::TRAINS;
-use stickslip::case::{CaseSource, Override, TrainCase};
+use stickslip::case::{CaseSource, Override, TrainCase, Words};
 use stickslip::model::Mode;
 use stickslip::record::{EventKind, MemoryRecorder};
 use stickslip::simulation::{Method, SolverOptions};
@@ -19,7 +19,9 @@ fn cases() -> Vec<(&'static str, CaseSource)> {
     let sources = TRAINS
         .iter()
         .map(|case| (case.name, CaseSource::built_in(case.name).unwrap()));
-    sources.filter(|(_, source)| TrainCase::is_one(source, &[])).collect()
+    sources
+        .filter(|(_, source)| Words::of(source, &[]).numbers_parts())
+        .collect()
 }
 
 fn rational(value: f64) -> BigRational {

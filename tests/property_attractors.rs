@@ -159,7 +159,7 @@ end_time = 20.0
     };
     let case = TrainCase::parse(&source, &[]).unwrap();
     let mut recorder = stickslip::record::MemoryRecorder::default();
-    stickslip::Run::of_trains(&case.parameters, 0.0, &case.solver, &case.output)
+    stickslip::Run::of_trains(&case.system, 0.0, &case.solver, &case.output)
         .record(&mut recorder)
         .start()
         .unwrap();

@@ -4,7 +4,6 @@ use stickslip::Run;
 use stickslip::analysis::Summary;
 use stickslip::calibrate::{Calibration, CalibrationOptions, CalibrationStudy, Role, calibrate};
 use stickslip::case::{Case, CaseSource, Override};
-use stickslip::model::trains::Trains;
 use stickslip::sweep::StudySource;
 
 fn found(text: &str) -> Calibration {
@@ -30,7 +29,7 @@ fn measured(settings: &[&str]) -> Summary {
     overrides.extend(settings.iter().map(|setting| Override::parse(setting).unwrap()));
     let case = Case::parse(&base, &overrides).unwrap();
     let report = Run::new(&case).start().unwrap();
-    Summary::of_run(&Trains::from(&case.parameters), &report)
+    Summary::of_run(&case.system, &report)
 }
 
 /// A study that looks for a decay rate and a kick by these targets.

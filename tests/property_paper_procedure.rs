@@ -2,7 +2,7 @@
 //! tells of, against the independent multiprecision truth.
 
 mod common;
-use common::{channel, event_sequence, output, run, solver, truth};
+use common::{channel, disks, event_sequence, output, run, solver, truth};
 use stickslip::analysis::CycleStatistics;
 use stickslip::model::Mode;
 use stickslip::record::{EventKind, MemoryRecorder};
@@ -126,7 +126,7 @@ fn property_release_is_legal() {
             method,
             ..case.solver.clone()
         };
-        run(&case.parameters, &options, &output(0.35, 0.001)).0
+        run(&disks(&case), &options, &output(0.35, 0.001)).0
     };
     let (paper, auto) = (by(Method::Paper), by(Method::Auto));
     hold_sequence(&paper);

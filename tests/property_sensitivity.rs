@@ -7,6 +7,7 @@ use stickslip::analysis::sensitivity::{
     Affected, CaseSensitivities, Outcome, Sensitivities, Sensitivity, sensitivities as of_case,
 };
 use stickslip::case::{Case, CaseRef, CaseSource, Override, WrittenCase};
+use stickslip::model::Parameters;
 use stickslip::record::{Event, MemoryRecorder};
 
 fn case(settings: &[&str]) -> Case {
@@ -59,9 +60,8 @@ fn analytic_shifts_of_the_stop_under_constant_friction() {
         "output={end_time=1, interval=0.1}",
     ]);
     let stop = |path: &str, value: f64| {
-        let mut case = case.clone();
-        case.set_number(path, value).unwrap();
-        let p = &case.parameters;
+        let case = WrittenCase::of(&case).with(path, value).unwrap();
+        let p = &Parameters::of(&case.system).unwrap();
         let inertia = p.torsion.rotor_inertia + p.torsion.surface_inertia;
         let force = case.number("actuation.force").unwrap();
         let torque = 0.6 * p.contact.radius * force;

@@ -58,7 +58,7 @@ fn property_sticks_are_found_down_to_the_shortest() {
         time: vec![0.0, 0.1],
         value: vec![500.0, 0.0],
     });
-    parameters.friction.law.as_exponential_mut().unwrap().decay = 1.85;
+    parameters.friction.law.set_number("decay", 1.85);
     parameters.torsion.damping = 13.3;
     let methods = [
         Method::Auto,

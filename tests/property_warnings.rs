@@ -1,18 +1,17 @@
 //! What a run's user is warned of, as values that a program can match on.
 
 mod common;
-use common::run;
+use common::{disks, run};
 use stickslip::analysis::Summary;
 use stickslip::analysis::warning::{BalanceRemedy, Warning, finer, warnings};
 use stickslip::case::{Case, CaseSource, Override};
-use stickslip::model::trains::Trains;
 use stickslip::simulation::{Method, SolverOptions};
 
 fn warned(case: &str, settings: &[&str]) -> Vec<Warning> {
     let overrides: Vec<Override> = settings.iter().map(|s| Override::parse(s).unwrap()).collect();
     let case = Case::parse(&CaseSource::built_in(case).unwrap(), &overrides).unwrap();
-    let (_, report) = run(&case.parameters, &case.solver, &case.output);
-    let summary = Summary::of_run(&Trains::from(&case.parameters), &report);
+    let (_, report) = run(&disks(&case), &case.solver, &case.output);
+    let summary = Summary::of_run(&case.system, &report);
     warnings(&case, &summary)
 }
 
@@ -169,8 +168,8 @@ fn property_an_open_balance_is_measured_by_the_tolerance() {
         Case::parse(&CaseSource::built_in("paper").unwrap(), &overrides).unwrap()
     };
     let loose = with(&["solver.method=\"cvode\"", "solver.rtol=1e-5"]);
-    let (_, report) = run(&loose.parameters, &loose.solver, &loose.output);
-    let summary = Summary::of_run(&Trains::from(&loose.parameters), &report);
+    let (_, report) = run(&disks(&loose), &loose.solver, &loose.output);
+    let summary = Summary::of_run(&loose.system, &report);
     // 3e-5 of the energy turned over.
     assert!(summary.energy_residual > 1e-6 * summary.energy_turnover);
     let open = |case: &Case| {

@@ -7,6 +7,7 @@ use common::truth;
 use std::alloc::{GlobalAlloc, Layout, System};
 use std::cell::Cell;
 use stickslip::Run;
+use stickslip::model::trains::Trains;
 use stickslip::signal::{Ramp, Signal};
 use stickslip::simulation::{Following, Method, OutputOptions, RunReport, SolverOptions};
 
@@ -68,7 +69,9 @@ fn regression_a_step_allocates_nothing() {
             ..SolverOptions::default()
         };
         let before = allocations();
-        let report = Run::of(&parameters, &solver, &output).start().expect("a run");
+        let report = Run::of_trains(&Trains::from(&parameters), 0.0, &solver, &output)
+            .start()
+            .expect("a run");
         (allocations() - before, report)
     };
     // What is computed once for all runs.

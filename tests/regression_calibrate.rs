@@ -4,7 +4,6 @@ use stickslip::Run;
 use stickslip::analysis::Summary;
 use stickslip::calibrate::{Calibration, CalibrationOptions, CalibrationStudy, Determined, Role, calibrate};
 use stickslip::case::{Case, CaseSource};
-use stickslip::model::trains::Trains;
 
 fn study(name: &str) -> CalibrationStudy {
     CalibrationStudy::parse(CalibrationStudy::built_in(name).unwrap(), &[]).unwrap()
@@ -42,13 +41,13 @@ fn regression_the_us_values_meet_the_papers_numbers_near_five() {
     assert_eq!(decay.determined, Determined::Both);
     assert!(decay.least > 4.97 && decay.largest < 5.01, "{decay:?}");
     // Calibrations run by series; by the SUNDIALS solvers the optimum meets the same numbers.
-    let mut case = study.case_at(&calibration.shares).unwrap().into_brake().unwrap();
+    let mut case = study.case_at(&calibration.shares).unwrap();
     case.solver.method = Case::parse(&CaseSource::built_in("paper").unwrap(), &[])
         .unwrap()
         .solver
         .method;
     let report = Run::new(&case).start().unwrap();
-    let summary = Summary::of_run(&Trains::from(&case.parameters), &report);
+    let summary = Summary::of_run(&case.system, &report);
     let within = |here: Option<f64>, value: f64, half: f64| (here.unwrap() - value).abs() <= half;
     assert!(within(summary.onset_time, 6.975, 5e-4), "{summary:?}");
     assert!(within(summary.final_stick_time, 6.9896, 5e-5), "{summary:?}");

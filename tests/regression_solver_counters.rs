@@ -16,14 +16,12 @@ type Counter = fn(&Segment) -> u64;
 
 /// Sums over the segments of each solver.
 fn counters(case: &str, method: Method) -> String {
-    let Case {
-        parameters,
-        solver,
-        output,
-        ..
-    } = Case::parse(&CaseSource::built_in(case).unwrap(), &[]).unwrap();
-    let solver = SolverOptions { method, ..solver };
-    let (recorder, _) = common::run(&parameters, &solver, &output);
+    let case = Case::read(&CaseSource::built_in(case).unwrap(), &[]).unwrap();
+    let solver = SolverOptions {
+        method,
+        ..case.solver.clone()
+    };
+    let (recorder, _) = common::run(&common::disks(&case), &solver, &case.output);
     let mut solvers: Vec<&'static str> = recorder.segments.iter().map(|s| s.solver).collect();
     solvers.sort_unstable();
     solvers.dedup();

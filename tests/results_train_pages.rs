@@ -95,14 +95,14 @@ fn results_page_of_trains_has_every_channel() {
         ("opening", &[], "translation"),
     ] {
         let (case, file, page) = page_of(&folder, name, overrides);
-        assert_eq!(case.motion.name(), motion);
+        assert_eq!(case.motion().name(), motion);
         let rows = file.sample_count().unwrap();
         let channels = page.channel_names();
         for variable in file.contents().unwrap().variables {
             let Some(name) = variable.name.trim_start_matches("/").strip_prefix("trajectory/") else {
                 continue;
             };
-            let kick = name == "work_perturbation" && !case.parameters.kicks.is_empty();
+            let kick = name == "work_perturbation" && !case.system.kicks.is_empty();
             let expected = kick || !LEFT_OUT.contains(&name);
             assert_eq!(channels.iter().any(|channel| channel == name), expected, "{name}");
         }

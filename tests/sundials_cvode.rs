@@ -6,10 +6,9 @@
 mod common;
 
 use common::random_brakes::{random_brake, random_release};
-use common::{event_sequence, run};
+use common::{disks, event_sequence, run};
 use stickslip::analysis::Summary;
 use stickslip::case::{Case, CaseSource, Override};
-use stickslip::model::trains::Trains;
 use stickslip::record::EventKind;
 use stickslip::simulation::{Method, SolverOptions};
 
@@ -22,10 +21,10 @@ fn difference(name: &str, overrides: &[Override], rtol: f64) -> Option<f64> {
             rtol,
             ..case.solver.clone()
         };
-        run(&case.parameters, &solver, &case.output)
+        run(&disks(&case), &solver, &case.output)
     };
     let (own, report) = by(Method::Cvode, rtol);
-    if Summary::of_run(&Trains::from(&case.parameters), &report).noise_determined {
+    if Summary::of_run(&case.system, &report).noise_determined {
         return None;
     }
     assert!(

@@ -5,11 +5,12 @@
 
 mod common;
 
-use common::{event_sequence, output, run, solver, truth};
+use common::{disks, event_sequence, output, run, solver, truth};
 use stickslip::Run;
 use stickslip::case::{Case, CaseSource};
 use stickslip::friction::{Exponential, Friction};
 use stickslip::hybrid::RunError;
+use stickslip::model::trains::Trains;
 use stickslip::model::{BreakawayTest, Kick, KickTime, Parameters};
 use stickslip::record::{EventKind, MemoryRecorder};
 use stickslip::signal::{Ramp, Signal, Table};
@@ -66,16 +67,14 @@ fn count(recorder: &MemoryRecorder, kind: EventKind) -> usize {
 #[test]
 fn sundials_release_and_grip() {
     let case = Case::parse(&CaseSource::built_in("release").unwrap(), &[]).unwrap();
-    let recorder = hold("release", &case.parameters, case.output.end_time);
+    let recorder = hold("release", &disks(&case), case.output.end_time);
     assert!(count(&recorder, EventKind::Separation) >= 2 && count(&recorder, EventKind::Stick) >= 2);
 }
 
 /// Without torsional damping the stability margin is zero where the contact force is. A contact that begins there goes on.
 #[test]
 fn sundials_release_without_torsional_damping() {
-    let mut parameters = Case::parse(&CaseSource::built_in("release").unwrap(), &[])
-        .unwrap()
-        .parameters;
+    let mut parameters = disks(&Case::read(&CaseSource::built_in("release").unwrap(), &[]).unwrap());
     parameters.torsion.damping = 0.0;
     let out = output(0.46, 1e-3);
     let by = |method, rtol| event_sequence(&run(&parameters, &solver(method, rtol), &out).0);
@@ -192,10 +191,15 @@ fn sundials_the_stators_breakaway_test_chatters() {
     parameters.contact.breakaway_test = BreakawayTest::Stator;
     let [series, auto] =
         [(Method::Series, SolverOptions::default().rtol), (Method::Auto, 1e-13)].map(|(method, rtol)| {
-            let failure = Run::of(&parameters, &solver(method, rtol), &output(7.1, 0.1))
-                .record(&mut MemoryRecorder::default())
-                .start()
-                .expect_err("chattering");
+            let failure = Run::of_trains(
+                &Trains::from(&parameters),
+                0.0,
+                &solver(method, rtol),
+                &output(7.1, 0.1),
+            )
+            .record(&mut MemoryRecorder::default())
+            .start()
+            .expect_err("chattering");
             match failure.error {
                 RunError::Chattering { time, .. } => (time, failure.report.events.len()),
                 error => panic!("{}: {error}", method.name()),

@@ -11,7 +11,7 @@ use std::path::{Path, PathBuf};
 use std::sync::Mutex;
 use stickslip::analysis::headline::{self, HeadlineRow};
 use stickslip::analysis::{KeptReport, KeptReportEnd, KeptRun};
-use stickslip::case::{AnyCase, CaseError, CaseRef, CaseSource, Override, TrainCase};
+use stickslip::case::{Case, CaseError, CaseSource, Override, Words};
 use stickslip::results::schema::Kind;
 use stickslip::results::{
     AttributeValue, Extra, KeptTable, KeptView, MetaValue, Overwrite, ResultError, ResultFile, Status, Values,
@@ -244,11 +244,11 @@ fn source_of(py: Python<'_>, kind: &str, text: &str) -> PyResult<(CaseSource, St
     Ok((source, given))
 }
 
-fn case_of(py: Python<'_>, kind: &str, text: &str, overrides: &[String]) -> PyResult<(AnyCase, String)> {
+fn case_of(py: Python<'_>, kind: &str, text: &str, overrides: &[String]) -> PyResult<(Case, String)> {
     let (source, given) = source_of(py, kind, text)?;
     let parse = |setting: &String| Override::parse(setting).map_err(|error| of_case(py, &error));
     let overrides = overrides.iter().map(parse).collect::<PyResult<Vec<_>>>()?;
-    let case = AnyCase::read(&source, &overrides).map_err(|error| of_case(py, &error))?;
+    let case = Case::read(&source, &overrides).map_err(|error| of_case(py, &error))?;
     Ok((case, given))
 }
 
@@ -360,10 +360,10 @@ fn read(path: PathBuf) -> Result<Run, ResultError> {
     let source = CaseSource::result(&path, resolved.clone());
     // A file of an earlier version may have a case that this one does not read.
     let events = file.events()?;
-    let case = AnyCase::read(&source, &[]).ok();
+    let case = Case::read(&source, &[]).ok();
     let headline = match &case {
-        None if TrainCase::is_one(&source, &[]) => Vec::new(),
-        case => headline::of_file(&file, case.as_ref().map(CaseRef::from), &events)?,
+        None if Words::of(&source, &[]).numbers_parts() => Vec::new(),
+        case => headline::of_file(&file, case.as_ref(), &events)?,
     };
     let column = |column: stickslip::results::TableColumn| {
         let kind = if column.whole { "int64" } else { "float64" };

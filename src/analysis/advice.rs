@@ -110,7 +110,7 @@ pub fn shortfall<'a>(
     for solver in candidates(case.solver()) {
         let setting = setting(&solver, case.solver());
         let mut candidate = AnyCase::from(case);
-        *candidate.options_mut().0 = solver;
+        candidate.solver = solver;
         let reached = digits_of((&candidate).into(), solution, stop);
         if stop() {
             return Some(format!("{asked}; other settings were not tried to the end"));

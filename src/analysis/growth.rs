@@ -176,7 +176,7 @@ mod tests {
         let case = Case::parse(&CaseSource::built_in("paper-si").unwrap(), &overrides).unwrap();
         let mut recorder = MemoryRecorder::default();
         Run::new(&case).record(&mut recorder).start().unwrap();
-        let trains = Trains::from(&case.parameters);
+        let trains = case.system.clone();
         let growth = Growth::of_run(&trains, &recorder.events, case.output.end_time);
         let growth = growth.expect("stability is lost");
         assert_eq!((growth.exponent, growth.smooth_end), (0.0, growth.instability));

@@ -112,7 +112,7 @@ impl Disks {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::case::{AnyCase, CaseRef, CaseSource, Override};
+    use crate::case::{Case, CaseSource, Override};
     use crate::friction::Law;
 
     /// The polynomial's root against the eigenvalues of the matrix, over the plane of the critical curve and all speeds at
@@ -126,8 +126,8 @@ mod tests {
             for damping in [0.0, 2.0, 20.0, 300.0, 3000.0] {
                 let set = |key: &str, value: f64| Override::parse(&format!("{key}={value}")).unwrap();
                 let changes = [set("friction.decay", decay), set("torsion.damping", damping)];
-                let case = AnyCase::read(&source, &changes).unwrap();
-                let system = TrainSystem::new(&CaseRef::from(&case).system());
+                let case = Case::read(&source, &changes).unwrap();
+                let system = TrainSystem::new(&case.system);
                 let disks = Disks::of(&system).unwrap();
                 let omega = (disks.stiffness / disks.surface_inertia).sqrt();
                 for step in 0..60 {

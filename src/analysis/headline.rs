@@ -100,7 +100,7 @@ fn summary_of_file(
     // Files of earlier versions do not have the energy turned over.
     let at_start = first
         .first()
-        .filter(|_| case.is_none_or(CaseRef::stops))
+        .filter(|_| case.is_none_or(crate::case::Case::stops))
         .map(|first| first.channels.energy_kinetic + first.channels.energy_elastic);
     let energy_turnover = extra(TURNOVER).or(at_start).unwrap_or(f64::NAN);
     let energy_residual = of_table(|table| table.energy_residual_max).unwrap_or(f64::NAN);

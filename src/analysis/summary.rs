@@ -2,7 +2,7 @@
 
 use super::Growth;
 use super::attractor::{Attractor, Recurrence};
-use crate::case::{CaseRef, Form, Motion};
+use crate::case::{CaseRef, Motion};
 use crate::model::trains::margin::twice_resistance;
 use crate::model::trains::{ContactLaw, Pressing, Trains};
 use crate::record::CycleStatistics;
@@ -219,12 +219,12 @@ impl Summary {
     pub(super) fn table(&self, case: CaseRef) -> StickSlipTable {
         let missing = |value: Option<f64>| value.unwrap_or(f64::NAN);
         let mut extras = vec![turnover(self.energy_turnover)];
-        extras.extend(match case.form() {
-            Form::Brake => self.of_growth(),
-            Form::Trains(motion) => self.of_attractor(motion),
-        });
-        if case.form() != Form::Brake && case.stops() {
+        let growth = case.words().lists_growth();
+        if growth || self.growth_exponent.is_some() {
             extras.extend(self.of_growth());
+        }
+        if !growth || self.attractor().is_some() {
+            extras.extend(self.of_attractor(case.motion()));
         }
         StickSlipTable {
             onset_time: missing(self.onset_time),

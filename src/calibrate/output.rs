@@ -25,7 +25,7 @@ pub fn write_file(
     let header = SweepHeader {
         title: study.runs.title.clone(),
         source: provenance::source(),
-        references: provenance::references(study.runs.form).to_owned(),
+        references: study.runs.words.references().to_owned(),
         history: format!("stickslip calibrate {}", study.runs.source.name),
         digest: study.digest(),
         study_text: study.runs.source.text.clone(),

@@ -3,7 +3,7 @@
 use super::target::{self, Target};
 use crate::case::builtin::BuiltIn;
 use crate::case::document::{self, Node, Value};
-use crate::case::{AnyCase, CaseError, CaseKeys, Form, Override, Setting};
+use crate::case::{Case, CaseError, CaseKeys, Override, Setting, Words};
 use crate::sweep::{
     Axis, Reader, Study, StudySource, keys_of, read_axis, read_base, read_settings, relabelled, whole_number,
 };
@@ -87,14 +87,14 @@ impl CalibrationStudy {
         settings.extend(overrides.iter().cloned());
         let known = keys_of(base.as_ref(), &settings);
         let free = read_free(&mut reader, &known, &root);
-        let targets = read_targets(&mut reader, known.form, &root);
+        let targets = read_targets(&mut reader, known.words, &root);
         let search = read_search(&mut reader, &root);
         let (Some(base), Some(search), true) = (base, search, reader.is_clean()) else {
             return Err(reader.into_error());
         };
         let title = title.unwrap_or_else(|| source.name.clone());
         let study = CalibrationStudy {
-            runs: Study::of_ranges(title, source, (base, known.form), settings, free, files),
+            runs: Study::of_ranges(title, source, (base, known.words), settings, free, files),
             targets,
             search,
         };
@@ -119,12 +119,12 @@ impl CalibrationStudy {
     ///
     /// # Errors
     /// If they do not make a valid case.
-    pub fn case_at(&self, shares: &[f64]) -> Result<AnyCase, CaseError> {
+    pub fn case_at(&self, shares: &[f64]) -> Result<Case, CaseError> {
         let mut overrides = self.runs.settings.clone();
         for (axis, value) in self.runs.axes.iter().zip(self.coordinates(shares)) {
             overrides.extend(axis.keys.iter().map(|key| Override::setting(key, &value)));
         }
-        AnyCase::parse(self.runs.form, &self.runs.base, &overrides)
+        Case::read(&self.runs.base, &overrides)
     }
 
     /// What identifies the study, as 64 hexadecimal digits: everything that decides its numbers, and the version of the
@@ -215,11 +215,11 @@ fn read_free(reader: &mut Reader, known: &CaseKeys, root: &Node) -> Vec<Axis> {
     free
 }
 
-fn read_targets(reader: &mut Reader, form: Form, root: &Node) -> Vec<Target> {
+fn read_targets(reader: &mut Reader, words: Words, root: &Node) -> Vec<Target> {
     let missing = "missing: what was measured; write [[target]] with a quantity and its value";
     let mut targets: Vec<Target> = Vec::new();
     for (path, node) in tables(reader, root, "target", missing) {
-        let Some(target) = target::read(reader, form, node, &path) else {
+        let Some(target) = target::read(reader, words, node, &path) else {
             continue;
         };
         if targets.iter().any(|other| other.quantity == target.quantity) {

@@ -1,6 +1,6 @@
 //! Measured numbers: which quantity of a run, what it was read as, and how far it may be off.
 
-use crate::case::Form;
+use crate::case::Words;
 use crate::case::document::{Node, Value};
 use crate::case::quantity::{self, Dimension};
 use crate::sweep::{Quantity, Reader, Values, quantities, unknown_quantity};
@@ -117,7 +117,7 @@ fn is_measured(quantity: &Quantity) -> bool {
 }
 
 /// Reads one `[[target]]`.
-pub(super) fn read(reader: &mut Reader, form: Form, node: &Node, path: &str) -> Option<Target> {
+pub(super) fn read(reader: &mut Reader, words: Words, node: &Node, path: &str) -> Option<Target> {
     let Value::Table(_) = &node.value else {
         return reader.expected(node, path, "a table");
     };
@@ -132,10 +132,10 @@ pub(super) fn read(reader: &mut Reader, form: Form, node: &Node, path: &str) -> 
     let quantity = match node.at("quantity") {
         Some(given) => {
             let name = reader.text(given, &at("quantity"))?;
-            let place = quantities(form).iter().position(|quantity| quantity.name == name);
-            let found = place.filter(|&index| is_measured(&quantities(form)[index]));
+            let place = quantities(words).iter().position(|quantity| quantity.name == name);
+            let found = place.filter(|&index| is_measured(&quantities(words)[index]));
             if found.is_none() {
-                let message = unknown_quantity(form, &name, " to measure", is_measured);
+                let message = unknown_quantity(words, &name, " to measure", is_measured);
                 reader.report(given, &at("quantity"), message);
             }
             found
@@ -157,7 +157,7 @@ pub(super) fn read(reader: &mut Reader, form: Form, node: &Node, path: &str) -> 
         );
         return None;
     };
-    let QuantityUnit { dimension, count } = QuantityUnit::of(&quantities(form)[quantity?]);
+    let QuantityUnit { dimension, count } = QuantityUnit::of(&quantities(words)[quantity?]);
     let mut failed = |given: &Node, name: &str, message: String| {
         reader.report(given, &at(name), message);
         None
@@ -208,7 +208,7 @@ pub(super) fn read(reader: &mut Reader, form: Form, node: &Node, path: &str) -> 
     };
     Some(Target {
         quantity: quantity?,
-        of: &quantities(form)[quantity?],
+        of: &quantities(words)[quantity?],
         value,
         half_width,
         weight: weight?,

@@ -1,6 +1,6 @@
 //! The conditions between the values of a case.
 
-use super::Case;
+use super::draft::Draft;
 use crate::friction::Law;
 use crate::signal::{Ramp, Signal, Table};
 use crate::simulation::Method;
@@ -38,9 +38,8 @@ impl Violation {
     }
 }
 
-/// The conditions of what trains share with the brake: friction, the actuation where the axial mode presses, the solver, and
-/// the samples.
-pub(super) fn violated_in_common(case: &Case, axial: bool) -> Vec<Violation> {
+/// The conditions of what both forms have: friction, the actuation where the axial mode presses, the solver, and the samples.
+pub(super) fn in_common(case: &Draft, axial: bool) -> Vec<Violation> {
     let mut found = Vec::new();
     let mut complain = |path: &str, with: &[&str], message: String| found.push(Violation::new(path, with, message));
     friction(case, &mut complain);
@@ -60,8 +59,8 @@ fn too_short(end_time: f64) -> String {
     format!("must be at least {SHORTEST_RUN:?} s, but is {end_time:?} s")
 }
 
-/// Every condition that the case does not meet.
-pub(super) fn violated(case: &Case) -> Vec<Violation> {
+/// Every condition that a case in the short form does not meet.
+pub(super) fn of_short_form(case: &Draft) -> Vec<Violation> {
     let mut found = Vec::new();
     let mut complain = |path: &str, with: &[&str], message: String| found.push(Violation::new(path, with, message));
 
@@ -119,7 +118,7 @@ pub(super) fn violated(case: &Case) -> Vec<Violation> {
 }
 
 /// What friction needs at rest, and the parameters of its law together.
-fn friction(case: &Case, complain: &mut impl FnMut(&str, &[&str], String)) {
+fn friction(case: &Draft, complain: &mut impl FnMut(&str, &[&str], String)) {
     let friction = &case.parameters.friction;
     let sliding = friction.law.at_vanishing_speed();
     if friction.breakaway < sliding {
@@ -143,7 +142,7 @@ fn friction(case: &Case, complain: &mut impl FnMut(&str, &[&str], String)) {
 const MOST_PER_PERIOD: f64 = 1e5;
 
 /// Windows that have a length, and samples that can be counted.
-fn output_windows(case: &Case, complain: &mut impl FnMut(&str, &[&str], String)) {
+fn output_windows(case: &Draft, complain: &mut impl FnMut(&str, &[&str], String)) {
     let output = &case.output;
     for (index, window) in output.windows.iter().enumerate() {
         if window.from >= window.to {
@@ -187,7 +186,7 @@ fn output_windows(case: &Case, complain: &mut impl FnMut(&str, &[&str], String))
 }
 
 /// What the numbers of a profile need.
-fn actuation(case: &Case, complain: &mut impl FnMut(&str, &[&str], String)) {
+fn actuation(case: &Draft, complain: &mut impl FnMut(&str, &[&str], String)) {
     match &case.parameters.actuation {
         Signal::Ramp(Ramp { rise_time, .. }) => {
             if *rise_time > 0.0 && *rise_time < SHORTEST_RUN {
@@ -233,7 +232,7 @@ pub(super) fn points(
 }
 
 /// A fixed step that the solver can take, and the method's table: one of a method that takes it, without another bound.
-fn fixed_step_method(case: &Case, complain: &mut impl FnMut(&str, &[&str], String)) -> Option<(f64, ErkTable)> {
+fn fixed_step_method(case: &Draft, complain: &mut impl FnMut(&str, &[&str], String)) -> Option<(f64, ErkTable)> {
     const PATH: &str = FIXED_STEP;
     let step = case.solver.fixed_step?;
     let method = case.solver.method;
@@ -260,7 +259,7 @@ fn fixed_step_method(case: &Case, complain: &mut impl FnMut(&str, &[&str], Strin
 }
 
 /// What a fixed step needs besides: stability.
-fn fixed_step(case: &Case, complain: &mut impl FnMut(&str, &[&str], String)) {
+fn fixed_step(case: &Draft, complain: &mut impl FnMut(&str, &[&str], String)) {
     const PATH: &str = FIXED_STEP;
     let Some((step, table)) = fixed_step_method(case, complain) else {
         return;
@@ -292,7 +291,7 @@ fn fixed_step(case: &Case, complain: &mut impl FnMut(&str, &[&str], String)) {
 }
 
 /// The paper's procedure has one tolerance, which is rtol's.
-fn paper_tolerances(case: &Case, complain: &mut impl FnMut(&str, &[&str], String)) {
+fn paper_tolerances(case: &Draft, complain: &mut impl FnMut(&str, &[&str], String)) {
     if case.solver.method != Method::Paper {
         return;
     }

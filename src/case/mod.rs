@@ -1,14 +1,17 @@
 //! The TOML case file: units, validation, overrides.
 //!
-//! A [`CaseSource`] is text and where it is from; [`Case::parse`] turns it, with overrides, into a valid [`Case`]
+//! A [`CaseSource`] is text and where it is from; [`Case::read`] turns it, with overrides, into a valid [`Case`]
 //! in SI or into a [`CaseError`] that names every problem by file, line and key. The keys are those of
-//! [`schema::keys`], the units those of [`quantity::UNITS`], the built-in cases [`builtin::CASES`].
+//! [`schema::keys`] and [`train_keys`], the units those of [`quantity::UNITS`], the built-in cases [`builtin::CASES`].
+//!
+//! A file has the short form, `[torsion]`, or the general one, `[rotor]` and `[stator]`. Only this module knows which: a case is
+//! a system, and the words for its places.
 //!
 //! ```
 //! use stickslip::case::{Case, CaseSource, Override};
 //!
 //! let source = CaseSource::built_in("paper")?;
-//! let case = Case::parse(&source, &[Override::parse("torsion.damping=200 lbf in s/rad")?])?;
+//! let case = Case::read(&source, &[Override::parse("torsion.damping=200 lbf in s/rad")?])?;
 //! assert_eq!(case.number("torsion.damping")?, 22.59696580552334);
 //! # Ok::<(), stickslip::case::CaseError>(())
 //! ```
@@ -17,12 +20,13 @@ pub mod builtin;
 pub mod quantity;
 pub mod schema;
 
-mod any;
+mod aliases;
+mod case_keys;
 mod conditions;
 pub(crate) mod document;
+mod draft;
 mod error;
 mod exact;
-mod form;
 mod motion;
 mod numbers;
 mod reader;
@@ -31,38 +35,42 @@ mod setting;
 mod source;
 mod trains;
 mod value;
+mod words;
 mod written;
 
-pub(crate) use any::CaseKeys;
-pub use any::{AnyCase, CaseRef, ExactCase};
+pub use aliases::{AnyCase, CaseRef, TrainCase};
+pub(crate) use case_keys::CaseKeys;
 pub use document::Override;
 pub use error::{CaseError, Problem};
-pub use form::Form;
+pub use exact::ExactCase;
 pub use motion::Motion;
 pub use setting::Setting;
 pub(crate) use setting::{Slot, key_of};
 pub use source::{CaseSource, Origin};
 pub(crate) use source::{toml_text, words};
-pub use trains::{TrainCase, TrainKey, TrainKind, train_keys};
+pub use trains::{TrainKey, TrainKind, train_keys};
 pub(crate) use value::number_of;
+pub use words::Words;
 pub use written::{CaseNumber, WrittenCase};
 
-use crate::friction::{Exponential, Friction, Parameters as _};
-use crate::model::{Axial, BreakawayTest, Contact, ExactParameters, Initial, Parameters, Torsion};
-use crate::signal::{Profile, Ramp, Signal};
+use crate::model::trains::Trains;
+use crate::model::trains::margin::twice_resistance;
 use crate::simulation::{Following, OutputOptions, SolverOptions};
 
-/// A case: what is computed, how, and what is recorded. Always valid when it comes from [`Case::parse`].
+/// A case: what is computed, how, and what is recorded. Always valid when it comes from [`Case::read`].
 #[derive(Debug, Clone, PartialEq)]
 pub struct Case {
     /// A text for reports and figures.
     pub title: String,
-    /// The brake, SI.
-    pub parameters: Parameters,
+    /// The system, SI.
+    pub system: Trains,
     /// How it is computed.
     pub solver: SolverOptions,
     /// Which times are computed and recorded.
     pub output: OutputOptions,
+    words: Words,
+    /// Sliding speed (rad/s) below which statistics count a stick, of a contact that has none.
+    threshold: f64,
 }
 
 impl Case {
@@ -70,72 +78,87 @@ impl Case {
     ///
     /// # Errors
     /// All problems that were found, each with its place, its key and what to do.
-    pub fn parse(source: &CaseSource, overrides: &[Override]) -> Result<Case, CaseError> {
-        reader::read(source, overrides)
+    pub fn read(source: &CaseSource, overrides: &[Override]) -> Result<Case, CaseError> {
+        reader::read(source, overrides).map(|read| read.case)
     }
 
-    /// The physical parameters without rounding: decimals as written, units by their exact factors. A plain number is the
-    /// shortest decimal of its double, which is what was written if that has at most 15 digits.
+    /// The system without rounding: decimals as written, units by their exact factors. A plain number is the shortest decimal of
+    /// its double, which is what was written if that has at most 15 digits. A default that follows from other numbers follows from
+    /// their exact values. The speed of an inertia that turns with an end driven by a sine or cosine is known to 2^-2400 of the
+    /// amplitude, since it is no rational.
     ///
     /// # Errors
-    /// As those of [`Case::parse`].
-    pub fn exact_parameters(source: &CaseSource, overrides: &[Override]) -> Result<ExactParameters, CaseError> {
-        exact::read(source, overrides)
+    /// As those of [`Case::read`].
+    pub fn exact(source: &CaseSource, overrides: &[Override]) -> Result<ExactCase, CaseError> {
+        exact::read(&reader::read(source, overrides)?)
     }
 
-    /// Half a unit of the last digit that is written of each number, in the SI unit of its key, by dotted path. Of a plain
-    /// number zeros at its end do not count.
-    ///
-    /// # Errors
-    /// As those of [`Case::parse`].
-    pub fn half_last_digits(source: &CaseSource, overrides: &[Override]) -> Result<Vec<(String, f64)>, CaseError> {
-        exact::half_last_digits(source, overrides)
-    }
-
-    /// The case as a TOML text in which every value is a number in SI, written so that it reads back as the
-    /// identical case. Diameters of the contact have become the radius.
+    /// The case as a TOML text in which every value is a number in SI, written so that it reads back as the identical case.
+    /// Diameters of the contact have become the radius.
     pub fn resolved(&self) -> String {
         resolved::write(self)
     }
 
-    /// A case with the defaults of the schema, and NaN for what has none.
-    fn blank(title: String) -> Case {
-        Case {
-            title,
-            parameters: Parameters {
-                axial: Axial {
-                    mass: f64::NAN,
-                    stiffness: f64::NAN,
-                    damping: f64::NAN,
-                    ringing_floor: Axial::RINGING_FLOOR,
-                },
-                actuation: Signal::Ramp(Ramp::blank()),
-                torsion: Torsion {
-                    rotor_inertia: f64::NAN,
-                    surface_inertia: f64::NAN,
-                    stiffness: f64::NAN,
-                    damping: f64::NAN,
-                },
-                contact: Contact {
-                    radius: f64::NAN,
-                    breakaway_test: BreakawayTest::default(),
-                },
-                friction: Friction {
-                    breakaway: f64::NAN,
-                    law: Exponential::unset().into(),
-                },
-                initial: Initial { speed: f64::NAN },
-                perturbations: Vec::new(),
-            },
-            solver: SolverOptions::default(),
-            output: OutputOptions {
-                end_time: 10.0,
-                interval: f64::NAN,
-                windows: Vec::new(),
-                steps: false,
-                follow: Following::default(),
-            },
+    /// The number at a dotted path of the resolved text, such as `torsion.damping` or `stator.speed.amplitude`, in the unit of its
+    /// key.
+    ///
+    /// # Errors
+    /// If the case has no number there: an unknown path, no such element, an option left to its default, a word.
+    pub fn number(&self, path: &str) -> Result<f64, CaseError> {
+        let root = document::read(&self.resolved(), &self.title)?;
+        match root.at(path).map(|node| &node.value) {
+            Some(document::Value::Float(number)) => Ok(*number),
+            Some(document::Value::Integer(number)) => Ok(*number as f64),
+            _ => Err(CaseError::one("", path, "the case has no number of that path")),
         }
+    }
+
+    /// Leaves out what only tells which samples a run has: it then has none but those at its ends and its events.
+    pub fn without_trajectory(&mut self) {
+        self.output.interval = self.output.end_time;
+        self.output.windows.clear();
+        self.output.steps = false;
+        self.output.follow = Following::default();
+    }
+
+    /// Whether sliding slows down by itself, to a stop: nothing drives the only train that is free.
+    pub fn stops(&self) -> bool {
+        twice_resistance(&self.system).is_some()
+    }
+
+    /// What its coordinates are.
+    pub fn motion(&self) -> Motion {
+        self.words.motion()
+    }
+
+    /// How the places of its system are called.
+    pub fn words(&self) -> Words {
+        self.words
+    }
+
+    /// The sliding speed (rad/s) below which a contact without stick counts as stuck; 0 of others.
+    pub fn threshold(&self) -> f64 {
+        self.threshold
+    }
+
+    /// The system.
+    pub fn system(&self) -> &Trains {
+        &self.system
+    }
+
+    /// A text for reports and figures.
+    pub fn title(&self) -> &str {
+        &self.title
+    }
+
+    /// How it is computed.
+    pub fn solver(&self) -> &SolverOptions {
+        &self.solver
+    }
+
+    /// Which times are computed and recorded.
+    pub fn output(&self) -> &OutputOptions {
+        &self.output
     }
 }
 

@@ -2,13 +2,14 @@
 
 use super::conditions::{self, Violation};
 use super::document::{self, Node, Override, Place, Value};
+use super::draft::Draft;
 use super::error::{CaseError, Problem};
 use super::quantity::Dimension;
 use super::schema::{self, ARRAYS, Domain, Key, Kind, Presence};
 use super::setting::read_setting;
 use super::source::Origin;
 use super::value::{choice, number};
-use super::{Case, CaseSource, Motion, Setting, form, suggest};
+use super::{Case, CaseSource, Motion, Setting, suggest, trains, words};
 use crate::friction::FrictionLaw;
 use crate::model::KickTime;
 use crate::model::contact::{uniform_pressure_radius, uniform_wear_radius};
@@ -16,7 +17,15 @@ use crate::quote::shown;
 use crate::signal::Signal;
 use crate::simulation::Around;
 
-pub(super) fn read(source: &CaseSource, overrides: &[Override]) -> Result<Case, CaseError> {
+/// A case, and its values as they were written.
+pub(super) struct Read {
+    pub(super) case: Case,
+    /// With bristles, `friction` holds the law g alone.
+    pub(super) of_law: Node,
+    pub(super) written: Node,
+}
+
+pub(super) fn read(source: &CaseSource, overrides: &[Override]) -> Result<Read, CaseError> {
     let label = source.label();
     let mut root = document::read(&source.text, &label)?;
     let mut problems = Vec::new();
@@ -25,29 +34,23 @@ pub(super) fn read(source: &CaseSource, overrides: &[Override]) -> Result<Case, 
             problems.push((usize::MAX, problem));
         }
     }
-    if let Some(train) = form::table_of(&root) {
-        let place = root.at(train).map_or(&root.place, |node| &node.place);
-        // An override names its key itself.
-        let key = match place {
-            Place::Line(_) => train,
-            Place::Override(_) => "",
-        };
-        return Err(CaseError::one(place.show(&label), key, form::not_here()));
+    if words::is_general(&root) {
+        return trains::read(source, root, problems);
     }
     let known = schema::keys().iter().map(|key| key.path).collect();
     let mut reader = Reader::new(root, label, problems, known, Motion::Rotation);
-    reader.check_all_names();
-    let mut case = Case::blank(source.name());
-    reader.fill(&mut case);
-    reader.contact(&mut case);
-    reader.fill_output(&mut case, &source.origin);
+    reader.check_names();
+    let mut draft = Draft::blank(source.name());
+    reader.fill_keys(&mut draft, |_| true);
+    reader.contact(&mut draft);
+    reader.fill_output(&mut draft, &source.origin);
     // Conditions between values mean nothing while some are missing.
     if reader.problems.is_empty() {
-        for violation in conditions::violated(&case) {
-            reader.report_violation(violation);
-        }
+        conditions::of_short_form(&draft)
+            .into_iter()
+            .for_each(|violation| reader.report_violation(violation));
     }
-    reader.finish(case)
+    reader.finish(Some(draft.into_case()))
 }
 
 /// Reads the keys of a case from the tree of its values, and gathers what is wrong.
@@ -87,7 +90,7 @@ impl Reader {
     }
 
     /// What was left out of [output] and follows from the rest of it.
-    pub(super) fn fill_output(&self, case: &mut Case, origin: &Origin) {
+    pub(super) fn fill_output(&self, case: &mut Draft, origin: &Origin) {
         const SAMPLES: f64 = 1000.0;
         let output = &mut case.output;
         if output.interval.is_nan() {
@@ -106,22 +109,28 @@ impl Reader {
         }
     }
 
-    /// `case`, or the problems in the order of the file.
-    pub(super) fn finish<C>(self, case: C) -> Result<C, CaseError> {
-        if self.problems.is_empty() {
-            return Ok(case);
+    /// The case with its values, or the problems in the order of the file.
+    pub(super) fn finish(self, case: Option<Case>) -> Result<Read, CaseError> {
+        if let (Some(case), true) = (case, self.problems.is_empty()) {
+            return Ok(Read {
+                case,
+                of_law: self.root,
+                written: self.all,
+            });
         }
         let mut problems = self.problems;
         problems.sort_by_key(|&(rank, _)| rank);
-        Err(CaseError {
-            problems: problems.into_iter().map(|(_, problem)| problem).collect(),
-        })
+        let problems: Vec<Problem> = problems.into_iter().map(|(_, problem)| problem).collect();
+        match problems.is_empty() {
+            true => Err(CaseError::one(self.label, "", "the case cannot be read")),
+            false => Err(CaseError { problems }),
+        }
     }
 
     /// Finds unknown keys in the whole tree.
-    pub(super) fn check_all_names(&mut self) {
+    pub(super) fn check_names(&mut self) {
         let root = self.root.clone();
-        self.check_names(&root, "", "");
+        self.check_names_of(&root, "", "");
     }
 
     /// Reports a problem at the value of `path`, or at what would contain it.
@@ -167,7 +176,7 @@ impl Reader {
 
     /// Finds unknown keys, and tables and arrays where they do not belong. `path` is where `node` is; `pattern`
     /// is the same with `[]` for indices, as in the schema.
-    fn check_names(&mut self, node: &Node, path: &str, pattern: &str) {
+    fn check_names_of(&mut self, node: &Node, path: &str, pattern: &str) {
         let Value::Table(entries) = &node.value else {
             return self.report(path, format!("expected a table, but got {}", node.value.describe()));
         };
@@ -182,7 +191,11 @@ impl Reader {
                 match &child.value {
                     Value::Array(elements) => {
                         for (index, element) in elements.iter().enumerate() {
-                            self.check_names(element, &join(&path, &index.to_string()), &format!("{pattern_here}[]"));
+                            self.check_names_of(
+                                element,
+                                &join(&path, &index.to_string()),
+                                &format!("{pattern_here}[]"),
+                            );
                         }
                     }
                     _ => self.report(
@@ -191,7 +204,7 @@ impl Reader {
                     ),
                 }
             } else if self.known.iter().any(|key| key.starts_with(&inside)) {
-                self.check_names(child, &path, &pattern_here);
+                self.check_names_of(child, &path, &pattern_here);
             } else if !self.known.contains(&pattern_here.as_str()) {
                 let message = unknown_key(name, parent, pattern, &self.known);
                 self.push(Some(child.place.clone()), &path, message);
@@ -199,13 +212,8 @@ impl Reader {
         }
     }
 
-    /// Reads every key of the schema into the case.
-    fn fill(&mut self, case: &mut Case) {
-        self.fill_keys(case, |_| true);
-    }
-
     /// Reads those keys that `wanted` says yes to, by their paths.
-    pub(super) fn fill_keys(&mut self, case: &mut Case, wanted: impl Fn(&str) -> bool) {
+    pub(super) fn fill_keys(&mut self, case: &mut Draft, wanted: impl Fn(&str) -> bool) {
         for array in ARRAYS {
             if let Some(Value::Array(elements)) = self.root.at(array.path).map(|node| &node.value) {
                 (array.resize)(case, elements.len());
@@ -219,7 +227,7 @@ impl Reader {
         }
     }
 
-    fn fill_key(&mut self, case: &mut Case, key: &Key, index: usize) {
+    fn fill_key(&mut self, case: &mut Draft, key: &Key, index: usize) {
         let path = schema::concrete(key, index);
         if let Presence::Profile(profile) = key.presence {
             match self.chosen_profile() {
@@ -365,7 +373,7 @@ impl Reader {
     }
 
     /// The friction radius, given or from the diameters of the contact.
-    pub(super) fn contact(&mut self, case: &mut Case) {
+    pub(super) fn contact(&mut self, case: &mut Draft) {
         let [outer, inner, wear] = ["contact.outer_diameter", "contact.inner_diameter", "contact.wear"];
         let given: Vec<&str> = [outer, inner, wear]
             .into_iter()
@@ -447,7 +455,7 @@ fn length(key: &Key, value: &Value) -> Result<f64, String> {
 /// What is wrong with a value, each with the path of the element from the key on (`""` for the value itself).
 type Complaints = Vec<(String, String)>;
 
-fn store(case: &mut Case, key: &Key, index: usize, node: &Node, motion: Motion) -> Result<(), Complaints> {
+fn store(case: &mut Draft, key: &Key, index: usize, node: &Node, motion: Motion) -> Result<(), Complaints> {
     let value = &node.value;
     let whole = |message: String| vec![(String::new(), message)];
     match &key.kind {

@@ -4,17 +4,21 @@ use std::fmt::Write;
 
 use toml_edit::Value;
 
+use super::draft::Draft;
 use super::schema::{self, ARRAYS, Key, Kind};
-use super::{Case, Motion};
+use super::{Case, Motion, trains};
 use crate::model::KickTime;
 
-/// Every value of the case, in the order of the schema.
+/// Every value of the case, in the order of the schema. A system that its form cannot say any more is written in the general one.
 pub(super) fn write(case: &Case) -> String {
+    let Some(draft) = Draft::short(case) else {
+        return trains::resolved::write(case);
+    };
     let all = Only {
         wanted: |_| true,
         motion: Motion::Rotation,
     };
-    keys(case, all)
+    keys(&draft, all)
 }
 
 /// Which keys are written, by their paths, and what their numbers measure.
@@ -25,7 +29,7 @@ pub(super) struct Only {
 }
 
 /// The values of some keys of the case, in the order of the schema.
-pub(super) fn keys(case: &Case, only: Only) -> String {
+pub(super) fn keys(case: &Draft, only: Only) -> String {
     let mut text = String::new();
     let mut heading = String::new();
     let wanted = || schema::keys().iter().filter(move |key| (only.wanted)(key.path));
@@ -79,7 +83,7 @@ pub(super) fn moment(time: KickTime) -> String {
     }
 }
 
-fn value(case: &Case, key: &Key, index: usize) -> Option<String> {
+fn value(case: &Draft, key: &Key, index: usize) -> Option<String> {
     let text = |text: &str| Value::from(text).to_string();
     match &key.kind {
         Kind::Text(access) => (access.get)(case, index).map(|value| text(&value)),

@@ -2,7 +2,7 @@
 //!
 //! Reading, writing, unknown-key detection, sweeps and the documentation are driven by [`keys`].
 
-use super::Case;
+use super::draft::Draft;
 use super::quantity::Dimension;
 use crate::friction::{FrictionLaw, Interpolation};
 use crate::model::{BreakawayTest, Kick, KickTime};
@@ -72,9 +72,9 @@ impl Domain {
 /// How a value of a key is read from a case and put into it; the index is that of the array element.
 pub(super) struct Access<T> {
     /// `None` if the case has no such value: an option left to its default, another profile, no such element.
-    pub(super) get: fn(&Case, usize) -> Option<T>,
+    pub(super) get: fn(&Draft, usize) -> Option<T>,
     /// Does nothing if the case has no place for the value.
-    pub(super) set: fn(&mut Case, usize, T),
+    pub(super) set: fn(&mut Draft, usize, T),
 }
 
 impl<T> std::fmt::Debug for Access<T> {
@@ -121,11 +121,6 @@ impl Key {
             Kind::Moment(_) => vec![INSTABILITY],
             _ => Vec::new(),
         }
-    }
-
-    /// Whether [`Case::number`] and [`Case::set_number`] know the key.
-    pub fn is_number(&self) -> bool {
-        matches!(self.kind, Kind::Number(..) | Kind::Moment(_) | Kind::Series(..))
     }
 }
 
@@ -692,8 +687,8 @@ pub(super) const NEW_WINDOW: OutputWindow = OutputWindow {
 /// The arrays of tables: their path, how long they are in a case, and how to make room for `n` new elements.
 pub(super) struct ArrayOfTables {
     pub(super) path: &'static str,
-    pub(super) length: fn(&Case) -> usize,
-    pub(super) resize: fn(&mut Case, usize),
+    pub(super) length: fn(&Draft) -> usize,
+    pub(super) resize: fn(&mut Draft, usize),
 }
 
 pub(super) const ARRAYS: &[ArrayOfTables] = &[

@@ -1,9 +1,9 @@
 //! A case with the numbers that it is written with, each of which can be moved: for derivatives, reruns and searches.
 
-use super::any::{AnyCase, CaseRef};
+use super::draft::Draft;
 use super::error::CaseError;
 use super::quantity::Dimension;
-use super::{Case, CaseSource, Origin, Override, TrainCase, schema};
+use super::{Case, CaseSource, Origin, Override, numbers, reader};
 use crate::model::trains::Trains;
 
 /// A number of a case.
@@ -25,11 +25,11 @@ pub struct CaseNumber {
 /// not zero. Numbers that no event depends on are none of them, nor are those of lists with more than 32 elements in the general form.
 #[derive(Debug, Clone)]
 pub struct WrittenCase {
-    case: AnyCase,
+    case: Case,
     /// In the order of the text, or of the keys.
     numbers: Vec<CaseNumber>,
-    /// Of the general form, what is read again with a number moved.
-    text: Option<(CaseSource, Vec<Override>)>,
+    /// What is read again with a number moved, and its overrides. In the short form it is the resolved text, which has every number.
+    text: (CaseSource, Vec<Override>),
 }
 
 impl WrittenCase {
@@ -38,45 +38,33 @@ impl WrittenCase {
     /// # Errors
     /// All problems that were found in the case.
     pub fn read(source: &CaseSource, overrides: &[Override]) -> Result<WrittenCase, CaseError> {
-        match AnyCase::read(source, overrides)? {
-            AnyCase::Brake(case) => {
-                let halves = Case::half_last_digits(source, overrides)?;
-                let half = |path: &str| Some(halves.iter().find(|half| half.0 == path)?.1);
-                Ok(WrittenCase {
-                    numbers: numbers_of(&case, half),
-                    case: AnyCase::Brake(case),
-                    text: None,
-                })
-            }
-            case @ AnyCase::Trains(_) => Ok(WrittenCase {
-                case,
-                numbers: TrainCase::numbers(source, overrides)?,
-                text: Some((source.clone(), overrides.to_vec())),
-            }),
-        }
+        let read = reader::read(source, overrides)?;
+        Ok(match Draft::short(&read.case) {
+            Some(draft) => WrittenCase {
+                numbers: numbers::of_short_form(&draft, Some(&read.written)),
+                text: (resolved(&read.case), Vec::new()),
+                case: read.case,
+            },
+            None => WrittenCase {
+                numbers: numbers::written(&read),
+                text: (source.clone(), overrides.to_vec()),
+                case: read.case,
+            },
+        })
     }
 
     /// Of a case whose text is not known, nor how its numbers were written.
-    pub fn of(case: CaseRef<'_>) -> WrittenCase {
-        match case {
-            CaseRef::Brake(case) => WrittenCase {
-                case: AnyCase::Brake(Box::new(case.clone())),
-                numbers: numbers_of(case, |_| None),
-                text: None,
-            },
-            CaseRef::Trains(case) => {
-                let source = CaseSource {
-                    text: case.resolved(),
-                    origin: Origin::BuiltIn(case.title.clone()),
-                };
-                let mut numbers = TrainCase::numbers(&source, &[]).unwrap_or_default();
-                numbers.iter_mut().for_each(|number| number.half_last_digit = None);
-                WrittenCase {
-                    case: AnyCase::Trains(Box::new(case.clone())),
-                    numbers,
-                    text: Some((source, Vec::new())),
-                }
-            }
+    pub fn of(case: &Case) -> WrittenCase {
+        let text = resolved(case);
+        let mut numbers = match Draft::short(case) {
+            Some(draft) => numbers::of_short_form(&draft, None),
+            None => reader::read(&text, &[]).map_or_else(|_| Vec::new(), |read| numbers::written(&read)),
+        };
+        numbers.iter_mut().for_each(|number| number.half_last_digit = None);
+        WrittenCase {
+            case: case.clone(),
+            numbers,
+            text: (text, Vec::new()),
         }
     }
 
@@ -105,8 +93,8 @@ impl WrittenCase {
     }
 
     /// The case as it is.
-    pub fn case(&self) -> CaseRef<'_> {
-        CaseRef::from(&self.case)
+    pub fn case(&self) -> &Case {
+        &self.case
     }
 
     /// Its physical numbers.
@@ -123,7 +111,7 @@ impl WrittenCase {
     ///
     /// # Errors
     /// If there is no place for a number at this path, or the case would not be valid.
-    pub fn with(&self, path: &str, value: f64) -> Result<AnyCase, CaseError> {
+    pub fn with(&self, path: &str, value: f64) -> Result<Case, CaseError> {
         self.with_all(&[(path, value)])
     }
 
@@ -131,26 +119,11 @@ impl WrittenCase {
     ///
     /// # Errors
     /// Those of [`Self::with`].
-    pub fn with_all(&self, changes: &[(&str, f64)]) -> Result<AnyCase, CaseError> {
-        let mut case = self.case.clone();
-        match (&mut case, &self.text) {
-            (AnyCase::Brake(case), _) => {
-                for (path, value) in changes {
-                    case.set_number(path, *value)?;
-                }
-            }
-            (AnyCase::Trains(case), None) => {
-                for (path, value) in changes {
-                    **case = case.with_number(path, *value)?;
-                }
-            }
-            (AnyCase::Trains(case), Some((source, overrides))) => {
-                let mut overrides = overrides.clone();
-                overrides.extend(changes.iter().map(|(path, value)| Override::number(path, *value)));
-                **case = TrainCase::parse(source, &overrides)?;
-            }
-        }
-        Ok(case)
+    pub fn with_all(&self, changes: &[(&str, f64)]) -> Result<Case, CaseError> {
+        let (source, overrides) = &self.text;
+        let mut overrides = overrides.clone();
+        overrides.extend(changes.iter().map(|(path, value)| Override::number(path, *value)));
+        Case::read(source, &overrides)
     }
 
     /// The system with another number at a path, and the sliding speed (rad/s) below which a contact without stick counts as stuck:
@@ -171,41 +144,19 @@ impl WrittenCase {
 
     /// As [`Self::moved`], with other numbers at some paths.
     pub(crate) fn moved_all(&self, changes: &[(&str, f64)]) -> Option<(Trains, f64)> {
-        match &self.case {
-            AnyCase::Brake(case) => {
-                let mut case = case.clone();
-                for (path, value) in changes {
-                    case.parameters = case.parameters_with(path, *value);
-                }
-                Some((Trains::from(&case.parameters), 0.0))
-            }
-            AnyCase::Trains(_) => {
-                let case = self.with_all(changes).ok()?;
-                let case = CaseRef::from(&case);
-                Some((case.system().into_owned(), case.threshold()))
-            }
+        if let Some(mut draft) = Draft::short(&self.case) {
+            changes.iter().for_each(|(path, value)| draft.put(path, *value));
+            return Some((Trains::from(&draft.parameters), 0.0));
         }
+        let case = self.with_all(changes).ok()?;
+        Some((case.system, case.threshold))
     }
 }
 
-/// The physical numbers of the short form.
-fn numbers_of(case: &Case, half: impl Fn(&str) -> Option<f64>) -> Vec<CaseNumber> {
-    // The floor of a ringing contact is a convention: it moves no event, it leaves some out. The first speed of a friction
-    // table is standstill, and no other.
-    let physical = |path: &str| {
-        !path.starts_with("solver.")
-            && !path.starts_with("output.")
-            && ![schema::AXIAL_RINGING_FLOOR, schema::FIRST_SPEED].contains(&path)
-    };
-    let numbers = case.number_paths().into_iter().filter(|(path, _)| physical(path));
-    numbers
-        .filter_map(|(path, key)| {
-            Some(CaseNumber {
-                unit: key.dimension().map_or("1", |dimension| dimension.unit()),
-                value: case.number(&path).ok()?,
-                half_last_digit: half(&path),
-                path,
-            })
-        })
-        .collect()
+/// The resolved text of a case.
+fn resolved(case: &Case) -> CaseSource {
+    CaseSource {
+        text: case.resolved(),
+        origin: Origin::BuiltIn(case.title.clone()),
+    }
 }

@@ -4,7 +4,7 @@ use super::CommandError;
 use super::input::bad_case;
 use crate::analysis::work_precision;
 use crate::calibrate::{CALIBRATIONS, CalibrationStudy};
-use crate::case::{AnyCase, CaseRef, CaseSource, builtin};
+use crate::case::{Case, CaseSource, builtin};
 use crate::sweep::{STUDIES, Study, StudySource};
 use serde::Serialize;
 
@@ -32,8 +32,8 @@ pub(super) fn listed() -> Result<Vec<Listed>, CommandError> {
     };
     for case in builtin::all() {
         let source = CaseSource::built_in(case.name).map_err(bad_case)?;
-        let read = AnyCase::read(&source, &[]).map_err(bad_case)?;
-        add(case.name, "case", "run", CaseRef::from(&read).title().to_owned());
+        let read = Case::read(&source, &[]).map_err(bad_case)?;
+        add(case.name, "case", "run", read.title);
     }
     for study in STUDIES {
         let source = StudySource::built_in(study.name).map_err(bad_case)?;

@@ -1,12 +1,12 @@
 //! What a shell proposes for values that are not parsed as a list: names of cases, methods, keys and channels, files.
 
 use super::builtins;
-use crate::case::{Form, Motion, schema, train_keys};
+use crate::case::{schema, train_keys};
 use crate::compare::{Channel, Requirement};
 use crate::plot::{catalogue, certified, portraits, studies as study_figures};
 use crate::results::schema as columns_of;
 use crate::simulation::Method;
-use crate::sweep::{Quantity, quantities as quantities_of};
+use crate::sweep::{Quantity, selections};
 use clap::builder::StyledStr;
 use clap_complete::engine::{
     ArgValueCandidates, ArgValueCompleter, CompletionCandidate, PathCompleter, ValueCompleter,
@@ -138,9 +138,7 @@ pub(super) fn figures() -> ArgValueCandidates {
 pub(super) fn quantities() -> ArgValueCandidates {
     ArgValueCandidates::new(|| {
         let mut seen = std::collections::HashSet::new();
-        let all = [Form::Brake, Form::Trains(Motion::Rotation)]
-            .into_iter()
-            .flat_map(|form| quantities_of(form).iter());
+        let all = selections().flatten();
         let new = all.filter(|one: &&Quantity| seen.insert(one.name));
         new.map(|one| candidate(one.name, one.description)).collect()
     })

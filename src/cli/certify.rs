@@ -11,7 +11,7 @@ use crate::analysis::bands::{Compared, columns, compared_output};
 use crate::analysis::certificate::{Certificate, CertifyError, Verdict};
 use crate::analysis::onset::{Onset, onsets};
 use crate::analysis::{Certified, Certify, Deadline, SavedRun, Stage, Warning, Written};
-use crate::case::{AnyCase, CaseRef, CaseSource, Form, Origin};
+use crate::case::{Case, CaseSource, Origin};
 use crate::model::trains::margin::resistance;
 use crate::oracle::{self, OracleError};
 use crate::plot::{onset, style, svg};
@@ -27,10 +27,10 @@ const ROWS_AT_A_TIME: usize = 65_536;
 /// Where the oracle is asked without being asked for: the digits that it is to have, and the time after which the ladder decides.
 const UNASKED: (u32, Duration) = (18, Duration::from_secs(600));
 
-/// Whether the oracle decides even without `--oracle`, if it can. The short form of a brake has a verdict of its own by the ladder,
-/// down to what rounding does.
-fn oracle_decides(case: CaseRef) -> bool {
-    case.form() != Form::Brake
+/// Whether the oracle decides even without `--oracle`, if it can. What grows up to the first stick has a verdict of its own by the
+/// ladder, down to what rounding does.
+fn oracle_decides(case: &Case) -> bool {
+    !case.words().lists_growth()
 }
 
 /// Certifies a result: reports it, and writes a copy with the certificate.
@@ -55,10 +55,9 @@ pub(super) fn certify(options: &CertifyOptions, common: &Common) -> Result<End, 
     let given = Given::read(&options.case).map_err(without_case)?;
     let set = options.budget.over(&options.set);
     let changes = overrides(&set, None).map_err(bad_case)?;
-    let read = AnyCase::read(&given.source, &changes)
+    let case = &Case::read(&given.source, &changes)
         .map_err(bad_case)
         .map_err(without_case)?;
-    let case = CaseRef::from(&read);
     if matches!(given.source.origin, Origin::Result(_)) && !options.set.is_empty() {
         return Err(CommandError::Input(
             "--set changes a case, but a result file is what it is: certify the case instead, or run it with --set first"
@@ -202,7 +201,7 @@ fn not_certified(certificate: &Certificate) -> String {
 
 /// Draws the first stick against the tolerance; `None` if it was interrupted.
 fn draw(
-    case: CaseRef,
+    case: &Case,
     (path, format): (&Path, Format),
     stop: &(dyn Fn() -> bool + Sync),
 ) -> Result<Option<Vec<Onset>>, CommandError> {
@@ -225,7 +224,7 @@ struct Obtained {
 }
 
 /// The given result file, or a run of the case beside the target; `None` if it was interrupted.
-fn obtain(given: &Given, case: CaseRef, target: &Path, stop: &AtomicBool) -> Result<Option<Obtained>, CommandError> {
+fn obtain(given: &Given, case: &Case, target: &Path, stop: &AtomicBool) -> Result<Option<Obtained>, CommandError> {
     if let Origin::Result(path) = &given.source.origin {
         let file = ResultFile::open(path).map_err(bad_file)?;
         if *file.status() != Status::Complete {
@@ -270,7 +269,7 @@ fn obtain(given: &Given, case: CaseRef, target: &Path, stop: &AtomicBool) -> Res
 }
 
 /// What is certified of a file.
-fn read_back(file: &ResultFile, case: CaseRef) -> Result<MemoryRecorder, ResultError> {
+fn read_back(file: &ResultFile, case: &Case) -> Result<MemoryRecorder, ResultError> {
     let mut compared = Compared::new(&compared_output(case.output()));
     let further: Vec<String> = columns(case)
         .skip(State::COUNT + Channels::COUNT)
@@ -307,7 +306,7 @@ fn read_back(file: &ResultFile, case: CaseRef) -> Result<MemoryRecorder, ResultE
 /// The ladder, the oracle where it is to speak, and what the numbers of the case do. What is interrupted after the ladder leaves
 /// that.
 fn examine(
-    (case, written): (CaseRef, &Written),
+    (case, written): (&Case, &Written),
     record: &MemoryRecorder,
     options: &CertifyOptions,
     common: &Common,

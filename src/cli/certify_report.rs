@@ -11,7 +11,7 @@ use crate::analysis::onset::Onset;
 use crate::analysis::sensitivity::{
     Affected, CaseSensitivities, Outcome, Sensitivities, Sensitivity, columns as columns_of,
 };
-use crate::case::{CaseNumber, CaseRef, Form};
+use crate::case::{CaseNumber, CaseRef, Words};
 use crate::oracle::{OracleEvent, OracleSolution};
 use crate::provenance::extension;
 use crate::results::schema::extended_tables;
@@ -543,7 +543,7 @@ pub(super) fn tables(case: CaseRef, certified: &Certified) -> CertificateTables 
         oracle: certified
             .exact
             .as_ref()
-            .map(|exact| csv(case.form(), exact))
+            .map(|exact| csv(case.words(), exact))
             .unwrap_or_default(),
         parameters: parameters.iter().map(|p| (p.path.clone(), p.unit.to_owned())).collect(),
         sensitivities,
@@ -554,26 +554,26 @@ pub(super) fn tables(case: CaseRef, certified: &Certified) -> CertificateTables 
 
 /// What a run of the case comes to, where it did not.
 fn expected(case: CaseRef) -> Affected {
-    match case.form() {
-        Form::Brake => Affected::FinalStick,
-        Form::Trains(_) => Affected::LastEvent,
+    match case.stops() {
+        true => Affected::FinalStick,
+        false => Affected::LastEvent,
     }
 }
 
-/// The oracle's events, a line each: with the state behind them of the short form, with the mode of trains.
-fn csv(form: Form, exact: &OracleSolution) -> String {
+/// The oracle's events, a line each: with the state behind them where the paper has letters for it, else with the mode.
+fn csv(words: Words, exact: &OracleSolution) -> String {
     let line = |index: usize, event: &OracleEvent| -> Vec<(&str, String)> {
         let digits = exact.digits_of_event(index).max(1) as usize;
         let mut line = vec![
             ("time", event.time.to_decimal(digits)),
             ("kind", event.kind.name().to_owned()),
         ];
-        match form {
-            Form::Brake => {
+        match words.has_letters() {
+            true => {
                 let state = event.state.components().into_iter();
                 line.extend(state.map(|(name, value)| (name, value.to_decimal(digits))));
             }
-            Form::Trains(_) => line.push(("mode_after", event.mode_after.name().to_owned())),
+            false => line.push(("mode_after", event.mode_after.name().to_owned())),
         }
         line
     };

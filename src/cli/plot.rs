@@ -6,7 +6,7 @@ use super::input::bad_file;
 use super::plot_studies::{self, Drawn, Kind};
 use super::{CommandError, End, complain, print, print_json, tell, terminal};
 use crate::analysis::advice::capitalised;
-use crate::case::{CaseRef, Motion};
+use crate::case::Motion;
 use crate::compare::{CompareError, Reference};
 use crate::plot::catalogue::{self, ENTRIES, in_words_of};
 use crate::plot::comparison::Beside;
@@ -106,7 +106,7 @@ fn finish(options: &PlotOptions, chosen: &Chosen, inputs: &[PathBuf], common: &C
 
 /// Runs over each other have the same quantities: all are of the same motion.
 fn one_kind(runs: &[Run]) -> Result<(), CommandError> {
-    let motion = |run: &Run| CaseRef::from(&run.case).motion();
+    let motion = |run: &Run| run.case.motion();
     let name = |run: &Run| match motion(run) {
         Motion::Rotation => "of a rotation",
         Motion::Translation => "of a translation",

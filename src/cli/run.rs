@@ -5,7 +5,7 @@ use super::input::{Given, bad_case, bad_file, finish, interrupt_flag, overrides,
 use super::progress::Bar;
 use super::{CommandError, End, complain, print, print_json, strictly, terminal};
 use crate::analysis::{SavedReport, SavedRun, Summary, Warning, Witness};
-use crate::case::{AnyCase, CaseRef};
+use crate::case::Case;
 use crate::hybrid::RunError;
 use crate::results::SavedRows;
 use serde::Serialize;
@@ -44,8 +44,7 @@ pub(super) fn run(options: &RunOptions, common: &Common) -> Result<End, CommandE
     let given = Given::read(&options.case)?;
     let set = options.budget.over(&options.set);
     let changes = overrides(&set, options.method.as_deref()).map_err(bad_case)?;
-    let any = AnyCase::read(&given.source, &changes).map_err(bad_case)?;
-    let case = CaseRef::from(&any);
+    let case = &Case::read(&given.source, &changes).map_err(bad_case)?;
     let (source, solver) = (&given.source, case.solver());
     let path = run_output(source, options.output.as_deref())?;
     // Before the partial file is there: from then on an interruption ends the run in good order.

@@ -6,7 +6,7 @@ use super::plot_studies;
 use super::progress::Bar;
 use super::ranks::Ranks;
 use super::{CommandError, End, complain, strictly, tell};
-use crate::case::{CaseError, Form};
+use crate::case::CaseError;
 use crate::plot::PlotError;
 use crate::plot::studies::{self, Choice};
 use crate::results::{ResultError, SweepFile};
@@ -274,12 +274,12 @@ fn text_report(
             1 => "1 run ends".to_owned(),
             many => format!("{many} runs end"),
         };
-        text += match study.form {
-            Form::Brake => {
+        text += match study.words.lists_growth() {
+            true => {
                 " before a stick that lasts (final_stick_time is NaN), so that sticks may be missing; a later output.end_time \
                  would show them\n"
             }
-            Form::Trains(_) => {
+            false => {
                 " before the motion repeats itself or settles (motion is not-periodic, or stuck in a stick shorter than twice \
                  the longest before it); a later output.end_time may show what it comes to\n"
             }

@@ -2,7 +2,7 @@
 
 use crate::analysis::distribution::{Distribution, PERCENTILES};
 use crate::analysis::{HeadlineRow, Summary, headline};
-use crate::case::CaseRef;
+use crate::case::Case;
 use comfy_table::{CellAlignment, ContentArrangement, Table, presets};
 
 /// A table in the program's style.
@@ -111,7 +111,7 @@ fn below(list: &str) -> String {
 }
 
 /// The report of a run: its headline, and what its solvers did.
-pub(super) fn run_report(case: CaseRef, summary: &Summary, wall_time: f64) -> String {
+pub(super) fn run_report(case: &Case, summary: &Summary, wall_time: f64) -> String {
     let rows = headline(case, summary);
     let beside_paper = rows.iter().any(|row| !row.paper.is_empty());
     let mut report = table(if beside_paper { &["", "this run", "paper"] } else { &[] });

@@ -2,7 +2,7 @@
 
 use super::Channel;
 use crate::case::quantity::Dimension;
-use crate::case::{self, Motion};
+use crate::case::{Motion, Words};
 use crate::model::trains::{ContactLaw, End, Pressing, Train, Trains};
 use crate::simulation::trains::{Part, Which};
 
@@ -192,10 +192,10 @@ impl Form {
 }
 
 impl Vocabulary {
-    /// Of a system, with the letters of the form in which its case is written.
-    pub(crate) fn of(form: case::Form, trains: &Trains) -> Vocabulary {
+    /// Of a system, with the names of its case.
+    pub(crate) fn of(words: Words, trains: &Trains) -> Vocabulary {
         let forms = Forms { trains };
-        let is_short = form == case::Form::Brake;
+        let is_short = words.has_letters();
         let names = |channel: Channel| names(channel, is_short);
         let mut entries: Vec<Entry> = Vec::new();
         let mut same = Vec::new();
@@ -254,7 +254,7 @@ impl Vocabulary {
             }
         }
         Vocabulary {
-            motion: form.motion(),
+            motion: words.motion(),
             bodies: if is_short { "disks" } else { "surfaces" },
             entries,
             same,
@@ -422,11 +422,11 @@ fn names(channel: Channel, short: bool) -> Vec<String> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::case::{AnyCase, CaseRef, CaseSource};
+    use crate::case::{Case, CaseSource};
 
     fn of(case: &str) -> Vocabulary {
-        let case = AnyCase::read(&CaseSource::built_in(case).unwrap(), &[]).unwrap();
-        Vocabulary::of(CaseRef::from(&case).form(), &CaseRef::from(&case).system())
+        let case = Case::read(&CaseSource::built_in(case).unwrap(), &[]).unwrap();
+        Vocabulary::of(case.words(), &case.system)
     }
 
     /// What the short form names by itself are the inertias and shafts of its general form.

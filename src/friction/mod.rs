@@ -191,14 +191,6 @@ impl FrictionLaw {
             _ => None,
         }
     }
-
-    /// The same, to be changed.
-    pub fn as_exponential_mut(&mut self) -> Option<&mut Exponential> {
-        match self {
-            FrictionLaw::Exponential(law) => Some(law),
-            _ => None,
-        }
-    }
 }
 
 impl Law for FrictionLaw {

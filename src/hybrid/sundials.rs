@@ -3,7 +3,9 @@
 use super::dips::Dips;
 use super::last_step::{DynIntegrator, Flow, LastStep};
 use super::{Advance, ChosenSolver, Direction, Dynamics, Engine, EngineError, Fired, Segment, SolverKind};
-use crate::sundials::{Counters, Cvode, CvodeOptions, Erk, ErkOptions, Esdirk, Outcome, SolverError, Stepping, Task, Tolerances};
+use crate::sundials::{
+    Counters, Cvode, CvodeOptions, Erk, ErkOptions, Esdirk, Outcome, SolverError, Stepping, Task, Tolerances,
+};
 use std::sync::Arc;
 
 /// Newton's method on a root ends after so many rounds.

@@ -101,7 +101,7 @@ impl AbsoluteModel {
             breakaway: trains.breakaway,
             breakaway_test: trains.breakaway_test,
             law: trains.law.clone(),
-            axial: axial.axial(),
+            axial: *axial,
             force: actuation.pieces(),
             speed,
         })
@@ -279,7 +279,7 @@ mod tests {
     #[test]
     fn property_same_accelerations_as_in_twist_coordinates() {
         let source = CaseSource::built_in("paper").unwrap();
-        let trains = Trains::from(&Case::parse(&source, &[]).unwrap().parameters);
+        let trains = Case::read(&source, &[]).unwrap().system;
         let model = AbsoluteModel::new(&trains).unwrap();
         let system = TrainSystem::new(&trains);
         let speed = system.rotor.speed.unwrap();
@@ -339,7 +339,7 @@ mod tests {
     #[test]
     fn analytic_the_state_of_the_contact_is_that_of_equation_9() {
         let source = CaseSource::built_in("paper").unwrap();
-        let trains = Trains::from(&Case::parse(&source, &[]).unwrap().parameters);
+        let trains = Case::read(&source, &[]).unwrap().system;
         let model = AbsoluteModel::new(&trains).unwrap();
         let mut y = [0.0; DIMENSION];
         y[Z] = -4e-5;

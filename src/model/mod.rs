@@ -15,5 +15,5 @@ pub mod oscillator;
 pub mod parameters;
 pub mod trains;
 
-pub use exact::{ExactLaw, ExactParameters, nearest_double};
+pub use exact::{ExactLaw, nearest_double};
 pub use parameters::{Axial, BreakawayTest, Contact, Initial, Kick, KickTime, Mode, Parameters, Torsion};

@@ -31,17 +31,17 @@ impl Parameters {
 
 /// The axial oscillator, equations (1) and (11).
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Axial {
+pub struct Axial<T = f64> {
     /// m, kg.
-    pub mass: f64,
+    pub mass: T,
     /// k_e, N/m.
-    pub stiffness: f64,
+    pub stiffness: T,
     /// c_a, N s/m.
-    pub damping: f64,
+    pub damping: T,
     /// Amplitude of z (m) below which a ringing open contact stays open while F does not press: the oscillation that a
     /// release leaves would otherwise separate and touch for ever. A convention, not a measured number. A nanometre, the
     /// default, carries some 0.06 N of the paper's 2225 N.
-    pub ringing_floor: f64,
+    pub ringing_floor: T,
 }
 
 impl Axial {

@@ -4,7 +4,7 @@ use super::error::PlotError;
 use super::figure::{Curve, CurveStyle, Figure, Panel};
 use super::studies::data::{drawn_axis, short};
 use super::style::{BLACK, GREY, PALETTE};
-use crate::case::{AnyCase, CaseRef, CaseSource};
+use crate::case::{Case, CaseSource};
 use crate::model::trains::Trains;
 use crate::results::{ResultError, SweepFile};
 
@@ -110,8 +110,8 @@ fn boundary_curves(file: &SweepFile, x: &str, y: &str) -> Result<Vec<Curve>, Plo
 /// Whether the base case of a sweep is the paper's, whatever its kick: the study sets that.
 fn of_the_papers_case(file: &SweepFile) -> bool {
     let system = |source: CaseSource| -> Option<Trains> {
-        let case = AnyCase::read(&source, &[]).ok()?;
-        Some(CaseRef::from(&case).system().into_owned())
+        let case = Case::read(&source, &[]).ok()?;
+        Some(case.system)
     };
     let base = file.case_text();
     let base = base.and_then(|text| system(CaseSource::result(file.path(), text)));

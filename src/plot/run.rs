@@ -138,7 +138,7 @@ impl Run {
         let times = (first(0)?, first(rows - 1)?);
         let events = file.events()?;
         let case = AnyCase::read(&CaseSource::result(path, file.resolved()?), &[])?;
-        let system = CaseRef::from(&case).system().into_owned();
+        let system = case.system.clone();
         let course = Course::new(&system, CaseRef::from(&case).threshold(), case.solver());
         let [trajectory, ..] = schema::extended_tables(&provenance::extension(&case));
         let pairs = events.iter().map(|event| (event.time, event.kind));

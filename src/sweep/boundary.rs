@@ -17,7 +17,7 @@ use super::running::{Points, Running};
 use super::study::Study;
 use super::tracer::{Crossing, Tracer, place_in_plane};
 use crate::analysis::growth::foreseen_exponent;
-use crate::case::{CaseRef, Setting};
+use crate::case::Setting;
 use std::collections::BTreeSet;
 
 /// Contours of G are looked for on a grid of at most about so many nodes, and so many times finer than the first one.
@@ -192,10 +192,9 @@ fn growth_contours(tracer: &Tracer, outcomes: &[Outcome], planes: usize) -> Vec<
                 tracer.ranges,
                 share,
             ));
-            let growth = case.ok().and_then(|case| {
-                let case = CaseRef::from(&case);
-                foreseen_exponent(&case.system(), case.output().end_time)
-            });
+            let growth = case
+                .ok()
+                .and_then(|case| foreseen_exponent(&case.system, case.output.end_time));
             growth.unwrap_or(f64::NAN)
         };
         let node = |k: usize| {

@@ -2,7 +2,6 @@
 
 use super::curves::{Boundaries, BoundaryPoint, Line};
 use super::study::{Design, Study};
-use crate::case::Form;
 use crate::results::{Column, ColumnData, ResultError, SweepWriter};
 
 fn spacing(axis: &super::axis::Axis) -> &'static str {
@@ -109,14 +108,14 @@ impl Boundaries {
         ];
         writer.add_table("boundary", &attributes, &columns)?;
         for (group, dimension, what, lines) in [
-            match study.form {
-                Form::Brake => (
+            match study.words.lists_growth() {
+                true => (
                     "linear_limit",
                     "limit_point",
                     "margin of steady sliding at standstill, N m s/rad",
                     &self.linear_limit,
                 ),
-                Form::Trains(_) => (
+                false => (
                     "stability_limit",
                     "limit_point",
                     "margin of steady sliding under the drives of the case",

@@ -4,7 +4,7 @@ use super::axis::{Axis, Range};
 use super::quantities::{Outcome, Quantity, quantities, unknown_quantity};
 use super::reading::{Reader, whole_number};
 use crate::case::document::{Node, Value};
-use crate::case::{Form, Setting};
+use crate::case::{Setting, Words};
 use crate::quote::shown;
 
 /// A condition on one quantity of a run's summary.
@@ -52,11 +52,11 @@ const COMPARISONS: [(&str, Comparison); 4] = [
 ];
 
 impl Criterion {
-    /// Reads a text such as `stick_count >= 2`, on a run of this form.
+    /// Reads a text such as `stick_count >= 2`, on a run with these quantities.
     ///
     /// # Errors
     /// A text that says what was expected instead.
-    pub fn parse(form: Form, text: &str) -> Result<Criterion, String> {
+    pub fn parse(words: Words, text: &str) -> Result<Criterion, String> {
         let Some((sign, comparison)) = COMPARISONS.into_iter().find(|(sign, _)| text.contains(sign)) else {
             return Err(format!(
                 "expected a quantity, one of >= > <= <, and a number, as in \"stick_count >= 2\", but got \"{text}\"",
@@ -65,13 +65,13 @@ impl Criterion {
         };
         let (name, number) = text.split_once(sign).unwrap_or((text, ""));
         let (name, number) = (name.trim(), number.trim());
-        let Some(quantity) = quantities(form).iter().position(|quantity| quantity.name == name) else {
-            return Err(unknown_quantity(form, name, "", |_| true));
+        let Some(quantity) = quantities(words).iter().position(|quantity| quantity.name == name) else {
+            return Err(unknown_quantity(words, name, "", |_| true));
         };
         match number.parse::<f64>() {
             Ok(threshold) if threshold.is_finite() => Ok(Criterion {
                 quantity,
-                of: &quantities(form)[quantity],
+                of: &quantities(words)[quantity],
                 comparison,
                 threshold,
             }),
@@ -142,7 +142,7 @@ const DEFAULT_REFINEMENTS: u64 = 2;
 const DEFAULT_WIDTH: f64 = 1e-4;
 
 /// Reads `[boundary]`.
-pub(super) fn read_boundary(reader: &mut Reader, form: Form, node: &Node, axes: &[Axis]) -> Option<BoundarySpec> {
+pub(super) fn read_boundary(reader: &mut Reader, words: Words, node: &Node, axes: &[Axis]) -> Option<BoundarySpec> {
     if let Value::Table(_) = node.value {
         reader.check_keys(node, "boundary", BOUNDARY_KEYS);
     } else {
@@ -186,10 +186,10 @@ pub(super) fn read_boundary(reader: &mut Reader, form: Form, node: &Node, axes: 
     let x = axis("x", ranges.first().copied());
     let y = axis("y", ranges.iter().copied().find(|&k| Some(k) != x));
     let criterion = match node.at("criterion") {
-        None => Criterion::parse(form, DEFAULT_CRITERION).ok(),
+        None => Criterion::parse(words, DEFAULT_CRITERION).ok(),
         Some(given) => {
             let text = reader.text(given, "boundary.criterion")?;
-            Criterion::parse(form, &text)
+            Criterion::parse(words, &text)
                 .map_err(|message| reader.report(given, "boundary.criterion", message))
                 .ok()
         }
@@ -209,7 +209,7 @@ pub(super) fn read_boundary(reader: &mut Reader, form: Form, node: &Node, axes: 
     };
     let mut growth_contours = Vec::new();
     if let Some(given) = node.at("growth_contours") {
-        if form != Form::Brake {
+        if !words.lists_growth() {
             let message = "the growth exponent is that of a brake that slows down through the loss of stability of its sliding; \
                            trains have none: remove it (the line where steady sliding loses its stability is given beside)";
             reader.report(given, "boundary.growth_contours", message);

@@ -8,7 +8,7 @@ use super::report::NAMED_FAILURES;
 use super::running::Points;
 use super::shard::Part;
 use super::study::{Design, Study};
-use crate::case::{Form, Motion, Setting};
+use crate::case::{Motion, Setting};
 use crate::provenance;
 use crate::results::schema::{META_MOTION, META_POINT_COMMAND, META_SHOW};
 use crate::results::{
@@ -36,16 +36,15 @@ pub(crate) fn header(study: &Study) -> SweepHeader {
         meta.push(("default_rtol".to_owned(), MetaValue::Number(tolerance)));
     }
     meta.extend(command_attribute(study));
-    if let Form::Trains(motion) = study.form {
-        meta.push((META_MOTION.to_owned(), MetaValue::Text(motion.name().to_owned())));
-    }
+    let motion = study.words.motion_attribute();
+    meta.extend(motion.map(|motion| (META_MOTION.to_owned(), MetaValue::Text(motion.to_owned()))));
     if !study.show.is_empty() {
         meta.push((META_SHOW.to_owned(), MetaValue::Text(study.show.join(" "))));
     }
     SweepHeader {
         title: study.title.clone(),
         source: provenance::source(),
-        references: provenance::references(study.form).to_owned(),
+        references: study.words.references().to_owned(),
         history: format!("stickslip sweep {}", study.source.name),
         digest: study.digest(),
         study_text: study.source.text.clone(),
@@ -144,7 +143,7 @@ pub(super) fn write(
                 .collect();
             match outcome.result {
                 Ok(values) => {
-                    unfinished += u64::from(is_open(study.form, &values));
+                    unfinished += u64::from(is_open(study.quantities(), &values));
                     row.values = Some(values);
                 }
                 Err(message) => {
@@ -177,12 +176,9 @@ pub(super) fn write(
 
 /// In what words the events of a study are.
 pub(crate) fn event_form(study: &Study) -> EventForm {
-    match study.form {
-        Form::Brake => EventForm::default(),
-        Form::Trains(motion) => EventForm {
-            trains: true,
-            translation: motion == Motion::Translation,
-        },
+    EventForm {
+        trains: study.words.numbers_parts(),
+        translation: study.words.motion() == Motion::Translation,
     }
 }
 

@@ -6,7 +6,7 @@ use super::criterion::BoundarySpec;
 use super::study::Study;
 use super::tracer::place_in_plane;
 use crate::analysis::trains::steady_stability;
-use crate::case::{CaseRef, Setting};
+use crate::case::Setting;
 use crate::friction::Law;
 use crate::model::trains::margin::twice_resistance;
 use crate::model::trains::{Pressing, Trains};
@@ -24,10 +24,10 @@ pub(super) fn linear_limit(study: &Study, spec: &BoundarySpec, ranges: [Range; 2
     // Whether the margin is positive.
     let is_stable = |x: f64, y: f64| {
         let case = study.case_at(&place_in_plane(plane, spec, ranges, [x, y])).ok()?;
-        let system = CaseRef::from(&case).system();
-        match twice_resistance(&system) {
-            Some(resistance) => Some(least_margin(&system, resistance) > 0.0),
-            None => steady_stability(&system).map(|found| !found.is_unstable()),
+        let system = &case.system;
+        match twice_resistance(system) {
+            Some(resistance) => Some(least_margin(system, resistance) > 0.0),
+            None => steady_stability(system).map(|found| !found.is_unstable()),
         }
     };
     let intervals = spec.nodes[0].max(2) - 1;

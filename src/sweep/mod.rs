@@ -43,6 +43,8 @@ pub use curves::{Boundaries, BoundaryPoint, Branch, Curve, Line};
 pub use error::SweepError;
 pub(crate) use file::{command_attribute, sweep_variables};
 pub use journal::{Existing, Journal, JournalError, journal_path};
+#[cfg(feature = "cli")]
+pub(crate) use quantities::selections;
 pub(crate) use quantities::unknown_quantity;
 pub use quantities::{EventRow, Outcome, QUANTITIES, Quantity, Values, quantities, quantity_index};
 pub(crate) use reading::{Reader, whole_number};

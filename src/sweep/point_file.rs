@@ -3,7 +3,7 @@
 use super::runner::{IntegrateError, Integrated};
 use super::study::Study;
 use crate::analysis::SavedRun;
-use crate::case::AnyCase;
+use crate::case::Case;
 use crate::hybrid::RunError;
 use crate::results::ResultError;
 use crate::simulation::{Progress, RunFailure};
@@ -20,7 +20,7 @@ pub(super) fn into_a_file(
     folder: &Path,
     study: &Study,
     number: u64,
-    case: &AnyCase,
+    case: &Case,
     control: &mut dyn FnMut(Progress) -> ControlFlow<()>,
 ) -> Result<Integrated, IntegrateError> {
     std::fs::create_dir_all(folder).map_err(|error| {
@@ -38,7 +38,7 @@ pub(super) fn into_a_file(
         .control(control)
         .start()
         .map_err(|error| IntegrateError::Storage(error.to_string()))?;
-    let integrated = Integrated::new(case.into(), saved.report, &saved.summary);
+    let integrated = Integrated::new(case, saved.report, &saved.summary);
     why_not(saved.unsaved, saved.failure).map_or(Ok(integrated), Err)
 }
 

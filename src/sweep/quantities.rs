@@ -1,9 +1,9 @@
-//! What is kept of every run: the list of summary quantities that each form of a case has, and the outcome of a point.
+//! What is kept of every run: the quantities of its summary, and the outcome of a point.
 
 use crate::analysis::Summary;
 use crate::analysis::summary;
 use crate::analysis::{Attractor, Extremes};
-use crate::case::{Form, Motion, suggest};
+use crate::case::{Motion, Words, suggest};
 use crate::quote::shown;
 use crate::record::{Event, EventKind};
 
@@ -181,7 +181,7 @@ const MOTIONS: [(i64, &str); 7] = [
 /// The code of a motion that ends in a stick.
 const STUCK: f64 = 1.0;
 
-/// A final stick of trains is taken to last from this multiple of the longest stick before it.
+/// A final stick is taken to last from this multiple of the longest stick before it.
 const LASTING_STICK: f64 = 2.0;
 
 /// The code of a motion that neither repeats itself nor ends in a stick.
@@ -303,11 +303,11 @@ const fn joined<const N: usize>(lists: &[&[Quantity]]) -> [Quantity; N] {
     all
 }
 
-/// Every quantity of a brake's run, in the order of the variables in a sweep file.
+/// What is kept of a run that comes to a stop.
 pub const QUANTITIES: [Quantity; 24] = joined(&[&CYCLES, &GROWTH, &[KICKS, RESIDUAL, STEPS, RIGHT_HAND_SIDES]]);
 
-/// Every quantity of a run of two trains, in the order of the variables in a sweep file.
-const fn of_trains(angle: &'static str, speed: &'static str) -> [Quantity; 34] {
+/// What is kept of a run that may come to repeat itself.
+const fn of_motion(angle: &'static str, speed: &'static str) -> [Quantity; 34] {
     joined(&[
         &MOTION,
         &CYCLES,
@@ -316,46 +316,53 @@ const fn of_trains(angle: &'static str, speed: &'static str) -> [Quantity; 34] {
     ])
 }
 
-/// What is kept of every run of a case of this form, in the order of the variables in a sweep file.
-pub fn quantities(form: Form) -> &'static [Quantity] {
-    static OF_BRAKES: [Quantity; 24] = QUANTITIES;
-    static OF_ROTATION: [Quantity; 34] = of_trains("rad", "rad s-1");
-    static OF_TRANSLATION: [Quantity; 34] = of_trains("m", "m s-1");
-    match form {
-        Form::Brake => &OF_BRAKES,
-        Form::Trains(Motion::Rotation) => &OF_ROTATION,
-        Form::Trains(Motion::Translation) => &OF_TRANSLATION,
+/// Every selection that a study may keep. A file of a study has its variables in this order.
+static SELECTIONS: ([Quantity; 24], [[Quantity; 34]; 2]) =
+    (QUANTITIES, [of_motion("rad", "rad s-1"), of_motion("m", "m s-1")]);
+
+/// What is kept of every run of a case with these words, in the order of the variables in a sweep file.
+pub fn quantities(words: Words) -> &'static [Quantity] {
+    match (words.lists_growth(), words.motion()) {
+        (true, _) => &SELECTIONS.0,
+        (false, motion) => &SELECTIONS.1[usize::from(motion == Motion::Translation)],
     }
 }
 
-/// The place of a quantity of brakes in [`QUANTITIES`].
-pub fn quantity_index(name: &str) -> Option<usize> {
-    QUANTITIES.iter().position(|quantity| quantity.name == name)
+/// The selections, of which the one in metres repeats the names of the one in radians.
+#[cfg(feature = "cli")]
+pub(crate) fn selections() -> impl Iterator<Item = &'static [Quantity]> {
+    [SELECTIONS.0.as_slice(), SELECTIONS.1[0].as_slice()].into_iter()
 }
 
-/// What to say about a name that is no quantity of a run of this form, of which `fits` are asked for.
-pub(crate) fn unknown_quantity(form: Form, name: &str, purpose: &str, fits: fn(&Quantity) -> bool) -> String {
-    let own = quantities(form).iter().filter(|quantity| fits(quantity));
+/// The place of a quantity in [`QUANTITIES`].
+pub fn quantity_index(name: &str) -> Option<usize> {
+    place(&QUANTITIES, name)
+}
+
+/// The place of a quantity in a selection.
+fn place(quantities: &[Quantity], name: &str) -> Option<usize> {
+    quantities.iter().position(|quantity| quantity.name == name)
+}
+
+/// What to say about a name that is no quantity of a run with these words, of which `fits` are asked for.
+pub(crate) fn unknown_quantity(words: Words, name: &str, purpose: &str, fits: fn(&Quantity) -> bool) -> String {
+    let own = quantities(words).iter().filter(|quantity| fits(quantity));
     let names: Vec<&str> = own.map(|quantity| quantity.name).collect();
     let quoted = shown(name);
-    let other = match form {
-        Form::Brake => Form::Trains(Motion::Rotation),
-        Form::Trains(_) => Form::Brake,
-    };
     let listed = names.join(", ");
-    if quantities(other).iter().any(|quantity| quantity.name == name)
-        && !quantities(form).iter().any(|q| q.name == name)
-    {
-        return match form {
-            Form::Brake => format!(
+    if place(quantities(words), name).is_none() {
+        if place(&SELECTIONS.1[0], name).is_some() {
+            return format!(
                 "\"{quoted}\" is a quantity of a run of trains, and the base case is a brake, whose runs have no attractor; there are \
                  {listed}"
-            ),
-            Form::Trains(_) => format!(
+            );
+        }
+        if place(&SELECTIONS.0, name).is_some() {
+            return format!(
                 "\"{quoted}\" is a quantity of a brake that slows down through the loss of stability of its sliding, and the base \
                  case is one of trains, for which there is no such story; there are {listed}"
-            ),
-        };
+            );
+        }
     }
     match suggest(name, names.iter().copied()) {
         Some(close) => format!("a run has no quantity \"{quoted}\"{purpose}; did you mean {close}?"),
@@ -363,21 +370,17 @@ pub(crate) fn unknown_quantity(form: Form, name: &str, purpose: &str, fits: fn(&
     }
 }
 
-/// Whether a longer run might show what the motion comes to: a brake's has not come to a stick that lasts. One of trains does
-/// not repeat itself, and either the contact still changes what it does in the second half of the run, or the run ends in a
-/// stick that has not yet lasted twice as long as the longest one before it: such a stick may be one of a cycle.
-pub(super) fn is_open(form: Form, values: &Values) -> bool {
-    let value = |name: &str| {
-        let place = quantities(form).iter().position(|quantity| quantity.name == name);
-        place.map_or(f64::NAN, |place| values[place])
-    };
-    match form {
-        Form::Brake => value("final_stick_time").is_nan(),
-        Form::Trains(_) if value("motion") == STUCK => {
-            // False where no stick has ended.
-            value("end_time") - value("final_stick_time") < LASTING_STICK * value("longest_stick_duration")
-        }
-        Form::Trains(_) => value("motion") == NOT_PERIODIC && value("last_event_time") > 0.5 * value("end_time"),
+/// Whether a longer run might show what the motion comes to. One that is said to repeat itself, to be stuck, or neither, is open if
+/// it does not repeat itself, and either the contact still changes what it does in the second half of the run, or the run ends in a
+/// stick that has not yet lasted twice as long as the longest one before it: such a stick may be one of a cycle. Another has not
+/// come to a stick that lasts.
+pub(super) fn is_open(quantities: &[Quantity], values: &Values) -> bool {
+    let value = |name: &str| place(quantities, name).map_or(f64::NAN, |place| values[place]);
+    match value("motion") {
+        motion if motion.is_nan() => value("final_stick_time").is_nan(),
+        // False where no stick has ended.
+        STUCK => value("end_time") - value("final_stick_time") < LASTING_STICK * value("longest_stick_duration"),
+        motion => motion == NOT_PERIODIC && value("last_event_time") > 0.5 * value("end_time"),
     }
 }
 
@@ -429,9 +432,9 @@ impl Outcome {
     }
 }
 
-/// The quantities of a run of a case of this form that comes to `summary`.
-pub(super) fn values(form: Form, summary: &Summary) -> Values {
-    let values = quantities(form).iter();
+/// The quantities of a run of a case with these words that comes to `summary`.
+pub(super) fn values(words: Words, summary: &Summary) -> Values {
+    let values = quantities(words).iter();
     values
         .map(|quantity| (quantity.get)(summary).unwrap_or(f64::NAN))
         .collect()

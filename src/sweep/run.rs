@@ -12,7 +12,7 @@ use super::running::{Points, Running};
 use super::shard::{Part, Shard};
 use super::study::{Design, Study};
 use super::worker_pool::{Threads, Work, WorkerPool};
-use crate::case::AnyCase;
+use crate::case::Case;
 use crate::results::{Overwrite, ResultError, check_target};
 use crate::simulation::Progress;
 use crate::workers::processors;
@@ -116,7 +116,7 @@ impl<'a> Sweep<'a> {
     /// Hands over what is to be done by whoever runs the points.
     pub(crate) fn with_work<T>(&self, work: impl FnOnce(&Work) -> T) -> T {
         let folder = folder_of_runs(self.path);
-        let into_files = |number: u64, case: &AnyCase, control: &mut dyn FnMut(Progress) -> ControlFlow<()>| {
+        let into_files = |number: u64, case: &Case, control: &mut dyn FnMut(Progress) -> ControlFlow<()>| {
             into_a_file(&folder, self.study, number, case, control)
         };
         let integrate: &Integrate = match self.study.keep.trajectory {

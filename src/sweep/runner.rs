@@ -3,7 +3,7 @@
 use super::quantities::{EventRow, Outcome, Values, values};
 use super::study::{Point, Study};
 use crate::analysis::{Summary, recorded};
-use crate::case::{AnyCase, CaseError, CaseRef};
+use crate::case::{Case, CaseError};
 use crate::record::NoRecorder;
 use crate::simulation::{Progress, RunFailure, RunReport};
 use crate::workers::on_threads;
@@ -13,9 +13,8 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
 /// Integrates one case for a sweep: into nothing, or into a file of its own.
-pub type Integrate<'a> = dyn Fn(u64, &AnyCase, &mut dyn FnMut(Progress) -> ControlFlow<()>) -> Result<Integrated, IntegrateError>
-    + Sync
-    + 'a;
+pub type Integrate<'a> =
+    dyn Fn(u64, &Case, &mut dyn FnMut(Progress) -> ControlFlow<()>) -> Result<Integrated, IntegrateError> + Sync + 'a;
 
 /// What a run of a sweep came to.
 #[derive(Debug)]
@@ -28,8 +27,8 @@ pub struct Integrated {
 
 impl Integrated {
     /// Of a run of a case that comes to `summary`.
-    pub(super) fn new(case: CaseRef, report: RunReport, summary: &Summary) -> Integrated {
-        let values = (!report.interrupted).then(|| values(case.form(), summary));
+    pub(super) fn new(case: &Case, report: RunReport, summary: &Summary) -> Integrated {
+        let values = (!report.interrupted).then(|| values(case.words(), summary));
         Integrated { report, values }
     }
 }
@@ -51,13 +50,13 @@ pub enum IntegrateError {
 /// Those of [`Run::start`](crate::Run::start).
 pub fn without_a_file(
     _number: u64,
-    case: &AnyCase,
+    case: &Case,
     control: &mut dyn FnMut(Progress) -> ControlFlow<()>,
 ) -> Result<Integrated, IntegrateError> {
-    let run = recorded(case.into(), &mut NoRecorder, false, control);
+    let run = recorded(case, &mut NoRecorder, false, control);
     match run.failure {
         Some(failure) => Err(IntegrateError::Run(failure)),
-        None => Ok(Integrated::new(case.into(), run.report, &run.summary)),
+        None => Ok(Integrated::new(case, run.report, &run.summary)),
     }
 }
 

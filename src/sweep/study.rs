@@ -7,7 +7,7 @@ use super::reading::{self, Reader, join, whole_number};
 use super::sampling::{self, MOST_SOBOL_AXES, MOST_SOBOL_POINTS, SampleMethod};
 use super::source::StudySource;
 use crate::case::document::{self, Node, Value};
-use crate::case::{AnyCase, CaseError, CaseKeys, CaseSource, Form, Origin, Override, Problem, Setting};
+use crate::case::{Case, CaseError, CaseKeys, CaseSource, Origin, Override, Problem, Setting, Words};
 use crate::quote::in_shell;
 use crate::results::{is_hdf5, open_sound};
 use crate::simulation::Method;
@@ -48,8 +48,8 @@ pub struct Study {
     pub source: StudySource,
     /// The base case, as text.
     pub base: CaseSource,
-    /// Whether that is a brake or two trains.
-    pub form: Form,
+    /// How the places of its system are called.
+    pub words: Words,
     /// What the study sets in it.
     pub settings: Vec<Override>,
     /// In the order of the text; the last one varies fastest.
@@ -156,13 +156,13 @@ impl Study {
         };
         let show = root
             .at("show")
-            .map_or_else(Vec::new, |node| read_show(&mut reader, known.form, node));
+            .map_or_else(Vec::new, |node| read_show(&mut reader, known.words, node));
         let (Some(base), Some(design), true) = (base, design, reader.is_clean()) else {
             return Err(reader.into_error());
         };
         let study = Study {
-            resolved: resolve(known.form, &base, &settings, &axes),
-            form: known.form,
+            resolved: resolve(known.words, &base, &settings, &axes),
+            words: known.words,
             gives_tolerance: gives_tolerance(&base, &settings, &axes),
             title: title.unwrap_or_else(|| source.name.clone()),
             source,
@@ -182,14 +182,14 @@ impl Study {
     pub(crate) fn of_ranges(
         title: String,
         source: StudySource,
-        (base, form): (CaseSource, Form),
+        (base, words): (CaseSource, Words),
         settings: Vec<Override>,
         axes: Vec<Axis>,
         files: Vec<PathBuf>,
     ) -> Study {
         Study {
-            resolved: resolve(form, &base, &settings, &axes),
-            form,
+            resolved: resolve(words, &base, &settings, &axes),
+            words,
             // A search wants runs that change smoothly with the parameters: at the case's own tolerance.
             gives_tolerance: true,
             title,
@@ -211,7 +211,7 @@ impl Study {
 
     /// What is kept of each of its runs, in the order of the variables of its file.
     pub fn quantities(&self) -> &'static [Quantity] {
-        quantities(self.form)
+        quantities(self.words)
     }
 
     /// The place of a quantity among them.
@@ -258,7 +258,7 @@ impl Study {
     ///
     /// # Errors
     /// If these values do not make a valid case.
-    pub fn case_at(&self, coordinates: &[Setting]) -> Result<AnyCase, CaseError> {
+    pub fn case_at(&self, coordinates: &[Setting]) -> Result<Case, CaseError> {
         let (base, mut overrides) = match &self.resolved {
             Some(resolved) => (resolved, Vec::with_capacity(self.axes.len())),
             None => (&self.base, self.settings.clone()),
@@ -266,8 +266,8 @@ impl Study {
         for (axis, value) in self.axes.iter().zip(coordinates) {
             overrides.extend(axis.keys.iter().map(|key| Override::setting(key, value)));
         }
-        let mut case = AnyCase::parse(self.form, base, &overrides)?;
-        let (solver, _) = case.options_mut();
+        let mut case = Case::read(base, &overrides)?;
+        let solver = &mut case.solver;
         if !self.gives_tolerance && matches!(solver.method, Method::Auto | Method::Series) {
             solver.rtol = STUDY_RTOL;
         }
@@ -296,7 +296,7 @@ impl Study {
         let settings = self.settings.iter().filter(|setting| setting.key() != WALL_TIME);
         arguments.extend(settings.flat_map(|setting| ["--set".to_owned(), setting.argument()]));
         let by_axis = self.axes.iter().any(|axis| axis.keys.iter().any(|key| key == METHOD));
-        let method = AnyCase::parse(self.form, &self.base, &self.settings).map(|mut case| case.options_mut().0.method);
+        let method = Case::read(&self.base, &self.settings).map(|case| case.solver.method);
         let takes_it = !matches!(method, Ok(method) if !matches!(method, Method::Auto | Method::Series));
         if let (Some(tolerance), false, true) = (self.default_tolerance(), by_axis, takes_it) {
             arguments.extend(["--set".to_owned(), format!("solver.rtol={tolerance:e}")]);
@@ -309,7 +309,7 @@ impl Study {
     pub fn with(&self, overrides: &[Override]) -> Study {
         let mut study = self.clone();
         study.settings.extend(overrides.iter().cloned());
-        study.resolved = resolve(study.form, &study.base, &study.settings, &study.axes);
+        study.resolved = resolve(study.words, &study.base, &study.settings, &study.axes);
         study.gives_tolerance = gives_tolerance(&study.base, &study.settings, &study.axes);
         study
     }
@@ -370,44 +370,17 @@ impl Study {
     }
 }
 
-/// The keys of the base case, of which form it is; those of a brake where there is none.
+/// The keys of the base case; those of the short form where there is none.
 pub(crate) fn keys_of(base: Option<&CaseSource>, settings: &[Override]) -> CaseKeys {
-    base.map_or(CaseKeys::OF_BRAKES, |base| CaseKeys::of(base, settings))
+    base.map_or(CaseKeys::SHORT, |base| CaseKeys::of(base, settings))
 }
 
-/// Keys whose meaning depends on others that a resolved case no longer has, or that others hang on.
-const ENTANGLED: [&str; 3] = ["contact.", "actuation.profile", "output."];
-
-/// The same of trains: by default the threshold hangs on the smoothness of the contact, and the speeds at the start on those of
-/// driven ends.
-const ENTANGLED_OF_TRAINS: [&str; 15] = [
-    "motion",
-    "rotor.end",
-    "rotor.speed",
-    "rotor.torque_on",
-    "stator.end",
-    "stator.speed",
-    "stator.torque_on",
-    "contact.radius",
-    "contact.outer_diameter",
-    "contact.inner_diameter",
-    "contact.wear",
-    "actuation.profile",
-    "friction.",
-    "initial.speed",
-    "output.",
-];
-
-fn resolve(form: Form, base: &CaseSource, settings: &[Override], axes: &[Axis]) -> Option<CaseSource> {
+fn resolve(words: Words, base: &CaseSource, settings: &[Override], axes: &[Axis]) -> Option<CaseSource> {
     let mut keys = axes.iter().flat_map(|axis| &axis.keys);
-    let entangled: &[&str] = match form {
-        Form::Brake => &ENTANGLED,
-        Form::Trains(_) => &ENTANGLED_OF_TRAINS,
-    };
-    if keys.any(|key| entangled.iter().any(|start| key.starts_with(start))) {
+    if keys.any(|key| words.entangled().iter().any(|start| key.starts_with(start))) {
         return None;
     }
-    let case = AnyCase::parse(form, base, settings).ok()?;
+    let case = Case::read(base, settings).ok()?;
     Some(CaseSource {
         text: case.resolved(),
         origin: base.origin.clone(),
@@ -608,17 +581,17 @@ fn read_design(
             None
         }
         Some(&"sample") => read_sample(reader, root.at("sample")?, axes).map(Design::Rows),
-        Some(_) => read_boundary(reader, known.form, root.at("boundary")?, axes).map(Design::Boundary),
+        Some(_) => read_boundary(reader, known.words, root.at("boundary")?, axes).map(Design::Boundary),
         None => Some(Design::Grid),
     }
 }
 
 /// One name, or a list of them.
-fn read_show(reader: &mut Reader, form: Form, node: &Node) -> Vec<String> {
+fn read_show(reader: &mut Reader, words: Words, node: &Node) -> Vec<String> {
     let names = reading::keys_of(reader, node, "show").unwrap_or_default();
     for name in &names {
-        if !quantities(form).iter().any(|quantity| quantity.name == name) {
-            reader.report(node, "show", unknown_quantity(form, name, "", |_| true));
+        if !quantities(words).iter().any(|quantity| quantity.name == name) {
+            reader.report(node, "show", unknown_quantity(words, name, "", |_| true));
         }
     }
     names

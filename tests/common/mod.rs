@@ -7,7 +7,9 @@ pub mod random_brakes;
 pub mod rigid_growth;
 pub mod trains;
 use stickslip::Run;
+use stickslip::case::Case;
 use stickslip::friction::{Exponential, Friction};
+use stickslip::model::trains::Trains;
 use stickslip::model::{Axial, BreakawayTest, Contact, Initial, Kick, KickTime, Parameters, Torsion};
 use stickslip::record::{EventKind, MemoryRecorder, Sample};
 use stickslip::signal::{Ramp, Signal};
@@ -101,10 +103,15 @@ pub fn truth(name: &str) -> Truth {
     }
 }
 
+/// The two disks of a case in the short form.
+pub fn disks(case: &Case) -> Parameters {
+    Parameters::of(&case.system).expect("two disks")
+}
+
 /// A run kept in memory.
 pub fn run(parameters: &Parameters, solver: &SolverOptions, output: &OutputOptions) -> (MemoryRecorder, RunReport) {
     let mut recorder = MemoryRecorder::default();
-    let report = Run::of(parameters, solver, output)
+    let report = Run::of_trains(&Trains::from(parameters), 0.0, solver, output)
         .record(&mut recorder)
         .start()
         .expect("a run");

@@ -3,7 +3,6 @@
 use std::ops::ControlFlow;
 use stickslip::case::{Case, CaseSource, Override};
 use stickslip::model::nearest_double;
-use stickslip::model::trains::ExactTrains;
 use stickslip::oracle::{self, Number, OracleOptions, rational};
 
 /// Numbers in [0, 1) that are the same in every run (splitmix64).
@@ -106,13 +105,13 @@ pub fn exact_events(
     end_time: f64,
     digits: u32,
 ) -> Vec<oracle::OracleEvent> {
-    let exact = Case::exact_parameters(source, overrides).unwrap();
+    let exact = Case::exact(source, overrides).unwrap().system;
     let options = OracleOptions {
         digits,
         end_time: rational(&format!("{end_time}")).unwrap(),
         ..OracleOptions::default()
     };
-    oracle::run(&ExactTrains::from(&exact), &options, &mut |_| ControlFlow::Continue(()))
+    oracle::run(&exact, &options, &mut |_| ControlFlow::Continue(()))
         .unwrap()
         .events
 }

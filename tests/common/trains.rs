@@ -32,7 +32,7 @@ pub fn run(
     solver: &SolverOptions,
     recorder: &mut dyn Recorder,
 ) -> Result<RunReport, Box<RunFailure>> {
-    Run::of_trains(&case.parameters, case.threshold.unwrap_or(0.0), solver, &case.output)
+    Run::of_trains(&case.system, case.threshold(), solver, &case.output)
         .record(recorder)
         .start()
 }
@@ -50,12 +50,12 @@ pub fn truth(
     case: &TrainCase,
     digits: u32,
 ) -> Result<OracleSolution, OracleError> {
-    let exact = TrainCase::exact_parameters(source, changes).unwrap();
+    let exact = TrainCase::exact(source, changes).unwrap().system;
     let request = OracleRequest {
         digits,
         end_time: BigRational::from_float(case.output.end_time).unwrap(),
         longest: Duration::from_secs(120),
-        threshold: TrainCase::exact_threshold(source, changes).unwrap(),
+        threshold: TrainCase::exact(source, changes).unwrap().threshold,
         ..OracleRequest::default()
     };
     oracle::solve(&exact, &request, &mut |_| ControlFlow::Continue(()))

@@ -57,9 +57,8 @@ pub fn compare(candidate: &Path, mapping: &Mapping) -> Comparison {
 
 /// The parameters of `paper`.
 pub fn parameters() -> Parameters {
-    Case::parse(&CaseSource::built_in("paper").unwrap(), &[])
-        .unwrap()
-        .parameters
+    let case = Case::read(&CaseSource::built_in("paper").unwrap(), &[]).unwrap();
+    Parameters::of(&case.system).unwrap()
 }
 
 /// The state of the reference around its kick, (before, after), and the time of it.

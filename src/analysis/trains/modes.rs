@@ -181,7 +181,7 @@ impl TrainModes {
             Pressing::Axial { axial, .. } => states.push(TrainState {
                 state: "axial",
                 relative_velocity: None,
-                modes: axial_modes(&axial.axial()),
+                modes: axial_modes(axial),
             }),
             Pressing::Force(_) => absent.push(Absent {
                 what: "axial mode",

@@ -1,47 +1,20 @@
-//! The conditions between the values of a case of trains.
+//! The conditions between the values of a case in the general form.
 
-use super::TrainCase;
 use crate::case::conditions::{self as shared, COARSEST_CLOCK, Violation};
+use crate::case::draft::Draft;
 use crate::case::{Case, Motion};
-use crate::friction::{Friction, Law as _};
+use crate::friction::Law as _;
 use crate::model::absolute_angles::AbsoluteModel;
 use crate::model::trains::{ContactLaw, End, KickSide, Pressing, Train, Trains, margin};
 use crate::model::{BreakawayTest, KickTime};
 use crate::simulation::Method;
 use crate::simulation::procedure::FOREIGN;
 
-impl TrainCase {
-    /// What it shares with a case of the brake, as such a case.
-    pub(super) fn shared(&self) -> Case {
-        let mut case = Case::blank(self.title.clone());
-        if let Pressing::Axial { axial, actuation } = &self.parameters.pressing {
-            case.parameters.axial.mass = axial.mass;
-            case.parameters.axial.stiffness = axial.stiffness;
-            case.parameters.axial.damping = axial.damping;
-            case.parameters.axial.ringing_floor = axial.ringing_floor;
-            case.parameters.actuation = actuation.clone();
-        }
-        case.parameters.contact.radius = self.parameters.radius;
-        case.parameters.contact.breakaway_test = self.parameters.breakaway_test;
-        case.parameters.friction = Friction {
-            breakaway: self.parameters.breakaway,
-            law: self.parameters.law.clone(),
-        };
-        case.solver = self.solver.clone();
-        case.output = self.output.clone();
-        case
-    }
-
-    pub(super) fn presses_axially(&self) -> bool {
-        matches!(self.parameters.pressing, Pressing::Axial { .. })
-    }
-}
-
-/// Every condition that the case does not meet.
-pub(super) fn violated(case: &TrainCase) -> Vec<Violation> {
-    let mut found = shared::violated_in_common(&case.shared(), case.presses_axially());
+/// Every condition that the case does not meet; `draft` has the keys that it shares with the short form.
+pub(super) fn violated(case: &Case, draft: &Draft) -> Vec<Violation> {
+    let trains = &case.system;
+    let mut found = shared::in_common(draft, matches!(trains.pressing, Pressing::Axial { .. }));
     let mut complain = |path: &str, with: &[&str], message: String| found.push(Violation::new(path, with, message));
-    let trains = &case.parameters;
     if trains.rotor.is_rigid() && trains.stator.is_rigid() {
         let message = "missing: no inertia anywhere, neither of the rotor nor of the stator: nothing moves but what is driven; give \
                        one of the trains an inertia";
@@ -139,13 +112,13 @@ fn at_start(train: &Train, speeds: &[f64]) -> f64 {
 }
 
 /// A law that ends below the relative velocity at the start.
-fn outside_the_law(case: &TrainCase, complain: &mut impl FnMut(&str, &[&str], String)) {
-    let trains = &case.parameters;
+fn outside_the_law(case: &Case, complain: &mut impl FnMut(&str, &[&str], String)) {
+    let trains = &case.system;
     let initial = &trains.initial;
     let speed = at_start(&trains.rotor, &initial.rotor_speed) - at_start(&trains.stator, &initial.stator_speed);
     let end = trains.law.ends_at();
     if speed.abs() >= end {
-        let unit = match case.motion {
+        let unit = match case.motion() {
             Motion::Rotation => "rad/s",
             Motion::Translation => "m/s",
         };

@@ -75,7 +75,7 @@ pub(super) const OF_BRISTLES: &[(&str, bool)] = &[
 ];
 
 /// Every key that only trains have.
-pub(super) const KEYS: &[TrainKey] = &[
+pub(in crate::case) const KEYS: &[TrainKey] = &[
     key(
         "motion",
         "what the coordinates are: angles or positions",
@@ -227,7 +227,7 @@ pub(super) fn is_shared(path: &str) -> bool {
 }
 
 /// The paths of all keys of a case of trains.
-pub(super) fn known() -> Vec<&'static str> {
+pub(in crate::case) fn known() -> Vec<&'static str> {
     let shared = schema::keys().iter().map(|key| key.path).filter(|path| is_shared(path));
     let own = KEYS.iter().map(|key| key.path);
     // A table's keys together, in the order in which a case is written: what messages list.
@@ -247,7 +247,7 @@ pub(super) fn known() -> Vec<&'static str> {
 }
 
 /// The key at a path of `KEYS`.
-pub(super) fn find(path: &str) -> &'static TrainKey {
+pub(in crate::case) fn find(path: &str) -> &'static TrainKey {
     KEYS.iter()
         .find(|key| key.path == path)
         .unwrap_or_else(|| unreachable!("{path} is a key of trains"))

@@ -1,44 +1,30 @@
 //! From the tree of values to a valid case of trains, with every problem on the way.
 
+use super::conditions;
 use super::keys::{self, ENDS, LUGRE, OF_BRISTLES, SIDES, SMOOTHINGS, TrainKind};
-use super::{TrainCase, conditions};
-use crate::case::document::{self, Node, Override, Value};
+use crate::case::document::{Node, Value};
+use crate::case::draft::Draft;
 use crate::case::quantity::{self, Dimension};
-use crate::case::reader::Reader;
+use crate::case::reader::{Read, Reader};
 use crate::case::schema::{self, Domain};
 use crate::case::value::{choice, number};
-use crate::case::{Case, CaseError, CaseSource, Motion};
+use crate::case::words::named_motion;
+use crate::case::{Case, CaseError, CaseSource, Motion, Problem, Words};
 use crate::friction::Law as _;
-use crate::model::trains::parameters::AxialOf;
 use crate::model::trains::{
     Bristles, ContactLaw, End, Initial, Kick, KickSide, Pressing, Regularisation, Smoothing, Torque, Train, Trains,
 };
 use crate::signal::Drive;
 
-/// A case, and its values as they were written.
-pub(super) struct Read {
-    pub(super) case: TrainCase,
-    /// With bristles, `friction` holds the law g alone.
-    pub(super) of_law: Node,
-    pub(super) written: Node,
-}
-
-pub(super) fn read(source: &CaseSource, overrides: &[Override]) -> Result<Read, CaseError> {
-    let label = source.label();
-    let mut root = document::read(&source.text, &label)?;
-    let mut problems = Vec::new();
-    for change in overrides {
-        if let Err(problem) = document::apply(&mut root, change) {
-            problems.push((usize::MAX, problem));
-        }
-    }
-    let motion = match root.at("motion").map(|node| choice(&node.value, names_of_motion())) {
-        Some(Ok(name)) => Ok(Motion::ALL.into_iter().find(|motion| motion.name() == name)),
-        Some(Err(message)) => Err(message),
-        None => Ok(None),
-    };
+/// Reads the general form; the overrides are in the tree, and what is wrong with them is in `problems`.
+pub(in crate::case) fn read(
+    source: &CaseSource,
+    root: Node,
+    problems: Vec<(usize, Problem)>,
+) -> Result<Read, CaseError> {
+    let motion = named_motion(&root);
     let known = motion.as_ref().ok().copied().flatten().unwrap_or_default();
-    let mut reader = Reader::new(root, label, problems, keys::known(), known);
+    let mut reader = Reader::new(root, source.label(), problems, keys::known(), known);
     reader.further_law = Some((LUGRE, OF_BRISTLES));
     let mut train = TrainReader {
         motion: known,
@@ -52,38 +38,12 @@ pub(super) fn read(source: &CaseSource, overrides: &[Override]) -> Result<Read, 
             None
         }
     };
-    let (of_law, written) = (reader.root.clone(), reader.all.clone());
-    let Some(case) = case.filter(|_| reader.problems.is_empty()) else {
-        let error = reader.finish(()).err();
-        return Err(error.unwrap_or_else(|| CaseError::one(source.label(), "", "the case cannot be read")));
-    };
-    for violation in conditions::violated(&case) {
-        reader.report_violation(violation);
+    if let (Some((case, draft)), true) = (&case, reader.problems.is_empty()) {
+        for violation in conditions::violated(case, draft) {
+            reader.report_violation(violation);
+        }
     }
-    let read = Read { case, of_law, written };
-    reader.finish(read)
-}
-
-/// What the coordinates of a case are that may be wrong in other respects.
-pub(in crate::case) fn motion_of(source: &CaseSource, overrides: &[Override]) -> Motion {
-    let Ok(mut root) = document::read(&source.text, &source.label()) else {
-        return Motion::default();
-    };
-    for change in overrides {
-        let _ = document::apply(&mut root, change);
-    }
-    let name = root
-        .at("motion")
-        .and_then(|node| choice(&node.value, names_of_motion()).ok());
-    let named = Motion::ALL.into_iter().find(|motion| Some(motion.name()) == name);
-    named.unwrap_or_default()
-}
-
-fn names_of_motion() -> &'static [&'static str] {
-    match keys::find("motion").kind {
-        TrainKind::Choice(words) => words,
-        _ => &[],
-    }
+    reader.finish(case.map(|(case, _)| case))
 }
 
 /// A value that may be left out.
@@ -123,58 +83,59 @@ impl TrainReader<'_> {
     }
 
     /// `None` if it is wrong in a way that has been reported.
-    fn case(&mut self, source: &CaseSource) -> Option<TrainCase> {
+    fn case(&mut self, source: &CaseSource) -> Option<(Case, Draft)> {
         if self.has("torsion") {
             let message = "beside [rotor] and [stator]: it is the short form of a rotor of two inertias and a stator of one; \
                            keep either [torsion], or [rotor] and [stator]";
             self.report("torsion", message);
             take(&mut self.reader.root, "torsion");
         }
-        self.reader.check_all_names();
+        self.reader.check_names();
         let bristles = self.bristles();
-        let mut scratch = Case::blank(source.name());
+        let mut draft = Draft::blank(source.name());
         let rotor = self.train("rotor");
         let stator = self.train("stator");
-        let pressing = self.pressing(&mut scratch);
-        self.radius(&mut scratch);
+        let pressing = self.pressing(&mut draft);
+        self.radius(&mut draft);
         let regularisation = self.regularisation(bristles.is_some());
         let contact = match (bristles, regularisation) {
             (Some(bristles), _) => ContactLaw::Bristles(bristles),
             (None, Some(regularisation)) => ContactLaw::Regularised(regularisation),
             (None, None) => ContactLaw::StickSlip,
         };
-        self.friction(&mut scratch, &contact);
-        self.reader.fill_keys(&mut scratch, |path| {
+        self.friction(&mut draft, &contact);
+        self.reader.fill_keys(&mut draft, |path| {
             path == "title"
                 || path == "contact.breakaway_test"
                 || ["solver.", "output.", "perturbation"]
                     .iter()
                     .any(|table| path.starts_with(table))
         });
-        self.reader.fill_output(&mut scratch, &source.origin);
-        let threshold = self.threshold(&contact, &scratch);
-        let kicks = self.kicks(&scratch);
+        self.reader.fill_output(&mut draft, &source.origin);
+        let threshold = self.threshold(&contact, &draft);
+        let kicks = self.kicks(&draft);
         let (rotor, stator) = (rotor?, stator?);
         let initial = self.initial(&rotor, &stator);
-        Some(TrainCase {
-            title: scratch.title,
-            motion: self.motion,
-            parameters: Trains {
+        let case = Case {
+            title: draft.title.clone(),
+            system: Trains {
                 rotor,
                 stator,
-                radius: scratch.parameters.contact.radius,
+                radius: draft.parameters.contact.radius,
                 pressing: pressing?,
-                breakaway: scratch.parameters.friction.breakaway,
-                breakaway_test: scratch.parameters.contact.breakaway_test,
-                law: scratch.parameters.friction.law,
+                breakaway: draft.parameters.friction.breakaway,
+                breakaway_test: draft.parameters.contact.breakaway_test,
+                law: draft.parameters.friction.law.clone(),
                 contact,
                 initial,
                 kicks,
             },
-            solver: scratch.solver,
-            output: scratch.output,
-            threshold,
-        })
+            words: Words::general(self.motion),
+            threshold: threshold.unwrap_or(0.0),
+            solver: draft.solver.clone(),
+            output: draft.output.clone(),
+        };
+        Some((case, draft))
     }
 
     /// A number at a path of the tree.
@@ -459,7 +420,7 @@ impl TrainReader<'_> {
     }
 
     /// Where the normal force comes from.
-    fn pressing(&mut self, scratch: &mut Case) -> Option<Pressing> {
+    fn pressing(&mut self, draft: &mut Draft) -> Option<Pressing> {
         const FORCE: &str = "contact.normal_force";
         let table = ["axial", "actuation"].into_iter().find(|table| self.has(table));
         match (self.has(FORCE), table) {
@@ -484,16 +445,10 @@ impl TrainReader<'_> {
                         return None;
                     }
                 }
-                self.reader.fill_keys(scratch, of_axial);
-                let axial = &scratch.parameters.axial;
+                self.reader.fill_keys(draft, of_axial);
                 Some(Pressing::Axial {
-                    axial: AxialOf {
-                        mass: axial.mass,
-                        stiffness: axial.stiffness,
-                        damping: axial.damping,
-                        ringing_floor: axial.ringing_floor,
-                    },
-                    actuation: scratch.parameters.actuation.clone(),
+                    axial: draft.parameters.axial,
+                    actuation: draft.parameters.actuation.clone(),
                 })
             }
             (false, None) => {
@@ -505,10 +460,10 @@ impl TrainReader<'_> {
         }
     }
 
-    fn radius(&mut self, scratch: &mut Case) {
+    fn radius(&mut self, draft: &mut Draft) {
         if self.motion == Motion::Rotation {
-            self.reader.fill_keys(scratch, |path| path == "contact.radius");
-            return self.reader.contact(scratch);
+            self.reader.fill_keys(draft, |path| path == "contact.radius");
+            return self.reader.contact(draft);
         }
         for name in ["radius", "outer_diameter", "inner_diameter", "wear"] {
             let path = format!("contact.{name}");
@@ -519,7 +474,7 @@ impl TrainReader<'_> {
                 );
             }
         }
-        scratch.parameters.contact.radius = 1.0;
+        draft.parameters.contact.radius = 1.0;
     }
 
     /// With law "lugre": its bristles. The tree is left with the law g in its place.
@@ -637,7 +592,7 @@ impl TrainReader<'_> {
         self.report(path, message);
     }
 
-    fn friction(&mut self, scratch: &mut Case, contact: &ContactLaw) {
+    fn friction(&mut self, draft: &mut Draft, contact: &ContactLaw) {
         const BREAKAWAY: &str = "friction.breakaway";
         // A law of no such name has been reported, and what it would need is not known.
         if !self.has("friction") && self.reader.all.at("friction").is_some() {
@@ -645,16 +600,16 @@ impl TrainReader<'_> {
         }
         let sticks = matches!(contact, ContactLaw::StickSlip) && !self.has("friction.regularisation");
         let may_lack = !sticks && !self.has(BREAKAWAY);
-        self.reader.fill_keys(scratch, |path| {
+        self.reader.fill_keys(draft, |path| {
             path.starts_with("friction.") && !(may_lack && path == BREAKAWAY)
         });
-        let friction = &mut scratch.parameters.friction;
+        let friction = &mut draft.parameters.friction;
         if may_lack && self.reader.problems.is_empty() {
             friction.breakaway = friction.law.at_vanishing_speed();
         }
     }
 
-    fn threshold(&mut self, contact: &ContactLaw, scratch: &Case) -> Option<f64> {
+    fn threshold(&mut self, contact: &ContactLaw, draft: &Draft) -> Option<f64> {
         let path = "friction.threshold";
         let default = match contact {
             ContactLaw::StickSlip => {
@@ -666,14 +621,14 @@ impl TrainReader<'_> {
                 return None;
             }
             ContactLaw::Regularised(regularisation) => 10.0 * regularisation.speed,
-            ContactLaw::Bristles(_) => scratch.parameters.friction.law.number("scale").unwrap_or(f64::NAN) / 10.0,
+            ContactLaw::Bristles(_) => draft.parameters.friction.law.number("scale").unwrap_or(f64::NAN) / 10.0,
         };
         Some(self.number(path, Dimension::AngularVelocity).or(default))
     }
 
-    fn kicks(&mut self, scratch: &Case) -> Vec<Kick> {
+    fn kicks(&mut self, draft: &Draft) -> Vec<Kick> {
         let mut kicks = Vec::new();
-        for (index, kick) in scratch.parameters.perturbations.iter().enumerate() {
+        for (index, kick) in draft.parameters.perturbations.iter().enumerate() {
             let path = format!("perturbation.{index}.on");
             let on = match self.reader.root.at(&path).map(|node| choice(&node.value, SIDES)) {
                 None | Some(Ok("both")) => KickSide::Both,

@@ -1,23 +1,23 @@
-//! A case of trains as TOML in SI, at full precision.
+//! A case in the general form as TOML in SI, at full precision.
 
 use std::fmt::Write;
 
 use toml_edit::Value;
 
-use super::TrainCase;
 use super::keys::{self, LUGRE, TrainKind};
-use crate::case::Motion;
+use crate::case::draft::Draft;
 use crate::case::quantity::Dimension;
 use crate::case::resolved::{self, Only};
 use crate::case::schema;
+use crate::case::{Case, Motion};
 use crate::model::trains::{ContactLaw, End, KickSide, Pressing, Smoothing, Train};
 use crate::signal::{Drive, Frequency, SIGNALS, Shape, Signal, Table};
 
 /// Every value of the case.
-pub(super) fn write(case: &TrainCase) -> String {
-    let trains = &case.parameters;
-    let shared = case.shared();
-    let motion = case.motion;
+pub(in crate::case) fn write(case: &Case) -> String {
+    let trains = &case.system;
+    let shared = Draft::of(case);
+    let motion = case.motion();
     let only = |wanted: fn(&str) -> bool| resolved::keys(&shared, Only { wanted, motion });
     let mut text = Text {
         text: only(|path| path == "title"),
@@ -129,8 +129,8 @@ impl Text {
         }
     }
 
-    fn friction(&mut self, case: &TrainCase, shared: &crate::case::Case) {
-        let trains = &case.parameters;
+    fn friction(&mut self, case: &Case, shared: &Draft) {
+        let trains = &case.system;
         let motion = self.motion;
         if let ContactLaw::Bristles(bristles) = &trains.contact {
             self.heading("friction");
@@ -150,8 +150,8 @@ impl Text {
             self.text
                 .push_str(&resolved::keys(shared, Only { wanted: law, motion }));
         }
-        if let Some(threshold) = case.threshold {
-            self.line("friction.threshold", &format!("{threshold:?}"));
+        if trains.contact != ContactLaw::StickSlip {
+            self.line("friction.threshold", &format!("{:?}", case.threshold));
         }
         if let ContactLaw::Regularised(regularisation) = &trains.contact {
             self.heading("friction.regularisation");
@@ -164,8 +164,8 @@ impl Text {
         }
     }
 
-    fn initial(&mut self, case: &TrainCase) {
-        let initial = &case.parameters.initial;
+    fn initial(&mut self, case: &Case) {
+        let initial = &case.system.initial;
         self.heading("initial");
         self.list("initial.rotor_twist", &initial.rotor_twist);
         self.list("initial.rotor_speed", &initial.rotor_speed);

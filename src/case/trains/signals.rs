@@ -35,7 +35,7 @@ pub(super) fn keys_of(profile: &str) -> &'static [&'static str] {
 
 /// The dimension of a number of a signal, by the last part of its path, if that of the signal is `dimension`; whether it is one
 /// of the coordinates of the case, which [`Motion`] changes.
-pub(super) fn dimension_of(path: &str, dimension: Dimension, motion: Motion) -> Dimension {
+pub(in crate::case) fn dimension_of(path: &str, dimension: Dimension, motion: Motion) -> Dimension {
     let name = path
         .rsplit('.')
         .find(|part| part.parse::<usize>().is_err())

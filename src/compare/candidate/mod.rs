@@ -93,7 +93,7 @@ impl Candidate {
         let refuse = |what: &str, remedy: &str| Err(CompareError::whole(path, what, remedy));
         let case = CaseRef::from(&case);
         let system = case.system();
-        if case.form().motion() != physics.vocabulary().motion() {
+        if case.motion() != physics.vocabulary().motion() {
             let what = "is a run of another motion than the reference: one is of rotation, one of translation";
             return refuse(what, "compare runs of one motion");
         }
@@ -108,7 +108,7 @@ impl Candidate {
             candidate.take(channel, channel.name().into_owned(), 1.0);
         }
         candidate.events = Some(events::own(path, &events, system.radius)?);
-        let is_like = case.form() == physics.form();
+        let is_like = case.words() == physics.words();
         candidate.resolved = Some(if is_like { case.resolved() } else { String::new() });
         candidate.attractor = Attractor::of_file(&file)?;
         candidate.table = Some(Box::new(OwnTable { file }));

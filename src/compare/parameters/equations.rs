@@ -12,10 +12,9 @@
 
 use super::stretches::{POINTS, Stretch};
 use crate::friction::Law;
-use crate::model::Mode;
-use crate::model::trains::parameters::AxialOf;
 use crate::model::trains::system::{Engagement, Outside, TrainSystem};
 use crate::model::trains::{Pressing, Train, Trains};
+use crate::model::{Axial, Mode};
 use crate::simulation::trains::Excitation;
 use std::rc::Rc;
 
@@ -108,7 +107,7 @@ impl Equations {
             Pressing::Axial { axial, .. } => stretch.axial.as_ref().map(|motion| (axial, motion)),
             Pressing::Force(_) => None,
         };
-        let pressed_by = |(axial, [z, z_dot]): (&AxialOf, &[[f64; POINTS]; 2])| {
+        let pressed_by = |(axial, [z, z_dot]): (&Axial, &[[f64; POINTS]; 2])| {
             each(&|k| (-axial.damping * z_dot[k] - axial.stiffness * z[k]).max(0.0))
         };
         let expected = axial.map_or_else(|| acting.map(|at| at.outside.normal_force), pressed_by);

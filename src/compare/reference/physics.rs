@@ -2,7 +2,7 @@
 
 use super::super::Channel;
 use super::super::vocabulary::{Known, Vocabulary};
-use crate::case::{AnyCase, CaseRef, Form};
+use crate::case::{Case, Words};
 use crate::friction::Law;
 use crate::model::trains::system::{Engagement, Outside, Side, TrainSystem};
 use crate::model::trains::{End, Pressing, Trains};
@@ -27,15 +27,15 @@ pub struct TimeScale {
     pub has_period: bool,
 }
 
-fn course(case: &AnyCase, trains: &Trains) -> Course {
-    Course::new(trains, CaseRef::from(case).threshold(), case.solver())
+fn course(case: &Case, trains: &Trains) -> Course {
+    Course::new(trains, case.threshold(), case.solver())
 }
 
 /// The physics of a reference.
 #[derive(Debug)]
 pub struct Physics {
     /// Its case.
-    pub(crate) case: AnyCase,
+    pub(crate) case: Case,
     /// The same in its general form.
     pub(crate) trains: Trains,
     pub(crate) course: Course,
@@ -79,10 +79,10 @@ fn coasting(trains: &Trains) -> Option<f64> {
 
 impl Physics {
     /// Of a case whose run has these events and this end (s).
-    pub fn new(case: AnyCase, word: &[SequenceEvent], end: f64) -> Physics {
-        let trains = CaseRef::from(&case).system().into_owned();
+    pub fn new(case: Case, word: &[SequenceEvent], end: f64) -> Physics {
+        let trains = case.system.clone();
         let course = course(&case, &trains);
-        let vocabulary = Vocabulary::of(CaseRef::from(&case).form(), &trains);
+        let vocabulary = Vocabulary::of(case.words(), &trains);
         let (mut state, mut places) = (Vec::new(), Vec::new());
         let system = course.system();
         for (of, side) in [(Which::Rotor, &system.rotor), (Which::Stator, &system.stator)] {
@@ -129,9 +129,9 @@ impl Physics {
         &self.vocabulary
     }
 
-    /// How its case is written.
-    pub(crate) fn form(&self) -> Form {
-        CaseRef::from(&self.case).form()
+    /// How its places are called.
+    pub(crate) fn words(&self) -> Words {
+        self.case.words()
     }
 
     /// Whether sliding slows down by itself: one train is free, and nothing is driven. Stick-slip then comes from an instability on
@@ -233,7 +233,7 @@ impl Physics {
 
     /// The speed (rad/s) below which a contact without stick counts as stuck; `None` of one that sticks.
     pub(crate) fn threshold(&self) -> Option<f64> {
-        (!self.sticks()).then(|| CaseRef::from(&self.case).threshold())
+        (!self.sticks()).then(|| self.case.threshold())
     }
 
     /// What a contact does at a relative velocity that counts as zero up to `tolerance`, rad/s.

@@ -81,35 +81,10 @@ pub enum Pressing<T = f64> {
     /// The axial mode of [`Axial`] under an actuating force, as in the brake.
     Axial {
         /// m, k_e, c_a, and the floor of ringing.
-        axial: AxialOf<T>,
+        axial: Axial<T>,
         /// F(t), N.
         actuation: Signal<T>,
     },
-}
-
-/// The axial mode in any numbers; see [`Axial`].
-#[derive(Debug, Clone, PartialEq)]
-pub struct AxialOf<T = f64> {
-    /// m, kg.
-    pub mass: T,
-    /// k_e, N/m.
-    pub stiffness: T,
-    /// c_a, N s/m.
-    pub damping: T,
-    /// Amplitude below which a ringing open contact stays open, m.
-    pub ringing_floor: T,
-}
-
-impl AxialOf<f64> {
-    /// The same in doubles.
-    pub(crate) fn axial(&self) -> Axial {
-        Axial {
-            mass: self.mass,
-            stiffness: self.stiffness,
-            damping: self.damping,
-            ringing_floor: self.ringing_floor,
-        }
-    }
 }
 
 /// What the contact does about the jump of friction at rest.

@@ -22,7 +22,7 @@ use serde::Serialize;
 use super::html::{self, filled, json};
 use super::target::{self, Product};
 use super::{PlotError, Run};
-use crate::case::{AnyCase, CaseSource};
+use crate::case::{Case, CaseSource};
 use crate::results::schema::META_MOTION;
 use crate::results::{ResultFile, Status};
 use document::Document;
@@ -165,7 +165,7 @@ fn write_runs(file: &ResultFile, second: Option<&ResultFile>, path: &Path, force
 /// It cannot be read, or says what its coordinates are but has a case that this version cannot read.
 fn form_of(file: &ResultFile) -> Result<Form, PlotError> {
     let source = CaseSource::result(file.path(), file.resolved()?);
-    panels::form(match AnyCase::read(&source, &[]) {
+    panels::form(match Case::read(&source, &[]) {
         Ok(_) => Some(Run::open(file.path())?),
         Err(error) if file.meta()?.iter().any(|(name, _)| name == META_MOTION) => return Err(error.into()),
         Err(_) => None,

@@ -140,7 +140,7 @@ impl Excitation {
                 force.largest(),
             ),
             Pressing::Axial { axial, actuation } => {
-                let motion = AxialMotion::new(&axial.axial(), actuation);
+                let motion = AxialMotion::new(axial, actuation);
                 let largest = motion.force.largest();
                 let stretches = 0..=timeline.corners().len();
                 let pieces = stretches.map(|stretch| motion.force.index(timeline.start(stretch)));
@@ -571,7 +571,6 @@ fn without_lift(c: &[f64], lift: f64, share: f64) -> f64 {
 mod tests {
     use super::*;
     use crate::friction::Coulomb;
-    use crate::model::trains::parameters::AxialOf;
     use crate::model::trains::{ContactLaw, Initial, Train};
     use crate::model::{Axial, BreakawayTest};
     use crate::signal::{Drive, Frequency, Ramp, Shape, Signal, Wave};
@@ -626,7 +625,7 @@ mod tests {
     /// A force, and whether it is a straight line at 0.7 s and at 2.5 s.
     fn forces() -> Vec<(Pressing, [bool; 2])> {
         let ramp = |value: f64| Signal::Ramp(Ramp { value, rise_time: 1.0 });
-        let axial = AxialOf {
+        let axial = Axial {
             mass: 4.54,
             stiffness: 55.38e6,
             damping: 8760.0,

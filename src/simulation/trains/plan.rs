@@ -346,7 +346,11 @@ impl TrainPlan {
         // It leaves zero here: the root is divided out, and a double one where the acceleration begins at zero.
         let mut speed = expansion.relative_velocity.map(|c| location.sign() * c);
         let change = speed[2..].iter().fold(0.0, |sum, c| sum + c.abs());
-        let roots = if speed[1].abs() <= DEPARTURE_NOISE * change { 2 } else { 1 };
+        let roots = if speed[1].abs() <= DEPARTURE_NOISE * change {
+            2
+        } else {
+            1
+        };
         speed.rotate_left(roots);
         let kept = speed.len() - roots;
         speed[kept..].fill(0.0);

@@ -213,7 +213,7 @@ pub(crate) fn variation(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::case::{CaseSource, Override, TrainCase};
+    use crate::case::{Case, CaseSource, Override, WrittenCase};
     use crate::record::{MemoryRecorder, NoRecorder};
     use crate::run::Run;
 
@@ -231,17 +231,18 @@ mod tests {
             let end = Override::number("output.end_time", end);
             let moved = |path: &str, value: f64| {
                 let changes = [end.clone(), Override::number(path, value)];
-                TrainCase::parse(&source, &changes)
+                Case::read(&source, &changes)
             };
-            let case = TrainCase::parse(&source, std::slice::from_ref(&end)).unwrap();
-            let numbers = TrainCase::numbers(&source, std::slice::from_ref(&end)).unwrap();
+            let case = Case::read(&source, std::slice::from_ref(&end)).unwrap();
+            let numbers = WrittenCase::read(&source, std::slice::from_ref(&end)).unwrap();
+            let numbers = numbers.numbers();
             let mut columns = Vec::new();
-            for number in &numbers {
+            for number in numbers {
                 let h = number.value.abs() / f64::from(1 << 16);
                 let copies = [h, -h].map(|h| moved(&number.path, number.value + h).map(|case| (case, 0.5 / h)));
                 let copies = copies.into_iter().flatten().map(|(case, weight)| MovedTrains {
-                    threshold: case.threshold.unwrap_or(0.0),
-                    trains: case.parameters,
+                    threshold: case.threshold(),
+                    trains: case.system,
                     weight,
                     bend: 1.0,
                 });
@@ -252,7 +253,7 @@ mod tests {
             }
             let output = OutputOptions::at_the_ends(case.output.end_time);
             let found = variation(
-                (&case.parameters, case.threshold.unwrap_or(0.0)),
+                (&case.system, case.threshold()),
                 &columns,
                 &case.solver,
                 &output,
