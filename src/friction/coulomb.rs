@@ -1,8 +1,9 @@
 //! Friction that does not depend on the sliding speed.
 
 use super::parameters::numbers;
-use super::{Bounds, Factors, Law, LawSeries, Pressed};
+use super::{Bounds, Factors, Law, LawSeries};
 use crate::numerics::Number;
+use crate::numerics::taylor::Unfolding;
 
 /// mu(x) = mu_d at every speed: Coulomb's law. What a stick breaks away at may be more.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -88,20 +89,7 @@ impl<T: Number, const N: usize> LawSeries<T, N> for CoulombSeries<T> {
     fn extend(&mut self, _: usize, _: T, _: T) {}
 
     #[inline]
-    fn shape(&self, _: usize) -> T {
-        T::of(0.0)
-    }
-
-    #[inline]
-    fn slope_shape(&self, _: usize) -> T {
-        T::of(0.0)
-    }
-
-    #[inline]
-    fn pressed(&self, _: &[T; N], _: usize, _: usize) -> Pressed<T> {
-        Pressed {
-            shape: T::of(0.0),
-            slope: T::of(0.0),
-        }
+    fn shapes(&self) -> Option<[&Unfolding<T, N>; 2]> {
+        None
     }
 }

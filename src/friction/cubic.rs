@@ -1,6 +1,6 @@
 //! A cubic of the sliding speed: the law `polynomial`, and a piece of a table.
 
-use super::{Bounds, Factors, LawSeries, Pressed, pressed_product};
+use super::{Bounds, Factors, LawSeries};
 use crate::numerics::Number;
 use crate::numerics::taylor::{Unfolding, zeros};
 
@@ -155,20 +155,7 @@ impl<T: Number, const N: usize> LawSeries<T, N> for CubicSeries<T, N> {
     }
 
     #[inline]
-    fn shape(&self, n: usize) -> T {
-        self.coefficient.get(n)
-    }
-
-    #[inline]
-    fn slope_shape(&self, n: usize) -> T {
-        self.slope.get(n)
-    }
-
-    #[inline]
-    fn pressed(&self, force: &[T; N], n: usize, degree: usize) -> Pressed<T> {
-        Pressed {
-            shape: pressed_product(&self.coefficient, force, n, degree),
-            slope: pressed_product(&self.slope, force, n, degree),
-        }
+    fn shapes(&self) -> Option<[&Unfolding<T, N>; 2]> {
+        Some([&self.coefficient, &self.slope])
     }
 }

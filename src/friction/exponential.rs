@@ -1,7 +1,7 @@
 //! Friction that falls exponentially with speed, equation (8).
 
 use super::parameters::numbers;
-use super::{Bounds, Factors, Law, LawSeries, Pressed, pressed_product};
+use super::{Bounds, Factors, Law, LawSeries};
 use crate::numerics::Number;
 use crate::numerics::taylor::{Unfolding, zeros};
 
@@ -192,18 +192,7 @@ impl<T: Number, const N: usize> LawSeries<T, N> for ExponentialSeries<T, N> {
     }
 
     #[inline]
-    fn shape(&self, n: usize) -> T {
-        self.exponential.get(n)
-    }
-
-    #[inline]
-    fn slope_shape(&self, n: usize) -> T {
-        self.shape(n)
-    }
-
-    #[inline]
-    fn pressed(&self, force: &[T; N], n: usize, degree: usize) -> Pressed<T> {
-        let shape = pressed_product(&self.exponential, force, n, degree);
-        Pressed { slope: shape, shape }
+    fn shapes(&self) -> Option<[&Unfolding<T, N>; 2]> {
+        Some([&self.exponential; 2])
     }
 }

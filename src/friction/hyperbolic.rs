@@ -1,7 +1,7 @@
 //! Friction that falls as the inverse of the sliding speed.
 
 use super::parameters::numbers;
-use super::{Bounds, Factors, Law, LawSeries, Pressed, pressed_product};
+use super::{Bounds, Factors, Law, LawSeries};
 use crate::numerics::Number;
 use crate::numerics::taylor::{Unfolding, zeros};
 
@@ -189,20 +189,7 @@ impl<T: Number, const N: usize> LawSeries<T, N> for HyperbolicSeries<T, N> {
     }
 
     #[inline]
-    fn shape(&self, n: usize) -> T {
-        self.shape.get(n)
-    }
-
-    #[inline]
-    fn slope_shape(&self, n: usize) -> T {
-        self.square.get(n)
-    }
-
-    #[inline]
-    fn pressed(&self, force: &[T; N], n: usize, degree: usize) -> Pressed<T> {
-        Pressed {
-            shape: pressed_product(&self.shape, force, n, degree),
-            slope: pressed_product(&self.square, force, n, degree),
-        }
+    fn shapes(&self) -> Option<[&Unfolding<T, N>; 2]> {
+        Some([&self.shape, &self.square])
     }
 }

@@ -134,15 +134,36 @@ pub trait LawSeries<T: Number, const N: usize> {
         self.extend(n, order * x[n], T::of(1.0) / order);
     }
 
+    /// The shapes of mu and of mu', as far as they are known; `None` where both are zero.
+    fn shapes(&self) -> Option<[&Unfolding<T, N>; 2]>;
+
     /// Coefficient `n` of the shape of mu, once known.
-    fn shape(&self, n: usize) -> T;
+    #[inline(always)]
+    fn shape(&self, n: usize) -> T {
+        self.shapes().map_or(T::of(0.0), |[shape, _]| shape.get(n))
+    }
 
     /// Coefficient `n` of the shape of mu', once known.
-    fn slope_shape(&self, n: usize) -> T;
+    #[inline]
+    fn slope_shape(&self, n: usize) -> T {
+        self.shapes().map_or(T::of(0.0), |[_, slope]| slope.get(n))
+    }
 
-    /// Coefficients `n` of the shapes times a force, both known up to n. Coefficients of `force` beyond `degree` are zero,
+    /// Coefficient `n` of the shape of mu times a force, both known up to n. Coefficients of `force` beyond `degree` are zero,
     /// and all are finite.
-    fn pressed(&self, force: &[T; N], n: usize, degree: usize) -> Pressed<T>;
+    #[inline(always)]
+    fn pressed(&self, force: &[T; N], n: usize, degree: usize) -> T {
+        let Some([shape, _]) = self.shapes() else {
+            return T::of(0.0);
+        };
+        let newest = force[0] * shape.get(n);
+        match degree.min(n) {
+            0 => newest,
+            // A straight line, as F_n is once the axial motion has died away.
+            1 => force[1] * shape.get(n - 1) + newest,
+            _ => shape.product(force, n, 1, degree) + newest,
+        }
+    }
 }
 
 /// What a quantity is at least and at most.
@@ -181,30 +202,4 @@ pub struct Factors<T> {
     pub shape: T,
     /// Of the shape of mu', s/rad.
     pub slope: T,
-}
-
-/// One Taylor coefficient of the shapes times a force, N.
-#[derive(Debug, Clone)]
-pub struct Pressed<T> {
-    /// Of the shape of mu.
-    pub shape: T,
-    /// Of the shape of mu'.
-    pub slope: T,
-}
-
-/// Coefficient `n` of a shape times a force, for [`LawSeries::pressed`].
-#[inline]
-pub fn pressed_product<T: Number, const N: usize>(
-    shape: &Unfolding<T, N>,
-    force: &[T; N],
-    n: usize,
-    degree: usize,
-) -> T {
-    let newest = force[0] * shape.get(n);
-    match degree.min(n) {
-        0 => newest,
-        // A straight line, as F_n is once the axial motion has died away.
-        1 => force[1] * shape.get(n - 1) + newest,
-        _ => shape.product(force, n, 1, degree) + newest,
-    }
 }

@@ -32,13 +32,14 @@ mod table;
 pub use coulomb::Coulomb;
 pub use exponential::Exponential;
 pub use hyperbolic::Hyperbolic;
-pub use law::{Bounds, Factors, Law, LawSeries, Pressed, pressed_product};
+pub use law::{Bounds, Factors, Law, LawSeries};
 pub use parameters::Parameters;
 pub use polynomial::Polynomial;
 pub use stribeck::Stribeck;
 pub use table::{Interpolation, Table};
 
 use crate::numerics::Number;
+use crate::numerics::taylor::Unfolding;
 
 /// Friction of the contact.
 #[derive(Debug, Clone, PartialEq)]
@@ -285,17 +286,7 @@ impl<T: Number, const N: usize> LawSeries<T, N> for FrictionSeries<T, N> {
     }
 
     #[inline(always)]
-    fn shape(&self, n: usize) -> T {
-        of_series!(self, series => LawSeries::<T, N>::shape(series, n))
-    }
-
-    #[inline]
-    fn slope_shape(&self, n: usize) -> T {
-        of_series!(self, series => LawSeries::<T, N>::slope_shape(series, n))
-    }
-
-    #[inline(always)]
-    fn pressed(&self, force: &[T; N], n: usize, degree: usize) -> Pressed<T> {
-        of_series!(self, series => LawSeries::<T, N>::pressed(series, force, n, degree))
+    fn shapes(&self) -> Option<[&Unfolding<T, N>; 2]> {
+        of_series!(self, series => LawSeries::<T, N>::shapes(series))
     }
 }

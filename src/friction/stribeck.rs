@@ -1,7 +1,7 @@
 //! Friction that falls as a power of the sliding speed in an exponent, with a part that rises: Stribeck's curve.
 
 use super::parameters::numbers;
-use super::{Bounds, Factors, Law, LawSeries, Pressed, pressed_product};
+use super::{Bounds, Factors, Law, LawSeries};
 use crate::numerics::Number;
 use crate::numerics::taylor::{Unfolding, zeros};
 
@@ -362,20 +362,7 @@ impl<T: Number, const N: usize> LawSeries<T, N> for StribeckSeries<T, N> {
     }
 
     #[inline]
-    fn shape(&self, n: usize) -> T {
-        self.coefficient.get(n)
-    }
-
-    #[inline]
-    fn slope_shape(&self, n: usize) -> T {
-        self.slope.get(n)
-    }
-
-    #[inline]
-    fn pressed(&self, force: &[T; N], n: usize, degree: usize) -> Pressed<T> {
-        Pressed {
-            shape: pressed_product(&self.coefficient, force, n, degree),
-            slope: pressed_product(&self.slope, force, n, degree),
-        }
+    fn shapes(&self) -> Option<[&Unfolding<T, N>; 2]> {
+        Some([&self.coefficient, &self.slope])
     }
 }

@@ -1,8 +1,9 @@
 //! Friction through given points.
 
 use super::cubic::{Cubic, CubicSeries};
-use super::{Bounds, Factors, Law, LawSeries, Parameters, Pressed};
+use super::{Bounds, Factors, Law, LawSeries, Parameters};
 use crate::numerics::Number;
+use crate::numerics::taylor::Unfolding;
 
 /// What goes through the points of a table.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -409,17 +410,7 @@ impl<T: Number, const N: usize> LawSeries<T, N> for TableSeries<T, N> {
     }
 
     #[inline]
-    fn shape(&self, n: usize) -> T {
-        self.series.shape(n)
-    }
-
-    #[inline]
-    fn slope_shape(&self, n: usize) -> T {
-        self.series.slope_shape(n)
-    }
-
-    #[inline]
-    fn pressed(&self, force: &[T; N], n: usize, degree: usize) -> Pressed<T> {
-        self.series.pressed(force, n, degree)
+    fn shapes(&self) -> Option<[&Unfolding<T, N>; 2]> {
+        self.series.shapes()
     }
 }

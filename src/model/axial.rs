@@ -274,13 +274,7 @@ impl AxialMotion {
     #[inline]
     pub(crate) fn pressing_on(&self, piece: usize, t: f64) -> f64 {
         let piece = &self.pieces[piece];
-        let tau = t - piece.force.start;
-        let force = piece.force.at(tau);
-        if tau >= piece.silent_after {
-            force
-        } else {
-            force + self.ringing.oscillator.advance(piece.ringing.0, piece.ringing.1, tau).0
-        }
+        self.pressing(piece, t - piece.force.start).0
     }
 
     /// The ringing in any numbers.
@@ -320,11 +314,7 @@ impl AxialMotion {
     /// A bound on |d^2/dt^2| of the pressing force from `t` to the next corner, N/s^2.
     pub(crate) fn curvature_bound(&self, t: f64) -> f64 {
         let piece = self.piece_at(t);
-        let tau = t - piece.force.start;
-        if tau >= piece.silent_after {
-            return 0.0;
-        }
-        let (q, rate) = self.ringing.oscillator.advance(piece.ringing.0, piece.ringing.1, tau);
+        let (q, rate) = self.ringing_at(piece, t - piece.force.start);
         self.second_derivative_bound(q, rate)
     }
 
@@ -358,14 +348,7 @@ impl AxialMotion {
         let tau = (t - piece.force.start).max(0.0);
         let from = piece.force.at(tau);
         let to = piece.force.last();
-        let ringing = if tau >= piece.silent_after {
-            0.0
-        } else {
-            ringing_amplitude(
-                &self.axial,
-                self.ringing.oscillator.advance(piece.ringing.0, piece.ringing.1, tau),
-            )
-        };
+        let ringing = ringing_amplitude(&self.axial, self.ringing_at(piece, tau));
         (from.min(to) - ringing, from.max(to) + ringing)
     }
 
@@ -496,11 +479,7 @@ impl AxialMotion {
             let (force, rate) = self.pressing(piece, tau);
             let (g, rate) = (sign * force, sign * rate);
             let ringing = self.ringing_at(piece, tau);
-            let curvature = if tau >= piece.silent_after {
-                0.0
-            } else {
-                self.second_derivative_bound(ringing.0, ringing.1)
-            };
+            let curvature = self.second_derivative_bound(ringing.0, ringing.1);
             let grows_for = || self.departure(piece, ringing, sign, rate, curvature);
             let mut delta = if departing && curvature == 0.0 {
                 return Search::None;
@@ -550,19 +529,19 @@ impl AxialMotion {
         (delta > 0.0).then_some(delta)
     }
 
-    /// The ringing and its rate at `tau` (s) into a piece, N and N/s.
+    /// The ringing and its rate at `tau` (s) into a piece, N and N/s; zero once it is silent.
+    #[inline]
     fn ringing_at(&self, piece: &Piece, tau: f64) -> (f64, f64) {
+        if tau >= piece.silent_after {
+            return (0.0, 0.0);
+        }
         self.ringing.oscillator.advance(piece.ringing.0, piece.ringing.1, tau)
     }
 
     /// The pressing force and its rate at `tau` (s) into a piece, N and N/s.
     fn pressing(&self, piece: &Piece, tau: f64) -> (f64, f64) {
-        let force = piece.force.at(tau);
-        if tau >= piece.silent_after {
-            return (force, piece.force.slope);
-        }
         let (q, rate) = self.ringing_at(piece, tau);
-        (force + q, piece.force.slope + rate)
+        (piece.force.at(tau) + q, piece.force.slope + rate)
     }
 
     /// Amplitude bound of the free part of z at `tau` (s) into a piece, m.
@@ -585,11 +564,12 @@ impl AxialMotion {
         } = self.axial;
         let tau = t - piece.force.start;
         let force = piece.force.at(tau);
-        let (mut free, mut ringing) = ((0.0, 0.0), (0.0, 0.0));
-        if tau < piece.silent_after {
-            free = self.ringing.oscillator.advance(piece.free.0, piece.free.1, tau);
-            ringing = self.ringing.oscillator.advance(piece.ringing.0, piece.ringing.1, tau);
-        }
+        let ringing = self.ringing_at(piece, tau);
+        let free = if tau < piece.silent_after {
+            self.ringing.oscillator.advance(piece.free.0, piece.free.1, tau)
+        } else {
+            (0.0, 0.0)
+        };
         let displacement = piece.offset + piece.drift * tau + free.0;
         let (h0, v0) = piece.free;
         // Integral of z from m h'' + c h' + k h = 0, for the work of a force with slope:

@@ -3,7 +3,7 @@
 //!
 //! | module | what it is |
 //! |---|---|
-//! | [`number`] | what a number has to be able to do, so that the recurrences work in more digits too |
+//! | [`number`] | what a number has to be able to do: doubles, several of them side by side, enclosures |
 //! | [`taylor`] | coefficients of products and exponentials; polynomials; the length of a step |
 //! | [`polynomial_roots`] | the roots of a polynomial in an interval, all of them, in order |
 //! | [`radau_tableau`] | the coefficients of Radau IIA with any odd number of stages |

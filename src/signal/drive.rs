@@ -181,6 +181,11 @@ impl Wave {
         }
     }
 
+    /// The harmonic part at `t` (s), as if it acted all the time.
+    fn value(&self, t: f64) -> f64 {
+        self.amplitude * self.shape_and_slope::<f64>(t).0
+    }
+
     /// The integral of the harmonic part over the `tau` (s) after `from` (s), as if it acted all the time.
     fn integral(&self, from: f64, tau: f64) -> f64 {
         let omega = self.angular_frequency();
@@ -321,21 +326,21 @@ impl Timeline {
         })
     }
 
+    /// The sum of what each of the harmonics of a drive contributes in a stretch.
+    fn harmonics(&self, drive: usize, stretch: usize, of: impl Fn(&Wave) -> f64) -> f64 {
+        self.waves(drive, stretch).map(of).sum()
+    }
+
     /// The value of a drive at `t` (s).
     pub fn value(&self, drive: usize, stretch: usize, t: f64) -> f64 {
-        let waves = self.waves(drive, stretch);
-        let harmonics: f64 = waves
-            .map(|wave| wave.amplitude * wave.shape_and_slope::<f64>(t).0)
-            .sum();
-        self.tracks[drive].lines[stretch].at(t) + harmonics
+        self.tracks[drive].lines[stretch].at(t) + self.harmonics(drive, stretch, |wave| wave.value(t))
     }
 
     /// Its slope at `t` (s), per second.
     pub fn slope(&self, drive: usize, stretch: usize, t: f64) -> f64 {
-        let waves = self.waves(drive, stretch);
-        let harmonics: f64 = waves
-            .map(|wave| wave.amplitude * wave.angular_frequency() * wave.shape_and_slope::<f64>(t).1)
-            .sum();
+        let harmonics = self.harmonics(drive, stretch, |wave| {
+            wave.amplitude * wave.angular_frequency() * wave.shape_and_slope::<f64>(t).1
+        });
         self.tracks[drive].lines[stretch].slope + harmonics
     }
 
@@ -360,8 +365,7 @@ impl Timeline {
 
     /// Its integral over the `tau` (s) after `from` (s), as the stretch has it.
     pub fn integral_from(&self, drive: usize, stretch: usize, from: f64, tau: f64) -> f64 {
-        let waves = self.waves(drive, stretch);
-        let harmonics: f64 = waves.map(|wave| wave.integral(from, tau)).sum();
+        let harmonics = self.harmonics(drive, stretch, |wave| wave.integral(from, tau));
         self.tracks[drive].lines[stretch].integral_from(from, tau) + harmonics
     }
 
@@ -398,10 +402,9 @@ impl Timeline {
     /// The sum of the amplitudes of a drive's harmonics in a stretch, each times its angular frequency to a power: a bound of
     /// their derivative of that order.
     pub(crate) fn amplitude(&self, drive: usize, stretch: usize, order: i32) -> f64 {
-        let waves = self.waves(drive, stretch);
-        waves
-            .map(|wave| (wave.amplitude * wave.angular_frequency().powi(order)).abs())
-            .sum()
+        self.harmonics(drive, stretch, |wave| {
+            (wave.amplitude * wave.angular_frequency().powi(order)).abs()
+        })
     }
 
     /// A lower and an upper bound of a drive from `t` (s) to the end of a stretch.
@@ -423,12 +426,7 @@ impl Timeline {
             return 0.0;
         };
         let start = self.start(stretch);
-        let sum = |stretch: usize| -> f64 {
-            let waves = self.waves(drive, stretch);
-            waves
-                .map(|wave| wave.amplitude * wave.shape_and_slope::<f64>(start).0)
-                .sum()
-        };
+        let sum = |stretch| self.harmonics(drive, stretch, |wave| wave.value(start));
         sum(stretch) - sum(before)
     }
 

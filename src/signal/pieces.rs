@@ -102,12 +102,6 @@ impl Pieces {
         self.0.iter().map(|piece| piece.end).filter(|end| end.is_finite())
     }
 
-    /// From when on the signal is constant, s; infinite if it never is.
-    pub fn constant_from(&self) -> f64 {
-        let changing = self.0.iter().rev().find(|piece| piece.slope != 0.0);
-        changing.map_or(0.0, |piece| piece.end)
-    }
-
     /// The shortest stretch over which the signal changes, s; infinite if it never does.
     pub fn shortest_change(&self) -> f64 {
         let changing = self.0.iter().filter(|piece| piece.slope != 0.0);

@@ -74,7 +74,6 @@ mod tests {
     use crate::model::trains::system::{ANGLE, DAMPING_LOSS, FRICTION_LOSS, WORK};
     use crate::model::trains::{ContactLaw, End, Initial, Pressing, Torque, Train, Trains};
     use crate::signal::{Drive, Frequency, Shape, Wave};
-    use crate::simulation::trains::dynamics::Watch;
     use crate::simulation::trains::series::TaylorEngine;
     use crate::sundials::Tolerances;
     use proptest::prelude::*;
@@ -141,18 +140,6 @@ mod tests {
             })
     }
 
-    fn location(mode: Mode) -> TrainLocation {
-        TrainLocation {
-            mode,
-            sense: 0,
-            piece: 0,
-            stretch: 0,
-            slow: false,
-            watch: Watch::Off,
-            resolved: true,
-        }
-    }
-
     /// A state of random twists and speeds, joined in stick, with quadratures of zero.
     fn state(dynamics: &TrainDynamics, mode: Mode, draws: &[f64], common: f64) -> Vec<f64> {
         let system = &dynamics.system;
@@ -169,7 +156,7 @@ mod tests {
             }
         }
         if mode == Mode::Stick {
-            let outside = dynamics.outside(&location(mode), 0.0);
+            let outside = dynamics.outside(&TrainLocation::new(mode, 0), 0.0);
             system.join(&outside, &mut y);
         }
         y
@@ -197,7 +184,7 @@ mod tests {
             fixed_step: None,
         };
         let segment = Segment {
-            location: location(mode),
+            location: TrainLocation::new(mode, 0),
             start: 0.0,
             stop: span,
             state: y,
@@ -218,7 +205,7 @@ mod tests {
     /// Largest energy on the way: what sizes come of.
     fn turnover(dynamics: &TrainDynamics, mode: Mode, y: &[f64], end: &[f64]) -> f64 {
         let system = &dynamics.system;
-        let outside = dynamics.outside(&location(mode), 0.0);
+        let outside = dynamics.outside(&TrainLocation::new(mode, 0), 0.0);
         let of = |y: &[f64]| system.kinetic_energy(&outside, y) + system.elastic_energy(y);
         of(y).max(of(end)) + end[system.slip + WORK].abs() + end[system.slip + DAMPING_LOSS].abs()
     }
@@ -238,7 +225,7 @@ mod tests {
             let dynamics = Arc::new(TrainDynamics::new(&trains(rotor, stator, Drive::Value(force)), 0.0));
             let system = &dynamics.system;
             let y = state(&dynamics, mode, &draws, common);
-            if !dynamics.has_closed_form(&location(mode), 0.0, &y) {
+            if !dynamics.has_closed_form(&TrainLocation::new(mode, 0), 0.0, &y) {
                 let walls = [&system.rotor, &system.stator].into_iter().all(|side| side.shafts() == 0);
                 prop_assert!(walls, "every system with a shaft has a closed form");
                 return Ok(());
@@ -275,12 +262,12 @@ mod tests {
                 prop_assert!(error <= tolerance * size[k], "{k}: {} {} {}", closed[k], taylor[k], size[k]);
             }
             if stuck {
-                let outside = dynamics.outside(&location(mode), span);
+                let outside = dynamics.outside(&TrainLocation::new(mode, 0), span);
                 let terms = system.relative_velocity_terms(&outside, &closed);
                 prop_assert!(system.relative_velocity(&outside, &closed).abs() <= 8.0 * f64::EPSILON * terms);
                 prop_assert!(closed[system.slip] == 0.0 && closed[system.slip + FRICTION_LOSS] == 0.0);
             }
-            let outside = dynamics.outside(&location(mode), 0.0);
+            let outside = dynamics.outside(&TrainLocation::new(mode, 0), 0.0);
             let total = |y: &[f64]| {
                 let quadratures = &y[system.slip..];
                 system.kinetic_energy(&outside, y) + system.elastic_energy(y) + quadratures[DAMPING_LOSS]
@@ -300,7 +287,7 @@ mod tests {
             let mut system = trains(rotor, stator, Drive::Value(1.0));
             let probe = TrainDynamics::new(&system, 0.0);
             let y = state(&probe, Mode::Stick, &draws, 0.0);
-            let outside = probe.outside(&location(Mode::Stick), 0.0);
+            let outside = probe.outside(&TrainLocation::new(Mode::Stick, 0), 0.0);
             let transmitted = probe.system.transmitted_torque(&outside, &y);
             let (of_rotor, of_stator) = probe.system.surface_torques(&outside, &y);
             let (test, torque) = [
@@ -320,13 +307,13 @@ mod tests {
                 to: None,
             }));
             let dynamics = Arc::new(TrainDynamics::new(&system, 0.0));
-            if !dynamics.has_closed_form(&location(Mode::Stick), 0.0, &y) {
+            if !dynamics.has_closed_form(&TrainLocation::new(Mode::Stick, 0), 0.0, &y) {
                 return Ok(());
             }
             let span = 200.0 * dynamics.unit(0);
             let (time, end, guard, _) = run(&mut ClosedFormEngine::new(dynamics.clone()), Mode::Stick, &y, span);
             let gap = |t: f64, y: &[f64]| {
-                let outside = dynamics.outside(&location(Mode::Stick), t);
+                let outside = dynamics.outside(&TrainLocation::new(Mode::Stick, 0), t);
                 let torque = match test {
                     BreakawayTest::Transmitted => dynamics.system.transmitted_torque(&outside, y),
                     BreakawayTest::Rotor => dynamics.system.surface_torques(&outside, y).0,
@@ -338,7 +325,7 @@ mod tests {
             let mut inside = y.clone();
             for k in 0..500 {
                 let t = time * f64::from(k) / 500.0;
-                dynamics.closed_state(&location(Mode::Stick), 0.0, &y, t, &mut inside);
+                dynamics.closed_state(&TrainLocation::new(Mode::Stick, 0), 0.0, &y, t, &mut inside);
                 let (gap, limit) = gap(t, &inside);
                 prop_assert!(gap >= -1e-12 * limit, "{t}: {gap} {limit}");
             }
@@ -350,7 +337,7 @@ mod tests {
                 let (other, _, by_series, _) = run(&mut TaylorEngine::new(dynamics.clone()), Mode::Stick, &y, span);
                 // Where the torque only just reaches its limit, rounding moves the time, or whether it does.
                 let h = 1e-6 * dynamics.unit(0);
-                dynamics.closed_state(&location(Mode::Stick), 0.0, &y, (time - h).max(0.0), &mut inside);
+                dynamics.closed_state(&TrainLocation::new(Mode::Stick, 0), 0.0, &y, (time - h).max(0.0), &mut inside);
                 let slope = gap((time - h).max(0.0), &inside).0 / h;
                 let (_, limit) = gap(time, &end);
                 if slope * dynamics.unit(0) > 1e-3 * limit {

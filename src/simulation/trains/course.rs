@@ -1,6 +1,5 @@
 //! The motion from a known state on, within one mode: what a comparison holds other solvers against.
 
-use super::dynamics::Watch;
 use super::expansion::{Expansion, Series};
 use super::plan::TrainPlan;
 use super::portrait::{shown, state_of};
@@ -112,15 +111,7 @@ impl Course {
         let plan = TrainPlan::new(trains, &dynamics, &start, solver);
         Course {
             expansion: Expansion::new(&dynamics.system, &dynamics.excitation),
-            location: TrainLocation {
-                mode: Mode::Separated,
-                sense: 0,
-                piece: 0,
-                stretch: 0,
-                slow: false,
-                watch: Watch::Off,
-                resolved: true,
-            },
+            location: TrainLocation::new(Mode::Separated, 0),
             time: 0.0,
             y: vec![0.0; dynamics.system.dimension],
             sizes: plan.sizes().to_vec(),
@@ -230,16 +221,9 @@ impl Course {
 
     fn place(&self, mode: Mode, t: f64, y: &[f64], forward: bool) -> TrainLocation {
         let excitation = &self.dynamics.excitation;
-        let mut location = TrainLocation {
-            mode,
-            sense: mode.sense(),
-            piece: 0,
-            // At a corner, the stretch that begins or the one that ends.
-            stretch: excitation.stretch(if forward { t } else { t.next_down() }),
-            slow: false,
-            watch: Watch::Off,
-            resolved: true,
-        };
+        // At a corner, the stretch that begins or the one that ends.
+        let stretch = excitation.stretch(if forward { t } else { t.next_down() });
+        let mut location = TrainLocation::new(mode, stretch);
         if !matches!(mode, Mode::Stick | Mode::Separated) {
             if mode == Mode::Engaged {
                 location.sense = self.dynamics.side(&location, t, y);
@@ -516,6 +500,7 @@ impl Course {
     /// Outwards from a surface whose angle is known, or inwards from a tied end.
     fn angle(&self, Part { of, index }: Part) -> Series {
         let (side, system) = (self.side(of), self.system());
+        let twist = |i: usize| &self.expansion.state[side.twists + 2 * i];
         let mut angle = match side.speed {
             None => {
                 let mut end = [0.0; TERMS];
@@ -525,31 +510,22 @@ impl Course {
                 for n in 0..self.expansion.terms - 1 {
                     end[n + 1] = self.expansion.unit * speed[n] / (n + 1) as f64;
                 }
-                for i in index..side.shafts() {
-                    add(&mut end, -side.sign, &self.expansion.state[side.twists + 2 * i]);
-                }
-                return end;
+                end
             }
             // Of the stator of two free trains its outermost inertia is integrated.
-            Some(_) if of == Which::Stator && system.rotor.speed.is_some() => {
-                let mut outermost = self.expansion.state[system.slip + ANGLE];
-                for i in index..side.shafts() {
-                    add(&mut outermost, -side.sign, &self.expansion.state[side.twists + 2 * i]);
-                }
-                return outermost;
-            }
+            Some(_) if of == Which::Stator && system.rotor.speed.is_some() => self.expansion.state[system.slip + ANGLE],
             Some(_) => {
-                let other = if of == Which::Rotor {
-                    Which::Stator
-                } else {
-                    Which::Rotor
-                };
-                self.angle(Part { of: other, index: 0 })
+                let other = Which::BOTH[1 - of as usize];
+                let mut angle = self.angle(Part { of: other, index: 0 });
+                add(&mut angle, side.sign, &self.expansion.state[system.slip]);
+                for i in 0..index.min(side.shafts()) {
+                    add(&mut angle, side.sign, twist(i));
+                }
+                return angle;
             }
         };
-        add(&mut angle, side.sign, &self.expansion.state[system.slip]);
-        for i in 0..index.min(side.shafts()) {
-            add(&mut angle, side.sign, &self.expansion.state[side.twists + 2 * i]);
+        for i in index..side.shafts() {
+            add(&mut angle, -side.sign, twist(i));
         }
         angle
     }

@@ -44,6 +44,19 @@ pub struct TrainLocation {
 }
 
 impl TrainLocation {
+    /// A mode in a stretch of the signals, on the first piece of the law; every mode is resolved, and the margin is not watched.
+    pub fn new(mode: Mode, stretch: usize) -> TrainLocation {
+        TrainLocation {
+            mode,
+            sense: mode.sense(),
+            piece: 0,
+            stretch,
+            slow: false,
+            watch: Watch::Off,
+            resolved: true,
+        }
+    }
+
     /// As a number.
     pub fn sign(&self) -> f64 {
         f64::from(self.sense)

@@ -1,8 +1,31 @@
-//! The Taylor series of two trains: all coefficients of the state in time, from the start of a step.
+//! The Taylor series of a motion: all coefficients of the state in time, from the start of a step, in any type of [`Number`].
 //!
 //! The equations of [`TrainSystem`] hold coefficient by coefficient. What drives the trains has its own series, the friction
 //! law gives its coefficients from those of omega_r ([`LawSeries`]), and the smooth functions of a contact without stick follow
 //! from their differential equations: t' = (1 - t^2) v' for tanh, a' = v'/(1 + v^2) for arctan.
+//!
+//! The number decides what one gets: a run (`f64`), several motions at once (doubles side by side), or a proof (enclosures).
+//! Enclosures that round outwards hold the coefficients of the exact motion, and those in `f64`. Coefficients of the equations
+//! may be enclosures themselves ([`TrainSystem::map`]). Parameters of the friction law, the time, and the lines and harmonics of
+//! the signals are doubles and count as exact; functions of them are evaluated in the number. Step control and roots are no
+//! recurrences, and stay in `f64`.
+//!
+//! ```
+//! use stickslip::model::Mode;
+//! use stickslip::simulation::trains::expansion::Expansion;
+//! use stickslip::simulation::trains::{TrainDynamics, TrainLocation};
+//!
+//! # fn example(trains: &stickslip::model::trains::Trains) {
+//! let TrainDynamics { system, excitation, .. } = &TrainDynamics::new(trains, 0.0);
+//! let mut expansion: Expansion = Expansion::new(system, excitation);
+//! let (t, unit, state) = (0.5, 0.1, vec![0.0; system.dimension]);
+//! let location = TrainLocation::new(Mode::SlipForward, excitation.stretch(t));
+//! expansion.expand((system, excitation), &location, t, &state, unit);
+//! let mut later = state;
+//! // After 0.05 s.
+//! expansion.at(0.5, &mut later);
+//! # }
+//! ```
 
 use super::dynamics::TrainLocation;
 use super::excitation::{Excitation, OutsideSeries};
@@ -15,13 +38,14 @@ use crate::model::{BreakawayTest, Mode};
 use crate::numerics::Number;
 use crate::numerics::taylor::{self, convolved};
 
-/// Coefficients of an expansion: order 27, as that of the brake.
+/// Coefficients of an expansion: order 27.
 pub const TERMS: usize = 28;
 
-/// Coefficients by powers of time over the unit.
+/// Coefficients by powers of the time since the start over the unit, lowest first.
 pub type Series<T = f64> = [T; TERMS];
 
-/// An expansion.
+/// The expansion of one motion, with room for others of the same system. Components and units of the state are those of
+/// [`TrainSystem`]; torques are positive where the contact brakes a rotor that runs ahead of the stator.
 #[derive(Debug, Clone)]
 pub struct Expansion<T: Number = f64> {
     /// s.
@@ -76,14 +100,17 @@ impl<T: Number> Expansion<T> {
             law: system.law_in(0).series(),
             piece: 0,
             engaged: Engaged::new(),
-            reciprocals: std::array::from_fn(|n| one / T::of(n as f64)),
+            reciprocals: std::array::from_fn(|n| one / T::of(n.max(1) as f64)),
             lag: surfaces.fold(T::of(0.0), |sum, per_inertia| sum + *per_inertia),
             per_inertia,
         }
     }
 
-    /// Fills all coefficients of the motion from `t` (s) on, with the state `y`, by powers of time over `unit` (s). The system
-    /// and its signals are those that it was [made](Self::new) for.
+    /// Fills the first [`terms`](Self::terms) coefficients of the motion from `t` (s) on, with the state `y`, by powers of time over
+    /// `unit` (s). The system and its signals are those that it was [made](Self::new) for. A unit near the time scale of the
+    /// motion keeps the coefficients within the range of a double.
+    ///
+    /// The motion is that of the location's mode, piece of the law and stretch of the signals, whatever lies beyond their ends.
     pub fn expand(
         &mut self,
         (system, excitation): (&TrainSystem<T>, &Excitation),
@@ -120,7 +147,7 @@ impl<T: Number> Expansion<T> {
                     all.extend_law(n, rate);
                     let force = &all.outside.normal_force;
                     let pressed = all.law.pressed(force, n, degree);
-                    [factors.constant * force[n] + factors.shape * pressed.shape, T::of(0.0)]
+                    [factors.constant * force[n] + factors.shape * pressed, T::of(0.0)]
                 });
             }
         }

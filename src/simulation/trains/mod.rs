@@ -87,13 +87,8 @@ pub(crate) fn solver_settings(trains: &Trains, solver: &SolverOptions) -> [Solve
     let strides = plan.regimes(0.0).is_some();
     [false, true].map(|resolved| {
         let location = TrainLocation {
-            mode: Mode::SlipForward,
-            sense: 1,
-            piece: 0,
-            stretch: corners.len(),
-            slow: false,
-            watch: Watch::Off,
             resolved: resolved || !strides,
+            ..TrainLocation::new(Mode::SlipForward, corners.len())
         };
         let chosen = plan.solver(&location, corners.last().copied().unwrap_or(0.0), &start);
         let absolute = |place: Option<usize>| place.map_or(0.0, |place| chosen.tolerances.absolute[place]);

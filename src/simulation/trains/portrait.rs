@@ -1,6 +1,5 @@
 //! One period of a motion, densely: from a state that a run has come to.
 
-use super::dynamics::Watch;
 use super::plan::TrainPlan;
 use super::rules::TrainRules;
 use super::{TrainDynamics, TrainLocation};
@@ -203,13 +202,8 @@ pub(crate) fn portrait(trains: &Trains, threshold: f64, section: &Section, perio
     let end = section.time + period;
     let mut rules = TrainRules::new(dynamics.clone(), trains, plan, section.time, end);
     let mut location = TrainLocation {
-        mode: section.mode,
         sense: section.sense,
-        piece: 0,
-        stretch,
-        slow: false,
-        watch: Watch::Off,
-        resolved: true,
+        ..TrainLocation::new(section.mode, stretch)
     };
     let outside = dynamics.outside(&location, section.time);
     location.piece = dynamics

@@ -107,15 +107,7 @@ impl TrainRules {
 
     /// Separated at a time.
     fn blank(&self, t: f64) -> TrainLocation {
-        TrainLocation {
-            mode: Mode::Separated,
-            sense: 0,
-            piece: 0,
-            stretch: self.dynamics.excitation.stretch(t),
-            slow: false,
-            watch: Watch::Off,
-            resolved: true,
-        }
+        TrainLocation::new(Mode::Separated, self.dynamics.excitation.stretch(t))
     }
 
     /// The same with this mode at a state.

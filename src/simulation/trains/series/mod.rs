@@ -132,15 +132,7 @@ impl TaylorEngine {
         let dimension = dynamics.system.dimension;
         TaylorEngine {
             expansion: Expansion::new(&dynamics.system, &dynamics.excitation),
-            location: TrainLocation {
-                mode: Mode::Separated,
-                sense: 0,
-                piece: 0,
-                stretch: 0,
-                slow: false,
-                watch: Watch::Off,
-                resolved: true,
-            },
+            location: TrainLocation::new(Mode::Separated, 0),
             origin: 0.0,
             span: 0.0,
             max_step: f64::INFINITY,

@@ -1,0 +1,817 @@
+//! The Taylor expansion of a motion in numbers other than `f64`: enclosures, four doubles side by side, doubles with a first-order
+//! error. Its oracle is the expansion in `f64`.
+
+use std::array;
+use std::cmp::Ordering;
+use std::ops::{Add, Div, Mul, Neg, Sub};
+use stickslip::friction::{
+    Coulomb, Exponential, FrictionLaw, Hyperbolic, Interpolation, Law, Polynomial, Stribeck, Table,
+};
+use stickslip::model::trains::parameters::AxialOf;
+use stickslip::model::trains::system::TrainSystem;
+use stickslip::model::trains::{
+    Bristles, ContactLaw, End, Initial, Pressing, Regularisation, Smoothing, Torque, Train, Trains,
+};
+use stickslip::model::{Axial, BreakawayTest, Mode};
+use stickslip::numerics::Number;
+use stickslip::signal::{Drive, Frequency, Ramp, Shape, Wave};
+use stickslip::simulation::trains::expansion::{Expansion, Series};
+use stickslip::simulation::trains::{TrainDynamics, TrainLocation};
+
+// Numbers.
+
+/// All reals from `low` to `high`. Every bound is rounded outwards by one unit in the last place, those of functions by two: a
+/// correct rounding, or a function within one unit, of any points inside is inside. Comparisons say what is certain.
+#[derive(Debug, Clone, Copy)]
+struct Interval {
+    low: f64,
+    high: f64,
+}
+
+impl Interval {
+    fn outwards(low: f64, high: f64) -> Interval {
+        Interval {
+            low: low.next_down(),
+            high: high.next_up(),
+        }
+    }
+
+    fn hull(values: [f64; 4]) -> Interval {
+        let [low, high] = [f64::min, f64::max].map(|of: fn(f64, f64) -> f64| values.into_iter().reduce(of).unwrap());
+        Interval::outwards(low, high)
+    }
+
+    fn is(self, value: f64) -> bool {
+        self.low == value && self.high == value
+    }
+
+    fn holds(self, value: f64) -> bool {
+        self.low <= value && value <= self.high
+    }
+
+    fn width(self) -> f64 {
+        self.high - self.low
+    }
+
+    /// Of a function that rises.
+    fn rising(self, function: impl Fn(f64) -> f64) -> Interval {
+        Interval::outwards(function(self.low).next_down(), function(self.high).next_up())
+    }
+}
+
+impl PartialEq for Interval {
+    fn eq(&self, other: &Interval) -> bool {
+        self.partial_cmp(other) == Some(Ordering::Equal)
+    }
+}
+
+impl PartialOrd for Interval {
+    fn partial_cmp(&self, other: &Interval) -> Option<Ordering> {
+        if self.high < other.low {
+            Some(Ordering::Less)
+        } else if self.low > other.high {
+            Some(Ordering::Greater)
+        } else {
+            (self.is(other.low) && other.is(self.low)).then_some(Ordering::Equal)
+        }
+    }
+}
+
+impl Add for Interval {
+    type Output = Interval;
+
+    fn add(self, other: Interval) -> Interval {
+        if self.is(0.0) {
+            other
+        } else if other.is(0.0) {
+            self
+        } else {
+            Interval::outwards(self.low + other.low, self.high + other.high)
+        }
+    }
+}
+
+impl Neg for Interval {
+    type Output = Interval;
+
+    fn neg(self) -> Interval {
+        Interval {
+            low: -self.high,
+            high: -self.low,
+        }
+    }
+}
+
+impl Sub for Interval {
+    type Output = Interval;
+
+    fn sub(self, other: Interval) -> Interval {
+        self.add(-other)
+    }
+}
+
+impl Mul for Interval {
+    type Output = Interval;
+
+    fn mul(self, other: Interval) -> Interval {
+        for (one, another) in [(self, other), (other, self)] {
+            if one.is(0.0) || another.is(1.0) {
+                return one;
+            } else if another.is(-1.0) {
+                return -one;
+            }
+        }
+        let [a, b, c, d] = [self.low, self.high, other.low, other.high];
+        Interval::hull([a * c, a * d, b * c, b * d])
+    }
+}
+
+impl Div for Interval {
+    type Output = Interval;
+
+    fn div(self, other: Interval) -> Interval {
+        assert!(!other.holds(0.0), "a division by what may be zero");
+        if self.is(0.0) || other.is(1.0) {
+            return self;
+        }
+        let [a, b, c, d] = [self.low, self.high, other.low, other.high];
+        Interval::hull([a / c, a / d, b / c, b / d])
+    }
+}
+
+impl Number for Interval {
+    fn of(x: f64) -> Interval {
+        Interval { low: x, high: x }
+    }
+
+    fn pi() -> Interval {
+        Interval::outwards(std::f64::consts::PI, std::f64::consts::PI)
+    }
+
+    fn exp(self) -> Interval {
+        self.rising(f64::exp)
+    }
+
+    fn exp_m1(self) -> Interval {
+        self.rising(f64::exp_m1)
+    }
+
+    fn sqrt(self) -> Interval {
+        self.rising(f64::sqrt)
+    }
+
+    fn sin_cos(self) -> (Interval, Interval) {
+        // No slope is above 1.
+        let middle = f64::midpoint(self.low, self.high);
+        let reach = (self.width() + middle.abs() * f64::EPSILON) + 4.0 * f64::EPSILON;
+        let about = |value: f64| Interval::outwards(value - reach, value + reach);
+        (about(middle.sin()), about(middle.cos()))
+    }
+
+    fn tanh(self) -> Interval {
+        self.rising(f64::tanh)
+    }
+
+    fn cosh(self) -> Interval {
+        let (near, far) = (self.low.abs().min(self.high.abs()), self.low.abs().max(self.high.abs()));
+        let low = if self.holds(0.0) { 0.0 } else { near };
+        Interval { low, high: far }.rising(f64::cosh)
+    }
+
+    fn atan(self) -> Interval {
+        self.rising(f64::atan)
+    }
+}
+
+/// A double with a bound of its error, to first order: what the operations before it have brought, and half a unit in the last
+/// place of its own.
+#[derive(Debug, Clone, Copy)]
+struct Uncertain {
+    value: f64,
+    error: f64,
+}
+
+impl Uncertain {
+    fn rounded(value: f64, error: f64) -> Uncertain {
+        Uncertain {
+            value,
+            error: error + value.abs() * f64::EPSILON / 2.0,
+        }
+    }
+
+    fn function(self, value: f64, slope: f64) -> Uncertain {
+        Uncertain::rounded(value, slope.abs() * self.error + value.abs() * f64::EPSILON)
+    }
+}
+
+impl PartialEq for Uncertain {
+    fn eq(&self, other: &Uncertain) -> bool {
+        self.value == other.value
+    }
+}
+
+impl PartialOrd for Uncertain {
+    fn partial_cmp(&self, other: &Uncertain) -> Option<Ordering> {
+        self.value.partial_cmp(&other.value)
+    }
+}
+
+impl Add for Uncertain {
+    type Output = Uncertain;
+
+    fn add(self, other: Uncertain) -> Uncertain {
+        Uncertain::rounded(self.value + other.value, self.error + other.error)
+    }
+}
+
+impl Neg for Uncertain {
+    type Output = Uncertain;
+
+    fn neg(self) -> Uncertain {
+        Uncertain {
+            value: -self.value,
+            ..self
+        }
+    }
+}
+
+impl Sub for Uncertain {
+    type Output = Uncertain;
+
+    fn sub(self, other: Uncertain) -> Uncertain {
+        self.add(-other)
+    }
+}
+
+impl Mul for Uncertain {
+    type Output = Uncertain;
+
+    fn mul(self, other: Uncertain) -> Uncertain {
+        let error = self.value.abs() * other.error + other.value.abs() * self.error;
+        Uncertain::rounded(self.value * other.value, error)
+    }
+}
+
+impl Div for Uncertain {
+    type Output = Uncertain;
+
+    fn div(self, other: Uncertain) -> Uncertain {
+        let value = self.value / other.value;
+        Uncertain::rounded(value, (self.error + value.abs() * other.error) / other.value.abs())
+    }
+}
+
+impl Number for Uncertain {
+    fn of(value: f64) -> Uncertain {
+        Uncertain { value, error: 0.0 }
+    }
+
+    fn pi() -> Uncertain {
+        Uncertain::rounded(std::f64::consts::PI, 0.0)
+    }
+
+    fn exp(self) -> Uncertain {
+        self.function(self.value.exp(), self.value.exp())
+    }
+
+    fn exp_m1(self) -> Uncertain {
+        self.function(self.value.exp_m1(), self.value.exp())
+    }
+
+    fn sqrt(self) -> Uncertain {
+        self.function(self.value.sqrt(), 0.5 / self.value.sqrt())
+    }
+
+    fn sin_cos(self) -> (Uncertain, Uncertain) {
+        let (sine, cosine) = self.value.sin_cos();
+        // The enclosure's slopes are 1, and its errors those of 1.
+        let about = |value: f64| Uncertain {
+            value,
+            error: self.error + (4.0 + self.value.abs()) * f64::EPSILON,
+        };
+        (about(sine), about(cosine))
+    }
+
+    fn tanh(self) -> Uncertain {
+        self.function(self.value.tanh(), 1.0)
+    }
+
+    fn cosh(self) -> Uncertain {
+        self.function(self.value.cosh(), self.value.sinh())
+    }
+
+    fn atan(self) -> Uncertain {
+        self.function(self.value.atan(), 1.0)
+    }
+}
+
+/// Four doubles side by side. Comparisons say what holds for all of them.
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct Lanes([f64; 4]);
+
+impl Lanes {
+    fn each(self, function: impl Fn(f64) -> f64) -> Lanes {
+        Lanes(self.0.map(function))
+    }
+
+    fn both(self, other: Lanes, function: impl Fn(f64, f64) -> f64) -> Lanes {
+        Lanes(array::from_fn(|lane| function(self.0[lane], other.0[lane])))
+    }
+}
+
+impl PartialOrd for Lanes {
+    fn partial_cmp(&self, other: &Lanes) -> Option<Ordering> {
+        let [first, rest @ ..]: [Option<Ordering>; 4] = array::from_fn(|lane| self.0[lane].partial_cmp(&other.0[lane]));
+        rest.iter().all(|other| *other == first).then_some(first).flatten()
+    }
+}
+
+impl Add for Lanes {
+    type Output = Lanes;
+
+    fn add(self, other: Lanes) -> Lanes {
+        self.both(other, |a, b| a + b)
+    }
+}
+
+impl Sub for Lanes {
+    type Output = Lanes;
+
+    fn sub(self, other: Lanes) -> Lanes {
+        self.both(other, |a, b| a - b)
+    }
+}
+
+impl Mul for Lanes {
+    type Output = Lanes;
+
+    fn mul(self, other: Lanes) -> Lanes {
+        self.both(other, |a, b| a * b)
+    }
+}
+
+impl Div for Lanes {
+    type Output = Lanes;
+
+    fn div(self, other: Lanes) -> Lanes {
+        self.both(other, |a, b| a / b)
+    }
+}
+
+impl Neg for Lanes {
+    type Output = Lanes;
+
+    fn neg(self) -> Lanes {
+        self.each(|a| -a)
+    }
+}
+
+impl Number for Lanes {
+    fn of(x: f64) -> Lanes {
+        Lanes([x; 4])
+    }
+
+    fn pi() -> Lanes {
+        Lanes::of(std::f64::consts::PI)
+    }
+
+    fn exp(self) -> Lanes {
+        self.each(f64::exp)
+    }
+
+    fn exp_m1(self) -> Lanes {
+        self.each(f64::exp_m1)
+    }
+
+    fn sqrt(self) -> Lanes {
+        self.each(f64::sqrt)
+    }
+
+    fn sin_cos(self) -> (Lanes, Lanes) {
+        (self.each(f64::sin), self.each(f64::cos))
+    }
+
+    fn tanh(self) -> Lanes {
+        self.each(f64::tanh)
+    }
+
+    fn cosh(self) -> Lanes {
+        self.each(f64::cosh)
+    }
+
+    fn atan(self) -> Lanes {
+        self.each(f64::atan)
+    }
+}
+
+// Systems.
+
+fn wave(mean: f64, amplitude: f64, frequency: Frequency) -> Drive {
+    Drive::Wave(Wave {
+        shape: Shape::Sine,
+        mean,
+        amplitude,
+        frequency,
+        phase: 0.4,
+        from: None,
+        to: None,
+    })
+}
+
+fn train(inertia: &[f64], shafts: &[(f64, f64)], end: End) -> Train {
+    Train {
+        inertia: inertia.to_vec(),
+        stiffness: shafts.iter().map(|shaft| shaft.0).collect(),
+        damping: shafts.iter().map(|shaft| shaft.1).collect(),
+        viscous: vec![0.0; inertia.len()],
+        end,
+        torque: None,
+    }
+}
+
+fn system(rotor: Train, stator: Train, pressing: Pressing, law: impl Into<FrictionLaw>) -> Trains {
+    let none = |train: &Train| (vec![0.0; train.stiffness.len()], vec![0.0; train.inertia.len()]);
+    let ((rotor_twist, rotor_speed), (stator_twist, stator_speed)) = (none(&rotor), none(&stator));
+    Trains {
+        rotor,
+        stator,
+        radius: 0.7,
+        pressing,
+        breakaway: 0.65,
+        breakaway_test: BreakawayTest::Transmitted,
+        law: law.into(),
+        contact: ContactLaw::StickSlip,
+        initial: Initial {
+            rotor_twist,
+            rotor_speed,
+            stator_twist,
+            stator_speed,
+        },
+        kicks: Vec::new(),
+    }
+}
+
+fn falling() -> Exponential {
+    Exponential {
+        low_speed: 0.6,
+        high_speed: 0.3,
+        decay: 3.5,
+    }
+}
+
+/// The paper's brake: an axial mode that rings under a ramp.
+fn brake() -> Trains {
+    let actuation = Ramp {
+        value: 2225.0,
+        rise_time: 1.0,
+    };
+    let pressing = Pressing::Axial {
+        axial: AxialOf {
+            mass: 4.54,
+            stiffness: 55.38e6,
+            damping: 8760.0,
+            ringing_floor: Axial::RINGING_FLOOR,
+        },
+        actuation: actuation.into(),
+    };
+    let shaft = [(7.71e6, 22.606)];
+    let rotor = train(&[0.0113, 2.262], &shaft, End::Free);
+    let mut brake = system(rotor, train(&[0.0113], &shaft, End::Fixed), pressing, falling());
+    brake.radius = 0.052388;
+    brake.breakaway_test = BreakawayTest::Rotor;
+    brake
+}
+
+/// A block on a belt whose speed and force are harmonics.
+fn belt(law: impl Into<FrictionLaw>) -> Trains {
+    let speed = Drive::Sum(vec![
+        Drive::Value(0.1),
+        wave(0.1, 0.05, Frequency::Cycles(0.3)),
+        wave(0.0, 0.02, Frequency::Angular(1.7)),
+    ]);
+    let force = Pressing::Force(wave(1.0, 0.3, Frequency::Angular(0.9)));
+    let block = train(&[1.3], &[(1.1, 0.05)], End::Fixed);
+    system(train(&[], &[], End::Driven(speed)), block, force, law)
+}
+
+/// Three inertias on each side, with bearings and an external torque; one end is driven.
+fn chain() -> Trains {
+    let shafts = [(4.0, 0.02), (3.0, 0.01), (5.0, 0.03)];
+    let driven = End::Driven(wave(2.0, 0.3, Frequency::Cycles(0.2)));
+    let mut rotor = train(&[0.5, 1.2, 0.8], &shafts, driven);
+    let mut stator = train(&[0.4, 0.9, 1.1], &shafts[..2], End::Free);
+    rotor.viscous = vec![0.01, 0.0, 0.02];
+    stator.viscous = vec![0.0, 0.03, 0.0];
+    stator.torque = Some(Torque {
+        signal: wave(0.4, 0.2, Frequency::Angular(1.3)),
+        on: 2,
+    });
+    system(rotor, stator, Pressing::Force(Drive::Value(1.5)), falling())
+}
+
+/// Every law on the belt, and every contact without stick.
+fn belts() -> Vec<Trains> {
+    let table = |interpolation| Table::new(vec![0.0, 0.3, 0.8, 2.0], vec![0.6, 0.45, 0.4, 0.42], interpolation);
+    let mut belts = vec![
+        belt(Coulomb { kinetic: 0.4 }),
+        belt(falling()),
+        belt(Hyperbolic {
+            low_speed: 0.6,
+            high_speed: 0.2,
+            scale: 0.4,
+        }),
+        belt(Stribeck {
+            low_speed: 0.6,
+            high_speed: 0.3,
+            scale: 0.5,
+            exponent: 2.0,
+            viscous: 0.05,
+        }),
+        belt(Polynomial {
+            low_speed: 0.6,
+            linear: -0.3,
+            quadratic: 0.1,
+            cubic: 0.02,
+            valid_below: 4.0,
+        }),
+        belt(table(Interpolation::MonotoneCubic)),
+        belt(table(Interpolation::Linear)),
+    ];
+    for contact in [
+        ContactLaw::Regularised(Regularisation {
+            function: Smoothing::Tanh,
+            speed: 0.5,
+        }),
+        ContactLaw::Regularised(Regularisation {
+            function: Smoothing::Arctan,
+            speed: 0.5,
+        }),
+        ContactLaw::Bristles(Bristles {
+            stiffness: 10.0,
+            damping: 0.3,
+            viscous: 0.1,
+        }),
+    ] {
+        let mut belt = belt(falling());
+        belt.contact = contact;
+        belts.push(belt);
+    }
+    belts
+}
+
+/// A motion: where it starts, and by which unit of time it is expanded (s).
+struct Motion {
+    dynamics: TrainDynamics,
+    location: TrainLocation,
+    t: f64,
+    y: Vec<f64>,
+    unit: f64,
+}
+
+impl Motion {
+    /// Every coefficient that an expansion gives, with its order and a name.
+    fn coefficients<T: Number>(&self, system: &TrainSystem<T>, y: &[T]) -> Vec<(String, T)> {
+        let mut expansion = Expansion::new(system, &self.dynamics.excitation);
+        expansion.expand(
+            (system, &self.dynamics.excitation),
+            &self.location,
+            self.t,
+            y,
+            self.unit,
+        );
+        let mut all = Vec::new();
+        let mut take = |name: &str, series: &Series<T>| {
+            all.extend(series.iter().enumerate().map(|(n, c)| (format!("{name}, {n}"), *c)));
+        };
+        for (k, series) in expansion.state.iter().enumerate() {
+            take(&format!("component {k}"), series);
+        }
+        take("omega_r", &expansion.relative_velocity);
+        take("T", &expansion.interface);
+        take("F_n", expansion.normal_force());
+        take("T_f", &expansion.transmitted(system));
+        match self.location.mode {
+            Mode::Stick => {
+                take("limit", &expansion.limit);
+                take("tested", &expansion.tested(system));
+            }
+            Mode::SlipForward | Mode::SlipBackward => {
+                if let Some(margin) = expansion.stability_margin(system) {
+                    take("margin", &margin);
+                }
+            }
+            _ => {}
+        }
+        let mut after = vec![T::of(0.0); y.len()];
+        expansion.at(0.7, &mut after);
+        all.extend(
+            after
+                .into_iter()
+                .enumerate()
+                .map(|(k, c)| (format!("component {k} later"), c)),
+        );
+        all
+    }
+
+    fn plain(&self) -> Vec<(String, f64)> {
+        self.coefficients(&self.dynamics.system, &self.y)
+    }
+}
+
+/// The motions of a system in every mode and sense that it has, at some times.
+fn motions(trains: &Trains, times: [f64; 2], speed: f64, twist: f64, unit: f64) -> Vec<Motion> {
+    let modes: &[(Mode, i8)] = match trains.contact {
+        ContactLaw::StickSlip => &[
+            (Mode::SlipForward, 1),
+            (Mode::SlipBackward, -1),
+            (Mode::Stick, 0),
+            (Mode::Separated, 0),
+        ],
+        _ => &[(Mode::Engaged, 1), (Mode::Engaged, -1)],
+    };
+    let mut found = Vec::new();
+    for &(mode, sense) in modes {
+        for t in times {
+            let dynamics = TrainDynamics::new(trains, 0.0);
+            let system = &dynamics.system;
+            let mut y: Vec<f64> = (0..system.dimension).map(|k| (k as f64 + 0.7).sin()).collect();
+            for side in [&system.rotor, &system.stator] {
+                for i in 0..side.shafts() {
+                    y[side.twists + 2 * i] *= twist;
+                    y[side.twists + 2 * i + 1] *= 0.3 * speed;
+                }
+            }
+            let mut location = TrainLocation {
+                sense,
+                ..TrainLocation::new(mode, dynamics.excitation.stretch(t))
+            };
+            // omega_r is what is asked for.
+            let lacks = f64::from(sense) * speed - system.relative_velocity(&dynamics.outside(&location, t), &y);
+            match system.rotor.speed {
+                Some(index) => y[index] += lacks,
+                None => y[system.stator.twists + 1] -= lacks,
+            }
+            location.piece = system.piece_of(speed);
+            assert!(location.piece > 0 || system.law.knots().is_empty() || system.law.ends_at() > speed);
+            found.push(Motion {
+                dynamics,
+                location,
+                t,
+                y,
+                unit,
+            });
+        }
+    }
+    found
+}
+
+fn all_motions() -> Vec<Motion> {
+    // 0.3 s: the ramp; 1.0005 s: the ringing that its end sets going.
+    let mut all = motions(&brake(), [0.3, 1.0005], 0.5, 1e-4, 3e-5);
+    for trains in belts() {
+        // Bristles are stiffer than the block's spring.
+        let unit = if matches!(trains.contact, ContactLaw::Bristles(_)) {
+            0.05
+        } else {
+            0.5
+        };
+        all.extend(motions(&trains, [0.5, 7.0], 0.45, 0.3, unit));
+    }
+    all.extend(motions(&chain(), [0.5, 7.0], 0.45, 0.3, 0.2));
+    all
+}
+
+// Tests.
+
+/// Holds enclosures against the coefficients in doubles, and their widths against the errors to first order. An operation widens an
+/// enclosure by four of the half units in the last place of which each is added to the error; what widths and errors become by
+/// the operations that follow is the same to first order. Another factor of 2 is room for the second order.
+#[track_caller]
+fn holds(enclosures: &[(String, Interval)], doubles: &[(String, f64)], errors: &[(String, Uncertain)], said: &str) {
+    assert_eq!(enclosures.len(), doubles.len());
+    for ((name, enclosure), ((_, double), (_, error))) in enclosures.iter().zip(doubles.iter().zip(errors)) {
+        assert!(enclosure.holds(*double), "{said}, {name}: {double:e} in {enclosure:?}");
+        // Where all is zero, the outward roundings of zero remain.
+        let bound = 8.0 * error.error + 1e-300;
+        assert!(
+            enclosure.width() <= bound,
+            "{said}, {name}: {enclosure:?} is wider than {bound:e}"
+        );
+    }
+}
+
+fn of<T: Number>(values: &[f64]) -> Vec<T> {
+    values.iter().map(|value| T::of(*value)).collect()
+}
+
+#[test]
+fn analytic_enclosures_hold_the_coefficients_in_doubles() {
+    let mut worst: f64 = 0.0;
+    for (number, motion) in all_motions().iter().enumerate() {
+        let system = &motion.dynamics.system;
+        let doubles = motion.plain();
+        let enclosures = motion.coefficients(&system.map(Interval::of), &of(&motion.y));
+        let errors = motion.coefficients(&system.map(Uncertain::of), &of(&motion.y));
+        let said = format!("motion {number}, {:?} of {}", motion.location.mode, system.law.name());
+        holds(&enclosures, &doubles, &errors, &said);
+        // The state some way on is a sum of 28 terms, each of up to some tens of roundings a term.
+        for (name, enclosure) in enclosures.iter().filter(|(name, _)| name.ends_with("later")) {
+            let share = enclosure.width() / enclosure.low.abs().max(enclosure.high.abs());
+            worst = worst.max(share);
+            assert!(share < 1e-10, "{said}, {name}: {enclosure:?}");
+        }
+    }
+    assert!(worst > f64::EPSILON, "{worst:e}");
+}
+
+/// Inertia, stiffness, damping and radius known to 1e-6: the motions of all points inside are inside.
+#[test]
+fn analytic_enclosures_of_parameters_hold_what_is_inside() {
+    const WIDTH: f64 = 1e-6;
+    for (number, motion) in all_motions().iter().enumerate() {
+        let system = &motion.dynamics.system;
+        let mut enclosing = system.map(Interval::of);
+        let mut uncertain = system.map(Uncertain::of);
+        let wide = |value: &mut Interval| {
+            // With room for the roundings of a point.
+            let reach = (0.5 * WIDTH + 4.0 * f64::EPSILON) * value.low.abs();
+            *value = Interval::outwards(value.low - reach, value.high + reach);
+        };
+        let vague = |value: &mut Uncertain| value.error = (0.5 * WIDTH + 8.0 * f64::EPSILON) * value.value.abs();
+        for side in [&mut enclosing.rotor, &mut enclosing.stator] {
+            side.inertia
+                .iter_mut()
+                .chain(&mut side.stiffness)
+                .chain(&mut side.damping)
+                .for_each(wide);
+        }
+        for side in [&mut uncertain.rotor, &mut uncertain.stator] {
+            side.inertia
+                .iter_mut()
+                .chain(&mut side.stiffness)
+                .chain(&mut side.damping)
+                .for_each(vague);
+        }
+        wide(&mut enclosing.radius);
+        vague(&mut uncertain.radius);
+        let enclosures = motion.coefficients(&enclosing, &of(&motion.y));
+        let errors = motion.coefficients(&uncertain, &of(&motion.y));
+        for corner in 0..8 {
+            let mut moved = system.clone();
+            // Ends and insides, other ones for each parameter.
+            let mut place = corner;
+            let mut move_ = |value: &mut f64| {
+                place = (place * 5 + 3) % 8;
+                *value *= 1.0 + WIDTH * (f64::from(place) / 7.0 - 0.5);
+            };
+            for side in [&mut moved.rotor, &mut moved.stator] {
+                side.inertia
+                    .iter_mut()
+                    .chain(&mut side.stiffness)
+                    .chain(&mut side.damping)
+                    .for_each(&mut move_);
+            }
+            move_(&mut moved.radius);
+            let doubles = motion.coefficients(&moved, &motion.y);
+            holds(
+                &enclosures,
+                &doubles,
+                &errors,
+                &format!("motion {number}, corner {corner}"),
+            );
+        }
+    }
+}
+
+/// Four motions side by side, of other inertias and other states: to the bit, since every lane takes the operations of a double in
+/// the order of a double.
+#[test]
+fn analytic_lanes_are_the_motions_side_by_side() {
+    for (number, motion) in all_motions().iter().enumerate() {
+        let factor = |lane: usize| 1.0 + 0.125 * lane as f64;
+        let side_by_side = |value: f64| Lanes(array::from_fn(|lane| value * factor(lane)));
+        let mut lanes = motion.dynamics.system.map(Lanes::of);
+        for side in [&mut lanes.rotor, &mut lanes.stator] {
+            for inertia in &mut side.inertia {
+                *inertia = side_by_side(inertia.0[0]);
+            }
+        }
+        let y: Vec<Lanes> = motion.y.iter().map(|value| side_by_side(*value)).collect();
+        let found = motion.coefficients(&lanes, &y);
+        for lane in 0..4 {
+            let mut system = motion.dynamics.system.clone();
+            for side in [&mut system.rotor, &mut system.stator] {
+                side.inertia.iter_mut().for_each(|inertia| *inertia *= factor(lane));
+            }
+            let y: Vec<f64> = y.iter().map(|value| value.0[lane]).collect();
+            for ((name, lanes), (_, double)) in found.iter().zip(motion.coefficients(&system, &y)) {
+                let lane = lanes.0[lane];
+                assert_eq!(
+                    lane.to_bits(),
+                    double.to_bits(),
+                    "motion {number}, {name}: {lane:e} and {double:e}"
+                );
+            }
+        }
+    }
+}
