@@ -93,7 +93,10 @@ fn cli_a_map_has_the_values_of_the_file() {
     };
     assert_eq!(default.name, "map-onset_time");
     let title = &default.title;
-    assert!(title.ends_with(", the quantity that tells most points apart"), "{title}");
+    assert!(
+        title.ends_with(", the quantity that tells most points apart"),
+        "{title}"
+    );
     let of_sticks = ["plot", "map.h5", "-o", "map.svg", "--json", "--quantity", "stick_count"];
     let (stdout, _) = output(&mut folder.stickslip(&of_sticks), 0);
     assert_eq!(json(&stdout)["files"][0]["figure"], "map-stick_count");
