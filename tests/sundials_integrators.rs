@@ -6,8 +6,8 @@ use nalgebra::DMatrixViewMut;
 use proptest::prelude::*;
 use stickslip::sundials::{
     Callback, Counters, Cvode, CvodeFlag, CvodeOptions, Direction, Erk, ErkOptions, ErkTable, Esdirk, EsdirkOptions,
-    EsdirkTable, Flag, Integrator, Interpolant, Multistep, Nonlinear, OdeSystem, Outcome, Predictor, SolverError,
-    StepController, Stepping, Task, Tolerances,
+    EsdirkTable, Flag, Integrator, Interpolant, Multistep, Nonlinear, OdeSystem, Outcome, Predictor, ShortSteps,
+    SolverError, StepController, Stepping, Task, Tolerances,
 };
 
 /// x'' = -x: x = cos t, v = -sin t from (1, 0). Crossings of x and of v.
@@ -862,6 +862,54 @@ fn sundials_integrators_run_in_parallel_threads() {
 }
 
 // --- Regression and properties ------------------------------------------------------------------------------------
+
+/// Modes that decay, at rates over two decades.
+struct Decays;
+
+impl Decays {
+    const COUNT: usize = 12;
+
+    fn rate(mode: usize) -> f64 {
+        10f64.powf(mode as f64 / 5.0)
+    }
+}
+
+impl OdeSystem for Decays {
+    fn dimension(&self) -> usize {
+        Self::COUNT
+    }
+
+    fn rhs(&mut self, _t: f64, y: &[f64], ydot: &mut [f64]) {
+        for (mode, (rate, y)) in ydot.iter_mut().zip(y).enumerate() {
+            *rate = -Self::rate(mode) * y;
+        }
+    }
+}
+
+/// Where the highest order is raised between two steps, CVODE reads a vector of its history that it has not written. Its steps must
+/// not depend on what the memory held before.
+#[test]
+fn sundials_memory_that_was_used_before_decides_no_order() {
+    let steps = |before: f64, until: f64| {
+        // Blocks of the size of a vector, handed back: the solver's own are the next that have this size.
+        drop(vec![vec![before; Decays::COUNT]; 100]);
+        let options = CvodeOptions {
+            max_order: Some(4),
+            short_steps: Some(ShortSteps { max_order: 2, until }),
+            ..CvodeOptions::BDF
+        };
+        let tolerances = Tolerances::uniform(1e-8, 1e-10, Decays::COUNT);
+        let mut solver = Cvode::new(Decays, options, 0.0, &[1.0; Decays::COUNT], &tolerances).unwrap();
+        solver.set_max_steps(None).unwrap();
+        while solver.advance(3.0, Task::Normal).unwrap() != Outcome::Reached {}
+        solver.counters().unwrap().steps
+    };
+    for k in 0..24 {
+        let until = 1e-5 * 1.3f64.powi(k);
+        let (clean, used) = (steps(0.0, until), steps(1e200, until));
+        assert_eq!(clean, used, "{until:e} s");
+    }
+}
 
 /// The solver's path on one run of each kind: a change says that numbers move.
 #[test]

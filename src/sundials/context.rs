@@ -136,6 +136,21 @@ unsafe extern "C" fn keep_message(
     let _ = catch_unwind(AssertUnwindSafe(keep));
 }
 
+/// `N_VClone_Serial` with zeros for values. CVODE reads a vector of its history before it has written one where its highest order
+/// is raised between two steps: what `malloc` finds there would decide about the next order.
+///
+/// # Safety
+/// `vector` is a serial vector.
+unsafe extern "C" fn clone_of_zeros(vector: ffi::N_Vector) -> ffi::N_Vector {
+    unsafe {
+        let clone = ffi::N_VClone_Serial(vector);
+        if !clone.is_null() {
+            ffi::N_VConst(0.0, clone);
+        }
+        clone
+    }
+}
+
 /// A serial `N_Vector` that owns its memory.
 pub(super) struct Vector {
     raw: ffi::N_Vector,
@@ -154,6 +169,8 @@ impl Vector {
                 function: "N_VNew_Serial",
             });
         }
+        // SAFETY: a new vector has a table of operations of its own, which its clones copy.
+        unsafe { (*(*raw).ops).nvclone = Some(clone_of_zeros) }
         let mut vector = Self {
             raw,
             length: values.len(),

@@ -3,11 +3,11 @@
 use super::excitation::{Excitation, OutsideSeries};
 use crate::friction::Law;
 use crate::hybrid::{Direction, Dynamics, Guard};
-use crate::model::trains::Trains;
 use crate::model::trains::closed_form;
 use crate::model::trains::slow_motion::{SlowMotion, SlowMotions};
 use crate::model::trains::stability::least_fast_frequency;
-use crate::model::trains::system::{Engagement, Outside, Side, TrainSystem};
+use crate::model::trains::system::{Driving, Engagement, Outside, Side, TrainSystem};
+use crate::model::trains::{Smoothing, Trains};
 use crate::model::{BreakawayTest, Mode};
 use crate::numerics::eigenvalues::eigenvalues;
 use nalgebra::{DMatrix, DMatrixViewMut};
@@ -189,6 +189,9 @@ const TORQUE_NOISE: f64 = 8.0 * f64::EPSILON;
 /// A step changes the sliding speed by no more than this share of the scale on which friction changes there.
 const FOLLOWED: f64 = 1.0;
 
+/// tanh(x) is 1 but for rounding from here on.
+const SATURATED: f64 = 19.0;
+
 /// How far ahead the relative acceleration is looked at for its rate, and the shortest step that is asked for, as shares of the
 /// unit of time.
 const AHEAD: f64 = 1e-6;
@@ -345,6 +348,16 @@ impl TrainDynamics {
         speeds.min_by(f64::total_cmp).unwrap_or(0.0)
     }
 
+    /// [`Law::followed_fall`] of the smooth step of a regularised contact.
+    fn followed_smoothing(&self, x: f64) -> f64 {
+        match self.system.engagement {
+            Engagement::Regularised(Smoothing::Tanh, scale) => (FOLLOWED * scale).max(0.5 * (x - SATURATED * scale)),
+            // Its scale shrinks on the way down, by no more than a half over this.
+            Engagement::Regularised(Smoothing::Arctan, scale) => 0.5 * FOLLOWED * x.hypot(scale),
+            Engagement::StickSlip | Engagement::Bristles(..) => f64::INFINITY,
+        }
+    }
+
     /// The sense of an engaged contact at a state, or that in which it leaves rest.
     pub(super) fn side(&self, location: &TrainLocation, t: f64, y: &[f64]) -> i8 {
         let outside = self.outside(location, t);
@@ -485,7 +498,8 @@ impl Dynamics for TrainDynamics {
         }
         let (system, unit) = (&self.system, self.unit(location.stretch));
         let x = system.relative_velocity(&self.outside(location, t), y).abs();
-        let change = system.law_in(location.piece).followed_fall(x, FOLLOWED);
+        let of_law = system.law_in(location.piece).followed_fall(x, FOLLOWED);
+        let change = of_law.min(self.followed_smoothing(x));
         if !change.is_finite() {
             return f64::INFINITY;
         }

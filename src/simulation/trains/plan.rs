@@ -78,10 +78,6 @@ const CVODE_ABSOLUTE_SHARE: f64 = 0.01;
 /// friction torque causes, and it is the kick that grows: what a multistep method errs by while it is small grows with it.
 const CVODE_RINGING_SHARE: f64 = 0.001;
 
-/// Relative tolerance of `cvode` in a stick of a system that always resolves all modes, as a multiple of `rtol`. Where the torque only just reaches
-/// the limit, an error of the stick moves the breakaway by many times itself.
-const CVODE_STICK_TIGHTENING: f64 = 1e-4;
-
 /// |h lambda| of the slowest of the fast modes from which BDF of order 4 is stable near the imaginary axis (4.7), and a little.
 const STRIDE: f64 = 5.0;
 
@@ -401,9 +397,6 @@ impl TrainPlan {
             SolverKind::Erk(_) => (TIGHTENING * self.rtol).max(SMALLEST),
             _ if self.method == Method::Cvode && location.mode == Mode::Engaged => {
                 (ENGAGED_TIGHTENING * self.rtol).max(SMALLEST_ENGAGED)
-            }
-            _ if self.method == Method::Cvode && location.mode == Mode::Stick && !implicit && !self.has_regimes => {
-                (CVODE_STICK_TIGHTENING * self.rtol).max(SMALLEST)
             }
             _ if self.method == Method::Cvode => {
                 (CVODE_TIGHTENING * self.rtol).max(if implicit { SMALLEST_IMPLICIT } else { SMALLEST })
