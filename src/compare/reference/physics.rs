@@ -2,7 +2,7 @@
 
 use super::super::Channel;
 use super::super::vocabulary::{Known, Vocabulary};
-use crate::case::{AnyCase, CaseRef, Form};
+use crate::case::{AnyCase, CaseRef};
 use crate::friction::Law;
 use crate::model::trains::system::{Engagement, Outside, Side, TrainSystem};
 use crate::model::trains::{End, Pressing, Trains};
@@ -127,11 +127,6 @@ impl Physics {
     /// What can be compared.
     pub fn vocabulary(&self) -> &Vocabulary {
         &self.vocabulary
-    }
-
-    /// How its case is written.
-    pub(crate) fn form(&self) -> Form {
-        CaseRef::from(&self.case).form()
     }
 
     /// Whether sliding slows down by itself: one train is free, and nothing is driven. Stick-slip then comes from an instability on
