@@ -466,7 +466,10 @@ fn mappings() {
     ]);
     campaign("mapping", &seeds, |bytes| {
         std::fs::write(&path, bytes).unwrap();
-        Mapping::default().with_file(&path).map(drop).map_err(|error| error.to_string())
+        Mapping::default()
+            .with_file(&path)
+            .map(drop)
+            .map_err(|error| error.to_string())
     });
 }
 

@@ -336,8 +336,11 @@ impl Candidate {
     }
 }
 
-/// The file of another program as a table, by its first bytes `head`; with the name of its format.
-fn table_of(source: Source, head: &[u8]) -> Result<(&'static str, Box<dyn Table>), CompareError> {
+/// The name of a format, and a file of it as a table.
+type OfFormat = (&'static str, Box<dyn Table>);
+
+/// The file of another program, by its first bytes `head`.
+fn table_of(source: Source, head: &[u8]) -> Result<OfFormat, CompareError> {
     if let Some(known) = hdf5_or_npz(&source, head)? {
         return Ok(known);
     }
@@ -367,8 +370,8 @@ fn table_of(source: Source, head: &[u8]) -> Result<(&'static str, Box<dyn Table>
     Ok(("CSV", Box::new(CsvTable::open(source)?)))
 }
 
-/// The file as a table, if its first bytes are those of HDF5 or NPZ; with the name of its format.
-fn hdf5_or_npz(source: &Source, head: &[u8]) -> Result<Option<(&'static str, Box<dyn Table>)>, CompareError> {
+/// The file of another program, if its first bytes are those of HDF5 or NPZ.
+fn hdf5_or_npz(source: &Source, head: &[u8]) -> Result<Option<OfFormat>, CompareError> {
     if head.starts_with(b"\x89HDF") {
         refuse_pipe(source)?;
         check_sound(source.path())?;
