@@ -166,6 +166,24 @@ fn cli_brakes_and_trains_are_compared_where_they_are_the_same() {
             assert!(rows.iter().all(|row| row["mescd"].as_f64().unwrap() > 12.0), "{rows:?}");
         }
     }
+    // One key of the short form is a number of both trains.
+    let other = ["run", "brake.toml", "--set", "torsion.damping=20", "-o", "other.h5"];
+    output(
+        &mut folder.stickslip(&[&other[..], &["-q", "--no-witness"]].concat()),
+        0,
+    );
+    for pair in [["other.h5", "trains.h5"], ["trains.h5", "other.h5"]] {
+        let (stdout, _) = output(&mut folder.stickslip(&["compare", pair[0], pair[1], "--json"]), 0);
+        let c = &json(&stdout)["comparisons"][0];
+        assert_eq!(c["causes"][0]["cause"], "another-case", "{c}");
+        let keys: Vec<_> = c["case_differences"]
+            .as_array()
+            .unwrap()
+            .iter()
+            .map(|d| &d["key"])
+            .collect();
+        assert_eq!(keys, ["rotor.damping", "stator.damping"], "{c}");
+    }
     output(&mut folder.stickslip(&["run", "belt-leine", "-q", "--no-witness"]), 0);
     for pair in [["belt-leine.h5", "brake.h5"], ["brake.h5", "belt-leine.h5"]] {
         let stderr = refusal(&mut folder.stickslip(&["compare", pair[0], pair[1]]));

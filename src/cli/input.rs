@@ -2,6 +2,7 @@
 
 use super::{CommandError, End, complain, failure};
 use crate::case::{CaseError, CaseSource, Origin, Override};
+use crate::compare::{CompareError, Mapping, Reference};
 use crate::hybrid::RunError;
 use crate::results::{Overwrite, ResultError, is_hdf5, open_sound};
 use crate::simulation::{RunFailure, RunReport};
@@ -146,6 +147,16 @@ pub(super) fn overwrite(force: bool) -> Overwrite {
         true => Overwrite::Force,
         false => Overwrite::OwnResults,
     }
+}
+
+/// The columns of a mapping file, with those of options over them, by the names of a reference.
+pub(super) fn columns(reference: &Reference, file: Option<&Path>, options: &[String]) -> Result<Mapping, CompareError> {
+    let mut mapping = match file {
+        Some(path) => reference.mapping().with_file(path)?,
+        None => reference.mapping(),
+    };
+    options.iter().try_for_each(|column| mapping.add_option(column))?;
+    Ok(mapping)
 }
 
 /// A flag that Ctrl-C and a termination signal set; the run then ends in good order.

@@ -1,8 +1,7 @@
 //! `stickslip plot`.
 
 use super::arguments::{Common, Format, PlotOptions};
-use super::compare::columns;
-use super::input::bad_file;
+use super::input::{bad_file, columns};
 use super::plot_studies::{self, Drawn, Kind};
 use super::{CommandError, End, complain, print, print_json, tell, terminal};
 use crate::analysis::advice::capitalised;

@@ -1,5 +1,7 @@
 //! In which physical keys two cases differ.
 
+use crate::case::{CaseRef, TrainCase};
+use crate::model::trains::ContactLaw;
 use serde::Serialize;
 
 /// Instead of a value that a case does not have.
@@ -16,10 +18,15 @@ pub struct CaseDifference {
     pub candidate: String,
 }
 
-/// The physical keys of two resolved cases whose values differ. How a run was integrated and sampled is no part of what
-/// it is a run of.
-pub(super) fn case_differences(reference: &str, candidate: &str) -> Vec<CaseDifference> {
-    let (r, c) = (keys(reference), keys(candidate));
+/// The physical keys of two cases whose values differ; those of the general form, if one of them is written in the short form. How a
+/// run was integrated and sampled is no part of what it is a run of.
+pub(super) fn case_differences(reference: CaseRef, candidate: CaseRef) -> Vec<CaseDifference> {
+    let is_like = reference.form() == candidate.form();
+    let text = |case: CaseRef| match is_like {
+        true => case.resolved(),
+        false => in_general_form(case).resolved(),
+    };
+    let (r, c) = (keys(&text(reference)), keys(&text(candidate)));
     let value = |keys: &[(String, String)], key: &str| {
         let found = keys.iter().find(|(name, _)| name == key);
         found.map_or_else(|| NOT_SET.to_owned(), |(_, value)| value.clone())
@@ -38,6 +45,20 @@ pub(super) fn case_differences(reference: &str, candidate: &str) -> Vec<CaseDiff
     };
     let differences = names.into_iter().map(difference);
     differences.filter(|d| d.reference != d.candidate).collect()
+}
+
+/// The same case, written as two trains.
+fn in_general_form(case: CaseRef) -> TrainCase {
+    let system = case.system();
+    let sticks = system.contact == ContactLaw::StickSlip;
+    TrainCase {
+        title: case.title().to_owned(),
+        motion: case.motion(),
+        threshold: (!sticks).then(|| case.threshold()),
+        parameters: system.into_owned(),
+        solver: case.solver().clone(),
+        output: case.output().clone(),
+    }
 }
 
 /// Dotted path and value of each physical key of a resolved case.

@@ -81,6 +81,12 @@ pub struct Diagnosis {
     pub evidence: String,
 }
 
+impl Diagnosis {
+    fn of(cause: Cause, evidence: String) -> Diagnosis {
+        Diagnosis { cause, evidence }
+    }
+}
+
 /// A kick of the reference.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Kick {
@@ -229,7 +235,7 @@ fn limit_of(physics: &Physics) -> &'static str {
 }
 
 fn diagnosis(cause: Cause, evidence: String) -> Option<Diagnosis> {
-    Some(Diagnosis { cause, evidence })
+    Some(Diagnosis::of(cause, evidence))
 }
 
 fn wrong_units(fault: &UnitFault) -> Diagnosis {
@@ -239,10 +245,7 @@ fn wrong_units(fault: &UnitFault) -> Diagnosis {
     } else {
         format!("{name} looks like {found} where {expected} is meant")
     };
-    Diagnosis {
-        cause: Cause::WrongUnits,
-        evidence,
-    }
+    Diagnosis::of(Cause::WrongUnits, evidence)
 }
 
 /// How far the candidate's omega_r in the first quarter period after the kick is from that of a kicked run, in parts of
@@ -548,17 +551,15 @@ pub(super) fn add_case(causes: &mut Vec<Diagnosis>, differences: &[CaseDifferenc
         // They follow from it.
         causes.retain(|known| !matches!(known.cause, Cause::VelocityTolerance | Cause::StickTest));
     }
-    causes.insert(0, Diagnosis { cause, evidence });
+    causes.insert(0, Diagnosis::of(cause, evidence));
 }
 
 /// Adds another clock, which is all that differs.
 pub(super) fn add_clock(causes: &mut Vec<Diagnosis>, clock: &OtherClock) {
     // What proposes the offset may have been found already; where the times count from is then all that is new.
     let proposed = causes.iter().find(|known| known.cause == Cause::TimeOffset).cloned();
-    let named = Diagnosis {
-        cause: Cause::TimeOffset,
-        evidence: format!("{}; repeat with --time-offset {:.9}", clock.words(), clock.to_add()),
-    };
+    let evidence = format!("{}; repeat with --time-offset {:.9}", clock.words(), clock.to_add());
+    let named = Diagnosis::of(Cause::TimeOffset, evidence);
     *causes = vec![proposed.filter(|_| clock.counts_from.is_none()).unwrap_or(named)];
 }
 
@@ -567,17 +568,9 @@ pub(super) fn add_kick(causes: &mut Vec<Diagnosis>, kick: &OtherKick) {
     if kick.rerun.is_some() {
         causes.clear();
     }
-    let tried = kick
-        .rerun
-        .as_ref()
-        .map_or_else(String::new, |rerun| format!("; {}", tried(rerun)));
-    causes.insert(
-        0,
-        Diagnosis {
-            cause: Cause::AnotherKick,
-            evidence: kick.words() + &tried,
-        },
-    );
+    let tried = kick.rerun.as_ref().map(|rerun| format!("; {}", tried(rerun)));
+    let evidence = kick.words() + &tried.unwrap_or_default();
+    causes.insert(0, Diagnosis::of(Cause::AnotherKick, evidence));
 }
 
 /// Adds other numbers of the case. What follows from them is taken out where a run with them has the candidate's events.
@@ -617,19 +610,14 @@ pub(super) fn add_parameters(causes: &mut Vec<Diagnosis>, other: &OtherParameter
         };
         causes.retain(|known| !follows(known.cause));
     }
-    let found = Diagnosis {
-        cause: Cause::AnotherParameter,
-        evidence,
-    };
+    let found = Diagnosis::of(Cause::AnotherParameter, evidence);
     let breakaway = other.numbers.iter().any(|number| number.path == "friction.breakaway");
     match causes
         .iter_mut()
         .find(|known| known.cause == Cause::StickTest && breakaway)
     {
         // The same, seen at the torques.
-        Some(test) => {
-            test.evidence += &format!("; {}", found.evidence);
-        }
+        Some(test) => test.evidence += &format!("; {}", found.evidence),
         None => {
             // The torques at breakaway are measured by the case's numbers.
             causes.retain(|known| known.cause != Cause::StickTest || !confirmed);

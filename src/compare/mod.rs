@@ -63,7 +63,6 @@ use crate::record::sequence::{Alignment, SequenceEvent};
 use crate::record::{Event, EventKind};
 use crate::results::{ResultError, ResultFile, open_sound};
 use candidate::Block;
-use case_differences::case_differences;
 use creep::{Creep, CreepPass};
 use crossings::Crossings;
 use detect::{DEFAULT_HYSTERESIS, DEFAULT_TOLERANCE, Detector, Point};
@@ -91,8 +90,6 @@ pub struct Reference {
     file: ResultFile,
     physics: Physics,
     rerun: Rerun,
-    /// Its case, every value in SI.
-    resolved: String,
     /// Its periodic motion.
     attractor: Option<Attractor>,
     /// It slips from the first sample on.
@@ -151,7 +148,6 @@ impl Reference {
         };
         let in_word = events.iter().filter(|e| e.kind.in_event_sequence());
         let word: Vec<SequenceEvent> = in_word.map(SequenceEvent::from).collect();
-        let resolved = case.resolved();
         let physics = Physics::new(case, &word, end);
         let attractor = Attractor::of_file(&file)?;
         let first = file.states(0..rows.min(1))?;
@@ -160,7 +156,6 @@ impl Reference {
             word,
             physics,
             rerun: Rerun::default(),
-            resolved,
             attractor,
             starts_in_slip,
             file,
@@ -301,8 +296,7 @@ impl Reference {
         };
         let attractors = (!self.physics.coasts()).then(|| {
             let found = candidate.attractor().or_else(|| {
-                let own = candidate.resolved().is_some();
-                let (attractor, _) = self.attractor_of(&all, slack).filter(|_| !own)?;
+                let (attractor, _) = self.attractor_of(&all, slack).filter(|_| !candidate.is_own())?;
                 let amplitude = states.as_ref().and_then(|states| states.amplitude);
                 Some(Attractor { amplitude, ..attractor })
             });
@@ -343,19 +337,16 @@ impl Reference {
                 .max
                 .is_none_or(|max| max > if events_given { AGREED } else { AGREED_IN_SAMPLES });
         let passes = states.as_mut().and_then(|states| states.passes.take());
-        let other = match candidate.resolved() {
-            None => self.other_inputs(&candidate, passes, (&found, &all), span, differs, &mut causes)?,
-            Some(_) => Others::default(),
+        let other = match candidate.is_own() {
+            false => self.other_inputs(&candidate, passes, (&found, &all), span, differs, &mut causes)?,
+            true => Others::default(),
         };
-        let comparable = candidate.resolved().filter(|resolved| !resolved.is_empty());
-        let case_differences = comparable.map_or_else(Vec::new, |resolved| case_differences(&self.resolved, resolved));
-        diagnosis::add_case(&mut causes, &case_differences);
+        diagnosis::add_case(&mut causes, candidate.differences());
 
         Ok(comparison::compose(comparison::Parts {
             reference: self,
             candidate: &candidate,
             causes,
-            case_differences,
             detection: (!events_given).then_some(detection),
             resolution,
             found_offset: applied.or(proposed),
@@ -372,7 +363,7 @@ impl Reference {
 
     /// What is collected of a candidate by another program to find another number of the case in.
     fn passes(&self, candidate: &Candidate, found: &[Found], detection: Detection) -> Option<Passes<'_>> {
-        if candidate.resolved().is_some() {
+        if candidate.is_own() {
             return None;
         }
         let physics = &self.physics;
@@ -571,7 +562,7 @@ impl Reference {
             }
         }
         let twist = channels.len();
-        let with_twists = candidate.resolved().is_none() && twists.iter().all(|&channel| candidate.has(channel));
+        let with_twists = !candidate.is_own() && twists.iter().all(|&channel| candidate.has(channel));
         if with_twists {
             channels.extend_from_slice(&twists);
         }
@@ -752,7 +743,7 @@ impl Reference {
         let mut range = position.and_then(|(channel, (from, to))| Some((place(&channel)?, Range::new(from, to))));
         let mut energy = EnergyPass::new(&self.physics, detection.velocity_tolerance, self.kick_works()?);
         // What a candidate of another program does in its equations.
-        let foreign = energy_columns.as_ref().filter(|_| candidate.resolved().is_none());
+        let foreign = energy_columns.as_ref().filter(|_| !candidate.is_own());
         let mut creep = foreign.map(|columns| (CreepPass::new(&self.physics), columns));
         let mut rows = candidate.rows(&channels, &self.physics)?;
         let mut block = Block::default();

@@ -208,7 +208,7 @@ impl<const N: usize> CourseSeries<N> {
     /// Up to coefficient k.
     pub fn extend(&mut self, k: usize, reciprocals: &[Float<N>]) {
         for k in self.coefficients.len()..=k {
-            let mut sum = self.linear.get(k).copied().unwrap_or(Float::zero());
+            let mut sum = self.linear.get(k).copied().unwrap_or_default();
             for ([value, slope], omega) in &mut self.waves {
                 sum += value;
                 // s' = omega c, c' = -omega s.

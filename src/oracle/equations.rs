@@ -281,7 +281,7 @@ impl<const N: usize> Expansion<N> {
         };
         self.normal.push(normal);
         if let Some(motion) = &model.axial {
-            let force = self.actuation.get(k).copied().unwrap_or(Float::zero());
+            let force = self.actuation.get(k).copied().unwrap_or_default();
             let acceleration = motion.acceleration(&normal, &force);
             let next = [&self.axial[1][k] * per_next, &acceleration * per_next];
             for (series, next) in self.axial.iter_mut().zip(next) {
@@ -495,7 +495,7 @@ impl<const N: usize> Expansion<N> {
 
 /// T_f = (J_1 T_r + J_2 T_s)/(J_1 + J_2), where a rigid surface of acceleration A adds its share of inertia.
 fn transmitted<const N: usize>(model: &Model<N>, sums: [Option<&Float<N>>; 2], far: &[Float<N>; 2]) -> Float<N> {
-    let inertia = |c: usize| model.chains[c].surface_inertia.unwrap_or(Float::zero());
+    let inertia = |c: usize| model.chains[c].surface_inertia.unwrap_or_default();
     match sums {
         [Some(rotor), Some(stator)] => &(&model.shares[0] * rotor) - &(&model.shares[1] * stator),
         // T_s is minus the sum on the stator's surface.

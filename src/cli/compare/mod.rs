@@ -6,12 +6,11 @@ mod render;
 mod target;
 
 use super::arguments::{Common, CompareOptions};
-use super::input::bad_file;
+use super::input::{bad_file, columns};
 use super::progress::Bar;
 use super::{CommandError, End, print, print_json, wants_json, wants_text};
 use crate::compare::{CompareError, Comparison, Mapping, Reference, Requirement};
 use serde::Serialize;
-use std::path::Path;
 
 #[derive(Serialize)]
 struct Document<'a> {
@@ -78,16 +77,6 @@ pub(super) fn compare(options: &CompareOptions, common: &Common) -> Result<End, 
     } else {
         Err(CommandError::Computation(shortfalls.join("; ")))
     }
-}
-
-/// The columns of a mapping file, with those of options over them, by the names of a reference.
-pub(super) fn columns(reference: &Reference, file: Option<&Path>, options: &[String]) -> Result<Mapping, CompareError> {
-    let mut mapping = match file {
-        Some(path) => reference.mapping().with_file(path)?,
-        None => reference.mapping(),
-    };
-    options.iter().try_for_each(|column| mapping.add_option(column))?;
-    Ok(mapping)
 }
 
 /// The mapping file with the options over it.

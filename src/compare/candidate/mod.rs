@@ -18,6 +18,7 @@ pub use rows::{Block, Rows};
 pub use table::{Pass, Table};
 
 use super::attractor::Attractor;
+use super::case_differences::{CaseDifference, case_differences};
 use super::reference::Physics;
 use super::resolution::{Clock, Rounding};
 use super::{Channel, CompareError, Found, saved_case};
@@ -56,8 +57,8 @@ pub(crate) struct Candidate {
     events: Option<Vec<Found>>,
     /// To what the times of its events are rounded where they are stated.
     events_rounding: Option<Rounding>,
-    /// The case of one of this program's results, every value in SI; empty where it is of the other form than the reference's.
-    resolved: Option<String>,
+    /// Of one of this program's results: the keys in which its case differs from the reference's.
+    differences: Option<Vec<CaseDifference>>,
     /// The periodic motion that one of this program's results has come to.
     attractor: Option<Attractor>,
 }
@@ -108,8 +109,7 @@ impl Candidate {
             candidate.take(channel, channel.name().into_owned(), 1.0);
         }
         candidate.events = Some(events::own(path, &events, system.radius)?);
-        let is_like = case.words() == physics.words();
-        candidate.resolved = Some(if is_like { case.resolved() } else { String::new() });
+        candidate.differences = Some(case_differences(&physics.case, case));
         candidate.attractor = Attractor::of_file(&file)?;
         candidate.table = Some(Box::new(OwnTable { file }));
         Ok(candidate)
@@ -126,7 +126,7 @@ impl Candidate {
             supplies: Vec::new(),
             direct: Vec::new(),
             events: None,
-            resolved: None,
+            differences: None,
             attractor: None,
             table: None,
         }
@@ -287,9 +287,14 @@ impl Candidate {
         self.events.iter_mut().flatten().for_each(|event| event.time += offset);
     }
 
-    /// Its case, of one of this program's results, every value in SI; empty where the reference's is of the other form.
-    pub fn resolved(&self) -> Option<&str> {
-        self.resolved.as_deref()
+    /// Whether it is one of this program's results.
+    pub fn is_own(&self) -> bool {
+        self.differences.is_some()
+    }
+
+    /// The keys in which its case differs from the reference's, of one of this program's results.
+    pub fn differences(&self) -> &[CaseDifference] {
+        self.differences.as_deref().unwrap_or_default()
     }
 
     /// The periodic motion that one of this program's results has come to.
@@ -331,8 +336,11 @@ impl Candidate {
     }
 }
 
-/// The file of another program as a table, by its first bytes `head`; with the name of its format.
-fn table_of(source: Source, head: &[u8]) -> Result<(&'static str, Box<dyn Table>), CompareError> {
+/// The name of a format, and a file of it as a table.
+type OfFormat = (&'static str, Box<dyn Table>);
+
+/// The file of another program, by its first bytes `head`.
+fn table_of(source: Source, head: &[u8]) -> Result<OfFormat, CompareError> {
     if let Some(known) = hdf5_or_npz(&source, head)? {
         return Ok(known);
     }
@@ -362,8 +370,8 @@ fn table_of(source: Source, head: &[u8]) -> Result<(&'static str, Box<dyn Table>
     Ok(("CSV", Box::new(CsvTable::open(source)?)))
 }
 
-/// The file as a table, if its first bytes are those of HDF5 or NPZ; with the name of its format.
-fn hdf5_or_npz(source: &Source, head: &[u8]) -> Result<Option<(&'static str, Box<dyn Table>)>, CompareError> {
+/// The file of another program, if its first bytes are those of HDF5 or NPZ.
+fn hdf5_or_npz(source: &Source, head: &[u8]) -> Result<Option<OfFormat>, CompareError> {
     if head.starts_with(b"\x89HDF") {
         refuse_pipe(source)?;
         check_sound(source.path())?;

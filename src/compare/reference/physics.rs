@@ -2,7 +2,7 @@
 
 use super::super::Channel;
 use super::super::vocabulary::{Known, Vocabulary};
-use crate::case::{Case, Words};
+use crate::case::Case;
 use crate::friction::Law;
 use crate::model::trains::system::{Engagement, Outside, Side, TrainSystem};
 use crate::model::trains::{End, Pressing, Trains};
@@ -127,11 +127,6 @@ impl Physics {
     /// What can be compared.
     pub fn vocabulary(&self) -> &Vocabulary {
         &self.vocabulary
-    }
-
-    /// How its places are called.
-    pub(crate) fn words(&self) -> Words {
-        self.case.words()
     }
 
     /// Whether sliding slows down by itself: one train is free, and nothing is driven. Stick-slip then comes from an instability on
