@@ -26,15 +26,16 @@ pub const LONGEST: Duration = Duration::from_secs(24 * 3600);
 ///
 /// # Errors
 /// Those of [`oracle::solve`].
-pub(super) fn settle(
+pub fn settle<'a>(
     certificate: &mut Certificate,
-    case: CaseRef,
+    case: impl Into<CaseRef<'a>>,
     exact: &ExactCase,
     result: &[Event],
     asked: (u32, Duration),
     stop: &dyn Fn() -> bool,
     progress: &mut dyn FnMut(OracleProgress),
 ) -> Result<OracleSolution, CertifyError> {
+    let case = case.into();
     let mut solution = solve(case, exact, certificate, asked, stop, progress)?;
     drop_events_at_the_end(&mut solution, result, case.output().end_time);
     last_word(certificate, case, result, &solution);
