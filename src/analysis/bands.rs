@@ -243,6 +243,11 @@ impl<'a> Cut<'a> {
     }
 }
 
+/// The larger of two numbers; none if either is none.
+fn larger(a: f64, b: f64) -> f64 {
+    if a.is_nan() || b.is_nan() { f64::NAN } else { a.max(b) }
+}
+
 /// Largest difference of each column, and how many rows it is over.
 struct Difference {
     largest: Vec<f64>,
@@ -255,11 +260,21 @@ struct Compare<'a> {
     result: Cut<'a>,
     /// Number of columns.
     columns: usize,
+    /// Further numbers without which the state of a row is not known.
+    needed: usize,
     /// Step in time (s) over which rates are taken.
     tick: f64,
 }
 
 impl Compare<'_> {
+    /// The change of a row in a time `dt` (s); no numbers where its state is not known.
+    fn change(&self, row: &Sample, further: &[f64], dt: f64) -> Vec<f64> {
+        match further.len() < self.needed {
+            true => vec![f64::NAN; self.columns],
+            false => self.course.change(row, further, dt),
+        }
+    }
+
     /// Holds a stretch of the result against that of another run; `None` if that run has not all of it.
     fn difference(&self, index: usize, span: &Span, other: &Cut) -> Option<Difference> {
         let theirs = other.spans[index].as_ref()?;
@@ -268,12 +283,7 @@ impl Compare<'_> {
             rows: 0,
         };
         let mut add = |column: usize, distance: f64| {
-            let largest = &mut difference.largest[column];
-            *largest = if distance.is_nan() {
-                distance
-            } else {
-                largest.max(distance)
-            };
+            difference.largest[column] = larger(difference.largest[column], distance);
         };
         let mut ends = |a: Option<&State>, b: Option<&State>| {
             if let (Some(a), Some(b)) = (a, b) {
@@ -299,7 +309,7 @@ impl Compare<'_> {
             }
             let share = (row.time - span.start) / (span.end - span.start);
             let time = theirs.start + share * (theirs.end - theirs.start);
-            let change = self.course.change(near, record.further(place), time - near.time);
+            let change = self.change(near, record.further(place), time - near.time);
             let pairs = result.values(own).into_iter().zip(record.values(place)).zip(change);
             for (column, ((own, other), change)) in pairs.enumerate() {
                 add(column, (own - other - change).abs());
@@ -315,8 +325,8 @@ impl Compare<'_> {
         let record = self.result.record;
         let mut rates = vec![0.0_f64; self.columns];
         let mut add = |row: &Sample, further: &[f64], tick: f64| {
-            for (rate, change) in rates.iter_mut().zip(self.course.change(row, further, tick)) {
-                *rate = rate.max((change / tick).abs());
+            for (rate, change) in rates.iter_mut().zip(self.change(row, further, tick)) {
+                *rate = larger(*rate, (change / tick).abs());
             }
         };
         let at_event = |event: &Event, state: State| Sample {
@@ -345,6 +355,9 @@ impl Compare<'_> {
     fn kinetic_energy_at_kicks(&self) -> f64 {
         let (record, system) = (self.result.record, self.course.system());
         let kinetic = |t: f64, state: &State, further: &[f64]| {
+            if further.len() < self.needed {
+                return f64::NAN;
+            }
             let y = self.course.state(state, further);
             system.kinetic_energy(&self.course.outside(t), &y)
         };
@@ -399,6 +412,7 @@ pub(super) fn bands(case: CaseRef, result: &MemoryRecorder, ladder: &[Finished],
     let (method, end_time) = (case.solver().method, case.output().end_time);
     let course = Course::new(&case.system(), case.threshold(), case.solver());
     let own: Vec<Option<&Event>> = result.events.iter().map(Some).collect();
+    let needed = course.further().len();
     let compare = Compare {
         tick: (TICK.0 * time_scale(case)).min(TICK.1 / course.fastest_rate()),
         course,
@@ -407,6 +421,7 @@ pub(super) fn bands(case: CaseRef, result: &MemoryRecorder, ladder: &[Finished],
             record: result,
         },
         columns: names.len(),
+        needed,
     };
     let mut largest = vec![0.0_f64; names.len()];
     for row in 0..result.samples.len() {

@@ -35,6 +35,7 @@ pub fn settle(
     stop: &dyn Fn() -> bool,
     progress: &mut dyn FnMut(OracleProgress),
 ) -> Result<OracleSolution, CertifyError> {
+    let case = case.into();
     let mut solution = solve(case, exact, certificate, asked, stop, progress)?;
     drop_events_at_the_end(&mut solution, result, case.output().end_time);
     last_word(certificate, case, result, &solution);
@@ -188,7 +189,7 @@ pub(super) fn partners(case: CaseRef, result: &[Event], solution: &OracleSolutio
 /// beside it, and where that was wrong, [`Certificate::contradiction`] says so.
 pub fn last_word<'a>(
     certificate: &mut Certificate,
-    case: impl Into<CaseRef<'a>>,
+    case: CaseRef,
     result: &[Event],
     solution: &OracleSolution,
 ) {

@@ -29,10 +29,9 @@ pub use metadata::Origin;
 pub use request::{Request, Times, Which, evaluated, read_times, span, stored};
 pub use table::{Column, Kind, Table};
 
-use crate::results::disk::{is_pipe_or_device, same_file, temporary_in};
+use crate::results::disk::{Obstacle, in_the_way, misplaced, temporary_in};
 use crate::results::folder_of;
-use std::fs;
-use std::io::{ErrorKind, Write};
+use std::io::Write;
 use std::path::{Path, PathBuf};
 
 /// A table with what it is from, and the columns that it leaves out.
@@ -77,39 +76,25 @@ fn check_target(
     force: bool,
     is_own: impl Fn(&Path) -> std::io::Result<bool>,
 ) -> Result<(), ExportError> {
-    let refuse = |what: &str| Err(ExportError::Asked(format!("{}: {what}", path.display())));
-    if path.is_dir() || path.as_os_str().to_string_lossy().ends_with(std::path::MAIN_SEPARATOR) {
-        return refuse("this is a folder; name a file in it with -o");
-    }
-    if path.file_name().is_none() {
-        return refuse("not a usable file name; name a file with -o");
-    }
-    if !folder_of(path).is_dir() {
-        return refuse("the folder does not exist; create it, or choose another with -o");
-    }
-    if inputs.iter().any(|input| same_file(input, path)) {
-        return refuse("this is the file to be exported; choose another name with -o");
-    }
-    let found = match fs::symlink_metadata(path) {
-        Err(error) if error.kind() == ErrorKind::NotFound => return Ok(()),
-        Err(error) => return Err(ExportError::io(path, "looking at the file", error)),
-        Ok(found) => found,
+    let is_own = |path: &Path| is_own(path).map_err(|error| ExportError::io(path, "reading the file", error));
+    let obstacle = match misplaced(path, inputs) {
+        Some(obstacle) => Some(obstacle),
+        None => in_the_way(path, force, is_own)?,
     };
-    if is_pipe_or_device(path) {
-        return refuse(
-            "a pipe or a device, which no file replaces; choose another name with -o, or - for standard output",
-        );
-    }
-    if force {
-        return Ok(());
-    }
-    if found.permissions().readonly() {
-        return refuse("write-protected; choose another name with -o, or replace it with --force");
-    }
-    match path.is_file() && is_own(path).map_err(|error| ExportError::io(path, "reading the file", error))? {
-        true => Ok(()),
-        false => refuse(
-            "there already, and not an earlier export of this table; choose another name with -o, or replace it with --force",
-        ),
-    }
+    let what = match obstacle {
+        None => return Ok(()),
+        Some(Obstacle::Folder) => "this is a folder; name a file in it with -o",
+        Some(Obstacle::NoFileName) => "not a usable file name; name a file with -o",
+        Some(Obstacle::NoFolder(_)) => "the folder does not exist; create it, or choose another with -o",
+        Some(Obstacle::Input) => "this is the file to be exported; choose another name with -o",
+        Some(Obstacle::PipeOrDevice) => {
+            "a pipe or a device, which no file replaces; choose another name with -o, or - for standard output"
+        }
+        Some(Obstacle::Protected) => "write-protected; choose another name with -o, or replace it with --force",
+        Some(Obstacle::NotOwn) => {
+            "there already, and not an earlier export of this table; choose another name with -o, or replace it with --force"
+        }
+        Some(Obstacle::NotSeen(error)) => return Err(ExportError::io(path, "looking at the file", error)),
+    };
+    Err(ExportError::Asked(format!("{}: {what}", path.display())))
 }

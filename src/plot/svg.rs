@@ -226,21 +226,27 @@ fn measure(figure: &Figure, width: f64) -> (Vec<Measured<'_>>, f64, f64) {
         })
         .collect();
     let right = MARGIN + measured.iter().map(|m| widest_label(&m.x, 4) / 2.0).fold(0.0, f64::max);
+    let y_ticks = |m: &Measured| m.y.best_count(((m.height / (1.7 * LINE_HEIGHT)) as usize).clamp(2, 9));
+    let left_of = |measured: &[Measured]| {
+        let labels = measured.iter().map(|m| widest_label(&m.y, m.y_ticks));
+        MARGIN + 1.2 * LINE_HEIGHT + labels.fold(0.0, f64::max) + 2.0 * f64::from(TICK) + 60.0
+    };
     for m in &mut measured {
-        m.y_ticks = m.y.best_count(((m.height / (1.7 * LINE_HEIGHT)) as usize).clamp(2, 9));
+        m.y_ticks = y_ticks(m);
     }
-    let labels = measured
-        .iter()
-        .map(|m| widest_label(&m.y, m.y_ticks))
-        .fold(0.0, f64::max);
-    let left = MARGIN + 1.2 * LINE_HEIGHT + labels + 2.0 * f64::from(TICK) + 60.0;
+    let mut left = left_of(&measured);
+    // A square panel is as high as it is wide; with more ticks its labels can be wider.
+    for m in measured.iter_mut().filter(|m| m.panel.square) {
+        m.height = width - left - right;
+        m.y_ticks = y_ticks(m);
+    }
+    left = left.max(left_of(&measured));
     let plot_width = width - left - right;
     for m in &mut measured {
         m.width = plot_width;
         if m.panel.square {
             m.height = plot_width;
         }
-        m.y_ticks = m.y.best_count(((m.height / (1.7 * LINE_HEIGHT)) as usize).clamp(2, 9));
         // As many ticks as have a letter's width between their labels.
         m.x_ticks = (2..=15)
             .rev()

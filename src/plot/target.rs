@@ -1,9 +1,9 @@
 //! Where a figure or a page goes: its earlier version is replaced, any other file only by force.
 
 use super::signature;
-use crate::results::disk::{folder_of, is_pipe_or_device, same_file, try_folder, write_whole};
+use crate::results::disk::{Obstacle, folder_of, in_the_way, misplaced, try_folder, write_whole};
 use std::fs;
-use std::io::{self, ErrorKind, Read};
+use std::io::{self, Read};
 use std::path::{Path, PathBuf};
 
 /// Bytes at the start of a file in which a signature stands.
@@ -132,57 +132,37 @@ pub enum TargetError {
 /// `path` is an input, a folder, in a folder that is missing, or a file that is no such product of this program, or
 /// write-protected, and is not to be replaced by `force`; or its folder takes no file.
 pub fn check(path: &Path, product: Product, inputs: &[PathBuf], force: bool) -> Result<(), TargetError> {
-    let owned = || path.to_owned();
-    if path.is_dir() || path.as_os_str().to_string_lossy().ends_with(std::path::MAIN_SEPARATOR) {
-        return Err(TargetError::IsFolder { path: owned(), product });
+    let refused = |obstacle| Err(refusal(obstacle, path, product));
+    if let Some(obstacle) = misplaced(path, inputs) {
+        return refused(obstacle);
     }
-    if path.file_name().is_none() {
-        return Err(TargetError::NoFileName { path: owned(), product });
+    let is_own = |path: &Path| {
+        let mut head = Vec::new();
+        let read = fs::File::open(path).and_then(|file| file.take(HEAD).read_to_end(&mut head));
+        read.map_err(|error| failed(path, product, "reading the file", error))?;
+        Ok(product.is_own(&head))
+    };
+    if let Some(obstacle) = in_the_way(path, force, is_own)? {
+        return refused(obstacle);
     }
-    let folder = folder_of(path);
-    if !folder.is_dir() {
-        return Err(TargetError::NoFolder {
-            path: owned(),
-            folder,
-            product,
-        });
-    }
-    if inputs.iter().any(|input| same_file(input, path)) {
-        return Err(TargetError::IsInput { path: owned(), product });
-    }
-    check_replaceable(path, product, force)?;
-    try_folder(&folder).map_err(|error| failed(path, product, "creating the file", error))
+    try_folder(&folder_of(path)).map_err(|error| failed(path, product, "creating the file", error))
 }
 
-/// Whether what is at `path` may be replaced.
-fn check_replaceable(path: &Path, product: Product, force: bool) -> Result<(), TargetError> {
-    let owned = || path.to_owned();
-    let metadata = match fs::symlink_metadata(path) {
-        Err(error) if error.kind() == ErrorKind::NotFound => return Ok(()),
-        Err(error) => return Err(failed(path, product, "looking at the file", error)),
-        Ok(metadata) => metadata,
-    };
-    if is_pipe_or_device(path) {
-        return Err(TargetError::PipeOrDevice { path: owned(), product });
-    }
-    if force {
-        return Ok(());
-    }
-    if metadata.permissions().readonly() {
-        return Err(TargetError::Protected { path: owned(), product });
-    }
-    // A link that leads nowhere.
-    if !path.is_file() {
-        return Err(TargetError::Foreign { path: owned(), product });
-    }
-    let mut head = Vec::new();
-    fs::File::open(path)
-        .and_then(|file| file.take(HEAD).read_to_end(&mut head))
-        .map_err(|error| failed(path, product, "reading the file", error))?;
-    if product.is_own(&head) {
-        Ok(())
-    } else {
-        Err(TargetError::Foreign { path: owned(), product })
+fn refusal(obstacle: Obstacle, path: &Path, product: Product) -> TargetError {
+    let owned = path.to_owned();
+    match obstacle {
+        Obstacle::Folder => TargetError::IsFolder { path: owned, product },
+        Obstacle::NoFileName => TargetError::NoFileName { path: owned, product },
+        Obstacle::NoFolder(folder) => TargetError::NoFolder {
+            path: owned,
+            folder,
+            product,
+        },
+        Obstacle::Input => TargetError::IsInput { path: owned, product },
+        Obstacle::PipeOrDevice => TargetError::PipeOrDevice { path: owned, product },
+        Obstacle::Protected => TargetError::Protected { path: owned, product },
+        Obstacle::NotOwn => TargetError::Foreign { path: owned, product },
+        Obstacle::NotSeen(error) => failed(path, product, "looking at the file", error),
     }
 }
 

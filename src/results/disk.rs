@@ -14,8 +14,68 @@ pub(crate) fn folder_of(path: &Path) -> PathBuf {
 
 /// Whether something is at `path`, or where a link there leads, that is neither a file nor a folder, such as a pipe: a file in its place
 /// would take it from whoever uses it.
-pub(crate) fn is_pipe_or_device(path: &Path) -> bool {
+fn is_pipe_or_device(path: &Path) -> bool {
     fs::metadata(path).is_ok_and(|found| !found.is_file() && !found.is_dir())
+}
+
+/// What keeps a file from being written.
+#[derive(Debug)]
+pub(crate) enum Obstacle {
+    /// The path is that of a folder.
+    Folder,
+    NoFileName,
+    /// The folder is not there.
+    NoFolder(PathBuf),
+    /// The file is made from what is there.
+    Input,
+    PipeOrDevice,
+    /// What is there is write-protected.
+    Protected,
+    /// What is there may only be replaced by force.
+    NotOwn,
+    /// The system does not say what is there.
+    NotSeen(io::Error),
+}
+
+/// What keeps a file from being made at `path` from `inputs`, whether or not one is there already.
+pub(crate) fn misplaced(path: &Path, inputs: &[PathBuf]) -> Option<Obstacle> {
+    let folder = folder_of(path);
+    if path.is_dir() || path.as_os_str().to_string_lossy().ends_with(std::path::MAIN_SEPARATOR) {
+        Some(Obstacle::Folder)
+    } else if path.file_name().is_none() {
+        Some(Obstacle::NoFileName)
+    } else if !folder.is_dir() {
+        Some(Obstacle::NoFolder(folder))
+    } else if inputs.iter().any(|input| same_file(input, path)) {
+        Some(Obstacle::Input)
+    } else {
+        None
+    }
+}
+
+/// What keeps that which is at `path`, if anything is, from being replaced: by force any file is, else one that `is_own`.
+///
+/// # Errors
+/// Those of `is_own`.
+pub(crate) fn in_the_way<E>(
+    path: &Path,
+    force: bool,
+    is_own: impl FnOnce(&Path) -> Result<bool, E>,
+) -> Result<Option<Obstacle>, E> {
+    Ok(match fs::symlink_metadata(path) {
+        Err(error) if error.kind() == io::ErrorKind::NotFound => None,
+        Err(error) => Some(Obstacle::NotSeen(error)),
+        Ok(_) if path.is_dir() => Some(Obstacle::Folder),
+        Ok(_) if is_pipe_or_device(path) => Some(Obstacle::PipeOrDevice),
+        Ok(_) if force => None,
+        Ok(_) => match fs::metadata(path) {
+            // A link that leads nowhere: nothing is lost by replacing it, but it was not made by this program.
+            Err(error) if error.kind() == io::ErrorKind::NotFound => Some(Obstacle::NotOwn),
+            Err(error) => Some(Obstacle::NotSeen(error)),
+            Ok(found) if found.permissions().readonly() => Some(Obstacle::Protected),
+            Ok(_) => (!is_own(path)?).then_some(Obstacle::NotOwn),
+        },
+    })
 }
 
 /// Writes `parts` one after the other under a temporary name beside `path`, which becomes `path` when all is written: a

@@ -179,6 +179,16 @@ pub struct Table {
     pub variables: Vec<Variable>,
 }
 
+impl Table {
+    pub(super) fn new(group: &'static str, chunk: usize, variables: Vec<Variable>) -> Self {
+        Table {
+            group,
+            chunk,
+            variables,
+        }
+    }
+}
+
 /// Codes of `mode` and `mode_after` of a brake, which sticks: it is never engaged.
 pub(crate) fn mode_flags() -> Vec<Flag> {
     let modes = Mode::ALL.iter().filter(|&&mode| mode != Mode::Engaged);
@@ -223,11 +233,7 @@ pub fn trajectory() -> Table {
     ];
     variables.extend(State::DESCRIPTIONS.iter().map(Variable::quantity));
     variables.extend(Channels::DESCRIPTIONS.iter().map(Variable::quantity));
-    Table {
-        group: group::TRAJECTORY,
-        chunk: LONG_CHUNK,
-        variables,
-    }
+    Table::new(group::TRAJECTORY, LONG_CHUNK, variables)
 }
 
 /// /events: a row for each event, with the state on both sides of it.
@@ -260,11 +266,7 @@ pub fn events() -> Table {
         "N",
         "internal force T_f/r just before the event",
     ));
-    Table {
-        group: group::EVENTS,
-        chunk: SHORT_CHUNK,
-        variables,
-    }
+    Table::new(group::EVENTS, SHORT_CHUNK, variables)
 }
 
 /// /segments: a row for each stretch integrated without a restart, with what it cost.
@@ -289,11 +291,7 @@ pub fn segments() -> Table {
         Variable::index("last_order", "order of the last step, 0 where it has no meaning"),
         Variable::new("last_step", Kind::Float64, "s", "last step"),
     ];
-    Table {
-        group: group::SEGMENTS,
-        chunk: SHORT_CHUNK,
-        variables,
-    }
+    Table::new(group::SEGMENTS, SHORT_CHUNK, variables)
 }
 
 /// /stick_slip: a row for each cycle, a stick and the slip after it.
@@ -304,11 +302,7 @@ pub fn stick_slip() -> Table {
         Variable::new("slip_duration", Kind::Float64, "s", "duration of the cycle's slip"),
         Variable::new("period", Kind::Float64, "s", "time from the cycle's stick to the next"),
     ];
-    Table {
-        group: group::STICK_SLIP,
-        chunk: SHORT_CHUNK,
-        variables,
-    }
+    Table::new(group::STICK_SLIP, SHORT_CHUNK, variables)
 }
 
 /// /runs of a work-precision study: a row for each run. `methods` are the names behind the codes.
@@ -348,11 +342,7 @@ pub(crate) fn work_precision_runs(methods: &[&'static str]) -> Table {
         Variable::count("jacobian_evaluations", "evaluations of the Jacobian"),
         seconds("wall_time", "time of the integration, the least of its repetitions"),
     ];
-    Table {
-        group: group::RUNS,
-        chunk: SHORT_CHUNK,
-        variables,
-    }
+    Table::new(group::RUNS, SHORT_CHUNK, variables)
 }
 
 /// /reference of a work-precision study: a row for each event of the sequence.
@@ -363,11 +353,7 @@ pub(crate) fn work_precision_reference() -> Table {
         Variable::new("time", Kind::Float64, "s", "time"),
         Variable::new("time_uncertainty", Kind::Float64, "s", "uncertainty of the time"),
     ];
-    Table {
-        group: group::REFERENCE,
-        chunk: SHORT_CHUNK,
-        variables,
-    }
+    Table::new(group::REFERENCE, SHORT_CHUNK, variables)
 }
 
 /// (name, unit, description) of the float64 attributes of /reference: errors below these are not distinguished from zero.
@@ -418,16 +404,8 @@ pub(crate) fn dense_tables(trajectory: &Table) -> [Table; 2] {
         coefficients.push(Variable::new(&variable.name, Kind::Float64, variable.units, &long_name));
     }
     [
-        Table {
-            group: group::DENSE,
-            chunk: LONG_CHUNK / COEFFICIENTS,
-            variables: pieces,
-        },
-        Table {
-            group: group::DENSE_COEFFICIENTS,
-            chunk: LONG_CHUNK,
-            variables: coefficients,
-        },
+        Table::new(group::DENSE, LONG_CHUNK / COEFFICIENTS, pieces),
+        Table::new(group::DENSE_COEFFICIENTS, LONG_CHUNK, coefficients),
     ]
 }
 

@@ -4,7 +4,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use super::ResultError;
-use super::disk::{folder_of, has_hdf5_signature, is_pipe_or_device, same_file};
+use super::disk::{Obstacle, folder_of, has_hdf5_signature, in_the_way, misplaced};
 use super::lock::WriteLock;
 use super::source::Source;
 use super::{schema, seal};
@@ -82,22 +82,9 @@ pub fn check_target(path: &Path, overwrite: Overwrite, inputs: &[PathBuf]) -> Re
     if path.to_str().is_none() {
         return Err(ResultError::NotUtf8 { path: path.to_owned() });
     }
-    if path.file_name().is_none() && !path.is_dir() {
-        return Err(ResultError::NoFileName { path: path.to_owned() });
-    }
-    if path.is_dir() || path.as_os_str().to_string_lossy().ends_with(std::path::MAIN_SEPARATOR) {
-        return Err(ResultError::IsFolder { path: path.to_owned() });
-    }
-    let folder = folder_of(path);
-    if !folder.is_dir() {
-        return Err(ResultError::NoFolder {
-            path: path.to_owned(),
-            folder,
-        });
-    }
     for file in [path, &partial_path(path)] {
-        if inputs.iter().any(|input| same_file(input, file)) {
-            return Err(ResultError::IsInput { path: file.to_owned() });
+        if let Some(obstacle) = misplaced(file, inputs) {
+            return Err(refusal(obstacle, file));
         }
         check_replaceable(file, overwrite)?;
     }
@@ -106,28 +93,21 @@ pub fn check_target(path: &Path, overwrite: Overwrite, inputs: &[PathBuf]) -> Re
 
 /// Whether an existing file at `path`, if there is one, may be replaced.
 pub(super) fn check_replaceable(path: &Path, overwrite: Overwrite) -> Result<(), ResultError> {
-    match fs::symlink_metadata(path) {
-        Err(error) if error.kind() == std::io::ErrorKind::NotFound => return Ok(()),
-        Err(error) => return Err(ResultError::io(path, "looking at the file", error)),
-        Ok(_) if path.is_dir() => return Err(ResultError::IsFolder { path: path.to_owned() }),
-        Ok(_) if is_pipe_or_device(path) => return Err(ResultError::PipeOrDevice { path: path.to_owned() }),
-        // A dangling link: nothing is lost by replacing it, but it was not made by this program.
-        Ok(_) if !path.exists() && overwrite == Overwrite::OwnResults => {
-            return Err(ResultError::Foreign { path: path.to_owned() });
-        }
-        Ok(_) => {}
-    }
-    if overwrite == Overwrite::Force {
-        return Ok(());
-    }
-    let metadata = fs::metadata(path).map_err(|error| ResultError::io(path, "looking at the file", error))?;
-    if metadata.permissions().readonly() {
-        return Err(ResultError::Protected { path: path.to_owned() });
-    }
-    if is_own_result(path)? {
-        Ok(())
-    } else {
-        Err(ResultError::Foreign { path: path.to_owned() })
+    let obstacle = in_the_way(path, overwrite == Overwrite::Force, is_own_result)?;
+    obstacle.map_or(Ok(()), |obstacle| Err(refusal(obstacle, path)))
+}
+
+fn refusal(obstacle: Obstacle, path: &Path) -> ResultError {
+    let path = path.to_owned();
+    match obstacle {
+        Obstacle::Folder => ResultError::IsFolder { path },
+        Obstacle::NoFileName => ResultError::NoFileName { path },
+        Obstacle::NoFolder(folder) => ResultError::NoFolder { path, folder },
+        Obstacle::Input => ResultError::IsInput { path },
+        Obstacle::PipeOrDevice => ResultError::PipeOrDevice { path },
+        Obstacle::Protected => ResultError::Protected { path },
+        Obstacle::NotOwn => ResultError::Foreign { path },
+        Obstacle::NotSeen(error) => ResultError::io(&path, "looking at the file", error),
     }
 }
 

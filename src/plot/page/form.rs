@@ -39,14 +39,7 @@ impl Colour {
 /// Its name in the script.
 impl Display for Colour {
     fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
-        f.write_str(match self {
-            Colour::Blue => "BLUE",
-            Colour::Vermillion => "VERMILLION",
-            Colour::Green => "GREEN",
-            Colour::Orange => "ORANGE",
-            Colour::Purple => "PURPLE",
-            Colour::Black => "BLACK",
-        })
+        f.write_str(&format!("{self:?}").to_uppercase())
     }
 }
 

@@ -78,15 +78,18 @@ impl Trajectory {
         let fold = |name: &str| -> Result<Column, ResultError> { plan.fold(source.column_blocks(name)?) };
         let time = fold("time")?;
         let mut channels = Vec::with_capacity(columns);
-        for variable in form.variables.iter().cloned() {
-            let Column { values, highs, .. } = fold(&variable.name)?;
+        let mut add = |name: String, unit: &'static str, description: String, column: Column| {
             channels.push(Channel {
-                name: variable.name,
-                unit: variable.units,
-                description: variable.long_name,
-                value: Packed::new(&values),
-                bucket_high: Packed::new(&highs),
+                name,
+                unit,
+                description,
+                value: Packed::new(&column.values),
+                bucket_high: Packed::new(&column.highs),
             });
+        };
+        for variable in &form.variables {
+            let (name, long_name) = (variable.name.clone(), variable.long_name.clone());
+            add(name, variable.units, long_name, fold(&variable.name)?);
         }
         let mut notes = notes(&plan, source.of(), samples, events.len(), !whole.is_empty());
         if let Some(pair) = pair {
@@ -94,14 +97,10 @@ impl Trajectory {
                 if !pair.compared.contains(&variable.name) {
                     continue;
                 }
-                let Column { values, highs, .. } = plan.fold(pair.difference(file, &variable.name)?)?;
-                channels.push(Channel {
-                    name: format!("{DIFFERENCE}{}", variable.name),
-                    unit: variable.units,
-                    description: format!("{}, first run less second", variable.long_name),
-                    value: Packed::new(&values),
-                    bucket_high: Packed::new(&highs),
-                });
+                let (name, long_name) = (&variable.name, &variable.long_name);
+                let difference = plan.fold(pair.difference(file, name)?)?;
+                let description = format!("{long_name}, first run less second");
+                add(format!("{DIFFERENCE}{name}"), variable.units, description, difference);
             }
             notes.push(pair.note(file)?);
         }

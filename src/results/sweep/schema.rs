@@ -90,19 +90,16 @@ impl EventForm {
         let speed = if self.translation { "m s-1" } else { "rad s-1" };
         let (group, dimension) = EVENTS;
         let number = |name, unit, long_name| Variable::new(name, Kind::Float64, unit, long_name);
-        Table {
-            group,
-            chunk: BLOCK,
-            variables: vec![
-                Variable::count(dimension, "index of the event"),
-                Variable::count(POINT, "number of the point that the event belongs to"),
-                number("time", "s", "time of the event"),
-                Variable::code("kind", "what happened", schema::kind_flags()),
-                Variable::code("mode_after", "mode after the event", modes),
-                number("relative_velocity", speed, "relative velocity omega_r before the event"),
-                number("internal_force", "N", "T_f / r just before the event"),
-            ],
-        }
+        let variables = vec![
+            Variable::count(dimension, "index of the event"),
+            Variable::count(POINT, "number of the point that the event belongs to"),
+            number("time", "s", "time of the event"),
+            Variable::code("kind", "what happened", schema::kind_flags()),
+            Variable::code("mode_after", "mode after the event", modes),
+            number("relative_velocity", speed, "relative velocity omega_r before the event"),
+            number("internal_force", "N", "T_f / r just before the event"),
+        ];
+        Table::new(group, BLOCK, variables)
     }
 }
 

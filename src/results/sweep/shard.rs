@@ -307,14 +307,16 @@ impl ShardFile {
         };
         let mut events = None;
         if plan.events.is_some() {
-            let name = |name: &str| format!("{}/{name}", EVENTS.0);
+            let number = |name: &str| self.column(&format!("{}/{name}", EVENTS.0));
             events = Some(EventRows {
-                point: self.column(&name(POINT))?,
-                time: self.column(&name("time"))?,
-                kind: self.column(&name("kind"))?,
-                mode_after: self.column(&name("mode_after"))?,
-                relative_velocity: self.column(&name("relative_velocity"))?,
-                internal_force: self.column(&name("internal_force"))?,
+                point: self.column(&format!("{}/{POINT}", EVENTS.0))?,
+                columns: [
+                    number("time")?,
+                    number("kind")?,
+                    number("mode_after")?,
+                    number("relative_velocity")?,
+                    number("internal_force")?,
+                ],
                 next: 0,
             });
         }
@@ -404,11 +406,8 @@ pub(super) struct ShardRows {
 
 struct EventRows {
     point: Blocks<i64>,
-    time: Blocks<f64>,
-    kind: Blocks<i8>,
-    mode_after: Blocks<i8>,
-    relative_velocity: Blocks<f64>,
-    internal_force: Blocks<f64>,
+    /// Those of [`SweepCell`].
+    columns: [Blocks<f64>; 5],
     next: usize,
 }
 
@@ -416,14 +415,12 @@ impl EventRows {
     fn of_point(&mut self, number: i64) -> Result<Vec<SweepCell>, ResultError> {
         let mut cells = Vec::new();
         while self.point.at(self.next)? == Some(number) {
-            let row = self.next;
-            cells.push((
-                self.time.value(row)?,
-                self.kind.value(row)?,
-                self.mode_after.value(row)?,
-                self.relative_velocity.value(row)?,
-                self.internal_force.value(row)?,
-            ));
+            let mut row = [0.0; 5];
+            for (value, column) in row.iter_mut().zip(&mut self.columns) {
+                *value = column.value(self.next)?;
+            }
+            let [time, kind, mode_after, relative_velocity, internal_force] = row;
+            cells.push((time, kind as i8, mode_after as i8, relative_velocity, internal_force));
             self.next += 1;
         }
         Ok(cells)
