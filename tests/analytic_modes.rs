@@ -154,6 +154,8 @@ fn stick_and_slip(torsion: &Torsion, decay: f64, force: f64, x: f64) -> (TrainSt
 }
 
 proptest! {
+    #![proptest_config(ProptestConfig { cases: 48, failure_persistence: None, ..ProptestConfig::default() })]
+
     /// Stick: (k - I w^2)(2k - 2J w^2) = k^2, and damping proportional to stiffness gives each mode c w/(2k). The
     /// rotor turns with both springs in series, the surfaces with inertia 2J on two springs.
     #[test]

@@ -7,7 +7,7 @@ use common::random_brakes::{Random, difference, random_brake, random_release};
 use std::ops::ControlFlow;
 use std::time::Duration;
 use stickslip::Run;
-use stickslip::analysis::Summary;
+use stickslip::analysis::{Modes, Summary};
 use stickslip::case::{AnyCase, Case, CaseRef, CaseSource, Origin, Override, TrainCase};
 use stickslip::friction::Law;
 use stickslip::model::Torsion;
@@ -172,6 +172,68 @@ fn analytic_a_brake_as_trains_has_its_growth() {
         assert!(long.growth_exponent.unwrap() > 50.0, "{label}");
         assert_eq!(long.noise_determined, name == "unperturbed", "{label}");
         assert_eq!(long.noise_determined, short.noise_determined, "{label}");
+    }
+}
+
+/// G does not depend on which of the disks is free, nor on a second shaft of the rotor that hardly gives way: with the rotor halved by one
+/// of a hundred times the stiffness, the swing that grows reaches it with a share of J/I.
+#[test]
+fn analytic_growth_of_a_turned_brake_and_of_a_longer_one() {
+    let case = changed("paper", &["output.end_time=6.98"]);
+    let trains = Trains::from(&case.parameters);
+    let growth = |trains: &Trains| {
+        let report = Run::of_trains(trains, 0.0, &case.solver, &case.output).start().unwrap();
+        let summary = Summary::of_run(trains, &report);
+        assert!(summary.e_folds_gained.is_some_and(|gained| gained > 10.0));
+        summary.growth_exponent.expect("it loses its stability")
+    };
+    let expected = growth(&trains);
+    let mut turned = trains.clone();
+    std::mem::swap(&mut turned.rotor, &mut turned.stator);
+    std::mem::swap(&mut turned.initial.rotor_twist, &mut turned.initial.stator_twist);
+    std::mem::swap(&mut turned.initial.rotor_speed, &mut turned.initial.stator_speed);
+    // Of this one the state at the loss of stability is known by its relative velocity alone.
+    let found = growth(&turned);
+    assert!((found - expected).abs() < 1e-6 * expected, "{found} for {expected}");
+    let mut longer = trains.clone();
+    let (rotor, initial) = (&mut longer.rotor, &mut longer.initial);
+    rotor.inertia = vec![rotor.inertia[0], 0.5 * rotor.inertia[1], 0.5 * rotor.inertia[1]];
+    rotor.stiffness.push(100.0 * rotor.stiffness[0]);
+    rotor.damping.push(100.0 * rotor.damping[0]);
+    rotor.viscous.push(0.0);
+    initial.rotor_twist.push(0.0);
+    initial.rotor_speed.push(initial.rotor_speed[0]);
+    let found = growth(&longer);
+    assert!((found - expected).abs() < 1e-3 * expected, "{found} for {expected}");
+}
+
+/// What is said of a brake's modes and of its loss of stability does not depend on its form. What its sliding loses its stability to
+/// swings at the frequency of the disks: that the rotor slows down faster under falling friction is no instability.
+#[test]
+fn analytic_a_brake_as_trains_has_its_modes() {
+    let case = changed("paper", &[]);
+    let modes = [AnyCase::Brake(Box::new(case.clone())), as_trains(&case)].map(|case| {
+        let case = CaseRef::from(&case);
+        Modes::of_case(&case.system(), case.solver(), case.output().end_time)
+    });
+    let [short, long] = &modes;
+    assert_eq!(short.general, long.general);
+    let [short, long] = modes
+        .each_ref()
+        .map(|modes| modes.slowing.as_ref().expect("it slows down"));
+    assert_eq!(short.critical_speed, long.critical_speed);
+    assert_eq!(short.effective_damping, long.effective_damping);
+    let [one, other] = [short, long].map(|slowing| slowing.instability.expect("it loses its stability"));
+    assert!((one.growth_exponent - other.growth_exponent).abs() < 1e-9 * one.growth_exponent);
+    let crossing = one.eigenvalue_crossing.expect("a crossing");
+    for modes in &modes {
+        let [change] = modes.general.critical_relative_velocities.changes[..] else {
+            panic!("{:?}", modes.general.critical_relative_velocities)
+        };
+        // The force is the largest here, and still rings by 1e-9 of it there.
+        assert!((change.value - crossing.relative_velocity).abs() < 1e-6);
+        let frequency = change.frequency.expect("a swing");
+        assert!((frequency * short.natural_period - 1.0).abs() < 0.01, "{frequency}");
     }
 }
 

@@ -268,7 +268,7 @@ impl SmoothSliding<'_> {
             } else {
                 self.speed(point)
             };
-            self.pieces_before(&mut rates, point, speed, until);
+            self.by_pieces(&mut rates, point, speed, until);
             return rates;
         }
         while point.0 > until {
@@ -328,7 +328,7 @@ impl SmoothSliding<'_> {
             return rates;
         }
         if !self.law().knots().is_empty() {
-            self.pieces_to_stop(&mut rates, start, speed, end);
+            self.by_pieces(&mut rates, start, speed, end);
             return rates;
         }
         let mut at = Some((start, speed));
@@ -467,37 +467,26 @@ impl SmoothSliding<'_> {
         Some((point, speed))
     }
 
-    /// Adds (t, Re lambda) from `start`, where |omega_r| is `speed` (rad/s), to the stop or `end`, piece by piece: on the law
-    /// itself the speed of a momentum near a knot would be that of the one piece or of the other.
-    fn pieces_to_stop(&self, rates: &mut Vec<(f64, f64)>, start: Point, speed: f64, end: f64) {
-        let knots = self.law().knots();
-        // At a knot the piece below it, as sliding slows down.
-        let mut piece = knots.partition_point(|knot| *knot < speed * (1.0 - AT_KNOT));
+    /// Adds (t, Re lambda) from `start`, where |omega_r| is `speed` (rad/s), piece by piece: to the stop or to the time `until`, or back
+    /// to an earlier one, the latest first. On the law itself the speed of a momentum near a knot would be that of the one piece or of
+    /// the other.
+    fn by_pieces(&self, rates: &mut Vec<(f64, f64)>, start: Point, speed: f64, until: f64) {
+        let (knots, back) = (self.law().knots(), until < start.0);
+        // At a knot the piece below it, as sliding slows down; on the way back the one above, from which it came.
+        let beside = if back { 1.0 + AT_KNOT } else { 1.0 - AT_KNOT };
+        let mut piece = knots.partition_point(|knot| *knot < speed * beside);
         let mut point = start;
         loop {
             let path = SmoothSliding { piece, ..*self };
-            let floor = if piece == 0 { 0.0 } else { knots[piece - 1] };
-            match path.steps_on_piece(rates, point, floor, end) {
-                PieceEnd::Left(next) if piece > 0 => (point, piece) = (next, piece - 1),
-                PieceEnd::TooFast(time, speed) => return self.rigid_to_stop(rates, time, speed, end),
-                _ => return,
-            }
-        }
-    }
-
-    /// Adds (t, Re lambda) on the way back from `start`, where |omega_r| is `speed` (rad/s), to the time `until`, piece by
-    /// piece; the latest first.
-    fn pieces_before(&self, rates: &mut Vec<(f64, f64)>, start: Point, speed: f64, until: f64) {
-        let knots = self.law().knots();
-        // At a knot the piece above it, from which sliding came.
-        let mut piece = knots.partition_point(|knot| *knot <= speed * (1.0 + AT_KNOT));
-        let mut point = start;
-        while point.0 > until {
-            let path = SmoothSliding { piece, ..*self };
-            let ceiling = knots.get(piece).copied().unwrap_or(f64::INFINITY);
-            match path.steps_on_piece(rates, point, ceiling, until) {
-                // The last piece has no end; a speed that is none counts as beyond it.
-                PieceEnd::Left(next) if piece < knots.len() => (point, piece) = (next, piece + 1),
+            // The last piece has no end.
+            let (next, edge) = match back {
+                true => (Some(piece + 1).filter(|next| *next <= knots.len()), knots.get(piece)),
+                false => (piece.checked_sub(1), piece.checked_sub(1).map(|below| &knots[below])),
+            };
+            let edge = edge.copied().unwrap_or(if back { f64::INFINITY } else { 0.0 });
+            match (path.steps_on_piece(rates, point, edge, until), next) {
+                (PieceEnd::Left(left), Some(next)) => (point, piece) = (left, next),
+                (PieceEnd::TooFast(time, speed), _) => return self.rigid_to_stop(rates, time, speed, until),
                 _ => return,
             }
         }
