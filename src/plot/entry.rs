@@ -5,7 +5,7 @@ use super::figure::Figure;
 use super::labels::in_translation;
 use super::run::{Run, SAMPLES_PER_PERIOD};
 use crate::analysis::headline::is_paper_case;
-use crate::case::Motion;
+use crate::case::{CaseRef, Motion};
 use crate::model::trains::Pressing;
 use crate::record::EventKind;
 use crate::simulation::OutputWindow;
@@ -46,7 +46,7 @@ pub struct Entry {
 
 /// A title in the words of the motion of a run: in translation there are forces, not torques.
 pub(crate) fn in_words_of(run: &Run, title: &str) -> String {
-    match run.case.motion() {
+    match CaseRef::from(&run.case).motion() {
         Motion::Translation => in_translation(title),
         Motion::Rotation => title.to_owned(),
     }
