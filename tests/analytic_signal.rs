@@ -91,7 +91,11 @@ fn property_every_profile_is_found_by_its_name() {
         .into_iter()
         .flat_map(|name| [(name, Some(0)), (name, Some(1))]);
     assert_eq!(names, listed.collect::<Vec<_>>());
-    assert_eq!(negated.unwrap(), table.map(|number| -number));
+    let expected = Signal::Table(Table {
+        time: vec![-1.0, -2.0],
+        value: vec![-3.0, -4.0],
+    });
+    assert_eq!(negated.unwrap(), expected);
     assert_eq!(table.try_map(|name, _, _| Err::<f64, _>(name)), Err("time"));
 }
 

@@ -79,7 +79,7 @@ fn published_si_parameters_are_taken_as_printed() {
         relative_velocity: 1e-4,
         on: KickSide::Both,
     };
-    assert_eq!(kicked.system.kicks, [kick.clone()]);
+    assert_eq!(kicked.system.kicks, [kick]);
     assert!(unperturbed.system.kicks.is_empty());
 }
 

@@ -89,7 +89,7 @@ fn elements_of_arrays_are_set_added_and_removed() {
             "perturbation[0].relative_velocity=1e-7",
         ],
     );
-    assert_eq!(first.unwrap().system.kicks, [kick.clone()]);
+    assert_eq!(first.unwrap().system.kicks, [kick]);
     let replaced = paper(&["output.window=[{from=1, to=2, interval=\"1 ms\"}, {from=3, to=4}]"]);
     let window = |from, to| OutputWindow {
         from,

@@ -4,7 +4,7 @@ use super::Summary;
 use super::headline::{HeadlineRow, headline};
 use super::recorded::{Recorded, recorded};
 use super::witness::Witness;
-use crate::case::{AnyCase, CaseRef};
+use crate::case::Case;
 use crate::provenance;
 use crate::results::{
     Header, KeptEnd, KeptRows, KeptView, MetaValue, Overwrite, ResultError, ResultWriter, Status, StickSlipTable,
@@ -19,16 +19,16 @@ use std::time::Instant;
 ///
 /// ```
 /// use stickslip::analysis::KeptRun;
-/// use stickslip::case::{AnyCase, CaseSource};
+/// use stickslip::case::{Case, CaseSource};
 ///
-/// let case = AnyCase::read(&CaseSource::built_in("paper-si")?, &[])?;
+/// let case = Case::read(&CaseSource::built_in("paper-si")?, &[])?;
 /// let kept = KeptRun::new(&case).start();
 /// println!("{} events", kept.rows.tables[1].rows());
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 #[must_use = "nothing is computed before `start`"]
 pub struct KeptRun<'a> {
-    case: &'a AnyCase,
+    case: &'a Case,
     header: Header,
     witness: bool,
     events_alone: bool,
@@ -59,7 +59,7 @@ pub struct KeptReportEnd {
     pub witness: Option<Witness>,
     /// s.
     pub wall_time: f64,
-    case: AnyCase,
+    case: Case,
     header: Header,
     table: StickSlipTable,
 }
@@ -115,7 +115,7 @@ impl KeptReportEnd {
 
 impl<'a> KeptRun<'a> {
     /// The run that a case describes.
-    pub fn new(case: &'a AnyCase) -> Self {
+    pub fn new(case: &'a Case) -> Self {
         let mut header = Header::new(case, String::new());
         header.case_text.clone_from(&header.resolved);
         KeptRun {
@@ -133,7 +133,7 @@ impl<'a> KeptRun<'a> {
         self
     }
 
-    /// Keep no sample. What the case says of them still costs time; see [`AnyCase::without_trajectory`].
+    /// Keep no sample. What the case says of them still costs time; see [`Case::without_trajectory`].
     pub fn events_alone(mut self, wanted: bool) -> Self {
         self.events_alone = wanted;
         self
@@ -177,7 +177,7 @@ impl<'a> KeptRun<'a> {
         if events_alone {
             rows = rows.events_alone();
         }
-        let run = recorded(CaseRef::from(any), &mut rows, false, &mut |_: Progress| go_on());
+        let run = recorded(any, &mut rows, false, &mut |_: Progress| go_on());
         let asks = RefCell::new(&mut go_on);
         let stop = || (asks.borrow_mut())().is_break();
         let witness = if wants_witness { run.witness(&stop) } else { None };

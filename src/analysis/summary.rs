@@ -128,11 +128,11 @@ impl Summary {
 
     /// Of a run of a case.
     pub(super) fn of_case(case: CaseRef, report: &RunReport) -> Summary {
-        Summary::of_run(&case.system(), report)
+        Summary::of_run(case.system(), report)
     }
 
     /// Of a run whose sections `recurrence` has seen.
-    pub(super) fn of_motion(case: CaseRef, report: &RunReport, recurrence: &Recurrence<'_>) -> Summary {
+    pub(super) fn of_motion(case: &Case, report: &RunReport, recurrence: &Recurrence<'_>) -> Summary {
         let attractor = recurrence.attractor(&case.system(), case.threshold());
         let (last_event_time, mode) = recurrence.end();
         Summary {
@@ -144,7 +144,7 @@ impl Summary {
     }
 
     /// With what follows from the case alone.
-    pub(super) fn with_statics(self, case: CaseRef) -> Summary {
+    pub(super) fn with_statics(self, case: &Case) -> Summary {
         let system = case.system();
         let axial_displacement = match &system.pressing {
             Pressing::Axial { axial, actuation } => Some(actuation.pieces().largest() / axial.stiffness),
@@ -216,7 +216,7 @@ impl Summary {
     }
 
     /// What the result file of a case says of the run beside its rows: attributes of /stick_slip.
-    pub(super) fn table(&self, case: CaseRef) -> StickSlipTable {
+    pub(super) fn table(&self, case: &Case) -> StickSlipTable {
         let missing = |value: Option<f64>| value.unwrap_or(f64::NAN);
         let mut extras = vec![turnover(self.energy_turnover)];
         let growth = case.words().lists_growth();

@@ -15,79 +15,33 @@ pub struct BuiltIn {
 /// The case that is run if none is named.
 pub const DEFAULT: &str = "paper";
 
-/// Every built-in case of the brake; the default first.
-pub const CASES: &[BuiltIn] = &[
-    BuiltIn {
-        name: DEFAULT,
-        text: include_str!("../../data/cases/paper.toml"),
-    },
-    BuiltIn {
-        name: "paper-si",
-        text: include_str!("../../data/cases/paper-si.toml"),
-    },
-    BuiltIn {
-        name: "unperturbed",
-        text: include_str!("../../data/cases/unperturbed.toml"),
-    },
-    BuiltIn {
-        name: "release",
-        text: include_str!("../../data/cases/release.toml"),
-    },
+/// The files of these names in `data/cases`.
+macro_rules! cases {
+    ($($name:literal),* $(,)?) => {
+        &[$(BuiltIn { name: $name, text: include_str!(concat!("../../data/cases/", $name, ".toml")) }),*]
+    };
+}
+
+/// Every built-in case in the short form; the default first.
+pub const CASES: &[BuiltIn] = cases!["paper", "paper-si", "unperturbed", "release"];
+
+/// Every built-in case in the general form.
+pub const TRAINS: &[BuiltIn] = cases![
+    "belt-coulomb",
+    "belt-leine",
+    "belt-leine-arctan",
+    "belt-leine-tanh",
+    "belt-exponential",
+    "block",
+    "hairer",
+    "den-hartog",
+    "groan",
+    "drill-string",
+    "clutch",
+    "lugre-slider",
 ];
 
-/// Every built-in case of trains.
-pub const TRAINS: &[BuiltIn] = &[
-    BuiltIn {
-        name: "belt-coulomb",
-        text: include_str!("../../data/cases/belt-coulomb.toml"),
-    },
-    BuiltIn {
-        name: "belt-leine",
-        text: include_str!("../../data/cases/belt-leine.toml"),
-    },
-    BuiltIn {
-        name: "belt-leine-arctan",
-        text: include_str!("../../data/cases/belt-leine-arctan.toml"),
-    },
-    BuiltIn {
-        name: "belt-leine-tanh",
-        text: include_str!("../../data/cases/belt-leine-tanh.toml"),
-    },
-    BuiltIn {
-        name: "belt-exponential",
-        text: include_str!("../../data/cases/belt-exponential.toml"),
-    },
-    BuiltIn {
-        name: "block",
-        text: include_str!("../../data/cases/block.toml"),
-    },
-    BuiltIn {
-        name: "hairer",
-        text: include_str!("../../data/cases/hairer.toml"),
-    },
-    BuiltIn {
-        name: "den-hartog",
-        text: include_str!("../../data/cases/den-hartog.toml"),
-    },
-    BuiltIn {
-        name: "groan",
-        text: include_str!("../../data/cases/groan.toml"),
-    },
-    BuiltIn {
-        name: "drill-string",
-        text: include_str!("../../data/cases/drill-string.toml"),
-    },
-    BuiltIn {
-        name: "clutch",
-        text: include_str!("../../data/cases/clutch.toml"),
-    },
-    BuiltIn {
-        name: "lugre-slider",
-        text: include_str!("../../data/cases/lugre-slider.toml"),
-    },
-];
-
-/// Every built-in case of either kind: the brakes, then the trains.
+/// Every built-in case: those in the short form, then those in the general one.
 pub fn all() -> Vec<BuiltIn> {
     [CASES, TRAINS].concat()
 }

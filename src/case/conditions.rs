@@ -5,7 +5,6 @@ use crate::friction::Law;
 use crate::signal::{Ramp, Signal, Table};
 use crate::simulation::Method;
 use crate::simulation::fixed_step::longest_stable_step;
-use crate::sundials::ErkTable;
 
 /// More samples than this are a slip of the pen: a terabyte.
 const MOST_SAMPLES: f64 = 1e9;
@@ -50,21 +49,16 @@ pub(super) fn in_common(case: &Draft, axial: bool) -> Vec<Violation> {
     output_windows(case, &mut complain);
     let end_time = case.output.end_time;
     if end_time < SHORTEST_RUN {
-        complain("output.end_time", &[], too_short(end_time));
+        let message = format!("must be at least {SHORTEST_RUN:?} s, but is {end_time:?} s");
+        complain("output.end_time", &[], message);
     }
     found
 }
 
-fn too_short(end_time: f64) -> String {
-    format!("must be at least {SHORTEST_RUN:?} s, but is {end_time:?} s")
-}
-
 /// Every condition that a case in the short form does not meet.
 pub(super) fn of_short_form(case: &Draft) -> Vec<Violation> {
-    let mut found = Vec::new();
+    let mut found = in_common(case, true);
     let mut complain = |path: &str, with: &[&str], message: String| found.push(Violation::new(path, with, message));
-
-    friction(case, &mut complain);
     let law = &case.parameters.friction.law;
     let (speed, end) = (case.parameters.initial.speed.abs(), law.ends_at());
     if speed >= end {
@@ -77,43 +71,36 @@ pub(super) fn of_short_form(case: &Draft) -> Vec<Violation> {
             ),
         );
     }
-    actuation(case, &mut complain);
     fixed_step(case, &mut complain);
     paper_tolerances(case, &mut complain);
-
     let output = &case.output;
     let torsion = &case.parameters.torsion;
     let axial = &case.parameters.axial;
     let clock = f64::EPSILON * output.end_time;
-    if output.end_time < SHORTEST_RUN {
-        complain("output.end_time", &[], too_short(output.end_time));
-    } else {
-        let periods = [
-            (
-                "natural",
-                "torsion.surface_inertia",
-                torsion.surface_inertia,
-                "torsion.stiffness",
-                torsion.stiffness,
+    let periods = [
+        (
+            "natural",
+            "torsion.surface_inertia",
+            torsion.surface_inertia,
+            "torsion.stiffness",
+            torsion.stiffness,
+        ),
+        ("axial", "axial.mass", axial.mass, "axial.stiffness", axial.stiffness),
+    ];
+    let [torsional, axial] = periods.map(|p| std::f64::consts::TAU * (p.2 / p.4).sqrt());
+    let (period, shortest) = if axial < torsional { (axial, 1) } else { (torsional, 0) };
+    let (name, inertia, _, stiffness, _) = periods[shortest];
+    if output.end_time >= SHORTEST_RUN && clock > COARSEST_CLOCK * period {
+        complain(
+            "output.end_time",
+            &[inertia, stiffness],
+            format!(
+                "is too late for double precision: times near {:?} s are {clock:.0e} s apart, and the {name} period \
+                 2 pi sqrt({inertia}/{stiffness}) is {period:.0e} s; end earlier",
+                output.end_time
             ),
-            ("axial", "axial.mass", axial.mass, "axial.stiffness", axial.stiffness),
-        ];
-        let [torsional, axial] = periods.map(|p| std::f64::consts::TAU * (p.2 / p.4).sqrt());
-        let (period, shortest) = if axial < torsional { (axial, 1) } else { (torsional, 0) };
-        let (name, inertia, _, stiffness, _) = periods[shortest];
-        if clock > COARSEST_CLOCK * period {
-            complain(
-                "output.end_time",
-                &[inertia, stiffness],
-                format!(
-                    "is too late for double precision: times near {:?} s are {clock:.0e} s apart, and the {name} period \
-                     2 pi sqrt({inertia}/{stiffness}) is {period:.0e} s; end earlier",
-                    output.end_time
-                ),
-            );
-        }
+        );
     }
-    output_windows(case, &mut complain);
     found
 }
 
@@ -231,37 +218,32 @@ pub(super) fn points(
     }
 }
 
-/// A fixed step that the solver can take, and the method's table: one of a method that takes it, without another bound.
-fn fixed_step_method(case: &Draft, complain: &mut impl FnMut(&str, &[&str], String)) -> Option<(f64, ErkTable)> {
+/// A fixed step that the solver can take: one of a method that takes it, without another bound.
+fn fixed_step_method(case: &Draft, complain: &mut impl FnMut(&str, &[&str], String)) {
     const PATH: &str = FIXED_STEP;
-    let step = case.solver.fixed_step?;
+    let Some(step) = case.solver.fixed_step else { return };
     let method = case.solver.method;
-    let Some(table) = method.explicit_table() else {
+    if method.explicit_table().is_none() {
         let message = format!(
             "only the explicit Runge-Kutta methods take fixed steps: with method \"{}\" remove it, or set solver.method to \
              \"erk\" or one of \"erk-NAME\"",
             method.name()
         );
         complain(PATH, &["solver.method"], message);
-        return None;
-    };
-    if case.solver.max_step.is_some() {
+    } else if case.solver.max_step.is_some() {
         let message = "every step has this length, so that solver.max_step has no meaning: remove one of them";
         complain(PATH, &["solver.max_step"], message.to_owned());
-        return None;
-    }
-    if step < SHORTEST_RUN {
+    } else if step < SHORTEST_RUN {
         let message = format!("must be at least {SHORTEST_RUN:?} s, but is {step:?} s");
         complain(PATH, &[], message);
-        return None;
     }
-    Some((step, table))
 }
 
 /// What a fixed step needs besides: stability.
 fn fixed_step(case: &Draft, complain: &mut impl FnMut(&str, &[&str], String)) {
     const PATH: &str = FIXED_STEP;
-    let Some((step, table)) = fixed_step_method(case, complain) else {
+    let step = case.solver.fixed_step.filter(|_| case.solver.max_step.is_none());
+    let Some((step, table)) = step.zip(case.solver.method.explicit_table()) else {
         return;
     };
     let method = case.solver.method;

@@ -1,9 +1,6 @@
 //! The values of the keys of the schema: what the short form has, and what the general form shares with it.
 
-use super::Case;
-use super::words::Words;
 use crate::friction::{Exponential, Friction, Parameters as _};
-use crate::model::trains::Pressing;
 use crate::model::{Axial, BreakawayTest, Contact, Initial, Parameters, Torsion};
 use crate::signal::{Profile, Ramp, Signal};
 use crate::simulation::{Following, OutputOptions, SolverOptions};
@@ -56,50 +53,6 @@ impl Draft {
                 steps: false,
                 follow: Following::default(),
             },
-        }
-    }
-
-    /// The keys of a case that are keys of the schema.
-    pub(super) fn of(case: &Case) -> Draft {
-        let mut draft = Draft::blank(case.title.clone());
-        let system = &case.system;
-        match Parameters::of(system) {
-            Some(disks) if case.words.short => draft.parameters = disks,
-            _ => {
-                let shared = &mut draft.parameters;
-                if let Pressing::Axial { axial, actuation } = &system.pressing {
-                    shared.axial = *axial;
-                    shared.actuation = actuation.clone();
-                }
-                shared.contact = Contact {
-                    radius: system.radius,
-                    breakaway_test: system.breakaway_test,
-                };
-                shared.friction = Friction {
-                    breakaway: system.breakaway,
-                    law: system.law.clone(),
-                };
-            }
-        }
-        draft.solver = case.solver.clone();
-        draft.output = case.output.clone();
-        draft
-    }
-
-    /// Of a case in the short form; `None` of another.
-    pub(super) fn short(case: &Case) -> Option<Draft> {
-        (case.words.short && Parameters::of(&case.system).is_some()).then(|| Draft::of(case))
-    }
-
-    /// The case of the short form.
-    pub(super) fn into_case(self) -> Case {
-        Case {
-            title: self.title,
-            system: (&self.parameters).into(),
-            words: Words::SHORT,
-            threshold: 0.0,
-            solver: self.solver,
-            output: self.output,
         }
     }
 }

@@ -5,7 +5,7 @@ use super::error::CaseError;
 use super::quantity::{self, Dimension};
 use super::reader::Read;
 use super::schema::{self, Key};
-use super::trains::keys::{self, TrainKind};
+use super::trains::keys;
 use super::trains::signals;
 use super::{Case, Motion, key_of};
 use crate::friction::FrictionLaw;
@@ -261,9 +261,7 @@ impl Exact<'_> {
 
     /// The list of a key of the general form.
     fn list(&self, path: &str, values: &[f64]) -> Result<Vec<BigRational>, CaseError> {
-        let TrainKind::List(dimension) = keys::find(path).kind else {
-            unreachable!("{path} is a list");
-        };
+        let (dimension, _) = keys::measure(path);
         let elements = values.iter().enumerate();
         elements
             .map(|(index, value)| self.number(&format!("{path}.{index}"), dimension, *value))
@@ -272,9 +270,7 @@ impl Exact<'_> {
 
     /// The signal of a key of the general form.
     fn drive(&self, path: &str, drive: &Drive) -> Result<Drive<BigRational>, CaseError> {
-        let TrainKind::Signal(dimension) = keys::find(path).kind else {
-            unreachable!("{path} is a signal");
-        };
+        let (dimension, _) = keys::measure(path);
         drive.try_map(|inner, value| {
             let dimension = signals::dimension_of(inner, dimension, self.case.motion());
             let path = if inner.is_empty() {

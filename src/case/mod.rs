@@ -32,6 +32,7 @@ mod numbers;
 mod reader;
 mod resolved;
 mod setting;
+mod short_form;
 mod source;
 mod trains;
 mod value;
@@ -44,14 +45,17 @@ pub use document::Override;
 pub use error::{CaseError, Problem};
 pub use exact::ExactCase;
 pub use motion::Motion;
+pub use numbers::CaseNumber;
 pub use setting::Setting;
 pub(crate) use setting::{Slot, key_of};
 pub use source::{CaseSource, Origin};
 pub(crate) use source::{toml_text, words};
-pub use trains::{TrainKey, TrainKind, train_keys};
+pub use trains::train_keys;
 pub(crate) use value::number_of;
 pub use words::Words;
-pub use written::{CaseNumber, WrittenCase};
+pub use written::WrittenCase;
+
+use draft::Draft;
 
 use crate::model::trains::Trains;
 use crate::model::trains::margin::twice_resistance;
@@ -79,7 +83,7 @@ impl Case {
     /// # Errors
     /// All problems that were found, each with its place, its key and what to do.
     pub fn read(source: &CaseSource, overrides: &[Override]) -> Result<Case, CaseError> {
-        reader::read(source, overrides).map(|read| read.case)
+        read(source, overrides).map(|read| read.case)
     }
 
     /// The system without rounding: decimals as written, units by their exact factors. A plain number is the shortest decimal of
@@ -90,13 +94,17 @@ impl Case {
     /// # Errors
     /// As those of [`Case::read`].
     pub fn exact(source: &CaseSource, overrides: &[Override]) -> Result<ExactCase, CaseError> {
-        exact::read(&reader::read(source, overrides)?)
+        exact::read(&read(source, overrides)?)
     }
 
     /// The case as a TOML text in which every value is a number in SI, written so that it reads back as the identical case.
     /// Diameters of the contact have become the radius.
     pub fn resolved(&self) -> String {
-        resolved::write(self)
+        match Draft::short(self) {
+            Some(draft) => resolved::write(&draft),
+            // A system that the short form cannot say, or one that is written in the general form.
+            None => trains::resolved::write(self),
+        }
     }
 
     /// The number at a dotted path of the resolved text, such as `torsion.damping` or `stator.speed.amplitude`, in the unit of its
@@ -159,6 +167,21 @@ impl Case {
     /// Which times are computed and recorded.
     pub fn output(&self) -> &OutputOptions {
         &self.output
+    }
+}
+
+/// Reads a case in whichever form it has, with the tree of its values.
+fn read(source: &CaseSource, overrides: &[Override]) -> Result<reader::Read, CaseError> {
+    let mut root = document::read(&source.text, &source.label())?;
+    let mut problems = Vec::new();
+    for change in overrides {
+        if let Err(problem) = document::apply(&mut root, change) {
+            problems.push((usize::MAX, problem));
+        }
+    }
+    match words::is_general(&root) {
+        true => trains::read(source, root, problems),
+        false => short_form::read(source, root, problems),
     }
 }
 

@@ -5,10 +5,25 @@ use super::draft::Draft;
 use super::quantity::{self, Dimension};
 use super::reader::Read;
 use super::schema::{self, Key, Kind, Presence};
-use super::trains::keys::{self, TrainKind};
+use super::trains::keys;
 use super::trains::signals;
-use super::{CaseNumber, Motion, key_of};
+use super::{Motion, key_of};
 use crate::model::KickTime;
+
+/// A number of a case.
+#[derive(Debug, Clone, PartialEq)]
+pub struct CaseNumber {
+    /// Dotted path, such as `torsion.damping`, `rotor.inertia.1` or `contact.normal_force.amplitude`; without an index where one
+    /// number stands for a list.
+    pub path: String,
+    /// SI, in the notation of the case file.
+    pub unit: &'static str,
+    /// In that unit.
+    pub value: f64,
+    /// Half a unit of its last written digit, in that unit. Of a plain number zeros at its end do not count. `None` where it is
+    /// not known how the number was written.
+    pub half_last_digit: Option<f64>,
+}
 
 /// A list with more numbers than this is a measured curve, of which no single number is looked at.
 const LONGEST_LIST: usize = 32;
@@ -120,11 +135,11 @@ fn dimension(path: &str, motion: Motion) -> Option<Dimension> {
         let rest = path.strip_prefix(key.path);
         rest.is_some_and(|rest| rest.is_empty() || rest.starts_with('.'))
     });
-    match general.map(|key| key.kind) {
-        Some(TrainKind::List(dimension) | TrainKind::Number(dimension)) => Some(motion.dimension(dimension)),
-        Some(TrainKind::Signal(dimension)) => Some(signals::dimension_of(path, dimension, motion)),
-        Some(TrainKind::Choice(_) | TrainKind::Index) => None,
-        None => key_of(path)?.dimension().map(|dimension| motion.dimension(dimension)),
+    let key = general.or_else(|| key_of(path))?;
+    match key.kind {
+        Kind::Signal(dimension) => Some(signals::dimension_of(path, dimension, motion)),
+        Kind::Index => None,
+        _ => key.dimension().map(|dimension| motion.dimension(dimension)),
     }
 }
 

@@ -14,91 +14,60 @@ use num_traits::{One, Pow, ToPrimitive, Zero};
 use std::cell::RefCell;
 use std::collections::HashMap;
 
-/// What a number in a case file measures.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
-pub enum Dimension {
+/// The dimensions: each with its SI unit, its name with the article, and how a quantity of it is written.
+macro_rules! dimensions {
+    ($($(#[$about:meta])* $dimension:ident: $unit:literal, $name:literal, $example:literal;)*) => {
+        /// What a number in a case file measures.
+        #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+        pub enum Dimension {
+            $($(#[$about])* #[doc = concat!("Unit ", $unit, ".")] $dimension,)*
+        }
+
+        impl Dimension {
+            /// Every dimension.
+            pub const ALL: [Dimension; [$($unit),*].len()] = [$(Dimension::$dimension),*];
+
+            fn facts(self) -> (&'static str, &'static str, &'static str) {
+                match self {
+                    $(Dimension::$dimension => ($unit, $name, $example),)*
+                }
+            }
+        }
+    };
+}
+
+dimensions! {
     /// No dimension.
-    Number,
-    /// Unit kg.
-    Mass,
-    /// Unit N/m.
-    Stiffness,
-    /// Unit N s/m.
-    Damping,
-    /// Unit N.
-    Force,
-    /// Unit s.
-    Time,
-    /// Unit m.
-    Length,
-    /// Unit kg m^2.
-    Inertia,
-    /// Unit N m/rad.
-    TorsionalStiffness,
-    /// Unit N m s/rad.
-    TorsionalDamping,
-    /// Unit rad/s.
-    AngularVelocity,
-    /// Unit rad.
-    Angle,
-    /// Unit s/rad.
-    FrictionDecay,
-    /// Unit s^2/rad^2.
-    FrictionCurvature,
-    /// Unit s^3/rad^3.
-    FrictionThird,
-    /// Unit m/s.
-    Velocity,
-    /// Unit N m.
-    Torque,
-    /// Unit Hz, cycles in a second.
-    Frequency,
-    /// Unit 1/rad.
-    InverseAngle,
-    /// Unit 1/m.
-    InverseLength,
-    /// Unit s/m: [`Dimension::FrictionDecay`] of a problem of translation.
-    SlidingDecay,
-    /// Unit s^2/m^2.
-    SlidingCurvature,
-    /// Unit s^3/m^3.
-    SlidingThird,
-    /// Unit N s.
-    Impulse,
-    /// Unit N m s.
-    AngularImpulse,
+    Number: "1", "a plain number", "0.6";
+    Mass: "kg", "a mass", "10 lbm";
+    Stiffness: "N/m", "a stiffness", "3.161e5 lbf/in";
+    Damping: "N s/m", "a damping coefficient", "50 lbf s/in";
+    Force: "N", "a force", "500 lbf";
+    Time: "s", "a time", "1 ms";
+    Length: "m", "a length", "2.0625 in";
+    Inertia: "kg m^2", "a moment of inertia", "20 slug in ft";
+    TorsionalStiffness: "N m/rad", "a torsional stiffness", "6.822e7 lbf in/rad";
+    TorsionalDamping: "N m s/rad", "a torsional damping coefficient", "200 lbf in s/rad";
+    AngularVelocity: "rad/s", "an angular velocity", "955 rpm";
+    Angle: "rad", "an angle", "1 urad";
+    FrictionDecay: "s/rad", "a friction decay rate", "5 s/rad";
+    FrictionCurvature: "s^2/rad^2", "a coefficient of the square of a speed", "0.1 s^2/rad^2";
+    FrictionThird: "s^3/rad^3", "a coefficient of the cube of a speed", "0.1 s^3/rad^3";
+    Velocity: "m/s", "a velocity", "1 mm/s";
+    Torque: "N m", "a torque", "600 lbf in";
+    /// Cycles in a second.
+    Frequency: "Hz", "a frequency", "50 Hz";
+    InverseAngle: "1/rad", "a stiffness of bristles", "1e5 1/rad";
+    InverseLength: "1/m", "a stiffness of bristles", "1e5 1/m";
+    /// [`Dimension::FrictionDecay`] of a problem of translation.
+    SlidingDecay: "s/m", "a friction decay rate", "5 s/m";
+    SlidingCurvature: "s^2/m^2", "a coefficient of the square of a speed", "0.1 s^2/m^2";
+    SlidingThird: "s^3/m^3", "a coefficient of the cube of a speed", "0.1 s^3/m^3";
+    Impulse: "N s", "an impulse", "1 N s";
+    AngularImpulse: "N m s", "an angular impulse", "1 N m s";
 }
 
 impl Dimension {
-    /// Every dimension.
-    pub const ALL: [Dimension; 25] = [
-        Dimension::Number,
-        Dimension::Mass,
-        Dimension::Stiffness,
-        Dimension::Damping,
-        Dimension::Force,
-        Dimension::Time,
-        Dimension::Length,
-        Dimension::Inertia,
-        Dimension::TorsionalStiffness,
-        Dimension::TorsionalDamping,
-        Dimension::AngularVelocity,
-        Dimension::Angle,
-        Dimension::FrictionDecay,
-        Dimension::FrictionCurvature,
-        Dimension::FrictionThird,
-        Dimension::Velocity,
-        Dimension::Torque,
-        Dimension::Frequency,
-        Dimension::InverseAngle,
-        Dimension::InverseLength,
-        Dimension::SlidingDecay,
-        Dimension::SlidingCurvature,
-        Dimension::SlidingThird,
-        Dimension::Impulse,
-        Dimension::AngularImpulse,
-    ];
-
     /// The SI unit, in the notation of this module; `1` for a plain number.
     pub fn unit(self) -> &'static str {
         self.facts().0
@@ -112,36 +81,6 @@ impl Dimension {
     /// A quantity of this dimension, to show how one is written.
     pub fn example(self) -> &'static str {
         self.facts().2
-    }
-
-    fn facts(self) -> (&'static str, &'static str, &'static str) {
-        match self {
-            Dimension::Number => ("1", "a plain number", "0.6"),
-            Dimension::Mass => ("kg", "a mass", "10 lbm"),
-            Dimension::Stiffness => ("N/m", "a stiffness", "3.161e5 lbf/in"),
-            Dimension::Damping => ("N s/m", "a damping coefficient", "50 lbf s/in"),
-            Dimension::Force => ("N", "a force", "500 lbf"),
-            Dimension::Time => ("s", "a time", "1 ms"),
-            Dimension::Length => ("m", "a length", "2.0625 in"),
-            Dimension::Inertia => ("kg m^2", "a moment of inertia", "20 slug in ft"),
-            Dimension::TorsionalStiffness => ("N m/rad", "a torsional stiffness", "6.822e7 lbf in/rad"),
-            Dimension::TorsionalDamping => ("N m s/rad", "a torsional damping coefficient", "200 lbf in s/rad"),
-            Dimension::AngularVelocity => ("rad/s", "an angular velocity", "955 rpm"),
-            Dimension::Angle => ("rad", "an angle", "1 urad"),
-            Dimension::FrictionDecay => ("s/rad", "a friction decay rate", "5 s/rad"),
-            Dimension::FrictionCurvature => ("s^2/rad^2", "a coefficient of the square of a speed", "0.1 s^2/rad^2"),
-            Dimension::FrictionThird => ("s^3/rad^3", "a coefficient of the cube of a speed", "0.1 s^3/rad^3"),
-            Dimension::Velocity => ("m/s", "a velocity", "1 mm/s"),
-            Dimension::Torque => ("N m", "a torque", "600 lbf in"),
-            Dimension::Frequency => ("Hz", "a frequency", "50 Hz"),
-            Dimension::InverseAngle => ("1/rad", "a stiffness of bristles", "1e5 1/rad"),
-            Dimension::InverseLength => ("1/m", "a stiffness of bristles", "1e5 1/m"),
-            Dimension::SlidingDecay => ("s/m", "a friction decay rate", "5 s/m"),
-            Dimension::SlidingCurvature => ("s^2/m^2", "a coefficient of the square of a speed", "0.1 s^2/m^2"),
-            Dimension::SlidingThird => ("s^3/m^3", "a coefficient of the cube of a speed", "0.1 s^3/m^3"),
-            Dimension::Impulse => ("N s", "an impulse", "1 N s"),
-            Dimension::AngularImpulse => ("N m s", "an angular impulse", "1 N m s"),
-        }
     }
 }
 

@@ -1,7 +1,7 @@
-//! From the tree of values to a valid case, with every problem on the way.
+//! Reads the keys of the schema from the tree of values into a draft, and gathers every problem on the way.
 
-use super::conditions::{self, Violation};
-use super::document::{self, Node, Override, Place, Value};
+use super::conditions::Violation;
+use super::document::{Node, Place, Value};
 use super::draft::Draft;
 use super::error::{CaseError, Problem};
 use super::quantity::Dimension;
@@ -9,7 +9,7 @@ use super::schema::{self, ARRAYS, Domain, Key, Kind, Presence};
 use super::setting::read_setting;
 use super::source::Origin;
 use super::value::{choice, number};
-use super::{Case, CaseSource, Motion, Setting, suggest, trains, words};
+use super::{Case, Motion, Setting, suggest};
 use crate::friction::FrictionLaw;
 use crate::model::KickTime;
 use crate::model::contact::{uniform_pressure_radius, uniform_wear_radius};
@@ -23,34 +23,6 @@ pub(super) struct Read {
     /// With bristles, `friction` holds the law g alone.
     pub(super) of_law: Node,
     pub(super) written: Node,
-}
-
-pub(super) fn read(source: &CaseSource, overrides: &[Override]) -> Result<Read, CaseError> {
-    let label = source.label();
-    let mut root = document::read(&source.text, &label)?;
-    let mut problems = Vec::new();
-    for change in overrides {
-        if let Err(problem) = document::apply(&mut root, change) {
-            problems.push((usize::MAX, problem));
-        }
-    }
-    if words::is_general(&root) {
-        return trains::read(source, root, problems);
-    }
-    let known = schema::keys().iter().map(|key| key.path).collect();
-    let mut reader = Reader::new(root, label, problems, known, Motion::Rotation);
-    reader.check_names();
-    let mut draft = Draft::blank(source.name());
-    reader.fill_keys(&mut draft, |_| true);
-    reader.contact(&mut draft);
-    reader.fill_output(&mut draft, &source.origin);
-    // Conditions between values mean nothing while some are missing.
-    if reader.problems.is_empty() {
-        conditions::of_short_form(&draft)
-            .into_iter()
-            .for_each(|violation| reader.report_violation(violation));
-    }
-    reader.finish(Some(draft.into_case()))
 }
 
 /// Reads the keys of a case from the tree of its values, and gathers what is wrong.
@@ -503,7 +475,7 @@ fn store(case: &mut Draft, key: &Key, index: usize, node: &Node, motion: Motion)
         }
         // Read by `Reader::contact`.
         Kind::Source(..) | Kind::SourceChoice(_) => {}
-        kind => match (kind, read_setting(key, value).map_err(whole)?) {
+        kind => match (kind, read_setting(key, value, motion).map_err(whole)?) {
             (Kind::Text(access), Setting::Text(text)) => (access.set)(case, index, text),
             (Kind::Flag(access), Setting::Flag(flag)) => (access.set)(case, index, flag),
             (Kind::Count(access), Setting::Count(count)) => (access.set)(case, index, count),
@@ -513,7 +485,7 @@ fn store(case: &mut Draft, key: &Key, index: usize, node: &Node, motion: Motion)
     Ok(())
 }
 
-fn missing(key: &Key, motion: Motion) -> String {
+pub(super) fn missing(key: &Key, motion: Motion) -> String {
     format!("missing: {}{}", key.description, how_to_write(key, motion))
 }
 

@@ -4,21 +4,18 @@ use std::fmt::Write;
 
 use toml_edit::Value;
 
+use super::Motion;
 use super::draft::Draft;
 use super::schema::{self, ARRAYS, Key, Kind};
-use super::{Case, Motion, trains};
 use crate::model::KickTime;
 
-/// Every value of the case, in the order of the schema. A system that its form cannot say any more is written in the general one.
-pub(super) fn write(case: &Case) -> String {
-    let Some(draft) = Draft::short(case) else {
-        return trains::resolved::write(case);
-    };
+/// Every value of the short form, in the order of the schema.
+pub(super) fn write(draft: &Draft) -> String {
     let all = Only {
         wanted: |_| true,
         motion: Motion::Rotation,
     };
-    keys(&draft, all)
+    keys(draft, all)
 }
 
 /// Which keys are written, by their paths, and what their numbers measure.
@@ -94,6 +91,6 @@ fn value(case: &Draft, key: &Key, index: usize) -> Option<String> {
         Kind::Number(_, _, access) => (access.get)(case, index).map(|value| format!("{value:?}")),
         Kind::Moment(access) => (access.get)(case, index).map(moment),
         Kind::Series(_, access) => (access.get)(case, index).map(|values| format!("{values:?}")),
-        Kind::Source(..) | Kind::SourceChoice(_) => None,
+        _ => None,
     }
 }

@@ -95,6 +95,16 @@ pub(super) enum Kind {
     SourceChoice(&'static [&'static str]),
     Moment(Access<KickTime>),
     Series(Dimension, Access<Vec<f64>>),
+    /// Of the general form, which reads it without a draft: one of these words.
+    Word(&'static [&'static str]),
+    /// Of the general form: a number.
+    Plain(Dimension, Domain),
+    /// Of the general form: a list of numbers, or one number for a list of one.
+    List(Dimension, Domain),
+    /// Of the general form: a signal.
+    Signal(Dimension),
+    /// Of the general form: the place of an inertia, from 0 at the surface.
+    Index,
 }
 
 impl Key {
@@ -107,9 +117,10 @@ impl Key {
     pub fn dimension(&self) -> Option<Dimension> {
         match self.kind {
             Kind::Number(dimension, ..) | Kind::Source(dimension, _) | Kind::Series(dimension, _) => Some(dimension),
+            Kind::Plain(dimension, _) | Kind::List(dimension, _) | Kind::Signal(dimension) => Some(dimension),
             Kind::Moment(_) => Some(Dimension::Time),
-            Kind::Count(_) => Some(Dimension::Number),
-            Kind::Text(_) | Kind::Flag(_) | Kind::Choice(..) | Kind::SourceChoice(_) => None,
+            Kind::Count(_) | Kind::Index => Some(Dimension::Number),
+            Kind::Text(_) | Kind::Flag(_) | Kind::Choice(..) | Kind::SourceChoice(_) | Kind::Word(_) => None,
         }
     }
 
@@ -117,7 +128,7 @@ impl Key {
     pub fn choices(&self) -> Vec<&'static str> {
         match self.kind {
             Kind::Choice(names, _) => names(),
-            Kind::SourceChoice(names) => names.to_vec(),
+            Kind::SourceChoice(names) | Kind::Word(names) => names.to_vec(),
             Kind::Moment(_) => vec![INSTABILITY],
             _ => Vec::new(),
         }
@@ -199,7 +210,7 @@ macro_rules! profile {
     };
 }
 
-const fn key(path: &'static str, description: &'static str, presence: Presence, kind: Kind) -> Key {
+pub(super) const fn key(path: &'static str, description: &'static str, presence: Presence, kind: Kind) -> Key {
     Key {
         path,
         description,

@@ -1,8 +1,10 @@
 //! One value for one key, checked by itself: what an axis of a study is made of.
 
+use super::Motion;
 use super::document::{Override, Value};
 use super::quantity::Dimension;
 use super::schema::{self, Domain, Key, Kind};
+use super::trains::keys::laws;
 use super::value::{choice, number};
 
 /// One value of a key; a number is in the key's SI unit.
@@ -85,30 +87,29 @@ pub(crate) struct Slot {
 
 #[derive(Debug, Clone, Copy)]
 pub(super) enum Takes {
-    /// What a key of the schema takes.
-    Key(&'static Key),
+    /// What a key takes, in this motion.
+    Key(&'static Key, Motion),
     Number(Dimension, Domain),
     /// One of these words.
-    Words(fn() -> Vec<&'static str>),
-    /// A whole number, 0 or more.
-    Index,
+    Words(&'static [&'static str]),
+    /// One of the friction laws of the general form.
+    Laws,
 }
 
 impl Slot {
     pub(super) fn of_key(key: &'static Key) -> Slot {
         Slot {
             description: key.description,
-            takes: Takes::Key(key),
+            takes: Takes::Key(key, Motion::Rotation),
         }
     }
 
     /// What its number measures; `None` if it takes none.
     pub(crate) fn dimension(&self) -> Option<Dimension> {
         match self.takes {
-            Takes::Key(key) => key.dimension(),
+            Takes::Key(key, motion) => key.dimension().map(|dimension| motion.dimension(dimension)),
             Takes::Number(dimension, _) => Some(dimension),
-            Takes::Index => Some(Dimension::Number),
-            Takes::Words(_) => None,
+            Takes::Words(_) | Takes::Laws => None,
         }
     }
 
@@ -119,25 +120,18 @@ impl Slot {
 
     /// Reads one value, as far as it can be judged without the rest of the case.
     pub(crate) fn read(&self, value: &Value) -> Result<Setting, String> {
+        let word = |words: &[&'static str]| choice(value, words).map(|name| Setting::Text(name.to_owned()));
         match self.takes {
-            Takes::Key(key) => read_setting(key, value),
+            Takes::Key(key, motion) => read_setting(key, value, motion),
             Takes::Number(dimension, domain) => number(value, dimension, domain).map(Setting::Number),
-            Takes::Words(words) => choice(value, &words()).map(|name| Setting::Text(name.to_owned())),
-            Takes::Index => match value {
-                Value::Integer(index) if *index >= 0 => {
-                    Ok(Setting::Count(usize::try_from(*index).unwrap_or(usize::MAX)))
-                }
-                other => Err(format!(
-                    "expected a whole number, 0 or more, but got {}",
-                    other.describe()
-                )),
-            },
+            Takes::Words(words) => word(words),
+            Takes::Laws => word(&laws()),
         }
     }
 }
 
 /// Reads one value for `key`, as far as it can be judged without the rest of the case.
-pub(super) fn read_setting(key: &Key, value: &Value) -> Result<Setting, String> {
+pub(super) fn read_setting(key: &Key, value: &Value, motion: Motion) -> Result<Setting, String> {
     match &key.kind {
         Kind::Text(_) => match value {
             Value::Text(text) => Ok(Setting::Text(text.clone())),
@@ -155,14 +149,26 @@ pub(super) fn read_setting(key: &Key, value: &Value) -> Result<Setting, String> 
             )),
         },
         Kind::Choice(names, _) => choice(value, &names()).map(|name| Setting::Text(name.to_owned())),
-        Kind::SourceChoice(names) => choice(value, names).map(|name| Setting::Text(name.to_owned())),
-        Kind::Number(dimension, domain, _) | Kind::Source(dimension, domain) => {
-            number(value, *dimension, *domain).map(Setting::Number)
+        Kind::SourceChoice(names) | Kind::Word(names) => {
+            choice(value, names).map(|name| Setting::Text(name.to_owned()))
         }
+        Kind::Number(dimension, domain, _)
+        | Kind::Source(dimension, domain)
+        | Kind::Plain(dimension, domain)
+        | Kind::List(dimension, domain) => number(value, motion.dimension(*dimension), *domain).map(Setting::Number),
         Kind::Moment(_) => match value {
             Value::Text(word) if word == schema::INSTABILITY => Ok(Setting::Text(word.clone())),
             other => number(other, Dimension::Time, Domain::NotNegative).map(Setting::Number),
         },
-        Kind::Series(dimension, _) => number(value, *dimension, Domain::Any).map(Setting::Number),
+        Kind::Series(dimension, _) | Kind::Signal(dimension) => {
+            number(value, motion.dimension(*dimension), Domain::Any).map(Setting::Number)
+        }
+        Kind::Index => match value {
+            Value::Integer(index) if *index >= 0 => Ok(Setting::Count(usize::try_from(*index).unwrap_or(usize::MAX))),
+            other => Err(format!(
+                "expected a whole number, 0 or more, but got {}",
+                other.describe()
+            )),
+        },
     }
 }

@@ -3,23 +3,8 @@
 use super::draft::Draft;
 use super::error::CaseError;
 use super::quantity::Dimension;
-use super::{Case, CaseSource, Origin, Override, numbers, reader};
+use super::{Case, CaseNumber, CaseSource, Origin, Override, numbers};
 use crate::model::trains::Trains;
-
-/// A number of a case.
-#[derive(Debug, Clone, PartialEq)]
-pub struct CaseNumber {
-    /// Dotted path, such as `torsion.damping`, `rotor.inertia.1` or `contact.normal_force.amplitude`; without an index where one
-    /// number stands for a list.
-    pub path: String,
-    /// SI, in the notation of the case file.
-    pub unit: &'static str,
-    /// In that unit.
-    pub value: f64,
-    /// Half a unit of its last written digit, in that unit. Of a plain number zeros at its end do not count. `None` where it is
-    /// not known how the number was written.
-    pub half_last_digit: Option<f64>,
-}
 
 /// A case with its physical numbers: of a short form every one that the case holds, of the general form those that are written and
 /// not zero. Numbers that no event depends on are none of them, nor are those of lists with more than 32 elements in the general form.
@@ -38,7 +23,7 @@ impl WrittenCase {
     /// # Errors
     /// All problems that were found in the case.
     pub fn read(source: &CaseSource, overrides: &[Override]) -> Result<WrittenCase, CaseError> {
-        let read = reader::read(source, overrides)?;
+        let read = super::read(source, overrides)?;
         Ok(match Draft::short(&read.case) {
             Some(draft) => WrittenCase {
                 numbers: numbers::of_short_form(&draft, Some(&read.written)),
@@ -58,7 +43,7 @@ impl WrittenCase {
         let text = resolved(case);
         let mut numbers = match Draft::short(case) {
             Some(draft) => numbers::of_short_form(&draft, None),
-            None => reader::read(&text, &[]).map_or_else(|_| Vec::new(), |read| numbers::written(&read)),
+            None => super::read(&text, &[]).map_or_else(|_| Vec::new(), |read| numbers::written(&read)),
         };
         numbers.iter_mut().for_each(|number| number.half_last_digit = None);
         WrittenCase {

@@ -11,7 +11,7 @@ use crate::analysis::onset::Onset;
 use crate::analysis::sensitivity::{
     Affected, CaseSensitivities, Outcome, Sensitivities, Sensitivity, columns as columns_of,
 };
-use crate::case::{CaseNumber, CaseRef, Words};
+use crate::case::{Case, CaseNumber, Words};
 use crate::oracle::{OracleEvent, OracleSolution};
 use crate::provenance::extension;
 use crate::results::schema::extended_tables;
@@ -24,7 +24,7 @@ const MOST_ROWS: usize = 24;
 /// Everything that is reported.
 pub(super) struct Report<'a> {
     pub source: String,
-    pub case: CaseRef<'a>,
+    pub case: &'a Case,
     pub certified: &'a Certified,
     pub file: String,
     /// The figure, if one was drawn.
@@ -465,7 +465,7 @@ fn uncertainty_by(certificate: &Certificate) -> &'static str {
 }
 
 /// For the file.
-pub(super) fn tables(case: CaseRef, certified: &Certified) -> CertificateTables {
+pub(super) fn tables(case: &Case, certified: &Certified) -> CertificateTables {
     let c = &certified.certificate;
     let missing = |x: Option<f64>| x.unwrap_or(f64::NAN);
     let finite = |x: f64| if x.is_finite() { x } else { f64::NAN };
@@ -553,7 +553,7 @@ pub(super) fn tables(case: CaseRef, certified: &Certified) -> CertificateTables 
 }
 
 /// What a run of the case comes to, where it did not.
-fn expected(case: CaseRef) -> Affected {
+fn expected(case: &Case) -> Affected {
     match case.stops() {
         true => Affected::FinalStick,
         false => Affected::LastEvent,

@@ -1,10 +1,9 @@
 //! The parameters as exact rationals: decimals as written, units by their exact factors.
 
-use crate::friction::FrictionLaw;
 use num_rational::BigRational;
 use num_traits::ToPrimitive;
 
-/// A friction law, as [`FrictionLaw`]: its name, and its parameters by their keys in a case.
+/// A friction law, as [`FrictionLaw`](crate::friction::FrictionLaw): its name, and its parameters by their keys in a case.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ExactLaw {
     /// The word of `friction.law`.
@@ -34,21 +33,6 @@ impl ExactLaw {
     pub fn word(&self, key: &str) -> &'static str {
         let found = self.words.iter().find(|word| word.0 == key);
         found.map_or("", |word| word.1)
-    }
-
-    /// With the nearest doubles.
-    pub fn rounded(&self) -> FrictionLaw {
-        let mut law = FrictionLaw::unset(self.name).expect("an exact law is one of those that there are");
-        for (key, value) in &self.numbers {
-            law.set_number(key, nearest_double(value));
-        }
-        for (key, word) in &self.words {
-            law.set_word(key, word);
-        }
-        for (key, values) in &self.lists {
-            law.set_list(key, values.iter().map(nearest_double).collect());
-        }
-        law
     }
 }
 

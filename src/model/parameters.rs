@@ -92,11 +92,11 @@ pub struct Initial {
 
 /// A jump of the relative velocity, half on each surface.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Kick<T = f64> {
+pub struct Kick {
     /// When.
-    pub time: KickTime<T>,
+    pub time: KickTime,
     /// delta, rad/s: phi2_dot += delta/2, phi1_dot -= delta/2.
-    pub relative_velocity: T,
+    pub relative_velocity: f64,
 }
 
 /// When a kick is given.
@@ -114,14 +114,6 @@ impl<T> KickTime<T> {
         match self {
             KickTime::At(time) => Some(time),
             KickTime::Instability => None,
-        }
-    }
-
-    /// The same time in other numbers.
-    pub fn map<U>(&self, number: impl FnOnce(&T) -> U) -> KickTime<U> {
-        match self {
-            KickTime::At(time) => KickTime::At(number(time)),
-            KickTime::Instability => KickTime::Instability,
         }
     }
 }

@@ -5,7 +5,7 @@ use super::error::PlotError;
 use super::figure::Axis;
 use super::labels;
 use super::sides::Sides;
-use crate::case::{AnyCase, CaseRef, CaseSource};
+use crate::case::{Case, CaseSource};
 use crate::model::Mode;
 use crate::model::trains::{Pressing, Trains};
 use crate::provenance;
@@ -80,7 +80,7 @@ pub struct Run {
     /// Each stick that ends, with the slip after it.
     pub cycles: Vec<Cycle>,
     /// The case kept in the file.
-    pub case: AnyCase,
+    pub case: Case,
     /// The system that it describes.
     pub system: Trains,
     /// Its equations and signals.
@@ -137,9 +137,9 @@ impl Run {
         let first = |row: usize| file.column("time", row..row + 1).map(|v| v[0]);
         let times = (first(0)?, first(rows - 1)?);
         let events = file.events()?;
-        let case = AnyCase::read(&CaseSource::result(path, file.resolved()?), &[])?;
+        let case = Case::read(&CaseSource::result(path, file.resolved()?), &[])?;
         let system = case.system.clone();
-        let course = Course::new(&system, CaseRef::from(&case).threshold(), case.solver());
+        let course = Course::new(&system, case.threshold(), case.solver());
         let [trajectory, ..] = schema::extended_tables(&provenance::extension(&case));
         let pairs = events.iter().map(|event| (event.time, event.kind));
         let (stick_slip, cycles) = CycleStatistics::of_events(pairs);
@@ -264,7 +264,7 @@ impl Run {
     /// If there is no such variable; the text lists those there are.
     pub fn axis(&self, channel: &str) -> Result<Axis, PlotError> {
         let variable = self.variables.iter().find(|variable| variable.name == channel);
-        let motion = CaseRef::from(&self.case).motion();
+        let motion = self.case.motion();
         let one_shaft = self.is_short();
         let axis = variable.map(|variable| labels::of_variable(variable, motion, one_shaft));
         axis.ok_or_else(|| {

@@ -25,8 +25,6 @@ pub use pieces::{Piece, Pieces};
 pub use ramp::Ramp;
 pub use table::Table;
 
-use std::convert::Infallible;
-
 /// What a profile knows of itself.
 pub trait Profile {
     /// Its name in a case.
@@ -107,13 +105,6 @@ profiles! {
 }
 
 impl<T> Signal<T> {
-    /// The same with each number replaced.
-    pub fn map<U>(&self, number: impl Fn(&T) -> U) -> Signal<U> {
-        match self.try_map(|_, _, value| Ok::<U, Infallible>(number(value))) {
-            Ok(signal) => signal,
-        }
-    }
-
     /// Its numbers if it is a ramp: for data that know no other profile.
     pub(crate) fn as_ramp(&self) -> Option<&Ramp<T>> {
         match self {

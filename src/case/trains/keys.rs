@@ -1,54 +1,13 @@
-//! The keys that only a case of trains has, and those of the brake's schema that it shares.
+//! The keys that only the general form has, and those of the schema that it shares.
 
-use crate::case::Motion;
 use crate::case::quantity::Dimension;
-use crate::case::schema::{self, Domain};
+use crate::case::schema::{self, Domain, Key, Kind, Presence, key};
 use crate::friction::FrictionLaw;
 
-/// One key of a case of trains.
-#[derive(Debug)]
-pub struct TrainKey {
-    /// Dotted path; `[]` marks the elements of an array of tables.
-    pub path: &'static str,
-    /// One line, beginning with the symbol where there is one.
-    pub description: &'static str,
-    /// What it takes.
-    pub kind: TrainKind,
-    /// What happens if it is left out, in words; `None` if it is required.
-    pub default: Option<&'static str>,
-}
-
-/// What a key of trains takes. Dimensions are those of rotation; [`Motion::dimension`] has those of translation.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub enum TrainKind {
-    /// One of these words.
-    Choice(&'static [&'static str]),
-    /// A list of numbers, or one number for a list of one.
-    List(Dimension),
-    /// A number.
-    Number(Dimension),
-    /// A signal.
-    Signal(Dimension),
-    /// The place of an inertia, from 0 at the surface.
-    Index,
-}
-
-const fn key(
-    path: &'static str,
-    description: &'static str,
-    kind: TrainKind,
-    default: Option<&'static str>,
-) -> TrainKey {
-    TrainKey {
-        path,
-        description,
-        kind,
-        default,
-    }
-}
-
 use Dimension as D;
-use TrainKind::{Choice, Index, List, Number, Signal};
+use Domain::{Any, NotNegative, Positive};
+use Kind::{Index, List, Plain, Signal, Word};
+use Presence::{Default, Required};
 
 /// The words of `end`.
 pub(super) const ENDS: &[&str] = &["free", "fixed", "driven"];
@@ -74,159 +33,164 @@ pub(super) const OF_BRISTLES: &[(&str, bool)] = &[
     ("threshold", false),
 ];
 
-/// Every key that only trains have.
-pub(in crate::case) const KEYS: &[TrainKey] = &[
+/// Every key that only the general form has.
+pub(in crate::case) const KEYS: &[Key] = &[
     key(
         "motion",
         "what the coordinates are: angles or positions",
-        Choice(&["rotation", "translation"]),
-        Some("\"rotation\""),
+        Default("\"rotation\""),
+        Word(&["rotation", "translation"]),
     ),
     key(
         "rotor.inertia",
         "moments of inertia from the contact outwards, the surface first; none if the surface is itself the far end",
-        List(D::Inertia),
-        Some("[]"),
+        Default("[]"),
+        List(D::Inertia, Positive),
     ),
     key(
         "rotor.stiffness",
         "stiffness of the shafts between the inertias, and of one more to an end that is fixed or driven",
-        List(D::TorsionalStiffness),
-        Some("[] where there is no shaft"),
+        Default("[] where there is no shaft"),
+        List(D::TorsionalStiffness, Positive),
     ),
     key(
         "rotor.damping",
         "damping of the same shafts",
-        List(D::TorsionalDamping),
-        Some("0"),
+        Default("0"),
+        List(D::TorsionalDamping, NotNegative),
     ),
     key(
         "rotor.viscous",
         "damping of each inertia to the ground",
-        List(D::TorsionalDamping),
-        Some("0"),
+        Default("0"),
+        List(D::TorsionalDamping, NotNegative),
     ),
-    key("rotor.end", "what holds the far end", Choice(ENDS), None),
+    key("rotor.end", "what holds the far end", Required, Word(ENDS)),
     key(
         "rotor.speed",
         "speed of a driven end",
+        Default("none: required of a driven end"),
         Signal(D::AngularVelocity),
-        Some("none: required of a driven end"),
     ),
-    key("rotor.torque", "external torque", Signal(D::Torque), Some("none")),
+    key("rotor.torque", "external torque", Default("none"), Signal(D::Torque)),
     key(
         "rotor.torque_on",
         "which inertia the torque acts on; 0 is the surface",
+        Default("the outermost"),
         Index,
-        Some("the outermost"),
     ),
-    key("stator.inertia", "as of the rotor", List(D::Inertia), Some("[]")),
+    key(
+        "stator.inertia",
+        "as of the rotor",
+        Default("[]"),
+        List(D::Inertia, Positive),
+    ),
     key(
         "stator.stiffness",
         "as of the rotor",
-        List(D::TorsionalStiffness),
-        Some("[] where there is no shaft"),
+        Default("[] where there is no shaft"),
+        List(D::TorsionalStiffness, Positive),
     ),
     key(
         "stator.damping",
         "as of the rotor",
-        List(D::TorsionalDamping),
-        Some("0"),
+        Default("0"),
+        List(D::TorsionalDamping, NotNegative),
     ),
     key(
         "stator.viscous",
         "as of the rotor",
-        List(D::TorsionalDamping),
-        Some("0"),
+        Default("0"),
+        List(D::TorsionalDamping, NotNegative),
     ),
-    key("stator.end", "what holds the far end", Choice(ENDS), None),
+    key("stator.end", "what holds the far end", Required, Word(ENDS)),
     key(
         "stator.speed",
         "speed of a driven end",
+        Default("none: required of a driven end"),
         Signal(D::AngularVelocity),
-        Some("none: required of a driven end"),
     ),
-    key("stator.torque", "external torque", Signal(D::Torque), Some("none")),
+    key("stator.torque", "external torque", Default("none"), Signal(D::Torque)),
     key(
         "stator.torque_on",
         "which inertia the torque acts on; 0 is the surface",
+        Default("the outermost"),
         Index,
-        Some("the outermost"),
     ),
     key(
         "contact.normal_force",
         "F_n, where no [axial] and [actuation] give it",
+        Default("none: [axial] and [actuation]"),
         Signal(D::Force),
-        Some("none: [axial] and [actuation]"),
     ),
     key(
         "friction.regularisation.function",
         "smooth function of omega_r over eps in the place of its sign: no stick",
-        Choice(SMOOTHINGS),
-        Some("none: stick and slip"),
+        Default("none: stick and slip"),
+        Word(SMOOTHINGS),
     ),
     key(
         "friction.regularisation.speed",
         "eps, speed of the smooth function",
-        Number(D::AngularVelocity),
-        Some("none: required of a regularisation"),
+        Default("none: required of a regularisation"),
+        Plain(D::AngularVelocity, Positive),
     ),
     key(
         "friction.bristle_stiffness",
         "sigma_0, stiffness of bristles over the normal force",
-        Number(D::InverseAngle),
-        Some("none: required with law \"lugre\""),
+        Default("none: required with law \"lugre\""),
+        Plain(D::InverseAngle, Positive),
     ),
     key(
         "friction.bristle_damping",
         "sigma_1, damping of bristles over the normal force",
-        Number(D::FrictionDecay),
-        Some("0"),
+        Default("0"),
+        Plain(D::FrictionDecay, NotNegative),
     ),
     key(
         "friction.threshold",
         "|omega_r| below which statistics count a stick, of a contact without one",
-        Number(D::AngularVelocity),
-        Some("10 regularisation.speed, or scale / 10 with law \"lugre\""),
+        Default("10 regularisation.speed, or scale / 10 with law \"lugre\""),
+        Plain(D::AngularVelocity, Positive),
     ),
     key(
         "initial.rotor_twist",
         "twist of each shaft of the rotor, outer less inner angle",
-        List(D::Angle),
-        Some("0"),
+        Default("0"),
+        List(D::Angle, Any),
     ),
     key(
         "initial.rotor_speed",
         "speed of each inertia of the rotor",
-        List(D::AngularVelocity),
-        Some("0, or that of a driven end"),
+        Default("0, or that of a driven end"),
+        List(D::AngularVelocity, Any),
     ),
     key(
         "initial.stator_twist",
         "twist of each shaft of the stator, inner less outer angle",
-        List(D::Angle),
-        Some("0"),
+        Default("0"),
+        List(D::Angle, Any),
     ),
     key(
         "initial.stator_speed",
         "speed of each inertia of the stator",
-        List(D::AngularVelocity),
-        Some("0, or that of a driven end"),
+        Default("0, or that of a driven end"),
+        List(D::AngularVelocity, Any),
     ),
     key(
         "perturbation[].on",
         "which surface takes the kick; both share it so that momentum is kept",
-        Choice(SIDES),
-        Some("\"both\""),
+        Default("\"both\""),
+        Word(SIDES),
     ),
 ];
 
-/// Whether a key of the brake's schema is one of trains as well.
+/// Whether a key of the schema is one of the general form as well.
 pub(super) fn is_shared(path: &str) -> bool {
     !path.starts_with("torsion.")
 }
 
-/// The paths of all keys of a case of trains.
+/// The paths of all keys of the general form.
 pub(in crate::case) fn known() -> Vec<&'static str> {
     let shared = schema::keys().iter().map(|key| key.path).filter(|path| is_shared(path));
     let own = KEYS.iter().map(|key| key.path);
@@ -247,15 +211,31 @@ pub(in crate::case) fn known() -> Vec<&'static str> {
 }
 
 /// The key at a path of `KEYS`.
-pub(in crate::case) fn find(path: &str) -> &'static TrainKey {
+pub(in crate::case) fn find(path: &str) -> &'static Key {
     KEYS.iter()
         .find(|key| key.path == path)
-        .unwrap_or_else(|| unreachable!("{path} is a key of trains"))
+        .unwrap_or_else(|| unreachable!("{path} is a key of the general form"))
+}
+
+/// What the numbers of a key measure in rotation, and their limits.
+pub(in crate::case) fn measure(path: &str) -> (Dimension, Domain) {
+    match KEYS
+        .iter()
+        .chain(schema::keys())
+        .find(|key| key.path == path)
+        .map(|key| &key.kind)
+    {
+        Some(Plain(dimension, domain) | List(dimension, domain) | Kind::Number(dimension, domain, _)) => {
+            (*dimension, *domain)
+        }
+        Some(Signal(dimension)) => (*dimension, Any),
+        _ => unreachable!("{path} takes numbers"),
+    }
 }
 
 /// Whether the key at a path takes a list, of which a case may give one element.
 pub(in crate::case) fn is_list(path: &str) -> bool {
-    KEYS.iter().any(|key| key.path == path && matches!(key.kind, List(_)))
+    KEYS.iter().any(|key| key.path == path && matches!(key.kind, List(..)))
 }
 
 /// Which elements a list has, for messages.
@@ -268,32 +248,7 @@ pub(in crate::case) fn elements(list: &str, count: usize) -> String {
     }
 }
 
-/// The limits of the numbers of a key of `KEYS`, but for those of a signal.
-pub(super) fn domain_of(path: &str) -> Domain {
-    match path.rsplit('.').next().unwrap_or(path) {
-        "inertia" | "stiffness" | "bristle_stiffness" | "threshold" => Domain::Positive,
-        "damping" | "viscous" | "bristle_damping" => Domain::NotNegative,
-        "speed" if path.starts_with("friction.") => Domain::Positive,
-        _ => Domain::Any,
-    }
-}
-
 /// The words of `friction.law`.
-pub(super) fn laws() -> Vec<&'static str> {
+pub(in crate::case) fn laws() -> Vec<&'static str> {
     FrictionLaw::NAMES.iter().copied().chain([LUGRE]).collect()
-}
-
-/// How a number is written, as the end of a message.
-pub(super) fn written(name: &str, kind: TrainKind, motion: Motion) -> String {
-    let of = |dimension: Dimension| motion.dimension(dimension);
-    match kind {
-        Choice(words) => format!("; write {name} = \"{}\"", words.join("\" or \"")),
-        List(dimension) => format!("; write {name} = [...], numbers in {}", of(dimension).unit()),
-        Number(dimension) | Signal(dimension) => format!(
-            "; write {name} = a number in {} or \"{}\"",
-            of(dimension).unit(),
-            of(dimension).example()
-        ),
-        Index => String::new(),
-    }
 }

@@ -10,12 +10,12 @@ mod reader;
 pub(super) mod resolved;
 pub(super) mod signals;
 
-pub use keys::{TrainKey, TrainKind};
+use super::schema::Key;
 
 pub(super) use places::{close_in_signal, is_signal, misplaced, slot};
 pub(super) use reader::read;
 
 /// Every key that only the general form has. Its others are those of [`super::schema::keys`], but for `[torsion]`.
-pub fn train_keys() -> &'static [TrainKey] {
+pub fn train_keys() -> &'static [Key] {
     keys::KEYS
 }

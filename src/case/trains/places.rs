@@ -1,16 +1,16 @@
-//! Single values of a case of trains by their paths: what varies in a study.
+//! Single values of the general form by their paths: what varies in a study.
 
-use super::keys::{self, KEYS, PROFILES, TrainKind};
+use super::keys::{self, KEYS, PROFILES};
 use super::signals::{self, dimension_of, keys_of};
 use crate::case::document::{Node, Value};
 use crate::case::quantity::Dimension;
-use crate::case::schema::{self, Domain, Kind};
+use crate::case::schema::{self, Domain, Key, Kind};
 use crate::case::setting::{Slot, Takes};
 use crate::case::{Motion, key_of, suggest};
 use crate::signal::SIGNALS;
 
-/// The key of trains that a path leads to or into, and what is left of the path.
-fn key_at(path: &str) -> Option<(&'static keys::TrainKey, &str)> {
+/// The key of the general form that a path leads to or into, and what is left of the path.
+fn key_at(path: &str) -> Option<(&'static Key, &str)> {
     KEYS.iter().find_map(|key| {
         if let Some((array, name)) = key.path.split_once("[].") {
             let (index, rest) = path.strip_prefix(array)?.strip_prefix('.')?.split_once('.')?;
@@ -23,26 +23,18 @@ fn key_at(path: &str) -> Option<(&'static keys::TrainKey, &str)> {
     })
 }
 
-/// What a path takes in a case of trains; `None` if there is no such key.
+/// What a path takes in the general form; `None` if there is no such key.
 pub(in crate::case) fn slot(path: &str, motion: Motion) -> Option<Slot> {
     let Some((key, rest)) = key_at(path) else {
         return shared(path, motion);
     };
     let takes = match key.kind {
-        TrainKind::Choice(_) if !rest.is_empty() => return None,
-        TrainKind::Choice(_) => Takes::Words(words_of(key.path)),
-        TrainKind::Index if rest.is_empty() => Takes::Index,
-        TrainKind::Number(dimension) if rest.is_empty() => {
-            Takes::Number(motion.dimension(dimension), keys::domain_of(key.path))
-        }
-        TrainKind::List(dimension) if rest.is_empty() || rest.parse::<usize>().is_ok() => {
-            Takes::Number(motion.dimension(dimension), keys::domain_of(key.path))
-        }
-        TrainKind::Signal(dimension) if rest.is_empty() => Takes::Number(motion.dimension(dimension), Domain::Any),
-        TrainKind::Signal(dimension) => of_signal(rest, dimension, motion)?,
-        TrainKind::Index | TrainKind::Number(_) | TrainKind::List(_) => return None,
+        _ if rest.is_empty() => Takes::Key(key, motion),
+        Kind::List(..) if rest.parse::<usize>().is_ok() => Takes::Key(key, motion),
+        Kind::Signal(dimension) => of_signal(rest, dimension, motion)?,
+        _ => return None,
     };
-    // Both trains have the same keys; what they mean is said of the rotor's.
+    // Both chains have the same keys; what they mean is said of the rotor's.
     let about = match key.path.strip_prefix("stator.") {
         Some(name) => keys::find(&format!("rotor.{name}")),
         None => key,
@@ -51,24 +43,6 @@ pub(in crate::case) fn slot(path: &str, motion: Motion) -> Option<Slot> {
         description: about.description,
         takes,
     })
-}
-
-/// The words of a key of choices, as a function that a slot can hold.
-fn words_of(path: &'static str) -> fn() -> Vec<&'static str> {
-    macro_rules! words {
-        ($path:literal) => {
-            || match keys::find($path).kind {
-                TrainKind::Choice(words) => words.to_vec(),
-                _ => Vec::new(),
-            }
-        };
-    }
-    match path {
-        "motion" => words!("motion"),
-        "rotor.end" | "stator.end" => words!("rotor.end"),
-        "friction.regularisation.function" => words!("friction.regularisation.function"),
-        _ => words!("perturbation[].on"),
-    }
 }
 
 /// A value inside a signal, at the rest of its path.
@@ -85,7 +59,7 @@ fn of_signal(path: &str, dimension: Dimension, motion: Motion) -> Option<Takes> 
     }
     let rest: Vec<&str> = parts.collect();
     if name == "profile" && rest.is_empty() {
-        return Some(Takes::Words(|| PROFILES.to_vec()));
+        return Some(Takes::Words(PROFILES));
     }
     let known = PROFILES.iter().any(|profile| keys_of(profile).contains(&name));
     let in_list = matches!(name, "time" | "value") && rest.len() == 1 && rest[0].parse::<usize>().is_ok();
@@ -93,17 +67,13 @@ fn of_signal(path: &str, dimension: Dimension, motion: Motion) -> Option<Takes> 
         .then(|| Takes::Number(dimension_of(name, dimension, motion), signals::domain_of(name)))
 }
 
-/// A key that brakes have as well.
+/// A key that the short form has as well.
 fn shared(path: &str, motion: Motion) -> Option<Slot> {
     let key = key_of(path).filter(|key| keys::is_shared(key.path))?;
     let takes = match key.kind {
-        _ if key.path == schema::FRICTION_LAW => Takes::Words(keys::laws),
-        Kind::Number(dimension, domain, _) | Kind::Source(dimension, domain) => {
-            Takes::Number(motion.dimension(dimension), domain)
-        }
-        Kind::Series(dimension, _) => Takes::Number(motion.dimension(dimension), Domain::Any),
+        _ if key.path == schema::FRICTION_LAW => Takes::Laws,
         Kind::Moment(_) => Takes::Number(Dimension::Time, Domain::NotNegative),
-        _ => Takes::Key(key),
+        _ => Takes::Key(key, motion),
     };
     Some(Slot {
         description: key.description,
@@ -115,8 +85,8 @@ fn shared(path: &str, motion: Motion) -> Option<Slot> {
 pub(in crate::case) fn misplaced(root: &Node, path: &str) -> Option<String> {
     let (key, rest) = key_at(path)?;
     match key.kind {
-        TrainKind::List(_) => in_list(root, key.path, rest),
-        TrainKind::Signal(_) => in_signal(root, key.path, rest),
+        Kind::List(..) => in_list(root, key.path, rest),
+        Kind::Signal(_) => in_signal(root, key.path, rest),
         _ => None,
     }
 }
@@ -191,7 +161,7 @@ pub(in crate::case) fn close_in_signal(path: &str) -> Option<String> {
     let (key, _) = key_at(path)?;
     let (before, last) = path.rsplit_once('.')?;
     let known = PROFILES.iter().flat_map(|profile| keys_of(profile).iter().copied());
-    let close = suggest(last, known).filter(|_| matches!(key.kind, TrainKind::Signal(_)))?;
+    let close = suggest(last, known).filter(|_| matches!(key.kind, Kind::Signal(_)))?;
     Some(format!("{before}.{close}"))
 }
 
@@ -199,7 +169,7 @@ pub(in crate::case) fn close_in_signal(path: &str) -> Option<String> {
 pub(in crate::case) fn is_signal(path: &str) -> bool {
     key_at(path).is_some_and(|(key, rest)| {
         let mut parts = rest.split('.').filter(|part| !part.is_empty());
-        matches!(key.kind, TrainKind::Signal(_))
+        matches!(key.kind, Kind::Signal(_))
             && std::iter::from_fn(|| parts.next()).all(|part| part == SIGNALS || part.parse::<usize>().is_ok())
     })
 }

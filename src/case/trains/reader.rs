@@ -1,11 +1,11 @@
 //! From the tree of values to a valid case of trains, with every problem on the way.
 
 use super::conditions;
-use super::keys::{self, ENDS, LUGRE, OF_BRISTLES, SIDES, SMOOTHINGS, TrainKind};
+use super::keys::{self, ENDS, LUGRE, OF_BRISTLES, SIDES, SMOOTHINGS};
 use crate::case::document::{Node, Value};
 use crate::case::draft::Draft;
 use crate::case::quantity::{self, Dimension};
-use crate::case::reader::{Read, Reader};
+use crate::case::reader::{Read, Reader, missing};
 use crate::case::schema::{self, Domain};
 use crate::case::value::{choice, number};
 use crate::case::words::named_motion;
@@ -139,8 +139,8 @@ impl TrainReader<'_> {
     }
 
     /// A number at a path of the tree.
-    fn number(&mut self, path: &str, dimension: Dimension) -> Given<f64> {
-        let domain = keys::domain_of(path);
+    fn number(&mut self, path: &str) -> Given<f64> {
+        let (dimension, domain) = keys::measure(path);
         let Some(node) = self.reader.root.at(path).cloned() else {
             return Given::Absent;
         };
@@ -173,10 +173,7 @@ impl TrainReader<'_> {
 
     /// A list of numbers, or a number for a list of one.
     fn list(&mut self, path: &str) -> Given<Vec<f64>> {
-        let TrainKind::List(dimension) = keys::find(path).kind else {
-            unreachable!("{path} is a list");
-        };
-        let domain = keys::domain_of(path);
+        let (dimension, domain) = keys::measure(path);
         let dimension = self.motion.dimension(dimension);
         let numbers = match self.reader.root.at(path).map(|node| node.value.clone()) {
             None => return Given::Absent,
@@ -277,20 +274,15 @@ impl TrainReader<'_> {
             Some(_) => return None,
         }
         let end_path = path("end");
-        let end = match self.reader.root.at(&end_path).cloned() {
-            None => {
+        let end = match self.word(&end_path, ENDS) {
+            Given::Value(end) => Some(end),
+            Given::Wrong => None,
+            Given::Absent => {
                 let message = "missing: what holds the far end; write end = \"free\", \"fixed\" (to the ground) or \"driven\" (at \
                                a speed)";
                 self.report(&end_path, message);
                 None
             }
-            Some(node) => match choice(&node.value, ENDS) {
-                Ok(end) => Some(end),
-                Err(message) => {
-                    self.report(&end_path, message);
-                    None
-                }
-            },
         };
         let speed = self.optional_signal(&path("speed"));
         let torque = self.optional_signal(&path("torque"));
@@ -367,9 +359,7 @@ impl TrainReader<'_> {
     }
 
     fn optional_signal(&mut self, path: &str) -> Given<Drive> {
-        let TrainKind::Signal(dimension) = keys::find(path).kind else {
-            unreachable!("{path} is a signal");
-        };
+        let (dimension, _) = keys::measure(path);
         match self.has(path) {
             false => Given::Absent,
             true => self.signal(path, dimension).map_or(Given::Wrong, Given::Value),
@@ -479,11 +469,10 @@ impl TrainReader<'_> {
 
     /// With law "lugre": its bristles. The tree is left with the law g in its place.
     fn bristles(&mut self) -> Option<Bristles> {
-        let node = self.reader.root.at(schema::FRICTION_LAW)?.clone();
-        let chosen = match choice(&node.value, &keys::laws()) {
-            Ok(chosen) => chosen,
-            Err(message) => {
-                self.report(schema::FRICTION_LAW, message);
+        let chosen = match self.word(schema::FRICTION_LAW, &keys::laws()) {
+            Given::Value(chosen) => chosen,
+            Given::Absent => return None,
+            Given::Wrong => {
                 // The reader of the law knows the memoryless ones only, and would say less.
                 take(&mut self.reader.root, "friction");
                 return None;
@@ -503,22 +492,14 @@ impl TrainReader<'_> {
             }
             return None;
         }
-        let stiffness = self.number("friction.bristle_stiffness", Dimension::InverseAngle);
+        let stiffness = self.number("friction.bristle_stiffness");
         if stiffness.is_absent() {
-            let key = keys::find("friction.bristle_stiffness");
-            let message = format!(
-                "missing: {}{}",
-                key.description,
-                keys::written("bristle_stiffness", key.kind, self.motion)
-            );
-            self.report(key.path, message);
+            self.missing("friction.bristle_stiffness");
         }
         let bristles = Bristles {
             stiffness: stiffness.or(f64::NAN),
-            damping: self
-                .number("friction.bristle_damping", Dimension::FrictionDecay)
-                .or(0.0),
-            viscous: self.number("friction.viscous", Dimension::FrictionDecay).or(0.0),
+            damping: self.number("friction.bristle_damping").or(0.0),
+            viscous: self.number("friction.viscous").or(0.0),
         };
         if self.has("friction.regularisation") {
             let message = "a contact with bristles is smooth already: remove regularisation, or change friction.law";
@@ -554,24 +535,16 @@ impl TrainReader<'_> {
             return None;
         }
         let [function_path, speed_path] = ["function", "speed"].map(|name| format!("{path}.{name}"));
-        let function = match self
-            .reader
-            .root
-            .at(&function_path)
-            .map(|node| choice(&node.value, SMOOTHINGS))
-        {
-            Some(Ok("tanh")) => Some(Smoothing::Tanh),
-            Some(Ok(_)) => Some(Smoothing::Arctan),
-            Some(Err(message)) => {
-                self.report(&function_path, message);
-                None
-            }
-            None => {
+        let function = match self.word(&function_path, SMOOTHINGS) {
+            Given::Value("tanh") => Some(Smoothing::Tanh),
+            Given::Value(_) => Some(Smoothing::Arctan),
+            Given::Wrong => None,
+            Given::Absent => {
                 self.missing(&function_path);
                 None
             }
         };
-        let speed = self.number(&speed_path, Dimension::AngularVelocity);
+        let speed = self.number(&speed_path);
         if speed.is_absent() {
             self.missing(&speed_path);
         }
@@ -582,14 +555,20 @@ impl TrainReader<'_> {
     }
 
     fn missing(&mut self, path: &str) {
-        let key = keys::find(path);
-        let name = path.rsplit('.').next().unwrap_or(path);
-        let message = format!(
-            "missing: {}{}",
-            key.description,
-            keys::written(name, key.kind, self.motion)
-        );
+        let message = missing(keys::find(path), self.motion);
         self.report(path, message);
+    }
+
+    /// The word of a key that takes one of several.
+    fn word(&mut self, path: &str, words: &[&'static str]) -> Given<&'static str> {
+        match self.reader.root.at(path).map(|node| choice(&node.value, words)) {
+            None => Given::Absent,
+            Some(Ok(word)) => Given::Value(word),
+            Some(Err(message)) => {
+                self.report(path, message);
+                Given::Wrong
+            }
+        }
     }
 
     fn friction(&mut self, draft: &mut Draft, contact: &ContactLaw) {
@@ -623,21 +602,17 @@ impl TrainReader<'_> {
             ContactLaw::Regularised(regularisation) => 10.0 * regularisation.speed,
             ContactLaw::Bristles(_) => draft.parameters.friction.law.number("scale").unwrap_or(f64::NAN) / 10.0,
         };
-        Some(self.number(path, Dimension::AngularVelocity).or(default))
+        Some(self.number(path).or(default))
     }
 
     fn kicks(&mut self, draft: &Draft) -> Vec<Kick> {
         let mut kicks = Vec::new();
         for (index, kick) in draft.parameters.perturbations.iter().enumerate() {
             let path = format!("perturbation.{index}.on");
-            let on = match self.reader.root.at(&path).map(|node| choice(&node.value, SIDES)) {
-                None | Some(Ok("both")) => KickSide::Both,
-                Some(Ok("rotor")) => KickSide::Rotor,
-                Some(Ok(_)) => KickSide::Stator,
-                Some(Err(message)) => {
-                    self.report(&path, message);
-                    KickSide::Both
-                }
+            let on = match self.word(&path, SIDES) {
+                Given::Value("rotor") => KickSide::Rotor,
+                Given::Value("stator") => KickSide::Stator,
+                _ => KickSide::Both,
             };
             kicks.push(Kick {
                 time: kick.time,
@@ -665,7 +640,7 @@ impl TrainReader<'_> {
         };
         let (rotor_twist, mut rotor_speed) = speeds("rotor", rotor);
         let (stator_twist, stator_speed) = speeds("stator", stator);
-        let speed = self.number("initial.speed", Dimension::AngularVelocity);
+        let speed = self.number("initial.speed");
         if !speed.is_absent() {
             if !matches!(rotor.end, End::Free) {
                 let message = "is that of every inertia of a rotor with a free end, which this one has not: remove it, or give \

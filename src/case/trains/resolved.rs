@@ -4,11 +4,11 @@ use std::fmt::Write;
 
 use toml_edit::Value;
 
-use super::keys::{self, LUGRE, TrainKind};
+use super::keys::{self, LUGRE};
 use crate::case::draft::Draft;
 use crate::case::quantity::Dimension;
 use crate::case::resolved::{self, Only};
-use crate::case::schema;
+use crate::case::schema::{self, Kind};
 use crate::case::{Case, Motion};
 use crate::model::trains::{ContactLaw, End, KickSide, Pressing, Smoothing, Train};
 use crate::signal::{Drive, Frequency, SIGNALS, Shape, Signal, Table};
@@ -88,11 +88,9 @@ impl Text {
     fn line(&mut self, path: &str, value: &str) {
         let key = keys::find(path);
         let name = path.rsplit('.').next().unwrap_or(path);
-        let unit = match key.kind {
-            TrainKind::List(dimension) | TrainKind::Number(dimension) | TrainKind::Signal(dimension) => {
-                format!(" [{}]", self.motion.dimension(dimension).unit())
-            }
-            TrainKind::Choice(_) | TrainKind::Index => String::new(),
+        let unit = match (&key.kind, key.dimension()) {
+            (Kind::Index, _) | (_, None) => String::new(),
+            (_, Some(dimension)) => format!(" [{}]", self.motion.dimension(dimension).unit()),
         };
         self.plain(name, value, &format!("{}{unit}", key.description));
     }
