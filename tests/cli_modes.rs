@@ -23,7 +23,7 @@ fn cli_modes_says_the_same_in_table_and_json() {
         assert!(table.contains(&words), "{words} in {table}");
     }
     let states = document["states"].as_array().unwrap();
-    assert_eq!(states.len(), 5);
+    assert_eq!(states.len(), 6);
     assert_eq!(folder.names(), [""; 0]);
     // The table fits a terminal.
     assert!(table.lines().skip(1).all(|line| line.chars().count() <= 80), "{table}");

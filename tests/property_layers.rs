@@ -306,13 +306,12 @@ fn property_no_members_of_a_folder_know_each_other_in_a_circle() {
     assert_eq!(found, CIRCLES, "{circles:#?}");
 }
 
-/// What one room alone knows, and the rooms that may name it: the places of the state's components, which friction
+/// What one room alone knows, and the rooms that may name it: which friction
 /// law it is, and which profile a signal is.
 #[test]
 fn property_what_stays_in_a_room_is_named_nowhere_else() {
     let (laws, profiles): (&[&str], &[&str]) = (&["friction", "case", "oracle"], &["signal", "case", "oracle"]);
-    let rooms: [(&str, &[&str]); 16] = [
-        ("state::index", &["model"]),
+    let rooms: [(&str, &[&str]); 15] = [
         ("FrictionLaw::Coulomb", laws),
         ("FrictionLaw::Exponential", laws),
         ("FrictionLaw::Hyperbolic", laws),

@@ -80,6 +80,8 @@ pub(crate) struct Slowing {
     /// The force.
     pub excitation: Excitation,
     braking: Braking,
+    /// The least angular frequency of an inertia on its shaft, rad/s.
+    slowest_swing: f64,
 }
 
 impl Slowing {
@@ -87,7 +89,13 @@ impl Slowing {
     pub fn new(trains: &Trains) -> Option<Slowing> {
         let system = TrainSystem::new(trains);
         twice_resistance(trains).filter(|_| has_slow_manifold(&system))?;
+        let own = |side: &Side| {
+            (0..side.shafts())
+                .map(|i| side.own_frequency(i))
+                .fold(f64::INFINITY, f64::min)
+        };
         Some(Slowing {
+            slowest_swing: own(&system.rotor).min(own(&system.stator)),
             braking: Braking::new(&system)?,
             excitation: Excitation::new(trains),
             system,
@@ -344,11 +352,13 @@ impl SmoothSliding<'_> {
     }
 
     /// How fast steady sliding changes against how fast the twists follow it
-    /// ([`crate::model::trains::stability::QuietStretch::time_scale_ratio`]).
+    /// ([`crate::model::trains::stability::QuietStretch::time_scale_ratio`]). Where it changes within less than a swing, each round of
+    /// the slow manifold's series is larger than the one before by the square of their ratio; a point of the path has two more rounds.
     fn time_scale_ratio(&self, t: f64, x: f64) -> f64 {
         let system = &self.of.system;
         let slope = -system.radius * self.pressing(t)[0] * self.law().coefficient_and_slope(x).1;
-        slope * system.compliance() * self.law().steepness_rate(x) * self.rigid_slowing(t, x)
+        let change = self.law().steepness_rate(x) * self.rigid_slowing(t, x);
+        slope * system.compliance() * change * (change / self.of.slowest_swing).powi(4).max(1.0)
     }
 
     /// -d|omega_r|/dt of the free train as one inertia, rad/s^2.

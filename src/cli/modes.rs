@@ -187,12 +187,13 @@ fn headline(modes: &SlowingModes, units: &Units) -> String {
     terminal::show(&table)
 }
 
-/// The modes with the velocities of the rotor's outermost inertia and of both surfaces.
+/// The modes with the velocities of the rotor's outermost inertia and of both surfaces. Without contact they are those of slip at a
+/// speed at which friction does not fall.
 fn shape_table(slowing: &SlowingModes, modes: &TrainModes, units: &Units) -> String {
     let mut table = terminal::table(&[
         "state", "omega_r", "mode", "Hz", "damping", "1/s", "theta", "phi_2", "phi_1",
     ]);
-    for state in &modes.states {
+    for state in modes.states.iter().filter(|state| state.state != "separated") {
         for mode in &state.modes {
             let part = |coordinate| shape(mode, coordinate);
             table.add_row([

@@ -1,7 +1,7 @@
 //! The equations of two trains about a state, as matrices, and their eigenvalues.
 
 use super::impedance::Crossings;
-use super::modes::{ShapeComponent, TrainMode};
+use super::modes_report::{ShapeComponent, TrainMode};
 use crate::friction::Law;
 use crate::model::trains::system::{Driving, Engagement, Outside, Side, TrainSystem};
 use crate::model::{Axial, Mode};

@@ -2,7 +2,7 @@
 
 use super::impedance::{Crossings, Verdict};
 use super::linear::{ROUNDING, columns, crossings, jacobian, scaled, state};
-use super::modes::{Change, OperatingPoint, Search};
+use super::modes_report::{Change, OperatingPoint, Search};
 use crate::friction::Law;
 use crate::model::Mode;
 use crate::model::trains::margin::slowing;
