@@ -58,7 +58,7 @@ fn write_candidate(candidate: &Path, dense: &Path) {
 fn samples(c: &mut Criterion) {
     let folder = tempfile::tempdir().unwrap();
     let source = CaseSource::built_in("paper").unwrap();
-    let mut case = Case::parse(&source, &[] as &[Override]).unwrap();
+    let mut case = Case::read(&source, &[] as &[Override]).unwrap();
     let reference = folder.path().join("paper.h5");
     write(&reference, &case);
     case.output.windows = vec![OutputWindow {

@@ -98,7 +98,7 @@ const TWISTS: [usize; 2] = [0, 3];
 
 impl Slip {
     fn new() -> Self {
-        let case = Case::parse(&CaseSource::built_in("paper-si").unwrap(), &[]).unwrap();
+        let case = Case::read(&CaseSource::built_in("paper-si").unwrap(), &[]).unwrap();
         let Signal::Ramp(Ramp { value: force, .. }) = Parameters::of(&case.system).unwrap().actuation else {
             unreachable!("the paper's case has a ramp")
         };

@@ -17,7 +17,7 @@ use stickslip::sundials::{Cvode, CvodeOptions, Direction, Integrator, OdeSystem,
 
 /// The paper's case without samples, to `end_time`.
 fn paper(method: Method, end_time: f64) -> (Parameters, SolverOptions, OutputOptions) {
-    let case = Case::parse(&CaseSource::built_in("paper").unwrap(), &[]).unwrap();
+    let case = Case::read(&CaseSource::built_in("paper").unwrap(), &[]).unwrap();
     let solver = SolverOptions { method, ..case.solver };
     let output = OutputOptions {
         end_time,

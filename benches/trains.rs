@@ -3,10 +3,10 @@
 use criterion::{BenchmarkId, Criterion, criterion_group, criterion_main};
 use std::hint::black_box;
 use stickslip::Run;
-use stickslip::case::{CaseSource, Origin, TrainCase};
+use stickslip::case::{Case, CaseSource, Origin};
 use stickslip::simulation::{Following, Method, OutputOptions, SolverOptions};
 
-fn run(case: &TrainCase, method: Method, end_time: f64) -> usize {
+fn run(case: &Case, method: Method, end_time: f64) -> usize {
     let solver = SolverOptions {
         method,
         max_events: 1_000_000,
@@ -24,7 +24,7 @@ fn run(case: &TrainCase, method: Method, end_time: f64) -> usize {
 }
 
 /// A chain of so many equal inertias on a belt.
-fn chain(inertias: usize) -> TrainCase {
+fn chain(inertias: usize) -> Case {
     let list = |value: f64| format!("{:?}", vec![value; inertias]);
     let text = format!(
         "motion = \"translation\"\n[rotor]\nend = \"driven\"\nspeed = 0.2\n[stator]\nend = \"fixed\"\ninertia = {}\n\
@@ -38,11 +38,11 @@ fn chain(inertias: usize) -> TrainCase {
         text,
         origin: Origin::File("chain.toml".into()),
     };
-    TrainCase::parse(&source, &[]).unwrap()
+    Case::read(&source, &[]).unwrap()
 }
 
 fn trains(criterion: &mut Criterion) {
-    let belt = TrainCase::parse(&CaseSource::built_in("belt-leine").unwrap(), &[]).unwrap();
+    let belt = Case::read(&CaseSource::built_in("belt-leine").unwrap(), &[]).unwrap();
     let mut cycles = criterion.benchmark_group("1000 cycles of Leine's belt");
     cycles.sample_size(10);
     for method in [Method::Series, Method::Auto] {

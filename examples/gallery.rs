@@ -11,7 +11,7 @@ use stickslip::analysis::Modes;
 use stickslip::analysis::SavedRun;
 use stickslip::analysis::onset::onsets;
 use stickslip::analysis::work_precision::{self, Study};
-use stickslip::case::{Case, CaseSource, TrainCase};
+use stickslip::case::{Case, CaseSource};
 use stickslip::plot::catalogue::{self, ENTRIES};
 use stickslip::plot::entry::Subject;
 use stickslip::plot::style::COLUMN_WIDTH;
@@ -21,7 +21,7 @@ use stickslip::results::schema::Extension;
 use stickslip::results::{Header, Overwrite, ResultWriter, Status, StickSlipTable};
 
 fn main() -> Result<(), Box<dyn Error>> {
-    let case = Case::parse(&CaseSource::built_in("paper")?, &[])?;
+    let case = Case::read(&CaseSource::built_in("paper")?, &[])?;
     let path = Path::new("target").join("gallery.h5");
     let header = Header {
         title: case.title.clone(),
@@ -46,11 +46,11 @@ fn main() -> Result<(), Box<dyn Error>> {
     let of_case = Modes::of_case(&case.system, &case.solver, case.output.end_time);
     let slowing = of_case.slowing.ok_or("sliding that does not slow down")?;
     save(&modes::figure(&case.title, &slowing))?;
-    let kicked = Case::parse(&CaseSource::built_in("paper-si")?, &[])?;
+    let kicked = Case::read(&CaseSource::built_in("paper-si")?, &[])?;
     let system = kicked.system.clone();
     let found = onsets(&system, &kicked.solver, kicked.output.end_time, &|| false).ok_or("interrupted")?;
     save(&plot::onset::figure(&kicked.title, &found))?;
-    let trains = TrainCase::parse(&CaseSource::built_in("drill-string")?, &[])?;
+    let trains = Case::read(&CaseSource::built_in("drill-string")?, &[])?;
     let path = Path::new("target").join("drill-string.h5");
     SavedRun::new(&trains, &path).start()?;
     let runs = [Run::open(&path)?];

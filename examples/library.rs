@@ -12,7 +12,7 @@ use stickslip::record::{EventKind, MemoryRecorder};
 
 fn main() -> Result<(), Box<dyn Error>> {
     let source = CaseSource::built_in("paper")?;
-    let case = Case::parse(&source, &[Override::parse("torsion.damping=210 lbf in s/rad")?])?;
+    let case = Case::read(&source, &[Override::parse("torsion.damping=210 lbf in s/rad")?])?;
 
     // A `results::ResultWriter` here would write the HDF5 file; any type that implements `Recorder` can listen. A closure
     // given to `control` is asked now and then, and can end the run.

@@ -5,7 +5,7 @@ mod common;
 use common::truth;
 use stickslip::Run;
 use stickslip::SavedRun;
-use stickslip::case::{Case, CaseSource, Override, TrainCase};
+use stickslip::case::{Case, CaseSource, Override};
 use stickslip::model::trains::Trains;
 use stickslip::numerics::chebyshev::{COEFFICIENTS, place, value};
 use stickslip::record::{
@@ -87,12 +87,12 @@ fn followed(case: &Case) -> Followed {
 
 fn paper(overrides: &[&str]) -> Case {
     let overrides: Vec<Override> = overrides.iter().map(|text| Override::parse(text).unwrap()).collect();
-    Case::parse(&CaseSource::built_in("paper-si").unwrap(), &overrides).unwrap()
+    Case::read(&CaseSource::built_in("paper-si").unwrap(), &overrides).unwrap()
 }
 
 fn trains(source: &CaseSource, overrides: &[&str]) -> Vec<f64> {
     let overrides: Vec<Override> = overrides.iter().map(|text| Override::parse(text).unwrap()).collect();
-    let case = TrainCase::parse(source, &overrides).unwrap();
+    let case = Case::read(source, &overrides).unwrap();
     let threshold = case.threshold();
     let mut recorder = MemoryRecorder::default();
     let run = Run::of_trains(&case.system, threshold, &case.solver, &case.output);
@@ -245,7 +245,7 @@ fn property_samples_follow_the_events_of_a_case_without_windows() {
                 format!("output.margin={margin}"),
             ];
             let overrides: Vec<Override> = overrides.iter().map(|text| Override::parse(text).unwrap()).collect();
-            let mut case = Case::parse(&CaseSource::built_in(name).unwrap(), &overrides).unwrap();
+            let mut case = Case::read(&CaseSource::built_in(name).unwrap(), &overrides).unwrap();
             case.solver.method = method;
             let run = followed(&case);
             let times: Vec<f64> = run.rows.samples.iter().map(|sample| sample.time).collect();

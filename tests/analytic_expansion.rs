@@ -7,7 +7,6 @@ use std::ops::{Add, Div, Mul, Neg, Sub};
 use stickslip::friction::{
     Coulomb, Exponential, FrictionLaw, Hyperbolic, Interpolation, Law, Polynomial, Stribeck, Table,
 };
-use stickslip::model::trains::parameters::AxialOf;
 use stickslip::model::trains::system::TrainSystem;
 use stickslip::model::trains::{
     Bristles, ContactLaw, End, Initial, Pressing, Regularisation, Smoothing, Torque, Train, Trains,
@@ -466,7 +465,7 @@ fn brake() -> Trains {
         rise_time: 1.0,
     };
     let pressing = Pressing::Axial {
-        axial: AxialOf {
+        axial: Axial {
             mass: 4.54,
             stiffness: 55.38e6,
             damping: 8760.0,

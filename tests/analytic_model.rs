@@ -2,7 +2,7 @@
 
 use nalgebra::DMatrix;
 use proptest::prelude::*;
-use stickslip::case::{AnyCase, CaseRef, CaseSource, Override};
+use stickslip::case::{Case, CaseSource, Override};
 use stickslip::model::axial::{AxialMotion, ChangeCause};
 use stickslip::model::contact::{uniform_pressure_radius, uniform_wear_radius};
 use stickslip::model::trains::system::{Outside, TrainSystem};
@@ -19,8 +19,8 @@ const AXIAL: Axial = Axial {
 /// The paper's disks.
 fn system(changes: &[&str]) -> TrainSystem {
     let changes: Vec<Override> = changes.iter().map(|text| Override::parse(text).unwrap()).collect();
-    let case = AnyCase::read(&CaseSource::built_in("paper-si").unwrap(), &changes).unwrap();
-    TrainSystem::new(&CaseRef::from(&case).system())
+    let case = Case::read(&CaseSource::built_in("paper-si").unwrap(), &changes).unwrap();
+    TrainSystem::new(case.system())
 }
 
 /// Equation (6) and (7) for D = 0.13, d = 0.08: r = 0.0525 and 0.0532539682...

@@ -17,7 +17,7 @@ use stickslip::signal::Drive;
 
 fn case(name: &str, overrides: &[&str]) -> Case {
     let overrides: Vec<Override> = overrides.iter().map(|text| Override::parse(text).unwrap()).collect();
-    Case::parse(&CaseSource::built_in(name).unwrap(), &overrides).unwrap()
+    Case::read(&CaseSource::built_in(name).unwrap(), &overrides).unwrap()
 }
 
 fn modes_of(case: &Case) -> Modes {

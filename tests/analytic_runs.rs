@@ -257,7 +257,7 @@ fn every_event(name: &str, breakaway: f64, method: Method) {
 }
 
 fn built_in(name: &str) -> Case {
-    Case::parse(&CaseSource::built_in(name).unwrap(), &[]).unwrap()
+    Case::read(&CaseSource::built_in(name).unwrap(), &[]).unwrap()
 }
 
 /// Kinetic + elastic + dissipated - work is what it was at the start, to the rounding of some ten thousand steps: the

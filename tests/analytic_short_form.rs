@@ -8,9 +8,10 @@ use std::ops::ControlFlow;
 use std::time::Duration;
 use stickslip::Run;
 use stickslip::analysis::{Modes, Summary};
-use stickslip::case::{AnyCase, Case, CaseRef, CaseSource, Origin, Override, TrainCase};
+use stickslip::case::{Case, CaseSource, Origin, Override};
 use stickslip::friction::Law;
 use stickslip::model::Torsion;
+use stickslip::model::trains::Trains;
 use stickslip::model::trains::system::{Outside, TrainSystem};
 use stickslip::oracle::{self, OracleRequest, rational};
 use stickslip::record::{Event, EventKind};
@@ -66,7 +67,7 @@ fn assert_same_work(label: &str, brake: &RunReport, trains: &RunReport) {
 }
 
 fn brake(name: &str, changes: &[Override]) -> Case {
-    Case::parse(&CaseSource::built_in(name).unwrap(), changes).unwrap_or_else(|error| panic!("{name}: {error}"))
+    Case::read(&CaseSource::built_in(name).unwrap(), changes).unwrap_or_else(|error| panic!("{name}: {error}"))
 }
 
 fn changed(name: &str, changes: &[&str]) -> Case {
@@ -155,7 +156,7 @@ fn analytic_a_brake_as_trains_has_its_growth() {
         let general = as_trains(&case);
         let [short, long] = [case.clone(), general].map(|case| {
             let report = Run::new(&case).start().unwrap();
-            Summary::of_run(&CaseRef::from(&case).system(), &report)
+            Summary::of_run(case.system(), &report)
         });
         let label = format!("{name} {changes:?}");
         for (what, of) in [
@@ -180,7 +181,7 @@ fn analytic_a_brake_as_trains_has_its_growth() {
 #[test]
 fn analytic_growth_of_a_turned_brake_and_of_a_longer_one() {
     let case = changed("paper", &["output.end_time=6.98"]);
-    let trains = Trains::from(&case.parameters);
+    let trains = case.system.clone();
     let growth = |trains: &Trains| {
         let report = Run::of_trains(trains, 0.0, &case.solver, &case.output).start().unwrap();
         let summary = Summary::of_run(trains, &report);
@@ -212,9 +213,9 @@ fn analytic_growth_of_a_turned_brake_and_of_a_longer_one() {
 #[test]
 fn analytic_a_brake_as_trains_has_its_modes() {
     let case = changed("paper", &[]);
-    let modes = [AnyCase::Brake(Box::new(case.clone())), as_trains(&case)].map(|case| {
-        let case = CaseRef::from(&case);
-        Modes::of_case(&case.system(), case.solver(), case.output().end_time)
+    let modes = [case.clone(), as_trains(&case)].map(|case| {
+        let case = &case;
+        Modes::of_case(case.system(), case.solver(), case.output().end_time)
     });
     let [short, long] = &modes;
     assert_eq!(short.general, long.general);
@@ -241,13 +242,13 @@ fn analytic_a_brake_as_trains_has_its_modes() {
 #[test]
 fn analytic_a_brake_as_trains_by_the_procedure_of_the_paper() {
     let case = changed("paper", &["solver.method=paper", "output.end_time=6.98"]);
-    let report = |case: &AnyCase| Run::new(case).start().unwrap();
+    let report = |case: &Case| Run::new(case).start().unwrap();
     let (brake, trains) = (case.clone(), as_trains(&case));
     assert_eq!(report(&brake).events, report(&trains).events);
 }
 
 /// A brake written as `[rotor]` and `[stator]`.
-fn as_trains(case: &Case) -> AnyCase {
+fn as_trains(case: &Case) -> Case {
     let Torsion {
         rotor_inertia,
         surface_inertia,
@@ -263,7 +264,7 @@ fn as_trains(case: &Case) -> AnyCase {
     let start = text.find("[torsion]").expect("a short form");
     let end = start + 1 + text[start + 1..].find("\n[").expect("a table after it");
     let text = [&text[..start], &written, &text[end..]].concat();
-    AnyCase::read(&CaseSource::text(&text), &[]).unwrap()
+    Case::read(&CaseSource::text(&text), &[]).unwrap()
 }
 
 /// A kick that waits comes at the loss of stability, and one that waits in vain is counted.
@@ -389,7 +390,7 @@ fn multiprecision_long_steps_of_chains() {
         "output.end_time=1.2",
     ];
     let changes = changes.map(|text| Override::parse(text).unwrap());
-    let case = TrainCase::parse(&source, &changes).unwrap();
+    let case = Case::read(&source, &changes).unwrap();
     let request = OracleRequest {
         digits: 20,
         end_time: rational("1.2").unwrap(),
@@ -419,7 +420,7 @@ fn multiprecision_long_steps_of_chains() {
 /// The loss of stability of unequal surfaces, the kick that waits for it, and all that follows.
 #[test]
 fn multiprecision_the_margin_of_unequal_surfaces() {
-    let case = TrainCase::parse(&unequal(), &[]).unwrap();
+    let case = Case::read(&unequal(), &[]).unwrap();
     let request = OracleRequest {
         digits: 20,
         end_time: rational("0.1").unwrap(),
@@ -441,7 +442,7 @@ fn multiprecision_the_margin_of_unequal_surfaces() {
     }
 }
 
-fn by(case: &TrainCase, method: Method) -> Vec<Event> {
+fn by(case: &Case, method: Method) -> Vec<Event> {
     let solver = SolverOptions {
         method,
         ..case.solver.clone()
@@ -455,7 +456,7 @@ fn by(case: &TrainCase, method: Method) -> Vec<Event> {
 /// The one-sided tests of unequal surfaces, by solvers that share nothing but the equations and the rules.
 #[test]
 fn sundials_one_sided_tests_of_unequal_surfaces() {
-    let transmitted = by(&TrainCase::parse(&unequal(), &[]).unwrap(), Method::Series);
+    let transmitted = by(&Case::read(&unequal(), &[]).unwrap(), Method::Series);
     for test in ["rotor", "stator"] {
         // Later the tests chatter.
         let changes = [
@@ -463,7 +464,7 @@ fn sundials_one_sided_tests_of_unequal_surfaces() {
             "output.end_time=0.075".to_owned(),
         ];
         let changes = changes.map(|text| Override::parse(&text).unwrap());
-        let case = TrainCase::parse(&unequal(), &changes).unwrap();
+        let case = Case::read(&unequal(), &changes).unwrap();
         let series = by(&case, Method::Series);
         let far = distance(test, [&series, &by(&case, Method::Cvode)]);
         assert!(far < 2e-9, "{test}: {far:e}");
@@ -504,7 +505,7 @@ end_time = 0.2
     for text in [trains, short] {
         for method in ["series", "auto", "cvode"] {
             let changes = [Override::parse(&format!("solver.method={method}")).unwrap()];
-            let case = AnyCase::read(&CaseSource::text(&text), &changes).unwrap();
+            let case = Case::read(&CaseSource::text(&text), &changes).unwrap();
             let report = Run::new(&case).start().unwrap();
             assert_eq!(
                 report

@@ -6,7 +6,7 @@ use proptest::prelude::*;
 use std::f64::consts::TAU;
 use stickslip::analysis::trains::Verdict;
 use stickslip::analysis::trains::modes::{Change, TrainModes, TrainState};
-use stickslip::case::{CaseSource, Override, TrainCase};
+use stickslip::case::{Case, CaseSource, Override};
 use stickslip::friction::{Exponential, FrictionLaw, Law, Stribeck};
 use stickslip::model::BreakawayTest;
 use stickslip::model::trains::parameters::*;
@@ -18,7 +18,7 @@ const CLOSED_FORM: f64 = 1e-12;
 fn built_in(name: &str, overrides: &[&str]) -> Trains {
     let overrides: Vec<Override> = overrides.iter().map(|text| Override::parse(text).unwrap()).collect();
     let source = CaseSource::built_in(name).unwrap();
-    TrainCase::parse(&source, &overrides).unwrap().system
+    Case::read(&source, &overrides).unwrap().system
 }
 
 fn modes(name: &str, overrides: &[&str]) -> TrainModes {

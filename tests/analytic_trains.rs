@@ -10,7 +10,7 @@ use stickslip::Run;
 use stickslip::analysis::Attractor;
 use stickslip::analysis::{Outcome, SavedRun, Summary};
 use stickslip::case::builtin::TRAINS;
-use stickslip::case::{Case, CaseSource, Origin, Override, TrainCase};
+use stickslip::case::{Case, CaseSource, Origin, Override};
 use stickslip::oracle::{self, OracleOptions};
 use stickslip::record::{Channels, Event, EventKind, MemoryRecorder};
 use stickslip::simulation::{Method, RunReport, SolverOptions};
@@ -30,20 +30,20 @@ fn changes(settings: &[&str]) -> Vec<Override> {
 }
 
 /// A built-in case with settings.
-fn built_in(name: &str, settings: &[&str]) -> TrainCase {
-    TrainCase::parse(&CaseSource::built_in(name).unwrap(), &changes(settings)).unwrap()
+fn built_in(name: &str, settings: &[&str]) -> Case {
+    Case::read(&CaseSource::built_in(name).unwrap(), &changes(settings)).unwrap()
 }
 
 /// A case of this text.
-fn written(text: &str) -> TrainCase {
+fn written(text: &str) -> Case {
     let source = CaseSource {
         text: text.to_owned(),
         origin: Origin::File("test.toml".into()),
     };
-    TrainCase::parse(&source, &[]).unwrap_or_else(|error| panic!("{error}"))
+    Case::read(&source, &[]).unwrap_or_else(|error| panic!("{error}"))
 }
 
-fn run(case: &TrainCase) -> (MemoryRecorder, RunReport) {
+fn run(case: &Case) -> (MemoryRecorder, RunReport) {
     let mut recorder = MemoryRecorder::default();
     let report = Run::of_trains(&case.system, case.threshold(), &case.solver, &case.output)
         .record(&mut recorder)
@@ -337,7 +337,7 @@ fn den_hartog(beta: f64, q: f64, amplitude: f64, v: f64, u: f64) -> Vec<String> 
 // The brake, and conservation.
 
 /// The paper's brake with its values in SI, written as two trains.
-fn brake() -> TrainCase {
+fn brake() -> Case {
     let text = CaseSource::built_in("paper-si").unwrap().text;
     let (before, rest) = text.split_once("[torsion]").unwrap();
     let (_, after) = rest.split_once("[contact]").unwrap();
@@ -364,7 +364,7 @@ end = "fixed"
 /// loss of stability; the growth up to the kick multiplies that.
 #[test]
 fn analytic_the_paper_brake_as_two_trains_is_the_short_form() {
-    let mut short = Case::parse(&CaseSource::built_in("paper-si").unwrap(), &[]).unwrap();
+    let mut short = Case::read(&CaseSource::built_in("paper-si").unwrap(), &[]).unwrap();
     short.solver.method = Method::Series;
     let mut expected = MemoryRecorder::default();
     Run::new(&short).record(&mut expected).start().unwrap();
@@ -721,7 +721,7 @@ end_time = 10.0
 // Long trains, long runs.
 
 /// The drill string with its pipe in `count - 1` pieces.
-fn drill_string(count: usize, end: f64) -> TrainCase {
+fn drill_string(count: usize, end: f64) -> Case {
     let shafts = (count - 1) as f64;
     let list = |values: &[f64]| format!("{values:?}");
     let mut inertia = vec![30.0; count];
@@ -837,7 +837,7 @@ fn analytic_a_clutch_is_stuck_in_the_end() {
 // Scales: tolerances are made of the motion.
 
 /// The same case by another method.
-fn with(case: &TrainCase, method: &str) -> TrainCase {
+fn with(case: &Case, method: &str) -> Case {
     let solver = SolverOptions {
         method: Method::from_name(method).unwrap(),
         ..case.solver.clone()
@@ -850,7 +850,7 @@ fn with(case: &TrainCase, method: &str) -> TrainCase {
 /// The largest distances of a run from one by the series: of events (s), and of works and energies as a share of the energy
 /// turned over.
 #[track_caller]
-fn from_series(case: &TrainCase, method: &str) -> (f64, f64) {
+fn from_series(case: &Case, method: &str) -> (f64, f64) {
     let (exact, turnover) = run(&with(case, "series"));
     let (found, report) = run(&with(case, method));
     let kinds = |events: &[Event]| events.iter().map(|event| event.kind).collect::<Vec<_>>();
@@ -883,7 +883,7 @@ fn from_series(case: &TrainCase, method: &str) -> (f64, f64) {
 }
 
 /// A mass on a belt, of this inertia, stiffness, damping, friction and output.
-fn on_a_belt(speed: &str, stator: &str, force: &str, friction: &str, end: &str) -> TrainCase {
+fn on_a_belt(speed: &str, stator: &str, force: &str, friction: &str, end: &str) -> Case {
     written(&format!(
         "title = \"belt\"\nmotion = \"translation\"\n[rotor]\nend = \"driven\"\nspeed = {speed}\n[stator]\nend = \"fixed\"\n\
          {stator}\n[contact]\nnormal_force = {force}\n[friction]\n{friction}\n[output]\nend_time = {end}\ninterval = 0.1\n"

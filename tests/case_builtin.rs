@@ -6,7 +6,7 @@ use stickslip::model::{BreakawayTest, KickTime, Parameters};
 use stickslip::signal::{Signal, Table};
 
 fn case(name: &str) -> Case {
-    Case::parse(&CaseSource::built_in(name).unwrap(), &[]).unwrap_or_else(|error| panic!("{error}"))
+    Case::read(&CaseSource::built_in(name).unwrap(), &[]).unwrap_or_else(|error| panic!("{error}"))
 }
 
 #[test]

@@ -62,7 +62,7 @@ fn parse(text: &str) -> Result<Case, String> {
         text: text.to_owned(),
         origin: Origin::File(PathBuf::from("brake.toml")),
     };
-    Case::parse(&source, &[]).map_err(|error| error.to_string())
+    Case::read(&source, &[]).map_err(|error| error.to_string())
 }
 
 /// What is said when `from` is replaced in the valid case.

@@ -9,7 +9,7 @@ use stickslip::simulation::{Method, OutputWindow, SolverOptions};
 
 fn with(name: &str, overrides: &[&str]) -> Result<Case, String> {
     let overrides: Vec<Override> = overrides.iter().map(|text| Override::parse(text).unwrap()).collect();
-    Case::parse(&CaseSource::built_in(name).unwrap(), &overrides).map_err(|error| error.to_string())
+    Case::read(&CaseSource::built_in(name).unwrap(), &overrides).map_err(|error| error.to_string())
 }
 
 fn paper(overrides: &[&str]) -> Case {
@@ -274,7 +274,7 @@ proptest! {
         let known = format!("{}={value}", schema::keys()[index].path.replace("[]", ".0"));
         for text in [text, format!("{path}={value}"), known] {
             if let Ok(change) = Override::parse(&text) {
-                let _ = Case::parse(&CaseSource::built_in("paper").unwrap(), &[change]);
+                let _ = Case::read(&CaseSource::built_in("paper").unwrap(), &[change]);
             }
         }
     }

@@ -14,13 +14,13 @@ use stickslip::simulation::{Around, Following, Method, OutputOptions, OutputWind
 
 fn read(text: String) -> Case {
     let source = CaseSource::result(&PathBuf::from("run.h5"), text);
-    Case::parse(&source, &[]).unwrap_or_else(|error| panic!("{error}\n{}", source.text))
+    Case::read(&source, &[]).unwrap_or_else(|error| panic!("{error}\n{}", source.text))
 }
 
 #[test]
 fn the_built_in_cases_survive_resolution() {
     for built_in in builtin::CASES {
-        let case = Case::parse(&CaseSource::built_in(built_in.name).unwrap(), &[]).unwrap();
+        let case = Case::read(&CaseSource::built_in(built_in.name).unwrap(), &[]).unwrap();
         let resolved = case.resolved();
         let again = read(resolved.clone());
         assert_eq!(again, case, "{}", built_in.name);
@@ -30,7 +30,7 @@ fn the_built_in_cases_survive_resolution() {
 
 #[test]
 fn regression_resolved_text_of_the_paper_case() {
-    let case = Case::parse(&CaseSource::built_in("paper").unwrap(), &[]).unwrap();
+    let case = Case::read(&CaseSource::built_in("paper").unwrap(), &[]).unwrap();
     insta::assert_snapshot!(case.resolved(), @r#"
 title = "Two-disk brake, the paper's parameters in US units" # what the case is, for people
 
@@ -282,7 +282,7 @@ fn every_friction_law_survives_resolution() {
         ),
     ] {
         let set = [Override::parse(&format!("friction={friction}")).unwrap()];
-        let case = Case::parse(&source, &set).unwrap();
+        let case = Case::read(&source, &set).unwrap();
         let text = case.resolved();
         assert!(text.contains(written), "{written} in {text}");
         let again = read(text.clone());
@@ -321,7 +321,7 @@ proptest! {
     #[test]
     fn property_no_text_panics(text in "\\PC*") {
         let source = CaseSource::result(&PathBuf::from("run.h5"), text);
-        let _ = Case::parse(&source, &[]);
+        let _ = Case::read(&source, &[]);
     }
 
     /// The paper case with a few characters overwritten.
@@ -333,6 +333,6 @@ proptest! {
             text[at] = with.chars().next().unwrap_or(' ');
         }
         let source = CaseSource::result(&PathBuf::from("run.h5"), text.into_iter().collect());
-        let _ = Case::parse(&source, &[]);
+        let _ = Case::read(&source, &[]);
     }
 }

@@ -152,7 +152,7 @@ fn source(text: &str) -> CaseSource {
 }
 
 fn parse(text: &str) -> Case {
-    Case::parse(&source(text), &[]).unwrap_or_else(|error| panic!("{error}"))
+    Case::read(&source(text), &[]).unwrap_or_else(|error| panic!("{error}"))
 }
 
 /// The text with one thing in the place of another, which occurs once.
@@ -164,7 +164,7 @@ fn changed(text: &str, from: &str, to: &str) -> String {
 /// What is said of a wrong case.
 fn refused(text: &str, from: &str, to: &str) -> String {
     let text = changed(text, from, to);
-    let read = Case::parse(&source(&text), &[]);
+    let read = Case::read(&source(&text), &[]);
     read.expect_err("the case must be refused").to_string()
 }
 
@@ -288,7 +288,7 @@ fn case_trains_read_back_from_their_resolved_text() {
     for text in [VALID, SMOOTH, BRISTLES, BRAKE, &watched] {
         let case = parse(text);
         let resolved = case.resolved();
-        let again = Case::parse(&source(&resolved), &[]).unwrap_or_else(|error| panic!("{error}\n{resolved}"));
+        let again = Case::read(&source(&resolved), &[]).unwrap_or_else(|error| panic!("{error}\n{resolved}"));
         assert_eq!(
             again,
             {
@@ -443,7 +443,7 @@ fn case_trains_have_an_exact_threshold() {
 #[test]
 fn case_trains_take_overrides_and_numbers_by_path() {
     let change = |text: &str| Override::parse(text).unwrap();
-    let case = Case::parse(
+    let case = Case::read(
         &source(VALID),
         &[change("rotor.inertia.1=3"), change("stator.viscous=0.5")],
     )
@@ -481,8 +481,8 @@ fn case_trains_built_in_are_valid() {
     for built_in in builtin::TRAINS {
         let built_in_source = CaseSource::built_in(built_in.name).unwrap();
         assert!(Words::of(&built_in_source, &[]).numbers_parts(), "{}", built_in.name);
-        let case = Case::parse(&built_in_source, &[]).unwrap_or_else(|error| panic!("{error}"));
-        let again = Case::parse(&source(&case.resolved()), &[]).unwrap_or_else(|error| panic!("{error}"));
+        let case = Case::read(&built_in_source, &[]).unwrap_or_else(|error| panic!("{error}"));
+        let again = Case::read(&source(&case.resolved()), &[]).unwrap_or_else(|error| panic!("{error}"));
         assert_eq!(again, case);
         Case::exact(&built_in_source, &[]).unwrap();
     }
@@ -501,7 +501,7 @@ fn case_trains_built_in_are_valid() {
         "stator.torque.phase=2.674827314542496877",
     ];
     let settings = settings.map(|text| Override::parse(text).unwrap());
-    let case = Case::parse(&CaseSource::built_in("den-hartog").unwrap(), &settings)
+    let case = Case::read(&CaseSource::built_in("den-hartog").unwrap(), &settings)
         .unwrap()
         .system;
     assert_eq!(case.initial.stator_twist, [0.297_676_184_991_529_2]);
@@ -511,7 +511,7 @@ fn case_trains_built_in_are_valid() {
     };
     assert!((wave.phase.cos() / -3.0 - case.initial.stator_twist[0]).abs() < 1e-16);
     let leine = CaseSource::built_in("belt-leine").unwrap();
-    let case = Case::parse(&leine, &[Override::parse("initial.stator_twist=1").unwrap()]).unwrap();
+    let case = Case::read(&leine, &[Override::parse("initial.stator_twist=1").unwrap()]).unwrap();
     assert_eq!(
         (&case.system.initial.stator_twist[..], case.system.law.coefficient(1.0)),
         (&[1.0][..], 0.25)
@@ -536,9 +536,9 @@ proptest! {
             }
         }
         let text = parts.concat();
-        if let Ok(case) = Case::parse(&source(&text), &[]) {
+        if let Ok(case) = Case::read(&source(&text), &[]) {
             Case::exact(&source(&text), &[]).unwrap();
-            let again = Case::parse(&source(&case.resolved()), &[]);
+            let again = Case::read(&source(&case.resolved()), &[]);
             prop_assert_eq!(again.map_err(|error| error.to_string()), Ok(case));
         }
     }
@@ -553,7 +553,7 @@ fn case_trains_of_the_manual_is_valid() {
     assert!(after.contains("friction.regularisation={function=\"tanh\", speed=\"1 mm/s\"}"));
     assert_eq!(parse(text).system.contact, ContactLaw::StickSlip);
     let smooth = Override::parse("friction.regularisation={function=\"tanh\", speed=\"1 mm/s\"}").unwrap();
-    let case = Case::parse(&source(text), &[smooth]).unwrap();
+    let case = Case::read(&source(text), &[smooth]).unwrap();
     assert!(matches!(case.system.contact, ContactLaw::Regularised(_)));
 }
 
@@ -746,7 +746,7 @@ drive.toml: stator: missing: the train of the stator; write [stator] with inerti
 fn case_trains_elements_of_lists_are_set_by_their_index() {
     let with = |case: &str, changes: &[&str]| {
         let changes: Vec<Override> = changes.iter().map(|change| Override::parse(change).unwrap()).collect();
-        Case::parse(&CaseSource::built_in(case).unwrap(), &changes).map_err(|error| error.to_string())
+        Case::read(&CaseSource::built_in(case).unwrap(), &changes).map_err(|error| error.to_string())
     };
     let groan = with(
         "groan",
@@ -768,7 +768,7 @@ fn case_trains_elements_of_lists_are_set_by_their_index() {
         (&belt.system.stator.inertia, &belt.system.stator.damping),
         (&vec![2.0], &vec![0.1])
     );
-    assert_eq!(Case::parse(&source(&belt.resolved()), &[]).unwrap(), belt);
+    assert_eq!(Case::read(&source(&belt.resolved()), &[]).unwrap(), belt);
     for (change, words) in [
         (
             "rotor.viscous.2=0.1",

@@ -138,7 +138,7 @@ fn cli_odd_cases_are_computed_as_physics_wants() {
 fn judge(name: &str, folder: &Folder) {
     let file = folder.result("x.h5");
     let source = CaseSource::result(file.path(), file.resolved().unwrap());
-    let case = Case::parse(&source, &[]).unwrap();
+    let case = Case::read(&source, &[]).unwrap();
     let samples = file.samples(0..file.sample_count().unwrap()).unwrap();
     let (events, segments) = (file.events().unwrap(), file.segments().unwrap());
 

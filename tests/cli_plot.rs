@@ -287,7 +287,7 @@ fn cli_plot_refuses_with_the_remedy() {
 
 /// A header as that of a run of the paper's brake.
 fn header() -> Header {
-    let case = Case::parse(&CaseSource::built_in("paper").unwrap(), &[]).unwrap();
+    let case = Case::read(&CaseSource::built_in("paper").unwrap(), &[]).unwrap();
     Header {
         resolved: case.resolved(),
         ..results_common::header()
@@ -296,7 +296,7 @@ fn header() -> Header {
 
 /// Writes what a run of the paper's brake had come to when it was interrupted at `stop` (s).
 fn interrupted(path: &Path, stop: f64) -> std::path::PathBuf {
-    let case = Case::parse(&CaseSource::built_in("paper").unwrap(), &[]).unwrap();
+    let case = Case::read(&CaseSource::built_in("paper").unwrap(), &[]).unwrap();
     let mut writer = ResultWriter::create(path, Overwrite::OwnResults, &[], &header()).unwrap();
     Run::new(&case)
         .record(&mut writer)

@@ -579,7 +579,7 @@ fn cli_run_leaves_a_long_witness_out() {
 
     use stickslip::case::{Case, CaseSource, Override};
     let overrides = [undamped[1], undamped[3]].map(|text| Override::parse(text).unwrap());
-    let case = Case::parse(&CaseSource::built_in("paper-si").unwrap(), &overrides).unwrap();
+    let case = Case::read(&CaseSource::built_in("paper-si").unwrap(), &overrides).unwrap();
     let sequence = Sequence::of_events(&folder.result("paper-si.h5").events().unwrap());
     let given_up = witness(&case, &sequence, false, &|| false).expect("nobody stops it");
     assert_eq!(given_up.testimony, Testimony::LeftOut);

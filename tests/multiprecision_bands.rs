@@ -163,7 +163,7 @@ struct Found {
 }
 
 fn check(name: &str, source: &CaseSource, overrides: &[Override], found: &mut Found) -> Certificate {
-    let case = Case::parse(source, overrides).unwrap();
+    let case = Case::read(source, overrides).unwrap();
     let exact_parameters = Case::exact(source, overrides).unwrap().system;
     let mut recorder = MemoryRecorder::default();
     Run::new(&case).record(&mut recorder).start().unwrap();
@@ -332,7 +332,7 @@ fn multiprecision_bands_cover_the_rounding_of_energies_that_are_differences() {
         "output.end_time=0.88",
     ];
     let overrides: Vec<Override> = settings.iter().map(|text| Override::parse(text).unwrap()).collect();
-    let case = Case::parse(&source, &overrides).unwrap();
+    let case = Case::read(&source, &overrides).unwrap();
     let mut recorder = MemoryRecorder::default();
     Run::new(&case).record(&mut recorder).start().unwrap();
     let certificate = certify(&case, &recorder, &|| false).unwrap();

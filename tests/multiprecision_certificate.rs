@@ -8,11 +8,11 @@ use stickslip::analysis::Certify;
 use stickslip::analysis::advice::shortfall;
 use stickslip::analysis::certificate::{Certificate, Verdict, certify};
 use stickslip::analysis::exact::last_word;
-use stickslip::case::{AnyCase, Case, CaseSource, Override};
+use stickslip::case::{Case, CaseSource, Override};
 use stickslip::record::{Event, EventKind, MemoryRecorder};
 
 fn certified(source: &CaseSource, overrides: &[Override]) -> (Case, Vec<Event>, Certificate) {
-    let case = Case::parse(source, overrides).unwrap();
+    let case = Case::read(source, overrides).unwrap();
     let mut recorder = MemoryRecorder::default();
     Run::new(&case).record(&mut recorder).start().unwrap();
     let certificate = certify(&case, &recorder, &|| false).unwrap();
@@ -171,8 +171,8 @@ fn multiprecision_the_oracle_contradicts_what_is_wrong() {
     ]
     .map(|text| Override::parse(text).unwrap());
     let source = CaseSource::built_in("paper-si").unwrap();
-    let case = Case::parse(&source, &overrides).unwrap();
-    let exact = AnyCase::exact(&source, &overrides).unwrap();
+    let case = Case::read(&source, &overrides).unwrap();
+    let exact = Case::exact(&source, &overrides).unwrap();
     let mut result = MemoryRecorder::default();
     Run::new(&case).record(&mut result).start().unwrap();
     let certified = Certify::new(&case).oracle(&exact, 25).start(&result).unwrap();

@@ -12,7 +12,7 @@ use stickslip::record::{Event, EventKind, MemoryRecorder};
 fn both(settings: &[String]) -> (Vec<Event>, Vec<OracleEvent>) {
     let overrides: Vec<Override> = settings.iter().map(|text| Override::parse(text).unwrap()).collect();
     let source = CaseSource::built_in("paper-si").unwrap();
-    let case = Case::parse(&source, &overrides).unwrap_or_else(|error| panic!("{error}"));
+    let case = Case::read(&source, &overrides).unwrap_or_else(|error| panic!("{error}"));
     let mut recorder = MemoryRecorder::default();
     Run::new(&case).record(&mut recorder).start().unwrap();
     let exact = exact_events(&source, &overrides, case.output.end_time, 33);

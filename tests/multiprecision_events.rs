@@ -71,7 +71,7 @@ fn multiprecision_si_kick_cvode() {
 #[test]
 fn multiprecision_release_cvode() {
     let source = CaseSource::built_in("release").unwrap();
-    let case = Case::parse(&source, &[]).unwrap();
+    let case = Case::read(&source, &[]).unwrap();
     let mut exact = exact_events(&source, &[], case.output.end_time, 33);
     exact.retain(|event| event.kind.in_event_sequence());
     for (rtol, limit) in [(default_rtol(), 1e-9), (1e-13, 1e-11)] {

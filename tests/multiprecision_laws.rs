@@ -12,7 +12,7 @@ use std::ops::ControlFlow;
 use stickslip::Run;
 use stickslip::analysis::Certify;
 use stickslip::analysis::linearised::linearise;
-use stickslip::case::{AnyCase, Case, CaseRef, CaseSource, Override, WrittenCase};
+use stickslip::case::{Case, CaseSource, Override, WrittenCase};
 use stickslip::friction::FrictionLaw;
 use stickslip::oracle::{self, OracleError, OracleEvent, OracleOptions, rational};
 use stickslip::record::{Event, EventKind, MemoryRecorder};
@@ -40,7 +40,7 @@ fn overrides(friction: &str, more: &[&str]) -> Vec<Override> {
 fn case(overrides: &[Override], more: &[&str]) -> Case {
     let more = more.iter().map(|text| Override::parse(text).unwrap());
     let all: Vec<Override> = overrides.iter().cloned().chain(more).collect();
-    Case::parse(&CaseSource::built_in("paper-si").unwrap(), &all).unwrap()
+    Case::read(&CaseSource::built_in("paper-si").unwrap(), &all).unwrap()
 }
 
 fn run(case: &Case) -> MemoryRecorder {
@@ -62,7 +62,7 @@ fn errors(events: &[Event], exact: &[OracleEvent], what: &str) -> Vec<(EventKind
 
 /// By how much rounding may move each event, s.
 fn rounding(case: &Case) -> Vec<f64> {
-    let linearised = linearise(&WrittenCase::of(CaseRef::from(case)), None, &|| false).unwrap();
+    let linearised = linearise(&WrittenCase::of(case), None, &|| false).unwrap();
     linearised.events.iter().map(|event| event.rounding).collect()
 }
 
@@ -106,7 +106,7 @@ fn hold_and_certify(friction: &str, more: &[&str], least: usize) {
     let events = hold(&overrides, friction).expect("well-conditioned");
     assert!(events >= least, "{friction}: {events} events");
     let source = CaseSource::built_in("paper-si").unwrap();
-    let exact = AnyCase::exact(&source, &overrides).unwrap();
+    let exact = Case::exact(&source, &overrides).unwrap();
     let case = case(&overrides, &[]);
     let result = run(&case);
     let certificate = Certify::new(&case)

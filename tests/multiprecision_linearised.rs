@@ -7,7 +7,7 @@ use std::sync::Mutex;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use stickslip::Run;
 use stickslip::analysis::linearised::{Linearised, linearise};
-use stickslip::case::{Case, CaseNumber, CaseRef, CaseSource, Override, WrittenCase};
+use stickslip::case::{Case, CaseNumber, CaseSource, Override, WrittenCase};
 use stickslip::model::trains::{ExactTrains, Pressing};
 use stickslip::model::{KickTime, nearest_double};
 use stickslip::oracle::{self, OracleEvent, OracleOptions, rational};
@@ -23,9 +23,9 @@ fn run(case: &Case) -> MemoryRecorder {
 fn setup(name: &str, set: &[&str]) -> (Case, ExactTrains, Linearised) {
     let source = CaseSource::built_in(name).unwrap();
     let set: Vec<Override> = set.iter().map(|text| Override::parse(text).unwrap()).collect();
-    let case = Case::parse(&source, &set).unwrap();
+    let case = Case::read(&source, &set).unwrap();
     let exact = Case::exact(&source, &set).unwrap().system;
-    let linearised = linearise(&WrittenCase::of(CaseRef::from(&case)), None, &|| false).unwrap();
+    let linearised = linearise(&WrittenCase::of(&case), None, &|| false).unwrap();
     (case, exact, linearised)
 }
 

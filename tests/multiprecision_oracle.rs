@@ -234,7 +234,7 @@ fn multiprecision_a_solution_finds_how_many_digits_it_takes() {
 /// promise of 1e-9 s.
 #[test]
 fn multiprecision_release_agrees_with_the_solvers() {
-    let case = Case::parse(&CaseSource::built_in("release").unwrap(), &[]).unwrap();
+    let case = Case::read(&CaseSource::built_in("release").unwrap(), &[]).unwrap();
     let report = release(33);
     let mut recorder = MemoryRecorder::default();
     Run::new(&case).record(&mut recorder).start().unwrap();
@@ -301,7 +301,7 @@ fn multiprecision_a_slip_that_rushes_through_the_friction_law_is_that_of_series(
         ];
         let overrides = settings.map(|text| Override::parse(&text).unwrap());
         let source = CaseSource::built_in("paper-si").unwrap();
-        let case = Case::parse(&source, &overrides).unwrap();
+        let case = Case::read(&source, &overrides).unwrap();
         let mut recorder = MemoryRecorder::default();
         Run::new(&case).record(&mut recorder).start().unwrap();
         let options = OracleOptions {

@@ -12,7 +12,7 @@ use std::sync::Mutex;
 use std::sync::atomic::{AtomicU64, Ordering};
 use stickslip::Run;
 use stickslip::analysis::linearised::linearise;
-use stickslip::case::{Case, CaseRef, CaseSource, Override, WrittenCase};
+use stickslip::case::{Case, CaseSource, Override, WrittenCase};
 use stickslip::record::{Event, EventKind, MemoryRecorder};
 use stickslip::simulation::trains::natural_period;
 use stickslip::simulation::{Method, SolverOptions};
@@ -38,7 +38,7 @@ fn hold(brake: Brake, index: u64) -> Option<Vec<f64>> {
     let (name, mut overrides) = brake(index);
     let source = CaseSource::built_in(name).unwrap();
     overrides.push(Override::parse("solver.method=series").unwrap());
-    let case = Case::parse(&source, &overrides).unwrap();
+    let case = Case::read(&source, &overrides).unwrap();
     assert_eq!(
         (case.solver.method, case.solver.rtol),
         (Method::Series, SolverOptions::default().rtol)
@@ -46,7 +46,7 @@ fn hold(brake: Brake, index: u64) -> Option<Vec<f64>> {
     let mut recorder = MemoryRecorder::default();
     let end = case.output.end_time;
     Run::new(&case).record(&mut recorder).start().unwrap();
-    let linearised = linearise(&WrittenCase::of(CaseRef::from(&case)), None, &|| false).unwrap();
+    let linearised = linearise(&WrittenCase::of(&case), None, &|| false).unwrap();
     let kinds: Vec<EventKind> = linearised.events.iter().map(|event| event.kind).collect();
     let alike = kinds == recorder.events.iter().map(|event| event.kind).collect::<Vec<_>>();
 

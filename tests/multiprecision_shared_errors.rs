@@ -25,7 +25,7 @@ fn source() -> CaseSource {
 
 /// Certifies a case and holds every event against the exact one of its kind: (uncertainty, error) of each.
 fn check(name: &str, changes: &[Override], exact: &[(EventKind, Number)]) -> Vec<(f64, f64)> {
-    let case = Case::parse(&source(), changes).unwrap();
+    let case = Case::read(&source(), changes).unwrap();
     let mut recorder = MemoryRecorder::default();
     Run::new(&case).record(&mut recorder).start().unwrap();
     let certificate = certify(&case, &recorder, &|| false).unwrap();
@@ -163,7 +163,7 @@ fn multiprecision_certified_kicks_at_the_instability() {
             "output.window=[]",
             "output.around=none",
         ]));
-        let end = Case::parse(&source(), &changes).unwrap().output.end_time;
+        let end = Case::read(&source(), &changes).unwrap().output.end_time;
         let exact: Vec<(EventKind, Number)> = exact_events(&source(), &changes, end, 33)
             .into_iter()
             .map(|event| (event.kind, event.time))
@@ -194,7 +194,7 @@ fn multiprecision_slow_manifold_knows_its_error() {
             "output.window=[]",
             "output.around=none",
         ]);
-        let case = Case::parse(&source(), &changes).unwrap();
+        let case = Case::read(&source(), &changes).unwrap();
         let exact = Case::exact(&source(), &changes).unwrap().system;
         let solve = |end: &str, times: &[String]| {
             let options = OracleOptions {

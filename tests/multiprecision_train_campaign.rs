@@ -11,7 +11,7 @@ use std::time::Duration;
 use stickslip::Run;
 use stickslip::analysis::Certify;
 use stickslip::analysis::certificate::Verdict;
-use stickslip::case::{AnyCase, CaseSource, Origin, TrainCase};
+use stickslip::case::{Case, CaseSource, Origin};
 use stickslip::record::{Channels, MemoryRecorder, Sample, State};
 use stickslip::simulation::{Method, RunReport, SolverOptions};
 
@@ -179,7 +179,7 @@ const SAMPLED: [(Method, f64, f64); 5] = [
     (Method::CvodeAdams, 1e-7, 1e-5),
 ];
 
-fn by(case: &TrainCase, method: Method) -> Result<(MemoryRecorder, RunReport), String> {
+fn by(case: &Case, method: Method) -> Result<(MemoryRecorder, RunReport), String> {
     let solver = SolverOptions {
         method,
         ..case.solver.clone()
@@ -236,7 +236,7 @@ fn property_channels_of_random_trains_agree() {
             text: system(index),
             origin: Origin::File(format!("trains-{index}.toml").into()),
         };
-        let Ok(mut case) = TrainCase::parse(&source, &[]) else {
+        let Ok(mut case) = Case::read(&source, &[]) else {
             failures.push(format!("{index}: no case"));
             continue;
         };
@@ -296,14 +296,14 @@ fn multiprecision_random_trains() {
             text: system(index),
             origin: Origin::File(format!("trains-{index}.toml").into()),
         };
-        let case = match TrainCase::parse(&source, &[]) {
+        let case = match Case::read(&source, &[]) {
             Ok(case) => case,
             Err(error) => {
                 failures.push(format!("{index}: {error}\n{}", source.text));
                 continue;
             }
         };
-        let exact = AnyCase::exact(&source, &[]).unwrap();
+        let exact = Case::exact(&source, &[]).unwrap();
         for (k, (method, rtol, bound)) in METHODS.into_iter().enumerate() {
             let solver = SolverOptions {
                 method,

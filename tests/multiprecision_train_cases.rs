@@ -9,7 +9,7 @@ use std::time::{Duration, Instant};
 use stickslip::analysis::Certificate;
 use stickslip::analysis::certificate::Verdict;
 use stickslip::case::builtin::TRAINS;
-use stickslip::case::{CaseSource, Override, TrainCase, Words};
+use stickslip::case::{Case, CaseSource, Override, Words};
 use stickslip::model::Mode;
 use stickslip::record::{EventKind, MemoryRecorder};
 use stickslip::simulation::{Method, SolverOptions};
@@ -47,7 +47,7 @@ fn multiprecision_every_built_in_case_of_trains_by_every_kind_of_method() {
             "lugre-slider" => &[Override::parse("output.end_time=12").unwrap()],
             _ => &[],
         };
-        let case = TrainCase::parse(&source, changes).unwrap();
+        let case = Case::read(&source, changes).unwrap();
         let truth = match truth((&source, changes), &case, 20) {
             Ok(truth) => truth,
             Err(error) => {
@@ -400,7 +400,7 @@ interval = 0.005
 fn multiprecision_a_saturated_tanh() {
     for text in SATURATED {
         let source = source(text);
-        let case = TrainCase::parse(&source, &[]).unwrap();
+        let case = Case::read(&source, &[]).unwrap();
         let truth = truth((&source, &[]), &case, 20).unwrap();
         let solver = SolverOptions {
             method: Method::Series,

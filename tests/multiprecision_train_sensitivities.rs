@@ -10,14 +10,14 @@ use stickslip::analysis::certificate::Verdict;
 use stickslip::analysis::linearised::linearise;
 use stickslip::analysis::sensitivity::{Affected, CaseSensitivities, Outcome, sensitivities};
 use stickslip::analysis::{Certify, Deadline, Written};
-use stickslip::case::{AnyCase, Case, CaseRef, CaseSource, Override, TrainCase, WrittenCase};
+use stickslip::case::{Case, CaseSource, Override, WrittenCase};
 use stickslip::model::Mode;
 use stickslip::oracle::Number;
 use stickslip::record::Event;
 
 /// The events of a case by its own method.
 fn events(source: &CaseSource, changes: &[Override]) -> Vec<Event> {
-    recorded(&TrainCase::parse(source, changes).unwrap()).events
+    recorded(&Case::read(source, changes).unwrap()).events
 }
 
 fn of_events(source: &CaseSource, changes: &[Override], own: &[Event]) -> Result<CaseSensitivities, String> {
@@ -127,7 +127,7 @@ fn multiprecision_slopes_of_built_in_cases() {
         let exact = |path: &str, value: f64| -> Option<Vec<Number>> {
             let mut changes = changes.clone();
             changes.push(Override::number(path, value));
-            let case = TrainCase::parse(&source, &changes).ok()?;
+            let case = Case::read(&source, &changes).ok()?;
             let solved = truth((&source, &changes), &case, 28).unwrap();
             Some(solved.report.events.into_iter().map(|event| event.time).collect())
         };
@@ -250,8 +250,8 @@ end = "fixed"
 /// A key of the short form moves both places that it stands for; the others are the same numbers.
 #[test]
 fn analytic_the_brake_as_trains_has_the_slopes_of_its_short_form() {
-    let brake = Case::parse(&source(&format!("{SHORT}{QUICK}")), &[]).unwrap();
-    let linear = linearise(&WrittenCase::of(CaseRef::from(&brake)), None, &|| false).unwrap();
+    let brake = Case::read(&source(&format!("{SHORT}{QUICK}")), &[]).unwrap();
+    let linear = linearise(&WrittenCase::of(&brake), None, &|| false).unwrap();
     let source = source(&format!("{TRAINS}{QUICK}"));
     let found = of_case(&source, &[]);
     let own = events(&source, &[]);
@@ -414,8 +414,8 @@ interval = 0.002
 #[test]
 fn property_after_the_deadline_a_certificate_says_what_it_lacks() {
     let source = CaseSource::built_in("belt-coulomb").unwrap();
-    let case = TrainCase::parse(&source, &[]).unwrap();
-    let exact = AnyCase::exact(&source, &[]).unwrap();
+    let case = Case::read(&source, &[]).unwrap();
+    let exact = Case::exact(&source, &[]).unwrap();
     let record = recorded(&case);
     let written = Written::new((&case).into(), None, &source, &[]);
     let nothing = Deadline::after(Instant::now(), Some(0.0));

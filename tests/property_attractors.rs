@@ -3,7 +3,7 @@
 
 use stickslip::SavedRun;
 use stickslip::analysis::{Summary, Witness};
-use stickslip::case::{CaseSource, Origin, Override, TrainCase};
+use stickslip::case::{Case, CaseSource, Origin, Override};
 
 /// A run of a case, with another method beside it.
 fn run(text: &str, changes: &[&str]) -> (Summary, Option<Witness>) {
@@ -12,7 +12,7 @@ fn run(text: &str, changes: &[&str]) -> (Summary, Option<Witness>) {
         origin: Origin::File("case.toml".into()),
     };
     let changes: Vec<Override> = changes.iter().map(|change| Override::parse(change).unwrap()).collect();
-    let case = TrainCase::parse(&source, &changes).unwrap();
+    let case = Case::read(&source, &changes).unwrap();
     let folder = tempfile::tempdir().unwrap();
     let saved = SavedRun::new(&case, &folder.path().join("run.h5"))
         .witness(true)
@@ -157,7 +157,7 @@ end_time = 20.0
         text: text.to_owned(),
         origin: Origin::File("case.toml".into()),
     };
-    let case = TrainCase::parse(&source, &[]).unwrap();
+    let case = Case::read(&source, &[]).unwrap();
     let mut recorder = stickslip::record::MemoryRecorder::default();
     stickslip::Run::of_trains(&case.system, 0.0, &case.solver, &case.output)
         .record(&mut recorder)

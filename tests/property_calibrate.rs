@@ -27,7 +27,7 @@ fn measured(settings: &[&str]) -> Summary {
         Override::parse("output.around=none").unwrap(),
     ];
     overrides.extend(settings.iter().map(|setting| Override::parse(setting).unwrap()));
-    let case = Case::parse(&base, &overrides).unwrap();
+    let case = Case::read(&base, &overrides).unwrap();
     let report = Run::new(&case).start().unwrap();
     Summary::of_run(&case.system, &report)
 }

@@ -18,7 +18,7 @@ fn quick(more: &[&str]) -> (Case, MemoryRecorder) {
         .chain(more)
         .map(|s| Override::parse(s).unwrap())
         .collect();
-    let case = Case::parse(&CaseSource::built_in("paper-si").unwrap(), &overrides).unwrap();
+    let case = Case::read(&CaseSource::built_in("paper-si").unwrap(), &overrides).unwrap();
     let mut recorder = MemoryRecorder::default();
     Run::new(&case).record(&mut recorder).start().unwrap();
     (case, recorder)
@@ -114,7 +114,7 @@ fn property_an_event_without_an_uncertainty_is_not_converged() {
         "output={end_time=0.7697, interval=0.05}",
     ];
     let overrides: Vec<Override> = settings.iter().map(|s| Override::parse(s).unwrap()).collect();
-    let case = Case::parse(&CaseSource::built_in("paper-si").unwrap(), &overrides).unwrap();
+    let case = Case::read(&CaseSource::built_in("paper-si").unwrap(), &overrides).unwrap();
     let mut recorder = MemoryRecorder::default();
     Run::new(&case).record(&mut recorder).start().unwrap();
     let certificate = certify(&case, &recorder, &|| false).unwrap();

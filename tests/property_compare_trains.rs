@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use std::sync::OnceLock;
 
 use stickslip::SavedRun;
-use stickslip::case::{CaseSource, Override, TrainCase};
+use stickslip::case::{Case, CaseSource, Override};
 use stickslip::compare::{Cause, Comparison, Mapping, Reference};
 use stickslip::results::{Overwrite, ResultFile};
 
@@ -19,7 +19,7 @@ fn run(path: &Path, case: &str, overrides: &[&str]) {
         .chain(overrides)
         .map(|text| Override::parse(text).unwrap())
         .collect();
-    let case = TrainCase::parse(&source, &overrides).unwrap();
+    let case = Case::read(&source, &overrides).unwrap();
     let report = SavedRun::new(&case, path).overwrite(Overwrite::Force).start().unwrap();
     assert!(report.failure.is_none() && report.unsaved.is_none());
 }

@@ -250,7 +250,7 @@ fn cases() {
             text,
             origin: Origin::File(PathBuf::from("hostile.toml")),
         };
-        let mut case = Case::parse(&source, &limits).map_err(|error| error.to_string())?;
+        let mut case = Case::read(&source, &limits).map_err(|error| error.to_string())?;
         // Samples by the million are meant by whoever asks for them.
         case.output.interval = case.output.interval.max(case.output.end_time / 1e5);
         case.output.windows.clear();

@@ -120,7 +120,7 @@ fn multiprecision_unperturbed_case_is_noise() {
 #[test]
 fn property_release_is_legal() {
     use stickslip::case::{Case, CaseSource};
-    let case = Case::parse(&CaseSource::built_in("release").unwrap(), &[]).unwrap();
+    let case = Case::read(&CaseSource::built_in("release").unwrap(), &[]).unwrap();
     let by = |method| {
         let options = SolverOptions {
             method,

@@ -6,13 +6,13 @@ use stickslip::analysis::linearised::linearise;
 use stickslip::analysis::sensitivity::{
     Affected, CaseSensitivities, Outcome, Sensitivities, Sensitivity, sensitivities as of_case,
 };
-use stickslip::case::{Case, CaseRef, CaseSource, Override, WrittenCase};
+use stickslip::case::{Case, CaseSource, Override, WrittenCase};
 use stickslip::model::Parameters;
 use stickslip::record::{Event, MemoryRecorder};
 
 fn case(settings: &[&str]) -> Case {
     let overrides: Vec<Override> = settings.iter().map(|s| Override::parse(s).unwrap()).collect();
-    Case::parse(&CaseSource::built_in("paper-si").unwrap(), &overrides).unwrap()
+    Case::read(&CaseSource::built_in("paper-si").unwrap(), &overrides).unwrap()
 }
 
 /// A short slide from a low speed, with a kick at the loss of stability: sticks and slips within a quarter of a second.
@@ -24,7 +24,7 @@ const QUICK: [&str; 4] = [
 ];
 
 fn written(case: &Case, halves: &[(&str, f64)]) -> WrittenCase {
-    let plain = WrittenCase::of(CaseRef::from(case));
+    let plain = WrittenCase::of(case);
     let with = |written: WrittenCase, half: &(&str, f64)| written.with_half_last_digit(half.0, half.1);
     halves.iter().fold(plain, with)
 }

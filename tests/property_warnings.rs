@@ -9,7 +9,7 @@ use stickslip::simulation::{Method, SolverOptions};
 
 fn warned(case: &str, settings: &[&str]) -> Vec<Warning> {
     let overrides: Vec<Override> = settings.iter().map(|s| Override::parse(s).unwrap()).collect();
-    let case = Case::parse(&CaseSource::built_in(case).unwrap(), &overrides).unwrap();
+    let case = Case::read(&CaseSource::built_in(case).unwrap(), &overrides).unwrap();
     let (_, report) = run(&disks(&case), &case.solver, &case.output);
     let summary = Summary::of_run(&case.system, &report);
     warnings(&case, &summary)
@@ -165,7 +165,7 @@ fn property_advice_on_accuracy_fits_the_method() {
 fn property_an_open_balance_is_measured_by_the_tolerance() {
     let with = |settings: &[&str]| {
         let overrides: Vec<Override> = settings.iter().map(|s| Override::parse(s).unwrap()).collect();
-        Case::parse(&CaseSource::built_in("paper").unwrap(), &overrides).unwrap()
+        Case::read(&CaseSource::built_in("paper").unwrap(), &overrides).unwrap()
     };
     let loose = with(&["solver.method=\"cvode\"", "solver.rtol=1e-5"]);
     let (_, report) = run(&disks(&loose), &loose.solver, &loose.output);

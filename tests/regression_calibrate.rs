@@ -42,7 +42,7 @@ fn regression_the_us_values_meet_the_papers_numbers_near_five() {
     assert!(decay.least > 4.97 && decay.largest < 5.01, "{decay:?}");
     // Calibrations run by series; by the SUNDIALS solvers the optimum meets the same numbers.
     let mut case = study.case_at(&calibration.shares).unwrap();
-    case.solver.method = Case::parse(&CaseSource::built_in("paper").unwrap(), &[])
+    case.solver.method = Case::read(&CaseSource::built_in("paper").unwrap(), &[])
         .unwrap()
         .solver
         .method;

@@ -6,15 +6,15 @@ use std::path::Path;
 use std::sync::Arc;
 use stickslip::SavedRun;
 use stickslip::analysis::KeptRun;
-use stickslip::case::{AnyCase, CaseSource, Override};
+use stickslip::case::{Case, CaseSource, Override};
 use stickslip::cli::{End, capture};
 use stickslip::results::{KeptRows, KeptView, Overwrite, ResultFile, Status, Values};
 
 type Outcome = Result<(), Box<dyn Error>>;
 
-fn case(name: &str, settings: &[&str]) -> Result<AnyCase, Box<dyn Error>> {
+fn case(name: &str, settings: &[&str]) -> Result<Case, Box<dyn Error>> {
     let overrides = settings.iter().map(|setting| Override::parse(setting));
-    Ok(AnyCase::read(
+    Ok(Case::read(
         &CaseSource::built_in(name)?,
         &overrides.collect::<Result<Vec<_>, _>>()?,
     )?)
@@ -31,7 +31,7 @@ fn view(rows: &KeptRows) -> KeptView<'_> {
     }
 }
 
-fn recorded(case: &AnyCase, path: &Path) -> Outcome {
+fn recorded(case: &Case, path: &Path) -> Outcome {
     assert!(SavedRun::new(case, path).start()?.unsaved.is_none());
     Ok(())
 }

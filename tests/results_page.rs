@@ -29,7 +29,7 @@ fn page_of(path: &Path) -> (ResultFile, page::Page, Page) {
 fn run(folder: &TempDir, overrides: &[&str]) -> PathBuf {
     let source = CaseSource::built_in("paper").unwrap();
     let overrides: Vec<Override> = overrides.iter().map(|text| Override::parse(text).unwrap()).collect();
-    let case = Case::parse(&source, &overrides).unwrap();
+    let case = Case::read(&source, &overrides).unwrap();
     let path = folder.path().join("paper.h5");
     let header = Header {
         title: case.title.clone(),

@@ -8,7 +8,7 @@ use std::path::{Path, PathBuf};
 use page_common::{Page, assert_decoded, doubles};
 use stickslip::analysis::SavedRun;
 use stickslip::analysis::headline::{headline, of_file};
-use stickslip::case::{CaseSource, Origin, Override, TrainCase};
+use stickslip::case::{Case, CaseSource, Origin, Override};
 use stickslip::plot::page::{self, SIZE_LIMIT};
 use stickslip::results::ResultFile;
 use tempfile::TempDir;
@@ -54,9 +54,9 @@ fn source(name: &str) -> CaseSource {
 }
 
 /// A run of a case into a file, and its page.
-fn page_of(folder: &TempDir, name: &str, overrides: &[&str]) -> (TrainCase, ResultFile, Page) {
+fn page_of(folder: &TempDir, name: &str, overrides: &[&str]) -> (Case, ResultFile, Page) {
     let overrides: Vec<Override> = overrides.iter().map(|text| Override::parse(text).unwrap()).collect();
-    let case = TrainCase::parse(&source(name), &overrides).unwrap_or_else(|error| panic!("{error}"));
+    let case = Case::read(&source(name), &overrides).unwrap_or_else(|error| panic!("{error}"));
     let path = folder.path().join(format!("{name}.h5"));
     SavedRun::new(&case, &path).start().unwrap();
     let (file, page) = read(&path);
@@ -155,7 +155,7 @@ fn results_page_of_trains_has_every_channel() {
 fn results_page_of_trains_says_what_the_run_comes_to() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("belt-leine.h5");
-    let case = TrainCase::parse(&source("belt-leine"), &[]).unwrap();
+    let case = Case::read(&source("belt-leine"), &[]).unwrap();
     let report = SavedRun::new(&case, &path).start().unwrap();
     let (_, page) = read(&path);
     let said = headline(&case, &report.summary);
@@ -327,7 +327,7 @@ fn results_page_of_a_file_without_later_attributes() {
 #[test]
 fn regression_page_of_a_brake_has_its_words() {
     let folder = tempfile::tempdir().unwrap();
-    let case = stickslip::case::Case::parse(
+    let case = stickslip::case::Case::read(
         &CaseSource::built_in("paper").unwrap(),
         &[
             Override::parse("output.end_time=0.01").unwrap(),

@@ -14,7 +14,7 @@ use stickslip::simulation::{Method, SolverOptions};
 
 /// The largest difference of an event's time (s) at an rtol; `None` if the onset belongs to rounding.
 fn difference(name: &str, overrides: &[Override], rtol: f64) -> Option<f64> {
-    let case = Case::parse(&CaseSource::built_in(name).unwrap(), overrides).unwrap();
+    let case = Case::read(&CaseSource::built_in(name).unwrap(), overrides).unwrap();
     let by = |method, rtol| {
         let solver = SolverOptions {
             method,

@@ -66,7 +66,7 @@ fn count(recorder: &MemoryRecorder, kind: EventKind) -> usize {
 
 #[test]
 fn sundials_release_and_grip() {
-    let case = Case::parse(&CaseSource::built_in("release").unwrap(), &[]).unwrap();
+    let case = Case::read(&CaseSource::built_in("release").unwrap(), &[]).unwrap();
     let recorder = hold("release", &disks(&case), case.output.end_time);
     assert!(count(&recorder, EventKind::Separation) >= 2 && count(&recorder, EventKind::Stick) >= 2);
 }

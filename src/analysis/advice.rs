@@ -6,7 +6,7 @@ use super::exact::partners;
 use super::ladder::run;
 use super::verdict::{LEAST_WITNESSES, significant};
 use super::warning::{KICK_OPTION, finer};
-use crate::case::{AnyCase, CaseRef};
+use crate::case::Case;
 use crate::oracle::OracleSolution;
 use crate::simulation::{Method, SolverOptions};
 
@@ -68,7 +68,7 @@ fn too_few_runs(certificate: &Certificate) -> bool {
 /// lacks them the likely settings are tried: each is a run, and a certificate of its own or, with the oracle's `solution`, a
 /// comparison with that. With more digits than a double holds it is the oracle's events that must have them.
 pub fn shortfall<'a>(
-    case: impl Into<CaseRef<'a>>,
+    case: &'a Case,
     certificate: &Certificate,
     solution: Option<&OracleSolution>,
     digits: u32,
@@ -85,7 +85,6 @@ pub fn shortfall<'a>(
     if certificate.verdict == Verdict::Converged && least >= digits {
         return None;
     }
-    let case = case.into();
     let most = certificate.most_digits().unwrap_or(DIGITS_OF_DOUBLE);
     let asked = match certificate.verdict {
         Verdict::Converged if digits > most && solution.is_none() => {
@@ -109,7 +108,7 @@ pub fn shortfall<'a>(
     let mut tried: Vec<(String, u32)> = Vec::new();
     for solver in candidates(case.solver()) {
         let setting = setting(&solver, case.solver());
-        let mut candidate = AnyCase::from(case);
+        let mut candidate = case.clone();
         candidate.solver = solver;
         let reached = digits_of((&candidate).into(), solution, stop);
         if stop() {
@@ -193,7 +192,7 @@ fn setting(candidate: &SolverOptions, own: &SolverOptions) -> String {
 }
 
 /// Digits of every event of the sequence that a run of the case has; 0 if it fails or is not converged.
-fn digits_of(case: CaseRef, solution: Option<&OracleSolution>, stop: &(dyn Fn() -> bool + Sync)) -> u32 {
+fn digits_of(case: &Case, solution: Option<&OracleSolution>, stop: &(dyn Fn() -> bool + Sync)) -> u32 {
     let finished = run(case, case.solver(), &compared_output(case.output()), stop);
     if finished.rung.failure.is_some() || stop() {
         return 0;

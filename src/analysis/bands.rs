@@ -8,7 +8,7 @@
 
 use super::ladder::{Finished, counterparts, finest_auto, shares_errors, time_scale, witnesses as witnesses_of};
 use super::verdict::{CertifiedEvent, LEAST_WITNESSES, Verdict};
-use crate::case::CaseRef;
+use crate::case::Case;
 use crate::friction::Law;
 use crate::model::Mode;
 use crate::model::trains::Pressing;
@@ -25,7 +25,7 @@ use std::ops::Range;
 const LEAST_BAND: f64 = 16.0 * f64::EPSILON;
 
 /// Name and unit of every column of a row: states, channels and the further ones, as a file of the case has them.
-pub fn columns(case: CaseRef) -> impl Iterator<Item = (String, &'static str)> + use<> {
+pub fn columns(case: &Case) -> impl Iterator<Item = (String, &'static str)> + use<> {
     let [trajectory, ..] = schema::extended_tables(&extension(case));
     // Time, mode and segment stand before the values.
     let first = State::DESCRIPTIONS[0].0;
@@ -375,7 +375,7 @@ impl Compare<'_> {
     /// be far larger than they are: the work of a kick is one of kinetic energies, and the residual one of all energies. A normal
     /// force that is given directly is a sum of signals, which may be far larger than it is while the contact is closed. Runs that
     /// share those numbers to the last digit do not show how they are rounded.
-    fn roundings(&self, case: CaseRef, names: &[(String, &str)], largest: &[f64]) -> Vec<f64> {
+    fn roundings(&self, case: &Case, names: &[(String, &str)], largest: &[f64]) -> Vec<f64> {
         let named = || names.iter().map(|one| one.0.as_str()).zip(largest.iter().copied());
         let is_energy = |name: &str| {
             let starts = ["energy_", "work_", "dissipated_"];
@@ -407,10 +407,10 @@ impl Compare<'_> {
 /// the ends in terms of the channel, and the channel's own rounding. One witness alone may share an error by chance, and
 /// one that comes of the long sliding, such as an angle's, is the same in all stretches. A witness that shares errors with
 /// the result counts for no less than the nearest that does not.
-pub(super) fn bands(case: CaseRef, result: &MemoryRecorder, ladder: &[Finished], events: &[CertifiedEvent]) -> Bands {
+pub(super) fn bands(case: &Case, result: &MemoryRecorder, ladder: &[Finished], events: &[CertifiedEvent]) -> Bands {
     let names: Vec<(String, &str)> = columns(case).collect();
     let (method, end_time) = (case.solver().method, case.output().end_time);
-    let course = Course::new(&case.system(), case.threshold(), case.solver());
+    let course = Course::new(case.system(), case.threshold(), case.solver());
     let own: Vec<Option<&Event>> = result.events.iter().map(Some).collect();
     let needed = course.further().len();
     let compare = Compare {
@@ -524,16 +524,16 @@ fn two_nearest(distances: impl Iterator<Item = (bool, f64)>) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::case::{AnyCase, CaseSource};
+    use crate::case::{Case, CaseSource};
     use crate::run::Run;
 
     /// From each sample of a run to the next, forward and backward, over a two-hundredth of the natural period, through slip,
     /// stick and separation: the run's own columns, to its tolerance.
     #[test]
     fn property_a_sample_moved_to_its_neighbour_is_the_neighbour() {
-        let case = AnyCase::read(&CaseSource::built_in("release").unwrap(), &[]).unwrap();
-        let case = CaseRef::from(&case);
-        let course = Course::new(&case.system(), case.threshold(), case.solver());
+        let case = Case::read(&CaseSource::built_in("release").unwrap(), &[]).unwrap();
+        let case = &case;
+        let course = Course::new(case.system(), case.threshold(), case.solver());
         let output = OutputOptions {
             end_time: 0.9,
             interval: 1.2e-6,

@@ -20,7 +20,7 @@ use super::warning::{Warning, warnings};
 
 pub use super::verdict::{CertifiedEvent, Verdict};
 
-use crate::case::{CaseRef, WrittenCase};
+use crate::case::{Case, WrittenCase};
 use crate::oracle::OracleError;
 use crate::record::{Event, EventKind, MemoryRecorder};
 use crate::simulation::trains::Excitation;
@@ -127,16 +127,16 @@ pub enum CertifyError {
 /// # Errors
 /// If the case with its own settings fails, or `stop` says so.
 pub fn certify<'a>(
-    case: impl Into<CaseRef<'a>>,
+    case: &'a Case,
     result: &MemoryRecorder,
     stop: &(dyn Fn() -> bool + Sync),
 ) -> Result<Certificate, CertifyError> {
-    certify_until(case.into(), result, &Deadline::default(), stop)
+    certify_until(case, result, &Deadline::default(), stop)
 }
 
 /// [`certify`], whose runs have to be done by a deadline.
 pub(super) fn certify_until(
-    case: CaseRef,
+    case: &Case,
     result: &MemoryRecorder,
     deadline: &Deadline,
     stop: &(dyn Fn() -> bool + Sync),
@@ -235,14 +235,14 @@ fn kick_above_methods(events: &[CertifiedEvent], linearised: &Linearised) -> Opt
 }
 
 fn judge(
-    case: CaseRef,
+    case: &Case,
     result: &[Event],
     ladder: &[Finished],
     linearised: &Linearised,
     noise: bool,
 ) -> Vec<CertifiedEvent> {
     let period = time_scale(case);
-    let excitation = Excitation::new(&case.system());
+    let excitation = Excitation::new(case.system());
     // All methods share the zeros of the normal force: their distances do not show how these are rounded.
     let mut of_zeros: f64 = 0.0;
     let onset = result.iter().position(|event| event.kind == EventKind::Stick);

@@ -5,7 +5,7 @@ use super::deadline::Deadline;
 use super::exact::{LONGEST, ORACLE_DIGITS, settle};
 use super::sensitivity::{CaseSensitivities, sensitivities};
 use super::verdict::{CertifiedEvent, Verdict};
-use crate::case::{AnyCase, CaseError, CaseRef, CaseSource, ExactCase, Override, WrittenCase};
+use crate::case::{Case, CaseError, CaseSource, ExactCase, Override, WrittenCase};
 use crate::oracle::{OracleProgress, OracleSolution};
 use crate::record::{Event, MemoryRecorder};
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -25,11 +25,11 @@ pub struct Written {
 impl Written {
     /// Of a case that `resolved` gives with these overrides. `given` is the text that it was made of, if there is one: it counts
     /// where it alone gives the same case.
-    pub fn new(case: CaseRef, given: Option<CaseSource>, resolved: &CaseSource, overrides: &[Override]) -> Written {
+    pub fn new(case: &Case, given: Option<CaseSource>, resolved: &CaseSource, overrides: &[Override]) -> Written {
         let same = |text: &CaseSource| {
-            let read = AnyCase::read(text, &[]);
+            let read = Case::read(text, &[]);
             read.is_ok_and(|read| {
-                let read = CaseRef::from(&read);
+                let read = &read;
                 (read.system(), read.threshold()) == (case.system(), case.threshold())
             })
         };
@@ -61,7 +61,7 @@ impl Written {
     /// # Errors
     /// All problems that were found.
     pub fn exact(&self) -> Result<ExactCase, CaseError> {
-        AnyCase::exact(&self.source, &self.overrides)
+        Case::exact(&self.source, &self.overrides)
     }
 }
 
@@ -83,7 +83,7 @@ struct Question<'a> {
 /// use stickslip::record::MemoryRecorder;
 ///
 /// let short = Override::parse("output.end_time=0.01")?;
-/// let case = Case::parse(&CaseSource::built_in("paper-si")?, &[short])?;
+/// let case = Case::read(&CaseSource::built_in("paper-si")?, &[short])?;
 /// let mut result = MemoryRecorder::default();
 /// Run::new(&case).record(&mut result).start()?;
 /// let certified = Certify::new(&case).start(&result)?;
@@ -92,7 +92,7 @@ struct Question<'a> {
 /// ```
 #[must_use = "nothing is computed before `start`"]
 pub struct Certify<'a> {
-    case: CaseRef<'a>,
+    case: &'a Case,
     written: Option<&'a Written>,
     oracle: Option<Question<'a>>,
     deadline: Deadline,
@@ -125,9 +125,9 @@ pub enum Stage {
 
 impl<'a> Certify<'a> {
     /// Of a result of this case, which its own settings would give again.
-    pub fn new(case: impl Into<CaseRef<'a>>) -> Self {
+    pub fn new(case: &'a Case) -> Self {
         Certify {
-            case: case.into(),
+            case: case,
             written: None,
             oracle: None,
             deadline: Deadline::default(),
@@ -144,7 +144,7 @@ impl<'a> Certify<'a> {
     }
 
     /// Let the oracle have the last word, with so many true digits of every event time at least. `exact` is the case without
-    /// rounding, as by [`AnyCase::exact`].
+    /// rounding, as by [`Case::exact`].
     pub fn oracle(mut self, exact: &'a ExactCase, digits: u32) -> Self {
         self.oracle = Some(Question {
             exact,
@@ -280,8 +280,8 @@ mod tests {
         ];
         let short = settings.map(|setting| Override::parse(setting).unwrap());
         let source = CaseSource::built_in("paper").unwrap();
-        let case = Case::parse(&source, &short).unwrap();
-        let written = Written::new(CaseRef::from(&case), None, &source, &short);
+        let case = Case::read(&source, &short).unwrap();
+        let written = Written::new(&case, None, &source, &short);
         let mut result = MemoryRecorder::default();
         Run::new(&case).record(&mut result).start().unwrap();
         let certificate = certify(&case, &result, &|| false).unwrap();

@@ -6,7 +6,7 @@
 
 use super::certificate::{Certificate, CertifiedEvent, CertifyError, LARGEST_SHARE, Verdict};
 use super::ladder::time_scale;
-use crate::case::{CaseRef, ExactCase};
+use crate::case::{Case, ExactCase};
 use crate::oracle::{self, Number, OracleProgress, OracleRequest, OracleSolution};
 use crate::record::sequence::{Alignment, SequenceEvent};
 use crate::record::{Event, EventKind};
@@ -28,14 +28,13 @@ pub const LONGEST: Duration = Duration::from_secs(24 * 3600);
 /// Those of [`oracle::solve`].
 pub fn settle(
     certificate: &mut Certificate,
-    case: CaseRef,
+    case: &Case,
     exact: &ExactCase,
     result: &[Event],
     asked: (u32, Duration),
     stop: &dyn Fn() -> bool,
     progress: &mut dyn FnMut(OracleProgress),
 ) -> Result<OracleSolution, CertifyError> {
-    let case = case.into();
     let mut solution = solve(case, exact, certificate, asked, stop, progress)?;
     drop_events_at_the_end(&mut solution, result, case.output().end_time);
     last_word(certificate, case, result, &solution);
@@ -82,7 +81,7 @@ pub(super) fn drop_events_at_the_end(solution: &mut OracleSolution, own: &[Event
 }
 
 fn solve(
-    case: CaseRef,
+    case: &Case,
     exact: &ExactCase,
     certificate: &Certificate,
     (digits, longest): (u32, Duration),
@@ -133,7 +132,7 @@ impl Partner {
 
 /// Of each event of a result the oracle's; `None` where the oracle has no such event near it. And how many events of the
 /// sequence the oracle has beside these.
-pub(super) fn partners(case: CaseRef, result: &[Event], solution: &OracleSolution) -> (Vec<Option<Partner>>, usize) {
+pub(super) fn partners(case: &Case, result: &[Event], solution: &OracleSolution) -> (Vec<Option<Partner>>, usize) {
     let period = time_scale(case);
     let exact = &solution.report.events;
     let in_word = |kind: EventKind| kind.in_event_sequence();
@@ -187,13 +186,8 @@ pub(super) fn partners(case: CaseRef, result: &[Event], solution: &OracleSolutio
 /// Puts the oracle's events in place of what the ladder says of them. Of each event the uncertainty becomes its distance from
 /// the oracle's, plus the oracle's own error, and it is converged where the oracle has it. What the ladder said stays
 /// beside it, and where that was wrong, [`Certificate::contradiction`] says so.
-pub fn last_word<'a>(
-    certificate: &mut Certificate,
-    case: CaseRef,
-    result: &[Event],
-    solution: &OracleSolution,
-) {
-    let (partners, missing) = partners(case.into(), result, solution);
+pub fn last_word<'a>(certificate: &mut Certificate, case: &Case, result: &[Event], solution: &OracleSolution) {
+    let (partners, missing) = partners(case, result, solution);
     let ladder = certificate.verdict;
     for (event, partner) in certificate.events.iter_mut().zip(&partners) {
         (event.verdict, event.uncertainty) = match partner {

@@ -173,7 +173,7 @@ mod tests {
             "solver.method=series",
         ];
         let overrides = changes.map(|change| Override::parse(change).unwrap());
-        let case = Case::parse(&CaseSource::built_in("paper-si").unwrap(), &overrides).unwrap();
+        let case = Case::read(&CaseSource::built_in("paper-si").unwrap(), &overrides).unwrap();
         let mut recorder = MemoryRecorder::default();
         Run::new(&case).record(&mut recorder).start().unwrap();
         let trains = case.system.clone();

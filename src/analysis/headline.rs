@@ -2,7 +2,7 @@
 
 use super::attractor::{Attractor, Extremes, LONGEST_PERIOD};
 use super::summary::{Outcome, Summary, TURNOVER, residual_row, share_of};
-use crate::case::{AnyCase, CaseRef, CaseSource, Motion, builtin};
+use crate::case::{Case, CaseSource, Motion, builtin};
 use crate::record::{CycleStatistics, Event, EventDigest, EventKind};
 use crate::results::{ResultError, ResultFile, Status, StickSlipTable};
 use crate::simulation::trains::{natural_period, position_of};
@@ -45,12 +45,12 @@ pub struct HeadlineRow {
 
 /// The lines of a run of `case` that comes to `summary`, in the order in which they are read. The numbers of the paper stand
 /// beside those of its own case.
-pub fn headline<'a>(case: impl Into<CaseRef<'a>>, summary: &Summary) -> Vec<HeadlineRow> {
-    rows(Some(case.into()), summary)
+pub fn headline<'a>(case: &'a Case, summary: &Summary) -> Vec<HeadlineRow> {
+    rows(Some(case), summary)
 }
 
 /// The same of a run whose case may be unknown.
-fn rows(case: Option<CaseRef>, summary: &Summary) -> Vec<HeadlineRow> {
+fn rows(case: Option<&Case>, summary: &Summary) -> Vec<HeadlineRow> {
     let mut rows = match case.filter(|case| !case.stops()) {
         Some(case) => of_motion(case.motion(), summary),
         None => of_stop(summary),
@@ -66,7 +66,7 @@ fn rows(case: Option<CaseRef>, summary: &Summary) -> Vec<HeadlineRow> {
 ///
 /// # Errors
 /// If the file cannot be read.
-pub fn of_file(file: &ResultFile, case: Option<CaseRef>, events: &[Event]) -> Result<Vec<HeadlineRow>, ResultError> {
+pub fn of_file(file: &ResultFile, case: Option<&Case>, events: &[Event]) -> Result<Vec<HeadlineRow>, ResultError> {
     let table = file.stick_slip()?;
     let summary = summary_of_file(file, case, events, table.as_ref())?;
     let mut rows = rows(case, &summary);
@@ -79,7 +79,7 @@ pub fn of_file(file: &ResultFile, case: Option<CaseRef>, events: &[Event]) -> Re
 
 fn summary_of_file(
     file: &ResultFile,
-    case: Option<CaseRef>,
+    case: Option<&Case>,
     events: &[Event],
     table: Option<&StickSlipTable>,
 ) -> Result<Summary, ResultError> {
@@ -135,7 +135,7 @@ fn summary_of_file(
         distance: extra("attractor_distance").unwrap_or(f64::NAN),
         since: extra("attractor_since").unwrap_or(f64::NAN),
         extremes: position.map(|position| Extremes {
-            of: position_of(&case.system()),
+            of: position_of(case.system()),
             position,
             amplitude: extra("attractor_amplitude"),
             relative_velocity: (velocity("min"), velocity("max")),
@@ -146,8 +146,8 @@ fn summary_of_file(
 }
 
 /// When sliding that slows down by itself lost its stability, s.
-fn instability_of(case: CaseRef, events: &[Event]) -> Option<f64> {
-    let period = natural_period(&case.system()).filter(|_| case.stops())?;
+fn instability_of(case: &Case, events: &[Event]) -> Option<f64> {
+    let period = natural_period(case.system()).filter(|_| case.stops())?;
     let digest = EventDigest::of_events(Some(period), events);
     digest.instability.map(|event| event.time)
 }
@@ -315,9 +315,9 @@ fn of_motion(motion: Motion, summary: &Summary) -> Vec<HeadlineRow> {
 
 /// Whether a case describes the system of the built-in case of the paper, beside which its numbers are put; solver and output are
 /// free.
-pub fn is_paper_case<'a>(case: impl Into<CaseRef<'a>>) -> bool {
-    let paper = CaseSource::built_in(builtin::DEFAULT).and_then(|source| AnyCase::read(&source, &[]));
-    paper.is_ok_and(|paper| CaseRef::from(&paper).system() == case.into().system())
+pub fn is_paper_case<'a>(case: &'a Case) -> bool {
+    let paper = CaseSource::built_in(builtin::DEFAULT).and_then(|source| Case::read(&source, &[]));
+    paper.is_ok_and(|paper| paper.system() == case.system())
 }
 
 /// Kinds of events as a reader counts them: one of them, and several.

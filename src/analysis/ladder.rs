@@ -2,7 +2,7 @@
 
 use super::deadline::Deadline;
 use super::verdict::LEAST_WITNESSES;
-use crate::case::CaseRef;
+use crate::case::Case;
 use crate::model::trains::margin;
 use crate::record::{Event, EventKind, FurtherColumns, MemoryRecorder};
 use crate::run::Run;
@@ -59,17 +59,17 @@ fn is_worth_its_time((method, rtol): (Method, f64), of: Method) -> bool {
 
 /// Whether sliding slows down by itself and can lose its stability on the way: what was a deviation then grows until the first
 /// stick.
-pub(super) fn can_lose_stability(case: CaseRef) -> bool {
-    margin::resistance(&case.system()).is_ok()
+pub(super) fn can_lose_stability(case: &Case) -> bool {
+    margin::resistance(case.system()).is_ok()
 }
 
 /// What times of events are measured by, s: the natural period, or the whole run where nothing moves by itself.
-pub(super) fn time_scale(case: CaseRef) -> f64 {
-    natural_period(&case.system()).unwrap_or(case.output().end_time)
+pub(super) fn time_scale(case: &Case) -> f64 {
+    natural_period(case.system()).unwrap_or(case.output().end_time)
 }
 
 /// How many natural periods a run has to resolve.
-fn resolved_periods(case: CaseRef, run: &MemoryRecorder) -> f64 {
+fn resolved_periods(case: &Case, run: &MemoryRecorder) -> f64 {
     let period = time_scale(case);
     let resolved = run
         .segments
@@ -82,7 +82,7 @@ fn resolved_periods(case: CaseRef, run: &MemoryRecorder) -> f64 {
 /// long one; `own` is the case by its own settings. The paper's procedure does not know what it resolves: `series` tells in
 /// its place.
 pub(super) fn many_periods(
-    case: CaseRef,
+    case: &Case,
     own: &Finished,
     deadline: &Deadline,
     stop: &(dyn Fn() -> bool + Sync),
@@ -142,7 +142,7 @@ impl Finished {
 
 /// One run, in memory, with the rows of `output`; a failure is in its rung.
 pub(super) fn run(
-    case: CaseRef,
+    case: &Case,
     solver: &SolverOptions,
     output: &OutputOptions,
     stop: &(dyn Fn() -> bool + Sync),
@@ -198,7 +198,7 @@ pub(super) struct Ladder {
 /// of them. Where the fast mode has to be resolved for long ([`many_periods`]), because nothing damps it, only those that
 /// are worth their time.
 pub(super) fn climb(
-    case: CaseRef,
+    case: &Case,
     result: &[Event],
     output: &OutputOptions,
     own: Option<Finished>,
@@ -253,7 +253,7 @@ pub(super) fn climb(
     // One that has failed, or has another sequence, has to be stood in for.
     let stand_in = match can_lose_stability {
         true => Method::CvodeAdams,
-        false => method_without_series(&case.system()),
+        false => method_without_series(case.system()),
     };
     let events = word(result).len();
     let alike = witnesses(&runs, of)

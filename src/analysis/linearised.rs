@@ -4,7 +4,7 @@
 //! copies of the case: so everything is differentiated that a case can have, table, harmonic or bristle, by what the case file says
 //! of it. Two widths of the moves tell how far a derivative can be off.
 
-use crate::case::{CaseNumber, CaseRef, WrittenCase};
+use crate::case::{Case, CaseNumber, WrittenCase};
 use crate::model::Mode;
 use crate::record::{Event, EventKind, Recorder, RecorderError};
 use crate::simulation::trains::{Excitation, MovedCases, MovedTrains, variation};
@@ -104,7 +104,7 @@ impl Recorder for Times {
 }
 
 /// How a case is run by `series`.
-pub(super) fn by_series(case: CaseRef, max_steps: Option<usize>) -> SolverOptions {
+pub(super) fn by_series(case: &Case, max_steps: Option<usize>) -> SolverOptions {
     SolverOptions {
         method: Method::Series,
         rtol: RTOL,

@@ -4,7 +4,7 @@ use super::Summary;
 use super::attractor::Recurrence;
 use super::warning::{self, Warning};
 use super::witness::{Remembering, Sequence, Witness, witness};
-use crate::case::CaseRef;
+use crate::case::Case;
 use crate::record::Recorder;
 use crate::results::{Status, StickSlipTable};
 use crate::run::Run;
@@ -13,7 +13,7 @@ use std::ops::ControlFlow;
 
 /// A run that is over.
 pub(crate) struct Recorded<'a> {
-    case: CaseRef<'a>,
+    case: &'a Case,
     /// Of what was computed.
     pub report: RunReport,
     /// The same in numbers.
@@ -27,13 +27,13 @@ pub(crate) struct Recorded<'a> {
 
 /// Runs a case into a recorder. The report keeps the events, too, if it is to.
 pub(crate) fn recorded<'a>(
-    case: CaseRef<'a>,
+    case: &'a Case,
     recorder: &mut dyn Recorder,
     keeps_events: bool,
     control: &mut dyn FnMut(Progress) -> ControlFlow<()>,
 ) -> Recorded<'a> {
     let mut recorder = Remembering::new(recorder, keeps_events);
-    let mut recurrence = Recurrence::new(&case.system(), &mut recorder);
+    let mut recurrence = Recurrence::new(case.system(), &mut recorder);
     let (report, failure) = match Run::new(case).record(&mut recurrence).control(control).start() {
         Ok(report) => (report, None),
         Err(mut failure) => {

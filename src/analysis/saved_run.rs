@@ -3,7 +3,7 @@
 use super::recorded::{Recorded, recorded};
 use super::witness::Witness;
 use super::{Summary, Warning};
-use crate::case::CaseRef;
+use crate::case::Case;
 use crate::results::{Header, Overwrite, ResultError, ResultWriter, SavedRows, Status};
 use crate::simulation::{Progress, RunFailure, RunReport};
 use std::ops::ControlFlow;
@@ -18,7 +18,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 ///
 /// # let folder = tempfile::tempdir()?;
 /// # let path = folder.path().join("paper-si.h5");
-/// let case = Case::parse(&CaseSource::built_in("paper-si")?, &[])?;
+/// let case = Case::read(&CaseSource::built_in("paper-si")?, &[])?;
 /// let saved = SavedRun::new(&case, &path).start()?;
 /// println!("{} sticks, in {}", saved.summary.sticks, saved.file.display());
 /// # assert_eq!(stickslip::results::ResultFile::open(&path)?.events()?.len(), saved.summary.events);
@@ -26,7 +26,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 /// ```
 #[must_use = "nothing is computed before `start`"]
 pub struct SavedRun<'a> {
-    case: CaseRef<'a>,
+    case: &'a Case,
     path: &'a Path,
     header: Header,
     overwrite: Overwrite,
@@ -64,8 +64,7 @@ pub struct SavedReport {
 
 impl<'a> SavedRun<'a> {
     /// The run that a case of either form describes, into a file that replaces no other but a result of this program.
-    pub fn new(case: impl Into<CaseRef<'a>>, path: &'a Path) -> Self {
-        let case = case.into();
+    pub fn new(case: &'a Case, path: &'a Path) -> Self {
         let mut header = Header::new(case, String::new());
         header.case_text.clone_from(&header.resolved);
         SavedRun {

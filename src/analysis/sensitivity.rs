@@ -8,7 +8,7 @@ use super::Summary;
 use super::attractor::{Attractor, Recurrence};
 use super::deadline::INTERRUPTED;
 use super::linearised::{Linearised, Slope, Times, by_series, linearise};
-use crate::case::{CaseError, CaseNumber, CaseRef, WrittenCase};
+use crate::case::{Case, CaseError, CaseNumber, WrittenCase};
 use crate::hybrid::RunError;
 use crate::model::trains::ContactLaw;
 use crate::model::{KickTime, Mode};
@@ -296,7 +296,7 @@ enum NoRun {
 }
 
 /// The run of a case by `series`, in so many steps at most.
-fn run(case: CaseRef, max_steps: Option<usize>, stop: &dyn Fn() -> bool) -> Result<Outrun, NoRun> {
+fn run(case: &Case, max_steps: Option<usize>, stop: &dyn Fn() -> bool) -> Result<Outrun, NoRun> {
     let solver = by_series(case, max_steps);
     let output = OutputOptions::at_the_ends(case.output().end_time);
     let (trains, threshold) = (case.system(), case.threshold());
@@ -448,7 +448,7 @@ fn in_event_sequence(kinds: impl IntoIterator<Item = EventKind>) -> Vec<EventKin
 }
 
 /// What a change of another number does to the kicks.
-fn held(case: CaseRef) -> String {
+fn held(case: &Case) -> String {
     let kicks: Vec<String> = case
         .system()
         .kicks
@@ -571,7 +571,7 @@ impl Differentiated<'_> {
             Ok(case) => case,
             Err(error) => return without(Outcome::Invalid, invalid(&error, path)),
         };
-        let other = match run(CaseRef::from(&case), Some(RERUN_FACTOR * MOST_STEPS), self.stop) {
+        let other = match run(&case, Some(RERUN_FACTOR * MOST_STEPS), self.stop) {
             Ok(other) => other,
             Err(NoRun::Interrupted) => return None,
             Err(NoRun::Failed(text)) => return without(Outcome::Failed, format!("the run failed: {text}")),

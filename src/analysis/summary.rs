@@ -2,7 +2,7 @@
 
 use super::Growth;
 use super::attractor::{Attractor, Recurrence};
-use crate::case::{CaseRef, Motion};
+use crate::case::{Case, Motion};
 use crate::model::trains::margin::twice_resistance;
 use crate::model::trains::{ContactLaw, Pressing, Trains};
 use crate::record::CycleStatistics;
@@ -127,13 +127,13 @@ impl Summary {
     }
 
     /// Of a run of a case.
-    pub(super) fn of_case(case: CaseRef, report: &RunReport) -> Summary {
+    pub(super) fn of_case(case: &Case, report: &RunReport) -> Summary {
         Summary::of_run(case.system(), report)
     }
 
     /// Of a run whose sections `recurrence` has seen.
     pub(super) fn of_motion(case: &Case, report: &RunReport, recurrence: &Recurrence<'_>) -> Summary {
-        let attractor = recurrence.attractor(&case.system(), case.threshold());
+        let attractor = recurrence.attractor(case.system(), case.threshold());
         let (last_event_time, mode) = recurrence.end();
         Summary {
             last_event_time,

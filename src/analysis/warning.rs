@@ -1,7 +1,7 @@
 //! What a run's user should know before the result is used.
 
 use super::Summary;
-use crate::case::CaseRef;
+use crate::case::Case;
 use crate::model::trains::Pressing;
 use crate::simulation::{Grazing, Method, SolverOptions};
 use std::fmt;
@@ -128,8 +128,7 @@ pub(crate) fn grazing(grazing: Option<Grazing>, solver: &SolverOptions) -> Optio
 }
 
 /// All warnings of a run of the case that came to `summary`, but for what a witness says.
-pub fn warnings<'a>(case: impl Into<CaseRef<'a>>, summary: &Summary) -> Vec<Warning> {
-    let case = case.into();
+pub fn warnings<'a>(case: &'a Case, summary: &Summary) -> Vec<Warning> {
     let (solver, output) = (case.solver(), case.output());
     let mut warnings = Vec::new();
     let balance = (summary.energy_residual, summary.energy_turnover);
@@ -165,7 +164,7 @@ pub fn warnings<'a>(case: impl Into<CaseRef<'a>>, summary: &Summary) -> Vec<Warn
     warnings
 }
 
-fn balance_remedy(case: CaseRef) -> BalanceRemedy {
+fn balance_remedy(case: &Case) -> BalanceRemedy {
     if let Pressing::Axial { axial, actuation } = &case.system().pressing {
         let change = actuation.pieces().shortest_change();
         let period = std::f64::consts::TAU * (axial.mass / axial.stiffness).sqrt();

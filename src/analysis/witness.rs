@@ -4,7 +4,7 @@
 //! that two solvers agree on from one that is a solver's own.
 
 use super::warning::Warning;
-use crate::case::CaseRef;
+use crate::case::Case;
 use crate::hybrid::RunError;
 use crate::record::{Cycle, Event, EventKind, NoRecorder, Piece, Recorder, RecorderError, Sample, Segment};
 use crate::results::{MetaValue, WitnessAttributes};
@@ -239,12 +239,11 @@ pub(crate) fn witness_of(method: Method) -> Method {
 /// The tolerance is that of the case, at most the default; absolute tolerances and fixed steps of the case are left to the
 /// result. `stop` is asked now and then; `None` if it says so.
 pub fn witness<'a>(
-    case: impl Into<CaseRef<'a>>,
+    case: &'a Case,
     result: &Sequence,
     noise_determined: bool,
     stop: &dyn Fn() -> bool,
 ) -> Option<Witness> {
-    let case = case.into();
     let method = witness_of(case.solver().method);
     let solver = SolverOptions {
         method,
@@ -330,8 +329,8 @@ pub fn witness<'a>(
 
 /// Whether the witness need not be begun: the result's own resolved steps foretell that it takes too many. The paper's procedure
 /// does not know what it resolves.
-fn takes_too_long(case: CaseRef, method: Method, result: &Sequence) -> bool {
+fn takes_too_long(case: &Case, method: Method, result: &Sequence) -> bool {
     let knows = method == Method::Cvode && case.solver().method.locates_events();
-    let period = trains::natural_period(&case.system()).filter(|_| knows);
+    let period = trains::natural_period(case.system()).filter(|_| knows);
     period.is_some_and(|period| result.resolved / period * STEPS_PER_PERIOD > MOST_STEPS as f64)
 }

@@ -249,7 +249,7 @@ impl Override {
     /// or, if it is not valid TOML, taken as text: `200 lbf in s/rad`, `cvode-bdf`.
     ///
     /// # Errors
-    /// If there is no `=` or no key. Whether key and value fit is found by [`super::Case::parse`].
+    /// If there is no `=` or no key. Whether key and value fit is found by [`super::Case::read`].
     pub fn parse(text: &str) -> Result<Override, CaseError> {
         let place = || format!("--set {text}");
         let Some((key, value)) = text.split_once('=') else {

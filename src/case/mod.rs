@@ -20,7 +20,6 @@ pub mod builtin;
 pub mod quantity;
 pub mod schema;
 
-mod aliases;
 mod case_keys;
 mod conditions;
 pub(crate) mod document;
@@ -39,7 +38,6 @@ mod value;
 mod words;
 mod written;
 
-pub use aliases::{AnyCase, CaseRef, TrainCase};
 pub(crate) use case_keys::CaseKeys;
 pub use document::Override;
 pub use error::{CaseError, Problem};
@@ -118,6 +116,15 @@ impl Case {
             Some(document::Value::Float(number)) => Ok(*number),
             Some(document::Value::Integer(number)) => Ok(*number as f64),
             _ => Err(CaseError::one("", path, "the case has no number of that path")),
+        }
+    }
+
+    /// The same case, written with `[rotor]` and `[stator]`.
+    #[must_use]
+    pub fn in_general_form(&self) -> Case {
+        Case {
+            words: Words::general(self.motion()),
+            ..self.clone()
         }
     }
 

@@ -66,7 +66,7 @@ pub(super) fn certify(options: &CertifyOptions, common: &Common) -> Result<End, 
     }
     let target = output_of(&given.source, options.output.as_deref(), ".certified.h5")?;
     check_target(&target, overwrite(options.force), &given.files).map_err(bad_file)?;
-    if let (Some(_), Err(reason)) = (&options.figure, resistance(&case.system())) {
+    if let (Some(_), Err(reason)) = (&options.figure, resistance(case.system())) {
         return Err(CommandError::Input(format!(
             "--figure draws how the first stick of sliding that slows down by itself depends on the tolerance, and this case has no \
              such sliding: {reason}; leave it out"
@@ -205,7 +205,7 @@ fn draw(
     (path, format): (&Path, Format),
     stop: &(dyn Fn() -> bool + Sync),
 ) -> Result<Option<Vec<Onset>>, CommandError> {
-    let Some(onsets) = onsets(&case.system(), case.solver(), case.output().end_time, stop) else {
+    let Some(onsets) = onsets(case.system(), case.solver(), case.output().end_time, stop) else {
         return Ok(None);
     };
     let figure = onset::figure(case.title(), &onsets);

@@ -1,7 +1,6 @@
 //! In which physical keys two cases differ.
 
-use crate::case::{CaseRef, TrainCase};
-use crate::model::trains::ContactLaw;
+use crate::case::Case;
 use serde::Serialize;
 
 /// Instead of a value that a case does not have.
@@ -20,11 +19,11 @@ pub struct CaseDifference {
 
 /// The physical keys of two cases whose values differ; those of the general form, if one of them is written in the short form. How a
 /// run was integrated and sampled is no part of what it is a run of.
-pub(super) fn case_differences(reference: CaseRef, candidate: CaseRef) -> Vec<CaseDifference> {
-    let is_like = reference.form() == candidate.form();
-    let text = |case: CaseRef| match is_like {
+pub(super) fn case_differences(reference: &Case, candidate: &Case) -> Vec<CaseDifference> {
+    let is_like = reference.words() == candidate.words();
+    let text = |case: &Case| match is_like {
         true => case.resolved(),
-        false => in_general_form(case).resolved(),
+        false => case.in_general_form().resolved(),
     };
     let (r, c) = (keys(&text(reference)), keys(&text(candidate)));
     let value = |keys: &[(String, String)], key: &str| {
@@ -45,20 +44,6 @@ pub(super) fn case_differences(reference: CaseRef, candidate: CaseRef) -> Vec<Ca
     };
     let differences = names.into_iter().map(difference);
     differences.filter(|d| d.reference != d.candidate).collect()
-}
-
-/// The same case, written as two trains.
-fn in_general_form(case: CaseRef) -> TrainCase {
-    let system = case.system();
-    let sticks = system.contact == ContactLaw::StickSlip;
-    TrainCase {
-        title: case.title().to_owned(),
-        motion: case.motion(),
-        threshold: (!sticks).then(|| case.threshold()),
-        parameters: system.into_owned(),
-        solver: case.solver().clone(),
-        output: case.output().clone(),
-    }
 }
 
 /// Dotted path and value of each physical key of a resolved case.

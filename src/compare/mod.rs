@@ -58,7 +58,7 @@ pub use statistics::Statistic;
 pub use trace::Pair;
 pub use vocabulary::Vocabulary;
 
-use crate::case::{AnyCase, CaseRef, CaseSource, WrittenCase};
+use crate::case::{Case, CaseSource, WrittenCase};
 use crate::record::sequence::{Alignment, SequenceEvent};
 use crate::record::{Event, EventKind};
 use crate::results::{ResultError, ResultFile, open_sound};
@@ -480,7 +480,7 @@ impl Reference {
         // Beyond the reference's end nobody knows what comes.
         let last = all.last().map_or(f64::NEG_INFINITY, |e| e.time);
         let to = span.to.max(last).min(self.end.max(last));
-        let numbers = WrittenCase::of(CaseRef::from(&physics.case));
+        let numbers = WrittenCase::of(&physics.case);
         let material = Material {
             numbers: &numbers,
             system: &physics.trains,
@@ -826,9 +826,9 @@ impl Reference {
 ///
 /// # Errors
 /// Of the file, or of the case in it.
-fn saved_case(path: &Path, file: &ResultFile) -> Result<AnyCase, CompareError> {
+fn saved_case(path: &Path, file: &ResultFile) -> Result<Case, CompareError> {
     let source = CaseSource::result(path, file.resolved()?);
-    AnyCase::read(&source, &[]).map_err(|source| CompareError::Case {
+    Case::read(&source, &[]).map_err(|source| CompareError::Case {
         path: path.to_owned(),
         source,
     })

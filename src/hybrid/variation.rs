@@ -319,12 +319,17 @@ impl<D: Dynamics, R: Rules<D>> Carried<D, R> {
         self.measure(location, origin + to, &y, false);
         let turned = (to - from) * self.fastest;
         let steps = if strides && turned > STRIDE {
-            std::env::var("XSTEPS").ok().and_then(|s| s.parse().ok()).unwrap_or(STEPS_OF_STRIDE)
+            std::env::var("XSTEPS")
+                .ok()
+                .and_then(|s| s.parse().ok())
+                .unwrap_or(STEPS_OF_STRIDE)
         } else {
             (turned / REACH).ceil().max(LEAST_STEPS)
         };
         let h = (to - from) / steps;
-        if std::env::var("XTRACE").is_ok() { eprintln!("{} {} {} {steps} {turned} strides {strides}", origin, from, to); }
+        if std::env::var("XTRACE").is_ok() {
+            eprintln!("{} {} {} {steps} {turned} strides {strides}", origin, from, to);
+        }
         let forcing: Vec<usize> = (0..self.numbers).filter(|&k| self.columns[k].in_equations).collect();
         let apart = self.measures.derives_apart(location);
         let slopes: Vec<DVector<f64>> = self.columns.iter().map(|column| column.slope.clone()).collect();

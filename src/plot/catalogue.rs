@@ -11,7 +11,7 @@ use super::portraits;
 use super::run::Run;
 use super::style::{BLUE, GREY, VERMILLION, line_color};
 use crate::analysis::headline::is_paper_case;
-use crate::case::{CaseRef, Motion};
+use crate::case::Motion;
 use crate::record::Cycle;
 use crate::simulation::OutputWindow;
 
@@ -187,7 +187,7 @@ fn reason(name: &str, run: &Run) -> Option<&'static str> {
 
 /// A title in the words of the motion of a run: in translation there are forces, not torques.
 pub(crate) fn in_words_of(run: &Run, title: &str) -> String {
-    match CaseRef::from(&run.case).motion() {
+    match run.case.motion() {
         Motion::Translation => in_translation(title),
         Motion::Rotation => title.to_owned(),
     }
@@ -270,12 +270,7 @@ fn unknown_figure(name: &str) -> PlotError {
 /// those that are needed. `None` if no sampling helps.
 pub fn sampling(run: &Run, absent: &[&Absent]) -> Option<String> {
     let needed: Vec<OutputWindow> = absent.iter().filter_map(|absent| absent.window).collect();
-    let mut windows: Vec<&OutputWindow> = CaseRef::from(&run.case)
-        .output()
-        .windows
-        .iter()
-        .chain(&needed)
-        .collect();
+    let mut windows: Vec<&OutputWindow> = run.case.output().windows.iter().chain(&needed).collect();
     // What another window covers at least as densely is of no use; of equal ones the first stays.
     windows.sort_by(|a, b| a.interval.total_cmp(&b.interval));
     let covers = |a: &OutputWindow, b: &OutputWindow| a.from <= b.from && b.to <= a.to;

@@ -6,7 +6,7 @@ use super::figure::{Axis, Curve, CurveStyle, Figure, Panel};
 use super::run::Run;
 use super::style::{BLACK, VERMILLION, line_color};
 use crate::analysis::trains::TrainModes;
-use crate::case::{CaseRef, Motion};
+use crate::case::Motion;
 use crate::friction::Law;
 use crate::model::trains::{Bristles, ContactLaw, Regularisation, Smoothing, Trains};
 use std::f64::consts::FRAC_2_PI;
@@ -46,7 +46,7 @@ pub(super) fn friction_law(entry: &Entry, subject: &Subject) -> Result<Outcome, 
     let trains = &run.system;
     let extent = trains.law.extent().min(trains.law.ends_at());
     let end = if extent.is_finite() { extent } else { 1.0 };
-    let (units, symbol) = match CaseRef::from(&run.case).motion() {
+    let (units, symbol) = match run.case.motion() {
         Motion::Rotation => ("rad s-1", "ωᵣ"),
         Motion::Translation => ("m s-1", "vᵣ"),
     };

@@ -6,7 +6,6 @@ use super::own::phase;
 use super::run::{Run, SAMPLES_PER_PERIOD};
 use super::spiral::{Turns, factor_per_turn};
 use crate::analysis::trains::TrainModes;
-use crate::case::CaseRef;
 use crate::model::trains::{End, Train, Trains};
 
 /// Turns of the fast mode that a portrait shows before the first stick.
@@ -164,10 +163,7 @@ pub(super) fn shown(run: &Run) -> Shown {
         Some(period) if period < last - first => Shown {
             axes,
             // One sample more, so that it closes.
-            window: (
-                (last - period - CaseRef::from(&run.case).output().interval).max(first),
-                last,
-            ),
+            window: ((last - period - run.case.output().interval).max(first), last),
             periodic: true,
         },
         _ => Shown {

@@ -17,7 +17,7 @@ use stickslip::results::{Header, Overwrite, ResultFile, ResultWriter, Status, St
 pub fn run(path: &Path, case: &str, overrides: &[&str]) {
     let source = CaseSource::built_in(case).unwrap();
     let overrides: Vec<Override> = overrides.iter().map(|text| Override::parse(text).unwrap()).collect();
-    let case = Case::parse(&source, &overrides).unwrap();
+    let case = Case::read(&source, &overrides).unwrap();
     let header = Header {
         title: case.title.clone(),
         source: "test".to_owned(),

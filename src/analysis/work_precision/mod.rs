@@ -12,7 +12,7 @@ use study::{FALLBACK, TIGHTEST};
 
 use super::exact::request as oracle_request;
 use super::truth::{Truth, TruthError};
-use crate::case::{AnyCase, CaseRef, ExactCase};
+use crate::case::{Case, ExactCase};
 use crate::oracle::{OracleError, OracleRequest, solve};
 use crate::record::{Event, EventKind, NoRecorder};
 use crate::run::Run;
@@ -192,7 +192,7 @@ fn sequence(events: &[Event]) -> Sequence {
 }
 
 /// A run without any record; `None` if it was interrupted.
-fn integrate(case: &AnyCase, control: &mut dyn FnMut() -> ControlFlow<()>) -> Result<Option<RunReport>, String> {
+fn integrate(case: &Case, control: &mut dyn FnMut() -> ControlFlow<()>) -> Result<Option<RunReport>, String> {
     let mut recorder = NoRecorder;
     match Run::new(case).record(&mut recorder).control(|_| control()).start() {
         Ok(report) => Ok((!report.interrupted).then_some(report)),
@@ -208,8 +208,8 @@ fn reference(
         ReferenceChoice::Truth(path) => {
             let truth = Truth::read(path)?;
             if let Some((_, _, case)) = study.runs.first() {
-                let case = CaseRef::from(case);
-                truth.check_case(&case.system(), case.output().end_time)?;
+                let case = case;
+                truth.check_case(case.system(), case.output().end_time)?;
             }
             Reference {
                 description: format!("{}: {}", path.display(), truth.method),
@@ -317,7 +317,7 @@ fn by_oracle(
     let Some((by, _, case)) = study.runs.first() else {
         return Ok(Asked::Without("the study has no run".to_owned()));
     };
-    let case = CaseRef::from(case);
+    let case = case;
     let request = OracleRequest {
         threshold: exact.threshold.clone(),
         ..oracle_request(case.solver(), case.output(), DIGITS, LONGEST)
@@ -391,7 +391,7 @@ fn errors(reference: &Reference, events: &[(EventKind, f64)]) -> Errors {
 fn measure(
     method: Method,
     knob: Knob,
-    case: &AnyCase,
+    case: &Case,
     reference: &Reference,
     repeat: usize,
     control: &mut dyn FnMut() -> ControlFlow<()>,

@@ -2,9 +2,7 @@
 
 use crate::case::builtin::{self, BuiltIn};
 use crate::case::document::{self, Node, Value};
-use crate::case::{
-    AnyCase, CaseError, CaseRef, CaseSource, ExactCase, Override, Problem, number_of, suggest, toml_text,
-};
+use crate::case::{Case, CaseError, CaseSource, ExactCase, Override, Problem, number_of, suggest, toml_text};
 use crate::quote::shown;
 use crate::simulation::Method;
 use crate::simulation::trains::is_short;
@@ -87,11 +85,11 @@ pub struct Study {
     /// Of the case that all runs share.
     pub case_label: String,
     /// The case of every run, in the order of the study; only method and tolerance or step differ.
-    pub runs: Vec<(Method, Knob, AnyCase)>,
+    pub runs: Vec<(Method, Knob, Case)>,
     /// Against which they are held.
     pub reference: ReferenceChoice,
     /// The cases of the reference and of its check, if they are computed.
-    pub reference_cases: Vec<AnyCase>,
+    pub reference_cases: Vec<Case>,
     /// Each run is repeated so often, and its least time counts.
     pub repeat: usize,
     /// Files that it read, which must not be overwritten.
@@ -137,7 +135,7 @@ impl Study {
         let shared = reader.overrides(&root)?;
         // What is wrong with the case itself is said at its own keys, not at the first run's.
         let key = if shared.is_empty() { "case" } else { "set" };
-        let plain = AnyCase::read(&source, &shared).map_err(|error| reader.of_case(&root, key, &error))?;
+        let plain = Case::read(&source, &shared).map_err(|error| reader.of_case(&root, key, &error))?;
         let series = reader.list(&root, "series")?;
         let mut pairs: Vec<(Method, Knob, String)> = Vec::new();
         for (index, node) in series.iter().enumerate() {
@@ -166,14 +164,14 @@ impl Study {
                 "missing or empty: a study needs at least one [[series]] with methods, and tolerances or steps";
             return Err(reader.problem(&root, "series", message.to_owned()));
         }
-        let case = |key: &str, method: Method, knob: Knob| -> Result<AnyCase, CaseError> {
+        let case = |key: &str, method: Method, knob: Knob| -> Result<Case, CaseError> {
             let mut overrides = shared.clone();
             overrides.push(Override::parse(&format!("solver.method={}", method.name()))?);
             overrides.push(match knob {
                 Knob::Tolerance(rtol) => Override::number("solver.rtol", rtol),
                 Knob::FixedStep(step) => Override::number("solver.fixed_step", step),
             });
-            let mut case = AnyCase::read(&source, &overrides).map_err(|error| reader.of_case(&root, key, &error))?;
+            let mut case = Case::read(&source, &overrides).map_err(|error| reader.of_case(&root, key, &error))?;
             // What is measured is the integration, not the samples.
             case.without_trajectory();
             Ok(case)
@@ -184,12 +182,12 @@ impl Study {
             .collect::<Result<Vec<_>, CaseError>>()?;
         let reference = match root.at("reference") {
             None => {
-                let exact = AnyCase::exact(&source, &shared).map_err(|error| reader.of_case(&root, key, &error))?;
+                let exact = Case::exact(&source, &shared).map_err(|error| reader.of_case(&root, key, &error))?;
                 ReferenceChoice::Oracle(Box::new(exact))
             }
             Some(node) => reader.reference(&root, node)?,
         };
-        if matches!(reference, ReferenceChoice::Truth(_)) && !is_short(&CaseRef::from(&plain).system()) {
+        if matches!(reference, ReferenceChoice::Truth(_)) && !is_short(&plain.system()) {
             let message =
                 "a file of true events is of a brake; leave [reference] out, and the oracle solves the case of trains";
             return Err(reader.problem(&root, "reference.truth", message.to_owned()));

@@ -22,7 +22,6 @@ use super::case_differences::{CaseDifference, case_differences};
 use super::reference::Physics;
 use super::resolution::{Clock, Rounding};
 use super::{Channel, CompareError, Found, saved_case};
-use crate::case::CaseRef;
 use crate::case::quantity::Dimension;
 use crate::model::trains::Pressing;
 use crate::quote::shown;
@@ -92,7 +91,7 @@ impl Candidate {
         let case = saved_case(path, &file)?;
         let events = file.events()?;
         let refuse = |what: &str, remedy: &str| Err(CompareError::whole(path, what, remedy));
-        let case = CaseRef::from(&case);
+        let case = &case;
         let system = case.system();
         if case.motion() != physics.vocabulary().motion() {
             let what = "is a run of another motion than the reference: one is of rotation, one of translation";

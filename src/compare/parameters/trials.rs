@@ -1,7 +1,7 @@
 //! The case run again from where a candidate begins, with other numbers, and held against its events.
 
 use super::mistake::Agreement;
-use crate::case::{CaseRef, WrittenCase};
+use crate::case::WrittenCase;
 use crate::record::sequence::{Alignment, SequenceEvent};
 use crate::record::{EventKind, NoRecorder};
 use crate::simulation::trains::{Problem, simulate_from};
@@ -82,9 +82,9 @@ impl<'a> Trials<'a> {
     /// As [`Self::run`], with how many steps the run took.
     pub fn run_counted(&self, changes: &[(&str, f64)]) -> Option<(Vec<SequenceEvent>, u64)> {
         let case = self.numbers.with_all(changes).ok()?;
-        let case = CaseRef::from(&case);
+        let case = &case;
         let problem = Problem {
-            trains: &case.system(),
+            trains: case.system(),
             threshold: case.threshold(),
             further: false,
         };

@@ -2,7 +2,6 @@
 
 use super::Physics;
 use super::nodes::{Node, breaks_segment};
-use crate::case::CaseRef;
 use crate::record::{Event, Recorder, RecorderError, Sample};
 use crate::run::Run;
 use crate::simulation::{Following, OutputOptions};
@@ -35,7 +34,7 @@ impl Rerun {
 }
 
 fn run(physics: &Physics, events: &[Event]) -> Option<Vec<Node>> {
-    let case = CaseRef::from(&physics.case);
+    let case = &physics.case;
     let asked = case.output();
     let output = OutputOptions {
         steps: true,

@@ -5,7 +5,6 @@ use std::fmt::{self, Display};
 
 use super::sparse::Sparse;
 use crate::analysis::headline::{self, HeadlineRow, is_paper_case};
-use crate::case::CaseRef;
 use crate::plot::html::escaped;
 use crate::plot::{PlotError, Run};
 use crate::record::{Event, State};
@@ -186,7 +185,7 @@ impl Form {
 
     /// What the case and the events come to in words.
     pub(super) fn headline(&self, file: &ResultFile, events: &[Event]) -> Result<Vec<HeadlineRow>, ResultError> {
-        let case = self.run.as_ref().map(|run| CaseRef::from(&run.case));
+        let case = self.run.as_ref().map(|run| &run.case);
         headline::of_file(file, case, events)
     }
 

@@ -3,7 +3,7 @@
 //! motion that it comes to.
 
 use super::form::{Colour, Curve, Form, Panel, Portrait, card};
-use crate::case::{CaseRef, Motion};
+use crate::case::Motion;
 use crate::model::trains::{ContactLaw, Pressing, Trains};
 use crate::plot::portraits::{Shown, few_samples, shown};
 use crate::plot::{PlotError, Run};
@@ -287,9 +287,7 @@ impl Panels<'_> {
 /// The file cannot be read.
 pub(super) fn form(run: Option<Run>) -> Result<Form, PlotError> {
     let of_every_file = schema::trajectory().variables;
-    let motion = run
-        .as_ref()
-        .map_or(Motion::Rotation, |run| CaseRef::from(&run.case).motion());
+    let motion = run.as_ref().map_or(Motion::Rotation, |run| run.case.motion());
     let of = Panels {
         run: run.as_ref(),
         variables: run.as_ref().map_or(&of_every_file, |run| run.variables()),

@@ -6,7 +6,7 @@ use crate::hybrid::{Direction, Dynamics, Guard};
 use crate::model::trains::closed_form;
 use crate::model::trains::slow_motion::{SlowMotion, SlowMotions};
 use crate::model::trains::stability::least_fast_frequency;
-use crate::model::trains::system::{Driving, Engagement, Outside, Side, TrainSystem};
+use crate::model::trains::system::{Engagement, Outside, Side, TrainSystem};
 use crate::model::trains::{Smoothing, Trains};
 use crate::model::{BreakawayTest, Mode};
 use crate::numerics::eigenvalues::eigenvalues;

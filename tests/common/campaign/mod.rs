@@ -10,7 +10,7 @@ use std::sync::atomic::{AtomicU64, Ordering};
 use stickslip::Run;
 use stickslip::analysis::certificate::{Verdict, certify};
 use stickslip::analysis::exact::{LONGEST, settle};
-use stickslip::case::{AnyCase, Case, CaseSource};
+use stickslip::case::{Case, CaseSource};
 use stickslip::oracle::OracleEvent;
 use stickslip::record::{Event, EventKind, MemoryRecorder};
 use stickslip::simulation::{Method, SolverOptions};
@@ -101,11 +101,11 @@ fn fill(drawn: &Drawn, outcome: &mut Outcome) -> Result<(), (Fate, String)> {
     let failed = |text: String| (Fate::Failed, text);
     let source = CaseSource::built_in("paper-si").expect("a built-in case");
     let overrides = drawn.overrides();
-    let case = Case::parse(&source, &overrides).map_err(|error| failed(error.to_string()))?;
+    let case = Case::read(&source, &overrides).map_err(|error| failed(error.to_string()))?;
     let result = events_of(&case, &case.solver).map_err(failed)?;
     let certificate = certify(&case, &result, &|| false).map_err(|error| failed(error.to_string()))?;
     outcome.fate = Fate::Certified(certificate.verdict.name());
-    let exact = AnyCase::exact(&source, &overrides).map_err(|error| failed(error.to_string()))?;
+    let exact = Case::exact(&source, &overrides).map_err(|error| failed(error.to_string()))?;
     let solution = settle(
         &mut certificate.clone(),
         &case,
