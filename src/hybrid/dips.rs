@@ -23,10 +23,6 @@ const NEAR: f64 = 100.0;
 /// The same of BDF, whose steps err alike, and by more.
 const NEAR_BY_BDF: f64 = 1e4;
 
-/// A crossing that goes beyond the boundary by less than this multiple of what is near to it, before it turns, is a grazing one:
-/// how long the guard stays there is known to less than three digits.
-const SHALLOW: f64 = 1e3;
-
 /// Halvings of an interval that end at neighbouring numbers.
 const MOST_HALVINGS: usize = 100;
 
@@ -149,14 +145,6 @@ impl Dips {
             }
         }
         Ok(earliest)
-    }
-
-    /// Whether a guard that fires at the end of the last step only just crosses its boundary: by its rate there, and the rate's
-    /// change over the step, it turns soon.
-    pub(super) fn is_shallow(&self, guard: usize) -> bool {
-        let (before, after) = (self.before.rates[guard], self.after.rates[guard]);
-        let curvature = (after - before) / (self.after.time - self.before.time);
-        curvature > 0.0 && 0.5 * after * after / curvature <= SHALLOW * self.near * self.largest[guard]
     }
 
     /// The largest value of a guard so far.

@@ -81,7 +81,7 @@ impl<D: Dynamics> SundialsEngine<D> {
     }
 
     /// Whether a guard that fires has been no further from its boundary than the tolerances let it err, so that neither its event
-    /// nor the segment's length means anything; or whether it only just crosses. One-step methods follow even such a segment, whose steps are long enough.
+    /// nor the segment's length means anything. One-step methods follow even such a segment, whose steps are long enough.
     fn is_unresolved(&mut self, guard: usize) -> bool {
         if self.step.probe.is_some() {
             return false;
@@ -98,7 +98,7 @@ impl<D: Dynamics> SundialsEngine<D> {
             dynamics.guard_values(location, t, &self.moved, &mut self.ahead);
             tolerated += (self.ahead[guard] - self.values[guard]).abs();
         }
-        self.dips.largest(guard) <= UNRESOLVED * tolerated || self.dips.is_shallow(guard)
+        self.dips.largest(guard) <= UNRESOLVED * tolerated
     }
 
     /// The root that the solver has found in its last step, to the accuracy of the method; leaves the state there in
