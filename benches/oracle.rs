@@ -7,11 +7,11 @@ use criterion::{BenchmarkId, Criterion, criterion_group, criterion_main};
 use std::hint::black_box;
 use std::ops::ControlFlow;
 use stickslip::case::{Case, CaseSource, Override};
-use stickslip::model::trains::ExactTrains;
+use stickslip::model::system::ExactSystem;
 use stickslip::oracle::{self, OracleOptions, rational};
 
 /// `paper-si` from a lower speed: it stops after a quarter of a second.
-fn short_brake() -> ExactTrains {
+fn short_brake() -> ExactSystem {
     let overrides = [
         "initial.speed=3",
         "actuation={profile=\"ramp\", force=2225, rise_time=0.02}",

@@ -23,7 +23,7 @@ use std::time::{Duration, Instant};
 use stickslip::case::{Case, CaseSource};
 use stickslip::model::Mode;
 use stickslip::model::Parameters;
-use stickslip::model::trains::system::{Outside, TrainSystem};
+use stickslip::model::equations::{Outside, SystemEquations};
 use stickslip::signal::{Ramp, Signal};
 use stickslip::sundials::{Cvode, CvodeOptions, Direction, Integrator, OdeSystem, Outcome, Task, Tolerances};
 use sundials_sys as c;
@@ -87,7 +87,7 @@ impl Problem<3, 2> for Roberts {
 /// one resolved.
 #[derive(Clone)]
 struct Slip {
-    system: TrainSystem,
+    system: SystemEquations,
     outside: Outside,
 }
 
@@ -103,7 +103,7 @@ impl Slip {
             unreachable!("the paper's case has a ramp")
         };
         Slip {
-            system: TrainSystem::new(&case.system),
+            system: SystemEquations::new(&case.system),
             outside: Outside {
                 normal_force: force,
                 ..Outside::default()

@@ -8,7 +8,7 @@ use std::time::{Duration, Instant};
 use stickslip::Run;
 use stickslip::case::{Case, CaseSource};
 use stickslip::friction::Law;
-use stickslip::model::trains::Trains;
+use stickslip::model::system::System;
 use stickslip::model::{KickTime, Mode, Parameters};
 use stickslip::record::{Event, EventKind, NoRecorder, Recorder, RecorderError, Sample, Segment};
 use stickslip::signal::{Ramp, Signal};
@@ -32,12 +32,12 @@ fn paper(method: Method, end_time: f64) -> (Parameters, SolverOptions, OutputOpt
 /// Runs it; returns the number of sticks and the time of the last.
 fn run(input: &(Parameters, SolverOptions, OutputOptions), recorder: &mut dyn Recorder) -> (usize, f64) {
     let (parameters, solver, output) = input;
-    sticks(Run::of_trains(&Trains::from(parameters), 0.0, solver, output).record(recorder))
+    sticks(Run::of_system(&System::from(parameters), 0.0, solver, output).record(recorder))
 }
 
 /// The same of the brake written as two trains.
-fn run_as_trains((trains, solver, output): &(Trains, SolverOptions, OutputOptions)) -> (usize, f64) {
-    sticks(Run::of_trains(trains, 0.0, solver, output))
+fn run_as_trains((trains, solver, output): &(System, SolverOptions, OutputOptions)) -> (usize, f64) {
+    sticks(Run::of_system(trains, 0.0, solver, output))
 }
 
 fn sticks(run: Run<'_>) -> (usize, f64) {
@@ -271,7 +271,7 @@ fn runs(criterion: &mut Criterion) {
     }
     for method in [Method::Auto, Method::Series] {
         let (parameters, solver, output) = paper(method, END);
-        let input = (Trains::from(&parameters), solver, output);
+        let input = (System::from(&parameters), solver, output);
         let name = format!("{}, as trains", method.name());
         // Rounding before the kick is amplified: some 1e-12 s.
         let within = if method == Method::Series { 1e-11 } else { 1e-6 };

@@ -19,7 +19,7 @@ fn run(case: &Case, method: Method, end_time: f64) -> usize {
         steps: false,
         follow: Following::default(),
     };
-    let report = Run::of_trains(&case.system, 0.0, &solver, &output).start().unwrap();
+    let report = Run::of_system(&case.system, 0.0, &solver, &output).start().unwrap();
     report.events.len()
 }
 

@@ -9,7 +9,7 @@ use std::ops::ControlFlow;
 use std::path::Path;
 use stickslip::analysis::Modes;
 use stickslip::analysis::SavedRun;
-use stickslip::analysis::onset::onsets;
+use stickslip::analysis::stability::onset::onsets;
 use stickslip::analysis::work_precision::{self, Study};
 use stickslip::case::{Case, CaseSource};
 use stickslip::plot::catalogue::{self, ENTRIES};

@@ -4,7 +4,7 @@ use crate::case::{Case, Motion};
 use crate::quote::in_shell;
 use crate::results::schema::{Extension, META_MOTION};
 use crate::results::{Header, MetaValue};
-use crate::simulation::{Method, procedure, trains};
+use crate::simulation::{self, Method, procedure};
 
 /// Version of the HDF5 library in use.
 fn hdf5_version() -> String {
@@ -147,7 +147,7 @@ fn phases(case: &Case) -> Vec<(String, f64)> {
         return found;
     }
     // What the solvers themselves were given.
-    let [sliding, resolved] = trains::solver_settings(&case.system, solver);
+    let [sliding, resolved] = simulation::solver_settings(&case.system, solver);
     for (phase, settings) in [("sliding", sliding), ("resolved", resolved)] {
         number(format!("{phase}_rtol"), settings.relative);
         number(format!("{phase}_atol_twist"), settings.twist);
@@ -187,7 +187,7 @@ pub(crate) fn extension(case: &Case) -> Extension {
             ..Extension::default()
         };
     }
-    let further = trains::further(&case.system).into_iter();
+    let further = simulation::further(&case.system).into_iter();
     Extension {
         further: further.map(|one| (one.name, one.is_rate, one.long_name)).collect(),
         trains: true,

@@ -1,9 +1,9 @@
 //! The front door: one run of a case.
 
 use crate::case::Case;
-use crate::model::trains::Trains;
+use crate::model::system::System;
 use crate::record::{NoRecorder, Recorder};
-use crate::simulation::{Method, OutputOptions, Progress, RunFailure, RunReport, SolverOptions, procedure, trains};
+use crate::simulation::{self, Method, OutputOptions, Progress, RunFailure, RunReport, SolverOptions, procedure};
 use std::ops::ControlFlow;
 
 /// A run that is being prepared; [`Run::start`] computes it.
@@ -21,7 +21,7 @@ use std::ops::ControlFlow;
 /// ```
 #[must_use = "nothing is computed before `start`"]
 pub struct Run<'a> {
-    problem: trains::Problem<'a>,
+    problem: simulation::Problem<'a>,
     solver: &'a SolverOptions,
     output: &'a OutputOptions,
     recorder: Option<&'a mut dyn Recorder>,
@@ -31,7 +31,7 @@ pub struct Run<'a> {
 impl<'a> Run<'a> {
     /// The run that a case describes.
     pub fn new(case: &'a Case) -> Self {
-        let problem = trains::Problem {
+        let problem = simulation::Problem {
             trains: &case.system,
             threshold: case.threshold(),
             further: case.words().numbers_parts(),
@@ -41,8 +41,8 @@ impl<'a> Run<'a> {
 
     /// The run of a system that comes from no case. The numbers are taken as they are: only [`Case::read`] validates. `threshold`
     /// (rad/s) is the speed below which a contact without stick counts as stuck; others do not use it.
-    pub fn of_trains(system: &'a Trains, threshold: f64, solver: &'a SolverOptions, output: &'a OutputOptions) -> Self {
-        let problem = trains::Problem {
+    pub fn of_system(system: &'a System, threshold: f64, solver: &'a SolverOptions, output: &'a OutputOptions) -> Self {
+        let problem = simulation::Problem {
             trains: system,
             threshold,
             further: true,
@@ -50,7 +50,7 @@ impl<'a> Run<'a> {
         Run::prepared(problem, solver, output)
     }
 
-    fn prepared(problem: trains::Problem<'a>, solver: &'a SolverOptions, output: &'a OutputOptions) -> Self {
+    fn prepared(problem: simulation::Problem<'a>, solver: &'a SolverOptions, output: &'a OutputOptions) -> Self {
         Run {
             problem,
             solver,
@@ -102,7 +102,7 @@ impl<'a> Run<'a> {
         let problem = self.problem;
         match self.solver.method {
             Method::Paper => procedure::run(problem, self.solver, self.output, recorder, control),
-            _ => trains::simulate(problem, self.solver, self.output, recorder, control),
+            _ => simulation::simulate(problem, self.solver, self.output, recorder, control),
         }
     }
 }

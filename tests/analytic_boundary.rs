@@ -1,7 +1,7 @@
 //! The boundary tracer against lines that are known: the loss of stability at standstill, and single runs.
 
 use std::path::Path;
-use stickslip::analysis::growth::foreseen_exponent;
+use stickslip::analysis::stability::growth::foreseen_exponent;
 use stickslip::case::Override;
 use stickslip::model::Parameters;
 use stickslip::results::SweepFile;

@@ -6,13 +6,13 @@ use common::truth;
 use stickslip::Run;
 use stickslip::SavedRun;
 use stickslip::case::{Case, CaseSource, Override};
-use stickslip::model::trains::Trains;
+use stickslip::model::system::System;
 use stickslip::numerics::chebyshev::{COEFFICIENTS, place, value};
 use stickslip::record::{
     Channels, Event, EventKind, MemoryRecorder, Piece, Recorder, RecorderError, Sample, Segment, State,
 };
 use stickslip::results::{ResultFile, Side};
-use stickslip::simulation::trains::natural_period;
+use stickslip::simulation::natural_period;
 use stickslip::simulation::{Around, Following, Method};
 
 const COLUMNS: usize = State::COUNT + Channels::COUNT;
@@ -95,7 +95,7 @@ fn trains(source: &CaseSource, overrides: &[&str]) -> Vec<f64> {
     let case = Case::read(source, &overrides).unwrap();
     let threshold = case.threshold();
     let mut recorder = MemoryRecorder::default();
-    let run = Run::of_trains(&case.system, threshold, &case.solver, &case.output);
+    let run = Run::of_system(&case.system, threshold, &case.solver, &case.output);
     run.record(&mut recorder).start().unwrap();
     recorder.samples.iter().map(|sample| sample.time).collect()
 }
@@ -300,7 +300,7 @@ fn property_samples_follow_the_events_of_a_case_without_windows() {
 fn multiprecision_states_between_the_samples_are_the_oracles() {
     let truth = truth("si-kick");
     let mut case = paper(&["output.window=[]", "output.dense=true"]);
-    case.system = Trains::from(&truth.parameters);
+    case.system = System::from(&truth.parameters);
     case.output.end_time = truth.end_time;
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("truth.h5");

@@ -7,15 +7,15 @@ use std::ops::{Add, Div, Mul, Neg, Sub};
 use stickslip::friction::{
     Coulomb, Exponential, FrictionLaw, Hyperbolic, Interpolation, Law, Polynomial, Stribeck, Table,
 };
-use stickslip::model::trains::system::TrainSystem;
-use stickslip::model::trains::{
-    Bristles, ContactLaw, End, Initial, Pressing, Regularisation, Smoothing, Torque, Train, Trains,
+use stickslip::model::equations::SystemEquations;
+use stickslip::model::system::{
+    Bristles, ContactLaw, End, Initial, Pressing, Regularisation, Smoothing, System, Torque, Train,
 };
 use stickslip::model::{Axial, BreakawayTest, Mode};
 use stickslip::numerics::Number;
 use stickslip::signal::{Drive, Frequency, Ramp, Shape, Wave};
-use stickslip::simulation::trains::expansion::{Expansion, Series};
-use stickslip::simulation::trains::{TrainDynamics, TrainLocation};
+use stickslip::simulation::expansion::{Expansion, Series};
+use stickslip::simulation::{SystemDynamics, SystemLocation};
 
 // Numbers.
 
@@ -428,10 +428,10 @@ fn train(inertia: &[f64], shafts: &[(f64, f64)], end: End) -> Train {
     }
 }
 
-fn system(rotor: Train, stator: Train, pressing: Pressing, law: impl Into<FrictionLaw>) -> Trains {
+fn system(rotor: Train, stator: Train, pressing: Pressing, law: impl Into<FrictionLaw>) -> System {
     let none = |train: &Train| (vec![0.0; train.stiffness.len()], vec![0.0; train.inertia.len()]);
     let ((rotor_twist, rotor_speed), (stator_twist, stator_speed)) = (none(&rotor), none(&stator));
-    Trains {
+    System {
         rotor,
         stator,
         radius: 0.7,
@@ -459,7 +459,7 @@ fn falling() -> Exponential {
 }
 
 /// The paper's brake: an axial mode that rings under a ramp.
-fn brake() -> Trains {
+fn brake() -> System {
     let actuation = Ramp {
         value: 2225.0,
         rise_time: 1.0,
@@ -482,7 +482,7 @@ fn brake() -> Trains {
 }
 
 /// A block on a belt whose speed and force are harmonics.
-fn belt(law: impl Into<FrictionLaw>) -> Trains {
+fn belt(law: impl Into<FrictionLaw>) -> System {
     let speed = Drive::Sum(vec![
         Drive::Value(0.1),
         wave(0.1, 0.05, Frequency::Cycles(0.3)),
@@ -494,7 +494,7 @@ fn belt(law: impl Into<FrictionLaw>) -> Trains {
 }
 
 /// Three inertias on each side, with bearings and an external torque; one end is driven.
-fn chain() -> Trains {
+fn chain() -> System {
     let shafts = [(4.0, 0.02), (3.0, 0.01), (5.0, 0.03)];
     let driven = End::Driven(wave(2.0, 0.3, Frequency::Cycles(0.2)));
     let mut rotor = train(&[0.5, 1.2, 0.8], &shafts, driven);
@@ -509,7 +509,7 @@ fn chain() -> Trains {
 }
 
 /// Every law on the belt, and every contact without stick.
-fn belts() -> Vec<Trains> {
+fn belts() -> Vec<System> {
     let table = |interpolation| Table::new(vec![0.0, 0.3, 0.8, 2.0], vec![0.6, 0.45, 0.4, 0.42], interpolation);
     let mut belts = vec![
         belt(Coulomb { kinetic: 0.4 }),
@@ -560,8 +560,8 @@ fn belts() -> Vec<Trains> {
 
 /// A motion: where it starts, and by which unit of time it is expanded (s).
 struct Motion {
-    dynamics: TrainDynamics,
-    location: TrainLocation,
+    dynamics: SystemDynamics,
+    location: SystemLocation,
     t: f64,
     y: Vec<f64>,
     unit: f64,
@@ -569,7 +569,7 @@ struct Motion {
 
 impl Motion {
     /// Every coefficient that an expansion gives, with its order and a name.
-    fn coefficients<T: Number>(&self, system: &TrainSystem<T>, y: &[T]) -> Vec<(String, T)> {
+    fn coefficients<T: Number>(&self, system: &SystemEquations<T>, y: &[T]) -> Vec<(String, T)> {
         let mut expansion = Expansion::new(system, &self.dynamics.excitation);
         expansion.expand(
             (system, &self.dynamics.excitation),
@@ -618,7 +618,7 @@ impl Motion {
 }
 
 /// The motions of a system in every mode and sense that it has, at some times.
-fn motions(trains: &Trains, times: [f64; 2], speed: f64, twist: f64, unit: f64) -> Vec<Motion> {
+fn motions(trains: &System, times: [f64; 2], speed: f64, twist: f64, unit: f64) -> Vec<Motion> {
     let modes: &[(Mode, i8)] = match trains.contact {
         ContactLaw::StickSlip => &[
             (Mode::SlipForward, 1),
@@ -631,7 +631,7 @@ fn motions(trains: &Trains, times: [f64; 2], speed: f64, twist: f64, unit: f64) 
     let mut found = Vec::new();
     for &(mode, sense) in modes {
         for t in times {
-            let dynamics = TrainDynamics::new(trains, 0.0);
+            let dynamics = SystemDynamics::new(trains, 0.0);
             let system = &dynamics.system;
             let mut y: Vec<f64> = (0..system.dimension).map(|k| (k as f64 + 0.7).sin()).collect();
             for side in [&system.rotor, &system.stator] {
@@ -640,9 +640,9 @@ fn motions(trains: &Trains, times: [f64; 2], speed: f64, twist: f64, unit: f64) 
                     y[side.twists + 2 * i + 1] *= 0.3 * speed;
                 }
             }
-            let mut location = TrainLocation {
+            let mut location = SystemLocation {
                 sense,
-                ..TrainLocation::new(mode, dynamics.excitation.stretch(t))
+                ..SystemLocation::new(mode, dynamics.excitation.stretch(t))
             };
             // omega_r is what is asked for.
             let lacks = f64::from(sense) * speed - system.relative_velocity(&dynamics.outside(&location, t), &y);

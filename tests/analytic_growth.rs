@@ -5,7 +5,7 @@ use common::rigid_growth::rigid_growth;
 use common::{output, run, truth};
 use stickslip::analysis::{Growth, Summary};
 use stickslip::friction::{self, FrictionLaw, Interpolation, Law};
-use stickslip::model::trains::Trains;
+use stickslip::model::system::System;
 use stickslip::model::{Kick, KickTime, Parameters};
 use stickslip::record::EventKind;
 use stickslip::signal::{Ramp, Signal, Table};
@@ -13,13 +13,13 @@ use stickslip::simulation::SolverOptions;
 
 fn growth(parameters: &Parameters, end: f64) -> (Growth, Summary, f64) {
     let (recorder, report) = run(parameters, &SolverOptions::default(), &output(end, end));
-    let growth = Growth::of_run(&Trains::from(parameters), &recorder.events, report.end).expect("it loses stability");
+    let growth = Growth::of_run(&System::from(parameters), &recorder.events, report.end).expect("it loses stability");
     let lost = recorder
         .events
         .iter()
         .find(|e| e.kind == EventKind::Destabilised && e.time == growth.instability)
         .expect("the loss");
-    let summary = Summary::of_run(&Trains::from(parameters), &report);
+    let summary = Summary::of_run(&System::from(parameters), &report);
     (growth, summary, lost.before.relative_velocity)
 }
 

@@ -4,8 +4,8 @@
 use nalgebra::{DMatrix, DVector};
 use proptest::prelude::*;
 use stickslip::friction::Coulomb;
-use stickslip::model::trains::parameters::{ContactLaw, End, Initial, Pressing, Train, Trains};
-use stickslip::model::trains::system::{DAMPING_LOSS, Driving, FRICTION_LOSS, Outside, Side, TrainSystem};
+use stickslip::model::equations::{DAMPING_LOSS, Driving, FRICTION_LOSS, Outside, Side, SystemEquations};
+use stickslip::model::system::{ContactLaw, End, Initial, Pressing, System, Train};
 use stickslip::model::{BreakawayTest, Mode};
 use stickslip::signal::Drive;
 
@@ -34,8 +34,8 @@ fn chain() -> impl Strategy<Value = Train> {
     })
 }
 
-fn system(rotor: &Train, stator: &Train) -> TrainSystem {
-    TrainSystem::new(&Trains {
+fn system(rotor: &Train, stator: &Train) -> SystemEquations {
+    SystemEquations::new(&System {
         rotor: rotor.clone(),
         stator: stator.clone(),
         radius: 0.1,
@@ -101,7 +101,7 @@ impl Matrices {
 }
 
 /// The state with these angles and speeds.
-fn state(system: &TrainSystem, q: &DVector<f64>, q_dot: &DVector<f64>) -> Vec<f64> {
+fn state(system: &SystemEquations, q: &DVector<f64>, q_dot: &DVector<f64>) -> Vec<f64> {
     let mut y = vec![0.0; system.dimension];
     let mut first = 0;
     for side in [&system.rotor, &system.stator] {

@@ -5,7 +5,7 @@ use proptest::prelude::*;
 use stickslip::case::{Case, CaseSource, Override};
 use stickslip::model::axial::{AxialMotion, ChangeCause};
 use stickslip::model::contact::{uniform_pressure_radius, uniform_wear_radius};
-use stickslip::model::trains::system::{Outside, TrainSystem};
+use stickslip::model::equations::{Outside, SystemEquations};
 use stickslip::model::{Axial, Mode};
 use stickslip::signal::{Ramp, Signal, Table};
 
@@ -17,10 +17,10 @@ const AXIAL: Axial = Axial {
 };
 
 /// The paper's disks.
-fn system(changes: &[&str]) -> TrainSystem {
+fn system(changes: &[&str]) -> SystemEquations {
     let changes: Vec<Override> = changes.iter().map(|text| Override::parse(text).unwrap()).collect();
     let case = Case::read(&CaseSource::built_in("paper-si").unwrap(), &changes).unwrap();
-    TrainSystem::new(case.system())
+    SystemEquations::new(case.system())
 }
 
 /// Equation (6) and (7) for D = 0.13, d = 0.08: r = 0.0525 and 0.0532539682...

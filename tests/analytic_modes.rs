@@ -5,12 +5,12 @@ use common::{disks, output, run};
 use proptest::prelude::*;
 use std::f64::consts::TAU;
 use stickslip::analysis::Modes;
-use stickslip::analysis::modes::{OnsetDecision, SlowingModes, Stability};
-use stickslip::analysis::trains::TrainModes;
-use stickslip::analysis::trains::modes::{TrainMode, TrainState};
+use stickslip::analysis::stability::SystemModes;
+use stickslip::analysis::stability::modes::{OnsetDecision, SlowingModes, Stability};
+use stickslip::analysis::stability::states::{SystemMode, SystemState};
 use stickslip::case::{Case, CaseSource, Override};
 use stickslip::friction::{Exponential, Law};
-use stickslip::model::trains::parameters::{ContactLaw, End, Initial, Pressing, Train, Trains};
+use stickslip::model::system::{ContactLaw, End, Initial, Pressing, System, Train};
 use stickslip::model::{BreakawayTest, Torsion};
 use stickslip::record::EventKind;
 use stickslip::signal::Drive;
@@ -29,7 +29,7 @@ fn slowing_of(case: &Case) -> SlowingModes {
     modes_of(case).slowing.expect("a brake")
 }
 
-fn named<'a>(state: &'a TrainState, name: &str) -> &'a TrainMode {
+fn named<'a>(state: &'a SystemState, name: &str) -> &'a SystemMode {
     let found = state.modes.iter().find(|mode| mode.name == name);
     found.unwrap_or_else(|| panic!("no mode {name} among {:?}", state.modes))
 }
@@ -117,7 +117,7 @@ fn law(decay: f64) -> Exponential {
 }
 
 /// The modes in stick, and in slip at the relative velocity `x` under a force.
-fn stick_and_slip(torsion: &Torsion, decay: f64, force: f64, x: f64) -> (TrainState, TrainState) {
+fn stick_and_slip(torsion: &Torsion, decay: f64, force: f64, x: f64) -> (SystemState, SystemState) {
     let train = |inertia: &[f64], end: End| Train {
         inertia: inertia.to_vec(),
         stiffness: vec![torsion.stiffness],
@@ -126,7 +126,7 @@ fn stick_and_slip(torsion: &Torsion, decay: f64, force: f64, x: f64) -> (TrainSt
         end,
         torque: None,
     };
-    let states = TrainModes::of_case(&Trains {
+    let states = SystemModes::of_case(&System {
         rotor: train(&[torsion.surface_inertia, torsion.rotor_inertia], End::Free),
         stator: train(&[torsion.surface_inertia], End::Fixed),
         radius: RADIUS,

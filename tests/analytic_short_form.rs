@@ -11,8 +11,8 @@ use stickslip::analysis::{Modes, Summary};
 use stickslip::case::{Case, CaseSource, Origin, Override};
 use stickslip::friction::Law;
 use stickslip::model::Torsion;
-use stickslip::model::trains::Trains;
-use stickslip::model::trains::system::{Outside, TrainSystem};
+use stickslip::model::equations::{Outside, SystemEquations};
+use stickslip::model::system::System;
 use stickslip::oracle::{self, OracleRequest, rational};
 use stickslip::record::{Event, EventKind};
 use stickslip::simulation::{Method, RunReport, SolverOptions};
@@ -83,7 +83,7 @@ fn both(case: &Case, method: Method) -> [RunReport; 2] {
     };
     [
         Run::new(case).solver(&solver),
-        Run::of_trains(&case.system, 0.0, &solver, &case.output),
+        Run::of_system(&case.system, 0.0, &solver, &case.output),
     ]
     .map(|run| run.start().unwrap_or_else(|failure| failure.report))
 }
@@ -182,8 +182,8 @@ fn analytic_a_brake_as_trains_has_its_growth() {
 fn analytic_growth_of_a_turned_brake_and_of_a_longer_one() {
     let case = changed("paper", &["output.end_time=6.98"]);
     let trains = case.system.clone();
-    let growth = |trains: &Trains| {
-        let report = Run::of_trains(trains, 0.0, &case.solver, &case.output).start().unwrap();
+    let growth = |trains: &System| {
+        let report = Run::of_system(trains, 0.0, &case.solver, &case.output).start().unwrap();
         let summary = Summary::of_run(trains, &report);
         assert!(summary.e_folds_gained.is_some_and(|gained| gained > 10.0));
         summary.growth_exponent.expect("it loses its stability")
@@ -312,7 +312,7 @@ fn analytic_the_margin_of_a_lowered_brake() {
     let mut random = Random(7);
     for name in ["paper", "paper-si", "release", "unperturbed"] {
         let case = changed(name, &[]);
-        let system = TrainSystem::new(&case.system);
+        let system = SystemEquations::new(&case.system);
         let damping = disks(&case).torsion.damping;
         assert_eq!(system.twice_resistance, Some(damping));
         let mut state = vec![0.0; system.dimension];
@@ -404,7 +404,7 @@ fn multiprecision_long_steps_of_chains() {
         method: Method::Series,
         ..case.solver.clone()
     };
-    let run = Run::of_trains(&case.system, 0.0, &solver, &case.output);
+    let run = Run::of_system(&case.system, 0.0, &solver, &case.output);
     let report = run.start().unwrap();
     let expected: Vec<EventKind> = exact.iter().map(|event| event.kind).collect();
     assert_eq!(kinds(&report.events), expected);
@@ -447,7 +447,7 @@ fn by(case: &Case, method: Method) -> Vec<Event> {
         method,
         ..case.solver.clone()
     };
-    let report = Run::of_trains(&case.system, 0.0, &solver, &case.output).start();
+    let report = Run::of_system(&case.system, 0.0, &solver, &case.output).start();
     report
         .unwrap_or_else(|failure| panic!("{}: {failure}", method.name()))
         .events

@@ -4,25 +4,25 @@
 use nalgebra::DMatrix;
 use proptest::prelude::*;
 use std::f64::consts::TAU;
-use stickslip::analysis::trains::Verdict;
-use stickslip::analysis::trains::modes::{Change, TrainModes, TrainState};
+use stickslip::analysis::stability::Verdict;
+use stickslip::analysis::stability::states::{Change, SystemModes, SystemState};
 use stickslip::case::{Case, CaseSource, Override};
 use stickslip::friction::{Exponential, FrictionLaw, Law, Stribeck};
 use stickslip::model::BreakawayTest;
-use stickslip::model::trains::parameters::*;
+use stickslip::model::system::*;
 use stickslip::signal::Drive;
 
 /// Rounding of a closed form of a dozen operations, and of a bisection down to neighbouring doubles.
 const CLOSED_FORM: f64 = 1e-12;
 
-fn built_in(name: &str, overrides: &[&str]) -> Trains {
+fn built_in(name: &str, overrides: &[&str]) -> System {
     let overrides: Vec<Override> = overrides.iter().map(|text| Override::parse(text).unwrap()).collect();
     let source = CaseSource::built_in(name).unwrap();
     Case::read(&source, &overrides).unwrap().system
 }
 
-fn modes(name: &str, overrides: &[&str]) -> TrainModes {
-    TrainModes::of_case(&built_in(name, overrides))
+fn modes(name: &str, overrides: &[&str]) -> SystemModes {
+    SystemModes::of_case(&built_in(name, overrides))
 }
 
 #[track_caller]
@@ -40,7 +40,7 @@ fn only(changes: &[Change]) -> Change {
 }
 
 #[track_caller]
-fn state<'a>(modes: &'a TrainModes, name: &str) -> &'a TrainState {
+fn state<'a>(modes: &'a SystemModes, name: &str) -> &'a SystemState {
     let found = modes.states.iter().find(|state| state.state == name);
     found.unwrap_or_else(|| panic!("no {name} among {:?}", modes.states))
 }
@@ -57,10 +57,10 @@ fn train(inertia: &[f64], stiffness: &[f64], damping: &[f64], viscous: &[f64], e
 }
 
 /// At rest but for what is driven.
-fn pair(rotor: Train, stator: Train, radius: f64, force: f64, law: FrictionLaw) -> Trains {
+fn pair(rotor: Train, stator: Train, radius: f64, force: f64, law: FrictionLaw) -> System {
     let still = |train: &Train| (vec![0.0; train.stiffness.len()], vec![0.0; train.inertia.len()]);
     let ((rotor_twist, rotor_speed), (stator_twist, stator_speed)) = (still(&rotor), still(&stator));
-    Trains {
+    System {
         initial: Initial {
             rotor_twist,
             rotor_speed,
@@ -125,7 +125,7 @@ fn analytic_hopf_of_the_exponential_belt() {
     assert!(modes.states.iter().all(|state| state.state != "stick"));
     assert!(modes.absent.iter().any(|absent| absent.what == "stick mode"));
 
-    let above = TrainModes::of_case(&built_in("belt-exponential", &["rotor.speed=0.5"]));
+    let above = SystemModes::of_case(&built_in("belt-exponential", &["rotor.speed=0.5"]));
     assert_eq!(above.operating_points[0].stability, Verdict::Stable);
 }
 
@@ -149,7 +149,7 @@ proptest! {
             false => pair(driven, grounded, radius, force, law),
             true => pair(grounded, driven, radius, force, law),
         };
-        let modes = TrainModes::of_case(&trains);
+        let modes = SystemModes::of_case(&trains);
         let expected = (decay * (0.5 - 0.3) * force * radius / (shaft + bearing)).ln() / decay;
         let speed = only(&modes.critical_relative_velocities.changes);
         // mu_s - mu_d is rounded in the law as it is here; near x* = 0 its rounding counts against ln.
@@ -163,7 +163,7 @@ proptest! {
 
 /// The eigenvalues of sliding in absolute angles: M x'' + C x' + K x = 0 with the damping kappa between the surfaces. Angles
 /// that nothing holds add zeros, which are left out.
-fn eigenvalues(trains: &Trains, kappa: f64) -> Vec<nalgebra::Complex<f64>> {
+fn eigenvalues(trains: &System, kappa: f64) -> Vec<nalgebra::Complex<f64>> {
     let sides = [&trains.rotor, &trains.stator];
     let first = [0, trains.rotor.inertia.len()];
     let n = first[1] + trains.stator.inertia.len();
@@ -204,7 +204,7 @@ fn eigenvalues(trains: &Trains, kappa: f64) -> Vec<nalgebra::Complex<f64>> {
 
 /// Whether a disturbance of sliding grows. Of a free rotor that nothing drives one real root may, that of its own slowing down, which is
 /// sliding itself: it does where friction falls faster than the bearings take.
-fn grows(trains: &Trains, kappa: f64) -> bool {
+fn grows(trains: &System, kappa: f64) -> bool {
     let growing = eigenvalues(trains, kappa).iter().filter(|l| l.re > 0.0).count();
     let slows = matches!((&trains.rotor.end, &trains.stator.end), (End::Free, End::Fixed));
     let bearings: f64 = trains.rotor.viscous.iter().sum();
@@ -256,7 +256,7 @@ proptest! {
         (rotor, stator) in any_pair(), force in 0.2..20.0f64, decay in 1.0..5.0f64,
     ) {
         let trains = pair(rotor, stator, 1.0, force, exponential(0.5, 0.3, decay));
-        let modes = TrainModes::of_case(&trains);
+        let modes = SystemModes::of_case(&trains);
         let grows = |x: f64| grows(&trains, force * trains.law.coefficient_and_slope(x).1);
         let search = &modes.critical_relative_velocities;
         let mut ends = vec![0.0];
@@ -303,7 +303,7 @@ proptest! {
         (rotor, stator) in any_pair(), force in 0.2..20.0f64, decay in 1.0..5.0f64,
     ) {
         let trains = pair(rotor, stator, 1.0, force, exponential(0.5, 0.3, decay));
-        let modes = TrainModes::of_case(&trains);
+        let modes = SystemModes::of_case(&trains);
         if modes.operating_points.is_empty() {
             return Ok(());
         }
@@ -352,7 +352,7 @@ fn analytic_stribeck_has_two_critical_speeds() {
         viscous: 0.01,
     }
     .into();
-    let modes = TrainModes::of_case(&Trains {
+    let modes = SystemModes::of_case(&System {
         law,
         ..built_in("belt-exponential", &[])
     });
@@ -436,7 +436,7 @@ fn analytic_stick_joins_the_surfaces() {
         10.0,
         exponential(0.5, 0.3, 2.0),
     );
-    let modes = TrainModes::of_case(&trains);
+    let modes = SystemModes::of_case(&trains);
     let stick = state(&modes, "stick");
     assert_eq!(stick.modes.len(), 1, "{stick:?}");
     assert_close(stick.modes[0].frequency.unwrap(), 200f64.sqrt() / TAU, CLOSED_FORM);

@@ -45,7 +45,7 @@ fn written(text: &str) -> Case {
 
 fn run(case: &Case) -> (MemoryRecorder, RunReport) {
     let mut recorder = MemoryRecorder::default();
-    let report = Run::of_trains(&case.system, case.threshold(), &case.solver, &case.output)
+    let report = Run::of_system(&case.system, case.threshold(), &case.solver, &case.output)
         .record(&mut recorder)
         .start()
         .unwrap();

@@ -1,7 +1,7 @@
 //! The built-in cases, against the parameters of the independent truth.
 
 use stickslip::case::{Case, CaseSource, builtin};
-use stickslip::model::trains::{Kick, KickSide};
+use stickslip::model::system::{Kick, KickSide};
 use stickslip::model::{BreakawayTest, KickTime, Parameters};
 use stickslip::signal::{Signal, Table};
 

@@ -2,7 +2,7 @@
 
 use proptest::prelude::*;
 use stickslip::case::{Case, CaseNumber, CaseSource, Override, WrittenCase, schema};
-use stickslip::model::trains::{Kick, KickSide};
+use stickslip::model::system::{Kick, KickSide};
 use stickslip::model::{BreakawayTest, KickTime, Parameters};
 use stickslip::signal::{Ramp, Signal, Table};
 use stickslip::simulation::{Method, OutputWindow, SolverOptions};

@@ -7,7 +7,7 @@ use proptest::option;
 use proptest::prelude::*;
 use stickslip::case::{Case, CaseSource, Override, builtin};
 use stickslip::friction::{Exponential, Friction};
-use stickslip::model::trains::Trains;
+use stickslip::model::system::System;
 use stickslip::model::{Axial, BreakawayTest, Contact, Initial, Kick, KickTime, Parameters, Torsion, nearest_double};
 use stickslip::signal::{Ramp, Signal, Table};
 use stickslip::simulation::{Around, Following, Method, OutputOptions, OutputWindow, SolverOptions};
@@ -309,7 +309,7 @@ proptest! {
     ) {
         let mut case = Case::read(&CaseSource::built_in("paper").unwrap(), &[]).unwrap();
         case.title = title;
-        case.system = Trains::from(&parameters);
+        case.system = System::from(&parameters);
         case.solver = solver;
         case.output = output;
         let again = read(case.resolved());

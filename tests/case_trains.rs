@@ -7,7 +7,7 @@ use num_traits::{Signed, ToPrimitive};
 use proptest::prelude::*;
 use stickslip::case::{Case, CaseSource, Motion, Origin, Override, Words, WrittenCase, builtin, schema, train_keys};
 use stickslip::friction::{FrictionLaw, Law as _};
-use stickslip::model::trains::{ContactLaw, End, KickSide, Pressing, Smoothing};
+use stickslip::model::system::{ContactLaw, End, KickSide, Pressing, Smoothing};
 use stickslip::model::{BreakawayTest, KickTime, Parameters, nearest_double};
 use stickslip::signal::{Drive, Frequency, Shape, Signal};
 use stickslip::simulation::Around;

@@ -12,7 +12,7 @@ use stickslip::analysis::bands::Stretch;
 use stickslip::analysis::certificate::{Certificate, certify};
 use stickslip::case::{Case, CaseSource, Override};
 use stickslip::model::nearest_double;
-use stickslip::model::trains::ExactTrains;
+use stickslip::model::system::ExactSystem;
 use stickslip::model::{Mode, Parameters};
 use stickslip::oracle::{self, Number, OracleOptions, OracleReport, OracleState};
 use stickslip::record::{Channels, Event, EventKind, MemoryRecorder, Sample, State};
@@ -25,7 +25,7 @@ fn exact(x: f64) -> BigRational {
     Number::from_f64(x, 64).to_rational().expect("finite")
 }
 
-fn solve(exact: &ExactTrains, end: f64, sample_times: Vec<BigRational>) -> OracleReport {
+fn solve(exact: &ExactSystem, end: f64, sample_times: Vec<BigRational>) -> OracleReport {
     let options = OracleOptions {
         digits: 33,
         end_time: oracle::rational(&format!("{end}")).unwrap(),

@@ -4,9 +4,9 @@ mod common;
 
 use common::truth;
 use num_rational::BigRational;
-use stickslip::model::trains::Trains;
-use stickslip::model::trains::closed_form::ClosedForm;
-use stickslip::model::trains::system::TrainSystem;
+use stickslip::model::closed_form::ClosedForm;
+use stickslip::model::equations::SystemEquations;
+use stickslip::model::system::System;
 use stickslip::model::{BreakawayTest, Mode, nearest_double};
 use stickslip::oracle::rational;
 
@@ -23,7 +23,7 @@ fn multiprecision_sticks_change_the_rotor_speed_without_bias() {
             serde_json::from_str(&std::fs::read_to_string(path).unwrap()).unwrap()
         };
         let parameters = truth(case).parameters;
-        let system = TrainSystem::new(&Trains::from(&parameters));
+        let system = SystemEquations::new(&System::from(&parameters));
         let trains = ClosedForm::new(BreakawayTest::Transmitted);
         let trains = trains.of(&system, Mode::Stick).unwrap();
         let events = json["events"].as_array().unwrap();

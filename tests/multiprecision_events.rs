@@ -154,13 +154,13 @@ fn multiprecision_unperturbed_series() {
 /// to 1e-13 of its size, far from the instability and 60 ms before the stop.
 #[test]
 fn multiprecision_slow_manifold() {
-    use stickslip::model::trains::Trains;
-    use stickslip::model::trains::slow_manifold::{Slip, on_slow_manifold};
-    use stickslip::model::trains::system::TrainSystem;
+    use stickslip::model::equations::SystemEquations;
+    use stickslip::model::slow_manifold::{Slip, on_slow_manifold};
+    use stickslip::model::system::System;
     use stickslip::signal::{Ramp, Signal};
     for case in ["paper", "si-kick"] {
         let truth = truth(case);
-        let system = TrainSystem::new(&Trains::from(&truth.parameters));
+        let system = SystemEquations::new(&System::from(&truth.parameters));
         let (rotor, stator) = (system.rotor.twists, system.stator.twists);
         let speed = system.rotor.speed.unwrap();
         let Signal::Ramp(Ramp { value: force, .. }) = truth.parameters.actuation else {

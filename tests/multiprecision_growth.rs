@@ -3,10 +3,10 @@
 mod common;
 use common::{output, run, solver, truth};
 use stickslip::analysis::{Growth, Summary};
-use stickslip::model::trains::Trains;
+use stickslip::model::system::System;
 use stickslip::model::{Kick, KickTime};
 use stickslip::record::EventKind;
-use stickslip::simulation::trains::natural_period;
+use stickslip::simulation::natural_period;
 use stickslip::simulation::{Method, SolverOptions};
 
 /// The smooth path of the growth exponent ends where exact sliding without a perturbation sticks (120-digit run). Its
@@ -20,7 +20,7 @@ fn multiprecision_smooth_sliding_ends_at_the_exact_stick() {
         &output(truth.end_time, 0.1),
     );
     let growth =
-        Growth::of_run(&Trains::from(&truth.parameters), &recorder.events, report.end).expect("it loses stability");
+        Growth::of_run(&System::from(&truth.parameters), &recorder.events, report.end).expect("it loses stability");
     let error = (growth.smooth_end - truth.events[0].time).abs();
     assert!(error < 1e-6, "{error:e}");
     assert!((80.0..95.0).contains(&growth.exponent), "{}", growth.exponent);
@@ -31,7 +31,7 @@ fn multiprecision_smooth_sliding_ends_at_the_exact_stick() {
 fn property_noise_is_called_noise() {
     let mut parameters = truth("si-unperturbed").parameters;
     let (_, report) = run(&parameters, &SolverOptions::default(), &output(7.1, 0.1));
-    let summary = Summary::of_run(&Trains::from(&parameters), &report);
+    let summary = Summary::of_run(&System::from(&parameters), &report);
     assert!(summary.noise_determined);
     // The exact run has one stick; this one has what its rounding makes.
     assert!(summary.sticks > 1);
@@ -40,7 +40,7 @@ fn property_noise_is_called_noise() {
         relative_velocity: 1e-4,
     }];
     let (_, report) = run(&parameters, &SolverOptions::default(), &output(7.1, 0.1));
-    assert!(!Summary::of_run(&Trains::from(&parameters), &report).noise_determined);
+    assert!(!Summary::of_run(&System::from(&parameters), &report).noise_determined);
 }
 
 /// A kick that turns the sliding round, seconds before, takes the margin of stability through zero and back and is damped
@@ -55,14 +55,14 @@ fn property_a_large_early_kick_leaves_the_onset_to_noise() {
     let (recorder, report) = run(&parameters, &SolverOptions::default(), &output(7.1, 0.1));
     let early = recorder.events.iter().find(|e| e.kind == EventKind::Destabilised);
     assert!(early.is_some_and(|e| e.time < 0.51));
-    let summary = Summary::of_run(&Trains::from(&parameters), &report);
+    let summary = Summary::of_run(&System::from(&parameters), &report);
     assert!(summary.noise_determined);
     assert!(summary.instability_time.is_some_and(|t| t > 6.8));
     // The margin is lost at the same speed as without the kick, so that the growth is the same.
     let exponent = summary.growth_exponent.expect("it loses stability");
     let truth = truth("si-unperturbed");
     let (_, undisturbed) = run(&truth.parameters, &SolverOptions::default(), &output(7.1, 0.1));
-    let expected = Summary::of_run(&Trains::from(&truth.parameters), &undisturbed).growth_exponent;
+    let expected = Summary::of_run(&System::from(&truth.parameters), &undisturbed).growth_exponent;
     assert!(
         (exponent - expected.expect("it loses stability")).abs() < 1e-3,
         "{exponent}"
@@ -75,7 +75,7 @@ fn property_growth_exponent_is_that_of_the_whole_slide() {
     let parameters = truth("si-unperturbed").parameters;
     let exponent = |end| {
         let (_, report) = run(&parameters, &SolverOptions::default(), &output(end, 0.1));
-        Summary::of_run(&Trains::from(&parameters), &report)
+        Summary::of_run(&System::from(&parameters), &report)
             .growth_exponent
             .expect("it loses stability")
     };
@@ -92,7 +92,7 @@ fn multiprecision_smooth_sliding_is_not_noise() {
         &solver(Method::Series, SolverOptions::default().rtol),
         &output(7.1, 0.1),
     );
-    let summary = Summary::of_run(&Trains::from(&truth.parameters), &report);
+    let summary = Summary::of_run(&System::from(&truth.parameters), &report);
     assert!(report.stopped_smoothly && !summary.noise_determined);
     assert_eq!((summary.sticks, summary.slips), (1, 0));
 }
@@ -110,7 +110,7 @@ fn multiprecision_kick_grows_as_the_eigenvalues_say() {
             &output(truth.end_time, 0.1),
         );
         let growth =
-            Growth::of_run(&Trains::from(&truth.parameters), &recorder.events, report.end).expect("it loses stability");
+            Growth::of_run(&System::from(&truth.parameters), &recorder.events, report.end).expect("it loses stability");
         let kick = truth.parameters.perturbations[0].relative_velocity;
         let first = &truth.events[0].state;
         let theta_dot = first.iter().find(|(n, _)| n == "theta_dot").expect("theta_dot").1;
@@ -127,7 +127,7 @@ fn multiprecision_kick_grows_as_the_eigenvalues_say() {
 #[test]
 fn property_no_method_strides_over_the_instability() {
     let truth = truth("si-kick");
-    let period = natural_period(&Trains::from(&truth.parameters)).unwrap();
+    let period = natural_period(&System::from(&truth.parameters)).unwrap();
     for method in Method::KINDS.into_iter().filter(|&m| m != Method::Series) {
         for perturbed in [true, false] {
             let mut parameters = truth.parameters.clone();

@@ -16,7 +16,7 @@ use stickslip::case::{Case, CaseSource, Override, WrittenCase};
 use stickslip::friction::FrictionLaw;
 use stickslip::oracle::{self, OracleError, OracleEvent, OracleOptions, rational};
 use stickslip::record::{Event, EventKind, MemoryRecorder};
-use stickslip::simulation::trains::natural_period;
+use stickslip::simulation::natural_period;
 
 /// A multiple of what rounding may move an event by, that a method may lose by its own arithmetic.
 const OF_ROUNDING: f64 = 100.0;

@@ -8,7 +8,7 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use stickslip::Run;
 use stickslip::analysis::linearised::{Linearised, linearise};
 use stickslip::case::{Case, CaseNumber, CaseSource, Override, WrittenCase};
-use stickslip::model::trains::{ExactTrains, Pressing};
+use stickslip::model::system::{ExactSystem, Pressing};
 use stickslip::model::{KickTime, nearest_double};
 use stickslip::oracle::{self, OracleEvent, OracleOptions, rational};
 use stickslip::record::{EventKind, MemoryRecorder};
@@ -20,7 +20,7 @@ fn run(case: &Case) -> MemoryRecorder {
     recorder
 }
 
-fn setup(name: &str, set: &[&str]) -> (Case, ExactTrains, Linearised) {
+fn setup(name: &str, set: &[&str]) -> (Case, ExactSystem, Linearised) {
     let source = CaseSource::built_in(name).unwrap();
     let set: Vec<Override> = set.iter().map(|text| Override::parse(text).unwrap()).collect();
     let case = Case::read(&source, &set).unwrap();
@@ -30,7 +30,7 @@ fn setup(name: &str, set: &[&str]) -> (Case, ExactTrains, Linearised) {
 }
 
 /// The places of a system that a key of the short form says.
-fn places<'a>(exact: &'a mut ExactTrains, path: &str) -> Vec<&'a mut BigRational> {
+fn places<'a>(exact: &'a mut ExactSystem, path: &str) -> Vec<&'a mut BigRational> {
     let Pressing::Axial { axial, actuation } = &mut exact.pressing else {
         panic!("the short form presses by its axial mode");
     };
@@ -95,7 +95,7 @@ const AT_REST: [&str; 3] = ["friction.low_speed", "friction.kinetic", "friction.
 
 /// The events of the case with one parameter changed by [`SHARE`] of it, or of the case itself; and the change. Breakaway
 /// friction must not fall below that at low speed, so that the latter goes down.
-fn events(exact: &ExactTrains, path: Option<&str>, end_time: &str) -> (Vec<OracleEvent>, BigRational) {
+fn events(exact: &ExactSystem, path: Option<&str>, end_time: &str) -> (Vec<OracleEvent>, BigRational) {
     let mut changed = exact.clone();
     let mut change = BigRational::from_integer(BigInt::from(0));
     if let Some(path) = path {

@@ -7,7 +7,7 @@ use std::time::Duration;
 use stickslip::Run;
 use stickslip::case::{Case, CaseSource, Override};
 use stickslip::model::nearest_double;
-use stickslip::model::trains::Pressing;
+use stickslip::model::system::Pressing;
 use stickslip::oracle::{self, Number, OracleOptions, OracleReport, OracleRequest, rational};
 use stickslip::record::{EventKind, MemoryRecorder};
 

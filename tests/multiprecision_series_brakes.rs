@@ -14,7 +14,7 @@ use stickslip::Run;
 use stickslip::analysis::linearised::linearise;
 use stickslip::case::{Case, CaseSource, Override, WrittenCase};
 use stickslip::record::{Event, EventKind, MemoryRecorder};
-use stickslip::simulation::trains::natural_period;
+use stickslip::simulation::natural_period;
 use stickslip::simulation::{Method, SolverOptions};
 
 const ALLOWED: f64 = 100.0;

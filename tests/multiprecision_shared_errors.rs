@@ -9,9 +9,9 @@ use std::ops::ControlFlow;
 use stickslip::Run;
 use stickslip::analysis::certificate::{Verdict, certify};
 use stickslip::case::{Case, CaseSource, Override};
+use stickslip::model::equations::SystemEquations;
 use stickslip::model::nearest_double;
-use stickslip::model::trains::slow_manifold::{Slip, on_slow_manifold};
-use stickslip::model::trains::system::TrainSystem;
+use stickslip::model::slow_manifold::{Slip, on_slow_manifold};
 use stickslip::oracle::{self, Number, OracleOptions, rational};
 use stickslip::record::{EventKind, MemoryRecorder};
 
@@ -215,7 +215,7 @@ fn multiprecision_slow_manifold_knows_its_error() {
             .rev()
             .map(|k| format!("{:.6}", stop - 5e-4 * f64::from(k)))
             .collect();
-        let system = TrainSystem::new(&case.system);
+        let system = SystemEquations::new(&case.system);
         let (rotor, stator) = (system.rotor.twists, system.stator.twists);
         let axial = disks(&case).axial_motion();
         for (time, state) in solve("0.3", &times).samples {

@@ -185,7 +185,7 @@ fn by(case: &Case, method: Method) -> Result<(MemoryRecorder, RunReport), String
         ..case.solver.clone()
     };
     let mut recorder = MemoryRecorder::default();
-    let run = Run::of_trains(&case.system, 0.0, &solver, &case.output)
+    let run = Run::of_system(&case.system, 0.0, &solver, &case.output)
         .record(&mut recorder)
         .start();
     run.map(|report| (recorder, report))
@@ -311,7 +311,7 @@ fn multiprecision_random_trains() {
                 ..case.solver.clone()
             };
             let mut recorder = MemoryRecorder::default();
-            let run = Run::of_trains(&case.system, 0.0, &solver, &case.output)
+            let run = Run::of_system(&case.system, 0.0, &solver, &case.output)
                 .record(&mut recorder)
                 .start();
             if let Err(error) = run {

@@ -9,8 +9,8 @@ use num_traits::Zero;
 use std::f64::consts::{PI, TAU};
 use std::ops::ControlFlow;
 use std::time::Duration;
-use stickslip::model::trains::{
-    Bristles, ContactLaw, End, ExactTrains, Initial, Kick, KickSide, Pressing, Regularisation, Smoothing, Torque, Train,
+use stickslip::model::system::{
+    Bristles, ContactLaw, End, ExactSystem, Initial, Kick, KickSide, Pressing, Regularisation, Smoothing, Torque, Train,
 };
 use stickslip::model::{BreakawayTest, ExactLaw, KickTime, Mode, nearest_double};
 use stickslip::oracle::{self, Number, OracleEvent, OracleOptions, OracleReport, OracleRequest, OracleState, rational};
@@ -81,7 +81,7 @@ fn rigid(end: End<Real>) -> Train<Real> {
     train(&[], &[], &[], end)
 }
 
-fn problem(rotor: Train<Real>, stator: Train<Real>, force: Drive<Real>, breakaway: &str, law: ExactLaw) -> ExactTrains {
+fn problem(rotor: Train<Real>, stator: Train<Real>, force: Drive<Real>, breakaway: &str, law: ExactLaw) -> ExactSystem {
     let zeros = |count: usize| vec![Real::zero(); count];
     let initial = Initial {
         rotor_twist: zeros(rotor.stiffness.len()),
@@ -89,7 +89,7 @@ fn problem(rotor: Train<Real>, stator: Train<Real>, force: Drive<Real>, breakawa
         stator_twist: zeros(stator.stiffness.len()),
         stator_speed: zeros(stator.inertia.len()),
     };
-    ExactTrains {
+    ExactSystem {
         rotor,
         stator,
         radius: r("1"),
@@ -104,14 +104,14 @@ fn problem(rotor: Train<Real>, stator: Train<Real>, force: Drive<Real>, breakawa
 }
 
 /// The speed below which a regularised contact counts as stuck, 10 eps; `None` for other contacts.
-fn threshold(parameters: &ExactTrains) -> Option<Real> {
+fn threshold(parameters: &ExactSystem) -> Option<Real> {
     match &parameters.contact {
         ContactLaw::Regularised(regularisation) => Some(&regularisation.speed * r("10")),
         ContactLaw::StickSlip | ContactLaw::Bristles(_) => None,
     }
 }
 
-fn sampled(parameters: &ExactTrains, digits: u32, end: &str, samples: &[Real]) -> OracleReport {
+fn sampled(parameters: &ExactSystem, digits: u32, end: &str, samples: &[Real]) -> OracleReport {
     let options = OracleOptions {
         digits,
         end_time: r(end),
@@ -122,7 +122,7 @@ fn sampled(parameters: &ExactTrains, digits: u32, end: &str, samples: &[Real]) -
     oracle::run(parameters, &options, &mut |_| ControlFlow::Continue(())).unwrap()
 }
 
-fn run(parameters: &ExactTrains, digits: u32, end: &str) -> OracleReport {
+fn run(parameters: &ExactSystem, digits: u32, end: &str) -> OracleReport {
     sampled(parameters, digits, end, &[])
 }
 
@@ -172,7 +172,7 @@ const PI_DIGITS: &str = "3.14159265358979323846264338327950288419716939937510582
 // The loss of stability.
 
 /// A rotor that slows down on a stator whose surface and shaft are not its own, under mu = 0.3 + 0.3 exp(-3.5 x) and 2 kN.
-fn braking(relative_velocity: &str) -> ExactTrains {
+fn braking(relative_velocity: &str) -> ExactSystem {
     let exponential = law(
         "exponential",
         &[("low_speed", "0.6"), ("high_speed", "0.3"), ("decay", "3.5")],
@@ -263,7 +263,7 @@ fn analytic_no_instability_where_nothing_is_watched() {
 // A mass on a belt.
 
 /// The belt is the rotor, the mass the stator.
-fn belt(mass: &str, stiffness: &str, speed: &str, breakaway: &str, law: ExactLaw) -> ExactTrains {
+fn belt(mass: &str, stiffness: &str, speed: &str, breakaway: &str, law: ExactLaw) -> ExactSystem {
     problem(
         rigid(End::Driven(value(speed))),
         train(&[mass], &[stiffness], &["0"], End::Fixed),
@@ -325,7 +325,7 @@ fn third() -> Real {
 }
 
 /// Leine, van Campen, de Kraker, van den Steen 1998.
-fn leine() -> ExactTrains {
+fn leine() -> ExactSystem {
     let mut law = law("hyperbolic", &[("low_speed", "1"), ("high_speed", "0")]);
     law.numbers.push(("scale", third()));
     let mut belt = belt("1", "1", "0.2", "1", law);
@@ -405,7 +405,7 @@ fn published_the_belt_of_leine_regularised() {
 
 // Blocks on the ground: the block is the rotor.
 
-fn block(stiffness: &[&str], damping: &[&str], friction: &str, force: Wave<Real>) -> ExactTrains {
+fn block(stiffness: &[&str], damping: &[&str], friction: &str, force: Wave<Real>) -> ExactSystem {
     let end = if stiffness.is_empty() { End::Free } else { End::Fixed };
     let mut rotor = train(&["1"], stiffness, damping, end);
     rotor.torque = Some(Torque {
@@ -974,7 +974,7 @@ fn analytic_a_kick_breaks_a_stick_by_its_dashpot() {
 
 /// Absolute angles, forces by their differences, and the method of Runge and Kutta: nothing in common with the oracle.
 struct Plain<'a> {
-    problem: &'a ExactTrains,
+    problem: &'a ExactSystem,
     friction: &'a dyn Fn(f64) -> f64,
 }
 
@@ -1292,7 +1292,7 @@ fn analytic_bristles_let_go() {
 
 // What the runs claim.
 
-fn stiff_pair() -> ExactTrains {
+fn stiff_pair() -> ExactSystem {
     let drive = Drive::Wave(Wave {
         mean: r("1"),
         ..cosine("0.4", Frequency::Cycles(r("0.3")))
@@ -1351,7 +1351,7 @@ fn multiprecision_more_digits_change_nothing() {
 }
 
 /// The same seen from the other side: rotor for stator, and every speed and torque reversed.
-fn mirrored(problem: &ExactTrains) -> ExactTrains {
+fn mirrored(problem: &ExactSystem) -> ExactSystem {
     fn reversed(drive: &Drive<Real>) -> Drive<Real> {
         let opposite = |values: &[Real]| values.iter().map(|x| -x).collect::<Vec<_>>();
         match drive {
@@ -1385,7 +1385,7 @@ fn mirrored(problem: &ExactTrains) -> ExactTrains {
     };
     let opposite = |values: &[Real]| values.iter().map(|x| -x).collect::<Vec<_>>();
     let initial = &problem.initial;
-    ExactTrains {
+    ExactSystem {
         rotor: of(&problem.stator),
         stator: of(&problem.rotor),
         initial: Initial {
@@ -1411,7 +1411,7 @@ fn mirrored(problem: &ExactTrains) -> ExactTrains {
 }
 
 /// Two trains of up to three inertias each, with any ends, signals, laws and kicks.
-fn random_trains(index: u64) -> ExactTrains {
+fn random_trains(index: u64) -> ExactSystem {
     let mut random = Random(index);
     let number = |x: f64| r(&format!("{x:.6}"));
     let mut within = |low: f64, high: f64| random.within(low, high);

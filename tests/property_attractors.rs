@@ -159,7 +159,7 @@ end_time = 20.0
     };
     let case = Case::read(&source, &[]).unwrap();
     let mut recorder = stickslip::record::MemoryRecorder::default();
-    stickslip::Run::of_trains(&case.system, 0.0, &case.solver, &case.output)
+    stickslip::Run::of_system(&case.system, 0.0, &case.solver, &case.output)
         .record(&mut recorder)
         .start()
         .unwrap();

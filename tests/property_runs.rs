@@ -8,7 +8,7 @@ use proptest::prelude::*;
 use proptest::test_runner::{Config, RngAlgorithm, TestRng, TestRunner};
 use stickslip::analysis::{Growth, Summary};
 use stickslip::friction::{Exponential, Friction};
-use stickslip::model::trains::Trains;
+use stickslip::model::system::System;
 use stickslip::model::{Kick, KickTime, Mode, Parameters};
 use stickslip::record::{EventKind, MemoryRecorder};
 use stickslip::signal::{Ramp, Signal, Table};
@@ -194,8 +194,8 @@ fn property_runs_are_lawful_and_reproducible_with_more_accuracy() {
             let (mut compared, mut noise, mut events, mut worst) = counts.get();
             let (tight, tight_report) = compute(&case, Method::Auto, 1e-12);
             check_order(&case.parameters, &tight)?;
-            let summary = Summary::of_run(&Trains::from(&case.parameters), &report);
-            let tight_summary = Summary::of_run(&Trains::from(&case.parameters), &tight_report);
+            let summary = Summary::of_run(&System::from(&case.parameters), &report);
+            let tight_summary = Summary::of_run(&System::from(&case.parameters), &tight_report);
             check_growth(&case, &recorder, &summary)?;
             prop_assert_eq!(summary.noise_determined, tight_summary.noise_determined);
             if summary.noise_determined || kick_over_noise(&summary) <= 14.0 {
@@ -231,7 +231,7 @@ fn property_series_and_auto_agree() {
             let residual = report.energy_residual / report.initial_energy;
             prop_assert!(residual < 1e-12, "energy {residual:e}");
             let (auto, auto_report) = compute(&case, Method::Auto, 1e-13);
-            let summary = Summary::of_run(&Trains::from(&case.parameters), &auto_report);
+            let summary = Summary::of_run(&System::from(&case.parameters), &auto_report);
             let margin = kick_over_noise(&summary);
             let (word, expected) = (event_sequence(&recorder), event_sequence(&auto));
             let kinds = |w: &[(EventKind, f64)]| w.iter().map(|e| e.0.name()).collect::<Vec<_>>();
@@ -276,7 +276,7 @@ fn property_series_follows_smooth_sliding_to_its_stop() {
             case.parameters.perturbations.clear();
             let (recorder, report) = compute(&case, Method::Series, SolverOptions::default().rtol);
             check_order(&case.parameters, &recorder)?;
-            let growth = Growth::of_run(&Trains::from(&case.parameters), &report.events, report.end);
+            let growth = Growth::of_run(&System::from(&case.parameters), &report.events, report.end);
             let stick = event_sequence(&recorder).into_iter().find(|e| e.0 == EventKind::Stick);
             if let (Some(growth), Some(stick), true) = (growth, stick, report.stopped_smoothly) {
                 let (mut smooth, mut beyond_rounding, mut largest) = counts.get();
@@ -285,7 +285,7 @@ fn property_series_follows_smooth_sliding_to_its_stop() {
                 let error = (stick.1 - growth.smooth_end).abs();
                 largest = largest.max(error);
                 prop_assert!(error < 1e-7, "{error:e} at a growth of {}", growth.exponent);
-                prop_assert!(!Summary::of_run(&Trains::from(&case.parameters), &report).noise_determined);
+                prop_assert!(!Summary::of_run(&System::from(&case.parameters), &report).noise_determined);
                 counts.set((smooth, beyond_rounding, largest));
             }
             Ok(())

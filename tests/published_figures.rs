@@ -4,9 +4,9 @@ mod cli_common;
 
 use cli_common::{Folder, output};
 use std::sync::OnceLock;
-use stickslip::analysis::trains::TrainModes;
+use stickslip::analysis::stability::SystemModes;
 use stickslip::friction::Law;
-use stickslip::model::trains::Pressing;
+use stickslip::model::system::Pressing;
 use stickslip::plot::catalogue::{ENTRIES, ExponentialFit, find};
 use stickslip::plot::entry::Subject;
 use stickslip::plot::figure::CurveStyle;
@@ -222,7 +222,7 @@ fn analytic_last_stick_decays_as_its_mode() {
     let run = Run::open(file()).unwrap();
     let start = run.stick_slip.final_stick_time.unwrap() + 0.02;
     let amplitudes = turn_amplitudes(&run, "phi1_dot", (start, start + 0.1)).unwrap();
-    let states = TrainModes::of_case(&run.system).states;
+    let states = SystemModes::of_case(&run.system).states;
     let modes = &states.iter().find(|state| state.state == "stick").unwrap().modes;
     let slowest = modes.iter().filter(|mode| mode.frequency.is_some());
     let rotor = slowest

@@ -4,10 +4,10 @@
 mod common;
 
 use common::truth;
-use std::alloc::{GlobalAlloc, Layout, System};
+use std::alloc::{self, GlobalAlloc, Layout};
 use std::cell::Cell;
 use stickslip::Run;
-use stickslip::model::trains::Trains;
+use stickslip::model::system::System;
 use stickslip::signal::{Ramp, Signal};
 use stickslip::simulation::{Following, Method, OutputOptions, RunReport, SolverOptions};
 
@@ -23,12 +23,12 @@ unsafe impl GlobalAlloc for Counting {
     unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
         ALLOCATIONS.with(|count| count.set(count.get() + 1));
         // SAFETY: the caller's promise.
-        unsafe { System.alloc(layout) }
+        unsafe { alloc::System.alloc(layout) }
     }
 
     unsafe fn dealloc(&self, pointer: *mut u8, layout: Layout) {
         // SAFETY: the caller's promise.
-        unsafe { System.dealloc(pointer, layout) }
+        unsafe { alloc::System.dealloc(pointer, layout) }
     }
 }
 
@@ -69,7 +69,7 @@ fn regression_a_step_allocates_nothing() {
             ..SolverOptions::default()
         };
         let before = allocations();
-        let report = Run::of_trains(&Trains::from(&parameters), 0.0, &solver, &output)
+        let report = Run::of_system(&System::from(&parameters), 0.0, &solver, &output)
             .start()
             .expect("a run");
         (allocations() - before, report)

@@ -10,7 +10,7 @@ use stickslip::Run;
 use stickslip::case::{Case, CaseSource};
 use stickslip::friction::{Exponential, Friction};
 use stickslip::hybrid::RunError;
-use stickslip::model::trains::Trains;
+use stickslip::model::system::System;
 use stickslip::model::{BreakawayTest, Kick, KickTime, Parameters};
 use stickslip::record::{EventKind, MemoryRecorder};
 use stickslip::signal::{Ramp, Signal, Table};
@@ -191,8 +191,8 @@ fn sundials_the_stators_breakaway_test_chatters() {
     parameters.contact.breakaway_test = BreakawayTest::Stator;
     let [series, auto] =
         [(Method::Series, SolverOptions::default().rtol), (Method::Auto, 1e-13)].map(|(method, rtol)| {
-            let failure = Run::of_trains(
-                &Trains::from(&parameters),
+            let failure = Run::of_system(
+                &System::from(&parameters),
                 0.0,
                 &solver(method, rtol),
                 &output(7.1, 0.1),

@@ -5,11 +5,11 @@
 //! whole turns. It is looked for anew after a kick and after a corner of a signal. Sliding that slows down by itself repeats nothing.
 
 use crate::model::Mode;
-use crate::model::trains::Trains;
-use crate::model::trains::margin::twice_resistance;
+use crate::model::margin::twice_resistance;
+use crate::model::system::System;
 use crate::record::{Cycle, Event, EventKind, Piece, Recorder, RecorderError, Sample, Segment};
 use crate::signal::{Drive, Frequency};
-use crate::simulation::trains::{PortraitPoint, Section, further, portrait};
+use crate::simulation::{PortraitPoint, Section, further, portrait};
 use serde::Serialize;
 use std::collections::VecDeque;
 use std::f64::consts::TAU;
@@ -120,7 +120,7 @@ fn frequencies<'d>(drives: impl IntoIterator<Item = &'d Drive>) -> Vec<(f64, f64
 }
 
 impl<'a> Recurrence<'a> {
-    pub fn new(trains: &Trains, inner: &'a mut dyn Recorder) -> Self {
+    pub fn new(trains: &System, inner: &'a mut dyn Recorder) -> Self {
         Recurrence {
             inner,
             stops: twice_resistance(trains).is_some(),
@@ -244,7 +244,7 @@ impl<'a> Recurrence<'a> {
     }
 
     /// The attractor that the run has come to by its end, if it has.
-    pub fn attractor(&self, trains: &Trains, threshold: f64) -> Option<Attractor> {
+    pub fn attractor(&self, trains: &System, threshold: f64) -> Option<Attractor> {
         let (known, since) = self.known?;
         // Several periods may come near to themselves before one does.
         let sections = (1..=known).find(|&sections| self.repeats(sections).is_some())?;

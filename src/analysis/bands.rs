@@ -11,12 +11,12 @@ use super::verdict::{CertifiedEvent, LEAST_WITNESSES, Verdict};
 use crate::case::Case;
 use crate::friction::Law;
 use crate::model::Mode;
-use crate::model::trains::Pressing;
+use crate::model::system::Pressing;
 use crate::provenance::extension;
 use crate::record::{Channels, Event, EventKind, MemoryRecorder, Sample, State};
 use crate::results::schema;
+use crate::simulation::Course;
 use crate::simulation::sampling::SampleTimes;
-use crate::simulation::trains::Course;
 use crate::simulation::{Following, OutputOptions};
 use std::ops::Range;
 

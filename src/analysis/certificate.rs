@@ -23,7 +23,7 @@ pub use super::verdict::{CertifiedEvent, Verdict};
 use crate::case::{Case, WrittenCase};
 use crate::oracle::OracleError;
 use crate::record::{Event, EventKind, MemoryRecorder};
-use crate::simulation::trains::Excitation;
+use crate::simulation::Excitation;
 use crate::simulation::{Method, OutputOptions, SolverOptions};
 use serde::Serialize;
 

@@ -5,7 +5,7 @@ use super::summary::{Outcome, Summary, TURNOVER, residual_row, share_of};
 use crate::case::{Case, CaseSource, Motion, builtin};
 use crate::record::{CycleStatistics, Event, EventDigest, EventKind};
 use crate::results::{ResultError, ResultFile, Status, StickSlipTable};
-use crate::simulation::trains::{natural_period, position_of};
+use crate::simulation::{natural_period, position_of};
 use serde::Serialize;
 
 /// The paper's own numbers (its sections 4.2 to 4.5), beside which the built-in case is put.

@@ -3,11 +3,11 @@
 use super::deadline::Deadline;
 use super::verdict::LEAST_WITNESSES;
 use crate::case::Case;
-use crate::model::trains::margin;
+use crate::model::margin;
 use crate::record::{Event, EventKind, FurtherColumns, MemoryRecorder};
 use crate::run::Run;
-use crate::simulation::trains::{method_without_series, natural_period};
 use crate::simulation::{Method, OutputOptions, RunReport, SolverOptions};
+use crate::simulation::{method_without_series, natural_period};
 use crate::workers::over_processors;
 use serde::Serialize;
 use std::ops::ControlFlow;

@@ -1,13 +1,13 @@
 //! The run linearised: what a small change of the state or of a number does to all that follows.
 //!
-//! Derivatives are carried along a run by `series` (`simulation::trains::variation`), with each number moved in
+//! Derivatives are carried along a run by `series` (`simulation::variation`), with each number moved in
 //! copies of the case: so everything is differentiated that a case can have, table, harmonic or bristle, by what the case file says
 //! of it. Two widths of the moves tell how far a derivative can be off.
 
 use crate::case::{Case, CaseNumber, WrittenCase};
 use crate::model::Mode;
 use crate::record::{Event, EventKind, Recorder, RecorderError};
-use crate::simulation::trains::{Excitation, MovedCases, MovedTrains, variation};
+use crate::simulation::{Excitation, MovedCases, MovedSystem, variation};
 use crate::simulation::{Method, OutputOptions, RunFailure, SolverOptions};
 use std::ops::ControlFlow;
 
@@ -198,18 +198,18 @@ fn size(number: &CaseNumber) -> f64 {
 
 /// The case with a number moved by so much, to both sides, or twice to the one to which it can be moved. None where it
 /// cannot be moved.
-fn moved(written: &WrittenCase, number: &CaseNumber, width: f64) -> Vec<MovedTrains> {
+fn moved(written: &WrittenCase, number: &CaseNumber, width: f64) -> Vec<MovedSystem> {
     let h = width * size(number);
     let copy = |steps: f64, weight: f64, bend: f64| {
         let (trains, threshold) = written.moved(&number.path, number.value + steps * h)?;
-        Some(MovedTrains {
+        Some(MovedSystem {
             threshold,
             trains,
             weight: weight / h,
             bend,
         })
     };
-    let all = |copies: &[(f64, f64, f64)]| -> Option<Vec<MovedTrains>> {
+    let all = |copies: &[(f64, f64, f64)]| -> Option<Vec<MovedSystem>> {
         copies
             .iter()
             .map(|&(steps, weight, bend)| copy(steps, weight, bend))

@@ -10,7 +10,7 @@ use super::deadline::INTERRUPTED;
 use super::linearised::{Linearised, Slope, Times, by_series, linearise};
 use crate::case::{Case, CaseError, CaseNumber, WrittenCase};
 use crate::hybrid::RunError;
-use crate::model::trains::ContactLaw;
+use crate::model::system::ContactLaw;
 use crate::model::{KickTime, Mode};
 use crate::record::{Event, EventKind};
 use crate::results::SensitivityTables;

@@ -3,11 +3,11 @@
 use super::Growth;
 use super::attractor::{Attractor, Recurrence};
 use crate::case::{Case, Motion};
-use crate::model::trains::margin::twice_resistance;
-use crate::model::trains::{ContactLaw, Pressing, Trains};
+use crate::model::margin::twice_resistance;
+use crate::model::system::{ContactLaw, Pressing, System};
 use crate::record::CycleStatistics;
 use crate::results::{Extra, StickSlipTable};
-use crate::simulation::trains::natural_period;
+use crate::simulation::natural_period;
 use crate::simulation::{Grazing, RunReport, SolverWork};
 use serde::Serialize;
 
@@ -114,7 +114,7 @@ pub struct Summary {
 
 impl Summary {
     /// Of a run of a system.
-    pub fn of_run(trains: &Trains, report: &RunReport) -> Summary {
+    pub fn of_run(trains: &System, report: &RunReport) -> Summary {
         let growth = Growth::of_digest(trains, &report.digest, report.end);
         Summary {
             growth_exponent: growth.map(|g| g.exponent),

@@ -1,6 +1,6 @@
 //! Events of an independent code with more digits, from a JSON file such as those of data/truth.
 
-use crate::model::trains::{Pressing, Trains};
+use crate::model::system::{Pressing, System};
 use crate::model::{BreakawayTest, KickTime};
 use crate::record::EventKind;
 use serde_json::Value;
@@ -125,7 +125,7 @@ impl Truth {
     ///
     /// # Errors
     /// With the first parameter that differs or is not in the file.
-    pub(crate) fn check_case(&self, case: &Trains, end_time: f64) -> Result<(), TruthError> {
+    pub(crate) fn check_case(&self, case: &System, end_time: f64) -> Result<(), TruthError> {
         // A run that ends elsewhere in the final stick has the same events.
         let until = self.events.last().map_or(0.0, |event| event.1);
         let end = if end_time > until { f64::NAN } else { end_time };
@@ -154,7 +154,7 @@ fn decimal(value: &Value) -> Option<f64> {
 
 /// The parameters under the names of such a file; NaN for what the case does not have. What such a file cannot say has a
 /// name that none of its parameters bears.
-fn symbols(case: &Trains) -> Vec<(&'static str, f64)> {
+fn symbols(case: &System) -> Vec<(&'static str, f64)> {
     const NONE: f64 = f64::NAN;
     let (mass, stiffness, damping, ramp) = match &case.pressing {
         Pressing::Axial { axial, actuation } => (axial.mass, axial.stiffness, axial.damping, actuation.as_ramp()),

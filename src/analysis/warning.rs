@@ -2,7 +2,7 @@
 
 use super::Summary;
 use crate::case::Case;
-use crate::model::trains::Pressing;
+use crate::model::system::Pressing;
 use crate::simulation::{Grazing, Method, SolverOptions};
 use std::fmt;
 

@@ -9,7 +9,7 @@ use crate::hybrid::RunError;
 use crate::record::{Cycle, Event, EventKind, NoRecorder, Piece, Recorder, RecorderError, Sample, Segment};
 use crate::results::{MetaValue, WitnessAttributes};
 use crate::run::Run;
-use crate::simulation::{Method, OutputOptions, SolverOptions, trains};
+use crate::simulation::{Method, OutputOptions, SolverOptions, natural_period};
 use serde::Serialize;
 use std::ops::ControlFlow;
 
@@ -331,6 +331,6 @@ pub fn witness<'a>(
 /// does not know what it resolves.
 fn takes_too_long(case: &Case, method: Method, result: &Sequence) -> bool {
     let knows = method == Method::Cvode && case.solver().method.locates_events();
-    let period = trains::natural_period(case.system()).filter(|_| knows);
+    let period = natural_period(case.system()).filter(|_| knows);
     period.is_some_and(|period| result.resolved / period * STEPS_PER_PERIOD > MOST_STEPS as f64)
 }

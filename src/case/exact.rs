@@ -10,8 +10,8 @@ use super::trains::signals;
 use super::{Case, Motion, key_of};
 use crate::friction::FrictionLaw;
 use crate::model::contact::{uniform_pressure_radius, uniform_wear_radius};
-use crate::model::trains::{
-    Bristles, ContactLaw, End, ExactTrains, Initial, Kick, Pressing, Regularisation, Torque, Train,
+use crate::model::system::{
+    Bristles, ContactLaw, End, ExactSystem, Initial, Kick, Pressing, Regularisation, Torque, Train,
 };
 use crate::model::{Axial, ExactLaw, KickTime};
 use crate::signal::{Drive, Ramp, Shape, Signal, Table, Wave};
@@ -23,7 +23,7 @@ use num_traits::{One, Signed, Zero};
 #[derive(Debug, Clone, PartialEq)]
 pub struct ExactCase {
     /// The system.
-    pub system: ExactTrains,
+    pub system: ExactSystem,
     /// The sliding speed (rad/s) below which a contact without stick counts as stuck; `None` of others.
     pub threshold: Option<BigRational>,
 }
@@ -82,7 +82,7 @@ struct Exact<'a> {
 }
 
 impl Exact<'_> {
-    fn system(&self) -> Result<ExactTrains, CaseError> {
+    fn system(&self) -> Result<ExactSystem, CaseError> {
         let trains = &self.case.system;
         let rotor = self.train("rotor", &trains.rotor)?;
         let stator = self.train("stator", &trains.stator)?;
@@ -102,7 +102,7 @@ impl Exact<'_> {
                 on: kick.on,
             })
         });
-        Ok(ExactTrains {
+        Ok(ExactSystem {
             radius: match self.case.motion() {
                 Motion::Rotation => self.radius()?,
                 Motion::Translation => decimal("contact.radius", 1.0)?,

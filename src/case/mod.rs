@@ -55,8 +55,8 @@ pub use written::WrittenCase;
 
 use draft::Draft;
 
-use crate::model::trains::Trains;
-use crate::model::trains::margin::twice_resistance;
+use crate::model::margin::twice_resistance;
+use crate::model::system::System;
 use crate::simulation::{Following, OutputOptions, SolverOptions};
 
 /// A case: what is computed, how, and what is recorded. Always valid when it comes from [`Case::read`].
@@ -65,7 +65,7 @@ pub struct Case {
     /// A text for reports and figures.
     pub title: String,
     /// The system, SI.
-    pub system: Trains,
+    pub system: System,
     /// How it is computed.
     pub solver: SolverOptions,
     /// Which times are computed and recorded.
@@ -157,7 +157,7 @@ impl Case {
     }
 
     /// The system.
-    pub fn system(&self) -> &Trains {
+    pub fn system(&self) -> &System {
         &self.system
     }
 

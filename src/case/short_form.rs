@@ -5,7 +5,7 @@ use super::draft::Draft;
 use super::reader::{Read, Reader};
 use super::{Case, CaseError, CaseSource, Motion, Problem, Words, conditions, schema};
 use crate::friction::Friction;
-use crate::model::trains::Pressing;
+use crate::model::system::Pressing;
 use crate::model::{Contact, Parameters};
 
 /// Reads the short form; the overrides are in the tree, and what is wrong with them is in `problems`.

@@ -4,7 +4,7 @@ use super::draft::Draft;
 use super::error::CaseError;
 use super::quantity::Dimension;
 use super::{Case, CaseNumber, CaseSource, Origin, Override, numbers};
-use crate::model::trains::Trains;
+use crate::model::system::System;
 
 /// A case with its physical numbers: of a short form every one that the case holds, of the general form those that are written and
 /// not zero. Numbers that no event depends on are none of them, nor are those of lists with more than 32 elements in the general form.
@@ -114,7 +114,7 @@ impl WrittenCase {
     /// The system with another number at a path, and the sliding speed (rad/s) below which a contact without stick counts as stuck:
     /// for differences. The short form says what it is beyond the limits of a valid case, too; `None` where there is no system. A time
     /// of zero cannot be moved: before t = 0 nothing happens, and later it is a corner more.
-    pub(crate) fn moved(&self, path: &str, value: f64) -> Option<(Trains, f64)> {
+    pub(crate) fn moved(&self, path: &str, value: f64) -> Option<(System, f64)> {
         let is_time = |number: &&CaseNumber| number.path == path && number.unit == Dimension::Time.unit();
         if self
             .numbers
@@ -128,10 +128,10 @@ impl WrittenCase {
     }
 
     /// As [`Self::moved`], with other numbers at some paths.
-    pub(crate) fn moved_all(&self, changes: &[(&str, f64)]) -> Option<(Trains, f64)> {
+    pub(crate) fn moved_all(&self, changes: &[(&str, f64)]) -> Option<(System, f64)> {
         if let Some(mut draft) = Draft::short(&self.case) {
             changes.iter().for_each(|(path, value)| draft.put(path, *value));
-            return Some((Trains::from(&draft.parameters), 0.0));
+            return Some((System::from(&draft.parameters), 0.0));
         }
         let case = self.with_all(changes).ok()?;
         Some((case.system, case.threshold))

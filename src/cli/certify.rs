@@ -9,10 +9,10 @@ use super::{CommandError, End, certify_report, complain, print, print_json, stri
 use crate::analysis::advice::{DIGITS_OF_DOUBLE, remedy, shortfall};
 use crate::analysis::bands::{Compared, columns, compared_output};
 use crate::analysis::certificate::{Certificate, CertifyError, Verdict};
-use crate::analysis::onset::{Onset, onsets};
+use crate::analysis::stability::onset::{Onset, onsets};
 use crate::analysis::{Certified, Certify, Deadline, SavedRun, Stage, Warning, Written};
 use crate::case::{Case, CaseSource, Origin};
-use crate::model::trains::margin::resistance;
+use crate::model::margin::resistance;
 use crate::oracle::{self, OracleError};
 use crate::plot::{onset, style, svg};
 use crate::record::{Channels, MemoryRecorder, State};

@@ -7,10 +7,10 @@ use crate::analysis::bands::{ChannelBand, Stretch};
 use crate::analysis::certificate::{Certificate, CertifiedEvent, Verdict};
 use crate::analysis::ladder::Rung;
 use crate::analysis::linearised::Slope;
-use crate::analysis::onset::Onset;
 use crate::analysis::sensitivity::{
     Affected, CaseSensitivities, Outcome, Sensitivities, Sensitivity, columns as columns_of,
 };
+use crate::analysis::stability::onset::Onset;
 use crate::case::{Case, CaseNumber, Words};
 use crate::oracle::{OracleEvent, OracleSolution};
 use crate::provenance::extension;

@@ -5,11 +5,11 @@ use super::input::{Given, bad_case, overrides};
 use super::plot::{bad, check_target, save};
 use super::{CommandError, End, complain, print, print_json, terminal, wants_json, wants_text};
 use crate::analysis::Modes;
-use crate::analysis::modes::{EffectiveDamping, Instability, OnsetDecision, SlowingModes, Stability};
-use crate::analysis::trains::Verdict;
-use crate::analysis::trains::modes::{OperatingPoint, Search, TrainMode, TrainModes};
+use crate::analysis::stability::Verdict;
+use crate::analysis::stability::modes::{EffectiveDamping, Instability, OnsetDecision, SlowingModes, Stability};
+use crate::analysis::stability::states::{OperatingPoint, Search, SystemMode, SystemModes};
 use crate::case::{Case, Motion};
-use crate::model::trains::margin;
+use crate::model::margin;
 use crate::plot::target::Product;
 use crate::plot::{style, svg};
 use serde::Serialize;
@@ -189,7 +189,7 @@ fn headline(modes: &SlowingModes, units: &Units) -> String {
 
 /// The modes with the velocities of the rotor's outermost inertia and of both surfaces. Without contact they are those of slip at a
 /// speed at which friction does not fall.
-fn shape_table(slowing: &SlowingModes, modes: &TrainModes, units: &Units) -> String {
+fn shape_table(slowing: &SlowingModes, modes: &SystemModes, units: &Units) -> String {
     let mut table = terminal::table(&[
         "state", "omega_r", "mode", "Hz", "damping", "1/s", "theta", "phi_2", "phi_1",
     ]);
@@ -239,7 +239,7 @@ fn growth(modes: &SlowingModes, speed: Option<f64>, rate: f64) -> String {
 }
 
 /// The real part of the velocity in phase with the largest one.
-fn shape(mode: &TrainMode, coordinate: &str) -> String {
+fn shape(mode: &SystemMode, coordinate: &str) -> String {
     mode.shape
         .iter()
         .find(|part| part.coordinate == coordinate)
@@ -390,7 +390,7 @@ fn significant(value: f64, digits: usize) -> String {
     }
 }
 
-fn driving(modes: &TrainModes, units: &Units) -> String {
+fn driving(modes: &SystemModes, units: &Units) -> String {
     let mut table = terminal::table(&[]);
     for driven in &modes.driving {
         let unit = match driven.key {
@@ -466,10 +466,10 @@ fn operating(point: &OperatingPoint, units: &Units) -> String {
 }
 
 /// The modes with the inertia that moves most.
-fn mode_table(modes: &TrainModes, units: &Units) -> String {
+fn mode_table(modes: &SystemModes, units: &Units) -> String {
     let mut table = terminal::table(&["state", "omega_r", "Hz", "damping", "decay 1/s", "moves most"]);
     for state in &modes.states {
-        let size = |mode: &TrainMode| mode.frequency.map_or(mode.decay.abs(), |f| TAU * f);
+        let size = |mode: &SystemMode| mode.frequency.map_or(mode.decay.abs(), |f| TAU * f);
         let largest = state.modes.iter().map(size).fold(0.0, f64::max);
         for mode in &state.modes {
             // Rounding is a share of the state's fastest eigenvalue.
@@ -504,7 +504,7 @@ fn rough(value: f64) -> String {
 }
 
 /// Where stability changes, a row for each place.
-fn changes_of_stability(modes: &TrainModes, units: &Units) -> String {
+fn changes_of_stability(modes: &SystemModes, units: &Units) -> String {
     let mut table = terminal::table(&["critical", "value", "unstable", "Hz", "at omega_r", "searched"]);
     let mut say = |what: String, search: &Search| {
         let range = format!("{} to {}", rough(search.from), rough(search.to));
@@ -547,7 +547,7 @@ fn changes_of_stability(modes: &TrainModes, units: &Units) -> String {
 }
 
 /// What the case does not have.
-fn absent(modes: &TrainModes) -> String {
+fn absent(modes: &SystemModes) -> String {
     let mut text = String::new();
     for (k, absent) in modes.absent.iter().enumerate() {
         let heading = if k == 0 { "\nnot there:\n" } else { "" };

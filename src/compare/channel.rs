@@ -1,7 +1,7 @@
 //! The channels that are compared, the names that other programs give them, and how one follows from others.
 
 use crate::case::quantity::Dimension;
-use crate::simulation::trains::Part;
+use crate::simulation::Part;
 use std::borrow::Cow;
 
 /// A quantity over time that both runs have, in SI units and radians. Names and signs are those of /trajectory.

@@ -3,7 +3,7 @@
 use super::candidate::Block;
 use super::reference::Physics;
 use crate::model::Mode;
-use crate::simulation::trains::Course;
+use crate::simulation::Course;
 use serde::Serialize;
 
 /// How far a candidate's energy balance is from closing.

@@ -3,8 +3,8 @@
 use super::Channel;
 use crate::case::quantity::Dimension;
 use crate::case::{Motion, Words};
-use crate::model::trains::{ContactLaw, End, Pressing, Train, Trains};
-use crate::simulation::trains::{Part, Which};
+use crate::model::system::{ContactLaw, End, Pressing, System, Train};
+use crate::simulation::{Part, Which};
 
 /// What a reference has to be compared with.
 #[derive(Debug, Clone, PartialEq)]
@@ -74,7 +74,7 @@ fn impulses() -> impl Iterator<Item = Channel> {
 
 /// The names of the quantities that a case has, in the order of reports, as sums of what its inertias do.
 struct Forms<'a> {
-    trains: &'a Trains,
+    trains: &'a System,
 }
 
 impl Forms<'_> {
@@ -193,7 +193,7 @@ impl Form {
 
 impl Vocabulary {
     /// Of a system, with the names of its case.
-    pub(crate) fn of(words: Words, trains: &Trains) -> Vocabulary {
+    pub(crate) fn of(words: Words, trains: &System) -> Vocabulary {
         let forms = Forms { trains };
         let is_short = words.has_letters();
         let names = |channel: Channel| names(channel, is_short);

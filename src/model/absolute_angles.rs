@@ -2,9 +2,9 @@
 //!
 //! This is how the equations are printed, and what an ordinary program makes of them: the torques are differences of
 //! angles that reach hundreds of radians, and the friction changes its sign inside the right-hand side. The reference
-//! runs are not computed with it; [`super::trains::system`] says why.
+//! runs are not computed with it; [`super::system::system`] says why.
 
-use super::trains::{ContactLaw, End, KickSide, Pressing, Train, Trains};
+use super::system::{ContactLaw, End, KickSide, Pressing, System, Train};
 use super::{Axial, BreakawayTest, Mode};
 use crate::friction::{FrictionLaw, Law};
 use crate::signal::Pieces;
@@ -68,7 +68,7 @@ pub(crate) struct AbsoluteModel {
 impl AbsoluteModel {
     /// Of a system, if it is two disks with nothing but the axial motion and kicks to both surfaces acting on them, which begin without
     /// twist.
-    pub fn new(trains: &Trains) -> Option<Self> {
+    pub fn new(trains: &System) -> Option<Self> {
         let (rotor, stator, initial) = (&trains.rotor, &trains.stator, &trains.initial);
         let Pressing::Axial { axial, actuation } = &trains.pressing else {
             return None;
@@ -272,7 +272,7 @@ impl AbsoluteModel {
 mod tests {
     use super::*;
     use crate::case::{Case, CaseSource};
-    use crate::model::trains::system::{Outside, TrainSystem};
+    use crate::model::equations::{Outside, SystemEquations};
 
     /// Far from any switch both sets of equations are one: the accelerations of the twist coordinates are the differences
     /// of those of the angles, here at small angles, where no digits are lost.
@@ -281,7 +281,7 @@ mod tests {
         let source = CaseSource::built_in("paper").unwrap();
         let trains = Case::read(&source, &[]).unwrap().system;
         let model = AbsoluteModel::new(&trains).unwrap();
-        let system = TrainSystem::new(&trains);
+        let system = SystemEquations::new(&trains);
         let speed = system.rotor.speed.unwrap();
         let (rotor, stator) = (system.rotor.twists, system.stator.twists);
         let twists = |y: &AbsoluteState| {

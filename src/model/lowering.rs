@@ -1,13 +1,13 @@
 //! The short form of a system as the general one, and back: `[torsion]` says of two disks what two chains say of any system.
 
-use super::trains::{self, ContactLaw, End, Initial, KickSide, Pressing, Train, Trains};
+use super::system::{self, ContactLaw, End, Initial, KickSide, Pressing, System, Train};
 use super::{Contact, Initial as AtRest, Kick, Parameters, Torsion};
 use crate::friction::Friction;
 
-impl From<&Parameters> for Trains {
+impl From<&Parameters> for System {
     /// A rotor of surface and inertia on one shaft, free, and a surface on a shaft that ends in the ground. Its equations are those
     /// of the short form.
-    fn from(disks: &Parameters) -> Trains {
+    fn from(disks: &Parameters) -> System {
         let torsion = &disks.torsion;
         let train = |inertia: Vec<f64>, end: End| Train {
             viscous: vec![0.0; inertia.len()],
@@ -17,12 +17,12 @@ impl From<&Parameters> for Trains {
             end,
             torque: None,
         };
-        let kick = |kick: &Kick| trains::Kick {
+        let kick = |kick: &Kick| system::Kick {
             time: kick.time,
             relative_velocity: kick.relative_velocity,
             on: KickSide::Both,
         };
-        Trains {
+        System {
             rotor: train(vec![torsion.surface_inertia, torsion.rotor_inertia], End::Free),
             stator: train(vec![torsion.surface_inertia], End::Fixed),
             radius: disks.contact.radius,
@@ -47,7 +47,7 @@ impl From<&Parameters> for Trains {
 
 impl Parameters {
     /// The two disks that a system is; `None` of a system that the short form cannot say.
-    pub fn of(system: &Trains) -> Option<Parameters> {
+    pub fn of(system: &System) -> Option<Parameters> {
         let ([surface_inertia, rotor_inertia], [stiffness], [damping], Pressing::Axial { axial, actuation }) = (
             system.rotor.inertia.as_slice(),
             system.stator.stiffness.as_slice(),
@@ -85,6 +85,6 @@ impl Parameters {
                 })
                 .collect(),
         };
-        (Trains::from(&disks) == *system).then_some(disks)
+        (System::from(&disks) == *system).then_some(disks)
     }
 }

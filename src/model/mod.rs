@@ -1,4 +1,23 @@
-//! The physics: pure functions of parameters and state, no solver, no I/O.
+//! The equations: pure functions of parameters and state, no solver, no I/O.
+//!
+//! A system is two chains that touch at one contact. A chain is a train of inertias and shafts, seen from the contact outwards:
+//! inertia 0 is the surface. Its far end is free, fixed to the ground, or driven at a known speed. The paper's brake is a rotor of
+//! two inertias with a free end, and a stator of one inertia with a fixed one; a mass on a belt is a stator of one inertia and a
+//! rotor of none, whose surface is itself the driven end.
+//!
+//! | module | what it is |
+//! |---|---|
+//! | `system` | what defines the problem |
+//! | `equations` | the equations in twist coordinates, generic over the number |
+//! | `breakaway`, `contact`, `bounds` | the transitions of the contact |
+//! | `margin` | when steady sliding loses its stability |
+//! | `stability` | the same, foreseen, of sliding that slows down by itself |
+//! | `slow_manifold`, `slow_motion` | sliding, and stick and separation, without the fast oscillations |
+//! | `chains`, `closed_form`, `linear_flow` | stick and separation in closed form |
+//! | `axial`, `oscillator` | the axial motion in closed form |
+//! | `parameters`, `lowering` | two disks: what the short form of a case says, and as a system |
+//! | `absolute_angles` | two disks in absolute angles, as the paper has them |
+//! | `exact` | systems in exact rationals |
 //!
 //! Source of every numbered equation: "Vibrational Interaction of Two Rotors with Friction Coupling",
 //! Advances in Acoustics and Vibration, 2016, article 9275147 ("the paper").
@@ -7,13 +26,22 @@ pub mod absolute_angles;
 pub mod axial;
 pub mod bounds;
 pub mod breakaway;
+mod chains;
+pub mod closed_form;
 pub mod contact;
+pub mod equations;
 pub mod exact;
 pub mod linear_flow;
 pub mod lowering;
+pub mod margin;
 pub mod oscillator;
 pub mod parameters;
-pub mod trains;
+#[cfg(test)]
+mod samples;
+pub mod slow_manifold;
+pub(crate) mod slow_motion;
+pub(crate) mod stability;
+pub mod system;
 
 pub use exact::{ExactLaw, nearest_double};
 pub use parameters::{Axial, BreakawayTest, Contact, Initial, Kick, KickTime, Mode, Parameters, Torsion};

@@ -11,7 +11,7 @@ use super::number::Number;
 use super::report::{OracleEvent, OracleReport, OracleState};
 use super::scales::{Scales, scales};
 use super::{GUARD_BITS, OracleError, OracleOptions, steps};
-use crate::model::trains::{ExactTrains, KickSide, Pressing};
+use crate::model::system::{ExactSystem, KickSide, Pressing};
 use crate::model::{BreakawayTest, KickTime, Mode};
 use crate::record::EventKind;
 use guards::{Fired, Guard};
@@ -29,7 +29,7 @@ const LEADING: usize = 8;
 /// A precision or a breakaway test that it does not have, an exhausted event budget, a degenerate motion, two surfaces without
 /// inertia.
 pub fn run(
-    parameters: &ExactTrains,
+    parameters: &ExactSystem,
     options: &OracleOptions,
     control: &mut dyn FnMut(f64) -> ControlFlow<()>,
 ) -> Result<OracleReport, OracleError> {
@@ -52,7 +52,7 @@ pub fn run(
 }
 
 fn run_with<const N: usize>(
-    exact: &ExactTrains,
+    exact: &ExactSystem,
     options: &OracleOptions,
     control: &mut dyn FnMut(f64) -> ControlFlow<()>,
 ) -> Result<OracleReport, OracleError> {
@@ -128,7 +128,7 @@ struct Run<const N: usize> {
 }
 
 impl<const N: usize> Run<N> {
-    fn new(exact: &ExactTrains, options: &OracleOptions) -> Result<Self, OracleError> {
+    fn new(exact: &ExactSystem, options: &OracleOptions) -> Result<Self, OracleError> {
         let number = Float::from_rational;
         if exact.rotor.is_rigid() && exact.stator.is_rigid() {
             return Err(OracleError::Degenerate {

@@ -3,7 +3,7 @@
 use super::elementary::Elementary;
 use super::float::Float;
 use super::friction::{self, Friction, Shapes};
-use crate::model::trains::{ContactLaw, ExactTrains, Smoothing};
+use crate::model::system::{ContactLaw, ExactSystem, Smoothing};
 
 /// The constants of the contact.
 #[derive(Debug)]
@@ -30,7 +30,7 @@ enum Engaged<const N: usize> {
 }
 
 impl<const N: usize> Contact<N> {
-    pub fn new(exact: &ExactTrains) -> Self {
+    pub fn new(exact: &ExactSystem) -> Self {
         let number = Float::from_rational;
         Contact {
             friction: friction::pieces(&exact.radius, &exact.law),

@@ -14,7 +14,7 @@ use super::margin::twice_resistance;
 use super::roots::evaluate;
 use super::scales::Scales;
 use super::steps::largest_order;
-use crate::model::trains::{End, ExactTrains, Pressing, Train};
+use crate::model::system::{End, ExactSystem, Pressing, Train};
 use num_rational::BigRational;
 
 /// Places of the trains.
@@ -156,7 +156,7 @@ pub(super) struct Model<const N: usize> {
 }
 
 impl<const N: usize> Model<N> {
-    pub fn new(exact: &ExactTrains) -> Self {
+    pub fn new(exact: &ExactSystem) -> Self {
         let mut courses = 0;
         let chains = [
             Chain::new(&exact.rotor, true, &mut courses),

@@ -13,7 +13,7 @@
 
 use super::float::Float;
 use super::roots::{Crossing, first_zero};
-use crate::model::trains::{End, ExactTrains, Train};
+use crate::model::system::{End, ExactSystem, Train};
 use num_rational::BigRational;
 use num_traits::{Signed, Zero};
 
@@ -44,7 +44,7 @@ impl Surface {
 
 /// 2 R, N m s/rad. `None` where sliding does not slow down by itself, which takes one free train and no drive, and where no
 /// swing of the surfaces can become unstable.
-pub(super) fn twice_resistance<const N: usize>(exact: &ExactTrains) -> Option<Float<N>> {
+pub(super) fn twice_resistance<const N: usize>(exact: &ExactSystem) -> Option<Float<N>> {
     let trains = [&exact.rotor, &exact.stator];
     let free = trains
         .iter()

@@ -4,7 +4,7 @@ use super::courses::Course;
 use super::friction;
 use super::pieces::pieces;
 use crate::model::nearest_double;
-use crate::model::trains::{ContactLaw, End, ExactTrains, Pressing, Train};
+use crate::model::system::{ContactLaw, End, ExactSystem, Pressing, Train};
 use num_rational::BigRational;
 
 /// What the components are worth at least, log2: below that an error counts in terms of this size.
@@ -36,7 +36,7 @@ pub(super) struct ChainScales {
 
 /// What twists, speeds and signals are worth at least: of a shaft under all torques that there are, and of an oscillation of
 /// that size.
-pub(super) fn scales<const N: usize>(exact: &ExactTrains, courses: &[Course<N>]) -> Scales {
+pub(super) fn scales<const N: usize>(exact: &ExactSystem, courses: &[Course<N>]) -> Scales {
     let double = |value: &BigRational| nearest_double(value).abs();
     let sizes: Vec<f64> = courses.iter().map(Course::size).collect();
     let mut place = 0;

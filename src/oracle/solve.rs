@@ -13,7 +13,7 @@ use super::courses;
 use super::report::OracleReport;
 use super::{DIGITS, GUARD_BITS, OracleError, OracleOptions, digits_of, words, words_beyond};
 use crate::model::nearest_double;
-use crate::model::trains::ExactTrains;
+use crate::model::system::ExactSystem;
 use num_rational::BigRational;
 use std::ops::ControlFlow;
 use std::time::{Duration, Instant};
@@ -126,7 +126,7 @@ fn digits_left(time: f64, error: f64) -> u32 {
 /// # Errors
 /// Those of [`super::run`]; that a run takes too long, or that no precision settles the events.
 pub fn solve(
-    parameters: &ExactTrains,
+    parameters: &ExactSystem,
     request: &OracleRequest,
     control: &mut dyn FnMut(OracleProgress) -> ControlFlow<()>,
 ) -> Result<OracleSolution, OracleError> {
@@ -190,7 +190,7 @@ pub fn solve(
 
 /// A run with mantissas of that many words, which says beforehand how long it will take. Runs before it have taken `spent`.
 fn attempt(
-    parameters: &ExactTrains,
+    parameters: &ExactSystem,
     request: &OracleRequest,
     words: usize,
     spent: Duration,
@@ -252,7 +252,7 @@ fn attempt(
 }
 
 /// The shortest period of an inertia on its shaft, or of a signal, s; infinite without either.
-fn shortest_period(parameters: &ExactTrains) -> f64 {
+fn shortest_period(parameters: &ExactSystem) -> f64 {
     let of_shafts = [&parameters.rotor, &parameters.stator].into_iter().flat_map(|train| {
         let pairs = train.stiffness.iter().zip(&train.inertia);
         pairs.map(|(stiffness, inertia)| {

@@ -5,7 +5,7 @@ use super::figure::{Curve, CurveStyle, Figure, Panel};
 use super::studies::data::{drawn_axis, short};
 use super::style::{BLACK, GREY, PALETTE};
 use crate::case::{Case, CaseSource};
-use crate::model::trains::Trains;
+use crate::model::system::System;
 use crate::results::{ResultError, SweepFile};
 
 /// The figure of a sweep file that has boundaries.
@@ -109,7 +109,7 @@ fn boundary_curves(file: &SweepFile, x: &str, y: &str) -> Result<Vec<Curve>, Plo
 
 /// Whether the base case of a sweep is the paper's, whatever its kick: the study sets that.
 fn of_the_papers_case(file: &SweepFile) -> bool {
-    let system = |source: CaseSource| -> Option<Trains> {
+    let system = |source: CaseSource| -> Option<System> {
         let case = Case::read(&source, &[]).ok()?;
         Some(case.system)
     };
@@ -117,7 +117,7 @@ fn of_the_papers_case(file: &SweepFile) -> bool {
     let base = base.and_then(|text| system(CaseSource::result(file.path(), text)));
     let papers = CaseSource::built_in("paper").ok().and_then(system);
     base.zip(papers).is_some_and(|(base, papers)| {
-        let kicked = Trains {
+        let kicked = System {
             kicks: base.kicks.clone(),
             ..papers
         };

@@ -3,7 +3,7 @@
 use super::error::PlotError;
 use super::figure::Figure;
 use super::run::{Run, SAMPLES_PER_PERIOD};
-use crate::model::trains::Pressing;
+use crate::model::system::Pressing;
 use crate::record::EventKind;
 use crate::simulation::OutputWindow;
 use std::f64::consts::TAU;

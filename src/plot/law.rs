@@ -5,17 +5,17 @@ use super::error::PlotError;
 use super::figure::{Axis, Curve, CurveStyle, Figure, Panel};
 use super::run::Run;
 use super::style::{BLACK, VERMILLION, line_color};
-use crate::analysis::trains::TrainModes;
+use crate::analysis::stability::SystemModes;
 use crate::case::Motion;
 use crate::friction::Law;
-use crate::model::trains::{Bristles, ContactLaw, Regularisation, Smoothing, Trains};
+use crate::model::system::{Bristles, ContactLaw, Regularisation, Smoothing, System};
 use std::f64::consts::FRAC_2_PI;
 
 /// Points of the curve, evenly over all speeds; of a contact without stick as many again close to rest.
 const POINTS: i32 = 240;
 
 /// The coefficient of friction that a steady relative velocity `x` meets.
-fn coefficient(trains: &Trains, x: f64) -> f64 {
+fn coefficient(trains: &System, x: f64) -> f64 {
     let law = trains.law.coefficient(x);
     match &trains.contact {
         ContactLaw::StickSlip => law,
@@ -34,7 +34,7 @@ fn critical_speeds(run: &Run) -> Vec<f64> {
     match system.twice_resistance {
         Some(resistance) => system.law.damping_zeros(resistance, system.slope_weight(force)),
         None => {
-            let changes = TrainModes::of_case(&run.system).critical_relative_velocities.changes;
+            let changes = SystemModes::of_case(&run.system).critical_relative_velocities.changes;
             changes.iter().map(|change| change.value).collect()
         }
     }

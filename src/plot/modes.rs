@@ -2,7 +2,7 @@
 
 use super::figure::{Axis, Curve, CurveStyle, Figure, Panel};
 use super::style::{BLACK, BLUE, GREY, VERMILLION};
-use crate::analysis::modes::{EffectiveDamping, SlowingModes};
+use crate::analysis::stability::modes::{EffectiveDamping, SlowingModes};
 
 /// Effective damping of the relative mode and the growth rate of the slip state against the relative speed.
 pub fn figure(title: &str, modes: &SlowingModes) -> Figure {

@@ -2,7 +2,7 @@
 
 use super::figure::{Axis, Curve, CurveStyle, Figure, Panel};
 use super::style::PALETTE;
-use crate::analysis::onset::{METHODS, Onset};
+use crate::analysis::stability::onset::{METHODS, Onset};
 
 /// Name of the figure.
 pub const NAME: &str = "onset-against-tolerance";

@@ -5,8 +5,8 @@ use super::error::PlotError;
 use super::own::phase;
 use super::run::{Run, SAMPLES_PER_PERIOD};
 use super::spiral::{Turns, factor_per_turn};
-use crate::analysis::trains::TrainModes;
-use crate::model::trains::{End, Train, Trains};
+use crate::analysis::stability::SystemModes;
+use crate::model::system::{End, System, Train};
 
 /// Turns of the fast mode that a portrait shows before the first stick.
 const TURNS: f64 = 24.0;
@@ -84,7 +84,7 @@ pub(super) fn final_stick(entry: &Entry, subject: &Subject, axes: (&str, &str)) 
     let Some(start) = subject.final_stick else {
         return Ok(Err("the run does not end in a stick".into()));
     };
-    let states = TrainModes::of_case(&subject.run.system).states;
+    let states = SystemModes::of_case(&subject.run.system).states;
     let in_stick = states.iter().filter(|state| state.state == "stick");
     let frequencies = in_stick
         .flat_map(|state| &state.modes)
@@ -108,7 +108,7 @@ pub const ENTRIES: &[Entry] = &[Entry {
 }];
 
 /// The bounded position of a surface, beside the far end of its train: the stator's if that has shafts.
-fn position(trains: &Trains) -> &'static str {
+fn position(trains: &System) -> &'static str {
     let is_fixed = |train: &Train| matches!(train.end, End::Fixed) && !train.is_rigid();
     if is_fixed(&trains.stator) {
         "phi1"

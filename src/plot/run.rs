@@ -7,11 +7,11 @@ use super::labels;
 use super::sides::Sides;
 use crate::case::{Case, CaseSource};
 use crate::model::Mode;
-use crate::model::trains::{Pressing, Trains};
+use crate::model::system::{Pressing, System};
 use crate::provenance;
 use crate::record::{Cycle, CycleStatistics, Event, EventKind, State};
 use crate::results::{AddedGroup, DenseOutput, ResultFile, Side, Status, StickSlipTable, schema};
-use crate::simulation::trains::{self, Course, further};
+use crate::simulation::{Course, further, is_short};
 use std::cell::RefCell;
 use std::collections::HashMap;
 use std::ops::Range;
@@ -82,7 +82,7 @@ pub struct Run {
     /// The case kept in the file.
     pub case: Case,
     /// The system that it describes.
-    pub system: Trains,
+    pub system: System,
     /// Its equations and signals.
     course: Course,
     /// Period of the motion that the run has come to, s; `None` of one that does not repeat itself.
@@ -183,7 +183,7 @@ impl Run {
 
     /// Whether its chains are those of the paper's brake: a rotor of two inertias on one shaft, free, and a surface on a fixed shaft.
     pub(super) fn is_short(&self) -> bool {
-        trains::is_short(&self.system)
+        is_short(&self.system)
     }
 
     /// Whether a signal acts beside the force F(t) of an axial mode.

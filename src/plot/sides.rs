@@ -5,7 +5,7 @@ use crate::compare::reference::states_at_events;
 use crate::model::Mode;
 use crate::record::{Channels, Event};
 use crate::results::ResultFile;
-use crate::simulation::trains::Course;
+use crate::simulation::Course;
 
 /// A channel before and after every event.
 #[derive(Debug)]

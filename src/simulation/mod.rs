@@ -1,18 +1,58 @@
 //! A system run by the automaton, or by the procedure of the paper: which solver where, and what is recorded.
+//!
+//! | module | what it is |
+//! |---|---|
+//! | `options` | methods, tolerances, and which times are recorded |
+//! | `simulate` | a run, from its start to its record |
+//! | `excitation` | signals and normal force as functions of time |
+//! | `dynamics` | locations, guards and equations for the automaton |
+//! | `rules` | what happens at guards and time events |
+//! | `regime` | where steps have to resolve the fast modes |
+//! | `plan` | which solver integrates what, how accurately |
+//! | `closed_form` | stick and separation in closed form |
+//! | `series`, `expansion` | the solver of our own, by Taylor series and Radau IIA |
+//! | `course` | the motion from a known state on, within one mode |
+//! | `variation` | what numbers of a case do to its events |
+//! | `portrait` | one period of a motion, densely |
+//! | `readings`, `state_readings` | what is recorded of a state |
+//! | `observer`, `sampling`, `follower` | when it is recorded |
+//! | `report` | how a run ended, and what it cost |
+//! | `procedure`, `fixed_step`, `runge_kutta` | the procedure of the paper |
 
+mod closed_form;
+mod course;
+mod dynamics;
+mod excitation;
+pub mod expansion;
 pub mod fixed_step;
-pub mod options;
-pub mod procedure;
-pub mod sampling;
-pub mod trains;
-
 mod follower;
 mod observer;
+pub mod options;
+mod plan;
+mod portrait;
+pub mod procedure;
 mod readings;
+mod regime;
 mod report;
+mod rules;
 mod runge_kutta;
+pub mod sampling;
+mod series;
+mod simulate;
+mod state_readings;
+mod variation;
 
+pub(crate) use course::{Course, Quantity, TERMS, is_short};
+pub use course::{Part, Which};
+pub use dynamics::{SystemDynamics, SystemLocation, Watch};
+pub use excitation::Excitation;
 pub(crate) use options::FORESEEN_STEPS;
+pub(crate) use plan::method_without_series;
+pub(crate) use portrait::{PortraitPoint, Section, portrait, position_of};
+pub use simulate::natural_period;
+pub(crate) use simulate::{Problem, further, simulate, simulate_from, solver_settings};
+pub use state_readings::Further;
+pub(crate) use variation::{MovedCases, MovedSystem, variation};
 
 pub use options::{Around, Following, Method, OutputOptions, OutputWindow, SolverOptions};
 pub use report::{Grazing, Progress, RunFailure, RunReport, SolverWork};

@@ -15,7 +15,7 @@ use super::options::{OutputOptions, SolverOptions};
 use super::readings::{AbsoluteReadings, Readings as _};
 use super::report::{Progress, RunFailure, RunReport};
 use super::runge_kutta::EmbeddedPair;
-use super::trains::{Problem, Watch};
+use super::{Problem, Watch};
 use crate::friction::Law;
 use crate::hybrid::{Observer, ObserverError, RunError};
 use crate::model::absolute_angles::{AbsoluteModel, AbsoluteState, DIMENSION, UNKNOWNS};

@@ -16,7 +16,7 @@ use super::quantities::Outcome;
 use super::running::{Points, Running};
 use super::study::Study;
 use super::tracer::{Crossing, Tracer, place_in_plane};
-use crate::analysis::growth::foreseen_exponent;
+use crate::analysis::stability::growth::foreseen_exponent;
 use crate::case::Setting;
 use std::collections::BTreeSet;
 

@@ -5,11 +5,11 @@ use super::axis::Range;
 use super::criterion::BoundarySpec;
 use super::study::Study;
 use super::tracer::place_in_plane;
-use crate::analysis::trains::steady_stability;
+use crate::analysis::stability::steady_stability;
 use crate::case::Setting;
 use crate::friction::Law;
-use crate::model::trains::margin::twice_resistance;
-use crate::model::trains::{Pressing, Trains};
+use crate::model::margin::twice_resistance;
+use crate::model::system::{Pressing, System};
 
 /// Values of y at which the linear limit is given.
 const LIMIT_POINTS: usize = 61;
@@ -64,7 +64,7 @@ fn change(mut low: f64, mut high: f64, holds: impl Fn(f64) -> Option<bool>) -> O
 
 /// 2 (R + r F mu'), N m s/rad, F the largest force, at the speed where that is least: at standstill, unless the friction law
 /// falls fastest at another speed.
-fn least_margin(system: &Trains, twice_resistance: f64) -> f64 {
+fn least_margin(system: &System, twice_resistance: f64) -> f64 {
     let force = match &system.pressing {
         Pressing::Axial { actuation, .. } => actuation.pieces().largest(),
         Pressing::Force(force) => force.largest(),

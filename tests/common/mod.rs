@@ -9,7 +9,7 @@ pub mod trains;
 use stickslip::Run;
 use stickslip::case::Case;
 use stickslip::friction::{Exponential, Friction};
-use stickslip::model::trains::Trains;
+use stickslip::model::system::System;
 use stickslip::model::{Axial, BreakawayTest, Contact, Initial, Kick, KickTime, Parameters, Torsion};
 use stickslip::record::{EventKind, MemoryRecorder, Sample};
 use stickslip::signal::{Ramp, Signal};
@@ -111,7 +111,7 @@ pub fn disks(case: &Case) -> Parameters {
 /// A run kept in memory.
 pub fn run(parameters: &Parameters, solver: &SolverOptions, output: &OutputOptions) -> (MemoryRecorder, RunReport) {
     let mut recorder = MemoryRecorder::default();
-    let report = Run::of_trains(&Trains::from(parameters), 0.0, solver, output)
+    let report = Run::of_system(&System::from(parameters), 0.0, solver, output)
         .record(&mut recorder)
         .start()
         .expect("a run");

@@ -5,7 +5,7 @@ use crate::case::document::{self, Node, Value};
 use crate::case::{Case, CaseError, CaseSource, ExactCase, Override, Problem, number_of, suggest, toml_text};
 use crate::quote::shown;
 use crate::simulation::Method;
-use crate::simulation::trains::is_short;
+use crate::simulation::is_short;
 use serde::ser::SerializeStruct;
 use serde::{Serialize, Serializer};
 use std::path::{Path, PathBuf};

@@ -5,7 +5,8 @@ use crate::case::draft::Draft;
 use crate::case::{Case, Motion};
 use crate::friction::Law as _;
 use crate::model::absolute_angles::AbsoluteModel;
-use crate::model::trains::{ContactLaw, End, KickSide, Pressing, Train, Trains, margin};
+use crate::model::margin;
+use crate::model::system::{ContactLaw, End, KickSide, Pressing, System, Train};
 use crate::model::{BreakawayTest, KickTime};
 use crate::simulation::Method;
 use crate::simulation::procedure::FOREIGN;
@@ -68,7 +69,7 @@ pub(super) fn violated(case: &Case, draft: &Draft) -> Vec<Violation> {
 }
 
 /// A breakaway test of one surface that has no torque of its own, or of a contact without stick.
-fn one_sided_test(trains: &Trains, complain: &mut impl FnMut(&str, &[&str], String)) {
+fn one_sided_test(trains: &System, complain: &mut impl FnMut(&str, &[&str], String)) {
     let (name, train) = match trains.breakaway_test {
         BreakawayTest::Transmitted => return,
         BreakawayTest::Rotor => ("rotor", &trains.rotor),

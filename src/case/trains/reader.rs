@@ -11,8 +11,8 @@ use crate::case::value::{choice, number};
 use crate::case::words::named_motion;
 use crate::case::{Case, CaseError, CaseSource, Motion, Problem, Words};
 use crate::friction::Law as _;
-use crate::model::trains::{
-    Bristles, ContactLaw, End, Initial, Kick, KickSide, Pressing, Regularisation, Smoothing, Torque, Train, Trains,
+use crate::model::system::{
+    Bristles, ContactLaw, End, Initial, Kick, KickSide, Pressing, Regularisation, Smoothing, System, Torque, Train,
 };
 use crate::signal::Drive;
 
@@ -26,7 +26,7 @@ pub(in crate::case) fn read(
     let known = motion.as_ref().ok().copied().flatten().unwrap_or_default();
     let mut reader = Reader::new(root, source.label(), problems, keys::known(), known);
     reader.further_law = Some((LUGRE, OF_BRISTLES));
-    let mut train = TrainReader {
+    let mut train = SystemReader {
         motion: known,
         reader: &mut reader,
     };
@@ -68,12 +68,12 @@ impl<T> Given<T> {
     }
 }
 
-pub(super) struct TrainReader<'a> {
+pub(super) struct SystemReader<'a> {
     pub(super) reader: &'a mut Reader,
     pub(super) motion: Motion,
 }
 
-impl TrainReader<'_> {
+impl SystemReader<'_> {
     fn report(&mut self, path: &str, message: impl Into<String>) {
         self.reader.report(path, message);
     }
@@ -118,7 +118,7 @@ impl TrainReader<'_> {
         let initial = self.initial(&rotor, &stator);
         let case = Case {
             title: draft.title.clone(),
-            system: Trains {
+            system: System {
                 rotor,
                 stator,
                 radius: draft.parameters.contact.radius,

@@ -10,7 +10,7 @@ use crate::case::quantity::Dimension;
 use crate::case::resolved::{self, Only};
 use crate::case::schema::{self, Kind};
 use crate::case::{Case, Motion};
-use crate::model::trains::{ContactLaw, End, KickSide, Pressing, Smoothing, Train};
+use crate::model::system::{ContactLaw, End, KickSide, Pressing, Smoothing, Train};
 use crate::signal::{Drive, Frequency, SIGNALS, Shape, Signal, Table};
 
 /// Every value of the case.

@@ -1,7 +1,7 @@
 //! A signal from its value in a case: a number, or a table with a profile.
 
 use super::keys::PROFILES;
-use super::reader::TrainReader;
+use super::reader::SystemReader;
 use crate::case::Motion;
 use crate::case::conditions::{self, SHORTEST_RUN};
 use crate::case::document::{Node, Value};
@@ -58,7 +58,7 @@ pub(super) fn domain_of(name: &str) -> Domain {
     }
 }
 
-impl TrainReader<'_> {
+impl SystemReader<'_> {
     /// The signal at `path`, which is there; `None` if it is wrong.
     pub(super) fn signal(&mut self, path: &str, dimension: Dimension) -> Option<Drive> {
         let node = self.reader.root.at(path)?.clone();

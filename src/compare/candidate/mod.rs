@@ -23,7 +23,7 @@ use super::reference::Physics;
 use super::resolution::{Clock, Rounding};
 use super::{Channel, CompareError, Found, saved_case};
 use crate::case::quantity::Dimension;
-use crate::model::trains::Pressing;
+use crate::model::system::Pressing;
 use crate::quote::shown;
 use crate::results::{ForeignFile, ResultError, ResultFile, check_sound};
 use binout::BinoutTable;

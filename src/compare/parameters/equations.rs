@@ -12,10 +12,10 @@
 
 use super::stretches::{POINTS, Stretch};
 use crate::friction::Law;
-use crate::model::trains::system::{Engagement, Outside, TrainSystem};
-use crate::model::trains::{Pressing, Train, Trains};
+use crate::model::equations::{Engagement, Outside, SystemEquations};
+use crate::model::system::{Pressing, System, Train};
 use crate::model::{Axial, Mode};
-use crate::simulation::trains::Excitation;
+use crate::simulation::Excitation;
 use std::rc::Rc;
 
 /// What acts at a sample: from outside, with the force without a candidate's own, and F, N.
@@ -28,8 +28,8 @@ struct Acting {
 /// The equations of a case with one set of numbers.
 #[derive(Debug, Clone)]
 pub(super) struct Equations {
-    trains: Trains,
-    system: TrainSystem,
+    trains: System,
+    system: SystemEquations,
     /// Where the state has the channels of [`Stretch::motion`].
     places: Vec<usize>,
     /// At the samples of every stretch.
@@ -40,7 +40,7 @@ pub(super) struct Equations {
 pub(super) type Missed = Option<(f64, f64)>;
 
 /// What acts from outside while `stretches` go by.
-fn acting(trains: &Trains, stretches: &[Stretch]) -> Rc<[[Acting; POINTS]]> {
+fn acting(trains: &System, stretches: &[Stretch]) -> Rc<[[Acting; POINTS]]> {
     let excitation = Excitation::new(trains);
     let at = |t: f64| {
         let mut outside = excitation.at(excitation.stretch(t), t);
@@ -54,7 +54,7 @@ fn acting(trains: &Trains, stretches: &[Stretch]) -> Rc<[[Acting; POINTS]]> {
 }
 
 /// Whether the same acts from outside.
-fn alike(a: &Trains, b: &Trains) -> bool {
+fn alike(a: &System, b: &System) -> bool {
     let alike = |a: &Train, b: &Train| a.end == b.end && a.torque == b.torque;
     a.pressing == b.pressing && alike(&a.rotor, &b.rotor) && alike(&a.stator, &b.stator)
 }
@@ -66,9 +66,9 @@ fn balance(terms: &[f64]) -> Missed {
 
 impl Equations {
     /// Of a system, to be asked about `stretches`, whose motion stands at `places` of the state.
-    pub fn new(trains: Trains, places: &[usize], stretches: &[Stretch]) -> Equations {
+    pub fn new(trains: System, places: &[usize], stretches: &[Stretch]) -> Equations {
         Equations {
-            system: TrainSystem::new(&trains),
+            system: SystemEquations::new(&trains),
             places: places.to_vec(),
             acting: acting(&trains, stretches),
             trains,
@@ -76,9 +76,9 @@ impl Equations {
     }
 
     /// The same with other numbers of the system.
-    pub fn with(&self, trains: Trains, stretches: &[Stretch]) -> Equations {
+    pub fn with(&self, trains: System, stretches: &[Stretch]) -> Equations {
         Equations {
-            system: TrainSystem::new(&trains),
+            system: SystemEquations::new(&trains),
             places: self.places.clone(),
             acting: match alike(&trains, &self.trains) {
                 true => self.acting.clone(),

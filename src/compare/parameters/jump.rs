@@ -4,7 +4,7 @@ use super::super::Channel;
 use super::super::candidate::Block;
 use super::super::reference::Physics;
 use super::mistake::Rerun;
-use crate::model::trains::system::Outside;
+use crate::model::equations::Outside;
 use serde::Serialize;
 
 /// How far a sample may be from the kick in natural periods: one step of the Taylor series.

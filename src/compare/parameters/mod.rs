@@ -22,7 +22,7 @@ pub(super) use trials::Start;
 
 use crate::case::WrittenCase;
 use crate::model::KickTime;
-use crate::model::trains::{Kick, Trains};
+use crate::model::system::{Kick, System};
 use crate::record::sequence::SequenceEvent;
 use fit::Fitted;
 use search::{explains, search};
@@ -32,7 +32,7 @@ use trials::Trials;
 pub(super) struct Material<'a> {
     pub numbers: &'a WrittenCase,
     /// What it describes.
-    pub system: &'a Trains,
+    pub system: &'a System,
     /// Where the state has the channels of a motion.
     pub places: &'a [usize],
     /// Of the candidate; `None` of a table of events.
@@ -60,7 +60,7 @@ fn paths(case: &WrittenCase) -> impl Iterator<Item = &str> {
 }
 
 /// The dampings of shafts and bearings that are 0.
-fn absent(system: &Trains) -> Vec<String> {
+fn absent(system: &System) -> Vec<String> {
     let mut found = Vec::new();
     for (name, train) in [("rotor", &system.rotor), ("stator", &system.stator)] {
         for (key, values) in [("damping", &train.damping), ("viscous", &train.viscous)] {

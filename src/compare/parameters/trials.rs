@@ -4,8 +4,8 @@ use super::mistake::Agreement;
 use crate::case::WrittenCase;
 use crate::record::sequence::{Alignment, SequenceEvent};
 use crate::record::{EventKind, NoRecorder};
-use crate::simulation::trains::{Problem, simulate_from};
 use crate::simulation::{Method, OutputOptions, Progress, SolverOptions};
+use crate::simulation::{Problem, simulate_from};
 use std::ops::ControlFlow;
 
 /// As in a certificate's reruns: within 1e-12 s of exact events.

@@ -4,7 +4,7 @@ use super::Physics;
 use crate::model::Mode;
 use crate::record::{Event, EventKind, State};
 use crate::results::{ResultError, ResultFile};
-use crate::simulation::trains::Course;
+use crate::simulation::Course;
 use std::ops::Range;
 
 /// Samples read at a time.

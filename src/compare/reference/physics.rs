@@ -4,11 +4,11 @@ use super::super::Channel;
 use super::super::vocabulary::{Known, Vocabulary};
 use crate::case::Case;
 use crate::friction::Law;
-use crate::model::trains::system::{Engagement, Outside, Side, TrainSystem};
-use crate::model::trains::{End, Pressing, Trains};
+use crate::model::equations::{Engagement, Outside, Side, SystemEquations};
+use crate::model::system::{End, Pressing, System};
 use crate::model::{BreakawayTest, Mode};
 use crate::record::sequence::SequenceEvent;
-use crate::simulation::trains::{Course, Part, Quantity, Which};
+use crate::simulation::{Course, Part, Quantity, Which};
 use serde::Serialize;
 use std::f64::consts::TAU;
 
@@ -27,7 +27,7 @@ pub struct TimeScale {
     pub has_period: bool,
 }
 
-fn course(case: &Case, trains: &Trains) -> Course {
+fn course(case: &Case, trains: &System) -> Course {
     Course::new(trains, case.threshold(), case.solver())
 }
 
@@ -37,7 +37,7 @@ pub struct Physics {
     /// Its case.
     pub(crate) case: Case,
     /// The same in its general form.
-    pub(crate) trains: Trains,
+    pub(crate) trains: System,
     pub(crate) course: Course,
     pub(crate) vocabulary: Vocabulary,
     /// By which times are measured.
@@ -54,7 +54,7 @@ pub struct Physics {
 }
 
 /// Whether an end is driven, or a torque acts from outside.
-fn is_driven(trains: &Trains) -> bool {
+fn is_driven(trains: &System) -> bool {
     let sides = [&trains.rotor, &trains.stator];
     sides
         .iter()
@@ -62,7 +62,7 @@ fn is_driven(trains: &Trains) -> bool {
 }
 
 /// Of two trains of which one is free, and which nothing drives.
-fn coasting(trains: &Trains) -> Option<f64> {
+fn coasting(trains: &System) -> Option<f64> {
     if is_driven(trains) {
         return None;
     }
@@ -160,7 +160,7 @@ impl Physics {
         course(&self.case, &self.trains)
     }
 
-    pub(crate) fn system(&self) -> &TrainSystem {
+    pub(crate) fn system(&self) -> &SystemEquations {
         self.course.system()
     }
 

@@ -10,7 +10,7 @@ use super::{Physics, Rerun};
 use crate::model::Mode;
 use crate::record::Event;
 use crate::results::{ResultError, ResultFile};
-use crate::simulation::trains::{Course, TERMS};
+use crate::simulation::{Course, TERMS};
 
 /// A motion that misses the next sample by more than this part of its own size is not the file's.
 const LARGEST_MISS: f64 = 1e-6;

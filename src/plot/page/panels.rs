@@ -4,7 +4,7 @@
 
 use super::form::{Colour, Curve, Form, Panel, Portrait, card};
 use crate::case::Motion;
-use crate::model::trains::{ContactLaw, Pressing, Trains};
+use crate::model::system::{ContactLaw, Pressing, System};
 use crate::plot::portraits::{Shown, few_samples, shown};
 use crate::plot::{PlotError, Run};
 use crate::results::schema::{self, Variable};
@@ -15,7 +15,7 @@ use Colour::{Black, Blue, Green, Orange, Purple, Vermillion};
 const CURVES: usize = Colour::ALL.len();
 
 /// mu_0 r, m; `None` of a contact without stick.
-fn breakaway_arm(trains: &Trains) -> Option<f64> {
+fn breakaway_arm(trains: &System) -> Option<f64> {
     (trains.contact == ContactLaw::StickSlip).then_some(trains.breakaway * trains.radius)
 }
 
@@ -47,7 +47,7 @@ struct Panels<'a> {
 }
 
 impl Panels<'_> {
-    fn system(&self) -> Option<&Trains> {
+    fn system(&self) -> Option<&System> {
         self.run.map(|run| &run.system)
     }
 
@@ -122,7 +122,7 @@ impl Panels<'_> {
         panels.push(Panel::new("Surface speed", true, speeds));
         panels.push(relative(&self.symbol("relative_velocity")?));
         // The inertias beside the contact have the speeds of its surfaces.
-        let several = |trains: &Trains| trains.rotor.inertia.len() > 1 || trains.stator.inertia.len() > 1;
+        let several = |trains: &System| trains.rotor.inertia.len() > 1 || trains.stator.inertia.len() > 1;
         let several = self.system().is_some_and(several);
         groups(panels, "Speed of inertia", several, &self.numbered("speed"));
         groups(panels, "Twist of shaft", true, &self.numbered("twist"));
@@ -158,7 +158,7 @@ impl Panels<'_> {
         if self.has_axial_mode() {
             forces.push(curve("applied_force", "applied, F", Blue));
         }
-        let is_constant = |trains: &Trains| matches!(trains.pressing, Pressing::Force(Drive::Value(_)));
+        let is_constant = |trains: &System| matches!(trains.pressing, Pressing::Force(Drive::Value(_)));
         let changes = !self.short && !self.system().is_some_and(is_constant);
         let title = if self.short { "Axial force" } else { "Normal force" };
         panels.push(Panel::new(title, changes, forces));

@@ -1,0 +1,906 @@
+//! The equations of two trains, in twist coordinates.
+//!
+//! On the side `s` (+1 rotor, -1 stator) the twist of shaft i is q_i = s (outer angle - inner angle), its torque
+//! S_i = k_i q_i + c_i q_i', and inertia i obeys
+//!
+//! ```text
+//! J_i w_i' = s (S_i - S_(i-1)) - d_i w_i + M_i,    S_(-1) = T, the torque of the interface,
+//! q_i''    = s (w_(i+1)' - w_i').
+//! ```
+//!
+//! A train that nothing ties to a known motion has the speed of its outermost inertia as a state; the speed beyond the last
+//! shaft of a tied one is that of its drive, or zero. Every other speed is a sum of twist rates from there: no torque is a
+//! difference of large numbers.
+
+use super::margin::twice_resistance;
+use super::system::{Bristles, ContactLaw, End, Regularisation, Smoothing, System, Train};
+use crate::friction::{Exponential, FrictionLaw, Law};
+use crate::model::{BreakawayTest, Mode};
+use crate::numerics::Number;
+use nalgebra::{DMatrix, DVector};
+use std::sync::OnceLock;
+
+/// What the drives do at a time, on each side, in any type of [`Number`].
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Driving<T = f64> {
+    /// Speed of the far end, rad/s; 0 of one that is fixed or free.
+    pub speed: T,
+    /// Its rate, rad/s^2.
+    pub acceleration: T,
+    /// External torque, N m.
+    pub torque: T,
+}
+
+/// What acts on the trains from outside at a time.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Outside<T = f64> {
+    /// On the rotor's side.
+    pub rotor: Driving<T>,
+    /// On the stator's side.
+    pub stator: Driving<T>,
+    /// F_n, N, smooth through zero.
+    pub normal_force: T,
+}
+
+/// The coefficients of one train, in any type of [`Number`], and where its quantities are in the state.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Side<T = f64> {
+    /// +1 for the rotor, -1 for the stator.
+    pub sign: f64,
+    /// kg m^2, from the surface outwards.
+    pub inertia: Vec<T>,
+    /// N m/rad.
+    pub stiffness: Vec<T>,
+    /// N m s/rad.
+    pub damping: Vec<T>,
+    /// N m s/rad.
+    pub viscous: Vec<T>,
+    /// The inertia that an external torque acts on.
+    pub torque_on: Option<usize>,
+    /// Whether the external torque acts on inertia i. The equations ask this: compared with `Some(i)`, the index of `None` is
+    /// read before it is known to be there, as memory checkers report.
+    takes_torque: Vec<bool>,
+    /// The state holds twist i at `twists + 2 i` and its rate behind it.
+    pub twists: usize,
+    /// Where the speed of the outermost inertia is; `None` for a tied train.
+    pub speed: Option<usize>,
+}
+
+/// What a surface is subject to.
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct Surface {
+    /// Sum of all else than the interface's torque, in the direction that the interface opposes on the rotor, N m.
+    torque: f64,
+    /// rad/s.
+    speed: f64,
+}
+
+impl<T: Number> Side<T> {
+    /// The same in other numbers.
+    fn map<U>(&self, number: impl Fn(T) -> U) -> Side<U> {
+        let all = |values: &[T]| values.iter().map(|value| number(*value)).collect();
+        Side {
+            sign: self.sign,
+            inertia: all(&self.inertia),
+            stiffness: all(&self.stiffness),
+            damping: all(&self.damping),
+            viscous: all(&self.viscous),
+            torque_on: self.torque_on,
+            takes_torque: self.takes_torque.clone(),
+            twists: self.twists,
+            speed: self.speed,
+        }
+    }
+
+    /// Shafts.
+    pub fn shafts(&self) -> usize {
+        self.stiffness.len()
+    }
+
+    /// Twist i, rad.
+    #[inline]
+    pub fn twist(&self, i: usize, y: &[T]) -> T {
+        y[self.twists + 2 * i]
+    }
+
+    /// Twist rate i, rad/s.
+    #[inline]
+    pub fn twist_rate(&self, i: usize, y: &[T]) -> T {
+        y[self.twists + 2 * i + 1]
+    }
+
+    /// The speed beyond the last shaft, or of the outermost inertia of a free train, rad/s.
+    #[inline]
+    fn base(&self, driving: &Driving<T>, y: &[T]) -> T {
+        self.speed.map_or(driving.speed, |index| y[index])
+    }
+
+    /// Speed of the surface, rad/s.
+    #[inline]
+    pub fn surface_speed(&self, driving: &Driving<T>, y: &[T]) -> T {
+        let rates = (0..self.shafts()).rev().map(|i| self.twist_rate(i, y));
+        let rates = rates.fold(T::of(0.0), |sum, rate| sum + rate);
+        self.base(driving, y) - rates.times(self.sign)
+    }
+}
+
+impl Side {
+    fn new(train: &Train, sign: f64, offset: usize) -> Side {
+        let shafts = train.shafts();
+        let free = matches!(train.end, End::Free);
+        let torque_on = train.torque.as_ref().map(|torque| torque.on);
+        Side {
+            sign,
+            inertia: train.inertia.clone(),
+            stiffness: train.stiffness.clone(),
+            damping: train.damping.clone(),
+            viscous: train.viscous.clone(),
+            torque_on,
+            takes_torque: (0..train.inertia.len()).map(|i| torque_on == Some(i)).collect(),
+            twists: offset,
+            speed: free.then_some(offset + 2 * shafts),
+        }
+    }
+
+    fn length(&self) -> usize {
+        2 * self.shafts() + usize::from(self.speed.is_some())
+    }
+
+    /// The effective inertia of the surface, kg m^2: infinite if it has none.
+    pub fn surface_inertia(&self) -> f64 {
+        self.inertia.first().copied().unwrap_or(f64::INFINITY)
+    }
+
+    /// The inertia of all of it as one, kg m^2.
+    pub fn rigid_inertia(&self) -> f64 {
+        self.inertia.iter().sum()
+    }
+
+    /// The angular frequency of the inertia inside shaft i on that shaft alone, rad/s: compares a twist with a rate.
+    pub fn own_frequency(&self, i: usize) -> f64 {
+        (self.stiffness[i] / self.inertia[i]).sqrt()
+    }
+
+    #[inline]
+    fn shaft_torque(&self, i: usize, y: &[f64]) -> f64 {
+        self.stiffness[i] * self.twist(i, y) + self.damping[i] * self.twist_rate(i, y)
+    }
+
+    /// Speeds of all inertias, the surface first, rad/s.
+    pub fn speeds(&self, driving: &Driving, y: &[f64]) -> Vec<f64> {
+        let mut speeds = vec![0.0; self.inertia.len()];
+        let mut outer = self.base(driving, y);
+        for i in (0..self.inertia.len()).rev() {
+            if i < self.shafts() {
+                outer -= self.sign * self.twist_rate(i, y);
+            }
+            speeds[i] = outer;
+        }
+        speeds
+    }
+
+    /// Speed of the outermost inertia, rad/s; `None` of a surface that is rigid.
+    pub fn outermost_speed(&self, driving: &Driving, y: &[f64]) -> Option<f64> {
+        let outermost = self.inertia.len().checked_sub(1)?;
+        let base = self.base(driving, y);
+        Some(if outermost < self.shafts() {
+            base - self.sign * self.twist_rate(outermost, y)
+        } else {
+            base
+        })
+    }
+
+    #[inline]
+    fn own_torque(&self, i: usize, speed: f64, driving: &Driving) -> f64 {
+        let external = if self.takes_torque[i] { driving.torque } else { 0.0 };
+        external - self.viscous[i] * speed
+    }
+
+    fn surface(&self, driving: &Driving, y: &[f64]) -> Surface {
+        let speed = self.surface_speed(driving, y);
+        let mut torque = 0.0;
+        if !self.inertia.is_empty() {
+            torque = self.sign * self.own_torque(0, speed, driving);
+            if self.shafts() > 0 {
+                torque += self.shaft_torque(0, y);
+            }
+        }
+        Surface { torque, speed }
+    }
+
+    /// Writes the rates of this side's states under the interface's torque `interface` (N m), and returns the power (W) that
+    /// its drives put in and what its dampers take. In stick, `joined` is the acceleration (rad/s^2) of both surfaces.
+    fn rates(&self, driving: &Driving, interface: f64, joined: Option<f64>, y: &[f64], dydt: &mut [f64]) -> (f64, f64) {
+        let (n, shafts) = (self.inertia.len(), self.shafts());
+        if n == 0 {
+            // The drive of a rigid surface meets the interface itself.
+            return (self.sign * interface * driving.speed, 0.0);
+        }
+        let mut outer_speed = self.base(driving, y);
+        let mut outer_acceleration = driving.acceleration;
+        let (mut work, mut loss) = (0.0, 0.0);
+        let mut outside = 0.0;
+        if shafts == n {
+            outside = self.shaft_torque(n - 1, y);
+            work += self.sign * outside * driving.speed;
+        }
+        for i in (0..n).rev() {
+            if i < shafts {
+                outer_speed -= self.sign * self.twist_rate(i, y);
+            }
+            let speed = outer_speed;
+            let inside = if i > 0 { self.shaft_torque(i - 1, y) } else { interface };
+            let acceleration = match joined {
+                Some(joined) if i == 0 => joined,
+                _ => (self.sign * (outside - inside) + self.own_torque(i, speed, driving)) / self.inertia[i],
+            };
+            if i < shafts {
+                let rate = self.twist_rate(i, y);
+                dydt[self.twists + 2 * i] = rate;
+                dydt[self.twists + 2 * i + 1] = self.sign * (outer_acceleration - acceleration);
+                loss += self.damping[i] * rate * rate;
+            } else if let Some(index) = self.speed {
+                dydt[index] = acceleration;
+            }
+            if self.takes_torque[i] {
+                work += driving.torque * speed;
+            }
+            loss += self.viscous[i] * speed * speed;
+            (outside, outer_acceleration) = (inside, acceleration);
+        }
+        (work, loss)
+    }
+
+    /// Acceleration of the surface under the interface's torque, rad/s^2.
+    fn acceleration(&self, surface: &Surface, interface: f64, driving: &Driving) -> f64 {
+        if self.inertia.is_empty() {
+            driving.acceleration
+        } else {
+            self.sign * (surface.torque - interface) / self.inertia[0]
+        }
+    }
+
+    /// Changes the speed of the surface alone by `change` (rad/s).
+    fn push(&self, change: f64, y: &mut [f64]) {
+        if self.inertia.is_empty() {
+            return;
+        }
+        if self.shafts() > 0 {
+            y[self.twists + 1] -= self.sign * change;
+        } else if let Some(index) = self.speed {
+            y[index] += change;
+        }
+    }
+
+    /// Changes the speed of the drive alone: the inertias keep theirs.
+    pub fn jerk(&self, change: f64, y: &mut [f64]) {
+        if self.shafts() == self.inertia.len() && self.shafts() > 0 {
+            y[self.twists + 2 * (self.shafts() - 1) + 1] += self.sign * change;
+        }
+    }
+
+    fn kinetic_energy(&self, driving: &Driving, y: &[f64]) -> f64 {
+        let mut speed = self.base(driving, y);
+        let mut energy = 0.0;
+        for (i, inertia) in self.inertia.iter().enumerate().rev() {
+            if i < self.shafts() {
+                speed -= self.sign * self.twist_rate(i, y);
+            }
+            energy += 0.5 * inertia * speed * speed;
+        }
+        energy
+    }
+
+    fn elastic_energy(&self, y: &[f64]) -> f64 {
+        (0..self.shafts())
+            .map(|i| 0.5 * self.stiffness[i] * self.twist(i, y).powi(2))
+            .sum()
+    }
+}
+
+/// How the contact behaves at rest: stick, a regularised law, or bristles.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Engagement<T = f64> {
+    /// Stick and slip.
+    StickSlip,
+    /// A smooth function of omega_r/eps instead of the sign.
+    Regularised(Smoothing, T),
+    /// Bristles: sigma_0, sigma_1, sigma_2, and where the state has their deflection.
+    Bristles(T, T, T, usize),
+}
+
+impl<T> Engagement<T> {
+    /// The same in other numbers.
+    fn map<U>(self, number: impl Fn(T) -> U) -> Engagement<U> {
+        match self {
+            Engagement::StickSlip => Engagement::StickSlip,
+            Engagement::Regularised(smoothing, speed) => Engagement::Regularised(smoothing, number(speed)),
+            Engagement::Bristles(stiffness, damping, viscous, at) => {
+                Engagement::Bristles(number(stiffness), number(damping), number(viscous), at)
+            }
+        }
+    }
+}
+
+/// The equations, without time: what acts from outside is handed in. The coefficients may be any type of [`Number`], see
+/// [`Self::map`].
+#[derive(Debug, Clone, PartialEq)]
+pub struct SystemEquations<T = f64> {
+    /// The rotor, side +1.
+    pub rotor: Side<T>,
+    /// The stator, side -1.
+    pub stator: Side<T>,
+    /// r, m.
+    pub radius: T,
+    /// mu_0.
+    pub breakaway: T,
+    /// Which torque is held against mu_0 r F_n in stick.
+    pub breakaway_test: BreakawayTest,
+    /// The constant part of the margin of steady sliding, N m s/rad; `None` where there is no margin.
+    pub twice_resistance: Option<T>,
+    /// mu(x), or g(x).
+    pub law: FrictionLaw,
+    /// The law of each piece between its knots, smooth beyond them; empty for a law without any.
+    pieces: Vec<FrictionLaw>,
+    /// Stick, or none.
+    pub engagement: Engagement<T>,
+    /// Quadratures: slip displacement, friction loss, damping loss, work of the drives, and with two free trains the angle of the
+    /// stator's outermost inertia.
+    pub slip: usize,
+    /// Components of the state.
+    pub dimension: usize,
+    /// The linear part: rates of the states for T = 0, and per unit of T; and what omega_r and T_f are made of.
+    linear: OnceLock<LinearMaps>,
+}
+
+#[derive(Debug, Clone, PartialEq)]
+struct LinearMaps {
+    free: DMatrix<f64>,
+    interface: DVector<f64>,
+    relative_velocity: DVector<f64>,
+    transmitted: DVector<f64>,
+}
+
+/// Index of the quadratures behind [`SystemEquations::slip`].
+pub const FRICTION_LOSS: usize = 1;
+/// Index of the energy that shafts and bearings have dissipated.
+pub const DAMPING_LOSS: usize = 2;
+/// Index of the work of all drives.
+pub const WORK: usize = 3;
+/// Index of the angle of the stator's outermost inertia, where both trains are free.
+pub const ANGLE: usize = 4;
+
+impl<T: Number> SystemEquations<T> {
+    /// The same equations with coefficients that are other numbers. The friction law keeps its parameters.
+    pub fn map<U>(&self, number: impl Fn(T) -> U) -> SystemEquations<U> {
+        SystemEquations {
+            rotor: self.rotor.map(&number),
+            stator: self.stator.map(&number),
+            radius: number(self.radius),
+            breakaway: number(self.breakaway),
+            breakaway_test: self.breakaway_test,
+            twice_resistance: self.twice_resistance.map(&number),
+            law: self.law.clone(),
+            engagement: self.engagement.map(&number),
+            pieces: self.pieces.clone(),
+            slip: self.slip,
+            dimension: self.dimension,
+            linear: OnceLock::new(),
+        }
+    }
+
+    /// States that the motion depends on: all before the quadratures.
+    pub fn mechanical(&self) -> usize {
+        self.slip
+    }
+
+    /// The law between its knots `piece` - 1 and `piece`.
+    #[inline]
+    pub fn law_in(&self, piece: usize) -> &FrictionLaw {
+        self.pieces.get(piece).unwrap_or(&self.law)
+    }
+
+    /// omega_r = phi_2' - phi_1', rad/s.
+    #[inline]
+    pub fn relative_velocity(&self, outside: &Outside<T>, y: &[T]) -> T {
+        self.rotor.surface_speed(&outside.rotor, y) - self.stator.surface_speed(&outside.stator, y)
+    }
+
+    /// J_2 and J_1 of the surfaces, kg m^2; `None` of one that is rigid.
+    #[inline]
+    fn surface_inertias(&self) -> (Option<T>, Option<T>) {
+        (
+            self.rotor.inertia.first().copied(),
+            self.stator.inertia.first().copied(),
+        )
+    }
+
+    /// T_f from the torques on the two surfaces and the accelerations of those that are rigid: linear in all four.
+    #[inline]
+    pub fn shared(&self, rotor: T, stator: T, rotor_acceleration: T, stator_acceleration: T) -> T {
+        match self.surface_inertias() {
+            (Some(j2), Some(j1)) => (j1 * rotor + j2 * stator) / (j1 + j2),
+            (None, Some(j1)) => stator + j1 * rotor_acceleration,
+            (Some(j2), None) => rotor - j2 * stator_acceleration,
+            (None, None) => T::of(0.0),
+        }
+    }
+
+    /// The acceleration that both surfaces have in stick, rad/s^2, from the same as [`Self::shared`]. Each of them under T_f would
+    /// have the same but for rounding, by which omega_r would creep away from zero.
+    #[inline]
+    pub fn joined(&self, rotor: T, stator: T, rotor_acceleration: T, stator_acceleration: T) -> T {
+        match self.surface_inertias() {
+            (Some(j2), Some(j1)) => (rotor - stator) / (j1 + j2),
+            (None, _) => rotor_acceleration,
+            (_, None) => stator_acceleration,
+        }
+    }
+
+    /// mu_0 r F_n, N m.
+    pub fn breakaway_torque(&self, normal_force: T) -> T {
+        self.breakaway * self.radius * normal_force
+    }
+
+    /// 2 r F_n, N m: what mu' is multiplied by in the margin.
+    #[inline]
+    pub fn slope_weight(&self, normal_force: T) -> T {
+        T::of(2.0) * self.radius * normal_force
+    }
+}
+
+impl SystemEquations {
+    /// Of a case.
+    pub fn new(trains: &System) -> SystemEquations {
+        let rotor = Side::new(&trains.rotor, 1.0, 0);
+        let stator = Side::new(&trains.stator, -1.0, rotor.length());
+        let mut next = stator.twists + stator.length();
+        let engagement = match &trains.contact {
+            ContactLaw::StickSlip => Engagement::StickSlip,
+            ContactLaw::Regularised(Regularisation { function, speed }) => Engagement::Regularised(*function, *speed),
+            ContactLaw::Bristles(Bristles {
+                stiffness,
+                damping,
+                viscous,
+            }) => {
+                next += 1;
+                Engagement::Bristles(*stiffness, *damping, *viscous, next - 1)
+            }
+        };
+        let slip = next;
+        let both_free = rotor.speed.is_some() && stator.speed.is_some();
+        let dimension = slip + 4 + usize::from(both_free);
+        let count = match trains.law.knots().len() {
+            0 => 0,
+            knots => knots + 1,
+        };
+        let system = SystemEquations {
+            pieces: (0..count).map(|piece| trains.law.continued(piece)).collect(),
+            rotor,
+            stator,
+            radius: trains.radius,
+            breakaway: trains.breakaway,
+            breakaway_test: trains.breakaway_test,
+            twice_resistance: twice_resistance(trains).filter(|resistance| {
+                // Without damping and under constant friction the margin is zero throughout.
+                let slopes = trains.law.slope_bounds(0.0, f64::INFINITY);
+                *resistance != 0.0 || slopes.least != 0.0 || slopes.most != 0.0
+            }),
+            law: trains.law.clone(),
+            engagement,
+            slip,
+            dimension,
+            linear: OnceLock::new(),
+        };
+        system.linear();
+        system
+    }
+
+    /// Whether the law has knots.
+    pub fn has_pieces(&self) -> bool {
+        !self.pieces.is_empty()
+    }
+
+    /// The piece of the law for a sliding speed (rad/s): at a knot the one below.
+    pub fn piece_of(&self, speed: f64) -> usize {
+        self.law.knots().iter().filter(|&&knot| knot < speed.abs()).count()
+    }
+
+    /// The sum of the magnitudes that [`Self::relative_velocity`] is made of, rad/s.
+    pub fn relative_velocity_terms(&self, outside: &Outside, y: &[f64]) -> f64 {
+        let of = |side: &Side, driving: &Driving| {
+            let rates: f64 = (0..side.shafts()).map(|i| side.twist_rate(i, y).abs()).sum();
+            side.base(driving, y).abs() + rates
+        };
+        of(&self.rotor, &outside.rotor) + of(&self.stator, &outside.stator)
+    }
+
+    /// T_f, N m: the torque that the interface must carry for equal surface accelerations.
+    pub fn transmitted_torque(&self, outside: &Outside, y: &[f64]) -> f64 {
+        let (rotor, stator) = self.surfaces(outside, y);
+        self.transmitted(&rotor, &stator, outside)
+    }
+
+    /// T_r and T_s, N m: all else than the interface's torque on each surface.
+    pub fn surface_torques(&self, outside: &Outside, y: &[f64]) -> (f64, f64) {
+        let (rotor, stator) = self.surfaces(outside, y);
+        (rotor.torque, stator.torque)
+    }
+
+    /// The torque that the breakaway test holds against mu_0 r F_n, N m.
+    pub fn tested_torque(&self, outside: &Outside, y: &[f64]) -> f64 {
+        match self.breakaway_test {
+            BreakawayTest::Transmitted => self.transmitted_torque(outside, y),
+            BreakawayTest::Rotor => self.surface_torques(outside, y).0,
+            BreakawayTest::Stator => self.surface_torques(outside, y).1,
+        }
+    }
+
+    fn surfaces(&self, outside: &Outside, y: &[f64]) -> (Surface, Surface) {
+        (
+            self.rotor.surface(&outside.rotor, y),
+            self.stator.surface(&outside.stator, y),
+        )
+    }
+
+    fn transmitted(&self, rotor: &Surface, stator: &Surface, outside: &Outside) -> f64 {
+        self.shared(
+            rotor.torque,
+            stator.torque,
+            outside.rotor.acceleration,
+            outside.stator.acceleration,
+        )
+    }
+
+    /// 2 (R + r F_n mu'(|omega_r|)), N m s/rad: the damping left to the swing of the surfaces in steady sliding; infinite where
+    /// there is no margin. Its zero is what the project calls instability.
+    pub fn stability_margin(&self, sense: f64, piece: usize, outside: &Outside, y: &[f64]) -> f64 {
+        let Some(twice_resistance) = self.twice_resistance else {
+            return f64::INFINITY;
+        };
+        twice_resistance + 2.0 * self.contact_damping(sense, piece, outside, y)
+    }
+
+    /// kappa = r F_n mu'(|omega_r|), N m s/rad: the damping of the contact in slip, negative where friction falls with speed.
+    pub fn contact_damping(&self, sense: f64, piece: usize, outside: &Outside, y: &[f64]) -> f64 {
+        let w = self.relative_velocity(outside, y);
+        let (_, slope) = self.law_in(piece).coefficient_and_slope(sense * w);
+        self.radius * outside.normal_force * slope
+    }
+
+    /// The sum of the compliances of all shafts, rad/(N m).
+    pub(crate) fn compliance(&self) -> f64 {
+        let shafts = self.rotor.stiffness.iter().chain(&self.stator.stiffness);
+        shafts.map(|k| k.recip()).sum()
+    }
+
+    /// s mu(s omega_r) r F_n in slip with sense `sense`, N m.
+    fn sliding_torque(&self, law: &FrictionLaw, sense: f64, w: f64, normal_force: f64) -> f64 {
+        sense * law.coefficient(sense * w) * self.radius * normal_force
+    }
+
+    /// The rate of the interface's torque in slip, N m/s, at what is `now`, outside and state, with these `rates`.
+    pub fn sliding_torque_rate(
+        &self,
+        sense: f64,
+        piece: usize,
+        now: (&Outside, &[f64]),
+        rates: (&Outside, &[f64]),
+    ) -> f64 {
+        let x = sense * self.relative_velocity(now.0, now.1);
+        let (mu, slope) = self.law_in(piece).coefficient_and_slope(x);
+        let acceleration = self.relative_velocity(rates.0, rates.1);
+        self.radius * (slope * acceleration * now.0.normal_force + sense * mu * rates.0.normal_force)
+    }
+
+    /// The torque of an engaged contact over r F_n, with the rate of the bristles' deflection.
+    pub(crate) fn engaged(&self, law: &FrictionLaw, sense: f64, w: f64, y: &[f64]) -> (f64, f64) {
+        let x = sense * w;
+        match self.engagement {
+            Engagement::StickSlip => (0.0, 0.0),
+            Engagement::Regularised(smoothing, speed) => {
+                let shape = match smoothing {
+                    Smoothing::Tanh => (w / speed).tanh(),
+                    Smoothing::Arctan => std::f64::consts::FRAC_2_PI * (w / speed).atan(),
+                };
+                (law.coefficient(x) * shape, 0.0)
+            }
+            Engagement::Bristles(stiffness, damping, viscous, at) => {
+                let z = y[at];
+                let rate = w - stiffness * x * z / law.coefficient(x);
+                (stiffness * z + damping * rate + viscous * w, rate)
+            }
+        }
+    }
+
+    /// The torque of the interface, N m. `sense` is that of slip, or the side of rest on which an engaged contact is.
+    pub fn interface_torque(&self, mode: Mode, sense: f64, piece: usize, outside: &Outside, y: &[f64]) -> f64 {
+        match mode {
+            Mode::Separated => 0.0,
+            Mode::Stick => self.transmitted_torque(outside, y),
+            Mode::SlipForward | Mode::SlipBackward => {
+                let w = self.relative_velocity(outside, y);
+                self.sliding_torque(self.law_in(piece), sense, w, outside.normal_force)
+            }
+            Mode::Engaged => {
+                let w = self.relative_velocity(outside, y);
+                self.engaged(self.law_in(piece), sense, w, y).0 * self.radius * outside.normal_force
+            }
+        }
+    }
+
+    /// dy/dt in a mode.
+    pub fn rates(&self, mode: Mode, sense: f64, piece: usize, outside: &Outside, y: &[f64], dydt: &mut [f64]) {
+        // As in `interface_torque`, each once.
+        let (mut joined, mut deflection_rate) = (None, 0.0);
+        let (w, torque) = match mode {
+            Mode::Separated => (self.relative_velocity(outside, y), 0.0),
+            Mode::Stick => {
+                let (rotor, stator) = self.surfaces(outside, y);
+                let [a, b] = [outside.rotor.acceleration, outside.stator.acceleration];
+                joined = Some(self.joined(rotor.torque, stator.torque, a, b));
+                (0.0, self.transmitted(&rotor, &stator, outside))
+            }
+            Mode::SlipForward | Mode::SlipBackward => {
+                let w = self.relative_velocity(outside, y);
+                (
+                    w,
+                    self.sliding_torque(self.law_in(piece), sense, w, outside.normal_force),
+                )
+            }
+            Mode::Engaged => {
+                let w = self.relative_velocity(outside, y);
+                let coefficient;
+                (coefficient, deflection_rate) = self.engaged(self.law_in(piece), sense, w, y);
+                (w, coefficient * self.radius * outside.normal_force)
+            }
+        };
+        let (rotor_work, rotor_loss) = self.rotor.rates(&outside.rotor, torque, joined, y, dydt);
+        let (stator_work, stator_loss) = self.stator.rates(&outside.stator, torque, joined, y, dydt);
+        if let Engagement::Bristles(.., at) = self.engagement {
+            dydt[at] = deflection_rate;
+        }
+        let quadratures = &mut dydt[self.slip..];
+        quadratures[0] = w;
+        quadratures[FRICTION_LOSS] = torque * w;
+        quadratures[DAMPING_LOSS] = rotor_loss + stator_loss;
+        quadratures[WORK] = rotor_work + stator_work;
+        if let (Some(index), Some(angle)) = (self.stator.speed, quadratures.get_mut(ANGLE)) {
+            *angle = y[index];
+        }
+    }
+
+    /// Acceleration of omega_r, rad/s^2, in a mode.
+    pub fn relative_acceleration(&self, mode: Mode, sense: f64, piece: usize, outside: &Outside, y: &[f64]) -> f64 {
+        let torque = self.interface_torque(mode, sense, piece, outside, y);
+        let (rotor, stator) = self.surfaces(outside, y);
+        self.rotor.acceleration(&rotor, torque, &outside.rotor)
+            - self.stator.acceleration(&stator, torque, &outside.stator)
+    }
+
+    /// The rates of all states per unit of the interface's torque, 1/(N m).
+    pub(crate) fn interface_rates(&self) -> &[f64] {
+        self.linear().interface.as_slice()
+    }
+
+    /// Up to which share (in 0 to 1) of a change of omega_r by `change` (rad/s, either way) from `w` the interface's torque may be
+    /// taken from some twenty Taylor coefficients, whose last ones then say what is left out.
+    pub(crate) fn expandable_share(&self, piece: usize, w: f64, change: f64) -> f64 {
+        let share = self.law_in(piece).expandable_share(w.abs(), change);
+        match self.engagement {
+            // tanh nears its limit as exp(-2 |w|/eps): where that is below rounding, no coefficient tells of the side on which
+            // it is not.
+            Engagement::Regularised(Smoothing::Tanh, speed) => {
+                let tail = Exponential {
+                    low_speed: 1.0,
+                    high_speed: 0.0,
+                    decay: 2.0 / speed,
+                };
+                share.min(tail.expandable_share(w.abs(), change))
+            }
+            _ => share,
+        }
+    }
+
+    /// The matrix of the rates in slip, of what the motion depends on, where the slope of friction adds `contact_damping` =
+    /// r F_n mu' (N m s/rad): the sense and the speed matter in no other way.
+    pub(crate) fn sliding_matrix(&self, contact_damping: f64) -> DMatrix<f64> {
+        let (maps, n) = (self.linear(), self.mechanical());
+        DMatrix::from_fn(n, n, |i, j| {
+            maps.free[(i, j)] + contact_damping * maps.interface[i] * maps.relative_velocity[j]
+        })
+    }
+
+    /// The matrix of the rates in stick or in separation, of what the motion depends on.
+    pub(crate) fn linear_matrix(&self, mode: Mode) -> DMatrix<f64> {
+        let n = self.dimension;
+        let mut matrix = DMatrix::zeros(n, n);
+        let rest = vec![0.0; n];
+        self.jacobian(mode, 0.0, 0, &Outside::default(), &rest, &mut matrix.as_view_mut());
+        matrix.resize(self.mechanical(), self.mechanical(), 0.0)
+    }
+
+    /// What a component of the motion is multiplied by to be a speed.
+    fn weight(&self, index: usize) -> f64 {
+        let of = |side: &Side| {
+            let shaft = index.checked_sub(side.twists)?;
+            (shaft % 2 == 0 && shaft / 2 < side.shafts()).then(|| side.own_frequency(shaft / 2))
+        };
+        let weight = of(&self.rotor).or_else(|| of(&self.stator)).unwrap_or(1.0);
+        if weight > 0.0 { weight } else { 1.0 }
+    }
+
+    /// A matrix of the motion for components that are all speeds, whose eigenvalues round less.
+    pub(crate) fn balanced(&self, matrix: DMatrix<f64>) -> DMatrix<f64> {
+        DMatrix::from_fn(matrix.nrows(), matrix.ncols(), |i, j| {
+            matrix[(i, j)] * self.weight(i) / self.weight(j)
+        })
+    }
+
+    /// The matrix that [`Self::balanced`] makes this of.
+    pub(crate) fn unbalanced(&self, matrix: DMatrix<f64>) -> DMatrix<f64> {
+        DMatrix::from_fn(matrix.nrows(), matrix.ncols(), |i, j| {
+            matrix[(i, j)] * self.weight(j) / self.weight(i)
+        })
+    }
+
+    fn linear(&self) -> &LinearMaps {
+        self.linear.get_or_init(|| self.linear_maps())
+    }
+
+    fn linear_maps(&self) -> LinearMaps {
+        let n = self.dimension;
+        let nothing = Outside::default();
+        let mut maps = LinearMaps {
+            free: DMatrix::zeros(n, n),
+            interface: DVector::zeros(n),
+            relative_velocity: DVector::zeros(n),
+            transmitted: DVector::zeros(n),
+        };
+        let mut rates = vec![0.0; n];
+        let mut unit = vec![0.0; n];
+        for k in 0..self.mechanical() {
+            unit[k] = 1.0;
+            rates.fill(0.0);
+            self.rotor.rates(&nothing.rotor, 0.0, None, &unit, &mut rates);
+            self.stator.rates(&nothing.stator, 0.0, None, &unit, &mut rates);
+            maps.free.column_mut(k).copy_from_slice(&rates);
+            maps.relative_velocity[k] = self.relative_velocity(&nothing, &unit);
+            maps.transmitted[k] = self.transmitted_torque(&nothing, &unit);
+            unit[k] = 0.0;
+        }
+        rates.fill(0.0);
+        self.rotor.rates(&nothing.rotor, 1.0, None, &unit, &mut rates);
+        self.stator.rates(&nothing.stator, 1.0, None, &unit, &mut rates);
+        maps.interface.copy_from_slice(&rates);
+        maps
+    }
+
+    /// The Jacobian of [`Self::rates`], of what the motion depends on; the quadratures have none but that of the slip.
+    pub fn jacobian(
+        &self,
+        mode: Mode,
+        sense: f64,
+        piece: usize,
+        outside: &Outside,
+        y: &[f64],
+        jac: &mut nalgebra::DMatrixViewMut<'_, f64>,
+    ) {
+        jac.copy_from(&self.linear().free);
+        let g = &self.linear().relative_velocity;
+        match mode {
+            Mode::Separated => {}
+            Mode::Stick => jac.ger(1.0, &self.linear().interface, &self.linear().transmitted, 1.0),
+            Mode::SlipForward | Mode::SlipBackward => {
+                let damping = self.contact_damping(sense, piece, outside, y);
+                jac.ger(damping, &self.linear().interface, g, 1.0);
+            }
+            Mode::Engaged => {
+                let w = self.relative_velocity(outside, y);
+                let (mu, slope) = self.law_in(piece).coefficient_and_slope(sense * w);
+                let pressed = self.radius * outside.normal_force;
+                match self.engagement {
+                    Engagement::StickSlip => {}
+                    Engagement::Regularised(smoothing, speed) => {
+                        let v = w / speed;
+                        let (shape, rate) = match smoothing {
+                            Smoothing::Tanh => (v.tanh(), 1.0 - v.tanh().powi(2)),
+                            Smoothing::Arctan => {
+                                let share = std::f64::consts::FRAC_2_PI;
+                                (share * v.atan(), share / (1.0 + v * v))
+                            }
+                        };
+                        let by_speed = sense * slope * shape + mu * rate / speed;
+                        jac.ger(by_speed * pressed, &self.linear().interface, g, 1.0);
+                    }
+                    Engagement::Bristles(stiffness, damping, viscous, at) => {
+                        let (x, z) = (sense * w, y[at]);
+                        // z' = w - sigma_0 x z/g
+                        let by_speed = 1.0 - stiffness * sense * z * (mu - x * slope) / (mu * mu);
+                        let by_deflection = -stiffness * x / mu;
+                        jac.ger(
+                            (damping * by_speed + viscous) * pressed,
+                            &self.linear().interface,
+                            g,
+                            1.0,
+                        );
+                        let column = (stiffness + damping * by_deflection) * pressed;
+                        for row in 0..self.mechanical() {
+                            jac[(row, at)] += column * self.linear().interface[row];
+                        }
+                        for k in 0..self.mechanical() {
+                            jac[(at, k)] = by_speed * g[k];
+                        }
+                        jac[(at, at)] += by_deflection;
+                    }
+                }
+            }
+        }
+        if mode != Mode::Stick {
+            for k in 0..self.mechanical() {
+                jac[(self.slip, k)] = g[k];
+            }
+        }
+    }
+
+    /// Puts both surfaces at their momentum-weighted mean speed; one without inertia keeps its own.
+    pub fn join(&self, outside: &Outside, y: &mut [f64]) {
+        let w = self.relative_velocity(outside, y);
+        let (rotor, stator) = self.shares();
+        self.rotor.push(-w * rotor, y);
+        self.stator.push(w * stator, y);
+    }
+
+    /// Takes back what rounding has made of omega_r in a stick. Where a train is free its speed is the sum of what the other
+    /// states say: it is the largest of them, and its rounding is no rounding of a twist rate.
+    pub fn rejoin(&self, outside: &Outside, y: &mut [f64]) {
+        let w = self.relative_velocity(outside, y);
+        match (self.rotor.speed, self.stator.speed) {
+            (Some(index), _) => y[index] -= w,
+            (None, Some(index)) => y[index] += w,
+            (None, None) => self.join(outside, y),
+        }
+    }
+
+    /// phi_2 - phi_1 (rad) by the twists, less what the ends have turned.
+    pub fn twisted(&self, y: &[f64]) -> f64 {
+        let of = |side: &Side| -> f64 { (0..side.shafts()).map(|i| side.twist(i, y)).sum() };
+        -of(&self.rotor) - of(&self.stator)
+    }
+
+    /// Turns the surfaces of two tied trains by `angle` (rad) against each other, by the shares of [`Self::shares`].
+    pub fn turn(&self, angle: f64, y: &mut [f64]) {
+        let (rotor, stator) = self.shares();
+        for (side, share) in [(&self.rotor, rotor), (&self.stator, stator)] {
+            if side.shafts() > 0 {
+                y[side.twists] -= share * angle;
+            }
+        }
+    }
+
+    /// Of a jump of omega_r that keeps the momentum, the shares that rotor and stator surface take.
+    pub fn shares(&self) -> (f64, f64) {
+        match self.surface_inertias() {
+            (Some(j2), Some(j1)) => (j1 / (j1 + j2), j2 / (j1 + j2)),
+            (None, Some(_)) => (0.0, 1.0),
+            (Some(_), None) => (1.0, 0.0),
+            (None, None) => (0.0, 0.0),
+        }
+    }
+
+    /// Changes the surface speeds by these (rad/s); a surface without inertia keeps its own.
+    pub fn push(&self, rotor: f64, stator: f64, y: &mut [f64]) {
+        self.rotor.push(rotor, y);
+        self.stator.push(stator, y);
+    }
+
+    /// J.
+    pub fn kinetic_energy(&self, outside: &Outside, y: &[f64]) -> f64 {
+        self.rotor.kinetic_energy(&outside.rotor, y) + self.stator.kinetic_energy(&outside.stator, y)
+    }
+
+    /// J.
+    pub fn elastic_energy(&self, y: &[f64]) -> f64 {
+        self.rotor.elastic_energy(y) + self.stator.elastic_energy(y)
+    }
+}

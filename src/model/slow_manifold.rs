@@ -1,0 +1,549 @@
+//! Sliding of two trains without their fast oscillations, at one instant, to rounding.
+//!
+//! The fast modes of trains that have slid undisturbed for long enough are gone: the exact state lies on the slow manifold,
+//! where the twists follow the interface's torque T with all their derivatives. Where that manifold is unstable an integrator
+//! leaves it, by its rounding and the growth since. The manifold itself can be computed without integrating. On the side `s`
+//! (+1 rotor, -1 stator), with L_j = J_j w_j' + d_j w_j - M_j, the shafts carry
+//!
+//! ```text
+//! S_i = -s sum over j > i of L_j      (free train),
+//! S_i = T + s sum over j <= i of L_j  (tied train),
+//! q_i = (S_i - c_i q_i')/k_i,
+//! ```
+//!
+//! and the momentum p = sum of J_j w_j of a free train has the rate -s T - sum of d_j w_j + M. The derivatives of the twists
+//! on the right are small: iterating on Taylor coefficients in time gains a factor (c / k)/tau or (J / k)/tau^2 each time, 1e-4
+//! for the slow time scale tau of 12 ms of the paper's brake.
+//!
+//! The iteration is a formal expansion, and asymptotic: each round takes two more derivatives. Where friction changes fast,
+//! with a [steepness rate](Law::steepness_rate) of some 40 s/rad and more near the stop, it gains a factor of two or less,
+//! and in the end it loses. There it is carried on to where its changes are least, with as many coefficients as that takes,
+//! and these changes tell the error that is left ([`SlowState::error`]).
+
+use super::equations::{Driving, Engagement, Outside, Side, SystemEquations};
+use crate::friction::{FrictionSeries, Law, LawSeries};
+
+/// Taylor coefficients that are kept for a state alone.
+const ORDER: usize = 14;
+
+/// Most rounds of the iteration for a state alone; five reach rounding at tau = 12 ms.
+const ROUNDS: usize = 8;
+
+/// Coefficients and most rounds where these do not reach rounding. A round takes two derivatives, so that the last ones say
+/// little; the changes are least after some 18 at a steepness rate of 70 s/rad.
+const LONG_ORDER: usize = 28;
+const LONG_ROUNDS: usize = 20;
+
+/// Changes by a round that count as rounding: a share of each component, with the speed's for that of the rates.
+const SETTLED: f64 = 64.0 * f64::EPSILON;
+
+/// The error of a state over the larger of its last two changes, where these are least: against the multiprecision solution
+/// it was 0.3 to 3.4.
+const ERROR_OF_CHANGE: f64 = 8.0;
+
+/// Most rounds for a step: where friction changes so fast that the slow mode is hardly slower than the others.
+const STEP_ROUNDS: usize = 12;
+
+/// Coefficients of the derivative; what would come from beyond the order is left out.
+fn derivative<const N: usize>(series: &[f64; N]) -> [f64; N] {
+    std::array::from_fn(|n| if n + 1 < N { (n + 1) as f64 * series[n + 1] } else { 0.0 })
+}
+
+/// A slip, and what acts on it from outside.
+#[derive(Debug, Clone, Copy)]
+pub struct Slip<'a> {
+    /// The sign of omega_r.
+    pub sense: f64,
+    /// The piece of the friction law.
+    pub piece: usize,
+    /// Taylor coefficients of F_n about now, N by powers of s; those beyond are zero.
+    pub pressing: &'a [f64],
+    /// Speeds and torques of the drives, constant as far as the motion looks ahead; the normal force is that of `pressing`.
+    pub outside: Outside,
+}
+
+impl<'a> Slip<'a> {
+    /// Of trains without drives and external torques.
+    pub fn undriven(sense: f64, piece: usize, pressing: &'a [f64]) -> Self {
+        Slip {
+            sense,
+            piece,
+            pressing,
+            outside: Outside::default(),
+        }
+    }
+}
+
+/// Momenta of the free trains, rotor and stator, N m s; of a tied train 0. What the slow motion depends on.
+pub(crate) type Momenta = [f64; 2];
+
+/// Whether the slips of a system have a slow manifold: it sticks and slips, and a spring holds each of its shafts.
+pub(crate) fn has_slow_manifold(system: &SystemEquations) -> bool {
+    let sprung = |side: &Side| side.stiffness.iter().all(|k| *k > 0.0);
+    system.engagement == Engagement::StickSlip && sprung(&system.rotor) && sprung(&system.stator)
+}
+
+/// The momenta of a state.
+pub(crate) fn slow_momenta(system: &SystemEquations, outside: &Outside, y: &[f64]) -> Momenta {
+    let of = |side: &Side, driving: &Driving| {
+        let speeds = side.speed.map(|_| side.speeds(driving, y)).unwrap_or_default();
+        speeds.iter().zip(&side.inertia).map(|(w, j)| j * w).sum()
+    };
+    [of(&system.rotor, &outside.rotor), of(&system.stator, &outside.stator)]
+}
+
+/// A state on the slow manifold, as well as it can be had.
+#[derive(Debug, Clone, PartialEq)]
+pub struct SlowState {
+    /// The state.
+    pub state: Vec<f64>,
+    /// How far each component may be from exact sliding without the fast oscillations; of the quadratures zero.
+    pub error: Vec<f64>,
+    /// Whether the iteration has come to rounding, so that the error is that.
+    pub settled: bool,
+}
+
+/// The state on the slow manifold of a slip that has the momenta of `y`. The quadratures stay as they are.
+pub fn on_slow_manifold(system: &SystemEquations, slip: &Slip<'_>, y: &[f64]) -> SlowState {
+    let momenta = slow_momenta(system, &slip.outside, y);
+    let with = |slow: &[f64]| {
+        let mut state = y.to_vec();
+        state[..slow.len()].copy_from_slice(slow);
+        state
+    };
+    let with_error = |error: Vec<f64>| {
+        let mut all = vec![0.0; system.dimension];
+        all[..error.len()].copy_from_slice(&error);
+        all
+    };
+    let mut short = SlowSeries::<ORDER>::zero(system, slip);
+    let mut before = short.start(system);
+    for _ in 0..ROUNDS {
+        before = short.start(system);
+        if short.round(system, slip, momenta) {
+            break;
+        }
+    }
+    let slow = short.start(system);
+    let least = rounding(system, &slow);
+    // The speeds lag by a round, and follow the twist rates.
+    let settled = twist_components(system).all(|k| (slow[k] - before[k]).abs() <= least[k]);
+    if settled {
+        return SlowState {
+            state: with(&slow),
+            error: with_error(least),
+            settled,
+        };
+    }
+    let (slow, change) = least_change(system, slip, momenta);
+    let least = rounding(system, &slow);
+    let mut error: Vec<f64> = (0..least.len())
+        .map(|k| (ERROR_OF_CHANGE * change[k]).max(least[k]))
+        .collect();
+    // The momentum is given, so that the speed follows the twist rates.
+    for side in [&system.rotor, &system.stator] {
+        if let Some(index) = side.speed {
+            let inner = inner_inertias(side).zip(twist_rates(side));
+            let moved: f64 = inner.map(|(inertia, rate)| inertia * error[rate]).sum();
+            error[index] = least[index] + moved / side.rigid_inertia();
+        }
+    }
+    SlowState {
+        state: with(&slow),
+        error: with_error(error),
+        settled,
+    }
+}
+
+/// Where the state has the twist rates of a side, the innermost shaft first.
+fn twist_rates(side: &Side) -> impl Iterator<Item = usize> + '_ {
+    (0..side.shafts()).map(|i| side.twists + 2 * i + 1)
+}
+
+/// Where the state has twists and their rates.
+fn twist_components(system: &SystemEquations) -> impl Iterator<Item = usize> + '_ {
+    let of = |side: &Side| side.twists..side.twists + 2 * side.shafts();
+    of(&system.rotor).chain(of(&system.stator))
+}
+
+/// The inertia from the surface up to each shaft, kg m^2.
+fn inner_inertias(side: &Side) -> impl Iterator<Item = f64> + '_ {
+    side.inertia.iter().take(side.shafts()).scan(0.0, |sum, j| {
+        *sum += j;
+        Some(*sum)
+    })
+}
+
+/// What rounding makes of the components of a slow state.
+fn rounding(system: &SystemEquations, slow: &[f64]) -> Vec<f64> {
+    let speed = [system.rotor.speed, system.stator.speed].into_iter().flatten();
+    let speed = speed.map(|index| slow[index].abs()).fold(0.0, f64::max);
+    let mut least = vec![SETTLED * speed; slow.len()];
+    for side in [&system.rotor, &system.stator] {
+        for i in 0..side.shafts() {
+            let twist = side.twists + 2 * i;
+            least[twist] = SETTLED * slow[twist].abs().max(speed * f64::EPSILON / side.own_frequency(i));
+            least[twist + 1] = SETTLED * slow[twist + 1].abs().max(speed * f64::EPSILON);
+        }
+    }
+    least
+}
+
+/// The largest twist rate, or twist times the angular frequency of the shaft's inner inertia, rad/s: the size of an oscillation.
+pub(crate) fn oscillation(system: &SystemEquations, y: &[f64]) -> f64 {
+    let of = |side: &Side| {
+        let of_shaft = |i| (side.own_frequency(i) * side.twist(i, y).abs()).max(side.twist_rate(i, y).abs());
+        (0..side.shafts()).map(of_shaft).fold(0.0, f64::max)
+    };
+    of(&system.rotor).max(of(&system.stator))
+}
+
+/// The state after the round where the iteration changes it least, and for each component the larger of the changes by that
+/// round and by the one before it: one alone may be small by chance.
+fn least_change(system: &SystemEquations, slip: &Slip<'_>, momenta: Momenta) -> (Vec<f64>, Vec<f64>) {
+    let mut series = SlowSeries::<LONG_ORDER>::zero(system, slip);
+    let components = system.mechanical();
+    let (mut before, mut last) = (vec![0.0; components], vec![f64::INFINITY; components]);
+    let mut best = (before.clone(), last.clone(), f64::INFINITY);
+    for _ in 0..LONG_ROUNDS {
+        series.round(system, slip, momenta);
+        series.settle_speeds(system, momenta);
+        let state = series.start(system);
+        let change: Vec<f64> = state.iter().zip(&before).map(|(new, old)| (new - old).abs()).collect();
+        let both: Vec<f64> = change.iter().zip(&last).map(|(new, old)| new.max(*old)).collect();
+        let size = oscillation(system, &both);
+        if size < best.2 {
+            best = (state.clone(), both, size);
+        }
+        if !change.iter().all(|x| x.is_finite()) {
+            break;
+        }
+        (before, last) = (state, change);
+    }
+    (best.0, best.1)
+}
+
+/// One train's part of the motion.
+#[derive(Debug, Clone)]
+struct SlowSide<const N: usize> {
+    twists: Vec<[f64; N]>,
+    /// Of the outermost inertia of a free train; of a tied one that of its end.
+    base: [f64; N],
+    /// Room for the twist rates, and for the speeds of the inertias.
+    rates: Vec<[f64; N]>,
+    speeds: Vec<[f64; N]>,
+}
+
+impl<const N: usize> SlowSide<N> {
+    fn zero(side: &Side) -> Self {
+        SlowSide {
+            twists: vec![[0.0; N]; side.shafts()],
+            base: [0.0; N],
+            rates: vec![[0.0; N]; side.shafts()],
+            speeds: vec![[0.0; N]; side.inertia.len()],
+        }
+    }
+
+    /// The speed of the outermost inertia now, by the momentum and the twist rates.
+    fn start_base(&mut self, side: &Side, driving: &Driving, momentum: f64) {
+        self.base[0] = if side.speed.is_some() {
+            let inner = inner_inertias(side).zip(&self.twists);
+            let twisting: f64 = inner.map(|(inertia, twist)| inertia * twist[1]).sum();
+            (momentum + side.sign * twisting) / side.rigid_inertia()
+        } else {
+            driving.speed
+        };
+    }
+
+    /// Makes coefficient `n` of the speeds known, once the base's is; returns the surface's.
+    fn speeds_at(&mut self, side: &Side, n: usize) -> f64 {
+        let mut speed = self.base[n];
+        for i in (0..side.inertia.len()).rev() {
+            if let Some(rate) = self.rates.get(i) {
+                speed -= side.sign * rate[n];
+            }
+            self.speeds[i][n] = speed;
+        }
+        speed
+    }
+
+    /// Makes coefficient `n` + 1 of the base's speed known, of a free train under the interface's torque.
+    fn extend_base(&mut self, side: &Side, driving: &Driving, torque: f64, n: usize) {
+        if side.speed.is_none() || n + 1 >= N {
+            return;
+        }
+        let order = (n + 1) as f64;
+        let inner = inner_inertias(side).zip(&self.rates);
+        let bending: f64 = inner.map(|(inertia, rate)| inertia * order * rate[n + 1]).sum();
+        let viscous: f64 = side.viscous.iter().zip(&self.speeds).map(|(d, w)| d * w[n]).sum();
+        let external = if n == 0 && side.torque_on.is_some() {
+            driving.torque
+        } else {
+            0.0
+        };
+        self.base[n + 1] = (side.sign * (bending - torque) - viscous + external) / (side.rigid_inertia() * order);
+    }
+
+    /// J_j w_j' + d_j w_j - M_j.
+    fn load(&self, side: &Side, driving: &Driving, j: usize) -> [f64; N] {
+        let acceleration = derivative(&self.speeds[j]);
+        let mut load: [f64; N] =
+            std::array::from_fn(|n| side.inertia[j] * acceleration[n] + side.viscous[j] * self.speeds[j][n]);
+        if side.torque_on == Some(j) {
+            load[0] -= driving.torque;
+        }
+        load
+    }
+
+    /// The twists under the shafts' torques; whether their rates have settled.
+    fn twist(&mut self, side: &Side, driving: &Driving, interface: &[f64; N]) -> bool {
+        let mut carried = [0.0; N];
+        let mut settled = true;
+        let free = side.speed.is_some();
+        for step in 0..side.shafts() {
+            let (i, loaded) = if free {
+                (side.shafts() - 1 - step, side.shafts() - step)
+            } else {
+                (step, step)
+            };
+            let load = self.load(side, driving, loaded);
+            let before = self.twists[i][1];
+            for n in 0..N {
+                carried[n] += side.sign * load[n];
+                let torque = if free { -carried[n] } else { interface[n] + carried[n] };
+                self.twists[i][n] = (torque - side.damping[i] * self.rates[i][n]) / side.stiffness[i];
+            }
+            let after = self.twists[i][1];
+            settled &= (after - before).abs() <= f64::EPSILON * after.abs();
+        }
+        settled
+    }
+}
+
+/// The motion along the slow manifold: N Taylor coefficients by powers of time in s, of which the last two are not to be
+/// trusted.
+#[derive(Debug, Clone)]
+pub(crate) struct SlowSeries<const N: usize> {
+    sides: [SlowSide<N>; 2],
+    /// s omega_r.
+    speed: [f64; N],
+    sense: f64,
+    friction: FrictionSeries<f64, N>,
+    torque: [f64; N],
+}
+
+impl<const N: usize> SlowSeries<N> {
+    /// Of the slip that has these [momenta](slow_momenta).
+    pub fn new(system: &SystemEquations, slip: &Slip<'_>, momenta: Momenta) -> Self {
+        Self::of_rounds(system, slip, momenta, STEP_ROUNDS)
+    }
+
+    /// After so many rounds at most.
+    pub fn of_rounds(system: &SystemEquations, slip: &Slip<'_>, momenta: Momenta, rounds: usize) -> Self {
+        let mut series = Self::zero(system, slip);
+        for _ in 0..rounds {
+            if series.round(system, slip, momenta) {
+                break;
+            }
+        }
+        series
+    }
+
+    fn zero(system: &SystemEquations, slip: &Slip<'_>) -> Self {
+        SlowSeries {
+            sides: [SlowSide::zero(&system.rotor), SlowSide::zero(&system.stator)],
+            speed: [0.0; N],
+            sense: slip.sense,
+            friction: system.law_in(slip.piece).series(),
+            torque: [0.0; N],
+        }
+    }
+
+    /// A round of the iteration; whether the rates have settled, which they do last.
+    fn round(&mut self, system: &SystemEquations, slip: &Slip<'_>, momenta: Momenta) -> bool {
+        let sides = [
+            (&system.rotor, &slip.outside.rotor),
+            (&system.stator, &slip.outside.stator),
+        ];
+        for ((motion, (side, driving)), momentum) in self.sides.iter_mut().zip(sides).zip(momenta) {
+            motion.start_base(side, driving, momentum);
+            for (rate, twist) in motion.rates.iter_mut().zip(&motion.twists) {
+                *rate = derivative(twist);
+            }
+        }
+        let factors = self.friction.factors(1.0, 0.0);
+        for n in 0..N {
+            let [rotor, stator] = [0, 1].map(|k| self.sides[k].speeds_at(sides[k].0, n));
+            self.speed[n] = slip.sense * (rotor - stator);
+            if n == 0 {
+                self.friction.start(self.speed[0], 1.0);
+            } else {
+                self.friction.extend_from(n, &self.speed);
+            }
+            let friction = &self.friction;
+            let mu = |n: usize| factors.shape * friction.shape(n) + if n == 0 { factors.constant } else { 0.0 };
+            self.torque[n] = slip.sense * system.radius * pressed(slip.pressing, n, mu);
+            for (motion, (side, driving)) in self.sides.iter_mut().zip(sides) {
+                motion.extend_base(side, driving, self.torque[n], n);
+            }
+        }
+        let mut settled = true;
+        for (motion, (side, driving)) in self.sides.iter_mut().zip(sides) {
+            settled &= motion.twist(side, driving, &self.torque);
+        }
+        settled
+    }
+
+    /// Makes the speeds of now those of the twist rates, by which they lag a round.
+    fn settle_speeds(&mut self, system: &SystemEquations, momenta: Momenta) {
+        for ((motion, side), momentum) in self.sides.iter_mut().zip([&system.rotor, &system.stator]).zip(momenta) {
+            if side.speed.is_some() {
+                motion.start_base(side, &Driving::default(), momentum);
+            }
+        }
+    }
+
+    /// Hands out the series of each component before the quadratures, with its place in the state.
+    pub fn states(&self, system: &SystemEquations, mut take: impl FnMut(usize, &[f64; N])) {
+        for (motion, side) in self.sides.iter().zip([&system.rotor, &system.stator]) {
+            for (i, twist) in motion.twists.iter().enumerate() {
+                take(side.twists + 2 * i, twist);
+                take(side.twists + 2 * i + 1, &derivative(twist));
+            }
+            if let Some(index) = side.speed {
+                take(index, &motion.base);
+            }
+        }
+    }
+
+    /// omega_r, rad/s.
+    pub fn relative_velocity(&self) -> [f64; N] {
+        self.speed.map(|x| self.sense * x)
+    }
+
+    /// Friction along the motion, by powers of time in s.
+    pub fn friction(&self) -> &FrictionSeries<f64, N> {
+        &self.friction
+    }
+
+    /// The interface's torque T, N m.
+    pub fn torque(&self) -> &[f64; N] {
+        &self.torque
+    }
+
+    /// r F_n mu', N m s/rad: what the slope of friction adds to the damping of the contact.
+    pub fn contact_damping(&self, system: &SystemEquations, pressing: &[f64]) -> [f64; N] {
+        let slope = self.friction.factors(1.0, system.radius).slope;
+        std::array::from_fn(|n| slope * pressed(pressing, n, |n| self.friction.slope_shape(n)))
+    }
+
+    /// The components before the quadratures where it starts.
+    pub fn start(&self, system: &SystemEquations) -> Vec<f64> {
+        let mut state = vec![0.0; system.mechanical()];
+        self.states(system, |index, series| state[index] = series[0]);
+        state
+    }
+
+    /// The state at `tau` (s) from where it starts, with quadratures of zero.
+    #[cfg(test)]
+    fn at(&self, system: &SystemEquations, tau: f64) -> Vec<f64> {
+        let mut state = vec![0.0; system.dimension];
+        self.states(system, |index, series| {
+            state[index] = crate::numerics::taylor::value(series, tau)
+        });
+        state
+    }
+}
+
+/// Coefficient `n` of a series times the normal force.
+fn pressed(force: &[f64], n: usize, series: impl Fn(usize) -> f64) -> f64 {
+    let terms = force.iter().take(n + 1).enumerate();
+    terms.map(|(k, force)| series(n - k) * force).sum()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::model::Mode;
+    use crate::model::samples;
+    use crate::model::system::{End, System, Torque};
+    use crate::numerics::taylor;
+    use crate::signal::Drive;
+
+    /// The equations of trains, an independent code, hold along the motion: with a free rotor, a free stator, bearings, an
+    /// external torque, a driven end, and a force that bends.
+    #[test]
+    fn analytic_the_motion_of_chains_solves_their_equations() {
+        let mut cases = [
+            samples::chains(),
+            samples::chains(),
+            samples::chains(),
+            samples::chains(),
+            System::from(&samples::brake(0)),
+        ];
+        let [turned, torque, driven] = [1, 2, 3];
+        {
+            let case: &mut System = &mut cases[turned];
+            std::mem::swap(&mut case.rotor, &mut case.stator);
+        }
+        cases[torque].rotor.torque = Some(Torque {
+            signal: Drive::Value(30.0),
+            on: 1,
+        });
+        cases[driven].stator.end = End::Driven(Drive::Value(4.0));
+        for (number, case) in cases.iter().enumerate() {
+            let system = SystemEquations::new(case);
+            assert!(has_slow_manifold(&system));
+            let pressing = [2000.0, 300.0, -4000.0];
+            let mut outside = Outside::default();
+            if number == torque {
+                outside.rotor.torque = 30.0;
+            }
+            if number == driven {
+                outside.stator.speed = 4.0;
+            }
+            let mut slip = Slip::undriven(if number == turned { -1.0 } else { 1.0 }, 0, &pressing);
+            slip.outside = outside;
+            let mut start = vec![0.0; system.dimension];
+            for index in [system.rotor.speed, system.stator.speed].into_iter().flatten() {
+                start[index] = 12.0;
+            }
+            let momenta = slow_momenta(&system, &outside, &start);
+            let slow = on_slow_manifold(&system, &slip, &start);
+            assert!(slow.settled);
+            let kept = slow_momenta(&system, &outside, &slow.state);
+            for (now, before) in kept.iter().zip(momenta) {
+                assert!((now - before).abs() <= 1e-14 * before.abs(), "{now} and {before}");
+            }
+            let series = SlowSeries::<20>::new(&system, &slip, momenta);
+            let tau = 5e-4;
+            let y = series.at(&system, tau);
+            let mut now = outside;
+            now.normal_force = taylor::value(&pressing, tau);
+            let mode = Mode::sliding(slip.sense);
+            let mut rates = vec![0.0; system.dimension];
+            system.rates(mode, slip.sense, 0, &now, &y, &mut rates);
+            let w = system.relative_velocity(&now, &y);
+            assert!((taylor::value(&series.relative_velocity(), tau) - w).abs() <= 1e-13 * w.abs());
+            let torque = system.interface_torque(mode, slip.sense, 0, &now, &y);
+            assert!((taylor::value(series.torque(), tau) - torque).abs() <= 1e-13 * torque.abs());
+            let slope = system.law.coefficient_and_slope(w.abs()).1;
+            let damping = taylor::value(&series.contact_damping(&system, &pressing), tau);
+            let expected = system.radius * now.normal_force * slope;
+            assert!((damping - expected).abs() <= 1e-12 * expected.abs());
+            let mut checked = 0;
+            series.states(&system, |index, series| {
+                let rate = taylor::value(&derivative(series), tau);
+                // An acceleration is a sum of torques, of which T is the largest, over an inertia; 0.009 is the smallest.
+                let rounding = 8.0 * f64::EPSILON * torque.abs() / 0.009;
+                assert!(
+                    (rate - rates[index]).abs() <= 1e-12 * rate.abs() + rounding,
+                    "case {number}, component {index}: {rate:e} and {:e}",
+                    rates[index]
+                );
+                checked += 1;
+            });
+            assert_eq!(checked, system.mechanical());
+        }
+    }
+}
