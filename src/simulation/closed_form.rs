@@ -264,7 +264,8 @@ mod tests {
             if stuck {
                 let outside = dynamics.outside(&SystemLocation::new(mode, 0), span);
                 let terms = system.relative_velocity_terms(&outside, &closed);
-                prop_assert!(system.relative_velocity(&outside, &closed).abs() <= 8.0 * f64::EPSILON * terms);
+                // Each term is a sum over the modes of both chains, up to sixteen, of numbers as large as the terms.
+                prop_assert!(system.relative_velocity(&outside, &closed).abs() <= 32.0 * f64::EPSILON * terms);
                 prop_assert!(closed[system.slip] == 0.0 && closed[system.slip + FRICTION_LOSS] == 0.0);
             }
             let outside = dynamics.outside(&SystemLocation::new(mode, 0), 0.0);
