@@ -313,6 +313,7 @@ fn filled(page: &str, cells: &[BTreeMap<&'static str, String>]) -> String {
         let end = format!("<!-- end of {marker} -->");
         let from = filled.find(&begin).expect(marker) + begin.len();
         let to = filled.find(&end).expect(marker);
+        let mut notes: Vec<&str> = Vec::new();
         let mut table = format!(
             "\n| case | {} |\n|---|{}\n",
             columns.join(" | "),

@@ -417,7 +417,7 @@ fn property_after_the_deadline_a_certificate_says_what_it_lacks() {
     let case = Case::read(&source, &[]).unwrap();
     let exact = Case::exact(&source, &[]).unwrap();
     let record = recorded(&case);
-    let written = Written::new((&case).into(), None, &source, &[]);
+    let written = Written::new(&case, None, &source, &[]);
     let nothing = Deadline::after(Instant::now(), Some(0.0));
     let late = Certify::new(&case)
         .until(nothing)

@@ -67,8 +67,8 @@ fn too_few_runs(certificate: &Certificate) -> bool {
 /// What is missing of the digits that are asked for, and which setting has them; `None` if they are there. Of a result that
 /// lacks them the likely settings are tried: each is a run, and a certificate of its own or, with the oracle's `solution`, a
 /// comparison with that. With more digits than a double holds it is the oracle's events that must have them.
-pub fn shortfall<'a>(
-    case: &'a Case,
+pub fn shortfall(
+    case: &Case,
     certificate: &Certificate,
     solution: Option<&OracleSolution>,
     digits: u32,
@@ -110,7 +110,7 @@ pub fn shortfall<'a>(
         let setting = setting(&solver, case.solver());
         let mut candidate = case.clone();
         candidate.solver = solver;
-        let reached = digits_of((&candidate).into(), solution, stop);
+        let reached = digits_of(&candidate, solution, stop);
         if stop() {
             return Some(format!("{asked}; other settings were not tried to the end"));
         }

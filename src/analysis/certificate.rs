@@ -126,8 +126,8 @@ pub enum CertifyError {
 ///
 /// # Errors
 /// If the case with its own settings fails, or `stop` says so.
-pub fn certify<'a>(
-    case: &'a Case,
+pub fn certify(
+    case: &Case,
     result: &MemoryRecorder,
     stop: &(dyn Fn() -> bool + Sync),
 ) -> Result<Certificate, CertifyError> {

@@ -127,7 +127,7 @@ impl<'a> Certify<'a> {
     /// Of a result of this case, which its own settings would give again.
     pub fn new(case: &'a Case) -> Self {
         Certify {
-            case: case,
+            case,
             written: None,
             oracle: None,
             deadline: Deadline::default(),

@@ -186,7 +186,7 @@ pub(super) fn partners(case: &Case, result: &[Event], solution: &OracleSolution)
 /// Puts the oracle's events in place of what the ladder says of them. Of each event the uncertainty becomes its distance from
 /// the oracle's, plus the oracle's own error, and it is converged where the oracle has it. What the ladder said stays
 /// beside it, and where that was wrong, [`Certificate::contradiction`] says so.
-pub fn last_word<'a>(certificate: &mut Certificate, case: &Case, result: &[Event], solution: &OracleSolution) {
+pub fn last_word(certificate: &mut Certificate, case: &Case, result: &[Event], solution: &OracleSolution) {
     let (partners, missing) = partners(case, result, solution);
     let ladder = certificate.verdict;
     for (event, partner) in certificate.events.iter_mut().zip(&partners) {

@@ -45,7 +45,7 @@ pub struct HeadlineRow {
 
 /// The lines of a run of `case` that comes to `summary`, in the order in which they are read. The numbers of the paper stand
 /// beside those of its own case.
-pub fn headline<'a>(case: &'a Case, summary: &Summary) -> Vec<HeadlineRow> {
+pub fn headline(case: &Case, summary: &Summary) -> Vec<HeadlineRow> {
     rows(Some(case), summary)
 }
 
@@ -315,7 +315,7 @@ fn of_motion(motion: Motion, summary: &Summary) -> Vec<HeadlineRow> {
 
 /// Whether a case describes the system of the built-in case of the paper, beside which its numbers are put; solver and output are
 /// free.
-pub fn is_paper_case<'a>(case: &'a Case) -> bool {
+pub fn is_paper_case(case: &Case) -> bool {
     let paper = CaseSource::built_in(builtin::DEFAULT).and_then(|source| Case::read(&source, &[]));
     paper.is_ok_and(|paper| paper.system() == case.system())
 }

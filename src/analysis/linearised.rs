@@ -137,7 +137,7 @@ pub fn linearise(
     let mut times = Times::default();
     let system = case.system();
     let found = variation(
-        (&system, case.threshold()),
+        (system, case.threshold()),
         &columns,
         &SolverOptions {
             max_wall_time,
@@ -150,7 +150,7 @@ pub fn linearise(
             false => ControlFlow::Continue(()),
         },
     )?;
-    let excitation = Excitation::new(&system);
+    let excitation = Excitation::new(system);
     let mut largest = vec![0.0f64; numbers.len()];
     let pairs = times.0.into_iter().zip(found.events);
     let events = pairs.map(|((time, kind, mode_after), passage)| {

@@ -151,7 +151,7 @@ impl Summary {
             Pressing::Force(_) => None,
         };
         Summary {
-            natural_period: twice_resistance(&system).and_then(|_| natural_period(&system)),
+            natural_period: twice_resistance(system).and_then(|_| natural_period(system)),
             axial_displacement,
             stick_threshold: Some(case.threshold()).filter(|_| system.contact != ContactLaw::StickSlip),
             ..self

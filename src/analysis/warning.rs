@@ -128,7 +128,7 @@ pub(crate) fn grazing(grazing: Option<Grazing>, solver: &SolverOptions) -> Optio
 }
 
 /// All warnings of a run of the case that came to `summary`, but for what a witness says.
-pub fn warnings<'a>(case: &'a Case, summary: &Summary) -> Vec<Warning> {
+pub fn warnings(case: &Case, summary: &Summary) -> Vec<Warning> {
     let (solver, output) = (case.solver(), case.output());
     let mut warnings = Vec::new();
     let balance = (summary.energy_residual, summary.energy_turnover);

@@ -238,12 +238,7 @@ pub(crate) fn witness_of(method: Method) -> Method {
 ///
 /// The tolerance is that of the case, at most the default; absolute tolerances and fixed steps of the case are left to the
 /// result. `stop` is asked now and then; `None` if it says so.
-pub fn witness<'a>(
-    case: &'a Case,
-    result: &Sequence,
-    noise_determined: bool,
-    stop: &dyn Fn() -> bool,
-) -> Option<Witness> {
+pub fn witness(case: &Case, result: &Sequence, noise_determined: bool, stop: &dyn Fn() -> bool) -> Option<Witness> {
     let method = witness_of(case.solver().method);
     let solver = SolverOptions {
         method,

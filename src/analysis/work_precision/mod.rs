@@ -208,7 +208,6 @@ fn reference(
         ReferenceChoice::Truth(path) => {
             let truth = Truth::read(path)?;
             if let Some((_, _, case)) = study.runs.first() {
-                let case = case;
                 truth.check_case(case.system(), case.output().end_time)?;
             }
             Reference {
@@ -317,7 +316,6 @@ fn by_oracle(
     let Some((by, _, case)) = study.runs.first() else {
         return Ok(Asked::Without("the study has no run".to_owned()));
     };
-    let case = case;
     let request = OracleRequest {
         threshold: exact.threshold.clone(),
         ..oracle_request(case.solver(), case.output(), DIGITS, LONGEST)
