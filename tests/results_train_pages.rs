@@ -305,7 +305,7 @@ fn results_page_of_a_long_driven_run_is_bounded() {
 fn results_page_of_a_file_without_later_attributes() {
     let folder = tempfile::tempdir().unwrap();
     let (case, file, _) = page_of(&folder, "belt-leine", &["output.end_time=60"]);
-    let rows = of_file(&file, Some((&case)), &file.events().unwrap()).unwrap();
+    let rows = of_file(&file, Some(&case), &file.events().unwrap()).unwrap();
     assert!(rows.iter().any(|row| row.name == "relative velocity over a period"));
     let path = file.path().to_owned();
     drop(file);
