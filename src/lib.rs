@@ -1,8 +1,8 @@
 //! stickslip: high-accuracy reference runs of friction-induced vibration.
 //!
-//! A rotor is braked by a stator. Their contact has a torsional mode, of about 4 kHz in the paper's case, and a friction
-//! that falls with speed; near the stop it sticks and slips dozens of times within milliseconds.
-//! The crate integrates that brake with SUNDIALS, locates every switch, and stores the run in HDF5.
+//! Two chains of inertias and shafts touch at one contact with dry friction: a rotor that a stator brakes, a mass on a belt, a
+//! drill string on rock, a clutch. Near its stop the paper's brake sticks and slips dozens of times within milliseconds.
+//! The crate integrates such a system with SUNDIALS or by Taylor series, locates every switch, and stores the run in HDF5.
 //!
 //! The layers, each of which knows only those before it:
 //!
@@ -15,12 +15,12 @@
 //! | [`numerics`] | Taylor series, polynomial roots, Radau IIA; no physics |
 //! | [`friction`] | the friction laws, behind one interface |
 //! | [`signal`] | what is applied from outside, as a function of time |
-//! | [`model`] | the physics: pure functions of parameters and state; no solver |
+//! | [`model`] | the equations: pure functions of parameters and state; no solver |
 //! | [`record`] | what a run is made of: samples, events, segments, and who takes them |
 //! | [`hybrid`] | the event automaton: modes, guards, transitions, engines; generic over the model |
-//! | [`simulation`] | the brake run by the automaton: which engine where, samples, events |
+//! | [`simulation`] | a system run by the automaton: which engine where, samples, events |
 //! | [`results`] | the HDF5 files: schema, writer, reader |
-//! | [`case`] | the TOML case file: units, validation, overrides |
+//! | [`case`] | the TOML case file: units, validation, overrides; the system that it describes, and the words for its places |
 //! | `provenance` | what a file says of the program, the machine and the command that made it |
 //! | [`run`](Run) | one run of a case: the front door |
 //! | [`oracle`] | the model solved independently, by Taylor series with up to 611 digits |

@@ -688,7 +688,7 @@ fn cli_boundaries_are_on_quantities_that_the_runs_have() {
             "belt-exponential",
             belt,
             "growth_contours = [20]",
-            "boundary.growth_contours: the growth exponent is that of a brake",
+            "boundary.growth_contours: contours of the growth exponent belong to studies whose base case is in the short form",
         ),
         (
             "paper",

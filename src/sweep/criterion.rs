@@ -210,8 +210,8 @@ pub(super) fn read_boundary(reader: &mut Reader, words: Words, node: &Node, axes
     let mut growth_contours = Vec::new();
     if let Some(given) = node.at("growth_contours") {
         if !words.lists_growth() {
-            let message = "the growth exponent is that of a brake that slows down through the loss of stability of its sliding; \
-                           trains have none: remove it (the line where steady sliding loses its stability is given beside)";
+            let message = "contours of the growth exponent belong to studies whose base case is in the short form, [torsion]: write the \
+                           brake so, or remove them (the line where steady sliding loses its stability is given beside)";
             reader.report(given, "boundary.growth_contours", message);
             return None;
         }
