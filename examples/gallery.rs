@@ -45,7 +45,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     }
     let of_case = Modes::of_case(&case.system, &case.solver, case.output.end_time);
     let slowing = of_case.slowing.ok_or("sliding that does not slow down")?;
-    save(&modes::figure(&case.title, &slowing))?;
+    save(&modes::figure(&case.title, case.motion(), &slowing))?;
     let kicked = Case::read(&CaseSource::built_in("paper-si")?, &[])?;
     let system = kicked.system.clone();
     let found = onsets(&system, &kicked.solver, kicked.output.end_time, &|| false).ok_or("interrupted")?;

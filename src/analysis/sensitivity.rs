@@ -8,6 +8,7 @@ use super::Summary;
 use super::attractor::{Attractor, Recurrence};
 use super::deadline::INTERRUPTED;
 use super::linearised::{Linearised, Slope, Times, by_series, linearise};
+use crate::case::quantity::Dimension;
 use crate::case::{Case, CaseError, CaseNumber, WrittenCase};
 use crate::hybrid::RunError;
 use crate::model::system::ContactLaw;
@@ -455,12 +456,14 @@ fn held(case: &Case) -> String {
         .iter()
         .map(|kick| {
             let size = kick.relative_velocity;
+            let speed = case.motion().dimension(Dimension::AngularVelocity).unit();
             match kick.time {
-                KickTime::At(time) => format!(
-                    "the kick of {size:e} rad/s stays at {time} s, whatever the changed number does to the loss of \
+                KickTime::At(time) if case.stops() => format!(
+                    "the kick of {size:e} {speed} stays at {time} s, whatever the changed number does to the loss of \
                      stability and to the stop"
                 ),
-                KickTime::Instability => format!("the kick of {size:e} rad/s goes along with the loss of stability"),
+                KickTime::At(time) => format!("the kick of {size:e} {speed} stays at {time} s"),
+                KickTime::Instability => format!("the kick of {size:e} {speed} goes along with the loss of stability"),
             }
         })
         .collect();

@@ -46,6 +46,7 @@ pub(super) fn in_common(case: &Draft, axial: bool) -> Vec<Violation> {
         actuation(case, &mut complain);
     }
     fixed_step_method(case, &mut complain);
+    paper_tolerances(case, &mut complain);
     output_windows(case, &mut complain);
     let end_time = case.output.end_time;
     if end_time < SHORTEST_RUN {
@@ -72,7 +73,6 @@ pub(super) fn of_short_form(case: &Draft) -> Vec<Violation> {
         );
     }
     fixed_step(case, &mut complain);
-    paper_tolerances(case, &mut complain);
     let output = &case.output;
     let torsion = &case.parameters.torsion;
     let axial = &case.parameters.axial;

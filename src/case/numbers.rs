@@ -156,9 +156,9 @@ impl Draft {
         self.target(path).and_then(|target| self.get(&target))
     }
 
-    /// With another number at `path`, whether or not that makes a valid case: for differences.
-    pub(super) fn put(&mut self, path: &str, value: f64) {
-        let Some(target) = self.target(path) else { return };
+    /// With another number at `path`, whether or not that makes a valid case: for differences. Whether there is such a path.
+    pub(super) fn put(&mut self, path: &str, value: f64) -> bool {
+        let Some(target) = self.target(path) else { return false };
         match &target.key.kind {
             Kind::Number(_, _, access) => (access.set)(self, target.index, value),
             Kind::Moment(access) => (access.set)(self, target.index, KickTime::At(value)),
@@ -170,6 +170,7 @@ impl Draft {
             }
             _ => {}
         }
+        true
     }
 
     /// The dotted path of every number that it holds, with its key.

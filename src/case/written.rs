@@ -130,8 +130,21 @@ impl WrittenCase {
     /// As [`Self::moved`], with other numbers at some paths.
     pub(crate) fn moved_all(&self, changes: &[(&str, f64)]) -> Option<(System, f64)> {
         if let Some(mut draft) = Draft::short(&self.case) {
-            changes.iter().for_each(|(path, value)| draft.put(path, *value));
-            return Some((System::from(&draft.parameters), 0.0));
+            let strange: Vec<_> = changes
+                .iter()
+                .filter(|(path, value)| !draft.put(path, *value))
+                .copied()
+                .collect();
+            let system = System::from(&draft.parameters);
+            if strange.is_empty() {
+                return Some((system, 0.0));
+            }
+            // A place of the system that the short form has no key for, such as a bearing.
+            let general = Case {
+                system,
+                ..self.case.in_general_form()
+            };
+            return WrittenCase::of(&general).moved_all(&strange);
         }
         let case = self.with_all(changes).ok()?;
         Some((case.system, case.threshold))

@@ -27,10 +27,10 @@ const ROWS_AT_A_TIME: usize = 65_536;
 /// Where the oracle is asked without being asked for: the digits that it is to have, and the time after which the ladder decides.
 const UNASKED: (u32, Duration) = (18, Duration::from_secs(600));
 
-/// Whether the oracle decides even without `--oracle`, if it can. What grows up to the first stick has a verdict of its own by the
+/// Whether the oracle decides even without `--oracle`, if it can. Sliding that slows down by itself has a verdict of its own by the
 /// ladder, down to what rounding does.
 fn oracle_decides(case: &Case) -> bool {
-    !case.words().lists_growth()
+    !case.stops()
 }
 
 /// Certifies a result: reports it, and writes a copy with the certificate.

@@ -102,7 +102,7 @@ pub(super) fn modes(options: &ModesOptions, common: &Common) -> Result<End, Comm
         return Ok(End::Done);
     };
     if let Some((path, format)) = target {
-        let figure = crate::plot::modes::figure(title, slowing);
+        let figure = crate::plot::modes::figure(title, case.motion(), slowing);
         let text = svg::svg(&figure, style::COLUMN_WIDTH).map_err(bad)?;
         save(path, FIGURE, &text, &figure.full_title(), format, DPI).map_err(bad)?;
     }

@@ -1,4 +1,4 @@
-//! The parameters of the brake, in SI units and radians.
+//! The numbers of two alike disks, as the short form of a case has them, in SI units and radians.
 
 use crate::friction::Friction;
 use crate::signal::Signal;

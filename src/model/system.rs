@@ -20,7 +20,7 @@ pub struct System<T = f64, L = FrictionLaw> {
     pub pressing: Pressing<T>,
     /// mu_0, the coefficient of friction at rest.
     pub breakaway: T,
-    /// Which torque is held against mu_0 r F_n in stick. A case of trains has the transmitted one.
+    /// Which torque is held against mu_0 r F_n in stick.
     pub breakaway_test: BreakawayTest,
     /// mu(x) of the sliding speed x = |omega_r|. For bristles it is g(x).
     pub law: L,
@@ -144,7 +144,7 @@ pub struct Initial<T = f64> {
 /// A jump of the relative velocity.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Kick<T = f64> {
-    /// When. A kick of a case of trains has a time.
+    /// When: a time, or the loss of stability.
     pub time: KickTime<T>,
     /// delta, rad/s.
     pub relative_velocity: T,

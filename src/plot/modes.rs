@@ -3,9 +3,13 @@
 use super::figure::{Axis, Curve, CurveStyle, Figure, Panel};
 use super::style::{BLACK, BLUE, GREY, VERMILLION};
 use crate::analysis::stability::modes::{EffectiveDamping, SlowingModes};
+use crate::case::Motion;
+use crate::case::quantity::Dimension;
 
 /// Effective damping of the relative mode and the growth rate of the slip state against the relative speed.
-pub fn figure(title: &str, modes: &SlowingModes) -> Figure {
+pub fn figure(title: &str, motion: Motion, modes: &SlowingModes) -> Figure {
+    let unit = |of_rotation| motion.dimension(of_rotation).unit();
+    let (speed, damping_unit) = (unit(Dimension::AngularVelocity), unit(Dimension::TorsionalDamping));
     let curve = |value: fn(&EffectiveDamping) -> f64| -> Vec<(f64, f64)> {
         let points = modes.effective_damping.iter();
         points.map(|point| (point.relative_velocity, value(point))).collect()
@@ -22,16 +26,22 @@ pub fn figure(title: &str, modes: &SlowingModes) -> Figure {
         several => several,
     };
     for &critical in all {
-        let label = format!("critical speed, {critical:.4} rad/s");
+        let label = format!("critical speed, {critical:.4} {speed}");
         for curves in [&mut damping, &mut growth] {
             let point = Curve::line(&label, BLACK, vec![(critical, 0.0)]);
             curves.push(point.styled(CurveStyle::OpenPoints));
         }
     }
     let x = || {
-        Axis::new("relative velocity", "rad s-1")
-            .with_symbol("|ωᵣ|")
-            .ranging(0.0, end)
+        Axis::new(
+            "relative velocity",
+            match motion {
+                Motion::Rotation => "rad s-1",
+                Motion::Translation => "m s-1",
+            },
+        )
+        .with_symbol("|ωᵣ|")
+        .ranging(0.0, end)
     };
     Figure {
         name: "modes".to_owned(),
@@ -40,7 +50,7 @@ pub fn figure(title: &str, modes: &SlowingModes) -> Figure {
         panels: vec![
             Panel::new(
                 x(),
-                Axis::new("effective damping", "N m s/rad").with_symbol("c"),
+                Axis::new("effective damping", damping_unit).with_symbol("c"),
                 damping,
             ),
             Panel::new(x(), Axis::new("growth rate", "1/s").with_symbol("Re λ"), growth),

@@ -142,6 +142,11 @@ const DESTABILISED: Guard = Guard {
     name: "steady sliding loses stability",
     direction: Direction::Falling,
 };
+/// Whether a guard of this name ends a mode of the contact: those of the margin do not.
+pub(super) fn changes_contact(guard: &str) -> bool {
+    ![DESTABILISED.name, RESTABILISED.name].contains(&guard)
+}
+
 const RESTABILISED: Guard = Guard {
     name: "steady sliding regains stability",
     direction: Direction::Rising,

@@ -1,5 +1,6 @@
 //! From the states of a run to the rows of the record.
 
+use super::dynamics::changes_contact;
 use super::follower::{At, Follower};
 use super::options::OutputOptions;
 use super::readings::{Place, Readings};
@@ -347,6 +348,10 @@ impl<R: Readings> Observer<R::Place, EventKind> for Recording<'_, R> {
     }
 
     fn grazed(&mut self, t: f64, _: &R::Place, guard: &'static str) {
+        // A zero of the margin decides no contact: how late it is found does not matter.
+        if !changes_contact(guard) {
+            return;
+        }
         let first = Grazing {
             count: 0,
             time: t,

@@ -75,7 +75,7 @@ impl Settings {
 pub(crate) const FOREIGN: &str = "method \"paper\" is the procedure of the paper for its two alike disks, a free rotor on a shaft and a surface on an equal shaft that \
      ends in the ground, pressed by an axial motion: take another for this case";
 
-/// Integrates a system by the procedure; the counterpart of [`super::trains::simulate`], with the same contract. A system that is not the
+/// Integrates a system by the procedure; the counterpart of [`super::simulate()`], with the same contract. A system that is not the
 /// paper's pair of disks is refused.
 pub(crate) fn run(
     problem: Problem<'_>,
