@@ -670,7 +670,7 @@ fn cli_boundaries_are_on_quantities_that_the_runs_have() {
             "belt-exponential",
             belt,
             "criterion = \"growth_exponent > 20\"",
-            "\"growth_exponent\" is a quantity of a brake that slows down through the loss of stability of its sliding",
+            "\"growth_exponent\" is a quantity of studies whose base case is in the short form",
         ),
         (
             "belt-exponential",
@@ -694,7 +694,7 @@ fn cli_boundaries_are_on_quantities_that_the_runs_have() {
             "paper",
             brake,
             "criterion = \"attractor_period > 2\"",
-            "\"attractor_period\" is a quantity of a run of trains",
+            "\"attractor_period\" is a quantity of studies whose base case is in the general form",
         ),
     ] {
         folder.write("bad.toml", study(case, axes, rest));
@@ -789,7 +789,7 @@ fn analytic_a_calibration_of_trains_finds_the_case() {
         (
             "\"attractor_amplitude\"",
             "\"natural_period\"",
-            "\"natural_period\" is a quantity of a brake",
+            "\"natural_period\" is a quantity of studies whose base case is in the short form",
         ),
         (
             "\"attractor_amplitude\"",

@@ -353,14 +353,12 @@ pub(crate) fn unknown_quantity(words: Words, name: &str, purpose: &str, fits: fn
     if place(quantities(words), name).is_none() {
         if place(&SELECTIONS.1[0], name).is_some() {
             return format!(
-                "\"{quoted}\" is a quantity of a run of trains, and the base case is a brake, whose runs have no attractor; there are \
-                 {listed}"
+                "\"{quoted}\" is a quantity of studies whose base case is in the general form, [rotor] and [stator]; there are {listed}"
             );
         }
         if place(&SELECTIONS.0, name).is_some() {
             return format!(
-                "\"{quoted}\" is a quantity of a brake that slows down through the loss of stability of its sliding, and the base \
-                 case is one of trains, for which there is no such story; there are {listed}"
+                "\"{quoted}\" is a quantity of studies whose base case is in the short form, [torsion]; there are {listed}"
             );
         }
     }
