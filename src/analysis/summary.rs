@@ -11,11 +11,6 @@ use crate::simulation::natural_period;
 use crate::simulation::{Grazing, RunReport, SolverWork};
 use serde::Serialize;
 
-/// Growth to the first stick, in e-folds, from which a run belongs to its rounding. ln(2^53) = 36.7 lift the rounding of
-/// a double to the size of the sliding speed; a perturbation that takes 25 begins 1e5 times above that rounding, which
-/// leaves what it starts some five digits.
-const NOISE_E_FOLDS: f64 = 25.0;
-
 /// What a motion comes to by the end of a run.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 #[serde(rename_all = "kebab-case", tag = "kind")]
@@ -120,7 +115,7 @@ impl Summary {
             growth_exponent: growth.map(|g| g.exponent),
             growth_to_onset: growth.map(|g| g.to_first_stick),
             e_folds_gained: growth.and_then(|g| g.from_kick),
-            noise_determined: !report.stopped_smoothly && growth.is_some_and(|g| g.to_first_stick > NOISE_E_FOLDS),
+            noise_determined: !report.stopped_smoothly && growth.is_some_and(|g| g.amplifies_rounding()),
             kick_above_noise: growth.and_then(|g| g.above_noise),
             ..Summary::of_report(report)
         }

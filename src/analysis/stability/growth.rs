@@ -28,7 +28,17 @@ pub struct Growth {
     pub above_noise: Option<f64>,
 }
 
+/// Growth to the first stick, in e-folds, from which a run belongs to its rounding. ln(2^53) = 36.7 lift the rounding of
+/// a double to the size of the sliding speed; a perturbation that takes 25 begins 1e5 times above that rounding, which
+/// leaves what it starts some five digits.
+const NOISE_E_FOLDS: f64 = 25.0;
+
 impl Growth {
+    /// Whether rounding grows so far up to the first stick that it decides when that comes.
+    pub fn amplifies_rounding(&self) -> bool {
+        self.to_first_stick > NOISE_E_FOLDS
+    }
+
     /// Of a run, from its events; `None` if sliding does not slow down by itself, or never lost stability before the first stick.
     ///
     /// lambda is the least damped fast mode of the slip: of the eigenvalues of its Jacobian that with the largest real part, the slow

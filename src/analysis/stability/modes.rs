@@ -7,7 +7,6 @@ use super::growth_rate::fast_growth_rate;
 use super::smooth_sliding::Slowing;
 use super::stability_path::{Crossing, eigenvalue_crossing};
 use super::states::{at_start, critical_speeds};
-use crate::analysis::Summary;
 use crate::friction::{FrictionLaw, Law};
 use crate::hybrid::RunError;
 use crate::model::Mode;
@@ -259,17 +258,16 @@ fn run_to_first_stick(trains: &System, solver: &SolverOptions, end_time: f64) ->
 }
 
 fn instability(trains: &System, sliding: &Slowing, report: &RunReport) -> Option<Instability> {
-    let summary = Summary::of_run(trains, report);
-    let time = summary.instability_time?;
     let growth = Growth::of_digest(trains, &report.digest, report.end)?;
-    let state: State = report.digest.instability.as_ref()?.before;
+    let lost = report.digest.instability.as_ref()?;
+    let (time, state): (f64, State) = (lost.time, lost.before);
     let x = state.relative_velocity.abs();
     let start = at_start(trains).abs();
     let decided = if trains.law.knots().iter().any(|knot| *knot < start) {
         OnsetDecision::FrictionPoints
-    } else if summary.noise_determined {
+    } else if !report.stopped_smoothly && growth.amplifies_rounding() {
         OnsetDecision::Rounding
-    } else if summary.kick_above_noise.is_some_and(|above| above > THOUSANDFOLD) {
+    } else if growth.above_noise.is_some_and(|above| above > THOUSANDFOLD) {
         OnsetDecision::Perturbation
     } else {
         OnsetDecision::SmoothSliding
@@ -281,7 +279,7 @@ fn instability(trains: &System, sliding: &Slowing, report: &RunReport) -> Option
         growth_rate: sliding.rate(time, x),
         eigenvalue_crossing: eigenvalue_crossing(sliding, time, &state),
         smooth_end: growth.smooth_end,
-        onset_time: summary.onset_time,
+        onset_time: report.digest.cycles.onset_time,
         growth_exponent: growth.exponent,
         growth_to_onset: growth.to_first_stick,
         e_folds_gained: growth.from_kick,
