@@ -31,7 +31,7 @@ const SUBJECTS: [Subject; 16] = [
     subject("paper", ("friction.decay", 5.0), ("actuation.force", 2224.1)),
     subject("paper-si", ("friction.decay", 3.5), ("actuation.force", 2225.0)),
     subject("unperturbed", ("friction.decay", 3.5), ("actuation.force", 2225.0)),
-    subject("release", ("friction.decay", 5.0), ("torsion.rotor_inertia", 2.26)),
+    subject("release", ("friction.decay", 3.5), ("torsion.rotor_inertia", 2.26)),
     subject("belt-coulomb", (FORCE, 10.0), ("stator.inertia.0", 1.0)),
     subject("belt-leine", (FORCE, 1.0), ("stator.inertia.0", 1.0)),
     subject("belt-leine-arctan", (FORCE, 1.0), ("stator.inertia.0", 1.0)),
@@ -252,7 +252,7 @@ impl Trial {
         self.folder.write("limit.toml", boundary);
         let cell = match self.document(&["sweep", "limit.toml"]) {
             Ok(document) => match document["curves"].as_array() {
-                Some(curves) => format!("{} curve", curves.len()),
+                Some(curves) => format!("curves: {}", curves.len()),
                 None => "none in this range".to_owned(),
             },
             Err(reason) => reason,
@@ -302,7 +302,10 @@ fn reason(error: &Value) -> String {
         .as_str()
         .map(|text| text.split_once(". ").map_or(text, |(_, why)| why));
     let of_input = error["places"][0]["message"].as_str().or(error["message"].as_str());
-    of_run.or(of_input).unwrap().replace('|', "\\|")
+    let text = of_run.or(of_input).unwrap();
+    // What is behind these has numbers of the run, whose last digits hang on the machine.
+    let end = [" (", "; the nearest"].iter().filter_map(|mark| text.find(mark)).min();
+    text[..end.unwrap_or(text.len())].replace('|', "\\|")
 }
 
 /// The page with its tables made of these cells.
