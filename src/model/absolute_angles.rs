@@ -1,8 +1,8 @@
-//! The brake in absolute angles, with the contact's state of equation (9): the model that the paper's own procedure steps.
+//! Two alike disks in absolute angles, with the contact's state of equation (9): the model that the paper's own procedure steps.
 //!
 //! This is how the equations are printed, and what an ordinary program makes of them: the torques are differences of
 //! angles that reach hundreds of radians, and the friction changes its sign inside the right-hand side. The reference
-//! runs are not computed with it; [`super::system::system`] says why.
+//! runs are not computed with it; [`super::equations`] says why.
 
 use super::system::{ContactLaw, End, KickSide, Pressing, System, Train};
 use super::{Axial, BreakawayTest, Mode};

@@ -125,6 +125,7 @@ impl ResultFile {
     ///
     /// # Errors
     /// There is no such column or row; or of the file.
+    #[cfg(feature = "plot")]
     pub(crate) fn first_row(
         &self,
         group: &str,

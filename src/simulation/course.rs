@@ -11,7 +11,9 @@ use crate::model::axial::AxialMotion;
 use crate::model::equations::{ANGLE, DAMPING_LOSS, Engagement, FRICTION_LOSS, Outside, Side, SystemEquations, WORK};
 use crate::model::system::{End, System};
 use crate::numerics::taylor;
-use crate::record::{Channels, Sample, State};
+#[cfg(feature = "plot")]
+use crate::record::Channels;
+use crate::record::{Sample, State};
 use crate::simulation::options::SolverOptions;
 use crate::simulation::readings::Readings as _;
 use std::f64::consts::TAU;
@@ -248,6 +250,7 @@ impl Course {
     }
 
     /// The period (s) by which samples are dense or sparse; `None` where nothing moves by itself.
+    #[cfg(feature = "plot")]
     pub fn natural_period(&self) -> Option<f64> {
         self.dynamics.natural_period()
     }

@@ -342,7 +342,7 @@ impl Excitation {
         }
     }
 
-    /// F_n (N) at `t` (s) and its rate (N/s), where it [is a straight line](Self::is_silent).
+    /// F_n (N) at `t` (s) and its rate (N/s), where it is a straight line.
     pub fn line(&self, stretch: usize, t: f64) -> [f64; 2] {
         let mut series = OutsideSeries::<_, 2>::new();
         self.series(self.ringing_in_doubles(), stretch, t, 1.0, &mut series);
