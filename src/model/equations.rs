@@ -59,7 +59,7 @@ pub struct Side<T = f64> {
     pub torque_on: Option<usize>,
     /// Whether the external torque acts on inertia i. The equations ask this: compared with `Some(i)`, the index of `None` is
     /// read before it is known to be there, as memory checkers report.
-    takes_torque: Vec<bool>,
+    pub takes_torque: Vec<bool>,
     /// The state holds twist i at `twists + 2 i` and its rate behind it.
     pub twists: usize,
     /// Where the speed of the outermost inertia is; `None` for a tied train.

@@ -289,7 +289,7 @@ impl<const N: usize> SlowSide<N> {
         let acceleration = derivative(&self.speeds[j]);
         let mut load: [f64; N] =
             std::array::from_fn(|n| side.inertia[j] * acceleration[n] + side.viscous[j] * self.speeds[j][n]);
-        if side.torque_on == Some(j) {
+        if side.takes_torque[j] {
             load[0] -= driving.torque;
         }
         load

@@ -250,7 +250,7 @@ impl<T: Number> Expansion<T> {
                 state[at][n + 1] = step * rate;
                 speed = speed - rate.times(side.sign);
             }
-            let external = if side.torque_on == Some(i) {
+            let external = if side.takes_torque[i] {
                 driving.torque[n]
             } else {
                 T::of(0.0)
@@ -354,7 +354,7 @@ impl<T: Number> Expansion<T> {
         let Some(&viscous) = side.viscous.first() else {
             return T::of(0.0);
         };
-        let external = if side.torque_on == Some(0) {
+        let external = if side.takes_torque[0] {
             self.outside.sides[index].torque[n]
         } else {
             T::of(0.0)

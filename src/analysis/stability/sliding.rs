@@ -428,7 +428,7 @@ fn twists(side: &Side, external: f64, interface: f64, speed: f64) -> Vec<f64> {
     let mut torque = interface;
     (0..side.shafts())
         .map(|i| {
-            let own = if side.torque_on == Some(i) { external } else { 0.0 };
+            let own = if side.takes_torque[i] { external } else { 0.0 };
             torque += side.sign * (side.viscous[i] * speed - own);
             torque / side.stiffness[i]
         })

@@ -150,7 +150,7 @@ impl Equations {
                             terms.push(sign * side.stiffness[shaft] * integral(&twist));
                             terms.push(sign * side.damping[shaft] * integral(&rate));
                         }
-                        if side.torque_on == Some(i) {
+                        if side.takes_torque[i] {
                             terms.push(-integral(&each(&|k| driving(k).torque)));
                         }
                         if i > 0 {
