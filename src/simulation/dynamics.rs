@@ -142,11 +142,6 @@ const DESTABILISED: Guard = Guard {
     name: "steady sliding loses stability",
     direction: Direction::Falling,
 };
-/// Whether a guard of this name ends a mode of the contact: those of the margin do not.
-pub(super) fn changes_contact(guard: &str) -> bool {
-    ![DESTABILISED.name, RESTABILISED.name].contains(&guard)
-}
-
 const RESTABILISED: Guard = Guard {
     name: "steady sliding regains stability",
     direction: Direction::Rising,
@@ -171,6 +166,11 @@ const BREAKAWAY_BACKWARD: Guard = Guard {
     name: "tested torque reaches -mu_0 r F_n",
     direction: Direction::Falling,
 };
+
+/// Whether a guard of this name ends a mode of the contact: those of the margin do not.
+pub(super) fn changes_contact(guard: &str) -> bool {
+    ![DESTABILISED.name, RESTABILISED.name].contains(&guard)
+}
 
 /// A breakaway by a one-sided test may start against its own sense, because the torque that is tested is not the one that
 /// accelerates. Where the relative velocity goes back by less than this share of the oscillation's speed before it turns,
