@@ -25,7 +25,7 @@ use stickslip::model::Mode;
 use stickslip::model::Parameters;
 use stickslip::model::equations::{Outside, SystemEquations};
 use stickslip::signal::{Ramp, Signal};
-use stickslip::sundials::{Cvode, CvodeOptions, Direction, Integrator, OdeSystem, Outcome, Task, Tolerances};
+use stickslip::sundials::{CvodeOptions, Direction, OdeSystem, Outcome, Solver, Task, Tolerances};
 use sundials_sys as c;
 
 /// A problem of N components and G crossing functions, which both sides share. The functions are never inlined: see above.
@@ -177,7 +177,7 @@ fn by_the_layer<P: Problem<N, G>, const N: usize, const G: usize>(problem: P) ->
     } else {
         CvodeOptions::ADAMS
     };
-    let mut solver = Cvode::new(Safe(problem), options, 0.0, &P::start(), &P::tolerances()).unwrap();
+    let mut solver = Solver::new(Safe(problem), options, 0.0, &P::start(), &P::tolerances()).unwrap();
     solver.set_crossings(&[Direction::Either; G]).unwrap();
     solver.set_stop_time(Some(P::end())).unwrap();
     while solver.advance(P::end(), Task::OneStep).unwrap() != Outcome::StopTime {}

@@ -13,7 +13,7 @@ use stickslip::model::{KickTime, Mode, Parameters};
 use stickslip::record::{Event, EventKind, NoRecorder, Recorder, RecorderError, Sample, Segment};
 use stickslip::signal::{Ramp, Signal};
 use stickslip::simulation::{Following, Method, OutputOptions, SolverOptions};
-use stickslip::sundials::{Cvode, CvodeOptions, Direction, Integrator, OdeSystem, Outcome, Task, Tolerances};
+use stickslip::sundials::{CvodeOptions, Direction, OdeSystem, Outcome, Solver, Task, Tolerances};
 
 /// The paper's case without samples, to `end_time`.
 fn paper(method: Method, end_time: f64) -> (Parameters, SolverOptions, OutputOptions) {
@@ -213,7 +213,7 @@ fn plain_bdf(parameters: &Parameters, rtol: f64, end_time: f64) -> (usize, f64) 
         relative: rtol,
         absolute,
     };
-    let mut solver = Cvode::new(brake, CvodeOptions::BDF, 0.0, &y, &tolerances).unwrap();
+    let mut solver = Solver::new(brake, CvodeOptions::BDF, 0.0, &y, &tolerances).unwrap();
     solver.set_max_steps(None).unwrap();
     solver.set_crossings(&[Direction::Falling, Direction::Falling]).unwrap();
     let (mut sticks, mut last) = (0, 0.0);

@@ -6,10 +6,7 @@
 use std::f64::consts::TAU;
 
 use nalgebra::DMatrixViewMut;
-use stickslip::sundials::{
-    Erk, ErkOptions, ErkTable, Esdirk, EsdirkOptions, EsdirkTable, Integrator, OdeSystem, Outcome, SolverError,
-    Stepping, Task, Tolerances,
-};
+use stickslip::sundials::{ErkTable, EsdirkTable, Method, OdeSystem, Outcome, Solver, SolverError, Task, Tolerances};
 
 fn main() -> Result<(), SolverError> {
     println!("x'' = -x, 20 steps in a period, one period, largest error of x and x'");
@@ -53,11 +50,11 @@ fn error(t: f64, y: &[f64]) -> f64 {
 /// The largest errors at the ends of the steps, and at nine points inside each.
 fn dense_output(table: ErkTable) -> Result<(f64, f64), SolverError> {
     let step = TAU / 20.0;
-    let options = ErkOptions {
-        stepping: Stepping::fixed(step),
-        ..table.into()
+    let options = Method::Erk {
+        table,
+        fixed_step: Some(step),
     };
-    let mut solver = Erk::new(
+    let mut solver = Solver::new(
         Oscillator,
         options,
         0.0,
@@ -81,11 +78,12 @@ fn dense_output(table: ErkTable) -> Result<(f64, f64), SolverError> {
 
 /// The largest error over a run with many stop times, for each of which a step is cut, and the number of steps.
 fn stopped(table: EsdirkTable, trust_convergence_rate: bool) -> Result<(f64, u64), SolverError> {
-    let options = EsdirkOptions {
+    let options = Method::Esdirk {
+        table,
+        fixed_step: None,
         trust_convergence_rate,
-        ..table.into()
     };
-    let mut solver = Esdirk::new(
+    let mut solver = Solver::new(
         Oscillator,
         options,
         0.0,

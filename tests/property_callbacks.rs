@@ -6,8 +6,7 @@ use std::panic::{AssertUnwindSafe, catch_unwind};
 
 use nalgebra::DMatrixViewMut;
 use stickslip::sundials::{
-    Callback, Cvode, CvodeOptions, Direction, Erk, ErkOptions, ErkTable, Integrator, OdeSystem, SolverError, Stepping,
-    Task, Tolerances,
+    Callback, CvodeOptions, Direction, ErkTable, Method, OdeSystem, Solver, SolverError, Task, Tolerances,
 };
 
 const BAD: [f64; 3] = [f64::INFINITY, f64::NEG_INFINITY, f64::NAN];
@@ -54,11 +53,11 @@ fn largest_but(count: usize, place: usize, value: f64) -> Vec<f64> {
     values
 }
 
-fn solver(system: Constants, options: CvodeOptions) -> Cvode<Constants> {
+fn solver(system: Constants, options: CvodeOptions) -> Solver<Constants> {
     let dimension = system.slopes.len();
     system.dimension.set(dimension);
     let tolerances = Tolerances::uniform(1e-6, 1.0, dimension);
-    let mut solver = Cvode::new(system, options, 0.0, &vec![1.0; dimension], &tolerances).unwrap();
+    let mut solver = Solver::new(system, options, 0.0, &vec![1.0; dimension], &tolerances).unwrap();
     solver
         .set_crossings(&vec![Direction::Either; solver.system().crossings.len()])
         .unwrap();
@@ -66,7 +65,7 @@ fn solver(system: Constants, options: CvodeOptions) -> Cvode<Constants> {
 }
 
 /// The place that the error names, row and column.
-fn named(solver: &mut Cvode<Constants>, callback: Callback, value: f64) -> (usize, usize) {
+fn named(solver: &mut Solver<Constants>, callback: Callback, value: f64) -> (usize, usize) {
     let error = solver.advance(1.0, Task::Normal).expect_err("the value is refused");
     let cause = error.cause().expect("the value is named");
     assert_eq!((cause.callback, cause.value.to_bits()), (callback, value.to_bits()));
@@ -120,12 +119,12 @@ fn property_finite_values_are_taken_even_if_their_sum_overflows() {
             ..Constants::default()
         };
         let step = 2f64.powi(-1003);
-        let options = ErkOptions {
-            stepping: Stepping::fixed(step),
-            ..ErkTable::HeunEuler2s12.into()
+        let options = Method::Erk {
+            table: ErkTable::HeunEuler2s12,
+            fixed_step: Some(step),
         };
         let tolerances = Tolerances::uniform(1e-6, 1.0, 2);
-        let mut solver = Erk::new(system, options, 0.0, &[0.0; 2], &tolerances).unwrap();
+        let mut solver = Solver::new(system, options, 0.0, &[0.0; 2], &tolerances).unwrap();
         solver.set_crossings(&vec![Direction::Either; count]).unwrap();
         for k in 1..=4 {
             solver.advance(1.0, Task::OneStep).unwrap();

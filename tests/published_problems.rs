@@ -18,7 +18,7 @@ use stickslip::hybrid::{
     ChosenSolver, ClosedEnd, ClosedForm, ClosedFormEngine, Direction, Dynamics, Engine, Finish, Fired, Guard, Limits,
     Observer, ObserverError, Rules, SegmentReport, SolverKind, Start, Transition, run,
 };
-use stickslip::sundials::{ErkTable, EsdirkTable, Tolerances};
+use stickslip::sundials::{CvodeOptions, ErkTable, EsdirkTable, Tolerances};
 
 /// A unit mass with dry friction on a moving surface: x'' = force(t, x, x') - s friction(s (x' - surface_speed)).
 trait Problem: Send + Sync + 'static {
@@ -284,12 +284,18 @@ const TOOLS: [Tool; 4] = [
         error: 1e-9,
     },
     Tool {
-        kind: SolverKind::CvodeBdf { max_order: 5 },
+        kind: SolverKind::Cvode {
+            options: CvodeOptions::BDF,
+            settling: 0.0,
+        },
         relative: 1e-12,
         error: 1e-8,
     },
     Tool {
-        kind: SolverKind::CvodeAdams,
+        kind: SolverKind::Cvode {
+            options: CvodeOptions::ADAMS,
+            settling: 0.0,
+        },
         relative: 1e-12,
         error: 1e-9,
     },

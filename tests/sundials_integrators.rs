@@ -5,9 +5,8 @@ use std::f64::consts::{FRAC_PI_2, PI};
 use nalgebra::DMatrixViewMut;
 use proptest::prelude::*;
 use stickslip::sundials::{
-    Callback, Counters, Cvode, CvodeFlag, CvodeOptions, Direction, Erk, ErkOptions, ErkTable, Esdirk, EsdirkOptions,
-    EsdirkTable, Flag, Integrator, Interpolant, Multistep, Nonlinear, OdeSystem, Outcome, Predictor, ShortSteps,
-    SolverError, StepController, Stepping, Task, Tolerances,
+    Callback, Counters, CvodeFlag, CvodeOptions, Direction, ErkTable, EsdirkTable, Flag, Method, Multistep, Nonlinear,
+    OdeSystem, Outcome, ShortSteps, Solver, SolverError, Task, Tolerances,
 };
 
 /// x'' = -x: x = cos t, v = -sin t from (1, 0). Crossings of x and of v.
@@ -62,19 +61,18 @@ fn tight() -> Tolerances {
     Tolerances::uniform(1e-10, 1e-10, 2)
 }
 
-fn cvode(method: Multistep, nonlinear: Nonlinear) -> Cvode<Oscillator> {
+fn cvode(method: Multistep, nonlinear: Nonlinear) -> Solver<Oscillator> {
     let options = CvodeOptions {
         method,
         nonlinear,
         max_order: None,
-        stability_limit_detection: false,
         ..CvodeOptions::ADAMS
     };
-    Cvode::new(Oscillator::with_jacobian(), options, 0.0, &START, &tight()).unwrap()
+    Solver::new(Oscillator::with_jacobian(), options, 0.0, &START, &tight()).unwrap()
 }
 
-fn erk() -> Erk<Oscillator> {
-    Erk::new(
+fn erk() -> Solver<Oscillator> {
+    Solver::new(
         Oscillator::default(),
         ErkTable::DormandPrince7s45,
         0.0,
@@ -84,8 +82,8 @@ fn erk() -> Erk<Oscillator> {
     .unwrap()
 }
 
-fn esdirk() -> Esdirk<Oscillator> {
-    Esdirk::new(
+fn esdirk() -> Solver<Oscillator> {
+    Solver::new(
         Oscillator::with_jacobian(),
         EsdirkTable::Esdirk547L2sa2_7s45,
         0.0,
@@ -99,7 +97,7 @@ fn esdirk() -> Esdirk<Oscillator> {
 macro_rules! for_each_integrator {
     ($solver:ident => $test:block) => {{
         for method in [Multistep::Adams, Multistep::Bdf] {
-            for nonlinear in [Nonlinear::Newton, Nonlinear::FixedPoint { acceleration: 0 }] {
+            for nonlinear in [Nonlinear::Newton, Nonlinear::FixedPoint] {
                 #[allow(unused_mut)]
                 let mut $solver = cvode(method, nonlinear);
                 $test
@@ -119,7 +117,7 @@ macro_rules! for_each_integrator {
 }
 
 /// The largest error of the oscillator's state at its time.
-fn error(solver: &impl Integrator) -> f64 {
+fn error(solver: &Solver<Oscillator>) -> f64 {
     let (sin, cos) = solver.time().sin_cos();
     let y = solver.state();
     (y[0] - cos).abs().max((y[1] + sin).abs())
@@ -217,7 +215,7 @@ fn analytic_a_cut_step_converges() {
             continue;
         }
         for stop in [1.0, 1.5, 2.0] {
-            let mut solver = Esdirk::new(Oscillator::with_jacobian(), table, 0.0, &START, &tight()).unwrap();
+            let mut solver = Solver::new(Oscillator::with_jacobian(), table, 0.0, &START, &tight()).unwrap();
             solver.set_max_steps(None).unwrap();
             solver.set_stop_time(Some(stop)).unwrap();
             assert_eq!(solver.advance(9.0, Task::Normal).unwrap(), Outcome::StopTime);
@@ -339,7 +337,7 @@ fn sundials_counters_count_the_calls() {
         assert_eq!(counters.root_evaluations, system.root_calls);
     });
     let options = CvodeOptions::BDF;
-    let mut solver = Cvode::new(Oscillator::default(), options, 0.0, &START, &tight()).unwrap();
+    let mut solver = Solver::new(Oscillator::default(), options, 0.0, &START, &tight()).unwrap();
     solver.advance(1.0, Task::Normal).unwrap();
     assert_eq!(
         solver.counters().unwrap().rhs_evaluations,
@@ -348,7 +346,7 @@ fn sundials_counters_count_the_calls() {
     );
     assert_eq!(solver.system().jacobian_calls, 0);
     let table = EsdirkTable::Esdirk436L2sa6s34;
-    let mut solver = Esdirk::new(Oscillator::default(), table, 0.0, &START, &tight()).unwrap();
+    let mut solver = Solver::new(Oscillator::default(), table, 0.0, &START, &tight()).unwrap();
     solver.advance(1.0, Task::Normal).unwrap();
     assert_eq!(
         solver.counters().unwrap().rhs_evaluations,
@@ -360,7 +358,7 @@ fn sundials_counters_count_the_calls() {
 // --- Tables -------------------------------------------------------------------------------------------------------
 
 /// Error after a quarter of a period in `steps` steps, at a step's end.
-fn fixed_step_error(solver: &mut impl Integrator, steps: u32) -> f64 {
+fn fixed_step_error(solver: &mut Solver<Oscillator>, steps: u32) -> f64 {
     for _ in 0..steps {
         assert_eq!(solver.advance(10.0, Task::OneStep).unwrap(), Outcome::Stepped);
     }
@@ -394,11 +392,9 @@ fn assert_order(observed: f64, order: u32, table: &str) {
 fn analytic_explicit_tables_converge_with_their_order() {
     for &table in ErkTable::ALL {
         let observed = observed_order(|steps| {
-            let options = ErkOptions {
-                stepping: Stepping::fixed(1.5 / f64::from(steps)),
-                ..table.into()
-            };
-            let mut solver = Erk::new(Oscillator::default(), options, 0.0, &START, &tight()).unwrap();
+            let fixed_step = Some(1.5 / f64::from(steps));
+            let options = Method::Erk { table, fixed_step };
+            let mut solver = Solver::new(Oscillator::default(), options, 0.0, &START, &tight()).unwrap();
             fixed_step_error(&mut solver, steps)
         });
         assert_order(observed, table.order(), table.name());
@@ -410,13 +406,13 @@ fn analytic_explicit_tables_converge_with_their_order() {
 fn analytic_esdirk_tables_converge_with_their_order() {
     for &table in EsdirkTable::ALL {
         let observed = observed_order(|steps| {
-            let options = EsdirkOptions {
-                stepping: Stepping::fixed(1.5 / f64::from(steps)),
-                nonlinear_tolerance: Some(1e-6),
-                max_nonlinear_iterations: Some(10),
-                ..table.into()
+            let options = Method::Esdirk {
+                table,
+                fixed_step: Some(1.5 / f64::from(steps)),
+                trust_convergence_rate: false,
             };
-            let mut solver = Esdirk::new(Oscillator::with_jacobian(), options, 0.0, &START, &tight()).unwrap();
+            let tolerances = Tolerances::uniform(1e-15, 1e-15, 2);
+            let mut solver = Solver::new(Oscillator::with_jacobian(), options, 0.0, &START, &tolerances).unwrap();
             fixed_step_error(&mut solver, steps)
         });
         assert_order(observed, table.order(), table.name());
@@ -425,7 +421,7 @@ fn analytic_esdirk_tables_converge_with_their_order() {
 
 /// What errors of a step may add up to. A norm of 1 allows a step the error 2 (relative + absolute) of a component of
 /// size 1; the oscillator damps and amplifies nothing.
-fn added_up(solver: &mut impl Integrator, tolerance: f64) -> f64 {
+fn added_up(solver: &mut Solver<Oscillator>, tolerance: f64) -> f64 {
     4.0 * tolerance * solver.counters().unwrap().steps as f64
 }
 
@@ -434,7 +430,7 @@ fn added_up(solver: &mut impl Integrator, tolerance: f64) -> f64 {
 fn analytic_all_tables_follow_a_tolerance() {
     let tolerances = Tolerances::uniform(1e-8, 1e-8, 2);
     for &table in ErkTable::ALL {
-        let mut solver = Erk::new(Oscillator::default(), table, 0.0, &START, &tolerances).unwrap();
+        let mut solver = Solver::new(Oscillator::default(), table, 0.0, &START, &tolerances).unwrap();
         solver.set_max_steps(None).unwrap();
         while solver.time() < 6.0 {
             solver.advance(6.0, Task::OneStep).unwrap();
@@ -447,60 +443,13 @@ fn analytic_all_tables_follow_a_tolerance() {
         assert_eq!(solver.counters().unwrap().last_order, table.order());
     }
     for &table in EsdirkTable::ALL {
-        for (interpolant, predictor, deduce_implicit_rhs) in [
-            (Interpolant::Hermite { degree: 5 }, Predictor::Trivial, false),
-            (Interpolant::Hermite { degree: 3 }, Predictor::MaximumOrder, true),
-            (Interpolant::Lagrange { degree: 3 }, Predictor::VariableOrder, true),
-            (Interpolant::Lagrange { degree: 2 }, Predictor::CutoffOrder, false),
-        ] {
-            let options = EsdirkOptions {
-                stepping: Stepping {
-                    interpolant,
-                    ..Stepping::default()
-                },
-                predictor,
-                deduce_implicit_rhs,
-                ..table.into()
-            };
-            let mut solver = Esdirk::new(Oscillator::with_jacobian(), options, 0.0, &START, &tolerances).unwrap();
-            solver.set_max_steps(None).unwrap();
-            while solver.time() < 6.0 {
-                solver.advance(6.0, Task::OneStep).unwrap();
-            }
-            let bound = added_up(&mut solver, 1e-8);
-            assert!(
-                error(&solver) < bound,
-                "{table}, {interpolant:?}, {predictor:?}: {}",
-                error(&solver)
-            );
-        }
-    }
-}
-
-#[test]
-fn sundials_all_controllers_follow_a_tolerance() {
-    let tolerances = Tolerances::uniform(1e-8, 1e-8, 2);
-    let controllers = [
-        StepController::Integral,
-        StepController::ProportionalIntegral,
-        StepController::Pid,
-        StepController::ExplicitGustafsson,
-        StepController::ImplicitGustafsson,
-    ];
-    for controller in controllers {
-        let options = ErkOptions {
-            stepping: Stepping {
-                controller: Some(controller),
-                safety: Some(0.9),
-                ..Stepping::default()
-            },
-            ..ErkTable::DormandPrince7s45.into()
-        };
-        let mut solver = Erk::new(Oscillator::default(), options, 0.0, &START, &tolerances).unwrap();
+        let mut solver = Solver::new(Oscillator::with_jacobian(), table, 0.0, &START, &tolerances).unwrap();
+        solver.set_max_steps(None).unwrap();
         while solver.time() < 6.0 {
             solver.advance(6.0, Task::OneStep).unwrap();
         }
-        assert!(error(&solver) < 1e-6, "{controller:?}");
+        let bound = added_up(&mut solver, 1e-8);
+        assert!(error(&solver) < bound, "{table}: {}", error(&solver));
     }
 }
 
@@ -518,11 +467,6 @@ fn sundials_table_names_say_their_properties() {
             digits(table.name()),
             "{table}"
         );
-        assert_eq!(ErkTable::from_name(table.name()), Some(table));
-        assert_eq!(
-            table.name().to_lowercase().trim_start_matches("arkode_").parse(),
-            Ok(table)
-        );
     }
     for &table in EsdirkTable::ALL {
         let [stages, embedded, order] = digits(table.name());
@@ -530,15 +474,7 @@ fn sundials_table_names_say_their_properties() {
         if table != EsdirkTable::Trbdf2_3s32 {
             assert_eq!([table.embedded_order(), table.order()], [embedded, order], "{table}");
         }
-        assert_eq!(EsdirkTable::from_name(table.name()), Some(table));
     }
-    assert!(EsdirkTable::Esdirk436L2sa6s34.is_stiffly_accurate());
-    assert!(EsdirkTable::Esdirk436L2sa6s34.is_l_stable() && EsdirkTable::Esdirk436L2sa6s34.is_a_stable());
-    assert!(ErkTable::DormandPrince7s45.is_stiffly_accurate());
-    assert!(!ErkTable::Fehlberg13s78.is_stiffly_accurate());
-    assert_eq!(ErkTable::from_name("NO_SUCH_TABLE"), None);
-    let error = "NO_SUCH_TABLE".parse::<ErkTable>().unwrap_err();
-    assert!(error.contains("ARKODE_VERNER_13_7_8"));
 }
 
 // --- Values that are not finite -------------------------------------------------------------------------------------
@@ -590,31 +526,31 @@ fn coarse() -> Tolerances {
     Tolerances::uniform(1e-3, 1e-3, 1)
 }
 
-fn edge_cvode(system: Edge, nonlinear: Nonlinear) -> Cvode<Edge> {
+fn edge_cvode(system: Edge, nonlinear: Nonlinear) -> Solver<Edge> {
     let options = CvodeOptions {
         nonlinear,
         ..CvodeOptions::BDF
     };
-    Cvode::new(system, options, 0.0, &[1.0], &coarse()).unwrap()
+    Solver::new(system, options, 0.0, &[1.0], &coarse()).unwrap()
 }
 
 /// One of each kind.
 macro_rules! for_each_edge_solver {
     ($system:expr, $solver:ident => $test:block) => {{
-        for nonlinear in [Nonlinear::Newton, Nonlinear::FixedPoint { acceleration: 0 }] {
+        for nonlinear in [Nonlinear::Newton, Nonlinear::FixedPoint] {
             #[allow(unused_mut)]
             let mut $solver = edge_cvode($system, nonlinear);
             $test
         }
         {
             #[allow(unused_mut)]
-            let mut $solver = Erk::new($system, ErkTable::DormandPrince7s45, 0.0, &[1.0], &coarse()).unwrap();
+            let mut $solver = Solver::new($system, ErkTable::DormandPrince7s45, 0.0, &[1.0], &coarse()).unwrap();
             $test
         }
         {
             let table = EsdirkTable::Esdirk436L2sa6s34;
             #[allow(unused_mut)]
-            let mut $solver = Esdirk::new($system, table, 0.0, &[1.0], &coarse()).unwrap();
+            let mut $solver = Solver::new($system, table, 0.0, &[1.0], &coarse()).unwrap();
             $test
         }
     }};
@@ -646,7 +582,7 @@ fn analytic_a_first_step_beyond_the_edge_is_taken_back() {
         assert_eq!(solver.advance(5e-7, Task::Normal).unwrap(), Outcome::Reached);
         assert!((solver.state()[0] - 5e-7f64.exp()).abs() < 1e-9);
     });
-    let mut solver = Erk::new(Edge::new(1.0 + 1e-6), ErkTable::Verner13s78, 0.0, &[1.0], &coarse()).unwrap();
+    let mut solver = Solver::new(Edge::new(1.0 + 1e-6), ErkTable::Verner13s78, 0.0, &[1.0], &coarse()).unwrap();
     assert_eq!(solver.advance(1.0, Task::OneStep).unwrap(), Outcome::Stepped);
     assert!(solver.system().met > 0 && solver.time() > 0.0 && solver.time() < 1e-6);
 }
@@ -693,11 +629,11 @@ fn sundials_a_right_hand_side_without_a_first_value_is_an_error() {
 
 #[test]
 fn sundials_a_fixed_step_cannot_be_shortened() {
-    let options = ErkOptions {
-        stepping: Stepping::fixed(0.1),
-        ..ErkTable::DormandPrince7s45.into()
+    let options = Method::Erk {
+        table: ErkTable::DormandPrince7s45,
+        fixed_step: Some(0.1),
     };
-    let mut solver = Erk::new(Edge::new(2.0), options, 0.0, &[1.0], &coarse()).unwrap();
+    let mut solver = Solver::new(Edge::new(2.0), options, 0.0, &[1.0], &coarse()).unwrap();
     let error = solver.advance(1.0, Task::Normal).unwrap_err();
     assert!(error.cause().is_some(), "{error}");
 }
@@ -719,7 +655,7 @@ fn sundials_a_jacobian_that_is_not_finite_is_an_error_that_names_the_value() {
         );
         assert!(error.to_string().contains("in row 0, column 0 at t = "), "{error}");
         let table = EsdirkTable::Esdirk436L2sa6s34;
-        let mut solver = Esdirk::new(system(), table, 0.0, &[1.0], &coarse()).unwrap();
+        let mut solver = Solver::new(system(), table, 0.0, &[1.0], &coarse()).unwrap();
         let error = solver.advance(1.0, Task::Normal).unwrap_err();
         assert_eq!(
             error.cause().expect("the value is named").callback,
@@ -761,14 +697,14 @@ fn sundials_too_many_steps_is_an_error_that_one_may_go_on_after() {
     });
 }
 
-fn error_below(solver: &impl Integrator, bound: f64) -> bool {
+fn error_below(solver: &Solver<Oscillator>, bound: f64) -> bool {
     error(solver) < bound
 }
 
 #[test]
 fn sundials_wrong_arguments_are_errors() {
     let new = |y0: &[f64], tolerances: &Tolerances| {
-        Cvode::new(Oscillator::default(), CvodeOptions::ADAMS, 0.0, y0, tolerances).map(|_| ())
+        Solver::new(Oscillator::default(), CvodeOptions::ADAMS, 0.0, y0, tolerances).map(|_| ())
     };
     assert!(matches!(
         new(&[1.0], &tight()),
@@ -816,7 +752,7 @@ fn sundials_wrong_arguments_are_errors() {
             assert!(matches!(solver.set_stop_time(Some(t)), Err(SolverError::Argument { .. })));
             assert!(matches!(solver.restart(t, &START), Err(SolverError::Argument { .. })));
             assert!(matches!(solver.set_max_step(Some(t)), Err(SolverError::Argument { .. })));
-            assert!(matches!(solver.set_min_step(Some(-1.0)), Err(SolverError::Argument { .. })));
+            assert!(matches!(solver.set_max_step(Some(-1.0)), Err(SolverError::Argument { .. })));
             assert!(matches!(solver.set_initial_step(Some(t)), Err(SolverError::Argument { .. })));
         }
         assert!(matches!(solver.restart(0.0, &[1.0; 3]), Err(SolverError::Length { expected: 2, found: 3, .. })));
@@ -899,7 +835,7 @@ fn sundials_memory_that_was_used_before_decides_no_order() {
             ..CvodeOptions::BDF
         };
         let tolerances = Tolerances::uniform(1e-8, 1e-10, Decays::COUNT);
-        let mut solver = Cvode::new(Decays, options, 0.0, &[1.0; Decays::COUNT], &tolerances).unwrap();
+        let mut solver = Solver::new(Decays, options, 0.0, &[1.0; Decays::COUNT], &tolerances).unwrap();
         solver.set_max_steps(None).unwrap();
         while solver.advance(3.0, Task::Normal).unwrap() != Outcome::Reached {}
         solver.counters().unwrap().steps
@@ -955,7 +891,7 @@ proptest! {
         let tolerances = Tolerances::uniform(1e-10, 1e-10 * amplitude, 2);
         let (sin, cos) = phase.sin_cos();
         let start = [amplitude * cos, -amplitude * sin];
-        let mut solver = Erk::new(Oscillator::default(), ErkTable::Verner8s56, 0.0, &start, &tolerances).unwrap();
+        let mut solver = Solver::new(Oscillator::default(), ErkTable::Verner8s56, 0.0, &start, &tolerances).unwrap();
         solver.set_max_step(Some(0.1)).unwrap();
         solver.set_crossings(&[Direction::Falling]).unwrap();
         prop_assert_eq!(solver.advance(10.0, Task::Normal).unwrap(), Outcome::Roots);
@@ -969,7 +905,7 @@ fn analytic_a_long_run_is_not_taken_for_a_stalled_one() {
     let tolerances = Tolerances::uniform(1e-6, 1e-6, 2);
     let end = 2e4 * std::f64::consts::PI;
     for options in [CvodeOptions::ADAMS, CvodeOptions::BDF] {
-        let mut solver = Cvode::new(Oscillator::default(), options, 0.0, &[1.0, 0.0], &tolerances).unwrap();
+        let mut solver = Solver::new(Oscillator::default(), options, 0.0, &[1.0, 0.0], &tolerances).unwrap();
         solver.set_max_steps(None).unwrap();
         assert_eq!(solver.advance(end, Task::Normal).unwrap(), Outcome::Reached);
         assert!(solver.counters().unwrap().rhs_evaluations > 100_000);

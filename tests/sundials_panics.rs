@@ -6,8 +6,8 @@ use std::rc::Rc;
 
 use nalgebra::DMatrixViewMut;
 use stickslip::sundials::{
-    Cvode, CvodeOptions, Direction, Erk, ErkOptions, ErkTable, Esdirk, EsdirkTable, Integrator, Interpolant, Multistep,
-    Nonlinear, OdeSystem, Outcome, SolverError, Stepping, Task, Tolerances,
+    CvodeOptions, Direction, ErkTable, EsdirkTable, Multistep, Nonlinear, OdeSystem, Outcome, Solver, SolverError,
+    Task, Tolerances,
 };
 
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -83,17 +83,17 @@ fn tolerances() -> Tolerances {
     Tolerances::uniform(1e-6, 1e-6, 1)
 }
 
-fn cvode(system: Grenade, method: Multistep, nonlinear: Nonlinear) -> Cvode<Grenade> {
+fn cvode(system: Grenade, method: Multistep, nonlinear: Nonlinear) -> Solver<Grenade> {
     let options = CvodeOptions {
         method,
         nonlinear,
         ..CvodeOptions::ADAMS
     };
-    Cvode::new(system, options, 0.0, &[1.0], &tolerances()).unwrap()
+    Solver::new(system, options, 0.0, &[1.0], &tolerances()).unwrap()
 }
 
 /// Runs it to the panic, and then, disarmed, to the end.
-fn explode(mut solver: impl Integrator<System = Grenade>) {
+fn explode(mut solver: Solver<Grenade>) {
     let place = solver.system().place;
     solver.set_crossings(&[Direction::Either]).unwrap();
     let outcome = catch_unwind(AssertUnwindSafe(|| {
@@ -132,7 +132,7 @@ fn main() {
     let alive = Rc::new(());
     for after in [0, 1, 5, 20] {
         for place in [Where::Rhs, Where::Roots] {
-            let fixed_point = Nonlinear::FixedPoint { acceleration: 2 };
+            let fixed_point = Nonlinear::FixedPoint;
             explode(cvode(Grenade::new(place, after, &alive), Multistep::Adams, fixed_point));
             explode(cvode(
                 Grenade::new(place, after, &alive),
@@ -140,9 +140,9 @@ fn main() {
                 Nonlinear::Newton,
             ));
             let system = Grenade::new(place, after, &alive);
-            explode(Erk::new(system, ErkTable::Verner8s56, 0.0, &[1.0], &tolerances()).unwrap());
+            explode(Solver::new(system, ErkTable::Verner8s56, 0.0, &[1.0], &tolerances()).unwrap());
             let system = Grenade::new(place, after, &alive);
-            explode(Esdirk::new(system, EsdirkTable::Esdirk436L2sa6s34, 0.0, &[1.0], &tolerances()).unwrap());
+            explode(Solver::new(system, EsdirkTable::Esdirk436L2sa6s34, 0.0, &[1.0], &tolerances()).unwrap());
         }
     }
     explode(cvode(
@@ -151,19 +151,12 @@ fn main() {
         Nonlinear::Newton,
     ));
     let system = Grenade::new(Where::Jacobian, 0, &alive);
-    explode(Esdirk::new(system, EsdirkTable::Esdirk436L2sa6s34, 0.0, &[1.0], &tolerances()).unwrap());
+    explode(Solver::new(system, EsdirkTable::Esdirk436L2sa6s34, 0.0, &[1.0], &tolerances()).unwrap());
 
     // The dense output of degree 5 calls the right-hand side, too.
-    let options = ErkOptions {
-        stepping: Stepping {
-            interpolant: Interpolant::Hermite { degree: 5 },
-            ..Stepping::default()
-        },
-        ..ErkTable::Verner8s56.into()
-    };
-    let mut solver = Erk::new(
+    let mut solver = Solver::new(
         Grenade::new(Where::Nowhere, 0, &alive),
-        options,
+        ErkTable::Verner8s56,
         0.0,
         &[1.0],
         &tolerances(),
@@ -179,7 +172,7 @@ fn main() {
     // A solver that could not be made, and one that is dropped by a panic.
     let wrong = Tolerances::uniform(1e-6, 1e-6, 2);
     assert!(
-        Erk::new(
+        Solver::new(
             Grenade::new(Where::Rhs, 0, &alive),
             ErkTable::Verner8s56,
             0.0,

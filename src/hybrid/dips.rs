@@ -80,7 +80,6 @@ impl Dips {
             largest: vec![0.0; guards.len()],
             near: chosen.tolerances.relative
                 * match chosen.kind {
-                    SolverKind::CvodeBdf { .. } => NEAR_BY_BDF,
                     SolverKind::Cvode { options, .. } if options.method == Multistep::Bdf => NEAR_BY_BDF,
                     _ => NEAR,
                 },
@@ -108,8 +107,8 @@ impl Dips {
             return Ok(None);
         }
         std::mem::swap(&mut self.before, &mut self.after);
-        let first = last_step.start() == 0.0;
-        let length = tau - last_step.start();
+        let first = last_step.start == 0.0;
+        let length = tau - last_step.start;
         if first {
             // A guard may stand on its boundary where a segment begins, and leaves it then.
             let mut before = std::mem::take(&mut self.before);
@@ -118,7 +117,7 @@ impl Dips {
                 location,
                 origin,
                 0.0,
-                last_step.start_state(),
+                &last_step.start_state,
                 length,
                 &mut before,
             );

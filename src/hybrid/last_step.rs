@@ -1,7 +1,7 @@
 //! The last step of a solver of SUNDIALS, and the states inside it.
 
 use super::{Direction, Dynamics};
-use crate::sundials::{Integrator, OdeSystem, Outcome, SolverError, Task};
+use crate::sundials::{OdeSystem, Outcome, Solver, SolverError, Task};
 use nalgebra::DMatrixViewMut;
 use std::sync::Arc;
 
@@ -49,32 +49,20 @@ impl<D: Dynamics> OdeSystem for Flow<D> {
     }
 }
 
-pub(super) type DynIntegrator<D> = dyn Integrator<System = Flow<D>> + Send;
-
 /// A solver with the step that it has taken last.
 ///
 /// A multistep method carries a polynomial of its own order. The dense output of ARKODE's one-step methods is of degree
 /// 5 at most, far below a method of order 8; there the step is taken again, up to the time that is wanted, by a second
 /// solver of the kind.
 pub(super) struct LastStep<D: Dynamics> {
-    pub(super) solver: Box<DynIntegrator<D>>,
-    pub(super) probe: Option<Box<DynIntegrator<D>>>,
+    pub(super) solver: Solver<Flow<D>>,
+    pub(super) probe: Option<Solver<Flow<D>>>,
     /// Where the step starts, on the segment's clock, and the state there.
     pub(super) start: f64,
     pub(super) start_state: Vec<f64>,
 }
 
 impl<D: Dynamics> LastStep<D> {
-    /// Where the step starts, on the segment's clock.
-    pub(super) fn start(&self) -> f64 {
-        self.start
-    }
-
-    /// The state there.
-    pub(super) fn start_state(&self) -> &[f64] {
-        &self.start_state
-    }
-
     /// The state at `tau` within the step.
     pub(super) fn state_at(&mut self, tau: f64, out: &mut [f64]) -> Result<(), SolverError> {
         let Some(probe) = &mut self.probe else {

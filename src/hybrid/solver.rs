@@ -5,13 +5,6 @@ use crate::sundials::{CvodeOptions, ErkTable, EsdirkTable, Multistep, Tolerances
 /// Which solver.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum SolverKind {
-    /// CVODE BDF, of at most this order.
-    CvodeBdf {
-        /// Highest order that the formulas may take.
-        max_order: u32,
-    },
-    /// Adams-Moulton formulas of CVODE.
-    CvodeAdams,
     /// CVODE with these options. For `settling` (s) after a segment's start its guards count as being on their allowed side.
     Cvode {
         /// Of CVODE.
@@ -33,8 +26,6 @@ impl SolverKind {
     /// The name in result files.
     pub fn name(&self) -> &'static str {
         match self {
-            SolverKind::CvodeBdf { .. } => "cvode-bdf",
-            SolverKind::CvodeAdams => "cvode-adams",
             SolverKind::Cvode { options, .. } => match options.method {
                 Multistep::Adams => "cvode-adams",
                 Multistep::Bdf => "cvode-bdf",

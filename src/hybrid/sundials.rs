@@ -1,11 +1,9 @@
 //! Segments by the solvers of SUNDIALS.
 
 use super::dips::Dips;
-use super::last_step::{DynIntegrator, Flow, LastStep};
+use super::last_step::{Flow, LastStep};
 use super::{Advance, ChosenSolver, Direction, Dynamics, Engine, EngineError, Fired, Segment, SolverKind};
-use crate::sundials::{
-    Counters, Cvode, CvodeOptions, Erk, ErkOptions, Esdirk, Outcome, SolverError, Stepping, Task, Tolerances,
-};
+use crate::sundials::{Counters, Method, Outcome, Solver, SolverError, Task, Tolerances};
 use std::sync::Arc;
 
 /// Newton's method on a root ends after so many rounds.
@@ -122,7 +120,7 @@ impl<D: Dynamics> SundialsEngine<D> {
             dynamics.guard_values(location, t, &self.state, &mut self.values);
             dynamics.rhs(location, t, &self.state, &mut self.rates);
             // The guard's derivative along the flow, by a step far shorter than any time scale of the solution.
-            let probe_step = 1e-6 * (end - self.step.start());
+            let probe_step = 1e-6 * (end - self.step.start);
             for (y, (state, rate)) in self.moved.iter_mut().zip(self.state.iter().zip(&self.rates)) {
                 *y = state + probe_step * rate;
             }
@@ -130,7 +128,7 @@ impl<D: Dynamics> SundialsEngine<D> {
             let slope = (self.ahead[guard] - self.values[guard]) / probe_step;
             let next = tau - self.values[guard] / slope;
             // A slope of nothing, or a correction out of the step: the root is a grazing one, and stays where it is.
-            if !(next > self.step.start() && next <= end) {
+            if !(next > self.step.start && next <= end) {
                 break;
             }
             let change = (next - tau).abs();
@@ -246,23 +244,15 @@ impl<D: Dynamics> Engine<D::Location> for SundialsEngine<D> {
     }
 }
 
-fn create<D: Dynamics>(chosen: &ChosenSolver, flow: Flow<D>, y: &[f64]) -> Result<Box<DynIntegrator<D>>, EngineError> {
-    let tolerances = &chosen.tolerances;
-    Ok(match chosen.kind {
-        SolverKind::CvodeBdf { max_order } => {
-            let options = CvodeOptions {
-                max_order: Some(max_order),
-                ..CvodeOptions::BDF
-            };
-            Box::new(Cvode::new(flow, options, 0.0, y, tolerances)?)
-        }
-        SolverKind::CvodeAdams => Box::new(Cvode::new(flow, CvodeOptions::ADAMS, 0.0, y, tolerances)?),
-        SolverKind::Cvode { options, .. } => Box::new(Cvode::new(flow, options, 0.0, y, tolerances)?),
-        SolverKind::Erk(table) => {
-            let stepping = chosen.fixed_step.map_or_else(Stepping::default, Stepping::fixed);
-            Box::new(Erk::new(flow, ErkOptions { table, stepping }, 0.0, y, tolerances)?)
-        }
-        SolverKind::Esdirk(table) => Box::new(Esdirk::new(flow, table, 0.0, y, tolerances)?),
+fn create<D: Dynamics>(chosen: &ChosenSolver, flow: Flow<D>, y: &[f64]) -> Result<Solver<Flow<D>>, EngineError> {
+    let method = match chosen.kind {
+        SolverKind::Cvode { options, .. } => options.into(),
+        SolverKind::Erk(table) => Method::Erk {
+            table,
+            fixed_step: chosen.fixed_step,
+        },
+        SolverKind::Esdirk(table) => table.into(),
         SolverKind::ClosedForm | SolverKind::Series => return Err(EngineError::Missing),
-    })
+    };
+    Ok(Solver::new(flow, method, 0.0, y, &chosen.tolerances)?)
 }

@@ -143,6 +143,15 @@ pub(crate) fn method_without_series(trains: &System) -> Method {
     }
 }
 
+/// BDF that is stable near the imaginary axis.
+fn bdf_of_order_2() -> SolverKind {
+    let options = CvodeOptions {
+        max_order: Some(2),
+        ..CvodeOptions::BDF
+    };
+    SolverKind::Cvode { options, settling: 0.0 }
+}
+
 /// The largest speeds and torques that the signals of a side come to.
 fn largest(trains: &System, rotor: bool) -> Driving {
     let train = if rotor { &trains.rotor } else { &trains.stator };
@@ -372,7 +381,7 @@ impl SystemPlan {
             Method::CvodeAdams => self.multistep(CvodeOptions::ADAMS, location.mode),
             Method::Cvode if strides => self.striding_bdf(),
             // Beyond order 2 BDF is unstable near the imaginary axis, where the fast modes are.
-            Method::CvodeBdf if strides => SolverKind::CvodeBdf { max_order: 2 },
+            Method::CvodeBdf if strides => bdf_of_order_2(),
             Method::Cvode if self.is_brief(location, t, y) => SolverKind::Erk(Method::BEST_PAIR),
             Method::Cvode if !implicit => self.multistep(CVODE_ADAMS, location.mode),
             Method::Cvode | Method::CvodeBdf => self.multistep(CvodeOptions::BDF, location.mode),

@@ -279,10 +279,9 @@ impl Drop for DenseNewton {
 pub(super) struct FixedPointSolver(ffi::SUNNonlinearSolver);
 
 impl FixedPointSolver {
-    pub(super) fn new(context: &Context, template: &Vector, acceleration: u32) -> Result<Self, SolverError> {
-        let acceleration = c_int::try_from(acceleration).unwrap_or(c_int::MAX);
+    pub(super) fn new(context: &Context, template: &Vector) -> Result<Self, SolverError> {
         // SAFETY: the context is alive.
-        let raw = unsafe { ffi::SUNNonlinSol_FixedPoint(template.raw(), acceleration, context.raw()) };
+        let raw = unsafe { ffi::SUNNonlinSol_FixedPoint(template.raw(), 0, context.raw()) };
         if raw.is_null() {
             return Err(SolverError::Allocation {
                 function: "SUNNonlinSol_FixedPoint",
@@ -301,39 +300,6 @@ impl Drop for FixedPointSolver {
         // SAFETY: made in `new`, and its context still lives.
         unsafe {
             ffi::SUNNonlinSolFree(self.0);
-        }
-    }
-}
-
-/// A step size controller as a `SUNAdaptController`.
-pub(super) struct Controller(ffi::SUNAdaptController);
-
-impl Controller {
-    /// # Safety
-    /// `make` returns a new controller (or null) of the context that it gets.
-    pub(super) unsafe fn new(
-        context: &Context,
-        function: &'static str,
-        make: unsafe extern "C" fn(ffi::SUNContext) -> ffi::SUNAdaptController,
-    ) -> Result<Self, SolverError> {
-        let raw = unsafe { make(context.raw()) };
-        if raw.is_null() {
-            Err(SolverError::Allocation { function })
-        } else {
-            Ok(Self(raw))
-        }
-    }
-
-    pub(super) fn raw(&self) -> ffi::SUNAdaptController {
-        self.0
-    }
-}
-
-impl Drop for Controller {
-    fn drop(&mut self) {
-        // SAFETY: made in `new`, and its context still lives.
-        unsafe {
-            ffi::SUNAdaptController_Destroy(self.0);
         }
     }
 }

@@ -240,15 +240,22 @@ impl<S> Drop for Core<S> {
     }
 }
 
-/// CVODE and ARKODE number these alike: too much work, too much accuracy, illegal input, too close.
-/// They are found out before or between steps, so that one may go on after them.
+// CVODE and ARKODE number alike what the solver asks for, and what it tells apart of what they return.
+const _: () = assert!(
+    ffi::CV_NORMAL == ffi::ARK_NORMAL
+        && ffi::CV_ONE_STEP == ffi::ARK_ONE_STEP
+        && ffi::CV_SUCCESS == ffi::ARK_SUCCESS
+        && ffi::CV_TSTOP_RETURN == ffi::ARK_TSTOP_RETURN
+        && ffi::CV_ROOT_RETURN == ffi::ARK_ROOT_RETURN
+        && ffi::CV_TOO_MUCH_WORK == ffi::ARK_TOO_MUCH_WORK
+        && ffi::CV_TOO_MUCH_ACC == ffi::ARK_TOO_MUCH_ACC
+        && ffi::CV_ILL_INPUT == ffi::ARK_ILL_INPUT
+        && ffi::CV_TOO_CLOSE == ffi::ARK_TOO_CLOSE
+);
+
+/// Too much work, too much accuracy, illegal input, too close: found out before or between steps, so that one may go on after
+/// them.
 fn leaves_the_solver_intact(code: c_int) -> bool {
-    const _: () = assert!(
-        ffi::CV_TOO_MUCH_WORK == ffi::ARK_TOO_MUCH_WORK
-            && ffi::CV_TOO_MUCH_ACC == ffi::ARK_TOO_MUCH_ACC
-            && ffi::CV_ILL_INPUT == ffi::ARK_ILL_INPUT
-            && ffi::CV_TOO_CLOSE == ffi::ARK_TOO_CLOSE
-    );
     [
         ffi::CV_TOO_MUCH_WORK,
         ffi::CV_TOO_MUCH_ACC,
@@ -299,11 +306,4 @@ fn initial_state(dimension: usize, y0: &[f64]) -> Result<(), SolverError> {
     }
     length("initial state", dimension, y0.len())?;
     y0.iter().try_for_each(|&value| finite("initial state", value))
-}
-
-/// `-1` for no limit, as SUNDIALS has it.
-pub(super) fn max_steps(limit: Option<u64>) -> std::ffi::c_long {
-    limit.map_or(-1, |limit| {
-        std::ffi::c_long::try_from(limit.max(1)).unwrap_or(std::ffi::c_long::MAX)
-    })
 }

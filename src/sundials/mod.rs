@@ -1,25 +1,24 @@
 //! CVODE and ARKODE of SUNDIALS, made safe. All hand-written `unsafe` of the solvers is here; no physics is.
 //!
-//! | integrator | C solver | for |
+//! | [`Method`] | C solver | for |
 //! |---|---|---|
-//! | [`Cvode`] | CVODE | multistep methods of variable order, Adams or BDF |
-//! | [`Erk`] | ARKODE's ERKStep | explicit Runge-Kutta methods, up to order 9 |
-//! | [`Esdirk`] | ARKODE's ARKStep | implicit Runge-Kutta methods for stiff systems |
+//! | `Cvode` | CVODE | multistep methods of variable order, Adams or BDF |
+//! | `Erk` | ARKODE's ERKStep | explicit Runge-Kutta methods, up to order 9 |
+//! | `Esdirk` | ARKODE's ARKStep | implicit Runge-Kutta methods for stiff systems |
 //!
-//! They share the trait [`Integrator`]. One implements [`OdeSystem`], sets crossings, and calls
-//! [`advance`](Integrator::advance) until its [`Outcome`], a value, says that something was reached. A failure is a
-//! [`SolverError`]: the C function, the flag by name, the time, SUNDIALS' own words, and the callback's value if
-//! that is to blame.
+//! One implements [`OdeSystem`], makes a [`Solver`] with a method, sets crossings, and calls [`advance`](Solver::advance)
+//! until its [`Outcome`], a value, says that something was reached. A failure is a [`SolverError`]: the C function, the flag
+//! by name, the time, SUNDIALS' own words, and the callback's value if that is to blame.
 //!
 //! - A callback that panics does not unwind through C: the panic goes on in Rust, out of `advance`.
 //! - A right-hand side that is not finite makes the solver try a shorter step; only if that does not help it fails.
-//! - After a failed step the time and state are those handed out last, and the integrator wants a
-//!   [`restart`](Integrator::restart).
-//! - Each integrator has a SUNDIALS context of its own: it may move between threads, and any number of them may run
+//! - After a failed step the time and state are those handed out last, and the solver wants a
+//!   [`restart`](Solver::restart).
+//! - Each solver has a SUNDIALS context of its own: it may move between threads, and any number of them may run
 //!   at once.
 //!
 //! ```
-//! use stickslip::sundials::{Direction, Erk, ErkTable, Integrator, OdeSystem, Outcome, Task, Tolerances};
+//! use stickslip::sundials::{Direction, ErkTable, OdeSystem, Outcome, Solver, Task, Tolerances};
 //!
 //! /// x'' = -x, watched for x = 0.
 //! struct Oscillator;
@@ -39,7 +38,7 @@
 //!
 //! # fn main() -> Result<(), stickslip::sundials::SolverError> {
 //! let tolerances = Tolerances::uniform(1e-12, 1e-12, 2);
-//! let mut solver = Erk::new(Oscillator, ErkTable::DormandPrince7s45, 0.0, &[1.0, 0.0], &tolerances)?;
+//! let mut solver = Solver::new(Oscillator, ErkTable::DormandPrince7s45, 0.0, &[1.0, 0.0], &tolerances)?;
 //! solver.set_crossings(&[Direction::Falling])?;
 //! assert_eq!(solver.advance(10.0, Task::Normal)?, Outcome::Roots);
 //! assert!((solver.time() - std::f64::consts::FRAC_PI_2).abs() < 1e-9);
@@ -48,25 +47,20 @@
 //! ```
 #![allow(unsafe_code)]
 
-mod ark;
 mod callbacks;
 mod context;
 mod core;
-mod cvode;
-mod erk;
 mod error;
-mod esdirk;
 mod ffi;
 mod flags;
-mod stepping;
+mod method;
+mod solver;
 mod tables;
 
-pub use cvode::{Cvode, CvodeOptions, Multistep, Nonlinear, ShortSteps};
-pub use erk::{Erk, ErkOptions};
 pub use error::{Callback, Failure, NonFinite, SolverError};
-pub use esdirk::{Esdirk, EsdirkOptions, Predictor};
 pub use flags::{ArkodeFlag, ArkodeLinearFlag, CvodeFlag, CvodeLinearFlag, Flag};
-pub use stepping::{Interpolant, StepController, Stepping};
+pub use method::{CvodeOptions, Method, Multistep, Nonlinear, ShortSteps};
+pub use solver::Solver;
 pub use tables::{Coefficients, ErkTable, EsdirkTable};
 
 /// Version of the SUNDIALS library that is linked, such as `7.1.1` (`SUNDIALS_VERSION`).
@@ -99,7 +93,7 @@ pub trait OdeSystem {
         let _ = (t, y, ydot, j);
     }
 
-    /// Writes g(t, y): as many values as crossings are set with [`Integrator::set_crossings`]. `g` arrives zeroed.
+    /// Writes g(t, y): as many values as crossings are set with [`Solver::set_crossings`]. `g` arrives zeroed.
     /// (`CVRootFn`, `ARKRootFn`)
     ///
     /// A value that is not finite is an error at once: a search for its zeros would not end.
@@ -119,7 +113,7 @@ pub enum Direction {
     Either,
 }
 
-/// How far [`Integrator::advance`] goes.
+/// How far [`Solver::advance`] goes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Task {
     /// To the output time: past it in steps, then back to it by dense output. (`CV_NORMAL`, `ARK_NORMAL`)
@@ -128,7 +122,7 @@ pub enum Task {
     OneStep,
 }
 
-/// Why [`Integrator::advance`] came back.
+/// Why [`Solver::advance`] came back.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Outcome {
     /// It is at the output time. (`CV_SUCCESS` of `CV_NORMAL`)
@@ -137,7 +131,7 @@ pub enum Outcome {
     Stepped,
     /// It is at the stop time, which is spent with that. (`CV_TSTOP_RETURN`)
     StopTime,
-    /// It is at a crossing: see [`Integrator::crossings_found`]. (`CV_ROOT_RETURN`)
+    /// It is at a crossing: see [`Solver::crossings_found`]. (`CV_ROOT_RETURN`)
     Roots,
 }
 
@@ -187,83 +181,4 @@ pub struct Counters {
     pub last_step: f64,
     /// Length of the step to come. (`CVodeGetCurrentStep`)
     pub current_step: f64,
-}
-
-/// A solver of an initial value problem, which it owns.
-///
-/// Where CVODE and ARKODE have a function each, the one of CVODE is named; ARKODE's is the same with `ARKode`.
-///
-/// Arguments that are not finite or slices of a wrong length are a [`SolverError`]; so is any flag of a C function
-/// that is not a success.
-pub trait Integrator {
-    /// The problem.
-    type System: OdeSystem;
-
-    /// The problem that is solved.
-    fn system(&self) -> &Self::System;
-
-    /// The problem that is solved. A change of its right-hand side wants a [`restart`](Self::restart).
-    fn system_mut(&mut self) -> &mut Self::System;
-
-    /// Where the solution handed out last stands.
-    fn time(&self) -> f64;
-
-    /// The solution handed out last, at [`time`](Self::time): all components of y.
-    fn state(&self) -> &[f64];
-
-    /// Starts anew at `t0` with the values `y0`, of the same dimension. Counters start at zero, the stop time is
-    /// cleared, everything else that was set stays. (`CVodeReInit`, `ERKStepReInit`, `ARKStepReInit`)
-    fn restart(&mut self, t0: f64, y0: &[f64]) -> Result<(), SolverError>;
-
-    /// (`CVodeSVtolerances`)
-    fn set_tolerances(&mut self, tolerances: &Tolerances) -> Result<(), SolverError>;
-
-    /// Says for which zeros of [`OdeSystem::roots`] to look from here on, one direction for each function; an empty
-    /// slice for none. A function that is exactly zero at the start is not a crossing, and is watched once it has
-    /// left zero. (`CVodeRootInit`, `CVodeSetRootDirection`, `CVodeSetNoInactiveRootWarn`)
-    fn set_crossings(&mut self, crossings: &[Direction]) -> Result<(), SolverError>;
-
-    /// A time that no step passes and where `advance` returns [`Outcome::StopTime`], once; None for none.
-    /// It must lie beyond the internal mesh, not only beyond [`time`](Self::time).
-    /// (`CVodeSetStopTime`, `CVodeClearStopTime`)
-    fn set_stop_time(&mut self, time: Option<f64>) -> Result<(), SolverError>;
-
-    /// Longest step, positive; None for no bound. (`CVodeSetMaxStep`)
-    fn set_max_step(&mut self, step: Option<f64>) -> Result<(), SolverError>;
-
-    /// Shortest step, positive; None for no bound. (`CVodeSetMinStep`)
-    fn set_min_step(&mut self, step: Option<f64>) -> Result<(), SolverError>;
-
-    /// First step after a start or restart, with the sign of the direction of integration; None to let the solver
-    /// estimate it. (`CVodeSetInitStep`)
-    fn set_initial_step(&mut self, step: Option<f64>) -> Result<(), SolverError>;
-
-    /// Most steps in one call of `advance`, 500 unless set; None for no bound. After the error that tells of too many
-    /// steps one may just go on. (`CVodeSetMaxNumSteps`)
-    fn set_max_steps(&mut self, steps: Option<u64>) -> Result<(), SolverError>;
-
-    /// Goes on towards `t_out`, until the first thing that makes up an [`Outcome`].
-    /// (`CVode`, `ARKodeEvolve`)
-    ///
-    /// # Panics
-    /// Goes on with the panic of a callback.
-    fn advance(&mut self, t_out: f64, task: Task) -> Result<Outcome, SolverError>;
-
-    /// After [`Outcome::Roots`]: for each crossing that was set, whether and which way its function crosses zero at
-    /// [`time`](Self::time). Otherwise what the last `Roots` left, or None after a restart. (`CVodeGetRootInfo`)
-    fn crossings_found(&self) -> &[Option<Direction>];
-
-    /// The k-th derivative of the dense output at a time within the last step, [`mesh_time`](Self::mesh_time) and
-    /// [`last_step_size`](Self::last_step_size) before it; k = 0 is the solution. Writes all components to `out`.
-    /// (`CVodeGetDky`)
-    fn interpolate(&mut self, t: f64, k: u32, out: &mut [f64]) -> Result<(), SolverError>;
-
-    /// Where the last internal step ended; at or beyond [`time`](Self::time). (`CVodeGetCurrentTime`)
-    fn mesh_time(&mut self) -> Result<f64, SolverError>;
-
-    /// Length of the last internal step; 0 before the first. (`CVodeGetLastStep`)
-    fn last_step_size(&mut self) -> Result<f64, SolverError>;
-
-    /// What has been done since the start or the last restart.
-    fn counters(&mut self) -> Result<Counters, SolverError>;
 }

@@ -3,31 +3,17 @@
 use super::ffi;
 use nalgebra::Complex;
 
-/// What the C library says of a table.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-struct Properties {
-    order: u32,
-    embedded_order: u32,
-    stages: u32,
-    stiffly_accurate: bool,
-}
-
-impl Properties {
-    /// # Safety
-    /// `table` is null or a new table.
-    unsafe fn take(table: ffi::ARKodeButcherTable) -> Self {
-        assert!(!table.is_null(), "ARKODE has each table that its header names");
-        // SAFETY: not null, and freed only after it was read.
-        unsafe {
-            let properties = Self {
-                order: (*table).q.unsigned_abs(),
-                embedded_order: (*table).p.unsigned_abs(),
-                stages: (*table).stages.unsigned_abs(),
-                stiffly_accurate: ffi::ARKodeButcherTable_IsStifflyAccurate(table) != 0,
-            };
-            ffi::ARKodeButcherTable_Free(table);
-            properties
-        }
+/// What `read` finds in a table.
+///
+/// # Safety
+/// `table` is null or a new table.
+unsafe fn taken<T>(table: ffi::ARKodeButcherTable, read: impl FnOnce(&ffi::ARKodeButcherTableMem) -> T) -> T {
+    assert!(!table.is_null(), "ARKODE has each table that its header names");
+    // SAFETY: not null, and freed only after it was read.
+    unsafe {
+        let found = read(&*table);
+        ffi::ARKodeButcherTable_Free(table);
+        found
     }
 }
 
@@ -52,34 +38,19 @@ macro_rules! tables {
                 }
             }
 
-            /// The table of a name in C, with or without `ARKODE_`, in capitals or not.
-            pub fn from_name(name: &str) -> Option<Self> {
-                let bare = |name: &str| {
-                    let name = name.to_ascii_uppercase();
-                    name.strip_prefix("ARKODE_").map(str::to_owned).unwrap_or(name)
-                };
-                Self::ALL.iter().copied().find(|table| bare(table.name()) == bare(name))
-            }
-
             /// Order of the method.
             pub fn order(self) -> u32 {
-                self.properties().order
+                self.read(|table| table.q.unsigned_abs())
             }
 
             /// Order of the embedded method, by which the error is estimated.
             pub fn embedded_order(self) -> u32 {
-                self.properties().embedded_order
+                self.read(|table| table.p.unsigned_abs())
             }
 
             /// Number of stages.
             pub fn stages(self) -> u32 {
-                self.properties().stages
-            }
-
-            /// Whether the last stage is the new solution: "first same as last" if explicit, and if implicit
-            /// without error in what is infinitely stiff.
-            pub fn is_stiffly_accurate(self) -> bool {
-                self.properties().stiffly_accurate
+                self.read(|table| table.stages.unsigned_abs())
             }
 
             pub(super) fn id(self) -> ffi::$id {
@@ -88,27 +59,15 @@ macro_rules! tables {
                 }
             }
 
-            fn properties(self) -> Properties {
+            fn read<T>(self, read: impl FnOnce(&ffi::ARKodeButcherTableMem) -> T) -> T {
                 // SAFETY: the function makes a table, which is taken over.
-                unsafe { Properties::take(ffi::$load(self.id())) }
+                unsafe { taken(ffi::$load(self.id()), read) }
             }
         }
 
         impl std::fmt::Display for $name {
             fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
                 f.write_str(self.name())
-            }
-        }
-
-        impl std::str::FromStr for $name {
-            type Err = String;
-
-            /// See `from_name`.
-            fn from_str(name: &str) -> Result<Self, String> {
-                Self::from_name(name).ok_or_else(|| {
-                    let known: Vec<_> = Self::ALL.iter().map(|table| table.name()).collect();
-                    format!("no table {name}; there are {}", known.join(", "))
-                })
             }
         }
     };
@@ -198,33 +157,17 @@ impl Coefficients {
 impl ErkTable {
     /// The coefficients. (`ARKodeButcherTable_LoadERK`)
     pub fn coefficients(self) -> Coefficients {
-        // SAFETY: the function makes a table, which is freed after it was read; its arrays have `stages` values each,
-        // A `stages` rows of them, and every explicit table of `Self::ALL` has an embedding.
-        unsafe {
-            let table = ffi::ARKodeButcherTable_LoadERK(self.id());
-            assert!(!table.is_null(), "ARKODE has each table that its header names");
-            let stages = (*table).stages.unsigned_abs() as usize;
-            let row = |values: *const f64, count: usize| std::slice::from_raw_parts(values, count).to_vec();
-            let coefficients = Coefficients {
-                a: (0..stages).map(|i| row(*(*table).A.add(i), i)).collect(),
-                b: row((*table).b, stages),
-                c: row((*table).c, stages),
-                d: row((*table).d, stages),
-            };
-            ffi::ARKodeButcherTable_Free(table);
-            coefficients
-        }
-    }
-}
-
-impl EsdirkTable {
-    /// Whether the method is A-stable, by ARKODE's own account (`arkode_butcher_dirk.def`).
-    pub fn is_a_stable(self) -> bool {
-        self != Self::Trbdf2_3s32
-    }
-
-    /// Whether the method is L-stable, by ARKODE's own account (`arkode_butcher_dirk.def`).
-    pub fn is_l_stable(self) -> bool {
-        !matches!(self, Self::Trbdf2_3s32 | Self::Kvaerno5s34)
+        self.read(|table| {
+            let stages = table.stages.unsigned_abs() as usize;
+            // SAFETY: the arrays of a table have `stages` values each, A `stages` rows of them, and every explicit table of
+            // `Self::ALL` has an embedding.
+            let row = |values: *const f64, count: usize| unsafe { std::slice::from_raw_parts(values, count) }.to_vec();
+            Coefficients {
+                a: (0..stages).map(|i| row(unsafe { *table.A.add(i) }, i)).collect(),
+                b: row(table.b, stages),
+                c: row(table.c, stages),
+                d: row(table.d, stages),
+            }
+        })
     }
 }
