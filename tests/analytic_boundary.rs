@@ -48,7 +48,7 @@ fn analytic_the_traced_loss_of_stability_is_the_linear_limit() {
     assert!(points.len() > 8, "{}", points.len());
     let case = study.case_at(&study_corner(&study)).unwrap();
     let p = &Parameters::of(&case.system).unwrap();
-    let force = p.largest_force();
+    let force = p.actuation.pieces().largest();
     let law = p.friction.law.as_exponential().unwrap();
     let slope = 2.0 * p.contact.radius * force * (law.low_speed - law.high_speed);
     for point in points {

@@ -24,7 +24,7 @@ fn multiprecision_sticks_change_the_rotor_speed_without_bias() {
         };
         let parameters = truth(case).parameters;
         let system = SystemEquations::new(&System::from(&parameters));
-        let trains = ClosedForm::new(BreakawayTest::Transmitted);
+        let trains = ClosedForm::default();
         let trains = trains.of(&system, Mode::Stick).unwrap();
         let events = json["events"].as_array().unwrap();
         let exact = |value: &serde_json::Value| -> BigRational { rational(value.as_str().unwrap()).unwrap() };

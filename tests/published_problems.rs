@@ -62,14 +62,17 @@ struct Block<P>(P);
 const STOPPING: Guard = Guard {
     name: "sliding speed reaches zero",
     direction: Direction::Falling,
+    ends_mode: true,
 };
 const EXTREME: Guard = Guard {
     name: "speed reaches zero",
     direction: Direction::Falling,
+    ends_mode: true,
 };
 const BREAKAWAY: Guard = Guard {
     name: "holding force reaches its limit",
     direction: Direction::Falling,
+    ends_mode: true,
 };
 
 impl<P: Problem> Block<P> {

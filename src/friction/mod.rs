@@ -149,40 +149,43 @@ laws! { $
     Table
 }
 
+/// Methods by which the law answers, whichever it is.
+macro_rules! answers {
+    ($($(#[$about:meta])* $vis:vis fn $name:ident(&self $(, $argument:ident: $type:ty)*) -> $answer:ty;)+) => {
+        $($(#[$about])* $vis fn $name(&self $(, $argument: $type)*) -> $answer {
+            of_law!(self, law => law.$name($($argument),*))
+        })+
+    };
+}
+
 impl FrictionLaw {
-    /// The value of a parameter that is a number, by its key of `[friction]`; `None` if the law has none of that name.
-    pub fn number(&self, key: &str) -> Option<f64> {
-        of_law!(self, law => law.number(key))
+    answers! {
+        /// The value of a parameter that is a number, by its key of `[friction]`; `None` if the law has none of that name.
+        pub fn number(&self, key: &str) -> Option<f64>;
+
+        /// The values of a parameter that is a list of numbers, by its key; `None` if the law has none of that name.
+        pub fn list(&self, key: &str) -> Option<&[f64]>;
+
+        /// The word of a parameter that is one of several, by its key; `None` if the law has none of that name.
+        pub fn word(&self, key: &str) -> Option<&'static str>;
+
+        /// What is wrong with the parameters together: the key in `[friction]`, and what it must be.
+        pub fn complaints(&self) -> Vec<(String, String)>;
     }
 
-    /// Sets such a parameter; does nothing if the law has none of that name.
+    /// Sets a parameter that is a number; does nothing if the law has none of that name.
     pub fn set_number(&mut self, key: &str, value: f64) {
         of_law!(self, law => law.set_number(key, value));
     }
 
-    /// The values of a parameter that is a list of numbers, by its key; `None` if the law has none of that name.
-    pub fn list(&self, key: &str) -> Option<&[f64]> {
-        of_law!(self, law => law.list(key))
-    }
-
-    /// Sets such a parameter; does nothing if the law has none of that name.
+    /// Sets a parameter that is a list; does nothing if the law has none of that name.
     pub(crate) fn set_list(&mut self, key: &str, values: Vec<f64>) {
         of_law!(self, law => law.set_list(key, values));
     }
 
-    /// The word of a parameter that is one of several, by its key; `None` if the law has none of that name.
-    pub fn word(&self, key: &str) -> Option<&'static str> {
-        of_law!(self, law => law.word(key))
-    }
-
-    /// Sets such a parameter; does nothing if the law has none of that name, or that not such a word.
+    /// Sets a parameter that is one of several words; does nothing if the law has none of that name, or that not such a word.
     pub(crate) fn set_word(&mut self, key: &str, word: &str) {
         of_law!(self, law => law.set_word(key, word));
-    }
-
-    /// What is wrong with the parameters together: the key in `[friction]`, and what it must be.
-    pub fn complaints(&self) -> Vec<(String, String)> {
-        of_law!(self, law => law.complaints())
     }
 
     /// The parameters of the exponential law, if it is that.
@@ -197,66 +200,27 @@ impl FrictionLaw {
 impl Law for FrictionLaw {
     type Series<T: Number, const N: usize> = FrictionSeries<T, N>;
 
-    #[inline]
-    fn coefficient(&self, x: f64) -> f64 {
-        of_law!(self, law => law.coefficient(x))
-    }
-
-    #[inline]
-    fn coefficient_and_slope(&self, x: f64) -> (f64, f64) {
-        of_law!(self, law => law.coefficient_and_slope(x))
-    }
-
-    fn at_vanishing_speed(&self) -> f64 {
-        of_law!(self, law => law.at_vanishing_speed())
-    }
-
-    fn coefficient_bounds(&self, from: f64, to: f64) -> Bounds {
-        of_law!(self, law => law.coefficient_bounds(from, to))
-    }
-
-    fn slope_bounds(&self, from: f64, to: f64) -> Bounds {
-        of_law!(self, law => law.slope_bounds(from, to))
-    }
-
-    fn knots(&self) -> &[f64] {
-        of_law!(self, law => law.knots())
-    }
-
-    fn extent(&self) -> f64 {
-        of_law!(self, law => law.extent())
-    }
-
-    fn ends_at(&self) -> f64 {
-        of_law!(self, law => law.ends_at())
+    answers! {
+        #[inline]
+        fn coefficient(&self, x: f64) -> f64;
+        #[inline]
+        fn coefficient_and_slope(&self, x: f64) -> (f64, f64);
+        fn at_vanishing_speed(&self) -> f64;
+        fn coefficient_bounds(&self, from: f64, to: f64) -> Bounds;
+        fn slope_bounds(&self, from: f64, to: f64) -> Bounds;
+        fn knots(&self) -> &[f64];
+        fn extent(&self) -> f64;
+        fn ends_at(&self) -> f64;
+        fn damping_zeros(&self, damping: f64, weight: f64) -> Vec<f64>;
+        fn damped_from(&self, damping: f64, weight: f64) -> f64;
+        fn steepness_rate(&self, x: f64) -> f64;
+        fn followed_fall(&self, x: f64, share: f64) -> f64;
+        fn expandable_share(&self, x: f64, change: f64) -> f64;
+        fn speed_of_derivative(&self, order: i32, size: f64) -> f64;
     }
 
     fn continued(&self, piece: usize) -> FrictionLaw {
         of_law!(self, law => law.continued(piece).into())
-    }
-
-    fn damping_zeros(&self, damping: f64, weight: f64) -> Vec<f64> {
-        of_law!(self, law => law.damping_zeros(damping, weight))
-    }
-
-    fn damped_from(&self, damping: f64, weight: f64) -> f64 {
-        of_law!(self, law => law.damped_from(damping, weight))
-    }
-
-    fn steepness_rate(&self, x: f64) -> f64 {
-        of_law!(self, law => law.steepness_rate(x))
-    }
-
-    fn followed_fall(&self, x: f64, share: f64) -> f64 {
-        of_law!(self, law => law.followed_fall(x, share))
-    }
-
-    fn expandable_share(&self, x: f64, change: f64) -> f64 {
-        of_law!(self, law => law.expandable_share(x, change))
-    }
-
-    fn speed_of_derivative(&self, order: i32, size: f64) -> f64 {
-        of_law!(self, law => law.speed_of_derivative(order, size))
     }
 
     fn series<T: Number, const N: usize>(&self) -> FrictionSeries<T, N> {

@@ -177,12 +177,7 @@ impl Law for Stribeck {
             .sign_changes(0.0, 1.0)
             .into_iter()
             .filter(|x| (from..to).contains(x));
-        inside
-            .map(at)
-            .fold(Bounds::between(at(from), at(to)), |all, mu| Bounds {
-                least: all.least.min(mu),
-                most: all.most.max(mu),
-            })
+        inside.map(at).fold(Bounds::between(at(from), at(to)), Bounds::with)
     }
 
     /// At the ends, or at the steepest speed.
@@ -190,12 +185,9 @@ impl Law for Stribeck {
         let at = |x: f64| if x.is_infinite() { self.viscous } else { self.slope(x) };
         let ends = Bounds::between(at(from), at(to));
         let steepest = self.steepest();
-        if !(from..to).contains(&steepest) {
-            return ends;
-        }
-        Bounds {
-            least: ends.least.min(at(steepest)),
-            most: ends.most.max(at(steepest)),
+        match (from..to).contains(&steepest) {
+            true => ends.with(at(steepest)),
+            false => ends,
         }
     }
 

@@ -52,6 +52,13 @@ pub(super) struct Dips {
     state: Vec<f64>,
 }
 
+/// The segment that is looked at: its equations, where it is, and when it starts (s).
+pub(super) struct Of<'a, D: Dynamics> {
+    pub(super) dynamics: &'a D,
+    pub(super) location: &'a D::Location,
+    pub(super) origin: f64,
+}
+
 /// A dip that reaches the other side, or comes as near as a solver can tell.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Dip {
@@ -93,14 +100,12 @@ impl Dips {
         }
     }
 
-    /// Looks at the step from `last_step` to `tau`, where the state is `y`; the segment starts at `origin`. The first dip
-    /// that reaches the other side, if there is one.
+    /// Looks at the step from `last_step` to `tau`, where the state is `y`. The first dip that reaches the other side, if
+    /// there is one.
     pub(super) fn in_step<D: Dynamics>(
         &mut self,
-        dynamics: &D,
-        location: &D::Location,
+        of: &Of<'_, D>,
         last_step: &mut LastStep<D>,
-        origin: f64,
         (tau, y): (f64, &[f64]),
     ) -> Result<Option<Dip>, SolverError> {
         if self.signs.iter().all(|sign| *sign == 0.0) {
@@ -112,19 +117,11 @@ impl Dips {
         if first {
             // A guard may stand on its boundary where a segment begins, and leaves it then.
             let mut before = std::mem::take(&mut self.before);
-            self.read(
-                dynamics,
-                location,
-                origin,
-                0.0,
-                &last_step.start_state,
-                length,
-                &mut before,
-            );
+            self.read(of, (0.0, &last_step.start_state), length, &mut before);
             self.before = before;
         }
         let mut after = std::mem::take(&mut self.after);
-        self.read(dynamics, location, origin, tau, y, length, &mut after);
+        self.read(of, (tau, y), length, &mut after);
         self.after = after;
         let mut earliest: Option<Dip> = None;
         for guard in 0..self.signs.len() {
@@ -136,8 +133,8 @@ impl Dips {
             if self.signs[guard] == 0.0 || (first && a.0 <= b.0 * AHEAD) || !may_reach_zero(a, b, length) {
                 continue;
             }
-            if let Some(beyond) = self.other_side(dynamics, location, last_step, origin, guard)? {
-                let time = self.crossing(dynamics, location, last_step, origin, guard, beyond)?;
+            if let Some(beyond) = self.other_side(of, last_step, guard)? {
+                let time = self.crossing(of, last_step, guard, beyond)?;
                 if earliest.is_none_or(|dip| time < dip.time) {
                     earliest = Some(Dip { guard, time });
                 }
@@ -156,17 +153,12 @@ impl Dips {
         self.grazed.take()
     }
 
-    #[allow(clippy::too_many_arguments)] // one reading: where, when, of what, into what
-    fn read<D: Dynamics>(
-        &mut self,
-        dynamics: &D,
-        location: &D::Location,
-        origin: f64,
-        tau: f64,
-        y: &[f64],
-        length: f64,
-        into: &mut Readings,
-    ) {
+    fn read<D: Dynamics>(&mut self, of: &Of<'_, D>, (tau, y): (f64, &[f64]), length: f64, into: &mut Readings) {
+        let Of {
+            dynamics,
+            location,
+            origin,
+        } = *of;
         let (t, ahead) = (origin + tau, AHEAD * length);
         into.time = tau;
         dynamics.rhs(location, t, y, &mut self.slope);
@@ -184,10 +176,8 @@ impl Dips {
     /// A time within the step at which the guard is beyond its boundary, if it has one.
     fn other_side<D: Dynamics>(
         &mut self,
-        dynamics: &D,
-        location: &D::Location,
+        of: &Of<'_, D>,
         last_step: &mut LastStep<D>,
-        origin: f64,
         guard: usize,
     ) -> Result<Option<f64>, SolverError> {
         let end = |readings: &Readings| (readings.time, readings.values[guard], readings.rates[guard]);
@@ -211,7 +201,7 @@ impl Dips {
             let mut state = std::mem::take(&mut self.state);
             last_step.state_at(tau, &mut state)?;
             let mut inside = std::mem::take(&mut self.inside);
-            self.read(dynamics, location, origin, tau, &state, length, &mut inside);
+            self.read(of, (tau, &state), length, &mut inside);
             let middle = end(&inside);
             (self.state, self.inside) = (state, inside);
             if middle.1 < 0.0 {
@@ -229,10 +219,8 @@ impl Dips {
     /// When the guard gets from its allowed side at the beginning of the step to the other, where it is at `beyond`.
     fn crossing<D: Dynamics>(
         &mut self,
-        dynamics: &D,
-        location: &D::Location,
+        of: &Of<'_, D>,
         last_step: &mut LastStep<D>,
-        origin: f64,
         guard: usize,
         beyond: f64,
     ) -> Result<f64, SolverError> {
@@ -243,7 +231,8 @@ impl Dips {
                 break;
             }
             last_step.state_at(middle, &mut self.state)?;
-            dynamics.guard_values(location, origin + middle, &self.state, &mut self.inside.values);
+            of.dynamics
+                .guard_values(of.location, of.origin + middle, &self.state, &mut self.inside.values);
             if self.signs[guard] * self.inside.values[guard] < 0.0 {
                 high = middle;
             } else {

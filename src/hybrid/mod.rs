@@ -48,6 +48,8 @@ pub struct Guard {
     pub name: &'static str,
     /// The crossing that fires it.
     pub direction: Direction,
+    /// It ends a mode of the contact: to come near its boundary is worth telling.
+    pub ends_mode: bool,
 }
 
 /// The smooth equations and guards of each location. Immutable: solvers share it.
@@ -98,6 +100,17 @@ pub struct Transition<K, L> {
     pub location: L,
     /// State after it.
     pub state: Vec<f64>,
+}
+
+impl<K, L> Transition<K, L> {
+    /// To a location and a state; `None` as its kind is not recorded.
+    pub fn new(kind: impl Into<Option<K>>, location: L, state: Vec<f64>) -> Self {
+        Transition {
+            kind: kind.into(),
+            location,
+            state,
+        }
+    }
 }
 
 /// What guards and time events do. It may remember (which kick is next, whether the first stick has been).
@@ -195,8 +208,8 @@ pub trait Observer<L, K> {
     /// An event at time `t` (s), with the states on its two sides.
     fn event(&mut self, t: f64, kind: K, before: (&L, &[f64]), after: (&L, &[f64])) -> Result<(), ObserverError>;
 
-    /// At `t` (s) a guard of this name was as near to its boundary as the solver can tell, and turned, or had just left it.
-    fn grazed(&mut self, _t: f64, _location: &L, _guard: &'static str) {}
+    /// At `t` (s) a guard was as near to its boundary as the solver can tell, and turned, or had just left it.
+    fn grazed(&mut self, _t: f64, _location: &L, _guard: &Guard) {}
 
     /// A segment has ended.
     fn segment(&mut self, report: &SegmentReport<L>) -> Result<(), ObserverError>;

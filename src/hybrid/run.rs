@@ -71,6 +71,7 @@ where
 {
     let mut run = Run {
         dynamics: dynamics.clone(),
+        rules,
         engines: Engines::new(dynamics.clone()),
         observer,
         budget: Budget::new(limits, start.time, end_time),
@@ -81,7 +82,7 @@ where
         interrupted_at: None,
         sample: vec![0.0; dynamics.dimension()],
     };
-    let interrupted = run.to(end_time, rules)?;
+    let interrupted = run.to(end_time)?;
     Ok(Finish {
         time: run.time,
         location: run.location,
@@ -90,8 +91,9 @@ where
     })
 }
 
-struct Run<'a, D: Dynamics, O> {
+struct Run<'a, D: Dynamics, R, O> {
     dynamics: Arc<D>,
+    rules: &'a mut R,
     engines: Engines<D>,
     observer: &'a mut O,
     budget: Budget,
@@ -106,23 +108,24 @@ struct Run<'a, D: Dynamics, O> {
     sample: Vec<f64>,
 }
 
-impl<D: Dynamics, O> Run<'_, D, O> {
+impl<D, R, O> Run<'_, D, R, O>
+where
+    D: Dynamics,
+    R: Rules<D>,
+    O: Observer<D::Location, R::Kind>,
+{
     /// To `end_time`, unless the observer ends the run before: then true.
-    fn to<R>(&mut self, end_time: f64, rules: &mut R) -> Result<bool, RunError>
-    where
-        R: Rules<D>,
-        O: Observer<D::Location, R::Kind>,
-    {
+    fn to(&mut self, end_time: f64) -> Result<bool, RunError> {
         loop {
             let mut stop = end_time;
-            while let Some(next) = rules.next_time_event(&self.location, self.time) {
+            while let Some(next) = self.rules.next_time_event(&self.location, self.time) {
                 if next > self.time {
                     stop = stop.min(next);
                     break;
                 }
-                let transitions = rules.at_time_event(&self.location, self.time, &self.state);
+                let transitions = self.rules.at_time_event(&self.location, self.time, &self.state);
                 let in_vain = transitions.is_empty();
-                self.apply(rules, transitions, "a time event")?;
+                self.apply(transitions, "a time event")?;
                 if in_vain {
                     self.counted(|budget, place| budget.search_for_time_event(place))?;
                 } else {
@@ -133,14 +136,14 @@ impl<D: Dynamics, O> Run<'_, D, O> {
                 break;
             }
             let location = self.location;
-            let searched = match self.segment(rules, stop)? {
+            let searched = match self.segment(stop)? {
                 SegmentEnd::Stop => false,
                 SegmentEnd::Searched => true,
                 SegmentEnd::Interrupted => return Ok(true),
                 SegmentEnd::Guards(fired) => {
-                    let transitions = rules.at_guards(&location, self.time, &self.state, fired);
+                    let transitions = self.rules.at_guards(&location, self.time, &self.state, fired);
                     let name = self.dynamics.guards(&location)[fired.first()].name;
-                    self.apply(rules, transitions, name)?;
+                    self.apply(transitions, name)?;
                     false
                 }
             };
@@ -153,7 +156,7 @@ impl<D: Dynamics, O> Run<'_, D, O> {
                 self.counted(Budget::restart)?;
             }
         }
-        self.samples_until::<R>(self.time, true, |run, _| {
+        self.samples_until(self.time, true, |run, _| {
             run.sample.copy_from_slice(&run.state);
             Ok(())
         })?;
@@ -161,23 +164,19 @@ impl<D: Dynamics, O> Run<'_, D, O> {
     }
 
     /// One segment, with its report.
-    fn segment<R>(&mut self, rules: &R, stop: f64) -> Result<SegmentEnd, RunError>
-    where
-        R: Rules<D>,
-        O: Observer<D::Location, R::Kind>,
-    {
+    fn segment(&mut self, stop: f64) -> Result<SegmentEnd, RunError> {
         let (start, location, state) = (self.time, self.location, self.state.clone());
-        let chosen = &rules.solver(&location, start, &state);
+        let chosen = &self.rules.solver(&location, start, &state);
         let segment = Segment {
             location,
             start,
             stop,
             state: &state,
         };
-        let engine = self.engines.take(chosen, &segment, rules);
+        let engine = self.engines.take(chosen, &segment, &*self.rules);
         let (end, counters) = match engine.map_err(|source| self.failed(chosen, start, source)) {
             Ok(mut engine) => {
-                let end = self.advance::<R>(&mut *engine, &segment, chosen);
+                let end = self.advance(&mut *engine, &segment, chosen);
                 let counters = engine.counters();
                 self.engines.put(chosen, engine);
                 match (end, counters) {
@@ -208,16 +207,12 @@ impl<D: Dynamics, O> Run<'_, D, O> {
     }
 
     /// Advances a segment to its end, step by step.
-    fn advance<R>(
+    fn advance(
         &mut self,
         engine: &mut dyn Engine<D::Location>,
         segment: &Segment<'_, D::Location>,
         chosen: &ChosenSolver,
-    ) -> Result<SegmentEnd, RunError>
-    where
-        R: Rules<D>,
-        O: Observer<D::Location, R::Kind>,
-    {
+    ) -> Result<SegmentEnd, RunError> {
         let start = segment.start;
         let begun = engine.begin(segment, chosen);
         begun.map_err(|source| self.failed(chosen, start, source))?;
@@ -232,8 +227,8 @@ impl<D: Dynamics, O> Run<'_, D, O> {
                 _ => start + engine.time(),
             };
             if let Some((tau, guard)) = engine.grazed() {
-                let name = self.dynamics.guards(&segment.location)[guard].name;
-                self.observer.grazed(start + tau, &segment.location, name);
+                let guard = &self.dynamics.guards(&segment.location)[guard];
+                self.observer.grazed(start + tau, &segment.location, guard);
             }
             if self.observer.wants_inside() && self.time > from {
                 let mut at = |t: f64, out: &mut [f64]| engine.state_at(t - start, out);
@@ -243,7 +238,7 @@ impl<D: Dynamics, O> Run<'_, D, O> {
                     Err(error) => self.observed(error),
                 })?;
             }
-            self.samples_until::<R>(self.time, false, |run, t| {
+            self.samples_until(self.time, false, |run, t| {
                 let inside = engine.state_at(t - start, &mut run.sample);
                 inside.map_err(|source| run.failed(chosen, t, source))
             })?;
@@ -276,16 +271,12 @@ impl<D: Dynamics, O> Run<'_, D, O> {
     }
 
     /// Hands out the samples due before `t` (and at it, if `inclusive`); `fill` puts the state into `self.sample`.
-    fn samples_until<R>(
+    fn samples_until(
         &mut self,
         t: f64,
         inclusive: bool,
         mut fill: impl FnMut(&mut Self, f64) -> Result<(), RunError>,
-    ) -> Result<(), RunError>
-    where
-        R: Rules<D>,
-        O: Observer<D::Location, R::Kind>,
-    {
+    ) -> Result<(), RunError> {
         loop {
             let due = self.observer.next_sample_time();
             // A time that is no number is never reached.
@@ -306,16 +297,7 @@ impl<D: Dynamics, O> Run<'_, D, O> {
         }
     }
 
-    fn apply<R>(
-        &mut self,
-        rules: &R,
-        transitions: Vec<Transition<R::Kind, D::Location>>,
-        guard: &str,
-    ) -> Result<(), RunError>
-    where
-        R: Rules<D>,
-        O: Observer<D::Location, R::Kind>,
-    {
+    fn apply(&mut self, transitions: Vec<Transition<R::Kind, D::Location>>, guard: &str) -> Result<(), RunError> {
         for transition in transitions {
             if let Some(kind) = transition.kind {
                 self.observer
@@ -326,17 +308,17 @@ impl<D: Dynamics, O> Run<'_, D, O> {
                         (&transition.location, &transition.state),
                     )
                     .map_err(|error| self.observed(error))?;
-                if rules.counts(&kind) {
+                if self.rules.counts(&kind) {
                     let place = Place {
                         time: self.time,
                         describe: &|| self.dynamics.describe(&self.location),
                     };
-                    self.budget.transition(place, rules.chatter_window(), guard)?;
+                    self.budget.transition(place, self.rules.chatter_window(), guard)?;
                 }
             }
             self.location = transition.location;
             self.state = transition.state;
-            if let Some(what) = rules.outside(&self.location, self.time, &self.state) {
+            if let Some(what) = self.rules.outside(&self.location, self.time, &self.state) {
                 return Err(RunError::Outside {
                     time: self.time,
                     location: self.dynamics.describe(&self.location),

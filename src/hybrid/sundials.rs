@@ -1,6 +1,6 @@
 //! Segments by the solvers of SUNDIALS.
 
-use super::dips::Dips;
+use super::dips::{Dips, Of};
 use super::last_step::{Flow, LastStep};
 use super::{Advance, ChosenSolver, Direction, Dynamics, Engine, EngineError, Fired, Segment, SolverKind};
 use crate::sundials::{Counters, Method, Outcome, Solver, SolverError, Task, Tolerances};
@@ -202,13 +202,12 @@ impl<D: Dynamics> Engine<D::Location> for SundialsEngine<D> {
                 advance = Advance::Stop;
             }
         }
-        let dip = self.dips.in_step(
-            &*self.dynamics,
-            &self.location,
-            &mut self.step,
-            self.origin,
-            (self.tau, &self.state),
-        )?;
+        let of = Of {
+            dynamics: &*self.dynamics,
+            location: &self.location,
+            origin: self.origin,
+        };
+        let dip = self.dips.in_step(&of, &mut self.step, (self.tau, &self.state))?;
         if let Some(dip) = dip {
             self.tau = dip.time;
             self.step.state_at(self.tau, &mut self.state)?;

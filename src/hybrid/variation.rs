@@ -23,7 +23,7 @@ use crate::numerics::radau_tableau::RadauTableau;
 use crate::sundials::Counters;
 use nalgebra::{DMatrix, DVector, Dyn, LU};
 use std::ops::{AddAssign, Range};
-use std::sync::{Arc, Mutex, PoisonError};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 /// Stages of Radau IIA: order 13.
 const STAGES: usize = 7;
@@ -133,9 +133,7 @@ impl<D, R> Column<D, R> {
         let of = |moved: &mut Moved<D, R>| moved.of.weight * value(moved).unwrap_or(f64::NAN);
         self.copies.iter_mut().map(of).sum()
     }
-}
 
-impl<D, R> Column<D, R> {
     /// d(time) of the time event at `t` (s); NaN where the slope is another on the two sides, as where the event of another number
     /// comes first on one of them.
     fn shift_of_time(&mut self, t: f64) -> f64 {
@@ -319,17 +317,11 @@ impl<D: Dynamics, R: Rules<D>> Carried<D, R> {
         self.measure(location, origin + to, &y, false);
         let turned = (to - from) * self.fastest;
         let steps = if strides && turned > STRIDE {
-            std::env::var("XSTEPS")
-                .ok()
-                .and_then(|s| s.parse().ok())
-                .unwrap_or(STEPS_OF_STRIDE)
+            STEPS_OF_STRIDE
         } else {
             (turned / REACH).ceil().max(LEAST_STEPS)
         };
         let h = (to - from) / steps;
-        if std::env::var("XTRACE").is_ok() {
-            eprintln!("{} {} {} {steps} {turned} strides {strides}", origin, from, to);
-        }
         let forcing: Vec<usize> = (0..self.numbers).filter(|&k| self.columns[k].in_equations).collect();
         let apart = self.measures.derives_apart(location);
         let slopes: Vec<DVector<f64>> = self.columns.iter().map(|column| column.slope.clone()).collect();
@@ -430,6 +422,10 @@ impl<D: Dynamics, R: Rules<D>> Carried<D, R> {
         dynamics.guard_values(location, t, y, &mut values);
         values[guard]
     }
+}
+
+fn locked<T>(shared: &Mutex<T>) -> MutexGuard<'_, T> {
+    shared.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
 /// y + e d, where d is given for the first components.
@@ -604,7 +600,7 @@ where
     type Kind = R::Kind;
 
     fn next_time_event(&mut self, location: &D::Location, t: f64) -> Option<f64> {
-        let mut carried = self.carried.lock().unwrap_or_else(PoisonError::into_inner);
+        let mut carried = locked(&self.carried);
         for column in &mut carried.columns {
             for moved in &mut column.copies {
                 moved.next = moved.of.rules.next_time_event(location, t);
@@ -620,7 +616,7 @@ where
         if transitions.is_empty() {
             // A search for the next instant goes on, and so do those of the copies.
             self.maps.at_time_event(location, t, y);
-            let mut carried = self.carried.lock().unwrap_or_else(PoisonError::into_inner);
+            let mut carried = locked(&self.carried);
             let copies = carried.columns.iter_mut().flat_map(|column| &mut column.copies);
             for moved in copies.filter(|moved| moved.next.is_some_and(|next| next <= t)) {
                 moved.of.rules.at_time_event(location, t, y);
@@ -639,7 +635,7 @@ where
             y,
             transitions: &transitions,
         };
-        let mut carried = self.carried.lock().unwrap_or_else(PoisonError::into_inner);
+        let mut carried = locked(&self.carried);
         carried.pass(
             &event,
             true,
@@ -672,7 +668,7 @@ where
             transitions: &transitions,
         };
         let guard = fired.first();
-        let mut carried = self.carried.lock().unwrap_or_else(PoisonError::into_inner);
+        let mut carried = locked(&self.carried);
         carried.pass(
             &event,
             false,
@@ -733,7 +729,7 @@ where
 {
     fn begin(&mut self, segment: &Segment<'_, D::Location>, chosen: &ChosenSolver) -> Result<(), EngineError> {
         self.place = Some((segment.location, segment.start, segment.stop));
-        let mut carried = self.carried.lock().unwrap_or_else(PoisonError::into_inner);
+        let mut carried = locked(&self.carried);
         carried.measure(&segment.location, segment.start, segment.state, true);
         self.own.begin(segment, chosen)
     }
@@ -745,7 +741,7 @@ where
         if let Some((location, origin, stop)) = self.place
             && to > from
         {
-            let mut carried = self.carried.lock().unwrap_or_else(PoisonError::into_inner);
+            let mut carried = locked(&self.carried);
             if advance == Advance::Stop && stop >= carried.end {
                 // No event follows.
                 return Ok(advance);

@@ -5,10 +5,10 @@
 //! the contact force, its zeros (separation, contact) and the axial energies functions of time alone; an integrator
 //! would carry a 0.5 kHz mode through seconds of standstill for the same numbers.
 
+use super::Axial;
 use super::bounds::positive_for;
 use super::breakaway::Bounded;
 use super::oscillator::DampedOscillator;
-use super::{Axial, Parameters};
 use crate::numerics::Number;
 use crate::signal::{self, Pieces, Signal};
 
@@ -158,13 +158,6 @@ const SEARCH: u32 = 1_000_000;
 
 /// Of a rate that is a difference, relative to its parts: some roundings of the sums that they come of.
 const RATE_ROUNDING: f64 = 64.0 * f64::EPSILON;
-
-impl Parameters {
-    /// The axial motion, from rest at t = 0.
-    pub fn axial_motion(&self) -> AxialMotion {
-        AxialMotion::new(&self.axial, &self.actuation)
-    }
-}
 
 impl AxialMotion {
     /// The motion under F(t), from rest at t = 0.

@@ -7,7 +7,6 @@
 //! the angle of a chain that turns in bearings: they have no energy. The energy of the rest never grows.
 
 use super::equations::{Outside, Side, SystemEquations};
-use crate::model::BreakawayTest;
 use nalgebra::{DMatrix, DVector};
 
 /// An entry or a coordinate, and the terms that it is the sum of: which, and their factors.
@@ -511,7 +510,7 @@ impl<'a> Chains<'a> {
     }
 
     /// The torque that breakaway tests, N m over the coordinates.
-    pub fn tested(&self, system: &SystemEquations, test: BreakawayTest) -> DVector<f64> {
+    pub fn tested(&self, system: &SystemEquations) -> DVector<f64> {
         let entries = self.entries();
         let of = |coordinate: usize, _| {
             let x = self.unit(coordinate);
@@ -527,11 +526,7 @@ impl<'a> Chains<'a> {
                 };
                 driving.torque = factor;
             }
-            match test {
-                BreakawayTest::Transmitted => system.transmitted_torque(&outside, &y),
-                BreakawayTest::Rotor => system.surface_torques(&outside, &y).0,
-                BreakawayTest::Stator => system.surface_torques(&outside, &y).1,
-            }
+            system.tested_torque(&outside, &y)
         };
         DVector::from_fn(self.dimension, of)
     }

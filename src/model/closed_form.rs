@@ -3,49 +3,28 @@
 //! The matrix exponential is exact at any time, and its energy proves when a stick can never break away again. Coordinates
 //! are those of `Chains`.
 
+use super::OfLinearModes;
 use super::chains::{Chains, Drifting, Sum, Turning};
 use super::equations::{ANGLE, DAMPING_LOSS, SystemEquations, WORK};
+use crate::model::Mode;
 use crate::model::breakaway::{Bounded, Breakaway, Search, first_breakaway};
 use crate::model::linear_flow::{Functional, LinearFlow};
-use crate::model::{BreakawayTest, Mode};
 use nalgebra::allocator::Allocator;
 use nalgebra::{Const, DMatrix, DVector, DefaultAllocator, Dim, Dyn, OMatrix, OVector, RowOVector, U1};
 use std::fmt::Debug;
-use std::sync::OnceLock;
 
 /// Coordinates up to which a closed form is used. The work of its products grows with the square of their number, that of a
 /// Taylor series in proportion to it, which then costs less.
 const MOST: usize = 16;
 
 /// Both linear motions of two trains; each is made when it is first asked for.
-#[derive(Debug)]
-pub struct ClosedForm {
-    test: BreakawayTest,
-    stick: OnceLock<Option<Motion>>,
-    separated: OnceLock<Option<Motion>>,
-}
+pub type ClosedForm = OfLinearModes<Motion>;
 
 impl ClosedForm {
-    /// With this test of breakaway.
-    pub fn new(test: BreakawayTest) -> ClosedForm {
-        ClosedForm {
-            test,
-            stick: OnceLock::new(),
-            separated: OnceLock::new(),
-        }
-    }
-
     /// The motion of a mode; `None` where it has no closed form: in slip, where a shaft has no stiffness, where nothing moves by
-    /// itself, and where the trains are too long.
+    /// itself, and where the chains are too long.
     pub fn of(&self, system: &SystemEquations, mode: Mode) -> Option<&Motion> {
-        let motion = match mode {
-            Mode::Stick => &self.stick,
-            Mode::Separated => &self.separated,
-            Mode::SlipForward | Mode::SlipBackward | Mode::Engaged => return None,
-        };
-        motion
-            .get_or_init(|| Motion::new(system, mode == Mode::Stick, self.test))
-            .as_ref()
+        self.get(mode, || Motion::new(system, mode == Mode::Stick))
     }
 }
 
@@ -163,10 +142,10 @@ pub struct Motion {
 }
 
 impl Motion {
-    fn new(system: &SystemEquations, stuck: bool, test: BreakawayTest) -> Option<Motion> {
+    fn new(system: &SystemEquations, stuck: bool) -> Option<Motion> {
         let chains = Chains::new(system, stuck).filter(|chains| chains.dimension() <= MOST)?;
         let (a, energy) = (chains.flow(), chains.energy());
-        let flow = sized(&a, &energy, &chains.tested(system, test));
+        let flow = sized(&a, &energy, &chains.tested(system));
         flow.has_bounds().then_some(())?;
         Some(Motion {
             flow,

@@ -43,5 +43,35 @@ pub(crate) mod slow_motion;
 pub(crate) mod stability;
 pub mod system;
 
+use std::sync::OnceLock;
+
 pub use exact::{ExactLaw, nearest_double};
 pub use parameters::{Axial, BreakawayTest, Contact, Initial, Kick, KickTime, Mode, Parameters, Torsion};
+
+/// What the two linear modes have, stick and separation; each is made when it is first asked for.
+#[derive(Debug)]
+pub struct OfLinearModes<T> {
+    stick: OnceLock<Option<T>>,
+    separated: OnceLock<Option<T>>,
+}
+
+impl<T> OfLinearModes<T> {
+    /// That of a mode, which `make` makes; `None` of another mode, and where there is none.
+    fn get(&self, mode: Mode, make: impl FnOnce() -> Option<T>) -> Option<&T> {
+        let found = match mode {
+            Mode::Stick => &self.stick,
+            Mode::Separated => &self.separated,
+            Mode::SlipForward | Mode::SlipBackward | Mode::Engaged => return None,
+        };
+        found.get_or_init(make).as_ref()
+    }
+}
+
+impl<T> Default for OfLinearModes<T> {
+    fn default() -> Self {
+        OfLinearModes {
+            stick: OnceLock::new(),
+            separated: OnceLock::new(),
+        }
+    }
+}

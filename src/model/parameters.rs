@@ -22,13 +22,6 @@ pub struct Parameters {
     pub perturbations: Vec<Kick>,
 }
 
-impl Parameters {
-    /// The largest magnitude of F(t), N.
-    pub fn largest_force(&self) -> f64 {
-        self.actuation.pieces().largest()
-    }
-}
-
 /// The axial oscillator, equations (1) and (11).
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Axial<T = f64> {

@@ -3,11 +3,11 @@
 //! Both are linear, y' = A y. The projector P on the space of the slow modes commutes with A, so that once the fast modes are
 //! gone y' = P A y is the same motion without any fast mode.
 
+use super::OfLinearModes;
 use super::equations::SystemEquations;
 use crate::model::Mode;
 use crate::numerics::eigenvalues::eigenvalues;
 use nalgebra::{DMatrix, DMatrixViewMut, DVector};
-use std::sync::OnceLock;
 
 /// The fast modes are at least this much faster than the slow ones.
 const GAP: f64 = 3.0;
@@ -19,21 +19,12 @@ const STANDING: f64 = 1e-6;
 const ROUNDS: usize = 60;
 
 /// The slow motions of a system in stick and in separation; each is made when it is first asked for.
-#[derive(Debug, Default)]
-pub(crate) struct SlowMotions {
-    stick: OnceLock<Option<SlowMotion>>,
-    separated: OnceLock<Option<SlowMotion>>,
-}
+pub(crate) type SlowMotions = OfLinearModes<SlowMotion>;
 
 impl SlowMotions {
     /// The slow motion of a mode that is linear; `None` of another, and where no mode is slow against the others.
     pub fn of(&self, system: &SystemEquations, mode: Mode) -> Option<&SlowMotion> {
-        let motion = match mode {
-            Mode::Stick => &self.stick,
-            Mode::Separated => &self.separated,
-            Mode::SlipForward | Mode::SlipBackward | Mode::Engaged => return None,
-        };
-        motion.get_or_init(|| SlowMotion::new(system, mode)).as_ref()
+        self.get(mode, || SlowMotion::new(system, mode))
     }
 }
 

@@ -70,6 +70,16 @@ pub trait Number:
     }
 }
 
+/// The functions that `f64` has itself.
+macro_rules! own {
+    ($($function:ident -> $value:ty),+) => {
+        $(#[inline]
+        fn $function(self) -> $value {
+            f64::$function(self)
+        })+
+    };
+}
+
 impl Number for f64 {
     #[inline]
     fn of(x: f64) -> f64 {
@@ -81,38 +91,5 @@ impl Number for f64 {
         std::f64::consts::PI
     }
 
-    #[inline]
-    fn exp(self) -> f64 {
-        f64::exp(self)
-    }
-
-    #[inline]
-    fn exp_m1(self) -> f64 {
-        f64::exp_m1(self)
-    }
-
-    #[inline]
-    fn sqrt(self) -> f64 {
-        f64::sqrt(self)
-    }
-
-    #[inline]
-    fn sin_cos(self) -> (f64, f64) {
-        f64::sin_cos(self)
-    }
-
-    #[inline]
-    fn tanh(self) -> f64 {
-        f64::tanh(self)
-    }
-
-    #[inline]
-    fn cosh(self) -> f64 {
-        f64::cosh(self)
-    }
-
-    #[inline]
-    fn atan(self) -> f64 {
-        f64::atan(self)
-    }
+    own!(exp -> f64, exp_m1 -> f64, sqrt -> f64, sin_cos -> (f64, f64), tanh -> f64, cosh -> f64, atan -> f64);
 }

@@ -129,11 +129,6 @@ impl Drive {
     pub fn at_start(&self) -> f64 {
         Timeline::new(&[self]).value(0, 0, 0.0)
     }
-
-    /// Several drives over common stretches of time: the entrance to values, slopes and series. As [`Timeline::new`].
-    pub fn stretches(drives: &[&Drive]) -> Timeline {
-        Timeline::new(drives)
-    }
 }
 
 impl Wave {

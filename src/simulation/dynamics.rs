@@ -134,44 +134,6 @@ impl Rates {
     }
 }
 
-const STOPPING: Guard = Guard {
-    name: "relative velocity reaches zero",
-    direction: Direction::Falling,
-};
-const DESTABILISED: Guard = Guard {
-    name: "steady sliding loses stability",
-    direction: Direction::Falling,
-};
-const RESTABILISED: Guard = Guard {
-    name: "steady sliding regains stability",
-    direction: Direction::Rising,
-};
-const THRESHOLD: Guard = Guard {
-    name: "relative velocity reaches the threshold of stick",
-    direction: Direction::Falling,
-};
-const BELOW_PIECE: Guard = Guard {
-    name: "relative velocity falls to a knot of the friction law",
-    direction: Direction::Falling,
-};
-const ABOVE_PIECE: Guard = Guard {
-    name: "relative velocity rises to a knot of the friction law",
-    direction: Direction::Falling,
-};
-const BREAKAWAY_FORWARD: Guard = Guard {
-    name: "tested torque reaches +mu_0 r F_n",
-    direction: Direction::Falling,
-};
-const BREAKAWAY_BACKWARD: Guard = Guard {
-    name: "tested torque reaches -mu_0 r F_n",
-    direction: Direction::Falling,
-};
-
-/// Whether a guard of this name ends a mode of the contact: those of the margin do not.
-pub(super) fn changes_contact(guard: &str) -> bool {
-    ![DESTABILISED.name, RESTABILISED.name].contains(&guard)
-}
-
 /// A breakaway by a one-sided test may start against its own sense, because the torque that is tested is not the one that
 /// accelerates. Where the relative velocity goes back by less than this share of the oscillation's speed before it turns,
 /// the slip goes on; else the breakaway is undone at once. The share is of the size of the paper's tolerance on the
@@ -202,13 +164,15 @@ const SATURATED: f64 = 19.0;
 const AHEAD: f64 = 1e-6;
 const SHORTEST_REACH: f64 = 1e-7;
 
-/// What a guard of the trains is.
+/// What a guard is.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) enum Watched {
     /// s omega_r.
     Stopping,
-    /// The margin of steady sliding.
-    Margin,
+    /// The margin of steady sliding, which is positive.
+    Destabilised,
+    /// The margin, which is negative.
+    Restabilised,
     /// The distance of |omega_r| from the threshold, on its present side.
     Threshold,
     /// The lower end of the piece of the law.
@@ -221,13 +185,56 @@ pub(super) enum Watched {
     Backward,
 }
 
+impl Watched {
+    const fn guard(self) -> Guard {
+        Guard {
+            name: match self {
+                Watched::Stopping => "relative velocity reaches zero",
+                Watched::Destabilised => "steady sliding loses stability",
+                Watched::Restabilised => "steady sliding regains stability",
+                Watched::Threshold => "relative velocity reaches the threshold of stick",
+                Watched::Below => "relative velocity falls to a knot of the friction law",
+                Watched::Above => "relative velocity rises to a knot of the friction law",
+                Watched::Forward => "tested torque reaches +mu_0 r F_n",
+                Watched::Backward => "tested torque reaches -mu_0 r F_n",
+            },
+            direction: match self {
+                Watched::Restabilised => Direction::Rising,
+                _ => Direction::Falling,
+            },
+            // How late a zero of the margin is found does not matter.
+            ends_mode: !self.is_margin(),
+        }
+    }
+
+    /// Whether it is the margin of steady sliding.
+    pub const fn is_margin(self) -> bool {
+        matches!(self, Watched::Destabilised | Watched::Restabilised)
+    }
+
+    /// The sign with which its value falls where it fires.
+    pub fn sign(self) -> f64 {
+        if self == Watched::Restabilised { -1.0 } else { 1.0 }
+    }
+}
+
+/// What is watched, and the guards of that.
+type Watches = (&'static [Watched], &'static [Guard]);
+
+/// Both of these.
+macro_rules! watches {
+    ($($watched:ident)*) => {
+        (const { &[$(Watched::$watched),*] }, const { &[$(Watched::$watched.guard()),*] })
+    };
+}
+
 impl SystemDynamics {
     /// Of a case; `threshold` is in rad/s.
     pub fn new(trains: &System, threshold: f64) -> SystemDynamics {
         let (system, excitation) = (SystemEquations::new(trains), Excitation::new(trains));
         SystemDynamics {
             rates: Rates::new(&system, &excitation),
-            closed_form: closed_form::ClosedForm::new(trains.breakaway_test),
+            closed_form: closed_form::ClosedForm::default(),
             slow_motions: SlowMotions::default(),
             system,
             excitation,
@@ -277,20 +284,25 @@ impl SystemDynamics {
         self.excitation.at(location.stretch, t)
     }
 
+    fn watches(&self, location: &SystemLocation) -> Watches {
+        use Watch::{Off, Stable, Unstable};
+        match (location.mode, self.system.has_pieces(), location.watch) {
+            (Mode::Separated, ..) => watches!(),
+            (Mode::Stick, ..) => watches!(Forward Backward),
+            (Mode::Engaged, false, _) => watches!(Stopping Threshold),
+            (Mode::Engaged, true, _) => watches!(Stopping Threshold Below Above),
+            (_, false, Off) => watches!(Stopping),
+            (_, false, Stable) => watches!(Stopping Destabilised),
+            (_, false, Unstable) => watches!(Stopping Restabilised),
+            (_, true, Off) => watches!(Stopping Below Above),
+            (_, true, Stable) => watches!(Stopping Destabilised Below Above),
+            (_, true, Unstable) => watches!(Stopping Restabilised Below Above),
+        }
+    }
+
     /// What the guards of a location are, in their order.
     pub(super) fn watched(&self, location: &SystemLocation) -> &'static [Watched] {
-        use Watched::{Above, Backward, Below, Forward, Margin, Stopping, Threshold};
-        let is_watched = location.watch != Watch::Off;
-        match (location.mode, self.system.has_pieces()) {
-            (Mode::Separated, _) => &[],
-            (Mode::Stick, _) => &[Forward, Backward],
-            (Mode::SlipForward | Mode::SlipBackward, false) if is_watched => &[Stopping, Margin],
-            (Mode::SlipForward | Mode::SlipBackward, true) if is_watched => &[Stopping, Margin, Below, Above],
-            (Mode::SlipForward | Mode::SlipBackward, false) => &[Stopping],
-            (Mode::SlipForward | Mode::SlipBackward, true) => &[Stopping, Below, Above],
-            (Mode::Engaged, false) => &[Stopping, Threshold],
-            (Mode::Engaged, true) => &[Stopping, Threshold, Below, Above],
-        }
+        self.watches(location).0
     }
 
     /// The knot at an end of the piece of the law; `None` where there is no such end.
@@ -322,9 +334,10 @@ impl SystemDynamics {
         let x = location.sign() * self.system.relative_velocity(outside, y);
         match watched {
             Watched::Stopping => x,
-            Watched::Margin => self
-                .system
-                .stability_margin(location.sign(), location.piece, outside, y),
+            Watched::Destabilised | Watched::Restabilised => {
+                self.system
+                    .stability_margin(location.sign(), location.piece, outside, y)
+            }
             Watched::Threshold if location.slow => self.threshold - x,
             Watched::Threshold => x - self.threshold,
             Watched::Below => self.knot(location, false).map_or(1.0, |knot| x - knot),
@@ -426,19 +439,7 @@ impl Dynamics for SystemDynamics {
     }
 
     fn guards(&self, location: &SystemLocation) -> &'static [Guard] {
-        use Watch::{Off, Stable, Unstable};
-        match (location.mode, self.system.has_pieces(), location.watch) {
-            (Mode::Separated, ..) => &[],
-            (Mode::Stick, ..) => const { &[BREAKAWAY_FORWARD, BREAKAWAY_BACKWARD] },
-            (Mode::Engaged, false, _) => const { &[STOPPING, THRESHOLD] },
-            (Mode::Engaged, true, _) => const { &[STOPPING, THRESHOLD, BELOW_PIECE, ABOVE_PIECE] },
-            (_, false, Off) => const { &[STOPPING] },
-            (_, false, Stable) => const { &[STOPPING, DESTABILISED] },
-            (_, false, Unstable) => const { &[STOPPING, RESTABILISED] },
-            (_, true, Off) => const { &[STOPPING, BELOW_PIECE, ABOVE_PIECE] },
-            (_, true, Stable) => const { &[STOPPING, DESTABILISED, BELOW_PIECE, ABOVE_PIECE] },
-            (_, true, Unstable) => const { &[STOPPING, RESTABILISED, BELOW_PIECE, ABOVE_PIECE] },
-        }
+        self.watches(location).1
     }
 
     fn guard_values(&self, location: &SystemLocation, t: f64, y: &[f64], values: &mut [f64]) {

@@ -58,42 +58,13 @@ pub use options::{Around, Following, Method, OutputOptions, OutputWindow, Solver
 pub use report::{Grazing, Progress, RunFailure, RunReport, SolverWork};
 
 use crate::hybrid::{self, Dynamics, Limits, Rules, RunError, Start};
-use crate::record::{Event, EventKind};
+use crate::record::EventKind;
 use observer::Recording;
 use readings::Readings;
 use std::sync::Arc;
 
 /// This many transitions within a twentieth of the natural period are chattering.
 const CHATTER_COUNT: usize = 32;
-
-/// Steps after which no more events are foreseen.
-const MOST_STEPS_FORESEEN: usize = 1_000_000;
-
-/// The events of a run that has samples around them, by `run` with the quickest method: where they come at another time by the
-/// run's own, as where the onset is amplified rounding, samples begin with the event.
-fn foreseen(
-    output: &OutputOptions,
-    solver: &SolverOptions,
-    stores_motion: bool,
-    run: impl FnOnce(&SolverOptions, &OutputOptions) -> Result<RunReport, Box<RunFailure>>,
-) -> Vec<Event> {
-    if !stores_motion || output.follow.around.is_none() {
-        return Vec::new();
-    }
-    let quick = SolverOptions {
-        method: Method::Series,
-        fixed_step: None,
-        max_step: None,
-        max_steps: Some(MOST_STEPS_FORESEEN),
-        // A run has to be the same again on another machine.
-        max_wall_time: None,
-        ..solver.clone()
-    };
-    match run(&quick, &OutputOptions::at_the_ends(output.end_time)) {
-        Ok(report) => report.events,
-        Err(failure) => failure.report.events,
-    }
-}
 
 /// Runs the automaton within the budgets of `solver`, and closes the record.
 fn automaton<D, R, V>(

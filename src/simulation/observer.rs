@@ -1,12 +1,11 @@
 //! From the states of a run to the rows of the record.
 
-use super::dynamics::changes_contact;
 use super::follower::{At, Follower};
 use super::options::OutputOptions;
 use super::readings::{Place, Readings};
 use super::report::{Grazing, Progress, RunReport, SolverWork};
 use super::sampling::{SampleTimes, TimesAround};
-use crate::hybrid::{Observer, ObserverError, Overflow, RunError, SegmentReport, StateAt};
+use crate::hybrid::{Guard, Observer, ObserverError, Overflow, RunError, SegmentReport, StateAt};
 use crate::model::Mode;
 use crate::record::EventDigest;
 use crate::record::{Channels, Event, EventKind, Recorder, Sample, Segment, State};
@@ -347,15 +346,14 @@ impl<R: Readings> Observer<R::Place, EventKind> for Recording<'_, R> {
         cycle.map_or(Ok(()), |cycle| self.recorder.cycle(&cycle))
     }
 
-    fn grazed(&mut self, t: f64, _: &R::Place, guard: &'static str) {
-        // A zero of the margin decides no contact: how late it is found does not matter.
-        if !changes_contact(guard) {
+    fn grazed(&mut self, t: f64, _: &R::Place, guard: &Guard) {
+        if !guard.ends_mode {
             return;
         }
         let first = Grazing {
             count: 0,
             time: t,
-            guard,
+            guard: guard.name,
         };
         self.report.grazing.get_or_insert(first).count += 1;
     }

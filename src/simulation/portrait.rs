@@ -9,7 +9,6 @@ use crate::model::equations::{Engagement, Side};
 use crate::model::system::System;
 use crate::record::EventKind;
 use crate::simulation::options::{Method, SolverOptions};
-use std::ops::ControlFlow;
 use std::sync::Arc;
 
 /// Where a period begins: at an event, with the state after it.
@@ -148,10 +147,6 @@ impl Observer<SystemLocation, EventKind> for Points<'_> {
 
     fn segment(&mut self, _: &SegmentReport<SystemLocation>) -> Result<(), ObserverError> {
         Ok(())
-    }
-
-    fn progress(&mut self, _: f64, _: &SystemLocation) -> ControlFlow<()> {
-        ControlFlow::Continue(())
     }
 }
 

@@ -80,9 +80,6 @@ impl SystemRules {
     /// Location at t = 0 for a state; surfaces of one speed are joined.
     pub fn initial_location(&mut self, y: &mut [f64]) -> SystemLocation {
         let mut location = self.blank(0.0);
-        if self.dynamics.system.twice_resistance.is_some() {
-            location.watch = Watch::Stable;
-        }
         if self.dynamics.excitation.starts_closed() {
             location = self.in_contact(&location, 0.0, y);
         }
@@ -98,16 +95,16 @@ impl SystemRules {
         self.waiting_kicks.clear();
         self.departing = false;
         self.regimes = self.plan.regimes(self.end_time);
-        let mut location = self.blank(t);
-        if self.dynamics.system.twice_resistance.is_some() {
-            location.watch = Watch::Stable;
-        }
-        self.in_contact(&location, t, y)
+        self.in_contact(&self.blank(t), t, y)
     }
 
-    /// Separated at a time.
+    /// Separated at a time, before the first stick.
     fn blank(&self, t: f64) -> SystemLocation {
-        SystemLocation::new(Mode::Separated, self.dynamics.excitation.stretch(t))
+        let watched = self.dynamics.system.twice_resistance.is_some();
+        SystemLocation {
+            watch: if watched { Watch::Stable } else { Watch::Off },
+            ..SystemLocation::new(Mode::Separated, self.dynamics.excitation.stretch(t))
+        }
     }
 
     /// The same with this mode at a state.
@@ -183,22 +180,15 @@ impl SystemRules {
         let mode = self.settle(location, t, &joined);
         // Zero may be touched with a torque that goes on in the same sense: nothing has happened.
         if mode == location.mode {
-            return Transition {
-                kind: None,
-                location: SystemLocation { piece: 0, ..*location },
-                state: joined,
-            };
+            return Transition::new(None, SystemLocation { piece: 0, ..*location }, joined);
         }
         let location = self.entered(location, mode, t, &joined);
-        Transition {
-            kind: Some(if mode == Mode::Stick {
-                EventKind::Stick
-            } else {
-                EventKind::Reversal
-            }),
-            location: SystemLocation { piece: 0, ..location },
-            state: joined,
-        }
+        let kind = if mode == Mode::Stick {
+            EventKind::Stick
+        } else {
+            EventKind::Reversal
+        };
+        Transition::new(kind, SystemLocation { piece: 0, ..location }, joined)
     }
 
     /// What follows a jump of omega_r: the contact is where the state says. An engaged contact has the event of its threshold
@@ -213,24 +203,23 @@ impl SystemRules {
             Mode::Separated => None,
             Mode::Engaged => {
                 let slow = w.abs() < self.dynamics.threshold;
-                (slow != location.slow).then(|| Transition {
-                    kind: Some(crossing(slow)),
-                    location: SystemLocation { slow, ..*location },
-                    state: y.to_vec(),
-                })
+                (slow != location.slow)
+                    .then(|| Transition::new(crossing(slow), SystemLocation { slow, ..*location }, y.to_vec()))
             }
-            Mode::Stick => (!rests).then(|| Transition {
-                kind: Some(EventKind::Slip),
-                location: self.entered(location, Mode::sliding(w), t, y),
-                state: y.to_vec(),
+            Mode::Stick => (!rests).then(|| {
+                Transition::new(
+                    EventKind::Slip,
+                    self.entered(location, Mode::sliding(w), t, y),
+                    y.to_vec(),
+                )
             }),
             _ if location.sign() * w > 0.0 => None,
             _ if w == 0.0 => Some(self.stop(location, t, y)),
-            _ => Some(Transition {
-                kind: Some(EventKind::Reversal),
-                location: self.entered(location, Mode::sliding(w), t, y),
-                state: y.to_vec(),
-            }),
+            _ => Some(Transition::new(
+                EventKind::Reversal,
+                self.entered(location, Mode::sliding(w), t, y),
+                y.to_vec(),
+            )),
         }
     }
 
@@ -270,11 +259,7 @@ impl SystemRules {
         if let Some(regimes) = &mut self.regimes {
             regimes.pass_corner(&mut after, t, &state, location.resolved);
         }
-        let mut transitions = vec![Transition {
-            kind: Some(EventKind::Corner),
-            location: after,
-            state: state.clone(),
-        }];
+        let mut transitions = vec![Transition::new(EventKind::Corner, after, state.clone())];
         if jumped {
             transitions.extend(self.after_jump(&after, t, &state));
         }
@@ -320,11 +305,7 @@ impl SystemRules {
         } else {
             self.plan_steps(&mut after, t, &state);
         }
-        let mut transitions = vec![Transition {
-            kind: Some(EventKind::Kick),
-            location: after,
-            state: state.clone(),
-        }];
+        let mut transitions = vec![Transition::new(EventKind::Kick, after, state.clone())];
         if !in_stick {
             transitions.extend(self.after_jump(&after, t, &state));
         }
@@ -343,11 +324,7 @@ impl SystemRules {
         if let Some(regimes) = &mut self.regimes {
             regimes.look_ahead(location, t, state, true);
         }
-        let mut transitions = vec![Transition {
-            kind: Some(kind),
-            location: *location,
-            state: state.to_vec(),
-        }];
+        let mut transitions = vec![Transition::new(kind, *location, state.to_vec())];
         if is_lost {
             for kick in std::mem::take(&mut self.waiting_kicks) {
                 transitions.extend(self.kick(location, t, state, &kick));
@@ -367,17 +344,13 @@ impl SystemRules {
                 // Bristles of an open contact have nothing to hold on to.
                 state[at] = 0.0;
             }
-            return Transition {
-                kind: Some(EventKind::Separation),
-                location: self.entered(location, Mode::Separated, t, &state),
+            return Transition::new(
+                EventKind::Separation,
+                self.entered(location, Mode::Separated, t, &state),
                 state,
-            };
+            );
         }
-        Transition {
-            kind: Some(EventKind::Contact),
-            location: self.in_contact(location, t, &mut state),
-            state,
-        }
+        Transition::new(EventKind::Contact, self.in_contact(location, t, &mut state), state)
     }
 }
 
@@ -433,11 +406,7 @@ impl Rules<SystemDynamics> for SystemRules {
         };
         let mut after = *location;
         regimes.ask(&mut after, t, y);
-        vec![Transition {
-            kind: None,
-            location: after,
-            state: y.to_vec(),
-        }]
+        vec![Transition::new(None, after, y.to_vec())]
     }
 
     fn at_guards(&mut self, location: &SystemLocation, t: f64, y: &[f64], fired: Fired) -> Vec<SystemTransition> {
@@ -455,11 +424,7 @@ impl Rules<SystemDynamics> for SystemRules {
                 piece: 0,
                 ..self.entered(location, mode, t, &state)
             };
-            return vec![Transition {
-                kind: Some(EventKind::Slip),
-                location,
-                state,
-            }];
+            return vec![Transition::new(EventKind::Slip, location, state)];
         }
         let mut transitions = Vec::new();
         let mut location = *location;
@@ -469,12 +434,7 @@ impl Rules<SystemDynamics> for SystemRules {
             let index = watched.iter().position(|&watched| watched == which);
             index.is_some_and(|index| fired.contains(index))
         };
-        let silent = |location: SystemLocation, state: &[f64]| Transition {
-            kind: None,
-            location,
-            state: state.to_vec(),
-        };
-        let mut stability_changes = has_fired(Watched::Margin);
+        let mut stability_changes = has_fired(Watched::Destabilised) || has_fired(Watched::Restabilised);
         let (below, above) = (has_fired(Watched::Below), has_fired(Watched::Above));
         if below || above {
             location.piece = if below {
@@ -493,21 +453,18 @@ impl Rules<SystemDynamics> for SystemRules {
                 let resolved = location.resolved;
                 regimes.pass_corner(&mut location, t, y, resolved);
             }
-            transitions.push(silent(location, y));
+            transitions.push(Transition::new(None, location, y.to_vec()));
         }
         if stability_changes {
             transitions.extend(self.stability_changes(&mut location, t, &mut state));
         }
         if has_fired(Watched::Threshold) {
             location.slow = !location.slow;
-            transitions.push(Transition {
-                kind: Some(crossing(location.slow)),
-                ..silent(location, &state)
-            });
+            transitions.push(Transition::new(crossing(location.slow), location, state.clone()));
         }
         if has_fired(Watched::Stopping) && location.mode == Mode::Engaged {
             location.sense = -location.sense;
-            transitions.push(silent(location, &state));
+            transitions.push(Transition::new(None, location, state.clone()));
         } else if has_fired(Watched::Stopping) && location.mode != Mode::Stick {
             let is_smooth = self.regimes.as_ref().is_some_and(|regimes| regimes.is_smooth(t));
             self.stopped_smoothly |= location.watch != Watch::Off && is_smooth;

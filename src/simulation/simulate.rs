@@ -1,19 +1,19 @@
 //! A run: from a system, its solver and its output to the automaton, and what is recorded on the way.
 
+use super::automaton;
 use super::dynamics::{SystemDynamics, SystemLocation};
 use super::observer::Recording;
-use super::options::{OutputOptions, SolverOptions};
+use super::options::{Method, OutputOptions, SolverOptions};
 use super::plan::SystemPlan;
 use super::readings::Readings as _;
 use super::report::{Progress, RunFailure, RunReport};
 use super::rules::SystemRules;
 use super::state_readings::{self, Further, StateReadings};
-use super::{automaton, foreseen};
 use crate::hybrid::Start;
 use crate::model::equations::{Side, SystemEquations};
 use crate::model::system::System;
 use crate::model::{BreakawayTest, Mode};
-use crate::record::{EventDigest, NoRecorder, Recorder};
+use crate::record::{Event, EventDigest, NoRecorder, Recorder};
 use std::f64::consts::TAU;
 use std::ops::ControlFlow;
 use std::sync::Arc;
@@ -117,6 +117,28 @@ pub(crate) struct Problem<'a> {
     pub further: bool,
 }
 
+/// Steps after which no more events are foreseen.
+const MOST_STEPS_FORESEEN: usize = 1_000_000;
+
+/// The events of a run up to `end` (s), by the quickest method: where they come at another time by the run's own, as where the onset
+/// is amplified rounding, samples begin with the event.
+fn foreseen(problem: Problem<'_>, from: Option<(f64, &[f64])>, solver: &SolverOptions, end: f64) -> Vec<Event> {
+    let quick = SolverOptions {
+        method: Method::Series,
+        fixed_step: None,
+        max_step: None,
+        max_steps: Some(MOST_STEPS_FORESEEN),
+        // A run has to be the same again on another machine.
+        max_wall_time: None,
+        ..solver.clone()
+    };
+    let (output, mut go_on) = (OutputOptions::at_the_ends(end), |_| ControlFlow::Continue(()));
+    match simulate_from(problem, from, &quick, &output, &mut NoRecorder, &mut go_on) {
+        Ok(report) => report.events,
+        Err(failure) => failure.report.events,
+    }
+}
+
 /// Integrates a system from t = 0 to the end time of `output`.
 ///
 /// Rows go to `recorder` in order of time. `control` is asked now and then; `Break` ends the run in good order.
@@ -175,10 +197,11 @@ pub(crate) fn simulate_from(
     let stores_motion = recorder.stores_motion();
     let mut recording = Recording::new(readings, digest, output, recorder, control, initial_energy);
     recording.limit_wall_time(solver.max_wall_time);
-    let foreseen = foreseen(output, solver, stores_motion, |solver, output| {
-        let mut go_on = |_| ControlFlow::Continue(());
-        simulate_from(problem, from, solver, output, &mut NoRecorder, &mut go_on)
-    });
+    let foreseen = if stores_motion && output.follow.around.is_some() {
+        foreseen(problem, from, solver, output.end_time)
+    } else {
+        Vec::new()
+    };
     let shortest = TAU * dynamics.unit(0);
     let periods = (dynamics.natural_period().unwrap_or(shortest), shortest);
     recording.follow(output, dynamics.system.dimension, periods, solver.rtol, &foreseen);

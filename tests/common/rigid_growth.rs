@@ -8,7 +8,7 @@ use stickslip::model::Parameters;
 /// (I + J) x' = -r mu(x) F and J lambda^2 + (c_t - 2 r F alpha (mu_s - mu_d) exp(-alpha x)) lambda + k_t = 0: it leaves
 /// out the twists, the rotor's part in the mode, and the lag of the contact force.
 pub fn rigid_growth(parameters: &Parameters, start: f64, speed: f64, end: f64) -> f64 {
-    let axial = parameters.axial_motion();
+    let axial = stickslip::model::axial::AxialMotion::new(&parameters.axial, &parameters.actuation);
     let force = |t: f64| axial.force.value(t).max(0.0);
     let (torsion, friction, r) = (parameters.torsion, &parameters.friction, parameters.contact.radius);
     let &Exponential {

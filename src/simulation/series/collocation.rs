@@ -218,7 +218,7 @@ impl TaylorEngine {
     fn guard_at(&self, watched: Watched, tau: f64, y: &[f64]) -> f64 {
         let (location, t) = (&self.location, self.origin + tau);
         let outside = self.dynamics.outside(location, t);
-        self.sign_of(watched) * self.dynamics.watched_value(watched, location, &outside, y)
+        watched.sign() * self.dynamics.watched_value(watched, location, &outside, y)
     }
 
     /// The guard that fires first by the polynomials through its values at the stages.

@@ -15,7 +15,7 @@
 
 mod collocation;
 
-use super::dynamics::{GUARD_STOPPING, SystemDynamics, SystemLocation, VELOCITY_NOISE, Watch, Watched};
+use super::dynamics::{GUARD_STOPPING, SystemDynamics, SystemLocation, VELOCITY_NOISE, Watched};
 use super::expansion::{Expansion, Series, TERMS};
 use super::regime::LARGEST_TIME_SCALE_RATIO;
 use crate::friction::Law;
@@ -304,14 +304,6 @@ impl TaylorEngine {
         self.absolute[..mechanical].iter().copied().fold(0.0, f64::max)
     }
 
-    /// The sign with which a guard falls where it fires.
-    fn sign_of(&self, watched: Watched) -> f64 {
-        match watched {
-            Watched::Margin if self.location.watch == Watch::Unstable => -1.0,
-            _ => 1.0,
-        }
-    }
-
     /// The polynomial of a guard over the unit; `None` where it does not exist.
     fn guard(&self, watched: Watched) -> Option<Series> {
         let expansion = &self.expansion;
@@ -325,9 +317,9 @@ impl TaylorEngine {
         let threshold = self.dynamics.threshold;
         Some(match watched {
             Watched::Stopping => of_speed(sense, 0.0),
-            Watched::Margin => {
-                let sign = self.sign_of(watched);
-                expansion.stability_margin(&self.dynamics.system)?.map(|c| sign * c)
+            Watched::Destabilised | Watched::Restabilised => {
+                let margin = expansion.stability_margin(&self.dynamics.system)?;
+                margin.map(|c| watched.sign() * c)
             }
             Watched::Threshold if self.location.slow => of_speed(-sense, threshold),
             Watched::Threshold => of_speed(sense, -threshold),
@@ -358,7 +350,7 @@ impl TaylorEngine {
     /// What counts as zero of a guard of a sliding contact where the segment begins.
     fn noise(&self, watched: Watched) -> f64 {
         let system = &self.dynamics.system;
-        if watched == Watched::Margin {
+        if watched.is_margin() {
             return MARGIN_NOISE * system.twice_resistance.unwrap_or(0.0) + self.noise_of_margin().0;
         }
         let outside = self.dynamics.outside(&self.location, self.origin + self.tau);
@@ -393,7 +385,7 @@ impl TaylorEngine {
         } else if self.first && guard[0].abs() <= self.noise(watched) {
             // It leaves zero here: the root, simple or double, is divided out.
             let system = &self.dynamics.system;
-            let tangential = if watched == Watched::Margin {
+            let tangential = if watched.is_margin() {
                 // Without resistance its zero is the force's, which a force that sets in at a corner leaves tangentially.
                 let (force_noise, rate_noise) = self.noise_of_margin();
                 let resistance = system.twice_resistance.unwrap_or(0.0);
