@@ -217,8 +217,8 @@ fn multiprecision_slow_manifold_knows_its_error() {
             .collect();
         let system = SystemEquations::new(&case.system);
         let (rotor, stator) = (system.rotor.twists, system.stator.twists);
-        let axial = disks(&case);
-        let axial = stickslip::model::axial::AxialMotion::new(&axial.axial, &axial.actuation);
+        let disks = disks(&case);
+        let axial = stickslip::model::axial::AxialMotion::new(&disks.axial, &disks.actuation);
         for (time, state) in solve("0.3", &times).samples {
             let pressing = axial.at(time.to_f64());
             assert!(axial.is_silent(time.to_f64()));

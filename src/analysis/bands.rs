@@ -154,7 +154,7 @@ impl Times {
 impl Iterator for Times {
     type Item = f64;
     fn next(&mut self) -> Option<f64> {
-        let time = Some(self.0.next()).filter(|time| time.is_finite());
+        let time = Some(self.0.next).filter(|time| time.is_finite());
         self.0.advance();
         time
     }

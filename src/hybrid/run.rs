@@ -34,8 +34,6 @@ pub struct Finish<L> {
     pub time: f64,
     /// Where the run is.
     pub location: L,
-    /// As long as [`Dynamics::dimension`].
-    pub state: Vec<f64>,
     /// Ended early by the observer.
     pub interrupted: bool,
 }
@@ -86,7 +84,6 @@ where
     Ok(Finish {
         time: run.time,
         location: run.location,
-        state: run.state,
         interrupted,
     })
 }

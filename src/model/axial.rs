@@ -59,6 +59,11 @@ pub enum ChangeCause {
 }
 
 impl ContactChange {
+    /// At `time` (s).
+    pub fn new(time: f64, cause: ChangeCause) -> Self {
+        ContactChange { time, cause }
+    }
+
     /// Whether the pressing force is zero at this moment, up to rounding, and just leaving it.
     pub fn departs(self) -> bool {
         matches!(self.cause, ChangeCause::Zero | ChangeCause::Corner)
@@ -248,9 +253,9 @@ impl AxialMotion {
         self.evaluate(self.piece_at(t), t)
     }
 
-    /// (kinetic, elastic) energy at `t`, J.
-    pub(crate) fn energies(&self, t: f64) -> (f64, f64) {
-        let (state, axial) = (self.at(t), &self.axial);
+    /// (kinetic, elastic) energy of a state, J.
+    pub(crate) fn energies(&self, state: &AxialState) -> (f64, f64) {
+        let axial = &self.axial;
         (
             0.5 * axial.mass * state.velocity * state.velocity,
             0.5 * axial.stiffness * state.displacement * state.displacement,
@@ -405,16 +410,10 @@ impl AxialMotion {
                 }
             }
             match self.change_in_piece(piece, from, piece.force.end.min(until), sign, departing, &mut steps) {
-                Search::Zero(time) => {
-                    let cause = ChangeCause::Zero;
-                    return Some(ContactChange { time, cause });
-                }
+                Search::Zero(time) => return Some(ContactChange::new(time, ChangeCause::Zero)),
                 Search::None => rests = false,
                 Search::Rest => rests = true,
-                Search::Searched(time) => {
-                    let cause = ChangeCause::Searched;
-                    return Some(ContactChange { time, cause });
-                }
+                Search::Searched(time) => return Some(ContactChange::new(time, ChangeCause::Searched)),
             }
         }
         None

@@ -97,6 +97,11 @@ impl<T: Number> Side<T> {
         self.stiffness.len()
     }
 
+    /// Where the state has the twist rates, the innermost shaft first.
+    pub(crate) fn twist_rates(&self) -> impl Iterator<Item = usize> + '_ {
+        (0..self.shafts()).map(|i| self.twists + 2 * i + 1)
+    }
+
     /// Twist i, rad.
     #[inline]
     pub fn twist(&self, i: usize, y: &[T]) -> T {
@@ -387,6 +392,11 @@ impl<T: Number> SystemEquations<T> {
             dimension: self.dimension,
             linear: OnceLock::new(),
         }
+    }
+
+    /// Where the state has the twist rates, those of the rotor first.
+    pub(crate) fn twist_rates(&self) -> impl Iterator<Item = usize> + '_ {
+        self.rotor.twist_rates().chain(self.stator.twist_rates())
     }
 
     /// States that the motion depends on: all before the quadratures.

@@ -143,7 +143,7 @@ pub fn on_slow_manifold(system: &SystemEquations, slip: &Slip<'_>, y: &[f64]) ->
     // The momentum is given, so that the speed follows the twist rates.
     for side in [&system.rotor, &system.stator] {
         if let Some(index) = side.speed {
-            let inner = inner_inertias(side).zip(twist_rates(side));
+            let inner = inner_inertias(side).zip(side.twist_rates());
             let moved: f64 = inner.map(|(inertia, rate)| inertia * error[rate]).sum();
             error[index] = least[index] + moved / side.rigid_inertia();
         }
@@ -153,11 +153,6 @@ pub fn on_slow_manifold(system: &SystemEquations, slip: &Slip<'_>, y: &[f64]) ->
         error: with_error(error),
         settled,
     }
-}
-
-/// Where the state has the twist rates of a side, the innermost shaft first.
-fn twist_rates(side: &Side) -> impl Iterator<Item = usize> + '_ {
-    (0..side.shafts()).map(|i| side.twists + 2 * i + 1)
 }
 
 /// Where the state has twists and their rates.
@@ -328,8 +323,10 @@ pub(crate) struct SlowSeries<const N: usize> {
     /// s omega_r.
     speed: [f64; N],
     sense: f64,
-    friction: FrictionSeries<f64, N>,
-    torque: [f64; N],
+    /// Friction along the motion, by powers of time in s.
+    pub friction: FrictionSeries<f64, N>,
+    /// The interface's torque T, N m.
+    pub torque: [f64; N],
 }
 
 impl<const N: usize> SlowSeries<N> {
@@ -419,16 +416,6 @@ impl<const N: usize> SlowSeries<N> {
     /// omega_r, rad/s.
     pub fn relative_velocity(&self) -> [f64; N] {
         self.speed.map(|x| self.sense * x)
-    }
-
-    /// Friction along the motion, by powers of time in s.
-    pub fn friction(&self) -> &FrictionSeries<f64, N> {
-        &self.friction
-    }
-
-    /// The interface's torque T, N m.
-    pub fn torque(&self) -> &[f64; N] {
-        &self.torque
     }
 
     /// r F_n mu', N m s/rad: what the slope of friction adds to the damping of the contact.

@@ -107,8 +107,10 @@ pub struct Radau<const S: usize> {
     /// Inverses of the Newton matrices.
     real: DMatrix<f64>,
     complex: Vec<DMatrix<Complex<f64>>>,
-    step: Step<S>,
-    work: Work,
+    /// The step last solved.
+    pub step: Step<S>,
+    /// What has been done so far.
+    pub work: Work,
     /// A state and its rates, the right-hand sides of the Newton systems, the rows of an inversion that change places.
     stage: Vec<f64>,
     rates: Vec<f64>,
@@ -137,21 +139,6 @@ impl<const S: usize> Radau<S> {
             complex_side: vec![Complex::new(0.0, 0.0); dynamic],
             places: vec![0; dynamic],
         }
-    }
-
-    /// The step last solved.
-    pub fn step(&self) -> &Step<S> {
-        &self.step
-    }
-
-    /// Takes `step` for the last one again.
-    pub fn restore(&mut self, step: &Step<S>) {
-        self.step.copy_from(step);
-    }
-
-    /// What has been done so far.
-    pub fn work(&self) -> Work {
-        self.work
     }
 
     /// The share of the last step at which stage `i` stands.

@@ -42,7 +42,7 @@ impl<const N: usize> Elementary<N> {
         let square = -&(&rest * &rest);
         let series = |first: Float<N>, index: usize| {
             let (mut term, mut sum, mut k) = (first, first, index);
-            while term.exponent() > -(Float::<N>::BITS as i64) - 4 && k + 2 < self.reciprocals.len() {
+            while term.exponent > -(Float::<N>::BITS as i64) - 4 && k + 2 < self.reciprocals.len() {
                 term = &(&(&term * &square) * &self.reciprocals[k + 1]) * &self.reciprocals[k + 2];
                 sum += &term;
                 k += 2;
@@ -65,7 +65,7 @@ impl<const N: usize> Elementary<N> {
         let tangent = (&(y * &cosine) - &sine).over(&(&cosine + &(y * &sine)));
         let square = -&(&tangent * &tangent);
         let (mut power, mut sum, mut k) = (tangent, tangent, 1);
-        while power.exponent() > -(Float::<N>::BITS as i64) - 4 && k + 2 < self.reciprocals.len() {
+        while power.exponent > -(Float::<N>::BITS as i64) - 4 && k + 2 < self.reciprocals.len() {
             power = &power * &square;
             k += 2;
             sum += &(&power * &self.reciprocals[k]);

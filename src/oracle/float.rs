@@ -28,8 +28,8 @@ const NO_EXPONENT: i64 = 2 * LARGEST_EXPONENT;
 pub(super) struct Float<const N: usize> {
     /// The least significant word first; the first bit of the last is set, unless the number is zero.
     words: [u64; N],
-    /// [`NO_EXPONENT`] of what is not finite, minus that of zero.
-    exponent: i64,
+    /// Of a magnitude in [1/2, 1) 2^exponent; [`NO_EXPONENT`] of what is not finite, minus that of zero.
+    pub exponent: i64,
     negative: bool,
 }
 
@@ -321,12 +321,6 @@ impl<const N: usize> Float<N> {
         let rest = power.clamp(-2200, 2200) - half;
         let magnitude = mantissa * 2f64.powi(half as i32) * 2f64.powi(rest as i32);
         if self.negative { -magnitude } else { magnitude }
-    }
-
-    /// The exponent of a magnitude in [1/2, 1) 2^exponent; very negative for zero.
-    #[inline]
-    pub fn exponent(&self) -> i64 {
-        self.exponent
     }
 
     /// log2 of the magnitude, to about a double's precision; negative infinity for zero.

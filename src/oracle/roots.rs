@@ -74,7 +74,7 @@ fn first_share<const N: usize>(polynomial: Vec<Float<N>>, recentred: u32) -> Opt
 
 /// The coefficients in doubles, with a common factor that makes the largest about 1.
 fn in_doubles<const N: usize>(polynomial: &[Float<N>]) -> Vec<f64> {
-    let largest = polynomial.iter().map(Float::exponent).max().unwrap_or(0);
+    let largest = polynomial.iter().map(|c| c.exponent).max().unwrap_or(0);
     polynomial.iter().map(|c| c.scaled(largest)).collect()
 }
 

@@ -116,7 +116,7 @@ impl Course {
             location: SystemLocation::new(Mode::Separated, 0),
             time: 0.0,
             y: vec![0.0; dynamics.system.dimension],
-            sizes: plan.sizes().to_vec(),
+            sizes: plan.sizes,
             in_columns: is_short(trains) && !matches!(dynamics.system.engagement, Engagement::Bristles(..)),
             dynamics,
         }
@@ -246,7 +246,7 @@ impl Course {
     /// Forces, torques, and kinetic and elastic energy of a state; what the history gives is 0.
     #[cfg(feature = "plot")]
     pub fn channels(&self, mode: Mode, t: f64, y: &[f64]) -> Channels {
-        self.readings(false).channels(t, &self.place(mode, t, y, true), y)
+        self.readings(false).read(t, &self.place(mode, t, y, true), y).1
     }
 
     /// The period (s) by which samples are dense or sparse; `None` where nothing moves by itself.
@@ -257,7 +257,7 @@ impl Course {
 
     /// The rate (1/s) of the fastest motion of the system or of its signals; 0 where nothing moves.
     pub fn fastest_rate(&self) -> f64 {
-        self.dynamics.fastest_rate().max(self.fastest_signal())
+        self.dynamics.rates.fastest.max(self.fastest_signal())
     }
 
     fn fastest_signal(&self) -> f64 {
@@ -291,7 +291,7 @@ impl Course {
         }
         let readings = self.readings(!further.is_empty());
         let read = |t: f64, y: &[f64]| {
-            let (state, channels) = (readings.state(t, &place, y), readings.channels(t, &place, y));
+            let (state, channels) = readings.read(t, &place, y);
             let mut values: Vec<f64> = state.values().into_iter().chain(channels.values()).collect();
             readings.further(t, &place, y, &mut values);
             values

@@ -72,7 +72,7 @@ pub struct SystemDynamics {
     pub excitation: Excitation,
     /// |omega_r| (rad/s) below which an engaged contact counts as stuck.
     pub threshold: f64,
-    rates: Rates,
+    pub(super) rates: Rates,
     /// Stick and separation in closed form.
     pub(super) closed_form: closed_form::ClosedForm,
     /// Both without their fast modes.
@@ -81,14 +81,14 @@ pub struct SystemDynamics {
 
 /// How fast the trains move by themselves, from the eigenvalues of their modes under the largest force.
 #[derive(Debug, Clone, Copy, Default)]
-struct Rates {
-    /// The largest magnitude in any mode, 1/s.
-    fastest: f64,
+pub(super) struct Rates {
+    /// The largest magnitude in any mode, 1/s; 0 where nothing moves by itself.
+    pub fastest: f64,
     /// The fastest damping where friction slides, over the slowest motion that steps have to resolve. Of a contact without stick
     /// that is the slowest motion of the open trains: at rest the contact's own damping makes the slowest motion slower by as
     /// much as it is fast, and no event follows that creep. Of sliding that slows down by itself it is the slowest of the fast
     /// modes: where these have died the method is another.
-    stiffness: f64,
+    pub stiffness: f64,
 }
 
 /// Eigenvalues below this share of the largest are taken for zero. The mode in which friction slides has no zero that is
@@ -266,16 +266,6 @@ impl SystemDynamics {
             (fastest > 0.0).then(|| TAU / fastest)
         };
         periods.min_by(f64::total_cmp).or_else(of_fastest)
-    }
-
-    /// The magnitude of the fastest eigenvalue, 1/s; 0 where nothing moves by itself.
-    pub(super) fn fastest_rate(&self) -> f64 {
-        self.rates.fastest
-    }
-
-    /// The fastest damping over the slowest motion, where friction slides.
-    pub(super) fn stiffness(&self) -> f64 {
-        self.rates.stiffness
     }
 
     /// What acts from outside.

@@ -468,10 +468,7 @@ impl Excitation {
             let fastest = self.timeline.fastest(stretch);
             while from < end {
                 if steps == 0 {
-                    return Some(ContactChange {
-                        time: from,
-                        cause: ChangeCause::Searched,
-                    });
+                    return Some(ContactChange::new(from, ChangeCause::Searched));
                 }
                 steps -= 1;
                 let longest = if fastest > 0.0 { REACH / fastest } else { f64::INFINITY };
@@ -495,10 +492,7 @@ impl Excitation {
                 let zero = if c[0] < 0.0 { Some(0.0) } else { first_falling(&c) };
                 if let Some(share) = zero {
                     let share = without_lift(&c, lift, share);
-                    return Some(ContactChange {
-                        time: (from + share * unit).min(end),
-                        cause: ChangeCause::Zero,
-                    });
+                    return Some(ContactChange::new((from + share * unit).min(end), ChangeCause::Zero));
                 }
                 if !step.is_finite() {
                     return None;
@@ -513,22 +507,16 @@ impl Excitation {
             self.timeline.series(index, stretch + 1, end, 1.0, &mut c);
             match c.into_iter().find(|&c| c != 0.0) {
                 Some(first) if sign * first < 0.0 => {
-                    return Some(ContactChange {
-                        time: end,
-                        cause: if c[0] == 0.0 {
-                            ChangeCause::Corner
-                        } else {
-                            ChangeCause::Beyond
-                        },
-                    });
+                    let stood = c[0] != 0.0;
+                    let cause = if stood {
+                        ChangeCause::Beyond
+                    } else {
+                        ChangeCause::Corner
+                    };
+                    return Some(ContactChange::new(end, cause));
                 }
                 // A force that is nothing presses nobody.
-                None if closed => {
-                    return Some(ContactChange {
-                        time: end,
-                        cause: ChangeCause::Corner,
-                    });
-                }
+                None if closed => return Some(ContactChange::new(end, ChangeCause::Corner)),
                 Some(_) if c[0] == 0.0 => departing = true,
                 _ => {}
             }

@@ -582,8 +582,8 @@ impl Expansion {
             series[0] = start;
         }
         self.relative_velocity = slow.relative_velocity();
-        self.interface = *slow.torque();
-        self.law = slow.friction().clone();
+        self.interface = slow.torque;
+        self.law = slow.friction.clone();
         self.piece = location.piece;
         self.quadratures(system, location);
     }

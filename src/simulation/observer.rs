@@ -149,12 +149,9 @@ impl<'a, R: Readings> Recording<'a, R> {
         self.report
     }
 
-    fn channels(&mut self, t: f64, place: &R::Place, y: &[f64]) -> Result<Channels, Overflow> {
-        let channels = with_history(
-            self.readings.channels(t, place, y),
-            self.work_perturbation,
-            self.report.initial_energy,
-        );
+    /// Completes channels, and takes note of their energies.
+    fn complete(&mut self, t: f64, channels: Channels) -> Result<Channels, Overflow> {
+        let channels = with_history(channels, self.work_perturbation, self.report.initial_energy);
         overflow(t, Channels::DESCRIPTIONS, &channels.values())?;
         let c = &channels;
         let held = c.energy_kinetic + c.energy_elastic + c.dissipated_friction + c.dissipated_damping;
@@ -175,9 +172,9 @@ impl<'a, R: Readings> Recording<'a, R> {
         } else {
             self.segments
         };
-        let state = self.readings.state(t, location, y);
+        let (state, channels) = self.readings.read(t, location, y);
         check_state(t, &state)?;
-        let channels = self.channels(t, location, y)?;
+        let channels = self.complete(t, channels)?;
         let sample = Sample {
             time: t,
             mode: location.mode(),
@@ -244,18 +241,18 @@ impl<'a, R: Readings> Recording<'a, R> {
 
     /// Whether the sample under way is the run's last, which stands after the last segment has been reported.
     fn times_are_over(&self) -> bool {
-        self.segments > 0 && self.report.end == self.times.end()
+        self.segments > 0 && self.report.end == self.times.end_time
     }
 }
 
 impl<R: Readings> Observer<R::Place, EventKind> for Recording<'_, R> {
     fn next_sample_time(&self) -> f64 {
-        let around = self.around.as_ref().map_or(f64::INFINITY, TimesAround::next);
-        self.times.next().min(around)
+        let around = self.around.as_ref().map_or(f64::INFINITY, |around| around.next);
+        self.times.next.min(around)
     }
 
     fn sample(&mut self, t: f64, location: &R::Place, y: &[f64]) -> Result<(), ObserverError> {
-        if t == self.times.next() {
+        if t == self.times.next {
             self.times.advance();
         }
         if let Some(around) = &mut self.around {
@@ -284,8 +281,9 @@ impl<R: Readings> Observer<R::Place, EventKind> for Recording<'_, R> {
         let (work_perturbation, initial_energy) = (self.work_perturbation, self.report.initial_energy);
         let mut row = |t: f64| {
             at(t, y)?;
-            let channels = with_history(readings.channels(t, location, y), work_perturbation, initial_energy);
-            let mut row = readings.state(t, location, y).values().to_vec();
+            let (state, channels) = readings.read(t, location, y);
+            let channels = with_history(channels, work_perturbation, initial_energy);
+            let mut row = state.values().to_vec();
             row.extend(channels.values());
             readings.further(t, location, y, &mut row);
             Ok(row)
@@ -313,7 +311,7 @@ impl<R: Readings> Observer<R::Place, EventKind> for Recording<'_, R> {
         if let Some(around) = &mut self.around {
             around.event(t, kind);
         }
-        let state_after = self.readings.state(t, after.0, after.1);
+        let (state_after, _) = self.readings.read(t, after.0, after.1);
         // A kick may lead beyond the end of its mode, where friction is that of the mode which the reversal then begins.
         let reversed = f64::from(after.0.mode().sense()) * state_after.relative_velocity < 0.0;
         let place = match after.0.mode() {
@@ -321,13 +319,14 @@ impl<R: Readings> Observer<R::Place, EventKind> for Recording<'_, R> {
             Mode::SlipBackward if kind == EventKind::Kick && reversed => after.0.in_mode(Mode::SlipForward),
             _ => *after.0,
         };
-        self.channels(t, &place, after.1)?;
+        let (_, channels) = self.readings.read(t, &place, after.1);
+        self.complete(t, channels)?;
         let event = Event {
             time: t,
             kind,
             mode_after: after.0.mode(),
             segment: self.segments.saturating_sub(1),
-            before: self.readings.state(t, before.0, before.1),
+            before: self.readings.read(t, before.0, before.1).0,
             after: state_after,
             internal_force: self.readings.internal_force(t, before.0, before.1),
         };

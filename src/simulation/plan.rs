@@ -114,7 +114,7 @@ pub(super) struct SystemPlan {
     method: Method,
     rtol: f64,
     /// The size of every component of the state over the whole case, by its largest signals and its start.
-    sizes: Vec<f64>,
+    pub sizes: Vec<f64>,
     /// What the case sets as its absolute tolerance.
     absolute: Vec<Option<f64>>,
     max_step: Option<f64>,
@@ -137,7 +137,7 @@ pub(super) struct SystemPlan {
 
 /// The method by which `auto` takes what is not linear; it takes nothing by series.
 pub(crate) fn method_without_series(trains: &System) -> Method {
-    match SystemDynamics::new(trains, 0.0).stiffness() > STIFF {
+    match SystemDynamics::new(trains, 0.0).rates.stiffness > STIFF {
         true => Method::Esdirk,
         false => Method::Erk,
     }
@@ -214,12 +214,8 @@ fn sizes(dynamics: &SystemDynamics, stretch: usize, outside: &Outside, y: &[f64]
 fn quiet_sizes(dynamics: &SystemDynamics, sizes: &[f64], start: &[f64]) -> Vec<f64> {
     let system = &dynamics.system;
     let mut quiet = sizes.to_vec();
-    let sides = [&system.rotor, &system.stator];
-    let rates = sides
-        .iter()
-        .flat_map(|side| (0..side.shafts()).map(|i| side.twists + 2 * i + 1));
-    let rate = rates.map(|at| sizes[at]).fold(0.0, f64::max);
-    for index in sides.iter().filter_map(|side| side.speed) {
+    let rate = system.twist_rates().map(|at| sizes[at]).fold(0.0, f64::max);
+    for index in [system.rotor.speed, system.stator.speed].into_iter().flatten() {
         quiet[index] = rate / ABSOLUTE_SHARE;
     }
     let outside = dynamics.excitation.at(dynamics.excitation.stretch(0.0), 0.0);
@@ -258,8 +254,8 @@ impl SystemPlan {
             }
         }
         let slopes = system.law.slope_bounds(0.0, f64::INFINITY);
-        let fastest = dynamics.fastest_rate();
-        let stiff = dynamics.stiffness() > STIFF;
+        let fastest = dynamics.rates.fastest;
+        let stiff = dynamics.rates.stiffness > STIFF;
         // Of what is stiff by itself BDF follows every mode.
         let has_regimes = system.twice_resistance.is_some()
             && has_slow_manifold(system)
@@ -297,11 +293,6 @@ impl SystemPlan {
         };
         let regimes = self.has_regimes.then(|| Regimes::new(&self.dynamics, end_time, steps));
         regimes.flatten()
-    }
-
-    /// The size of every component of the state over the whole case.
-    pub fn sizes(&self) -> &[f64] {
-        &self.sizes
     }
 
     /// Whether `auto` takes a location by its series: it is linear.

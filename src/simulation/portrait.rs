@@ -186,7 +186,7 @@ pub(crate) fn portrait(trains: &System, threshold: f64, section: &Section, perio
     let dynamics = Arc::new(SystemDynamics::new(trains, threshold));
     let state = state_of(&dynamics, &section.further);
     let stretch = dynamics.excitation.stretch(section.time);
-    let fastest = dynamics.fastest_rate().max(dynamics.excitation.fastest(stretch));
+    let fastest = dynamics.rates.fastest.max(dynamics.excitation.fastest(stretch));
     let turns = period * fastest / std::f64::consts::TAU;
     let intervals = (INTERVALS_PER_TURN * turns).clamp(INTERVALS.0, INTERVALS.1).ceil();
     let options = SolverOptions {

@@ -189,7 +189,7 @@ impl Run<'_> {
             if self.time <= before.0 {
                 return Err(self.stuck());
             }
-            self.state = *self.pair.solution();
+            self.state = self.pair.solution;
             proposed = next;
             self.samples(before, step)?;
             self.check_finite()?;
@@ -241,11 +241,11 @@ impl Run<'_> {
             let error = self.pair.step(self.time, &self.state, taken, |t, y, dydt| {
                 model.rhs(mode, t, y, dydt);
             });
-            self.counters.rhs_evaluations += self.pair.evaluations();
+            self.counters.rhs_evaluations += self.pair.slopes.len() as u64;
             // An error that is no number asks for the shortest step that is tried.
             let wanted = if error.is_finite() {
                 let share = (error / tolerance).max(1e-30);
-                taken * (SAFETY * share.powf(-1.0 / f64::from(self.pair.order()))).clamp(CHANGE.0, CHANGE.1)
+                taken * (SAFETY * share.powf(-1.0 / f64::from(self.pair.order))).clamp(CHANGE.0, CHANGE.1)
             } else {
                 CHANGE.0 * taken
             };
@@ -253,7 +253,7 @@ impl Run<'_> {
             if passes || taken <= shortest_step {
                 self.counters.steps += 1;
                 self.counters.last_step = taken;
-                self.counters.last_order = self.pair.order();
+                self.counters.last_order = self.pair.order;
                 // A step that was cut for the stop says nothing against the proposal.
                 let next = if passes && taken < step {
                     step.max(wanted)
@@ -280,7 +280,7 @@ impl Run<'_> {
                     .step(before.0, &before.1, (due - before.0).min(step), |t, y, dydt| {
                         model.rhs(mode, t, y, dydt);
                     });
-                *self.pair.solution()
+                self.pair.solution
             } else {
                 before.1
             };

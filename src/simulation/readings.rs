@@ -39,11 +39,9 @@ pub(super) trait Readings {
     /// Where the run is.
     type Place: Place;
 
-    /// All of the state at `t`.
-    fn state(&self, t: f64, place: &Self::Place, y: &[f64]) -> State;
-
-    /// Forces, torques and energies at `t`; the work of kicks and the residual, which need the history, are left 0.
-    fn channels(&self, t: f64, place: &Self::Place, y: &[f64]) -> Channels;
+    /// All of the state at `t`; and forces, torques and energies, of which the work of kicks and the residual, which need the
+    /// history, are left 0.
+    fn read(&self, t: f64, place: &Self::Place, y: &[f64]) -> (State, Channels);
 
     /// What a kick changes, J.
     fn kinetic_energy(&self, t: f64, place: &Self::Place, y: &[f64]) -> f64;
@@ -71,8 +69,8 @@ fn absolute(y: &[f64]) -> AbsoluteState {
 impl Readings for AbsoluteReadings<'_> {
     type Place = Mode;
 
-    fn state(&self, _t: f64, _place: &Mode, y: &[f64]) -> State {
-        State {
+    fn read(&self, t: f64, place: &Mode, y: &[f64]) -> (State, Channels) {
+        let state = State {
             z: y[Z],
             z_dot: y[Z_DOT],
             theta: y[THETA],
@@ -85,10 +83,7 @@ impl Readings for AbsoluteReadings<'_> {
             rotor_twist_rate: y[THETA_DOT] - y[PHI2_DOT],
             relative_velocity: y[PHI2_DOT] - y[PHI1_DOT],
             slip_displacement: y[PHI2] - y[PHI1],
-        }
-    }
-
-    fn channels(&self, t: f64, place: &Mode, y: &[f64]) -> Channels {
+        };
         let mode = *place;
         let y = absolute(y);
         let normal_force = if mode == Mode::Separated {
@@ -96,7 +91,7 @@ impl Readings for AbsoluteReadings<'_> {
         } else {
             self.model.pressing_force(&y).max(0.0)
         };
-        Channels {
+        let channels = Channels {
             applied_force: self.model.force.value(t),
             normal_force,
             friction_torque: self.model.friction_torque(mode, &y, normal_force),
@@ -107,7 +102,8 @@ impl Readings for AbsoluteReadings<'_> {
             dissipated_friction: y[FRICTION_LOSS],
             dissipated_damping: y[DAMPING_LOSS],
             ..Channels::default()
-        }
+        };
+        (state, channels)
     }
 
     fn kinetic_energy(&self, _t: f64, _place: &Mode, y: &[f64]) -> f64 {

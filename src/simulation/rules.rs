@@ -23,7 +23,7 @@ pub(super) struct SystemRules {
     kicks: Vec<(f64, Kick)>,
     next_kick: usize,
     /// Kicks waiting for the loss of stability.
-    waiting_kicks: Vec<Kick>,
+    pub waiting_kicks: Vec<Kick>,
     /// The next corner of a signal.
     next_corner: usize,
     /// The next change of the contact; outer `None`: not looked for yet.
@@ -32,8 +32,8 @@ pub(super) struct SystemRules {
     departing: bool,
     /// From t = 0 on, where sliding slows down by itself; elsewhere all steps resolve all modes.
     regimes: Option<Regimes>,
-    /// The first stop came at the end of smooth sliding.
-    stopped_smoothly: bool,
+    /// The first stop came at the end of smooth sliding, on which rounding does not grow.
+    pub stopped_smoothly: bool,
 }
 
 type SystemTransition = Transition<EventKind, SystemLocation>;
@@ -65,16 +65,6 @@ impl SystemRules {
     /// The same, with steps that always resolve the fast modes.
     pub fn resolving_all(self) -> Self {
         SystemRules { regimes: None, ..self }
-    }
-
-    /// Kicks set at the instability that never came.
-    pub fn kicks_never_given(&self) -> usize {
-        self.waiting_kicks.len()
-    }
-
-    /// Whether the first stop came at the end of smooth sliding, on which rounding does not grow.
-    pub fn stopped_smoothly(&self) -> bool {
-        self.stopped_smoothly
     }
 
     /// Location at t = 0 for a state; surfaces of one speed are joined.

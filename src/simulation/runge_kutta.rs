@@ -7,11 +7,14 @@ use crate::sundials::{Coefficients, ErkTable};
 #[derive(Debug)]
 pub(super) struct EmbeddedPair<const N: usize> {
     coefficients: Coefficients,
-    order: u32,
+    /// Order of the method.
+    pub(super) order: u32,
     /// Leading components whose error is estimated.
     judged: usize,
-    slopes: Vec<[f64; N]>,
-    solution: [f64; N],
+    /// Of each stage: evaluations of the right-hand side in a step.
+    pub(super) slopes: Vec<[f64; N]>,
+    /// What the last step came to.
+    pub(super) solution: [f64; N],
 }
 
 impl<const N: usize> EmbeddedPair<N> {
@@ -25,21 +28,6 @@ impl<const N: usize> EmbeddedPair<N> {
             coefficients,
             solution: [0.0; N],
         }
-    }
-
-    /// Order of the method.
-    pub(super) fn order(&self) -> u32 {
-        self.order
-    }
-
-    /// Evaluations of the right-hand side in a step.
-    pub(super) fn evaluations(&self) -> u64 {
-        self.slopes.len() as u64
-    }
-
-    /// What the last step came to.
-    pub(super) fn solution(&self) -> &[f64; N] {
-        &self.solution
     }
 
     /// Steps from `y` at `t` by `step` (s) and returns the largest estimate of the error; the solution is kept here.
@@ -83,7 +71,7 @@ mod tests {
                 let mut y = [1.0, 0.0];
                 for k in 0..steps {
                     pair.step(k as f64 * step, &y, step, |_, y, dydt| *dydt = [y[1], -y[0]]);
-                    y = *pair.solution();
+                    y = pair.solution;
                 }
                 (y[0] - 1f64.cos()).hypot(y[1] + 1f64.sin())
             };

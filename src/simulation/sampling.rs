@@ -8,12 +8,14 @@ use std::collections::VecDeque;
 /// inside them, and the end.
 #[derive(Debug, Clone)]
 pub(crate) struct SampleTimes {
-    end_time: f64,
+    /// The end of the run, s.
+    pub end_time: f64,
     /// Disjoint stretches in order: (from, to, interval, origin); samples at origin + k interval in [from, to).
     stretches: Vec<(f64, f64, f64, f64)>,
     stretch: usize,
     count: f64,
-    next: f64,
+    /// The time that is due, s.
+    pub next: f64,
 }
 
 impl SampleTimes {
@@ -49,16 +51,6 @@ impl SampleTimes {
         };
         times.enter();
         times
-    }
-
-    /// The time that is due.
-    pub fn next(&self) -> f64 {
-        self.next
-    }
-
-    /// The end of the run, s.
-    pub fn end(&self) -> f64 {
-        self.end_time
     }
 
     /// Leaves out those before `t` (s).
@@ -125,7 +117,8 @@ pub(super) struct TimesAround {
     short: VecDeque<(f64, f64)>,
     /// Where there are none, because there would be too many in all, s.
     left_out: Option<(f64, f64)>,
-    next: f64,
+    /// The time that is due, s; infinite if none is.
+    pub next: f64,
     left: usize,
     sticks: usize,
 }
@@ -234,11 +227,6 @@ impl TimesAround {
         self.settle(t);
     }
 
-    /// The time that is due; infinite if none is.
-    pub(super) fn next(&self) -> f64 {
-        self.next
-    }
-
     /// A sample has been taken at `t` (s), whatever for.
     pub(super) fn taken(&mut self, t: f64) {
         if t == self.next {
@@ -296,8 +284,8 @@ mod tests {
     fn all(output: &OutputOptions) -> Vec<f64> {
         let mut times = SampleTimes::new(output);
         let mut list = Vec::new();
-        while times.next().is_finite() {
-            list.push(times.next());
+        while times.next.is_finite() {
+            list.push(times.next);
             times.advance();
         }
         list

@@ -189,7 +189,7 @@ pub(crate) fn simulate_from(
         further,
     };
     let initial_energy = {
-        let channels = readings.channels(time, &location, &state);
+        let (_, channels) = readings.read(time, &location, &state);
         channels.energy_kinetic + channels.energy_elastic
     };
     let watched = dynamics.system.twice_resistance.is_some();
@@ -208,8 +208,8 @@ pub(crate) fn simulate_from(
     recording.begin_at(time);
     let start = Start { time, location, state };
     let (result, mut report) = automaton(&dynamics, &mut rules, start, solver, output, recording);
-    report.stopped_smoothly = rules.stopped_smoothly();
+    report.stopped_smoothly = rules.stopped_smoothly;
     report.one_sided_test = trains.breakaway_test != BreakawayTest::Transmitted;
-    report.count_kicks(trains.kicks.len(), rules.kicks_never_given());
+    report.count_kicks(trains.kicks.len(), rules.waiting_kicks.len());
     report.ended(result)
 }

@@ -98,7 +98,7 @@ impl StateReadings<'_> {
 impl Readings for StateReadings<'_> {
     type Place = SystemLocation;
 
-    fn state(&self, t: f64, place: &SystemLocation, y: &[f64]) -> State {
+    fn read(&self, t: f64, place: &SystemLocation, y: &[f64]) -> (State, Channels) {
         let system = &self.dynamics.system;
         let outside = self.dynamics.outside(place, t);
         let (phi2, phi1, theta) = self.angles(t, y);
@@ -107,14 +107,15 @@ impl Readings for StateReadings<'_> {
         // In stick it is zero by the mode, not by a difference of two rounded speeds.
         let w = if place.mode == Mode::Stick { 0.0 } else { rotor - stator };
         let outermost = system.rotor.outermost_speed(&outside.rotor, y).unwrap_or(rotor);
-        let axial = self.dynamics.excitation.axial().map(|motion| motion.at(t));
+        let axial = self.dynamics.excitation.axial();
+        let at = axial.map(|motion| motion.at(t));
         let first = |i: usize| match system.rotor.shafts() {
             0 => 0.0,
             _ => y[system.rotor.twists + i],
         };
-        State {
-            z: axial.map_or(0.0, |axial| axial.displacement),
-            z_dot: axial.map_or(0.0, |axial| axial.velocity),
+        let state = State {
+            z: at.map_or(0.0, |axial| axial.displacement),
+            z_dot: at.map_or(0.0, |axial| axial.velocity),
             theta,
             theta_dot: outermost,
             phi1,
@@ -125,22 +126,15 @@ impl Readings for StateReadings<'_> {
             rotor_twist_rate: first(1),
             relative_velocity: w,
             slip_displacement: y[system.slip],
-        }
-    }
-
-    fn channels(&self, t: f64, place: &SystemLocation, y: &[f64]) -> Channels {
-        let system = &self.dynamics.system;
-        let outside = self.dynamics.outside(place, t);
+        };
         let normal_force = if place.mode == Mode::Separated {
             0.0
         } else {
             outside.normal_force.max(0.0)
         };
         let interface = system.interface_torque(place.mode, place.sign(), place.piece, &outside, y);
-        let axial = self.dynamics.excitation.axial();
-        let at = axial.map(|motion| motion.at(t));
-        let (axial_kinetic, axial_elastic) = axial.map_or((0.0, 0.0), |motion| motion.energies(t));
-        Channels {
+        let (axial_kinetic, axial_elastic) = axial.zip(at).map_or((0.0, 0.0), |(motion, at)| motion.energies(&at));
+        let channels = Channels {
             applied_force: at.map_or(normal_force, |axial| axial.force),
             normal_force,
             friction_torque: interface,
@@ -151,7 +145,8 @@ impl Readings for StateReadings<'_> {
             dissipated_friction: y[system.slip + FRICTION_LOSS],
             dissipated_damping: y[system.slip + DAMPING_LOSS] + at.map_or(0.0, |axial| axial.dissipated),
             ..Channels::default()
-        }
+        };
+        (state, channels)
     }
 
     fn kinetic_energy(&self, t: f64, place: &SystemLocation, y: &[f64]) -> f64 {

@@ -9,7 +9,7 @@ use crate::hybrid::{
     Carried, CarryingRules, Measures, MovedCopy, MovedNumber, Passage, Replaced, RunError, Start, Transition,
 };
 use crate::model::Mode;
-use crate::model::equations::{Outside, Side};
+use crate::model::equations::Outside;
 use crate::model::slow_manifold::{Slip, has_slow_manifold, on_slow_manifold, slow_momenta};
 use crate::model::system::System;
 use crate::record::{EventDigest, EventKind, Recorder};
@@ -69,11 +69,6 @@ impl Contact {
         }
     }
 
-    fn rates_of_twists(&self) -> impl Iterator<Item = usize> {
-        let of = |side: &Side| (0..side.shafts()).map(|i| side.twists + 2 * i + 1).collect::<Vec<_>>();
-        let system = &self.dynamics.system;
-        of(&system.rotor).into_iter().chain(of(&system.stator))
-    }
 }
 
 impl Measures<SystemLocation, EventKind> for Contact {
@@ -100,7 +95,7 @@ impl Measures<SystemLocation, EventKind> for Contact {
         let SystemDynamics { system, excitation, .. } = &*self.dynamics;
         let kick = transitions.iter().find(|one| one.kind == Some(EventKind::Kick))?;
         // A kick changes rates only.
-        let kept = self.rates_of_twists().all(|rate| kick.state[rate - 1] == y[rate - 1]);
+        let kept = system.twist_rates().all(|rate| kick.state[rate - 1] == y[rate - 1]);
         if kept || location.mode.sense() == 0 || !has_slow_manifold(system) {
             return None;
         }
@@ -190,7 +185,7 @@ pub(crate) fn variation(
         dynamics: &dynamics,
         further: false,
     };
-    let channels = readings.channels(0.0, &location, &state);
+    let (_, channels) = readings.read(0.0, &location, &state);
     let energy = channels.energy_kinetic + channels.energy_elastic;
     let mut recording = Recording::new(readings, EventDigest::new(None), output, recorder, control, energy);
     recording.limit_wall_time(solver.max_wall_time);

@@ -226,8 +226,8 @@ unsafe fn data(vector: ffi::N_Vector) -> *mut f64 {
 
 /// Dense Newton: the `SUNMatrix` of the system and its `SUNLinearSolver`.
 pub(super) struct DenseNewton {
-    matrix: ffi::SUNMatrix,
-    solver: ffi::SUNLinearSolver,
+    pub(super) matrix: ffi::SUNMatrix,
+    pub(super) solver: ffi::SUNLinearSolver,
 }
 
 impl DenseNewton {
@@ -253,14 +253,6 @@ impl DenseNewton {
         }
         Ok(dense)
     }
-
-    pub(super) fn matrix(&self) -> ffi::SUNMatrix {
-        self.matrix
-    }
-
-    pub(super) fn solver(&self) -> ffi::SUNLinearSolver {
-        self.solver
-    }
 }
 
 impl Drop for DenseNewton {
@@ -276,7 +268,7 @@ impl Drop for DenseNewton {
 }
 
 /// Fixed-point iteration as a `SUNNonlinearSolver`.
-pub(super) struct FixedPointSolver(ffi::SUNNonlinearSolver);
+pub(super) struct FixedPointSolver(pub(super) ffi::SUNNonlinearSolver);
 
 impl FixedPointSolver {
     pub(super) fn new(context: &Context, template: &Vector) -> Result<Self, SolverError> {
@@ -288,10 +280,6 @@ impl FixedPointSolver {
             });
         }
         Ok(Self(raw))
-    }
-
-    pub(super) fn raw(&self) -> ffi::SUNNonlinearSolver {
-        self.0
     }
 }
 

@@ -190,7 +190,7 @@ impl<S: OdeSystem> Solver<S> {
             Nonlinear::Newton => self.set_newton()?,
             Nonlinear::FixedPoint => {
                 let solver = FixedPointSolver::new(&self.core.context, &self.core.state)?;
-                let raw = solver.raw();
+                let raw = solver.0;
                 self._fixed_point = Some(solver);
                 call!(self, Cvode, CVodeSetNonlinearSolver(raw))?;
             }
@@ -216,7 +216,7 @@ impl<S: OdeSystem> Solver<S> {
     /// Newton iteration with a dense Jacobian, the system's own if it has one.
     fn set_newton(&mut self) -> Result<(), SolverError> {
         let newton = DenseNewton::new(&self.core.context, &self.core.state)?;
-        let (solver, matrix) = (newton.solver(), newton.matrix());
+        let (solver, matrix) = (newton.solver, newton.matrix);
         self.newton = Some(newton);
         either_linear!(self, CVodeSetLinearSolver | ARKodeSetLinearSolver(solver, matrix))?;
         if self.system().has_jacobian() {

@@ -130,7 +130,7 @@ impl TaylorEngine {
             let fired = self.root_of_collocation(&slip);
             self.first = false;
             self.last = Last::Collocation;
-            self.counters.last_step = self.radau.step().length;
+            self.counters.last_step = self.radau.step.length;
             return Ok(Some(match fired {
                 Some(Root { index, tau }) => {
                     self.tau = tau;
@@ -173,7 +173,7 @@ impl TaylorEngine {
     /// than its middle. But within a few periods of an unstable fast mode R(z) has its poles, and a step cut to such a
     /// length may be worse than the polynomial of the whole: where they disagree the polynomial holds.
     fn root_of_collocation(&mut self, slip: &Slip<'_>) -> Option<Root> {
-        self.whole.copy_from(self.radau.step());
+        self.whole.copy_from(&self.radau.step);
         let (start, length) = (self.tau, self.whole.length);
         let (share, index, polynomial) = self.earliest_in_collocation(start, length)?;
         let watched = self.dynamics.watched(&self.location)[index];
@@ -197,7 +197,7 @@ impl TaylorEngine {
                 if again {
                     self.stage.copy_from_slice(&self.end);
                 } else {
-                    self.radau.restore(&self.whole);
+                    self.radau.step.copy_from(&self.whole);
                 }
             }
             let value = self.guard_at(watched, start + root, &self.stage);

@@ -184,10 +184,7 @@ impl TaylorEngine {
         self.weigh();
         let angle = TAU * self.expansion.unit / self.period;
         let last = (1..TERMS).fold(1.0, |factor, n| factor * n as f64 / angle);
-        let system = &self.dynamics.system;
-        let mut rates = [&system.rotor, &system.stator]
-            .into_iter()
-            .flat_map(|side| (0..side.shafts()).map(|i| side.twists + 2 * i + 1));
+        let mut rates = self.dynamics.system.twist_rates();
         rates.any(|k| last * self.expansion.state[k][TERMS - 1].abs() > self.weights[k])
     }
 
@@ -471,7 +468,7 @@ impl Engine<SystemLocation> for TaylorEngine {
         let tied = system.rotor.speed.is_none() && system.stator.speed.is_none();
         self.held = (tied && self.location.mode == Mode::Stick).then(|| system.twisted(&self.y));
         self.counters = Counters::default();
-        self.radau_before = self.radau.work();
+        self.radau_before = self.radau.work;
         self.ringing = true;
         self.restart_collocation();
         Ok(())
@@ -514,12 +511,12 @@ impl Engine<SystemLocation> for TaylorEngine {
     fn state_at(&mut self, tau: f64, out: &mut [f64]) -> Result<(), EngineError> {
         match self.last {
             Last::Expansion(about) => self.expansion.at((tau - about) / self.expansion.unit, out),
-            Last::Collocation => self.radau.step().at(tau, out),
+            Last::Collocation => self.radau.step.at(tau, out),
         }
         Ok(())
     }
 
     fn counters(&mut self) -> Result<Counters, EngineError> {
-        Ok(with_work_of(self.counters, self.radau.work(), self.radau_before))
+        Ok(with_work_of(self.counters, self.radau.work, self.radau_before))
     }
 }
