@@ -2,7 +2,7 @@
 //!
 //! sundials-sys links ARKODE but binds none of it, nor the step size controllers. What is generated
 //! here borrows the types of sundials-sys, so that a vector made through one is a vector for the other.
-//! The return flags become Rust enums: a name for each number, straight from the headers.
+//! The return flags become tables: a name for each number, straight from the headers.
 
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
@@ -96,32 +96,32 @@ impl ParseCallbacks for Macros {
 }
 
 impl Found {
-    /// The Rust enums of the return flags.
+    /// The names of the return flags.
     fn flags(&self) -> String {
         let mut text = String::new();
-        self.flag_enum(&mut text, "CvodeFlag", "CV_", "`CVode*` (`cvode/cvode.h`)");
-        self.flag_enum(
+        self.flag_table(&mut text, "CVODE_FLAGS", "CV_", "`CVode*` (`cvode/cvode.h`)");
+        self.flag_table(
             &mut text,
-            "CvodeLinearFlag",
+            "CVODE_LINEAR_FLAGS",
             "CVLS_",
             "CVODE's linear solver interface (`cvode/cvode_ls.h`)",
         );
-        self.flag_enum(
+        self.flag_table(
             &mut text,
-            "ArkodeFlag",
+            "ARKODE_FLAGS",
             "ARK_",
             "`ARKode*`, `ERKStep*` and `ARKStep*` (`arkode/arkode.h`)",
         );
-        self.flag_enum(
+        self.flag_table(
             &mut text,
-            "ArkodeLinearFlag",
+            "ARKODE_LINEAR_FLAGS",
             "ARKLS_",
             "ARKODE's linear solver interface (`arkode/arkode_ls.h`)",
         );
         text
     }
 
-    fn flag_enum(&self, text: &mut String, name: &str, prefix: &str, origin: &str) {
+    fn flag_table(&self, text: &mut String, name: &str, prefix: &str, origin: &str) {
         // The same prefix also names modes; a flag is negative or one of these.
         const NOT_NEGATIVE: [&str; 4] = ["SUCCESS", "TSTOP_RETURN", "ROOT_RETURN", "WARNING"];
         const MODES: [&str; 2] = ["ADAPT_", "INTERP_NONE"];
@@ -141,48 +141,14 @@ impl Found {
             "no {prefix}SUCCESS among the macros of the SUNDIALS headers"
         );
 
-        let rows: Vec<_> = flags
-            .iter()
-            .rev()
-            .map(|(value, macro_name)| (value, *macro_name, camel(macro_name)))
-            .collect();
         let mut line = |s: String| writeln!(text, "{s}").expect("a String takes all");
         line(format!("/// Return flags of {origin}."));
-        line("#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]\n#[repr(i32)]".to_owned());
-        line(format!("pub enum {name} {{"));
-        for (value, macro_name, variant) in &rows {
-            line(format!("    /// `{macro_name}`\n    {variant} = {value},"));
+        line(format!("const {name}: &[(i32, &str)] = &["));
+        for (value, macro_name) in flags.iter().rev() {
+            line(format!("    ({value}, \"{macro_name}\"),"));
         }
-        line(format!("}}\n\nimpl {name} {{"));
-        line("    /// The flag of this number, if the headers have one.".to_owned());
-        line("    pub fn from_number(number: i32) -> Option<Self> {\n        Some(match number {".to_owned());
-        for (value, _, variant) in &rows {
-            line(format!("            {value} => Self::{variant},"));
-        }
-        line("            _ => return None,\n        })\n    }\n".to_owned());
-        line("    /// Its name in the C header.".to_owned());
-        line("    pub fn name(self) -> &'static str {\n        match self {".to_owned());
-        for (_, macro_name, variant) in &rows {
-            line(format!("            Self::{variant} => \"{macro_name}\","));
-        }
-        line("        }\n    }\n}\n".to_owned());
+        line("];\n".to_owned());
     }
-}
-
-/// `CV_TOO_MUCH_WORK` to `TooMuchWork`: the words after the first.
-fn camel(macro_name: &str) -> String {
-    macro_name
-        .split('_')
-        .skip(1)
-        .map(|word| {
-            let mut letters = word.chars();
-            letters
-                .next()
-                .into_iter()
-                .chain(letters.map(|c| c.to_ascii_lowercase()))
-                .collect::<String>()
-        })
-        .collect()
 }
 
 /// Commit and compiler, so that every result can say what made it.

@@ -5,8 +5,8 @@ use std::f64::consts::{FRAC_PI_2, PI};
 use nalgebra::DMatrixViewMut;
 use proptest::prelude::*;
 use stickslip::sundials::{
-    Callback, Counters, CvodeFlag, CvodeOptions, Direction, ErkTable, EsdirkTable, Flag, Method, Multistep, Nonlinear,
-    OdeSystem, Outcome, ShortSteps, Solver, SolverError, Task, Tolerances,
+    Callback, Counters, CvodeOptions, Direction, ErkTable, EsdirkTable, Flag, Method, Multistep, Nonlinear, OdeSystem,
+    Outcome, ShortSteps, Solver, SolverError, Task, Tolerances,
 };
 
 /// x'' = -x: x = cos t, v = -sin t from (1, 0). Crossings of x and of v.
@@ -770,7 +770,7 @@ fn sundials_an_error_has_function_flag_time_and_message() {
     let mut solver = cvode(Multistep::Bdf, Nonlinear::Newton);
     solver.advance(1.0, Task::Normal).unwrap();
     let error = solver.set_stop_time(Some(0.5)).unwrap_err();
-    assert_eq!(error.flag(), Some(Flag::Cvode(CvodeFlag::IllInput)));
+    assert_eq!(error.flag().map(Flag::name), Some("CV_ILL_INPUT"));
     let text = error.to_string();
     assert!(
         text.starts_with("CVodeSetStopTime returned CV_ILL_INPUT (-22) at t = "),

@@ -8,10 +8,8 @@ use super::chains::{Chains, Drifting, Sum, Turning};
 use super::equations::{ANGLE, DAMPING_LOSS, SystemEquations, WORK};
 use crate::model::Mode;
 use crate::model::breakaway::{Bounded, Breakaway, Search, first_breakaway};
-use crate::model::linear_flow::{Functional, LinearFlow};
-use nalgebra::allocator::Allocator;
-use nalgebra::{Const, DMatrix, DVector, DefaultAllocator, Dim, Dyn, OMatrix, OVector, RowOVector, U1};
-use std::fmt::Debug;
+use crate::model::linear_flow::{self, Flow};
+use nalgebra::{DMatrix, DVector};
 
 /// Coordinates up to which a closed form is used. The work of its products grows with the square of their number, that of a
 /// Taylor series in proportion to it, which then costs less.
@@ -28,95 +26,10 @@ impl ClosedForm {
     }
 }
 
-/// A linear flow of any size, with the torque that breakaway tests.
-trait Flow: Debug + Send + Sync {
-    /// The coordinates a time `tau` >= 0 (s) later.
-    fn advance(&self, x: &[f64], tau: f64, out: &mut [f64]);
-
-    /// Whether the energy bounds the torque.
-    fn has_bounds(&self) -> bool;
-
-    /// The torque that breakaway tests, at the coordinates `x`, N m.
-    fn torque(&self, x: &[f64]) -> f64;
-
-    /// The same with its bounds where the coordinates are `moving` beside those of rest, and the farthest (N m) that it comes
-    /// from then on from its value at rest.
-    fn tested(&self, x: &[f64], moving: &[f64]) -> (Bounded, f64);
-}
-
-#[derive(Debug)]
-struct SizedFlow<D: Dim>
-where
-    DefaultAllocator: Allocator<D, D> + Allocator<D> + Allocator<U1, D>,
-{
-    dimension: D,
-    flow: LinearFlow<D>,
-    tested: Functional<D>,
-}
-
-impl<D: Dim> SizedFlow<D>
-where
-    DefaultAllocator: Allocator<D, D> + Allocator<D> + Allocator<U1, D>,
-{
-    fn new(dimension: D, a: &DMatrix<f64>, energy: &DMatrix<f64>, tested: &DVector<f64>) -> Self {
-        let of = |matrix: &DMatrix<f64>| OMatrix::from_column_slice_generic(dimension, dimension, matrix.as_slice());
-        let flow = LinearFlow::new(of(a), of(energy));
-        let row = RowOVector::from_column_slice_generic(Const::<1>, dimension, tested.as_slice());
-        SizedFlow {
-            dimension,
-            tested: flow.functional(row),
-            flow,
-        }
-    }
-
-    fn vector(&self, x: &[f64]) -> OVector<f64, D> {
-        OVector::from_column_slice_generic(self.dimension, Const::<1>, x)
-    }
-}
-
-impl<D: Dim> Flow for SizedFlow<D>
-where
-    DefaultAllocator: Allocator<D, D> + Allocator<D> + Allocator<U1, D>,
-    LinearFlow<D>: Debug + Send + Sync,
-    Functional<D>: Debug + Send + Sync,
-{
-    fn advance(&self, x: &[f64], tau: f64, out: &mut [f64]) {
-        out.copy_from_slice(self.flow.advance(&self.vector(x), tau).as_slice());
-    }
-
-    fn has_bounds(&self) -> bool {
-        self.flow.has_bounds()
-    }
-
-    fn torque(&self, x: &[f64]) -> f64 {
-        self.tested.value(&self.vector(x))
-    }
-
-    fn tested(&self, x: &[f64], moving: &[f64]) -> (Bounded, f64) {
-        let energy = self.flow.energy_norm(&self.vector(moving));
-        let x = self.vector(x);
-        let torque = Bounded {
-            value: self.tested.value(&x),
-            rate: self.tested.rate(&x),
-            curvature: self.tested.largest_curvature_later(energy),
-        };
-        (torque, self.tested.largest_later(energy))
-    }
-}
-
-/// The flow of sizes that small systems have is known to the compiler.
-fn sized(a: &DMatrix<f64>, energy: &DMatrix<f64>, tested: &DVector<f64>) -> Box<dyn Flow> {
-    match a.nrows() {
-        2 => Box::new(SizedFlow::new(Const::<2>, a, energy, tested)),
-        3 => Box::new(SizedFlow::new(Const::<3>, a, energy, tested)),
-        4 => Box::new(SizedFlow::new(Const::<4>, a, energy, tested)),
-        n => Box::new(SizedFlow::new(Dyn(n), a, energy, tested)),
-    }
-}
-
 /// The linear motion of one mode.
 #[derive(Debug)]
 pub struct Motion {
+    /// With the torque that breakaway tests, N m.
     flow: Box<dyn Flow>,
     /// P.
     energy: DMatrix<f64>,
@@ -145,7 +58,7 @@ impl Motion {
     fn new(system: &SystemEquations, stuck: bool) -> Option<Motion> {
         let chains = Chains::new(system, stuck).filter(|chains| chains.dimension() <= MOST)?;
         let (a, energy) = (chains.flow(), chains.energy());
-        let flow = sized(&a, &energy, &chains.tested(system));
+        let flow = linear_flow::flow(&a, &energy, &chains.tested(system));
         flow.has_bounds().then_some(())?;
         Some(Motion {
             flow,
@@ -225,7 +138,7 @@ impl Motion {
 
     /// The torque (N m) that breakaway tests in a stick at the state `y`, under the external torques of rotor and stator (N m).
     pub(crate) fn tested_torque(&self, y: &[f64], torques: [f64; 2]) -> f64 {
-        self.flow.torque(self.coordinates(y, torques).as_slice())
+        self.flow.value(self.coordinates(y, torques).as_slice())
     }
 
     /// When a stick that begins with the state `y` breaks away, under the external torques of rotor and stator (N m); `limit` and
@@ -240,15 +153,13 @@ impl Motion {
     ) -> Breakaway {
         let start = self.coordinates(y, torques);
         let rest = self.rest.as_ref().map(|rest| rest * &start);
-        let at_rest = rest
-            .as_ref()
-            .map_or(0.0, |rest| self.flow.torque(rest.as_slice()).abs());
+        let at_rest = rest.as_ref().map_or(0.0, |rest| self.flow.value(rest.as_slice()).abs());
         let tested = |tau: f64| {
             let mut x = start.clone();
             self.flow.advance(start.as_slice(), tau, x.as_mut_slice());
             let (torque, swing) = match &rest {
-                Some(rest) => self.flow.tested(x.as_slice(), (&x - rest).as_slice()),
-                None => self.flow.tested(x.as_slice(), x.as_slice()),
+                Some(rest) => self.flow.bounded(x.as_slice(), (&x - rest).as_slice()),
+                None => self.flow.bounded(x.as_slice(), x.as_slice()),
             };
             (torque, at_rest + swing)
         };

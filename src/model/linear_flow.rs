@@ -1,7 +1,9 @@
 //! Linear motion with constant coefficients, x' = A x, by its matrix exponential.
 
+use super::breakaway::Bounded;
 use nalgebra::allocator::Allocator;
-use nalgebra::{DefaultAllocator, Dim, OMatrix, OVector, RowOVector, U1};
+use nalgebra::{Const, DMatrix, DVector, DefaultAllocator, Dim, Dyn, OMatrix, OVector, RowOVector, U1};
+use std::fmt::Debug;
 use std::sync::OnceLock;
 
 /// Number of doublings of the smallest tabulated time.
@@ -10,7 +12,36 @@ const LEVELS: usize = 48;
 /// Order of the Taylor series over less than the smallest of them.
 const ORDER: u32 = 11;
 
-/// x' = A x with an energy x^T P x that never grows.
+/// x' = A x with an energy x^T P x that never grows, and a linear function c x; of any size.
+pub(super) trait Flow: Debug + Send + Sync {
+    /// The coordinates a time `tau` >= 0 (s) later.
+    fn advance(&self, x: &[f64], tau: f64, out: &mut [f64]);
+
+    /// Whether the energy bounds functions of the state.
+    fn has_bounds(&self) -> bool;
+
+    /// c x.
+    fn value(&self, x: &[f64]) -> f64;
+
+    /// The same with its bounds where the coordinates are `moving` beside those of rest, and the farthest that it comes from then
+    /// on from its value at rest.
+    fn bounded(&self, x: &[f64], moving: &[f64]) -> (Bounded, f64);
+}
+
+/// The flow with the matrices A and P and the row c. Sizes that small systems have are known to the compiler.
+///
+/// `a` must be scaled so that its entries are of one size; P is symmetric and positive definite but for its rows of zeros. Where it
+/// has no inverse in double precision there are no bounds: see [`Flow::has_bounds`].
+pub(super) fn flow(a: &DMatrix<f64>, energy: &DMatrix<f64>, row: &DVector<f64>) -> Box<dyn Flow> {
+    match a.nrows() {
+        2 => Box::new(LinearFlow::new(Const::<2>, a, energy, row)),
+        3 => Box::new(LinearFlow::new(Const::<3>, a, energy, row)),
+        4 => Box::new(LinearFlow::new(Const::<4>, a, energy, row)),
+        n => Box::new(LinearFlow::new(Dyn(n), a, energy, row)),
+    }
+}
+
+/// See [`Flow`].
 ///
 /// exp(A h 2^k) - 1 is tabulated as far as it is asked for, so that exp(A tau) x takes one product for each binary digit
 /// of tau / h and a short Taylor series for the rest. That needs no eigenvectors, and so loses nothing near a double
@@ -20,25 +51,19 @@ const ORDER: u32 = 11;
 ///
 /// Coordinates may be without energy, such as an angle or a constant: their rows of P are zero. They drive and follow the
 /// others, and the bounds are those of functions of the others.
-#[derive(Debug, Clone)]
-pub(crate) struct LinearFlow<D: Dim>
+#[derive(Debug)]
+struct LinearFlow<D: Dim>
 where
-    DefaultAllocator: Allocator<D, D>,
+    DefaultAllocator: Allocator<D, D> + Allocator<U1, D>,
 {
+    dimension: D,
     a: OMatrix<f64, D, D>,
     energy: OMatrix<f64, D, D>,
     energy_inverse: OMatrix<f64, D, D>,
     base: f64,
     /// exp(A h 2^k) - 1, as far as times have come.
     changes: Vec<OnceLock<OMatrix<f64, D, D>>>,
-}
-
-/// A linear function c x of the state, with what bounds it and its second derivative by the energy.
-#[derive(Debug, Clone)]
-pub(crate) struct Functional<D: Dim>
-where
-    DefaultAllocator: Allocator<U1, D>,
-{
+    /// c, and that of its rate.
     row: RowOVector<f64, D>,
     rate_row: RowOVector<f64, D>,
     /// |c x| <= value_bound sqrt(x^T P x)
@@ -51,12 +76,10 @@ impl<D: Dim> LinearFlow<D>
 where
     DefaultAllocator: Allocator<D, D> + Allocator<D> + Allocator<U1, D>,
 {
-    /// `a` must be scaled so that its entries are of one size; `energy` is P, symmetric and positive definite but for its rows
-    /// of zeros.
-    ///
-    /// Where the energy has no inverse in double precision there are no bounds: see [`Self::has_bounds`].
-    pub fn new(a: OMatrix<f64, D, D>, energy: OMatrix<f64, D, D>) -> Self {
-        let (rows, columns) = a.shape_generic();
+    fn new(dimension: D, a: &DMatrix<f64>, energy: &DMatrix<f64>, row: &DVector<f64>) -> Self {
+        let of = |matrix: &DMatrix<f64>| OMatrix::from_column_slice_generic(dimension, dimension, matrix.as_slice());
+        let (a, energy) = (of(a), of(energy));
+        let row = RowOVector::from_column_slice_generic(Const::<1>, dimension, row.as_slice());
         let without: Vec<usize> = (0..energy.nrows())
             .filter(|&k| energy.row(k).iter().all(|&entry| entry == 0.0))
             .collect();
@@ -64,7 +87,7 @@ where
         without.iter().for_each(|&k| definite[(k, k)] = 1.0);
         let mut energy_inverse = definite
             .try_inverse()
-            .unwrap_or_else(|| OMatrix::repeat_generic(rows, columns, f64::NAN));
+            .unwrap_or_else(|| OMatrix::repeat_generic(dimension, dimension, f64::NAN));
         without.iter().for_each(|&k| energy_inverse[(k, k)] = 0.0);
         let norm = a.abs().row_sum().max().max(a.abs().column_sum().max());
         // ||A h|| <= 1/16: the Taylor series of order 11 leaves 16^-12/12!, 1e-23.
@@ -81,19 +104,24 @@ where
         }
         let mut changes = vec![OnceLock::from(change)];
         changes.resize_with(LEVELS, OnceLock::new);
+        let bound = |r: &RowOVector<f64, D>| (r * &energy_inverse * r.transpose())[0].max(0.0).sqrt();
+        let rate_row = &row * &a;
         LinearFlow {
+            value_bound: bound(&row),
+            curvature_bound: bound(&(&rate_row * &a)),
+            dimension,
             a,
             energy,
             energy_inverse,
             base,
             changes,
+            row,
+            rate_row,
         }
     }
 
-    /// Whether the energy bounds functions of the state.
-    pub fn has_bounds(&self) -> bool {
-        self.energy_inverse.iter().all(|entry| entry.is_finite())
-            && (0..self.energy_inverse.nrows()).all(|k| self.energy_inverse[(k, k)] >= 0.0)
+    fn vector(&self, x: &[f64]) -> OVector<f64, D> {
+        OVector::from_column_slice_generic(self.dimension, Const::<1>, x)
     }
 
     /// exp(A h 2^k) - 1.
@@ -101,21 +129,8 @@ where
         self.changes[k].get_or_init(|| doubled(self.change(k - 1)))
     }
 
-    pub(crate) fn functional(&self, row: RowOVector<f64, D>) -> Functional<D> {
-        let bound = |r: &RowOVector<f64, D>| (r * &self.energy_inverse * r.transpose())[0].max(0.0).sqrt();
-        let rate_row = &row * &self.a;
-        let second = &rate_row * &self.a;
-        Functional {
-            value_bound: bound(&row),
-            curvature_bound: bound(&second),
-            row,
-            rate_row,
-        }
-    }
-
     /// exp(A tau) x for tau >= 0.
-    pub fn advance(&self, x: &OVector<f64, D>, tau: f64) -> OVector<f64, D> {
-        let mut x = x.clone();
+    fn advanced(&self, mut x: OVector<f64, D>, tau: f64) -> OVector<f64, D> {
         let units = (tau / self.base).floor();
         if !units.is_finite() {
             x.fill(f64::NAN);
@@ -151,11 +166,6 @@ where
         }
         x
     }
-
-    /// sqrt(x^T P x).
-    pub(crate) fn energy_norm(&self, x: &OVector<f64, D>) -> f64 {
-        (x.transpose() * &self.energy * x)[0].max(0.0).sqrt()
-    }
 }
 
 /// (1 + E)^2 - 1.
@@ -166,25 +176,32 @@ where
     change * 2.0 + change * change
 }
 
-impl<D: Dim> Functional<D>
+impl<D: Dim> Flow for LinearFlow<D>
 where
     DefaultAllocator: Allocator<D, D> + Allocator<D> + Allocator<U1, D>,
+    Self: Debug + Send + Sync,
 {
-    pub fn value(&self, x: &OVector<f64, D>) -> f64 {
-        (&self.row * x)[0]
+    fn advance(&self, x: &[f64], tau: f64, out: &mut [f64]) {
+        out.copy_from_slice(self.advanced(self.vector(x), tau).as_slice());
     }
 
-    pub fn rate(&self, x: &OVector<f64, D>) -> f64 {
-        (&self.rate_row * x)[0]
+    fn has_bounds(&self) -> bool {
+        self.energy_inverse.iter().all(|entry| entry.is_finite())
+            && (0..self.energy_inverse.nrows()).all(|k| self.energy_inverse[(k, k)] >= 0.0)
     }
 
-    /// The largest |c x| from here on, given the energy norm here.
-    pub(crate) fn largest_later(&self, energy_norm: f64) -> f64 {
-        self.value_bound * energy_norm
+    fn value(&self, x: &[f64]) -> f64 {
+        (&self.row * self.vector(x))[0]
     }
 
-    /// The largest |(c x)''| from here on, given the energy norm here.
-    pub(crate) fn largest_curvature_later(&self, energy_norm: f64) -> f64 {
-        self.curvature_bound * energy_norm
+    fn bounded(&self, x: &[f64], moving: &[f64]) -> (Bounded, f64) {
+        let (x, moving) = (self.vector(x), self.vector(moving));
+        let norm = (moving.transpose() * &self.energy * &moving)[0].max(0.0).sqrt();
+        let value = Bounded {
+            value: (&self.row * &x)[0],
+            rate: (&self.rate_row * &x)[0],
+            curvature: self.curvature_bound * norm,
+        };
+        (value, self.value_bound * norm)
     }
 }

@@ -24,14 +24,14 @@
 
 pub mod absolute_angles;
 pub mod axial;
-pub mod bounds;
+mod bounds;
 pub mod breakaway;
 mod chains;
 pub mod closed_form;
 pub mod contact;
 pub mod equations;
 pub mod exact;
-pub mod linear_flow;
+mod linear_flow;
 pub mod lowering;
 pub mod margin;
 pub mod oscillator;

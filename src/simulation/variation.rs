@@ -68,7 +68,6 @@ impl Contact {
             weights,
         }
     }
-
 }
 
 impl Measures<SystemLocation, EventKind> for Contact {

@@ -66,7 +66,7 @@ impl Context {
         if code == 0 {
             return Ok(());
         }
-        let flag = Flag::new(family, code);
+        let flag = Flag { family, number: code };
         let message = self.take_messages();
         Err(SolverError::Sundials(Box::new(Failure {
             function,

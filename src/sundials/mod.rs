@@ -58,7 +58,7 @@ mod solver;
 mod tables;
 
 pub use error::{Callback, Failure, NonFinite, SolverError};
-pub use flags::{ArkodeFlag, ArkodeLinearFlag, CvodeFlag, CvodeLinearFlag, Flag};
+pub use flags::Flag;
 pub use method::{CvodeOptions, Method, Multistep, Nonlinear, ShortSteps};
 pub use solver::Solver;
 pub use tables::{Coefficients, ErkTable, EsdirkTable};
