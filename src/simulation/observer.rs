@@ -1,11 +1,11 @@
 //! From the states of a run to the rows of the record.
 
 use super::follower::{At, Follower};
-use super::options::OutputOptions;
+use super::options::{OutputOptions, SolverOptions};
 use super::readings::{Place, Readings};
 use super::report::{Grazing, Progress, RunReport, SolverWork};
 use super::sampling::{SampleTimes, TimesAround};
-use crate::hybrid::{Guard, Observer, ObserverError, Overflow, RunError, SegmentReport, StateAt};
+use crate::hybrid::{Guard, Observer, ObserverError, Overflow, RunError, SegmentReport, Start, StateAt};
 use crate::model::Mode;
 use crate::record::EventDigest;
 use crate::record::{Channels, Event, EventKind, Recorder, Sample, Segment, State};
@@ -66,11 +66,12 @@ impl<'a, R: Readings> Recording<'a, R> {
     pub(super) fn new(
         readings: R,
         digest: EventDigest,
-        output: &OutputOptions,
+        (solver, output): (&SolverOptions, &OutputOptions),
         recorder: &'a mut dyn Recorder,
         control: &'a mut dyn FnMut(Progress) -> ControlFlow<()>,
-        initial_energy: f64,
+        start: &Start<R::Place>,
     ) -> Self {
+        let (_, channels) = readings.read(start.time, &start.location, &start.state);
         Recording {
             readings,
             recorder,
@@ -86,10 +87,10 @@ impl<'a, R: Readings> Recording<'a, R> {
             work_perturbation: 0.0,
             report: RunReport {
                 digest,
-                initial_energy,
+                initial_energy: channels.energy_kinetic + channels.energy_elastic,
                 ..RunReport::default()
             },
-            wall_time: None,
+            wall_time: solver.max_wall_time,
             started: Instant::now(),
             out_of_time: false,
             further: Vec::new(),
@@ -123,11 +124,6 @@ impl<'a, R: Readings> Recording<'a, R> {
     /// Takes no samples before `t` (s).
     pub fn begin_at(&mut self, t: f64) {
         self.times.begin_at(t);
-    }
-
-    /// From now on, so much wall time (s) is left.
-    pub(super) fn limit_wall_time(&mut self, most: Option<f64>) {
-        (self.wall_time, self.started) = (most, Instant::now());
     }
 
     /// Of a run that was ended early.

@@ -12,12 +12,12 @@
 
 use super::observer::Recording;
 use super::options::{OutputOptions, SolverOptions};
-use super::readings::{AbsoluteReadings, Readings as _};
+use super::readings::AbsoluteReadings;
 use super::report::{Progress, RunFailure, RunReport};
 use super::runge_kutta::EmbeddedPair;
 use super::{Problem, Watch};
 use crate::friction::Law;
-use crate::hybrid::{Observer, ObserverError, RunError};
+use crate::hybrid::{Observer, ObserverError, RunError, Start};
 use crate::model::absolute_angles::{AbsoluteModel, AbsoluteState, DIMENSION, UNKNOWNS};
 use crate::model::{KickTime, Mode};
 use crate::record::{EventDigest, EventKind, Recorder};
@@ -110,9 +110,12 @@ pub(crate) fn run(
     kicks.sort_by(|a, b| a.0.total_cmp(&b.0));
     let watch = if mode == Mode::Stick { Watch::Off } else { Watch::Stable };
     let digest = EventDigest::new(Some(model.natural_period()));
-    let initial_energy = readings.kinetic_energy(0.0, &mode, &state);
-    let mut recording = Recording::new(readings, digest, output, recorder, control, initial_energy);
-    recording.limit_wall_time(solver.max_wall_time);
+    let start = Start {
+        time: 0.0,
+        location: mode,
+        state: state.to_vec(),
+    };
+    let recording = Recording::new(readings, digest, (solver, output), recorder, control, &start);
     let mut run = Run {
         model: &model,
         pair: EmbeddedPair::new(PAIR, UNKNOWNS),

@@ -5,7 +5,6 @@ use super::dynamics::{SystemDynamics, SystemLocation};
 use super::observer::Recording;
 use super::options::{Method, OutputOptions, SolverOptions};
 use super::plan::SystemPlan;
-use super::readings::Readings as _;
 use super::report::{Progress, RunFailure, RunReport};
 use super::rules::SystemRules;
 use super::state_readings::{self, Further, StateReadings};
@@ -117,6 +116,28 @@ pub(crate) struct Problem<'a> {
     pub further: bool,
 }
 
+/// The equations of a system with the threshold of its contact (rad/s), what happens to it, and where it starts: at t = 0, or as
+/// [`simulate_from`] has it.
+pub(super) fn prepared(
+    (trains, threshold): (&System, f64),
+    from: Option<(f64, &[f64])>,
+    solver: &SolverOptions,
+    end: f64,
+) -> (Arc<SystemDynamics>, SystemRules, Start<SystemLocation>) {
+    let dynamics = Arc::new(SystemDynamics::new(trains, threshold));
+    let (time, mut state) = match from {
+        Some((time, state)) => (time, state.to_vec()),
+        None => (0.0, start(trains, &dynamics)),
+    };
+    let plan = SystemPlan::new(trains, &dynamics, &state, solver);
+    let mut rules = SystemRules::new(dynamics.clone(), trains, plan, time, end);
+    let location = match from {
+        Some(_) => rules.location_at(time, &mut state),
+        None => rules.initial_location(&mut state),
+    };
+    (dynamics, rules, Start { time, location, state })
+}
+
 /// Steps after which no more events are foreseen.
 const MOST_STEPS_FORESEEN: usize = 1_000_000;
 
@@ -168,35 +189,17 @@ pub(crate) fn simulate_from(
     recorder: &mut dyn Recorder,
     control: &mut dyn FnMut(Progress) -> ControlFlow<()>,
 ) -> Result<RunReport, Box<RunFailure>> {
-    let Problem {
-        trains,
-        threshold,
-        further,
-    } = problem;
-    let dynamics = Arc::new(SystemDynamics::new(trains, threshold));
-    let (time, mut state) = match from {
-        Some((time, state)) => (time, state.to_vec()),
-        None => (0.0, start(trains, &dynamics)),
-    };
-    let plan = SystemPlan::new(trains, &dynamics, &state, solver);
-    let mut rules = SystemRules::new(dynamics.clone(), trains, plan, time, output.end_time);
-    let location = match from {
-        Some(_) => rules.location_at(time, &mut state),
-        None => rules.initial_location(&mut state),
-    };
+    let trains = problem.trains;
+    let (dynamics, mut rules, start) = prepared((trains, problem.threshold), from, solver, output.end_time);
+    let time = start.time;
     let readings = StateReadings {
         dynamics: &dynamics,
-        further,
-    };
-    let initial_energy = {
-        let (_, channels) = readings.read(time, &location, &state);
-        channels.energy_kinetic + channels.energy_elastic
+        further: problem.further,
     };
     let watched = dynamics.system.twice_resistance.is_some();
     let digest = EventDigest::new(dynamics.natural_period().filter(|_| watched));
     let stores_motion = recorder.stores_motion();
-    let mut recording = Recording::new(readings, digest, output, recorder, control, initial_energy);
-    recording.limit_wall_time(solver.max_wall_time);
+    let mut recording = Recording::new(readings, digest, (solver, output), recorder, control, &start);
     let foreseen = if stores_motion && output.follow.around.is_some() {
         foreseen(problem, from, solver, output.end_time)
     } else {
@@ -206,7 +209,6 @@ pub(crate) fn simulate_from(
     let periods = (dynamics.natural_period().unwrap_or(shortest), shortest);
     recording.follow(output, dynamics.system.dimension, periods, solver.rtol, &foreseen);
     recording.begin_at(time);
-    let start = Start { time, location, state };
     let (result, mut report) = automaton(&dynamics, &mut rules, start, solver, output, recording);
     report.stopped_smoothly = rules.stopped_smoothly;
     report.one_sided_test = trains.breakaway_test != BreakawayTest::Transmitted;

@@ -1,12 +1,10 @@
 //! What numbers of a case do to the events of its run: [`hybrid::Carried`](crate::hybrid::Carried) for trains.
 
 use super::dynamics::{SystemDynamics, SystemLocation};
-use super::plan::SystemPlan;
-use super::rules::SystemRules;
-use super::simulate::start;
+use super::simulate::prepared;
 use super::state_readings::StateReadings;
 use crate::hybrid::{
-    Carried, CarryingRules, Measures, MovedCopy, MovedNumber, Passage, Replaced, RunError, Start, Transition,
+    Carried, CarryingRules, Measures, MovedCopy, MovedNumber, Passage, Replaced, RunError, Transition,
 };
 use crate::model::Mode;
 use crate::model::equations::Outside;
@@ -14,7 +12,6 @@ use crate::model::slow_manifold::{Slip, has_slow_manifold, on_slow_manifold, slo
 use crate::model::system::System;
 use crate::record::{EventDigest, EventKind, Recorder};
 use crate::simulation::observer::Recording;
-use crate::simulation::readings::Readings as _;
 use crate::simulation::{Method, OutputOptions, Progress, RunFailure, RunReport, SolverOptions, automaton};
 use nalgebra::DVector;
 use std::ops::ControlFlow;
@@ -141,15 +138,8 @@ pub(crate) fn variation(
         method: Method::Series,
         ..solver.clone()
     };
-    let prepared = |trains: &System, threshold: f64| {
-        let dynamics = Arc::new(SystemDynamics::new(trains, threshold));
-        let mut state = start(trains, &dynamics);
-        let plan = SystemPlan::new(trains, &dynamics, &state, &solver);
-        let mut rules = SystemRules::new(dynamics.clone(), trains, plan, 0.0, output.end_time);
-        let location = rules.initial_location(&mut state);
-        (dynamics, rules, location, state)
-    };
-    let (dynamics, rules, location, state) = prepared(trains, threshold);
+    let prepared = |of: (&System, f64)| prepared(of, None, &solver, output.end_time);
+    let (dynamics, rules, start) = prepared((trains, threshold));
     let mut alike = vec![true; numbers.len()];
     let mut columns = Vec::with_capacity(numbers.len());
     for (moved, alike) in numbers.iter().zip(&mut alike) {
@@ -159,14 +149,14 @@ pub(crate) fn variation(
             .iter()
             .any(|copy| !alike_between_events(trains, &copy.trains));
         for moved in &moved.copies {
-            let (dynamics, rules, begins, start) = prepared(&moved.trains, moved.threshold);
-            *alike &= begins.mode == location.mode;
+            let (dynamics, rules, begins) = prepared((&moved.trains, moved.threshold));
+            *alike &= begins.location.mode == start.location.mode;
             copies.push(MovedCopy {
                 dynamics,
                 rules: rules.resolving_all(),
                 weight: moved.weight,
                 bend: moved.bend,
-                start,
+                start: begins.state,
             });
         }
         columns.push(MovedNumber {
@@ -184,15 +174,8 @@ pub(crate) fn variation(
         dynamics: &dynamics,
         further: false,
     };
-    let (_, channels) = readings.read(0.0, &location, &state);
-    let energy = channels.energy_kinetic + channels.energy_elastic;
-    let mut recording = Recording::new(readings, EventDigest::new(None), output, recorder, control, energy);
-    recording.limit_wall_time(solver.max_wall_time);
-    let start = Start {
-        time: 0.0,
-        location,
-        state,
-    };
+    let digest = EventDigest::new(None);
+    let recording = Recording::new(readings, digest, (&solver, output), recorder, control, &start);
     let (result, report): (Result<(), RunError>, RunReport) =
         automaton(&dynamics, &mut rules, start, &solver, output, recording);
     report.ended(result)?;
