@@ -3,7 +3,7 @@
 use crate::case::{Case, Motion};
 use crate::quote::in_shell;
 use crate::results::schema::{Extension, META_MOTION};
-use crate::results::{Header, MetaValue};
+use crate::results::{AttributeValue, Header};
 use crate::simulation::{self, Method, procedure};
 
 /// Version of the HDF5 library in use.
@@ -64,7 +64,7 @@ fn event_location(method: Method) -> &'static str {
 }
 
 /// Attributes of /events.
-fn events(method: Method) -> Vec<(String, MetaValue)> {
+fn events(method: Method) -> Vec<(String, AttributeValue)> {
     let comment = if method.locates_events() {
         "times are zeros of the guards, located to the accuracy of the method"
     } else {
@@ -72,13 +72,13 @@ fn events(method: Method) -> Vec<(String, MetaValue)> {
          artefact of the steps, within last_step of the segment that it ends"
     };
     [("event_location", event_location(method)), ("comment", comment)]
-        .map(|(name, text)| (name.to_owned(), MetaValue::Text(text.to_owned())))
+        .map(|(name, text)| (name.to_owned(), text.into()))
         .to_vec()
 }
 
 /// Attributes of /meta that say which program on which machine: all that a sweep file has, because they are the same in
 /// every sweep of a study.
-pub(crate) fn build() -> Vec<(String, MetaValue)> {
+pub(crate) fn build() -> Vec<(String, AttributeValue)> {
     let texts = [
         ("program_version", env!("CARGO_PKG_VERSION").to_owned()),
         ("program_commit", env!("STICKSLIP_COMMIT").to_owned()),
@@ -92,21 +92,21 @@ pub(crate) fn build() -> Vec<(String, MetaValue)> {
     ];
     texts
         .into_iter()
-        .map(|(name, text)| (name.to_owned(), MetaValue::Text(text)))
+        .map(|(name, text)| (name.to_owned(), text.into()))
         .collect()
 }
 
 /// The same, with what was called for and when.
-pub(crate) fn program(started: &str) -> Vec<(String, MetaValue)> {
+pub(crate) fn program(started: &str) -> Vec<(String, AttributeValue)> {
     let mut meta = build();
     for (name, text) in [("command_line", command_line()), ("started", started.to_owned())] {
-        meta.push((name.to_owned(), MetaValue::Text(text)));
+        meta.push((name.to_owned(), text.into()));
     }
     meta
 }
 
 /// Attributes of /meta of a run.
-fn meta(case: &Case, started: &str) -> Vec<(String, MetaValue)> {
+fn meta(case: &Case, started: &str) -> Vec<(String, AttributeValue)> {
     let solver = &case.solver;
     let mut meta = program(started);
     let motion = case.words().motion_attribute().map(|motion| (META_MOTION, motion));
@@ -115,17 +115,13 @@ fn meta(case: &Case, started: &str) -> Vec<(String, MetaValue)> {
         ("event_location", event_location(solver.method)),
     ];
     for (name, text) in texts.into_iter().chain(motion) {
-        meta.push((name.to_owned(), MetaValue::Text(text.to_owned())));
+        meta.push((name.to_owned(), text.into()));
     }
     for (name, value) in [("rtol", solver.rtol), ("max_events", solver.max_events as f64)] {
-        meta.push((name.to_owned(), MetaValue::Number(value)));
+        meta.push((name.to_owned(), value.into()));
     }
     if case.words().lists_tolerances() {
-        meta.extend(
-            phases(case)
-                .into_iter()
-                .map(|(name, value)| (name, MetaValue::Number(value))),
-        );
+        meta.extend(phases(case).into_iter().map(|(name, value)| (name, value.into())));
     }
     meta
 }

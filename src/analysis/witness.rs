@@ -7,7 +7,7 @@ use super::warning::Warning;
 use crate::case::Case;
 use crate::hybrid::RunError;
 use crate::record::{Cycle, Event, EventKind, NoRecorder, Piece, Recorder, RecorderError, Sample, Segment};
-use crate::results::{MetaValue, WitnessAttributes};
+use crate::results::{AttributeValue, WitnessAttributes};
 use crate::run::Run;
 use crate::simulation::{Method, OutputOptions, SolverOptions, natural_period};
 use serde::Serialize;
@@ -179,8 +179,8 @@ pub struct Witness {
 impl Witness {
     /// The attributes of /witness in a result file.
     pub fn attributes(&self) -> WitnessAttributes {
-        let text = |text: &str| MetaValue::Text(text.to_owned());
-        let number = MetaValue::Number;
+        let text = |text: &str| AttributeValue::Text(text.to_owned());
+        let number = AttributeValue::Number;
         WitnessAttributes(vec![
             ("method", text(self.method), None),
             (

@@ -9,7 +9,7 @@ use super::{CommandError, End, complain, tell, terminal};
 use crate::analysis::work_precision::{Errors, Measurement, Study, StudyError, StudyResult, run};
 use crate::plot::{PlotError, style, svg, work_precision as figure};
 use crate::provenance;
-use crate::results::{ReferenceRow, Reservation, Status, WorkPrecisionFile, WorkPrecisionRow};
+use crate::results::{Reservation, Status, WorkPrecisionFile, WorkPrecisionRow};
 use crate::simulation::Method;
 use serde::Serialize;
 use std::ops::ControlFlow;
@@ -186,11 +186,7 @@ fn contents(study: &Study, result: &StudyResult, started: &str) -> WorkPrecision
             .events
             .iter()
             .zip(&reference.uncertainties)
-            .map(|(&(kind, time), &uncertainty)| ReferenceRow {
-                kind: kind.code(),
-                time,
-                uncertainty,
-            })
+            .map(|(&(kind, time), &uncertainty)| [kind.code().into(), time, uncertainty])
             .collect(),
         uncertainties: [onset, final_stick, largest].map(missing),
     }

@@ -4,7 +4,7 @@ use super::error::PlotError;
 use super::figure::{Axis, Curve, CurveStyle, Figure, Panel};
 use super::style::{GREY, PALETTE};
 use crate::analysis::work_precision::{Errors, Knob, Measurement, Reference, StudyResult};
-use crate::results::{ResultError, WorkPrecisionFile};
+use crate::results::{Reason, WorkPrecisionFile};
 use crate::simulation::Method;
 use plotters::style::RGBColor;
 use std::path::Path;
@@ -34,11 +34,8 @@ pub fn of_file(path: &Path) -> Result<Figure, PlotError> {
     for run in &file.runs {
         let name = file.methods.iter().find(|method| method.0 == i64::from(run.method));
         let method = name.and_then(|(_, name)| Method::all().find(|method| method.name() == name));
-        let method = method.ok_or_else(|| ResultError::UnknownCode {
-            path: path.to_owned(),
-            what: "/runs/method",
-            code: run.method,
-        })?;
+        let (what, code) = ("/runs/method", run.method);
+        let method = method.ok_or_else(|| Reason::UnknownCode { what, code }.of(path))?;
         measurements.push(Measurement {
             method,
             knob: known(run.fixed_step).map_or(Knob::Tolerance(run.rtol), Knob::FixedStep),

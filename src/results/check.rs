@@ -7,8 +7,8 @@ use serde::Serialize;
 
 use super::schema::{self, CHECKSUMS, Extension, Kind as Stored, Table, group, root};
 use super::seal::{self, Seal};
-use super::source::{Holds, Kind, Source};
-use super::{AttributeValue, ResultError, ResultFile, Status, checksums};
+use super::source::{Holds, Object, Source};
+use super::{AttributeValue, Reason, ResultError, ResultFile, Status, checksums};
 use crate::model::Mode;
 use crate::record::{Event, EventKind, Segment};
 
@@ -75,7 +75,7 @@ pub fn check(path: &Path) -> Result<CheckReport, ResultError> {
 /// Opens the result of a run from which something new is to be made.
 ///
 /// # Errors
-/// Those of [`ResultFile::open`]; [`ResultError::NotAsWritten`] if it is damaged.
+/// Those of [`ResultFile::open`]; [`Reason::NotAsWritten`] if it is damaged.
 pub fn open_sound(path: &Path) -> Result<ResultFile, ResultError> {
     let file = ResultFile::open(path)?;
     check_sound(path)?;
@@ -87,7 +87,7 @@ pub fn open_sound(path: &Path) -> Result<ResultFile, ResultError> {
 /// is taken as it is.
 ///
 /// # Errors
-/// [`ResultError::NotAsWritten`] with the first problems that [`check`] finds; or of the file.
+/// [`Reason::NotAsWritten`] with the first problems that [`check`] finds; or of the file.
 pub fn check_sound(path: &Path) -> Result<(), ResultError> {
     match read_seal(path)? {
         Seal::Intact => return Ok(()),
@@ -96,11 +96,8 @@ pub fn check_sound(path: &Path) -> Result<(), ResultError> {
     }
     let mut check = match Check::open(path) {
         // It has a sum, so that it was one.
-        Err(error @ ResultError::NotAResult { .. }) => {
-            return Err(ResultError::NotAsWritten {
-                path: path.to_owned(),
-                problems: error.to_string(),
-            });
+        Err(error) if matches!(error.reason, Reason::NotAResult(_)) => {
+            return Err(Reason::NotAsWritten(error.to_string()).of(path));
         }
         check => check?,
     };
@@ -116,10 +113,7 @@ pub fn check_sound(path: &Path) -> Result<(), ResultError> {
         0 => String::new(),
         more => format!("; and {more} more"),
     };
-    Err(ResultError::NotAsWritten {
-        path: path.to_owned(),
-        problems: named.join("; ") + &more,
-    })
+    Err(Reason::NotAsWritten(named.join("; ") + &more).of(path))
 }
 
 fn read_seal(path: &Path) -> Result<Seal, ResultError> {
@@ -166,8 +160,7 @@ impl Check {
         let format = match found {
             Some(format) if schema::FORMATS.contains(&format.as_str()) => format,
             found => {
-                let path = path.to_owned();
-                return Err(ResultError::NotAResult { path, found });
+                return Err(Reason::NotAResult(found).of(path));
             }
         };
         let report = CheckReport {
@@ -228,7 +221,11 @@ impl Check {
 
     /// An error is a problem like another. A file that is missing is missing for every variable, and said to be once.
     fn note(&mut self, place: &str, result: Result<(), ResultError>) {
-        if let Err(ResultError::Absent { what, .. }) = &result {
+        if let Err(ResultError {
+            reason: Reason::Absent(what),
+            ..
+        }) = &result
+        {
             let file = what.split_once(": ").map_or(what.as_str(), |(_, file)| file);
             if !self.absent.insert(file.to_owned()) {
                 return;
@@ -244,9 +241,9 @@ impl Check {
         let mut variables = Vec::new();
         self.source.walk(&mut |path, member| {
             match &member.is {
-                Kind::Dataset(info) => variables.push((path.to_owned(), Ok(info.clone()))),
-                Kind::Not(fault) => variables.push((path.to_owned(), Err(self.source.fault(fault)))),
-                Kind::Group(_) | Kind::Other => {}
+                Object::Dataset(info) => variables.push((path.to_owned(), Ok(info.clone()))),
+                Object::Not(fault) => variables.push((path.to_owned(), Err(self.source.fault(fault)))),
+                Object::Group(_) | Object::Other => {}
             }
             Ok(())
         })?;
@@ -361,7 +358,7 @@ impl Check {
                 self.problem(format!("/{path}"), what);
             }
             let units = self.source.text_attribute(&path, schema::attribute::UNITS)?;
-            if units.as_deref() != Some(variable.units) {
+            if units.as_deref() != Some(variable.units.as_str()) {
                 let found = units.map_or("missing".to_owned(), |units| format!("\"{units}\""));
                 let what = format!("the attribute units is {found}, not \"{}\"", variable.units);
                 self.problem(format!("/{path}"), what);

@@ -4,10 +4,10 @@ use std::path::Path;
 
 use serde::Serialize;
 
-use super::attributes::AttributeValue;
+use super::attributes::{AttributeValue, plain};
 use super::check::check_sound;
-use super::source::{DatasetInfo, Fault, Kind, Source};
-use super::{ResultError, ResultFile};
+use super::source::{DatasetInfo, Fault, Object, Source};
+use super::{Reason, ResultError, ResultFile};
 
 /// What a file of this program holds, for a listing.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -33,12 +33,18 @@ impl Contents {
     pub fn read(path: &Path) -> Result<Contents, ResultError> {
         let mut contents = match ResultFile::open(path) {
             Ok(file) => file.contents()?,
-            Err(ResultError::AnotherKind { .. }) => of_file(&Source::open_known(path)?)?,
+            Err(ResultError {
+                reason: Reason::AnotherKind(_),
+                ..
+            }) => of_file(&Source::open_known(path)?)?,
             Err(error) => return Err(error),
         };
         if !contents.growing {
             contents.damage = match check_sound(path) {
-                Err(ResultError::NotAsWritten { problems, .. }) => Some(problems),
+                Err(ResultError {
+                    reason: Reason::NotAsWritten(problems),
+                    ..
+                }) => Some(problems),
                 checked => checked.map(|()| None)?,
             };
         }
@@ -66,17 +72,17 @@ fn of_file(source: &Source) -> Result<Contents, ResultError> {
     };
     list(source, "", &mut contents)?;
     source.walk(&mut |path, member| match &member.is {
-        Kind::Group(_) => list(source, path, &mut contents),
-        Kind::Dataset(info) => {
+        Object::Group(_) => list(source, path, &mut contents),
+        Object::Dataset(info) => {
             contents.variables.push(describe(source, path, &member.name, info)?);
             Ok(())
         }
-        Kind::Not(Fault::Unnamed(_)) => {
+        Object::Not(Fault::Unnamed(_)) => {
             contents.variables.push(unnamed(path, &member.name));
             Ok(())
         }
-        Kind::Not(fault) => Err(source.fault(fault)),
-        Kind::Other => Ok(()),
+        Object::Not(fault) => Err(source.fault(fault)),
+        Object::Other => Ok(()),
     })?;
     Ok(contents)
 }
@@ -162,6 +168,7 @@ pub struct AttributeInfo {
     /// Within its object.
     pub name: String,
     /// As stored.
+    #[serde(serialize_with = "plain")]
     pub value: AttributeValue,
 }
 

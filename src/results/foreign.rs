@@ -4,9 +4,9 @@ use std::ops::Range;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use super::ResultError;
 use super::schema::attribute;
-use super::source::{DatasetInfo, Holds, Kind, Source};
+use super::source::{DatasetInfo, Holds, Object, Source};
+use super::{Reason, ResultError};
 
 /// An HDF5 file of any origin, open for reading.
 #[derive(Debug)]
@@ -39,9 +39,9 @@ impl ForeignFile {
         let (mut infos, mut left_out) = (Vec::new(), None);
         source.walk(&mut |path, member| {
             match &member.is {
-                Kind::Dataset(info) => infos.push((path.to_owned(), info.clone())),
-                Kind::Not(fault) => left_out = left_out.take().or(Some(source.fault(fault))),
-                Kind::Group(_) | Kind::Other => {}
+                Object::Dataset(info) => infos.push((path.to_owned(), info.clone())),
+                Object::Not(fault) => left_out = left_out.take().or(Some(source.fault(fault))),
+                Object::Group(_) | Object::Other => {}
             }
             Ok(())
         })?;
@@ -136,10 +136,7 @@ impl ForeignFile {
     }
 
     fn missing(&self, what: String) -> ResultError {
-        ResultError::Missing {
-            path: self.path.clone(),
-            what,
-        }
+        Reason::Missing(what).of(&self.path)
     }
 }
 

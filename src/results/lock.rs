@@ -4,7 +4,7 @@ use std::fs::{self, File, OpenOptions, TryLockError};
 use std::io::{self, Read};
 use std::path::{Path, PathBuf};
 
-use super::ResultError;
+use super::{Reason, ResultError};
 
 /// How often a flush of the file at `path` has begun or ended: an odd number during one. `None` if nobody writes it.
 pub(super) fn flushes(path: &Path) -> Option<u64> {
@@ -66,7 +66,7 @@ impl WriteLock {
         let path = lock_path(partial);
         // A link there, a pipe or a folder was not made by this program: what a link leads to is neither created nor locked.
         if fs::symlink_metadata(&path).is_ok_and(|found| !found.is_file()) {
-            return Err(ResultError::Foreign { path });
+            return Err(Reason::Foreign.of(&path));
         }
         // Whoever asks whether the file is being written holds the lock for a moment.
         let mut patience = 5;
@@ -82,9 +82,7 @@ impl WriteLock {
                     continue;
                 }
                 Err(TryLockError::WouldBlock) => {
-                    return Err(ResultError::AnotherRun {
-                        path: partial.to_owned(),
-                    });
+                    return Err(Reason::AnotherRun.of(partial));
                 }
                 // Some network file systems have no locks: there, two runs into one file go unnoticed.
                 Err(TryLockError::Error(error)) => log::debug!("{}: no lock: {error}", path.display()),

@@ -1,21 +1,17 @@
 //! The statistics of a run's stick-slip, as the result file holds them.
 
 use super::schema;
+use crate::record::Cycle;
 
 /// The table /stick_slip. A quantity that does not exist in a run (the onset of a run that never
-/// sticks, the slip after the final stick) is NaN, in the columns and in the attributes.
+/// sticks, the slip after the final stick) is NaN, in the cycles and in the attributes.
 ///
 /// Cycle k (0-based) is stick k and the slip after it; its period is from stick k to stick k+1. The
 /// final stick has no duration, so there are `stick_count - 1` cycles.
 #[derive(Debug, Clone, PartialEq)]
 pub struct StickSlipTable {
-    /// s, one for each cycle; the three columns are of one length. Of a run's writer
-    /// they are empty, as it has recorded the cycles as they came.
-    pub stick_duration: Vec<f64>,
-    /// s.
-    pub slip_duration: Vec<f64>,
-    /// s.
-    pub period: Vec<f64>,
+    /// Empty for a writer that has recorded the cycles as they came.
+    pub cycles: Vec<Cycle>,
     /// Time of the first stick, s.
     pub onset_time: f64,
     /// Time of the last stick, s.
@@ -57,9 +53,7 @@ impl Default for StickSlipTable {
     /// No stick and no slip: no rows, counts of 0, everything else missing.
     fn default() -> Self {
         StickSlipTable {
-            stick_duration: Vec::new(),
-            slip_duration: Vec::new(),
-            period: Vec::new(),
+            cycles: Vec::new(),
             onset_time: f64::NAN,
             final_stick_time: f64::NAN,
             stick_count: 0,

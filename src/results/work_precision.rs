@@ -3,12 +3,11 @@
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use super::attributes::{self, write_attributes, write_root, write_text_attribute};
-use super::cells;
+use super::attributes::{self, write_attribute, write_attributes, write_root};
 use super::source::Source;
-use super::table::{self, Cell, TableWriter};
+use super::table::{self, TableWriter};
 use super::target::{self, Reservation};
-use super::{MetaValue, ResultError, Status, schema};
+use super::{AttributeValue, Reason, ResultError, Status, schema};
 
 /// A row of /runs; NaN where there is no value.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -41,17 +40,6 @@ pub struct WorkPrecisionRow {
     pub wall_time: f64,
 }
 
-/// A row of /reference.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct ReferenceRow {
-    /// The code of the kind of event.
-    pub kind: i8,
-    /// s.
-    pub time: f64,
-    /// s.
-    pub uncertainty: f64,
-}
-
 /// What the file of a study holds.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct WorkPrecisionFile {
@@ -66,15 +54,15 @@ pub struct WorkPrecisionFile {
     /// /input/resolved: the case of the first run in SI.
     pub resolved: String,
     /// Attributes of /meta.
-    pub meta: Vec<(String, MetaValue)>,
+    pub meta: Vec<(String, AttributeValue)>,
     /// Names behind the codes of `method`.
     pub methods: Vec<&'static str>,
     /// In the order of the study.
     pub runs: Vec<WorkPrecisionRow>,
     /// Attribute `description` of /reference.
     pub reference: String,
-    /// In order of time.
-    pub events: Vec<ReferenceRow>,
+    /// In order of time: the code of the kind of event, its time (s), and the uncertainty (s).
+    pub events: Vec<[f64; 3]>,
     /// Of onset, final stick and all events, s; in the order of `schema::WORK_PRECISION_UNCERTAINTIES`.
     pub uncertainties: [f64; 3],
 }
@@ -132,15 +120,9 @@ impl WorkPrecisionFile {
         let source = Source::open_known(path)?;
         let found = source.text_attribute("", schema::root::FORMAT)?;
         if found.as_deref() != Some(schema::WORK_PRECISION_FORMAT) {
-            return Err(ResultError::NotAResult {
-                path: path.to_owned(),
-                found,
-            });
+            return Err(Reason::NotAResult(found).of(path));
         }
-        let missing = |what: String| ResultError::Missing {
-            path: path.to_owned(),
-            what,
-        };
+        let missing = |what: String| Reason::Missing(what).of(path);
         let methods = source.described("runs/method")?.flags;
         let column = |name: &str| -> Result<Vec<f64>, ResultError> {
             let variable = format!("runs/{name}");
@@ -183,21 +165,19 @@ impl WorkPrecisionFile {
         ];
         write_root(&file, &texts)?;
         let mut runs = TableWriter::create(&file, &schema::work_precision_runs(&self.methods))?;
-        for row in &self.runs {
-            let cells = row.cells(runs.next_index());
-            runs.push(cells);
+        for (index, row) in (0..).map(f64::from).zip(&self.runs) {
+            runs.push(std::iter::once(index).chain(row.values()));
         }
         runs.append()?;
         let mut events = TableWriter::create(&file, &schema::work_precision_reference())?;
-        for row in &self.events {
-            let head = [Cell::I32(events.next_index()), Cell::I8(row.kind)];
-            events.push(head.into_iter().chain([row.time, row.uncertainty].map(Cell::F64)));
+        for (index, row) in (0..).map(f64::from).zip(&self.events) {
+            events.push(std::iter::once(index).chain(*row));
         }
         events.append()?;
         let reference = file.group(schema::group::REFERENCE)?;
-        write_text_attribute(&reference, "description", &self.reference)?;
+        write_attribute(&reference, "description", &self.reference)?;
         for ((name, units, long_name), value) in schema::WORK_PRECISION_UNCERTAINTIES.iter().zip(self.uncertainties) {
-            attributes::write_number_attribute(&reference, name, value)?;
+            write_attribute(&reference, name, value)?;
             attributes::write_companions(&reference, name, units, long_name)?;
         }
         let input = table::create_group(&file, schema::group::INPUT)?;
@@ -244,23 +224,22 @@ impl WorkPrecisionRow {
         }
     }
 
-    fn cells(&self, index: i32) -> [Cell; 14] {
-        let count = |value| Cell::I64(cells::count(value));
+    /// The inverse of [`Self::of`].
+    fn values(&self) -> [f64; 13] {
         [
-            Cell::I32(index),
-            Cell::I8(self.method),
-            Cell::F64(self.rtol),
-            Cell::F64(self.fixed_step),
-            Cell::I8(self.failed.into()),
-            Cell::I8(self.same_sequence.into()),
-            count(self.events),
-            Cell::F64(self.onset_error),
-            Cell::F64(self.final_stick_error),
-            Cell::F64(self.largest_event_error),
-            count(self.steps),
-            count(self.rhs_evaluations),
-            count(self.jacobian_evaluations),
-            Cell::F64(self.wall_time),
+            self.method.into(),
+            self.rtol,
+            self.fixed_step,
+            self.failed.into(),
+            self.same_sequence.into(),
+            self.events as f64,
+            self.onset_error,
+            self.final_stick_error,
+            self.largest_event_error,
+            self.steps as f64,
+            self.rhs_evaluations as f64,
+            self.jacobian_evaluations as f64,
+            self.wall_time,
         ]
     }
 }

@@ -5,8 +5,8 @@ use std::path::Path;
 
 use libtest_mimic::{Completion, Failed};
 use stickslip::model::Mode;
-use stickslip::record::{Channels, Event, EventKind, Recorder, RecorderError, Sample, Segment, State};
-use stickslip::results::{Extra, Header, MetaValue, Overwrite, ResultWriter, Status, StickSlipTable};
+use stickslip::record::{Channels, Cycle, Event, EventKind, Recorder, RecorderError, Sample, Segment, State};
+use stickslip::results::{AttributeValue, Extra, Header, Overwrite, ResultWriter, Status, StickSlipTable};
 
 pub use stickslip::record::MemoryRecorder as Rows;
 
@@ -97,19 +97,29 @@ pub fn header() -> Header {
         meta: vec![
             (
                 "program".to_owned(),
-                MetaValue::Text("stickslip 0.0.0 (0123abc)".to_owned()),
+                AttributeValue::Text("stickslip 0.0.0 (0123abc)".to_owned()),
             ),
-            ("method".to_owned(), MetaValue::Text("auto".to_owned())),
-            ("rtol".to_owned(), MetaValue::Number(1e-10)),
+            ("method".to_owned(), AttributeValue::Text("auto".to_owned())),
+            ("rtol".to_owned(), AttributeValue::Number(1e-10)),
         ],
+    }
+}
+
+fn cycle(stick_duration: f64, slip_duration: f64, period: f64) -> Cycle {
+    Cycle {
+        stick_duration,
+        slip_duration,
+        period,
     }
 }
 
 pub fn stick_slip() -> StickSlipTable {
     StickSlipTable {
-        stick_duration: vec![5e-5, 6e-5, 7e-5],
-        slip_duration: vec![1.9e-4, 1.8e-4, 1.7e-4],
-        period: vec![2.4e-4, 2.4e-4, f64::NAN],
+        cycles: vec![
+            cycle(5e-5, 1.9e-4, 2.4e-4),
+            cycle(6e-5, 1.8e-4, 2.4e-4),
+            cycle(7e-5, 1.7e-4, f64::NAN),
+        ],
         onset_time: 6.975,
         final_stick_time: 6.9896,
         stick_count: 4,

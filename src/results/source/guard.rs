@@ -8,7 +8,7 @@ use std::path::Path;
 use std::process::ExitCode;
 
 use super::Change;
-use super::protocol::{Answer, Fault, Request};
+use super::protocol::{Fault, Request};
 use super::server::path_of;
 
 /// The argument that makes the program a reading process.
@@ -114,7 +114,7 @@ mod imp {
         }
 
         /// Sends a request and waits for its answer.
-        pub(in super::super) fn ask(&mut self, request: &Request) -> Result<(Answer, Vec<u8>), Lost> {
+        pub(in super::super) fn ask(&mut self, request: &Request) -> Result<Vec<u8>, Lost> {
             let before = self.processor_time();
             if send(&mut self.stream, request, &[]).is_err() {
                 return Err(self.end());
@@ -135,10 +135,10 @@ mod imp {
                 moved: (Instant::now(), before, None),
                 out_of: None,
             };
-            let received = receive::<Result<Answer, Fault>>(&mut patient);
+            let received = receive::<Result<(), Fault>>(&mut patient);
             let out_of = patient.out_of;
             match (received, out_of) {
-                (Ok((answer, numbers)), _) => answer.map(|answer| (answer, numbers)).map_err(Lost::Fault),
+                (Ok((answered, answer)), _) => answered.map(|()| answer).map_err(Lost::Fault),
                 (Err(_), Some(lost)) => {
                     self.kill();
                     Err(lost)
@@ -311,11 +311,11 @@ mod imp {
             {
                 raw::forget_external_links().map_err(io::Error::other)?;
             }
-            let (answer, numbers) = match server.answer(&request) {
-                Ok((answer, numbers)) => (Ok(answer), numbers),
+            let (answered, answer) = match server.answer(&request) {
+                Ok(answer) => (Ok(()), answer),
                 Err(fault) => (Err(fault), Vec::new()),
             };
-            send(&mut output, &answer, &numbers)?;
+            send(&mut output, &answered, &answer)?;
         }
     }
 }
@@ -339,7 +339,7 @@ impl Guard {
         false
     }
 
-    pub(super) fn ask(&mut self, _: &Request) -> Result<(Answer, Vec<u8>), Lost> {
+    pub(super) fn ask(&mut self, _: &Request) -> Result<Vec<u8>, Lost> {
         Err(Lost::NotStarted(std::io::ErrorKind::Unsupported.into()))
     }
 }

@@ -5,7 +5,7 @@ use std::io::{self, Read, Write};
 use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
 
-use crate::results::attributes::AttributeValue;
+use crate::results::schema::Kind;
 
 /// A file is opened first; every path is one in it, without a leading slash, "" for the root.
 #[derive(Debug, Serialize, Deserialize)]
@@ -18,8 +18,9 @@ pub(super) enum Request {
     /// Object and name.
     Attribute(String, String),
     Dataset(String),
-    /// A hyperslab of a dataset: first index and count of each dimension.
-    Read(String, Vec<(u64, u64)>, Number),
+    /// A hyperslab of a dataset: first index and count of each dimension, and the type in which numbers are read; HDF5 converts.
+    /// They come as they lie in memory, every other answer as postcard has it.
+    Read(String, Vec<(u64, u64)>, Kind),
     /// A scalar text.
     Text(String),
     /// A column of texts.
@@ -43,29 +44,6 @@ pub(super) struct Opening {
     pub(super) growing: bool,
 }
 
-/// The form in which numbers are read; HDF5 converts.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
-pub(crate) enum Number {
-    I8,
-    I32,
-    I64,
-    F64,
-}
-
-#[derive(Debug, Serialize, Deserialize)]
-pub(super) enum Answer {
-    Done,
-    /// What is the same for two links to the group, and its members.
-    Members(String, Vec<Member>),
-    Attributes(Vec<(String, Value)>),
-    Attribute(Option<Value>),
-    Dataset(Option<DatasetInfo>),
-    /// The numbers follow the answer, as they lie in memory.
-    Numbers,
-    Text(Option<String>),
-    Texts(Vec<String>),
-}
-
 /// Why there is no answer.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub(crate) enum Fault {
@@ -85,11 +63,11 @@ pub(crate) enum Fault {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub(crate) struct Member {
     pub(crate) name: String,
-    pub(crate) is: Kind,
+    pub(crate) is: Object,
 }
 
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub(crate) enum Kind {
+pub(crate) enum Object {
     /// With what is the same for two links to one group.
     Group(String),
     Dataset(DatasetInfo),
@@ -145,40 +123,6 @@ impl Holds {
             Holds::Floats(bytes) => format!("float{}", 8 * bytes),
             Holds::Texts => "string".to_owned(),
             Holds::Other(name) => name.clone(),
-        }
-    }
-}
-
-/// An [`AttributeValue`], tagged.
-#[derive(Debug, Serialize, Deserialize)]
-pub(super) enum Value {
-    Text(String),
-    Integer(i64),
-    Number(f64),
-    Integers(Vec<i64>),
-    Numbers(Vec<f64>),
-}
-
-impl From<AttributeValue> for Value {
-    fn from(value: AttributeValue) -> Self {
-        match value {
-            AttributeValue::Text(value) => Value::Text(value),
-            AttributeValue::Integer(value) => Value::Integer(value),
-            AttributeValue::Number(value) => Value::Number(value),
-            AttributeValue::Integers(value) => Value::Integers(value),
-            AttributeValue::Numbers(value) => Value::Numbers(value),
-        }
-    }
-}
-
-impl From<Value> for AttributeValue {
-    fn from(value: Value) -> Self {
-        match value {
-            Value::Text(value) => AttributeValue::Text(value),
-            Value::Integer(value) => AttributeValue::Integer(value),
-            Value::Number(value) => AttributeValue::Number(value),
-            Value::Integers(value) => AttributeValue::Integers(value),
-            Value::Numbers(value) => AttributeValue::Numbers(value),
         }
     }
 }

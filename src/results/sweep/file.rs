@@ -4,9 +4,9 @@ use std::ops::Range;
 use std::path::Path;
 
 use super::schema::{DIGEST, FAILURES, INPUT_CASE, POINT};
-use crate::results::ResultError;
 use crate::results::schema;
-use crate::results::source::{DatasetInfo, Kind, Source};
+use crate::results::source::{DatasetInfo, Object, Source};
+use crate::results::{Reason, ResultError};
 
 /// A sweep file, open for reading.
 #[derive(Debug)]
@@ -29,8 +29,8 @@ impl SweepFile {
         let file = open_checked(path)?;
         match file.text(schema::root::FORMAT).as_deref() {
             Some(schema::SWEEP_FORMAT) => Ok(file),
-            Some(schema::SWEEP_SHARD_FORMAT) => Err(ResultError::OnlyAShard { path: path.to_owned() }),
-            _ => Err(ResultError::NotASweep { path: path.to_owned() }),
+            Some(schema::SWEEP_SHARD_FORMAT) => Err(Reason::OnlyAShard.of(path)),
+            _ => Err(Reason::NotASweep.of(path)),
         }
     }
 
@@ -73,7 +73,7 @@ impl SweepFile {
         let members = self.source.members(group.trim_matches('/')).unwrap_or_default();
         let variables = members
             .into_iter()
-            .filter(|member| !matches!(member.is, Kind::Group(_)));
+            .filter(|member| !matches!(member.is, Object::Group(_)));
         variables.map(|member| member.name).collect()
     }
 
@@ -153,9 +153,6 @@ impl SweepFile {
     }
 
     pub(super) fn missing(&self, what: &str) -> ResultError {
-        ResultError::Missing {
-            path: self.path().to_owned(),
-            what: format!("variable {what}"),
-        }
+        Reason::Missing(format!("variable {what}")).of(self.path())
     }
 }

@@ -10,7 +10,7 @@ use super::storage::{Rows, Shards, Source, Storage, relative_path};
 use super::writer::SweepWriter;
 use crate::results::check::check_sound;
 use crate::results::disk::same_file;
-use crate::results::{MetaValue, Overwrite, Reservation, ResultError, Status, partial_path};
+use crate::results::{Overwrite, Reason, Reservation, ResultError, Status, partial_path};
 
 /// What is merged into what.
 #[derive(Debug, Clone, Copy)]
@@ -124,10 +124,7 @@ fn plural(several: &bool) -> &'static str {
 pub fn merge(options: &MergeOptions) -> Result<MergeReport, MergeError> {
     let output = options.output;
     if options.shards.iter().any(|shard| same_file(shard, output)) {
-        return Err(ResultError::IsInput {
-            path: output.to_owned(),
-        }
-        .into());
+        return Err(Reason::IsInput.of(output).into());
     }
     if !options.replace && std::fs::symlink_metadata(output).is_ok() && !output.is_dir() {
         return Err(MergeError::Exists {
@@ -283,10 +280,7 @@ fn difference(first: &SweepHeader, second: &SweepHeader) -> Option<(String, [Str
     }
     let named = |header: &SweepHeader, name: &str| {
         let found = header.meta.iter().find(|(other, _)| other == name);
-        found.map_or("none".to_owned(), |(_, value)| match value {
-            MetaValue::Text(text) => text.clone(),
-            MetaValue::Number(number) => number.to_string(),
-        })
+        found.map_or("none".to_owned(), |(_, value)| value.to_string())
     };
     let mut names = first.meta.iter().chain(&second.meta).map(|(name, _)| name);
     names.find_map(|name| {

@@ -2,11 +2,11 @@
 
 use std::path::{Component, Path, PathBuf};
 
-use hdf5::types::OwnedDynValue;
-use hdf5::{Dataset, Group, H5Type, Hyperslab, Selection, SliceOrIndex};
+use hdf5::{Dataset, Group, Hyperslab, Selection, SliceOrIndex};
 
 use super::partition::{Patch, Stride};
 use crate::results::disk::folder_of;
+use crate::results::values::Number;
 
 /// Where the points of a sweep file are stored.
 #[derive(Clone, Copy)]
@@ -63,44 +63,14 @@ impl<'a> Storage<'a> {
     }
 }
 
-/// A type of the columns, with what is read where the file of a shard is not found.
-pub(super) trait Stored: H5Type {
-    fn absent() -> OwnedDynValue;
-}
-
-impl Stored for f64 {
-    fn absent() -> OwnedDynValue {
-        f64::NAN.into()
-    }
-}
-
-impl Stored for i64 {
-    fn absent() -> OwnedDynValue {
-        (-1_i64).into()
-    }
-}
-
-impl Stored for i32 {
-    fn absent() -> OwnedDynValue {
-        (-1_i32).into()
-    }
-}
-
-impl Stored for i8 {
-    /// The status "missing"; no kind of event has a negative code, so that for them there is no better one.
-    fn absent() -> OwnedDynValue {
-        super::schema::POINT_STATUSES[2].0.into()
-    }
-}
-
 impl Shards<'_> {
     /// Creates the variable `name` of a group, made of the variables of that name in the shards.
-    pub(super) fn create<T: Stored>(&self, group: &Group, name: &str, shape: &[usize]) -> hdf5::Result<Dataset> {
+    pub(super) fn create<T: Number>(&self, group: &Group, name: &str, shape: &[usize]) -> hdf5::Result<Dataset> {
         let inside = format!("{}/{name}", group.name().trim_end_matches('/'));
         let mut builder = group
             .new_dataset_builder()
             .obj_track_times(false)
-            .fill_value(T::absent())
+            .fill_value(T::ABSENT)
             .empty::<T>()
             .shape(shape.to_vec());
         let mut before = 0;

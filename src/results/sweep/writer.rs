@@ -3,18 +3,17 @@
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use hdf5::Dataset;
 use hdf5::plist::file_access::LibraryVersion;
 
-use super::columns::{Columns, write_column};
-use super::schema::{Column, DIGEST, INPUT_CASE, INPUT_STUDY, SweepHeader, SweepPlan, SweepRow};
+use super::columns::{Columns, write_columns};
+use super::schema::{DIGEST, INPUT_CASE, INPUT_STUDY, SweepHeader, SweepPlan, SweepRow};
 use super::shard;
 use super::storage::Storage;
-use crate::results::attributes::{write_attributes, write_input, write_root, write_text_attribute};
+use crate::results::attributes::{write_attribute, write_attributes, write_input, write_root};
 use crate::results::schema;
 use crate::results::table::{self, create_group};
 use crate::results::target::{self, Reservation};
-use crate::results::{ResultError, Status, checksums, raw};
+use crate::results::{Column, ResultError, Status, checksums};
 
 /// Writes one sweep file, beside its name until it is whole.
 pub(crate) struct SweepWriter {
@@ -100,20 +99,9 @@ impl SweepWriter {
         (|| {
             let group = create_group(&self.file, group)?;
             for (name, text) in attributes {
-                write_text_attribute(&group, name, text)?;
+                write_attribute(&group, name, text)?;
             }
-            let mut scale: Option<Dataset> = None;
-            for column in columns {
-                let dataset = write_column(&group, column)?;
-                match &scale {
-                    Some(scale) => raw::attach_scale(&dataset, scale, 0)?,
-                    None => {
-                        raw::set_scale(&dataset, &column.name)?;
-                        scale = Some(dataset);
-                    }
-                }
-            }
-            Ok(())
+            write_columns(&group, columns).map(drop)
         })()
         .map_err(|error| ResultError::write(&self.place.path, false, &error))
     }
@@ -134,7 +122,7 @@ impl SweepWriter {
             columns.flush()?;
             columns.finish(&file)?;
             checksums::write(&file, &columns.known())?;
-            write_text_attribute(&file, schema::root::STATUS, status.name())?;
+            write_attribute(&file, schema::root::STATUS, status.name())?;
             drop(columns);
             file.close()
         })();
