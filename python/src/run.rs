@@ -12,7 +12,6 @@ use std::sync::Mutex;
 use stickslip::analysis::headline::{self, HeadlineRow};
 use stickslip::analysis::{KeptReport, KeptReportEnd, KeptRun};
 use stickslip::case::{Case, CaseError, CaseSource, Override, Words};
-use stickslip::results::schema::Kind;
 use stickslip::results::{
     AttributeValue, Extra, KeptTable, KeptView, Overwrite, ResultError, ResultFile, Status, Values, open_sound,
 };
@@ -293,12 +292,7 @@ pub fn run(
         let group = table.schema.group;
         let mut described = Vec::new();
         for (variable, values) in table.schema.variables.into_iter().zip(table.columns) {
-            let kind = match variable.kind {
-                Kind::Int8 => "int8",
-                Kind::Int32 => "int32",
-                Kind::Int64 => "int64",
-                Kind::Float64 => "float64",
-            };
+            let kind = variable.kind.name();
             columns.insert((group.to_owned(), variable.name.clone()), values);
             described.push((variable.name, variable.units, variable.long_name, variable.flags, kind));
         }

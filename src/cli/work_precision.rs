@@ -180,7 +180,7 @@ fn contents(study: &Study, result: &StudyResult, started: &str) -> WorkPrecision
         resolved: study.runs.first().map(|run| run.2.resolved()).unwrap_or_default(),
         meta: provenance::program(started),
         runs: runs.collect(),
-        methods: methods.iter().map(|method| method.name()).collect(),
+        methods: methods.iter().map(|method| method.name().to_owned()).collect(),
         reference: reference.description.clone(),
         events: reference
             .events

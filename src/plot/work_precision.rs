@@ -32,8 +32,8 @@ pub fn of_file(path: &Path) -> Result<Figure, PlotError> {
     let known = |value: f64| value.is_finite().then_some(value);
     let mut measurements = Vec::with_capacity(file.runs.len());
     for run in &file.runs {
-        let name = file.methods.iter().find(|method| method.0 == i64::from(run.method));
-        let method = name.and_then(|(_, name)| Method::all().find(|method| method.name() == name));
+        let name = usize::try_from(run.method).ok().and_then(|code| file.methods.get(code));
+        let method = name.and_then(|name| Method::all().find(|method| method.name() == name));
         let (what, code) = ("/runs/method", run.method);
         let method = method.ok_or_else(|| Reason::UnknownCode { what, code }.of(path))?;
         measurements.push(Measurement {

@@ -5,7 +5,8 @@ use hdf5::{Dataset, File, Group, H5Type, Location};
 use serde::{Deserialize, Serialize, Serializer};
 
 use super::raw;
-use super::schema::{self, Kind, Variable};
+use super::schema::{self, Variable};
+use super::values::Values;
 
 /// The value of an attribute.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -101,21 +102,10 @@ pub(super) fn write_codes(dataset: &Dataset, variable: &Variable) -> hdf5::Resul
     if variable.flags.is_empty() {
         return Ok(());
     }
-    let (codes, words): (Vec<i64>, Vec<&str>) =
-        variable.flags.iter().map(|(code, word)| (*code, word.as_str())).unzip();
-    match variable.kind {
-        Kind::Int8 => write_array(
-            dataset,
-            schema::attribute::FLAG_VALUES,
-            codes.iter().map(|&code| code as i8),
-        ),
-        Kind::Int32 => write_array(
-            dataset,
-            schema::attribute::FLAG_VALUES,
-            codes.iter().map(|&code| code as i32),
-        ),
-        _ => write_array(dataset, schema::attribute::FLAG_VALUES, codes),
-    }?;
+    let mut codes = Values::new(variable.kind, variable.flags.len());
+    variable.flags.iter().for_each(|(code, _)| codes.push(*code as f64));
+    codes.write_attribute(dataset, schema::attribute::FLAG_VALUES)?;
+    let words: Vec<&str> = variable.flags.iter().map(|(_, word)| word.as_str()).collect();
     write_attribute(dataset, schema::attribute::FLAG_MEANINGS, words.join(" "))
 }
 
@@ -148,14 +138,13 @@ pub(super) fn write_attribute(location: &Location, name: &str, value: impl Into<
         }
         AttributeValue::Integer(number) => location.new_attr::<i64>().create(name)?.write_scalar(&number),
         AttributeValue::Number(number) => location.new_attr::<f64>().create(name)?.write_scalar(&number),
-        AttributeValue::Integers(list) => write_array(location, name, list),
-        AttributeValue::Numbers(list) => write_array(location, name, list),
+        AttributeValue::Integers(list) => write_array(location, name, &list),
+        AttributeValue::Numbers(list) => write_array(location, name, &list),
     }
 }
 
-fn write_array<T: H5Type>(location: &Location, name: &str, list: impl IntoIterator<Item = T>) -> hdf5::Result<()> {
-    let list: Vec<T> = list.into_iter().collect();
-    location.new_attr_builder().with_data(&list[..]).create(name).map(drop)
+pub(super) fn write_array<T: H5Type>(location: &Location, name: &str, list: &[T]) -> hdf5::Result<()> {
+    location.new_attr_builder().with_data(list).create(name).map(drop)
 }
 
 pub(super) fn text_value(text: &str) -> hdf5::Result<VarLenUnicode> {

@@ -78,7 +78,14 @@ fn of_file(source: &Source) -> Result<Contents, ResultError> {
             Ok(())
         }
         Object::Not(Fault::Unnamed(_)) => {
-            contents.variables.push(unnamed(path, &member.name));
+            // Nobody can ask for it by its name; whether it is a variable is not known.
+            let kind = "not read: the name is not UTF-8".to_owned();
+            contents.variables.push(VariableInfo {
+                group: group_of(path, &member.name),
+                name: member.name.clone(),
+                kind,
+                ..VariableInfo::default()
+            });
             Ok(())
         }
         Object::Not(fault) => Err(source.fault(fault)),
@@ -103,21 +110,6 @@ fn list(source: &Source, group: &str, contents: &mut Contents) -> Result<(), Res
 fn group_of(path: &str, name: &str) -> String {
     let group = path.strip_suffix(name).unwrap_or_default().trim_end_matches('/');
     format!("/{group}")
-}
-
-/// What has a name by which nobody can ask for it; whether it is a variable is not known.
-fn unnamed(path: &str, name: &str) -> VariableInfo {
-    VariableInfo {
-        group: group_of(path, name),
-        name: name.to_owned(),
-        kind: "not read: the name is not UTF-8".to_owned(),
-        shape: Vec::new(),
-        units: None,
-        long_name: None,
-        flags: Vec::new(),
-        min: None,
-        max: None,
-    }
 }
 
 fn describe(source: &Source, path: &str, name: &str, info: &DatasetInfo) -> Result<VariableInfo, ResultError> {
@@ -173,7 +165,7 @@ pub struct AttributeInfo {
 }
 
 /// A variable of a group.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Default, Serialize)]
 pub struct VariableInfo {
     /// "/trajectory", ...
     pub group: String,

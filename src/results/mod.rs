@@ -49,5 +49,5 @@ pub(crate) use sweep::{EventForm, Partition, ShardFile, ShardPlan, SweepAxis, Sw
 pub use sweep::{MergeError, MergeOptions, MergeReport, SweepFile, SweepLayout, merge};
 pub use target::{Overwrite, Reservation, check_target, partial_path};
 pub use values::{Column, Values};
-pub use work_precision::{WorkPrecisionFile, WorkPrecisionRead, WorkPrecisionRow};
+pub use work_precision::{WorkPrecisionFile, WorkPrecisionRow};
 pub use writer::{ResultWriter, SavedRows};

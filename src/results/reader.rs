@@ -270,19 +270,6 @@ impl ResultFile {
         if attributes.is_empty() {
             return Ok(None);
         }
-        let find = |name: &str| attributes.iter().find(|(key, _)| key == name).map(|(_, value)| value);
-        let number = |name: &str| match find(name) {
-            Some(AttributeValue::Number(value)) => *value,
-            _ => f64::NAN,
-        };
-        let text = |name: &str, suffix: &str| match find(&format!("{name}{suffix}")) {
-            Some(AttributeValue::Text(text)) => text.clone(),
-            _ => String::new(),
-        };
-        let count = |name: &str| match find(name) {
-            Some(AttributeValue::Integer(value)) => u64::try_from(*value).unwrap_or(0),
-            _ => 0,
-        };
         let cycles = schema::stick_slip();
         let all = 0..self.few(&cycles)?;
         let rows = Rows::read(self, &cycles, all.clone())?;
@@ -296,22 +283,31 @@ impl ResultFile {
         };
         let mut table = StickSlipTable {
             cycles: all.map(cycle).collect(),
-            stick_count: count(schema::STICK_SLIP_COUNTS[0].0),
-            slip_count: count(schema::STICK_SLIP_COUNTS[1].0),
             ..StickSlipTable::default()
         };
-        for (quantity, (name, ..)) in table.quantities().into_iter().zip(schema::STICK_SLIP_QUANTITIES) {
-            *quantity = number(name);
-        }
+        let text = |name: &str, suffix: &str| {
+            let name = format!("{name}{suffix}");
+            let found = attributes.iter().find(|(known, _)| *known == name);
+            found.map_or_else(String::new, |(_, value)| value.to_string())
+        };
+        let [(sticks, _), (slips, _)] = schema::STICK_SLIP_COUNTS;
         for (name, value) in &attributes {
-            let known = schema::STICK_SLIP_QUANTITIES.iter().any(|(known, _, _)| known == name);
-            if let (AttributeValue::Number(value), false) = (value, known) {
-                table.extras.push(Extra {
+            let known = schema::STICK_SLIP_QUANTITIES.iter().position(|known| known.0 == name);
+            match (value, known) {
+                (AttributeValue::Number(value), Some(known)) => *table.quantities()[known] = *value,
+                (AttributeValue::Number(value), None) => table.extras.push(Extra {
                     name: name.clone(),
                     unit: text(name, attribute::UNITS_SUFFIX),
                     description: text(name, attribute::LONG_NAME_SUFFIX),
                     value: *value,
-                });
+                }),
+                (AttributeValue::Integer(count), _) if name == sticks => {
+                    table.stick_count = (*count).try_into().unwrap_or(0)
+                }
+                (AttributeValue::Integer(count), _) if name == slips => {
+                    table.slip_count = (*count).try_into().unwrap_or(0)
+                }
+                _ => {}
             }
         }
         Ok(Some(table))

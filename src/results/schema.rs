@@ -120,6 +120,18 @@ pub enum Kind {
     Float64,
 }
 
+impl Kind {
+    /// The name that NumPy has for it.
+    pub fn name(self) -> &'static str {
+        match self {
+            Kind::Int8 => "int8",
+            Kind::Int32 => "int32",
+            Kind::Int64 => "int64",
+            Kind::Float64 => "float64",
+        }
+    }
+}
+
 /// The meaning of a code.
 pub type Flag = (i8, &'static str);
 
@@ -319,11 +331,13 @@ pub fn stick_slip() -> Table {
 }
 
 /// /runs of a work-precision study: a row for each run. `methods` are the names behind the codes.
-pub(crate) fn work_precision_runs(methods: &[&'static str]) -> Table {
-    let codes: Vec<Flag> = (0..).zip(methods.iter().copied()).collect();
+pub(crate) fn work_precision_runs(methods: &[String]) -> Table {
     let variables = vec![
         Variable::index("run", "index of the run"),
-        Variable::code("method", "integration method", &codes),
+        Variable {
+            flags: (0..).zip(methods.iter().cloned()).collect(),
+            ..Variable::code("method", "integration method", &[])
+        },
         Variable::quantity("rtol", "1", "solver.rtol, NaN with a fixed step"),
         Variable::seconds("fixed_step", "solver.fixed_step, NaN with a tolerance"),
         Variable::code(

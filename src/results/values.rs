@@ -3,10 +3,11 @@
 use std::borrow::Cow;
 
 use hdf5::types::OwnedDynValue;
-use hdf5::{Dataset, H5Type, Selection};
+use hdf5::{Dataset, H5Type, Location, Selection};
 use ndarray::{ArrayViewD, IxDyn};
 use serde::{Deserialize, Serialize};
 
+use super::attributes::write_array;
 use super::checksums::Sums;
 use super::schema::{Kind, Variable};
 
@@ -139,6 +140,11 @@ impl Values<'_> {
     /// Writes all values to a dataset of their size.
     pub(super) fn write(&self, dataset: &Dataset) -> hdf5::Result<()> {
         each!(self, list => dataset.write_raw(&list[..]))
+    }
+
+    /// Writes all values as an attribute.
+    pub(super) fn write_attribute(&self, location: &Location, name: &str) -> hdf5::Result<()> {
+        each!(self, list => write_array(location, name, list))
     }
 
     /// Adds the values to `dataset`, which has `start` rows, and forgets them.

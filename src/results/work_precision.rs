@@ -56,7 +56,7 @@ pub struct WorkPrecisionFile {
     /// Attributes of /meta.
     pub meta: Vec<(String, AttributeValue)>,
     /// Names behind the codes of `method`.
-    pub methods: Vec<&'static str>,
+    pub methods: Vec<String>,
     /// In the order of the study.
     pub runs: Vec<WorkPrecisionRow>,
     /// Attribute `description` of /reference.
@@ -64,21 +64,6 @@ pub struct WorkPrecisionFile {
     /// In order of time: the code of the kind of event, its time (s), and the uncertainty (s).
     pub events: Vec<[f64; 3]>,
     /// Of onset, final stick and all events, s; in the order of `schema::WORK_PRECISION_UNCERTAINTIES`.
-    pub uncertainties: [f64; 3],
-}
-
-/// What is read of the file of a study.
-#[derive(Debug, Clone, PartialEq)]
-pub struct WorkPrecisionRead {
-    /// Root attribute `title`.
-    pub title: String,
-    /// In the order of the study.
-    pub runs: Vec<WorkPrecisionRow>,
-    /// (code, name) of the methods.
-    pub methods: Vec<(i64, String)>,
-    /// How the reference came about.
-    pub reference: String,
-    /// As [`WorkPrecisionFile::uncertainties`].
     pub uncertainties: [f64; 3],
 }
 
@@ -112,18 +97,18 @@ impl WorkPrecisionFile {
         matches!(format, Ok(Some(format)) if format == schema::WORK_PRECISION_FORMAT)
     }
 
-    /// Reads what a figure of it needs: title, methods, runs and uncertainties.
+    /// Reads what a figure of it needs: title, methods, runs, description of the reference and uncertainties.
     ///
     /// # Errors
     /// A file that is not there, of another kind, of a newer version of the program, or damaged.
-    pub fn read(path: &Path) -> Result<WorkPrecisionRead, ResultError> {
+    pub fn read(path: &Path) -> Result<WorkPrecisionFile, ResultError> {
         let source = Source::open_known(path)?;
         let found = source.text_attribute("", schema::root::FORMAT)?;
         if found.as_deref() != Some(schema::WORK_PRECISION_FORMAT) {
             return Err(Reason::NotAResult(found).of(path));
         }
         let missing = |what: String| Reason::Missing(what).of(path);
-        let methods = source.described("runs/method")?.flags;
+        let methods = source.described("runs/method")?.flags.into_iter().map(|flag| flag.1);
         let column = |name: &str| -> Result<Vec<f64>, ResultError> {
             let variable = format!("runs/{name}");
             let found = source.dataset(&variable)?;
@@ -142,14 +127,15 @@ impl WorkPrecisionFile {
         }
         let row = |row: usize| WorkPrecisionRow::of(std::array::from_fn(|k| columns[k][row]));
         let rows = (0..columns[0].len()).map(row);
-        Ok(WorkPrecisionRead {
+        Ok(WorkPrecisionFile {
             title: source.text_attribute("", schema::root::TITLE)?.unwrap_or_default(),
             runs: rows.collect(),
-            methods,
+            methods: methods.collect(),
             reference: source
                 .text_attribute(schema::group::REFERENCE, "description")?
                 .unwrap_or_default(),
             uncertainties,
+            ..WorkPrecisionFile::default()
         })
     }
 

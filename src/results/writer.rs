@@ -44,9 +44,6 @@ pub struct SavedRows {
 /// without that leaves the partial file, with all rows. After an error nothing more is written: the
 /// partial file stays as the last good flush left it.
 pub struct ResultWriter {
-    path: PathBuf,
-    partial: PathBuf,
-    overwrite: Overwrite,
     /// `None` after an error, and at the end.
     open: Option<Open>,
     /// Of the row that comes next.
@@ -55,14 +52,14 @@ pub struct ResultWriter {
     saved: SavedRows,
     started: Instant,
     /// Last, so that it is dropped after the file is closed.
-    lock: WriteLock,
+    place: Reservation,
 }
 
 impl std::fmt::Debug for ResultWriter {
     fn fmt(&self, formatter: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         formatter
             .debug_struct("ResultWriter")
-            .field("partial", &self.partial)
+            .field("partial", &self.place.partial)
             .finish_non_exhaustive()
     }
 }
@@ -75,37 +72,30 @@ impl ResultWriter {
     /// Those of [`super::check_target`]; another run that writes the same file; any failure to
     /// create it.
     pub fn create(path: &Path, overwrite: Overwrite, inputs: &[PathBuf], header: &Header) -> Result<Self, ResultError> {
-        let Reservation {
-            path,
-            partial,
-            overwrite,
-            lock,
-        } = Reservation::take(path, overwrite, inputs)?;
+        let place = Reservation::take(path, overwrite, inputs)?;
+        let partial = &place.partial;
         // Made under a name of the lock's and then renamed: a file that is not yet whole is never seen.
-        let made = lock.sibling();
-        let created = Open::create(&made, header).map_err(|error| ResultError::write(&partial, false, &error));
-        let open = created.and_then(|open| match fs::rename(&made, &partial) {
+        let made = place.lock.sibling();
+        let created = Open::create(&made, header).map_err(|error| ResultError::write(partial, false, &error));
+        let open = created.and_then(|open| match fs::rename(&made, partial) {
             Ok(()) => Ok(open),
-            Err(error) => Err(ResultError::not_created(&partial, error)),
+            Err(error) => Err(ResultError::not_created(partial, error)),
         });
         if open.is_err() {
             let _ = fs::remove_file(&made);
         }
         Ok(ResultWriter {
-            path,
-            partial,
-            overwrite,
             open: Some(open?),
             further: Vec::new(),
             saved: SavedRows::default(),
             started: Instant::now(),
-            lock,
+            place,
         })
     }
 
     /// Where the rows go until the run is complete.
     pub fn partial(&self) -> &Path {
-        &self.partial
+        &self.place.partial
     }
 
     /// Writes the rows that are still buffered, and flushes the file.
@@ -135,7 +125,7 @@ impl ResultWriter {
         wall_time_s: f64,
     ) -> Result<PathBuf, ResultError> {
         if self.open.is_none() && status != Status::Complete {
-            return Ok(self.partial.clone());
+            return Ok(self.place.partial.clone());
         }
         for cycle in &stick_slip.cycles {
             let row = [cycle.stick_duration, cycle.slip_duration, cycle.period];
@@ -143,12 +133,12 @@ impl ResultWriter {
         }
         self.with_open(|open, lock| open.finish(&status, stick_slip, wall_time_s, lock))?;
         self.close()?;
-        target::save(&self.partial)?;
+        target::save(&self.place.partial)?;
         if status != Status::Complete {
-            return Ok(self.partial.clone());
+            return Ok(self.place.partial.clone());
         }
-        target::rename(&self.partial, &self.path, self.overwrite)?;
-        Ok(self.path.clone())
+        target::rename(&self.place.partial, &self.place.path, self.place.overwrite)?;
+        Ok(self.place.path.clone())
     }
 
     /// Writes /witness: what another method made of the case. Once, before [`Self::finish`].
@@ -173,10 +163,10 @@ impl ResultWriter {
         let Some(open) = self.open.take() else {
             return Ok(());
         };
-        self.lock.count_flush();
+        self.place.lock.count_flush();
         let closed = open.close();
-        self.lock.count_flush();
-        closed.map_err(|error| ResultError::write(&self.partial, true, &error))
+        self.place.lock.count_flush();
+        closed.map_err(|error| ResultError::write(&self.place.partial, true, &error))
     }
 
     fn with_open(
@@ -185,12 +175,12 @@ impl ResultWriter {
     ) -> Result<(), ResultError> {
         let Some(open) = &mut self.open else {
             let detail = "an earlier write failed".to_owned();
-            return Err(Reason::Write { detail, kept: true }.of(&self.partial));
+            return Err(Reason::Write { detail, kept: true }.of(&self.place.partial));
         };
-        let result = action(open, &mut self.lock);
+        let result = action(open, &mut self.place.lock);
         self.saved = open.saved;
         result.map_err(|error| {
-            let error = ResultError::write(&self.partial, true, &error);
+            let error = ResultError::write(&self.place.partial, true, &error);
             // Closing would write what is half done over what is good. Without its handles being
             // closed HDF5 writes nothing more, not even at the end of the program.
             std::mem::forget(self.open.take());

@@ -100,7 +100,6 @@ pub(super) fn write(
             shard: part.shard,
             partition: part.partition.clone(),
             layout: whole,
-            shape: part.shape.clone(),
         }),
     };
     let mut writer = SweepWriter::create(Reservation::take(path, overwrite, &study.files)?, &header(study), &plan)?;

@@ -42,7 +42,6 @@ fn field(column: &Column) -> Value {
         Kind::Number => "number",
         Kind::Whole => "integer",
         Kind::Code => "string",
-        Kind::Boolean => "boolean",
     };
     let mut field = json!({ "name": column.name, "type": kind, "description": column.long_name });
     if column.kind == Kind::Number {

@@ -9,7 +9,6 @@ use std::process::ExitCode;
 
 use super::Change;
 use super::protocol::{Fault, Request};
-use super::server::path_of;
 
 /// The argument that makes the program a reading process.
 pub(crate) const ARGUMENT: &str = "--read-hdf5-for-parent";
@@ -121,7 +120,7 @@ mod imp {
             }
             let more = match request {
                 Request::Change(path, _) => {
-                    let bytes = std::fs::metadata(path_of(path)).map_or(0, |found| found.len());
+                    let bytes = std::fs::metadata(path).map_or(0, |found| found.len());
                     Duration::from_secs(bytes / SUMMED)
                 }
                 _ => Duration::ZERO,

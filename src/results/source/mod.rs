@@ -295,7 +295,7 @@ impl Source {
             return Err(fatal(path, how));
         }
         let opening = Opening {
-            path: server::bytes_of(path),
+            path: path.as_os_str().to_owned(),
             follow_external: FOLLOW_EXTERNAL.load(Ordering::Relaxed),
             chunk_cache,
             growing: false,
@@ -509,31 +509,32 @@ impl Source {
         block: usize,
         take: &mut dyn FnMut(Vec<T>),
     ) -> Result<(), ResultError> {
-        let Some((&rows, inner)) = shape.split_first() else {
-            take(self.read(path, &[])?);
+        let part: Vec<Range<usize>> = shape.iter().map(|&length| 0..length).collect();
+        self.blocks_of(path, &part, 0, block, take)
+    }
+
+    /// The same of a part that is divided along its dimension `along`, and, where one index of that is too much, along the next.
+    fn blocks_of<T: Number>(
+        &self,
+        path: &str,
+        part: &[Range<usize>],
+        along: usize,
+        block: usize,
+        take: &mut dyn FnMut(Vec<T>),
+    ) -> Result<(), ResultError> {
+        let Some(whole) = part.get(along).cloned() else {
+            take(self.read(path, part)?);
             return Ok(());
         };
-        let row = inner.iter().product::<usize>();
-        if rows == 0 || row == 0 {
-            return Ok(());
-        }
-        let rest = inner.iter().map(|&length| 0..length);
-        for start in (0..rows).step_by((block / row).max(1)) {
-            let end = rows.min(start + (block / row).max(1));
-            if row <= server::VALUES {
-                take(self.read(
-                    path,
-                    &std::iter::once(start..end).chain(rest.clone()).collect::<Vec<_>>(),
-                )?);
-                continue;
-            }
-            // Wide rows, in pieces of their own.
-            let wide = inner.iter().position(|&length| length > 1).unwrap_or(0);
-            let across: usize = inner[wide + 1..].iter().product();
-            let step = (block / across.max(1)).max(1);
-            for from in (0..inner[wide]).step_by(step) {
-                let mut part: Vec<Range<usize>> = std::iter::once(start..end).chain(rest.clone()).collect();
-                part[wide + 1] = from..inner[wide].min(from + step);
+        let across: usize = part[along + 1..].iter().map(ExactSizeIterator::len).product();
+        let step = (block / across.max(1)).max(1);
+        let mut part = part.to_vec();
+        // Of an empty dataset nothing is read.
+        for start in whole.clone().step_by(step).take_while(|_| across > 0) {
+            part[along] = start..whole.end.min(start + step);
+            if across > server::VALUES {
+                self.blocks_of(path, &part, along + 1, block, take)?;
+            } else {
                 take(self.read(path, &part)?);
             }
         }
@@ -621,7 +622,7 @@ pub(super) type Change = fn(&Path, &[u8]) -> hdf5::Result<()>;
 pub(super) fn change_apart(path: &Path, with: Vec<u8>, change: Change) -> Result<(), ResultError> {
     let changed = Link::new().and_then(|mut link| match link {
         Link::Here(_) => change(path, &with).map_err(|error| Lost::Fault(error.into())),
-        _ => link.ask(&Request::Change(server::bytes_of(path), with)).map(drop),
+        _ => link.ask(&Request::Change(path.as_os_str().to_owned(), with)).map(drop),
     });
     changed.map_err(|lost| match lost {
         Lost::Fault(Fault::Hdf5(detail)) => ResultError::write_detail(path, false, detail),

@@ -1,5 +1,6 @@
 //! What is asked of the process that reads HDF5 files, and what it answers.
 
+use std::ffi::OsString;
 use std::io::{self, Read, Write};
 
 use serde::de::DeserializeOwned;
@@ -26,7 +27,7 @@ pub(super) enum Request {
     /// A column of texts.
     Texts(String),
     /// Changes the file at this path, which is not the open one.
-    Change(Vec<u8>, Vec<u8>),
+    Change(OsString, Vec<u8>),
     /// Forgets the open file.
     Close,
 }
@@ -35,7 +36,7 @@ pub(super) enum Request {
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub(super) struct Opening {
     /// As the operating system has it.
-    pub(super) path: Vec<u8>,
+    pub(super) path: OsString,
     /// Whether links and storage in other files are followed.
     pub(super) follow_external: bool,
     /// Bytes kept of each variable.

@@ -124,7 +124,7 @@ impl Server {
             Request::Texts(path) => packed(&self.texts(path)?),
             Request::Change(path, with) => {
                 let only_reads = || Fault::Hdf5("this process only reads".to_owned());
-                self.change.ok_or_else(only_reads)?(&path_of(path), with)?;
+                self.change.ok_or_else(only_reads)?(Path::new(path), with)?;
                 Ok(Vec::new())
             }
             Request::Close => {
@@ -141,7 +141,7 @@ impl Server {
 
     fn open(&mut self, opening: &Opening) -> Answered<()> {
         self.forget();
-        self.path = path_of(&opening.path);
+        self.path = PathBuf::from(&opening.path);
         self.length = std::fs::metadata(&self.path).map_or(0, |metadata| metadata.len());
         self.follow_external = opening.follow_external;
         self.growing = opening.growing;
@@ -629,26 +629,4 @@ pub(super) fn joined(group: &str, name: &str) -> String {
         "" => name.to_owned(),
         group => format!("{group}/{name}"),
     }
-}
-
-#[cfg(unix)]
-pub(super) fn bytes_of(path: &Path) -> Vec<u8> {
-    use std::os::unix::ffi::OsStrExt;
-    path.as_os_str().as_bytes().to_vec()
-}
-
-#[cfg(unix)]
-pub(super) fn path_of(bytes: &[u8]) -> PathBuf {
-    use std::os::unix::ffi::OsStrExt;
-    PathBuf::from(std::ffi::OsStr::from_bytes(bytes))
-}
-
-#[cfg(not(unix))]
-pub(super) fn bytes_of(path: &Path) -> Vec<u8> {
-    path.to_string_lossy().into_owned().into_bytes()
-}
-
-#[cfg(not(unix))]
-pub(super) fn path_of(bytes: &[u8]) -> PathBuf {
-    PathBuf::from(String::from_utf8_lossy(bytes).into_owned())
 }

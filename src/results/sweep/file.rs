@@ -14,29 +14,19 @@ pub struct SweepFile {
     pub(super) source: Source,
 }
 
-/// Opens an HDF5 file of this or an earlier version of the program, whatever its format.
-pub(super) fn open_checked(path: &Path) -> Result<SweepFile, ResultError> {
-    let source = Source::open_known(path)?;
-    Ok(SweepFile { source })
-}
-
 impl SweepFile {
     /// Opens the file of a sweep.
     ///
     /// # Errors
     /// A file that is not there, is no sweep file, is damaged, or is of a newer version of the program.
     pub fn open(path: &Path) -> Result<Self, ResultError> {
-        let file = open_checked(path)?;
+        let source = Source::open_known(path)?;
+        let file = SweepFile { source };
         match file.text(schema::root::FORMAT).as_deref() {
             Some(schema::SWEEP_FORMAT) => Ok(file),
             Some(schema::SWEEP_SHARD_FORMAT) => Err(Reason::OnlyAShard.of(path)),
             _ => Err(Reason::NotASweep.of(path)),
         }
-    }
-
-    /// Whether the file at `path` is one of a sweep.
-    pub fn is_one(path: &Path) -> bool {
-        SweepFile::open(path).is_ok()
     }
 
     /// Where it is.

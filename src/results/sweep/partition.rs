@@ -50,6 +50,11 @@ impl Partition {
         }
     }
 
+    /// Lengths of the axes of a grid; the number of points alone for a table.
+    pub fn shape(&self) -> &[usize] {
+        &self.shape
+    }
+
     /// How many points there are.
     pub fn points(&self) -> usize {
         self.shape.iter().product()

@@ -142,6 +142,4 @@ pub(crate) struct ShardPlan {
     pub partition: Partition,
     /// Of the file of the whole study.
     pub layout: SweepLayout,
-    /// Lengths of the axes of a grid, the number of points of a table.
-    pub shape: Vec<usize>,
 }

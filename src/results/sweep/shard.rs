@@ -7,7 +7,7 @@ use std::path::Path;
 use std::sync::Arc;
 
 use super::columns::write_axis;
-use super::file::{SweepFile, open_checked};
+use super::file::SweepFile;
 use super::partition::Partition;
 use super::schema::{
     DIGEST, EVENTS, EventForm, INPUT_CASE, INPUT_STUDY, POINT, POINT_STATUS, POINT_STATUSES, ShardPlan, SweepAxis,
@@ -17,7 +17,6 @@ use crate::results::attributes::{AttributeValue, write_attribute};
 use crate::results::schema::{self, Kind, root};
 use crate::results::source::Source;
 use crate::results::table::create_group;
-use crate::results::values::Number;
 use crate::results::{Reason, ResultError};
 
 /// Root attributes: which shard, counted from 1, and of how many.
@@ -50,7 +49,7 @@ pub(super) fn describe(
     for (name, number) in [(SHARD, shard.shard + 1), (SHARD_COUNT, shard.partition.shards())] {
         write_attribute(file, name, number as i64)?;
     }
-    let shape: Vec<i64> = shard.shape.iter().map(|&length| length as i64).collect();
+    let shape: Vec<i64> = shard.partition.shape().iter().map(|&length| length as i64).collect();
     write_attribute(file, SHAPE, shape)?;
     let layout = match shard.layout {
         SweepLayout::Grid => "grid",
@@ -80,7 +79,6 @@ pub(crate) struct ShardFile {
     shard: usize,
     partition: Partition,
     layout: SweepLayout,
-    shape: Vec<usize>,
 }
 
 impl ShardFile {
@@ -89,7 +87,8 @@ impl ShardFile {
     /// # Errors
     /// A file that is not there, is none of a shard, is damaged, or is of a newer version of the program.
     pub fn open(path: &Path) -> Result<Self, ResultError> {
-        let inner = open_checked(path)?;
+        let source = Source::open_known(path)?;
+        let inner = SweepFile { source };
         if inner.text(root::FORMAT).as_deref() != Some(schema::SWEEP_SHARD_FORMAT) {
             return Err(Reason::NotAShard.of(path));
         }
@@ -130,7 +129,6 @@ impl ShardFile {
             shard,
             partition,
             layout,
-            shape,
         })
     }
 
@@ -267,19 +265,20 @@ impl ShardFile {
                 None => described.variable(name, Kind::Float64),
             });
         }
+        let shape = self.partition.shape();
         let fits = match self.layout {
-            SweepLayout::Grid => axes.iter().map(|axis| axis.values.len()).eq(self.shape.iter().copied()),
-            SweepLayout::Table => self.shape.len() == 1,
+            SweepLayout::Grid => axes.iter().map(|axis| axis.values.len()).eq(shape.iter().copied()),
+            SweepLayout::Table => shape.len() == 1,
         };
         if !fits {
-            let what = format!("usable attribute {SHAPE}: it is {:?}", self.shape);
+            let what = format!("usable attribute {SHAPE}: it is {shape:?}");
             return Err(Reason::Missing(what).of(self.path()));
         }
         Ok(SweepPlan {
             layout: self.layout,
             axes,
             variables,
-            points: self.shape.iter().product(),
+            points: self.partition.points(),
             events: self.event_form()?,
             shard: None,
         })
@@ -320,7 +319,7 @@ impl ShardFile {
         })
     }
 
-    fn column<T: Number>(&self, name: &str) -> Result<Blocks<T>, ResultError> {
+    fn column(&self, name: &str) -> Result<Blocks, ResultError> {
         let info = self.inner.dataset(name)?;
         let ([length], true) = (&info.shape[..], info.holds.is_number()) else {
             return Err(self.inner.missing(&format!("{name} that is a column of numbers")));
@@ -339,31 +338,30 @@ impl ShardFile {
 const BLOCK: usize = 4096;
 
 /// A column, read in blocks from its beginning on.
-struct Blocks<T> {
+struct Blocks {
     file: Arc<SweepFile>,
     name: String,
     length: usize,
     start: usize,
-    rows: Vec<T>,
+    rows: Vec<f64>,
 }
 
-impl<T: Number> Blocks<T> {
+impl Blocks {
     /// The value of a row at or after the last that was asked for; `None` beyond the end.
-    fn at(&mut self, row: usize) -> Result<Option<T>, ResultError> {
+    fn at(&mut self, row: usize) -> Result<Option<f64>, ResultError> {
         if row >= self.length {
             return Ok(None);
         }
         if row >= self.start + self.rows.len() {
             self.start = row;
             let end = (row + BLOCK).min(self.length);
-            let source: &Source = &self.file.source;
-            self.rows = source.read_rows(&self.name, row..end)?;
+            self.rows = self.file.source.read_rows(&self.name, row..end)?;
         }
         Ok(self.rows.get(row - self.start).copied())
     }
 
     /// The value of a row that the other columns have.
-    fn value(&mut self, row: usize) -> Result<T, ResultError> {
+    fn value(&mut self, row: usize) -> Result<f64, ResultError> {
         self.at(row)?.ok_or_else(|| {
             self.file
                 .missing(&format!("{} with a row {row}, as its neighbours have", self.name))
@@ -374,11 +372,11 @@ impl<T: Number> Blocks<T> {
 /// The points of a shard, one by one.
 pub(super) struct ShardRows {
     file: Arc<SweepFile>,
-    number: Blocks<i64>,
-    status: Blocks<i8>,
-    coordinates: Vec<Blocks<f64>>,
+    number: Blocks,
+    status: Blocks,
+    coordinates: Vec<Blocks>,
     /// With what stands for nothing in a count.
-    values: Vec<(Blocks<f64>, Option<i64>)>,
+    values: Vec<(Blocks, Option<i64>)>,
     /// The last first.
     failures: Vec<(u64, String)>,
     events: Option<EventRows>,
@@ -386,16 +384,16 @@ pub(super) struct ShardRows {
 }
 
 struct EventRows {
-    point: Blocks<i64>,
+    point: Blocks,
     /// Those of [`SweepCell`].
-    columns: Vec<Blocks<f64>>,
+    columns: Vec<Blocks>,
     next: usize,
 }
 
 impl EventRows {
-    fn of_point(&mut self, number: i64) -> Result<Vec<SweepCell>, ResultError> {
+    fn of_point(&mut self, number: u64) -> Result<Vec<SweepCell>, ResultError> {
         let mut cells = Vec::new();
-        while self.point.at(self.next)? == Some(number) {
+        while self.point.at(self.next)? == Some(number as f64) {
             let mut row = [0.0; 5];
             for (value, column) in row.iter_mut().zip(&mut self.columns) {
                 *value = column.value(self.next)?;
@@ -417,11 +415,11 @@ impl ShardRows {
 
     fn read(&mut self, number: u64) -> Result<Option<SweepRow>, ResultError> {
         let at = self.next;
-        let expected = i64::try_from(number).unwrap_or(i64::MAX);
         let (Some(found), Some(status)) = (self.number.at(at)?, self.status.at(at)?) else {
             return Ok(None);
         };
-        if found != expected || status == POINT_STATUSES[2].0 {
+        let [complete, _, missing] = POINT_STATUSES.map(|status| f64::from(status.0));
+        if found != number as f64 || status == missing {
             return Ok(None);
         }
         let mut row = SweepRow {
@@ -431,7 +429,7 @@ impl ShardRows {
         for column in &mut self.coordinates {
             row.coordinates.push(column.value(at)?);
         }
-        if status == POINT_STATUSES[0].0 {
+        if status == complete {
             let mut values = Vec::with_capacity(self.values.len());
             for (column, fill) in &mut self.values {
                 let value = column.value(at)?;
@@ -446,7 +444,7 @@ impl ShardRows {
             }
         }
         if let Some(events) = &mut self.events {
-            row.events = events.of_point(expected)?;
+            row.events = events.of_point(number)?;
         }
         Ok(Some(row))
     }
