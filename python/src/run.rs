@@ -306,7 +306,7 @@ pub fn run(
         failure: failure.map(|failure| failure.to_string()),
         warnings: end.warnings.clone(),
         witness: end.witness.as_ref().map(|witness| json(py, witness)).transpose()?,
-        quantities: end.stick_slip().attributes().into_iter().map(quantity).collect(),
+        quantities: end.stick_slip().attributes.iter().cloned().map(quantity).collect(),
         tables,
         event_count,
         meta: end.meta().to_vec(),
@@ -355,7 +355,7 @@ fn read(path: PathBuf) -> Result<Run, ResultError> {
     };
     let tables = file.tables()?.into_iter();
     let tables = tables.map(|(group, columns)| (group, columns.into_iter().map(column).collect()));
-    let quantities = file.stick_slip()?.map_or_else(Vec::new, |table| table.attributes());
+    let quantities = file.stick_slip()?.map_or_else(Vec::new, |table| table.attributes);
     let witness = match file.group_text("witness", "statement") {
         Ok(Some(statement)) => Some(serde_json::json!({ "statement": statement }).to_string()),
         _ => None,

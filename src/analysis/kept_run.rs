@@ -106,7 +106,7 @@ impl KeptReportEnd {
         let end = KeptEnd {
             status: &self.status,
             stick_slip: &self.table,
-            witness: witness.as_ref(),
+            witness: witness.as_deref(),
             wall_time: self.wall_time,
         };
         ResultWriter::write_kept(path, overwrite, &self.header, rows, &end)

@@ -150,21 +150,22 @@ fn contents(study: &Study, result: &StudyResult, started: &str) -> WorkPrecision
             .iter()
             .position(|&method| method == m.method)
             .unwrap_or_default();
-        WorkPrecisionRow {
-            method: i8::try_from(method).unwrap_or(i8::MAX),
-            rtol: missing(rtol),
-            fixed_step: missing(fixed_step),
-            failed: m.failure.is_some(),
-            same_sequence: m.same_sequence,
-            events: m.events as u64,
-            onset_error: missing(m.errors.onset),
-            final_stick_error: missing(m.errors.final_stick),
-            largest_event_error: missing(m.errors.largest),
-            steps: m.steps,
-            rhs_evaluations: m.rhs_evaluations,
-            jacobian_evaluations: m.jacobian_evaluations,
-            wall_time: m.wall_time,
-        }
+        let row: WorkPrecisionRow = [
+            method as f64,
+            missing(rtol),
+            missing(fixed_step),
+            m.failure.is_some().into(),
+            m.same_sequence.into(),
+            m.events as f64,
+            missing(m.errors.onset),
+            missing(m.errors.final_stick),
+            missing(m.errors.largest),
+            m.steps as f64,
+            m.rhs_evaluations as f64,
+            m.jacobian_evaluations as f64,
+            m.wall_time,
+        ];
+        row
     });
     let reference = &result.reference;
     let Errors {

@@ -115,13 +115,21 @@ pub(super) fn describe_text(dataset: &Dataset, units: &str, long_name: &str) -> 
     write_attribute(dataset, schema::attribute::LONG_NAME, long_name)
 }
 
-pub(super) fn write_companions(location: &Location, name: &str, units: &str, long_name: &str) -> hdf5::Result<()> {
-    write_attribute(location, &format!("{name}{}", schema::attribute::UNITS_SUFFIX), units)?;
-    write_attribute(
-        location,
-        &format!("{name}{}", schema::attribute::LONG_NAME_SUFFIX),
-        long_name,
-    )
+/// A quantity as attributes: its value, its unit and its description.
+pub(crate) fn quantity(
+    name: &str,
+    value: impl Into<AttributeValue>,
+    units: &str,
+    long_name: &str,
+) -> [(String, AttributeValue); 3] {
+    [
+        (name.to_owned(), value.into()),
+        (format!("{name}{}", schema::attribute::UNITS_SUFFIX), units.into()),
+        (
+            format!("{name}{}", schema::attribute::LONG_NAME_SUFFIX),
+            long_name.into(),
+        ),
+    ]
 }
 
 pub(super) fn write_attributes(group: &Group, attributes: &[(String, AttributeValue)]) -> hdf5::Result<()> {

@@ -316,9 +316,10 @@ impl Check {
         if complete && let Some(statistics) = file.stick_slip()? {
             let count = |kind: EventKind| events.iter().filter(|event| event.kind == kind).count() as u64;
             for (name, said, found) in [
-                ("stick_count", statistics.stick_count, count(EventKind::Stick)),
-                ("slip_count", statistics.slip_count, count(EventKind::Slip)),
+                ("stick_count", statistics.value("stick_count"), count(EventKind::Stick)),
+                ("slip_count", statistics.value("slip_count"), count(EventKind::Slip)),
             ] {
+                let said = said.unwrap_or(0.0) as u64;
                 if said != found {
                     let what = format!("{name} is {said}, but /events has {found}");
                     self.problem(format!("/{}", group::STICK_SLIP), what);

@@ -46,10 +46,3 @@ impl Status {
         }
     }
 }
-
-/// An attribute of /witness: its name, its value, and of a number the unit and the description.
-pub(crate) type WitnessAttribute = (&'static str, AttributeValue, Option<(&'static str, &'static str)>);
-
-/// The attributes of /witness.
-#[derive(Debug, Clone, PartialEq)]
-pub struct WitnessAttributes(pub Vec<WitnessAttribute>);

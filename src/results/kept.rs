@@ -3,7 +3,7 @@
 use super::rows::{PIECE_COEFFICIENTS, PIECES, TRAJECTORY, TableRows};
 use super::schema::{self, Extension, Table};
 use super::values::Values;
-use super::{ResultError, Status, StickSlipTable, WitnessAttributes};
+use super::{AttributeValue, ResultError, Status, StickSlipTable};
 
 /// A table with its columns.
 #[derive(Debug, Clone)]
@@ -108,7 +108,7 @@ pub struct KeptEnd<'a> {
     /// The attributes of /stick_slip, and rows after those that were recorded.
     pub stick_slip: &'a StickSlipTable,
     /// What another method made of the case.
-    pub witness: Option<&'a WitnessAttributes>,
+    pub witness: Option<&'a [(String, AttributeValue)]>,
     /// s.
     pub wall_time: f64,
 }

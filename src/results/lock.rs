@@ -4,6 +4,7 @@ use std::fs::{self, File, OpenOptions, TryLockError};
 use std::io::{self, Read};
 use std::path::{Path, PathBuf};
 
+use super::disk::number_of;
 use super::{Reason, ResultError};
 
 /// How often a flush of the file at `path` has begun or ended: an odd number during one. `None` if nobody writes it.
@@ -133,17 +134,9 @@ impl Drop for WriteLock {
 
 /// Whether the open file is (still) the one at `path`.
 fn is_at(file: &File, path: &Path) -> bool {
-    #[cfg(unix)]
-    {
-        use std::os::unix::fs::MetadataExt;
-        match (file.metadata(), fs::metadata(path)) {
-            (Ok(a), Ok(b)) => (a.dev(), a.ino()) == (b.dev(), b.ino()),
-            _ => false,
-        }
-    }
-    #[cfg(not(unix))]
-    {
-        let _ = file;
-        path.exists()
+    let numbers = [file.metadata(), fs::metadata(path)].map(|found| found.ok().and_then(|found| number_of(&found)));
+    match numbers {
+        [Some(a), Some(b)] => a == b,
+        _ => path.exists(),
     }
 }

@@ -32,6 +32,7 @@ mod work_precision;
 mod writer;
 
 pub use attributes::AttributeValue;
+pub(crate) use attributes::quantity;
 pub use certificate::{Addition, serve_if_asked, write_certified};
 pub use check::{CheckReport, Problem, check, check_sound, open_sound};
 pub use contents::{AttributeInfo, Contents, FlagInfo, VariableInfo};
@@ -39,7 +40,7 @@ pub use dense::{DenseOutput, Side};
 pub(crate) use disk::{folder_of, is_hdf5};
 pub use error::{Reason, ResultError};
 pub use foreign::{ForeignColumn, ForeignFile};
-pub use header::{Header, Status, WitnessAttributes};
+pub use header::{Header, Status};
 pub use kept::{KeptEnd, KeptRows, KeptTable, KeptView};
 pub use reader::{AddedGroup, Matrix, ResultFile, TableColumn};
 pub use source::{end_reading, follow_external, read_apart};

@@ -1,7 +1,7 @@
 //! Reads result files, complete or partial, and lists what is in them.
 
 use std::ops::Range;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 use super::attributes::AttributeValue;
 use super::schema::{self, attribute, group, root};
@@ -22,7 +22,6 @@ const MOST_ROWS: usize = 1 << 21;
 /// file was opened.
 #[derive(Debug)]
 pub struct ResultFile {
-    path: PathBuf,
     pub(super) source: Source,
     status: Status,
     title: String,
@@ -43,14 +42,13 @@ impl ResultFile {
             return Err(own.map_or(Reason::NotAResult(found), Reason::AnotherKind).of(path));
         }
         let mut result = ResultFile {
-            path: path.to_owned(),
             source,
             status: Status::Interrupted,
             title: String::new(),
         };
         let found = match result.attribute("", root::FORMAT_VERSION)? {
             AttributeValue::Integer(version) => version,
-            _ => return Err(result.missing("integer root attribute format_version")),
+            _ => return Err(result.source.missing("integer root attribute format_version")),
         };
         let known = i64::from(schema::FORMAT_VERSION);
         if found > known {
@@ -67,7 +65,7 @@ impl ResultFile {
 
     /// As it was opened.
     pub fn path(&self) -> &Path {
-        &self.path
+        self.source.path()
     }
 
     /// How the run ended. A file that is still being written counts as interrupted.
@@ -84,7 +82,7 @@ impl ResultFile {
     pub fn text(&self, name: &str) -> Result<String, ResultError> {
         self.source
             .text_attribute("", name)?
-            .ok_or_else(|| self.missing(&format!("text in root attribute {name}")))
+            .ok_or_else(|| self.source.missing(format!("text in root attribute {name}")))
     }
 
     /// The TOML text as it was given.
@@ -167,7 +165,7 @@ impl ResultFile {
     ) -> Result<(), ResultError> {
         let odd = names.iter().zip(values).find(|(_, value)| !value.is_finite());
         odd.map_or(Ok(()), |(&(name, _, _), value)| {
-            Err(Reason::NotFinite { row, name, value }.of(&self.path))
+            Err(Reason::NotFinite { row, name, value }.of(self.path()))
         })
     }
 
@@ -290,24 +288,20 @@ impl ResultFile {
             let found = attributes.iter().find(|(known, _)| *known == name);
             found.map_or_else(String::new, |(_, value)| value.to_string())
         };
-        let [(sticks, _), (slips, _)] = schema::STICK_SLIP_COUNTS;
         for (name, value) in &attributes {
-            let known = schema::STICK_SLIP_QUANTITIES.iter().position(|known| known.0 == name);
-            match (value, known) {
-                (AttributeValue::Number(value), Some(known)) => *table.quantities()[known] = *value,
-                (AttributeValue::Number(value), None) => table.extras.push(Extra {
+            let known = table.attributes.iter().any(|known| known.name == *name);
+            match value {
+                AttributeValue::Number(value) if !known => table.attributes.push(Extra {
                     name: name.clone(),
                     unit: text(name, attribute::UNITS_SUFFIX),
                     description: text(name, attribute::LONG_NAME_SUFFIX),
                     value: *value,
                 }),
-                (AttributeValue::Integer(count), _) if name == sticks => {
-                    table.stick_count = (*count).try_into().unwrap_or(0)
+                value => {
+                    if let Some(value) = value.number() {
+                        table.set(name, Some(value));
+                    }
                 }
-                (AttributeValue::Integer(count), _) if name == slips => {
-                    table.slip_count = (*count).try_into().unwrap_or(0)
-                }
-                _ => {}
             }
         }
         Ok(Some(table))
@@ -472,7 +466,7 @@ impl ResultFile {
         self.dataset(group::INPUT, name)?;
         self.source
             .text(&format!("{}/{name}", group::INPUT))?
-            .ok_or_else(|| self.missing(&format!("text in /{}/{name}", group::INPUT)))
+            .ok_or_else(|| self.source.missing(format!("text in /{}/{name}", group::INPUT)))
     }
 
     /// The rows of a table that is read as a whole.
@@ -521,7 +515,9 @@ impl ResultFile {
         let info = self.dataset(group, name)?;
         let size = info.size();
         if range.end > size {
-            return Err(self.missing(&format!("row {} in /{group}/{name}, but {size} rows", range.end - 1)));
+            return Err(self
+                .source
+                .missing(format!("row {} in /{group}/{name}, but {size} rows", range.end - 1)));
         }
         self.source.read_rows(&format!("{group}/{name}"), range)
     }
@@ -531,10 +527,12 @@ impl ResultFile {
         let info = self.source.dataset(&format!("{group}/{name}"))?;
         let info = match info {
             Some(info) => info,
-            None if self.has(group)? => return Err(self.missing(&format!("variable /{group}/{name}"))),
+            None if self.has(group)? => return Err(self.source.missing(format!("variable /{group}/{name}"))),
             None => {
                 let there: Vec<String> = self.source.members("")?.into_iter().map(|member| member.name).collect();
-                return Err(self.missing(&format!("group /{group} (there are: {})", there.join(", "))));
+                return Err(self
+                    .source
+                    .missing(format!("group /{group} (there are: {})", there.join(", "))));
             }
         };
         if group != group::INPUT && (info.shape.len() != 1 || !info.holds.is_number()) {
@@ -543,7 +541,7 @@ impl ResultFile {
                 info.holds.name(),
                 info.shape
             );
-            return Err(self.missing(&what));
+            return Err(self.source.missing(what));
         }
         Ok(info)
     }
@@ -551,22 +549,18 @@ impl ResultFile {
     fn attribute(&self, object: &str, name: &str) -> Result<AttributeValue, ResultError> {
         self.source
             .attribute(object, name)?
-            .ok_or_else(|| self.missing(&format!("attribute {name} in /{object}")))
+            .ok_or_else(|| self.source.missing(format!("attribute {name} in /{object}")))
     }
 
     fn attributes_of(&self, group: &str) -> Result<Vec<(String, AttributeValue)>, ResultError> {
         self.source.attributes(group).map_err(|error| match &error.reason {
-            Reason::Damaged(_) if !self.has(group).unwrap_or(true) => self.missing(&format!("group /{group}")),
+            Reason::Damaged(_) if !self.has(group).unwrap_or(true) => self.source.missing(format!("group /{group}")),
             _ => error,
         })
     }
 
-    pub(super) fn missing(&self, what: &str) -> ResultError {
-        Reason::Missing(what.to_owned()).of(&self.path)
-    }
-
     fn unknown(&self, what: &'static str, code: i8) -> ResultError {
-        Reason::UnknownCode { what, code }.of(&self.path)
+        Reason::UnknownCode { what, code }.of(self.path())
     }
 }
 
@@ -607,7 +601,8 @@ impl<'a> Rows<'a> {
             let (group, name) = (self.table.group, &self.table.variables[column].name);
             let row = self.first + row;
             self.file
-                .missing(&format!("count in row {row} of /{group}/{name}, but {value}"))
+                .source
+                .missing(format!("count in row {row} of /{group}/{name}, but {value}"))
         })
     }
 }

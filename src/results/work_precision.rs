@@ -3,42 +3,15 @@
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use super::attributes::{self, write_attribute, write_attributes, write_root};
+use super::attributes::{quantity, write_attribute, write_attributes, write_input, write_root};
 use super::source::Source;
 use super::table::{self, TableWriter};
 use super::target::{self, Reservation};
 use super::{AttributeValue, Reason, ResultError, Status, schema};
 
-/// A row of /runs; NaN where there is no value.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct WorkPrecisionRow {
-    /// Index into [`WorkPrecisionFile::methods`].
-    pub method: i8,
-    /// `solver.rtol`.
-    pub rtol: f64,
-    /// `solver.fixed_step`, s.
-    pub fixed_step: f64,
-    /// Whether the run failed.
-    pub failed: bool,
-    /// Whether its events are those of the reference.
-    pub same_sequence: bool,
-    /// Events of its sequence.
-    pub events: u64,
-    /// s.
-    pub onset_error: f64,
-    /// s.
-    pub final_stick_error: f64,
-    /// s.
-    pub largest_event_error: f64,
-    /// Of all integrators.
-    pub steps: u64,
-    /// Of the right-hand side.
-    pub rhs_evaluations: u64,
-    /// Of the Jacobian.
-    pub jacobian_evaluations: u64,
-    /// s.
-    pub wall_time: f64,
-}
+/// A row of /runs without its index, in the order of its variables; NaN where there is no value. The method is an index into
+/// [`WorkPrecisionFile::methods`].
+pub type WorkPrecisionRow = [f64; 13];
 
 /// What the file of a study holds.
 #[derive(Debug, Clone, PartialEq, Default)]
@@ -107,12 +80,11 @@ impl WorkPrecisionFile {
         if found.as_deref() != Some(schema::WORK_PRECISION_FORMAT) {
             return Err(Reason::NotAResult(found).of(path));
         }
-        let missing = |what: String| Reason::Missing(what).of(path);
         let methods = source.described("runs/method")?.flags.into_iter().map(|flag| flag.1);
         let column = |name: &str| -> Result<Vec<f64>, ResultError> {
             let variable = format!("runs/{name}");
             let found = source.dataset(&variable)?;
-            let info = found.ok_or_else(|| missing(format!("variable {variable}")))?;
+            let info = found.ok_or_else(|| source.missing(format!("variable {variable}")))?;
             source.read_rows(&variable, 0..info.size())
         };
         let columns = schema::work_precision_runs(&[]).variables;
@@ -125,7 +97,7 @@ impl WorkPrecisionFile {
                 .and_then(|known| known.number());
             *value = number.unwrap_or(f64::NAN);
         }
-        let row = |row: usize| WorkPrecisionRow::of(std::array::from_fn(|k| columns[k][row]));
+        let row = |row: usize| std::array::from_fn(|k| columns[k][row]);
         let rows = (0..columns[0].len()).map(row);
         Ok(WorkPrecisionFile {
             title: source.text_attribute("", schema::root::TITLE)?.unwrap_or_default(),
@@ -152,7 +124,7 @@ impl WorkPrecisionFile {
         write_root(&file, &texts)?;
         let mut runs = TableWriter::create(&file, &schema::work_precision_runs(&self.methods))?;
         for (index, row) in (0..).map(f64::from).zip(&self.runs) {
-            runs.push(std::iter::once(index).chain(row.values()));
+            runs.push(std::iter::once(index).chain(*row));
         }
         runs.append()?;
         let mut events = TableWriter::create(&file, &schema::work_precision_reference())?;
@@ -163,69 +135,14 @@ impl WorkPrecisionFile {
         let reference = file.group(schema::group::REFERENCE)?;
         write_attribute(&reference, "description", &self.reference)?;
         for ((name, units, long_name), value) in schema::WORK_PRECISION_UNCERTAINTIES.iter().zip(self.uncertainties) {
-            write_attribute(&reference, name, value)?;
-            attributes::write_companions(&reference, name, units, long_name)?;
+            write_attributes(&reference, &quantity(name, value, units, long_name))?;
         }
         let input = table::create_group(&file, schema::group::INPUT)?;
-        attributes::write_input(&input, "study", &self.study, "the study as it was given (TOML)")?;
+        write_input(&input, "study", &self.study, "the study as it was given (TOML)")?;
         let resolved = "every parameter of the first run in SI units (TOML)";
-        attributes::write_input(&input, schema::INPUT_RESOLVED, &self.resolved, resolved)?;
+        write_input(&input, schema::INPUT_RESOLVED, &self.resolved, resolved)?;
         write_attributes(&table::create_group(&file, schema::group::META)?, &self.meta)?;
         super::checksums::write(&file, &super::checksums::Known::new())?;
         file.flush()
-    }
-}
-
-impl WorkPrecisionRow {
-    /// Of the columns of /runs after its index.
-    fn of(columns: [f64; 13]) -> WorkPrecisionRow {
-        let [
-            method,
-            rtol,
-            fixed_step,
-            outcome,
-            same_sequence,
-            events,
-            errors @ ..,
-            steps,
-            rhs,
-            jacobians,
-            wall_time,
-        ] = columns;
-        let [onset_error, final_stick_error, largest_event_error] = errors;
-        WorkPrecisionRow {
-            method: method as i8,
-            rtol,
-            fixed_step,
-            failed: outcome != 0.0,
-            same_sequence: same_sequence != 0.0,
-            events: events as u64,
-            onset_error,
-            final_stick_error,
-            largest_event_error,
-            steps: steps as u64,
-            rhs_evaluations: rhs as u64,
-            jacobian_evaluations: jacobians as u64,
-            wall_time,
-        }
-    }
-
-    /// The inverse of [`Self::of`].
-    fn values(&self) -> [f64; 13] {
-        [
-            self.method.into(),
-            self.rtol,
-            self.fixed_step,
-            self.failed.into(),
-            self.same_sequence.into(),
-            self.events as f64,
-            self.onset_error,
-            self.final_stick_error,
-            self.largest_event_error,
-            self.steps as f64,
-            self.rhs_evaluations as f64,
-            self.jacobian_evaluations as f64,
-            self.wall_time,
-        ]
     }
 }

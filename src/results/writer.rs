@@ -4,14 +4,14 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
-use super::attributes::{text_value, write_attribute, write_attributes, write_companions, write_input, write_root};
+use super::attributes::{quantity, text_value, write_attribute, write_attributes, write_input, write_root};
 use super::kept::{KeptEnd, KeptView};
 use super::lock::WriteLock;
 use super::rows::{EVENTS, PIECE_COEFFICIENTS, PIECES, STICK_SLIP, TRAJECTORY, TableRows};
 use super::schema;
 use super::table::{TableWriter, create_file, create_group};
 use super::target::{self, Overwrite, Reservation};
-use super::{AttributeValue, Header, Reason, ResultError, Status, StickSlipTable, WitnessAttributes, checksums};
+use super::{AttributeValue, Extra, Header, Reason, ResultError, Status, StickSlipTable, checksums};
 use crate::numerics::chebyshev::COEFFICIENTS;
 
 /// Longest time between flushes, if rows come. In a flush some thousands of bytes all over the file change, which
@@ -146,16 +146,8 @@ impl ResultWriter {
     /// # Errors
     ///
     /// A failure to write; [`Self::finish`] then leaves the partial file.
-    pub fn witness(&mut self, attributes: &WitnessAttributes) -> Result<(), ResultError> {
-        self.with_open(|open, _| {
-            let group = create_group(&open.file, schema::group::WITNESS)?;
-            attributes.0.iter().try_for_each(|(name, value, companions)| {
-                write_attribute(&group, name, value.clone())?;
-                companions.map_or(Ok(()), |(units, long_name)| {
-                    write_companions(&group, name, units, long_name)
-                })
-            })
-        })
+    pub fn witness(&mut self, attributes: &[(String, AttributeValue)]) -> Result<(), ResultError> {
+        self.with_open(|open, _| write_attributes(&create_group(&open.file, schema::group::WITNESS)?, attributes))
     }
 
     /// Closes the file, with whatever is buffered.
@@ -351,14 +343,18 @@ impl Open {
         lock: &mut WriteLock,
     ) -> hdf5::Result<()> {
         let group = self.file.group(schema::group::STICK_SLIP)?;
-        for attribute in stick_slip.attributes() {
-            let name = &attribute.name;
+        for Extra {
+            name,
+            unit,
+            description,
+            value,
+        } in &stick_slip.attributes
+        {
             let value = match schema::STICK_SLIP_COUNTS.iter().any(|count| count.0 == *name) {
-                true => AttributeValue::Integer(attribute.value as i64),
-                false => AttributeValue::Number(attribute.value),
+                true => AttributeValue::Integer(*value as i64),
+                false => AttributeValue::Number(*value),
             };
-            write_attribute(&group, name, value)?;
-            write_companions(&group, name, &attribute.unit, &attribute.description)?;
+            write_attributes(&group, &quantity(name, value, unit, description))?;
         }
         self.file
             .group(schema::group::META)?

@@ -114,29 +114,32 @@ fn cycle(stick_duration: f64, slip_duration: f64, period: f64) -> Cycle {
 }
 
 pub fn stick_slip() -> StickSlipTable {
-    StickSlipTable {
+    let mut table = StickSlipTable {
         cycles: vec![
             cycle(5e-5, 1.9e-4, 2.4e-4),
             cycle(6e-5, 1.8e-4, 2.4e-4),
             cycle(7e-5, 1.7e-4, f64::NAN),
         ],
-        onset_time: 6.975,
-        final_stick_time: 6.9896,
-        stick_count: 4,
-        slip_count: 3,
-        first_period: 2.4e-4,
-        last_period: 2.41e-4,
-        natural_period: 2.406e-4,
-        growth_exponent: f64::NAN,
-        e_folds_gained: 14.25,
-        energy_residual_max: -0.0,
-        extras: vec![Extra {
-            name: "stick_growth".to_owned(),
-            unit: "s-1".to_owned(),
-            description: "rate at which sticks lengthen".to_owned(),
-            value: 3.5,
-        }],
+        ..StickSlipTable::default()
+    };
+    for (name, value) in [
+        ("onset_time", 6.975),
+        ("final_stick_time", 6.9896),
+        ("stick_count", 4.0),
+        ("slip_count", 3.0),
+        ("first_period", 2.4e-4),
+        ("last_period", 2.41e-4),
+        ("natural_period", 2.406e-4),
+        ("e_folds_gained", 14.25),
+        ("energy_residual_max", -0.0),
+    ] {
+        table.set(name, Some(value));
     }
+    let description = "rate at which sticks lengthen";
+    table
+        .attributes
+        .push(Extra::new("stick_growth", "s-1", description, Some(3.5)));
+    table
 }
 
 /// A complete file of `count` samples.

@@ -19,10 +19,8 @@ pub(super) enum Lost {
     Fault(Fault),
     /// The process ended over the file: how.
     Ended(String),
-    /// The process ended, and nothing says that it was the file's fault: how.
+    /// The process ended, or never began, and nothing says that it was the file's fault: how.
     Stopped(String),
-    /// There is no such process.
-    NotStarted(std::io::Error),
 }
 
 #[cfg(unix)]
@@ -339,7 +337,7 @@ impl Guard {
     }
 
     pub(super) fn ask(&mut self, _: &Request) -> Result<Vec<u8>, Lost> {
-        Err(Lost::NotStarted(std::io::ErrorKind::Unsupported.into()))
+        Err(Lost::Stopped("is not there".to_owned()))
     }
 }
 

@@ -42,11 +42,8 @@ static FATAL: Mutex<Vec<(Identity, String)>> = Mutex::new(Vec::new());
 /// What is the same as long as it is one file that nobody has written to.
 #[derive(Debug, Clone, PartialEq)]
 struct Identity {
-    /// Device and file on it, where the system tells; else the path.
-    #[cfg(unix)]
-    at: (u64, u64),
-    #[cfg(not(unix))]
-    at: PathBuf,
+    /// Device and file on it, where the system tells.
+    at: Option<(u64, u64)>,
     length: u64,
     changed: Option<SystemTime>,
 }
@@ -55,13 +52,7 @@ impl Identity {
     fn of(path: &Path) -> Option<Identity> {
         let found = std::fs::metadata(path).ok()?;
         Some(Identity {
-            #[cfg(unix)]
-            at: {
-                use std::os::unix::fs::MetadataExt;
-                (found.dev(), found.ino())
-            },
-            #[cfg(not(unix))]
-            at: path.canonicalize().ok()?,
+            at: disk::number_of(&found),
             length: found.len(),
             changed: found.modified().ok(),
         })
@@ -177,19 +168,18 @@ impl Link {
         if cfg!(not(unix)) {
             return Ok(Link::Here(Box::default()));
         }
-        while let Some(mut guard) = idle() {
+        while let Some(mut guard) = locked(&IDLE).pop() {
             if guard.is_there() {
                 return Ok(Link::Apart(guard));
             }
         }
         let started = match program {
-            Ok(program) => Guard::start(program.path()),
-            Err(error) => {
-                let what = format!("the program cannot find itself: {error}");
-                Err(std::io::Error::new(error.kind(), what))
-            }
+            Ok(program) => Guard::start(program.path()).map_err(|error| error.to_string()),
+            Err(error) => Err(format!("the program cannot find itself: {error}")),
         };
-        started.map(Link::Apart).map_err(Lost::NotStarted)
+        started
+            .map(Link::Apart)
+            .map_err(|why| Lost::Stopped(format!("did not start: {why}")))
     }
 
     fn ask(&mut self, request: &Request) -> Result<Vec<u8>, Lost> {
@@ -215,11 +205,6 @@ impl Link {
         }
         Err(lost)
     }
-}
-
-/// A reading process without a file, if there is one.
-fn idle() -> Option<Guard> {
-    locked(&IDLE).pop()
 }
 
 /// Keeps the process of a link for the next file, if nothing has gone wrong in it.
@@ -597,6 +582,11 @@ impl Source {
         error_of(&self.path, Lost::Fault(fault.clone()))
     }
 
+    /// The error of a file that lacks what one of this program has.
+    pub(super) fn missing(&self, what: impl Into<String>) -> ResultError {
+        Reason::Missing(what.into()).of(&self.path)
+    }
+
     pub(super) fn refused(&self, what: String) -> ResultError {
         Reason::BeyondLimits(what).of(&self.path)
     }
@@ -654,7 +644,6 @@ fn error_of(path: &Path, lost: Lost) -> ResultError {
         Lost::Fault(Fault::Unnamed(place)) => Reason::Unnamed(place).of(path),
         Lost::Fault(Fault::Absent(what)) => Reason::Absent(what).of(path),
         Lost::Fault(Fault::Elsewhere(what)) => Reason::Elsewhere(what).of(path),
-        Lost::NotStarted(error) => Reason::NoReader(format!("did not start: {error}")).of(path),
         Lost::Stopped(detail) => Reason::NoReader(detail).of(path),
         Lost::Ended(how) => {
             let error = fatal(path, &how);

@@ -5,13 +5,13 @@ use hdf5::{Dataset, Group, Hyperslab, Selection, SliceOrIndex};
 use super::schema::{
     BLOCK, FAILURES, POINT, POINT_STATUS, POINT_STATUSES, SweepAxis, SweepLayout, SweepPlan, SweepRow,
 };
-use super::storage::{Rows, Storage};
+use super::storage::{Shards, Source, create_virtual};
 use crate::results::attributes::{describe, describe_text, write_attribute};
 use crate::results::checksums::{Known, Sums};
 use crate::results::raw;
 use crate::results::schema::{Kind, Table, Variable};
-use crate::results::table::{TableWriter, compressed, create_group};
-use crate::results::values::{Column, Number, Values, with_type};
+use crate::results::table::{TableWriter, compressed, create_empty, create_group};
+use crate::results::values::{Column, Values, with_type};
 
 /// The datasets of the points with what is buffered for them.
 pub(super) struct Columns {
@@ -43,8 +43,9 @@ fn indices(length: usize) -> Values<'static> {
 }
 
 impl Columns {
-    pub(super) fn create(file: &hdf5::File, plan: &SweepPlan, storage: Storage) -> hdf5::Result<Self> {
+    pub(super) fn create(file: &hdf5::File, plan: &SweepPlan, shards: Option<&Shards>) -> hdf5::Result<Self> {
         let points = plan.points;
+        let sources = shards.map(|shards| &shards.points[..]);
         let mut scales = Vec::new();
         let mut numbers = None;
         let shape = match plan.layout {
@@ -56,9 +57,9 @@ impl Columns {
             }
             SweepLayout::Table => {
                 let variable = Variable::count(POINT, "number of the point");
-                let dataset = create(file, &variable, &[points], Storage::Own)?;
+                let dataset = create(file, &variable, &[points], None)?;
                 raw::set_scale(&dataset, POINT)?;
-                if storage.is_own() {
+                if shards.is_none() {
                     numbers = Some(buffered(dataset.clone(), Kind::Int64));
                 } else {
                     indices(points).write(&dataset)?;
@@ -75,14 +76,14 @@ impl Columns {
         let mut coordinates = Vec::new();
         if plan.layout == SweepLayout::Table {
             for axis in &plan.axes {
-                coordinates.push(attached(create_axis(file, axis, points, storage)?, axis.variable.kind)?);
+                coordinates.push(attached(create_axis(file, axis, points, sources)?, axis.variable.kind)?);
             }
         }
         let status = Variable::code(POINT_STATUS, "what came of the point", &POINT_STATUSES);
-        let status = attached(create(file, &status, &shape, storage)?, status.kind)?;
+        let status = attached(create(file, &status, &shape, sources)?, status.kind)?;
         let mut values = Vec::with_capacity(plan.variables.len());
         for variable in &plan.variables {
-            let column = attached(create(file, variable, &shape, storage)?, variable.kind)?;
+            let column = attached(create(file, variable, &shape, sources)?, variable.kind)?;
             values.push((column, variable.fill.map_or(f64::NAN, |fill| fill as f64)));
         }
         let inner = shape.iter().skip(1).product::<usize>().max(1);
@@ -96,11 +97,11 @@ impl Columns {
             values,
             failures: Vec::new(),
             sums: Sums::default(),
-            events: match (plan.events, storage) {
+            events: match (plan.events, shards) {
                 (None, _) => None,
-                (Some(form), Storage::Own) => Some(TableWriter::create(file, &form.table())?),
-                (Some(form), Storage::Shards(_)) => {
-                    create_virtual(file, &form.table(), storage)?;
+                (Some(form), None) => Some(TableWriter::create(file, &form.table())?),
+                (Some(form), Some(shards)) => {
+                    create_events(file, &form.table(), &shards.events)?;
                     None
                 }
             },
@@ -197,18 +198,15 @@ impl Columns {
 }
 
 /// The columns of the events over those of the shards, one shard after the other.
-fn create_virtual(file: &hdf5::File, table: &Table, storage: Storage) -> hdf5::Result<()> {
-    let length = storage.events();
+fn create_events(file: &hdf5::File, table: &Table, sources: &[Source]) -> hdf5::Result<()> {
+    let length = sources.iter().map(|source| source.rows).sum();
     let group = create_group(file, table.group)?;
     let mut index = None;
     for variable in &table.variables {
+        let dataset = create(&group, variable, &[length], index.is_some().then_some(sources))?;
         match &index {
-            Some(index) => {
-                let dataset = create(&group, variable, &[length], storage.of(Rows::Events))?;
-                raw::attach_scale(&dataset, index, 0)?;
-            }
+            Some(index) => raw::attach_scale(&dataset, index, 0)?,
             None => {
-                let dataset = create(&group, variable, &[length], Storage::Own)?;
                 indices(length).write(&dataset)?;
                 raw::set_scale(&dataset, &variable.name)?;
                 index = Some(dataset);
@@ -220,7 +218,7 @@ fn create_virtual(file: &hdf5::File, table: &Table, storage: Storage) -> hdf5::R
 
 /// An axis of a grid with its values: a dimension scale.
 pub(super) fn write_axis(group: &Group, axis: &SweepAxis) -> hdf5::Result<Dataset> {
-    let dataset = create_axis(group, axis, axis.values.len(), Storage::Own)?;
+    let dataset = create_axis(group, axis, axis.values.len(), None)?;
     let mut values = Values::new(axis.variable.kind, axis.values.len());
     axis.values.iter().for_each(|&value| values.push(value));
     values.write(&dataset)?;
@@ -229,36 +227,36 @@ pub(super) fn write_axis(group: &Group, axis: &SweepAxis) -> hdf5::Result<Datase
 }
 
 /// An axis as a coordinate or a column: numbers, or codes of words.
-fn create_axis(group: &Group, axis: &SweepAxis, length: usize, storage: Storage) -> hdf5::Result<Dataset> {
-    let dataset = create(group, &axis.variable, &[length], storage)?;
+fn create_axis(group: &Group, axis: &SweepAxis, length: usize, sources: Option<&[Source]>) -> hdf5::Result<Dataset> {
+    let dataset = create(group, &axis.variable, &[length], sources)?;
     write_attribute(&dataset, "keys", &axis.keys)?;
     Ok(dataset)
 }
 
-fn create(group: &Group, variable: &Variable, shape: &[usize], storage: Storage) -> hdf5::Result<Dataset> {
-    let dataset = with_type!(variable.kind, create_in(group, &variable.name, shape, storage))?;
-    describe(&dataset, variable)?;
-    Ok(dataset)
-}
-
-fn create_in<T: Number>(group: &Group, name: &str, shape: &[usize], storage: Storage) -> hdf5::Result<Dataset> {
-    match storage {
-        Storage::Own => {
+/// A variable whose values are in the file, or in those of the shards.
+fn create(group: &Group, variable: &Variable, shape: &[usize], sources: Option<&[Source]>) -> hdf5::Result<Dataset> {
+    let name = variable.name.as_str();
+    let dataset = match sources {
+        None => {
             let inner = shape.iter().skip(1).product::<usize>().max(1);
             let mut chunk = shape.to_vec();
             chunk[0] = (BLOCK / inner).clamp(1, shape[0].max(1));
-            let builder = compressed(group).chunk(chunk).empty::<T>();
-            builder.shape(shape.to_vec()).create(name)
+            with_type!(
+                variable.kind,
+                create_empty(compressed(group).chunk(chunk), shape.to_vec(), name)
+            )
         }
-        Storage::Shards(shards) => shards.create::<T>(group, name, shape),
-    }
+        Some(sources) => with_type!(variable.kind, create_virtual(group, name, shape, sources)),
+    }?;
+    describe(&dataset, variable)?;
+    Ok(dataset)
 }
 
 /// Writes a table; its first column is its dimension, and is returned.
 pub(super) fn write_columns(group: &Group, columns: &[Column]) -> hdf5::Result<Option<Dataset>> {
     let mut scale: Option<Dataset> = None;
     for Column { variable, values } in columns {
-        let dataset = create(group, variable, &[values.len()], Storage::Own)?;
+        let dataset = create(group, variable, &[values.len()], None)?;
         values.write(&dataset)?;
         match &scale {
             Some(scale) => raw::attach_scale(&dataset, scale, 0)?,

@@ -143,6 +143,6 @@ impl SweepFile {
     }
 
     pub(super) fn missing(&self, what: &str) -> ResultError {
-        Reason::Missing(format!("variable {what}")).of(self.path())
+        self.source.missing(format!("variable {what}"))
     }
 }

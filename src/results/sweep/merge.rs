@@ -3,9 +3,10 @@
 
 use std::path::{Path, PathBuf};
 
+use super::partition::{Patch, Stride};
 use super::schema::{SweepHeader, SweepPlan};
 use super::shard::ShardFile;
-use super::storage::{Rows, Shards, Source, Storage, relative_path};
+use super::storage::{Shards, Source, relative_path};
 use super::writer::SweepWriter;
 use crate::results::check::check_sound;
 use crate::results::disk::same_file;
@@ -247,27 +248,28 @@ fn refer(
     plan: &SweepPlan,
     header: &SweepHeader,
 ) -> Result<(PathBuf, usize), MergeError> {
-    let mut sources = Vec::with_capacity(shards.len());
-    let mut failures = Vec::new();
+    let (mut points, mut events) = (Vec::new(), Vec::new());
+    let (mut before, mut failures) = (0, Vec::new());
     for shard in shards {
         let path = relative_path(&place.path, shard.path());
-        let path = path
-            .to_str()
-            .ok_or_else(|| MergeError::Shards(format!("{}: {NOT_UNICODE}", path.display())))?;
-        sources.push(Source {
-            path: path.to_owned(),
-            points: shard.partition().size(shard.shard()),
-            events: shard.event_count()?,
+        let not_unicode = || MergeError::Shards(format!("{}: {NOT_UNICODE}", path.display()));
+        let path = path.to_str().ok_or_else(not_unicode)?.to_owned();
+        points.push(Source {
+            path: path.clone(),
+            rows: shard.partition().size(shard.shard()),
             patches: shard.partition().patches(shard.shard()),
         });
+        let rows = shard.event_count()?;
+        let patches = vec![Patch {
+            rows: Stride::solid(0, rows),
+            cells: vec![Stride::solid(before, rows)],
+        }];
+        events.push(Source { path, rows, patches });
+        before += rows;
         failures.extend(shard.failures()?);
     }
     failures.sort_by_key(|failure| failure.0);
-    let storage = Storage::Shards(Shards {
-        sources: &sources,
-        rows: Rows::Points,
-    });
-    let mut writer = SweepWriter::create_with(place, header, plan, storage)?;
+    let mut writer = SweepWriter::create_with(place, header, plan, Some(&Shards { points, events }))?;
     let failed = failures.len();
     for (number, message) in failures {
         writer.push_failure(i64::try_from(number).unwrap_or(i64::MAX), message);
