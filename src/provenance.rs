@@ -3,7 +3,7 @@
 use crate::case::{Case, Motion};
 use crate::quote::in_shell;
 use crate::results::schema::{Extension, META_MOTION};
-use crate::results::{Header, MetaValue};
+use crate::results::{AttributeValue, Header};
 use crate::simulation::{self, Method, procedure};
 
 /// Version of the HDF5 library in use.
@@ -54,6 +54,13 @@ pub(crate) fn now() -> String {
     jiff::Timestamp::now().strftime("%Y-%m-%dT%H:%M:%SZ").to_string()
 }
 
+/// Attributes with their names.
+type Attributes = Vec<(String, AttributeValue)>;
+
+fn named<const N: usize, T: Into<AttributeValue>>(attributes: [(&str, T); N]) -> Attributes {
+    attributes.map(|(name, value)| (name.to_owned(), value.into())).into()
+}
+
 /// How the times of the events were found: `located`, or `end-of-step` where nothing looks inside a step.
 fn event_location(method: Method) -> &'static str {
     if method.locates_events() {
@@ -64,100 +71,78 @@ fn event_location(method: Method) -> &'static str {
 }
 
 /// Attributes of /events.
-fn events(method: Method) -> Vec<(String, MetaValue)> {
+fn events(method: Method) -> Attributes {
     let comment = if method.locates_events() {
         "times are zeros of the guards, located to the accuracy of the method"
     } else {
         "nothing was located: an event has the time of the end of the step at which it was seen, and happened, if it is no \
          artefact of the steps, within last_step of the segment that it ends"
     };
-    [("event_location", event_location(method)), ("comment", comment)]
-        .map(|(name, text)| (name.to_owned(), MetaValue::Text(text.to_owned())))
-        .to_vec()
+    named([("event_location", event_location(method)), ("comment", comment)])
 }
 
 /// Attributes of /meta that say which program on which machine: all that a sweep file has, because they are the same in
 /// every sweep of a study.
-pub(crate) fn build() -> Vec<(String, MetaValue)> {
-    let texts = [
-        ("program_version", env!("CARGO_PKG_VERSION").to_owned()),
-        ("program_commit", env!("STICKSLIP_COMMIT").to_owned()),
-        ("sundials_version", crate::sundials::SUNDIALS_VERSION.to_owned()),
-        ("hdf5_version", hdf5_version()),
-        ("rustc_version", env!("STICKSLIP_RUSTC").to_owned()),
+pub(crate) fn build() -> Attributes {
+    named([
+        ("program_version", env!("CARGO_PKG_VERSION")),
+        ("program_commit", env!("STICKSLIP_COMMIT")),
+        ("sundials_version", crate::sundials::SUNDIALS_VERSION),
+        ("hdf5_version", &hdf5_version()),
+        ("rustc_version", env!("STICKSLIP_RUSTC")),
         (
             "platform",
-            format!("{} {}", std::env::consts::OS, std::env::consts::ARCH),
+            &format!("{} {}", std::env::consts::OS, std::env::consts::ARCH),
         ),
-    ];
-    texts
-        .into_iter()
-        .map(|(name, text)| (name.to_owned(), MetaValue::Text(text)))
-        .collect()
+    ])
 }
 
 /// The same, with what was called for and when.
-pub(crate) fn program(started: &str) -> Vec<(String, MetaValue)> {
+pub(crate) fn program(started: &str) -> Attributes {
     let mut meta = build();
-    for (name, text) in [("command_line", command_line()), ("started", started.to_owned())] {
-        meta.push((name.to_owned(), MetaValue::Text(text)));
-    }
+    meta.extend(named([("command_line", command_line().as_str()), ("started", started)]));
     meta
 }
 
 /// Attributes of /meta of a run.
-fn meta(case: &Case, started: &str) -> Vec<(String, MetaValue)> {
+fn meta(case: &Case, started: &str) -> Attributes {
     let solver = &case.solver;
     let mut meta = program(started);
-    let motion = case.words().motion_attribute().map(|motion| (META_MOTION, motion));
-    let texts = [
+    meta.extend(named([
         ("method", solver.method.name()),
         ("event_location", event_location(solver.method)),
-    ];
-    for (name, text) in texts.into_iter().chain(motion) {
-        meta.push((name.to_owned(), MetaValue::Text(text.to_owned())));
-    }
-    for (name, value) in [("rtol", solver.rtol), ("max_events", solver.max_events as f64)] {
-        meta.push((name.to_owned(), MetaValue::Number(value)));
-    }
-    if case.words().lists_tolerances() {
-        meta.extend(
-            phases(case)
-                .into_iter()
-                .map(|(name, value)| (name, MetaValue::Number(value))),
-        );
-    }
-    meta
-}
-
-/// What the solvers are given in each phase.
-fn phases(case: &Case) -> Vec<(String, f64)> {
-    let solver = &case.solver;
-    let mut found = Vec::new();
-    let mut number = |name: String, value: f64| found.push((name, value));
-    if let Some(step) = solver.fixed_step {
-        number("fixed_step".to_owned(), step);
-    }
+    ]));
+    let motion = case
+        .words()
+        .motion_attribute()
+        .map(|motion| named([(META_MOTION, motion)]));
+    meta.extend(motion.into_iter().flatten());
+    meta.extend(named([("rtol", solver.rtol), ("max_events", solver.max_events as f64)]));
+    meta.extend(solver.fixed_step.map(|step| ("fixed_step".to_owned(), step.into())));
     if solver.method == Method::Paper {
         let settings = procedure::Settings::new(solver);
-        number("step_tolerance".to_owned(), settings.tolerance);
-        number("shortest_step".to_owned(), settings.shortest_step);
-        number("longest_step".to_owned(), settings.longest_step);
-        number("stick_epsilon".to_owned(), procedure::EPSILON);
-        return found;
+        meta.extend(named([
+            ("step_tolerance", settings.tolerance),
+            ("shortest_step", settings.shortest_step),
+            ("longest_step", settings.longest_step),
+            ("stick_epsilon", procedure::EPSILON),
+        ]));
+        return meta;
     }
-    // What the solvers themselves were given.
+    // What the solvers themselves are given in each phase.
     let [sliding, resolved] = simulation::solver_settings(&case.system, solver);
     for (phase, settings) in [("sliding", sliding), ("resolved", resolved)] {
-        number(format!("{phase}_rtol"), settings.relative);
-        number(format!("{phase}_atol_twist"), settings.twist);
-        number(format!("{phase}_atol_rate"), settings.rate);
-        number(format!("{phase}_atol_speed"), settings.speed);
-        if let Some(step) = settings.max_step {
-            number(format!("{phase}_max_step"), step);
-        }
+        let numbers = [
+            ("rtol", Some(settings.relative)),
+            ("atol_twist", Some(settings.twist)),
+            ("atol_rate", Some(settings.rate)),
+            ("atol_speed", Some(settings.speed)),
+            ("max_step", settings.max_step),
+        ];
+        let known = |(name, value): (&str, Option<f64>)| Some((format!("{phase}_{name}"), value?.into()));
+        meta.extend(numbers.into_iter().filter_map(known));
     }
-    found
+    meta
 }
 
 impl Header {

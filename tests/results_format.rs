@@ -6,7 +6,7 @@ use std::collections::BTreeMap;
 use std::fs;
 
 use results_common::{header, record, stick_slip, write};
-use stickslip::results::{AttributeValue, MetaValue, Overwrite, ResultFile, ResultWriter, Status, schema};
+use stickslip::results::{AttributeValue, Overwrite, ResultFile, ResultWriter, Status, schema};
 
 #[test]
 fn regression_identical_runs_give_identical_bytes() {
@@ -48,7 +48,7 @@ fn regression_only_meta_and_history_differ() {
         header.history = format!("2024-01-01T00:00:{second}Z stickslip run made-up.toml");
         header.meta.push((
             "started".to_owned(),
-            MetaValue::Text(format!("2024-01-01T00:00:{second}Z")),
+            AttributeValue::Text(format!("2024-01-01T00:00:{second}Z")),
         ));
         let path = folder.path().join(name);
         let mut writer = ResultWriter::create(&path, Overwrite::OwnResults, &[], &header).unwrap();
@@ -81,7 +81,7 @@ fn contents_lists_every_variable_with_units_and_range() {
     for table in schema::tables() {
         for variable in &table.variables {
             let info = listed[&format!("/{}/{}", table.group, variable.name)];
-            assert_eq!(info.units.as_deref(), Some(variable.units));
+            assert_eq!(info.units.as_deref(), Some(variable.units.as_str()));
             assert_eq!(info.long_name.as_deref(), Some(variable.long_name.as_str()));
             assert_eq!(info.flags.len(), variable.flags.len());
             assert!(info.min <= info.max && info.min.is_some(), "{info:?}");

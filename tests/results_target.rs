@@ -7,7 +7,9 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use results_common::{header, record, stick_slip, write};
-use stickslip::results::{Overwrite, ResultError, ResultFile, ResultWriter, Status, check_target, partial_path};
+use stickslip::results::{
+    Overwrite, Reason, ResultError, ResultFile, ResultWriter, Status, check_target, partial_path,
+};
 
 fn create(path: &Path, overwrite: Overwrite) -> Result<ResultWriter, ResultError> {
     ResultWriter::create(path, overwrite, &[], &header())
@@ -110,7 +112,7 @@ fn replaced_is_no_file_that_came_during_the_run() {
     let writer = create(&path, Overwrite::OwnResults).unwrap();
     fs::write(&path, "notes").unwrap();
     let error = writer.finish(Status::Complete, &stick_slip(), 1.0).unwrap_err();
-    assert!(matches!(error, ResultError::Foreign { .. }), "{error}");
+    assert!(matches!(error.reason, Reason::Foreign { .. }), "{error}");
     assert_eq!(fs::read_to_string(&path).unwrap(), "notes");
     assert_eq!(
         ResultFile::open(&partial_path(&path)).unwrap().status(),
@@ -143,13 +145,13 @@ fn refused_input_as_output() {
     for name in names {
         for overwrite in [Overwrite::OwnResults, Overwrite::Force] {
             let error = check_target(&name, overwrite, std::slice::from_ref(&input)).unwrap_err();
-            assert!(matches!(error, ResultError::IsInput { .. }), "{error}");
+            assert!(matches!(error.reason, Reason::IsInput { .. }), "{error}");
         }
     }
     let partial = folder.path().join("run.partial.h5");
     fs::copy(&input, &partial).unwrap();
     let error = check_target(&folder.path().join("run.h5"), Overwrite::OwnResults, &[partial]).unwrap_err();
-    assert!(matches!(error, ResultError::IsInput { .. }), "{error}");
+    assert!(matches!(error.reason, Reason::IsInput { .. }), "{error}");
 }
 
 #[test]
@@ -164,7 +166,10 @@ fn refused_folder_missing_folder_and_no_name() {
     assert!(refused(create(&below, Overwrite::Force), &below).contains("does not exist"));
     assert!(matches!(
         create(Path::new(""), Overwrite::Force),
-        Err(ResultError::NoFileName { .. })
+        Err(ResultError {
+            reason: Reason::NoFileName,
+            ..
+        })
     ));
     fs::create_dir(path.join("paper.partial.h5")).unwrap();
     assert!(create(&path.join("paper.h5"), Overwrite::Force).is_err());
@@ -195,7 +200,7 @@ fn refused_target_that_another_program_writes() {
     let message = refused(create(&path, Overwrite::OwnResults), &path);
     assert!(message.contains("in use"), "{message}");
     let error = ResultFile::open(&path).unwrap_err();
-    assert!(matches!(error, ResultError::InUse { .. }), "{error}");
+    assert!(matches!(error.reason, Reason::InUse { .. }), "{error}");
 }
 
 #[test]
@@ -204,14 +209,14 @@ fn open_says_what_a_file_is_not() {
     let path = |name: &str| -> PathBuf { folder.path().join(name) };
     let open = |name: &str| ResultFile::open(&path(name)).unwrap_err();
 
-    assert!(matches!(open("missing.h5"), ResultError::NotFound { .. }));
-    assert!(matches!(open(""), ResultError::FolderIsNoResult { .. }));
+    assert!(matches!(open("missing.h5").reason, Reason::NotFound { .. }));
+    assert!(matches!(open("").reason, Reason::FolderIsNoResult { .. }));
     fs::write(path("empty.h5"), "").unwrap();
-    assert!(matches!(open("empty.h5"), ResultError::NotHdf5 { .. }));
+    assert!(matches!(open("empty.h5").reason, Reason::NotHdf5 { .. }));
     fs::write(path("text.h5"), "time,theta\n").unwrap();
-    assert!(matches!(open("text.h5"), ResultError::NotHdf5 { .. }));
+    assert!(matches!(open("text.h5").reason, Reason::NotHdf5 { .. }));
     unlocked::create(path("other.h5")).unwrap();
-    assert!(matches!(open("other.h5"), ResultError::NotAResult { .. }));
+    assert!(matches!(open("other.h5").reason, Reason::NotAResult { .. }));
 
     write(&path("good.h5"), 5000);
     let bytes = fs::read(path("good.h5")).unwrap();
@@ -219,7 +224,10 @@ fn open_says_what_a_file_is_not() {
     for length in [bytes.len() - 27, bytes.len() / 2, 1000, 48, 9] {
         fs::write(path("short.h5"), &bytes[..length]).unwrap();
         let error = open("short.h5");
-        assert!(matches!(error, ResultError::Damaged { .. }), "{length} bytes: {error}");
+        assert!(
+            matches!(error.reason, Reason::Damaged { .. }),
+            "{length} bytes: {error}"
+        );
     }
 
     fs::write(path("newer.h5"), &bytes).unwrap();

@@ -12,10 +12,8 @@ use std::sync::Mutex;
 use stickslip::analysis::headline::{self, HeadlineRow};
 use stickslip::analysis::{KeptReport, KeptReportEnd, KeptRun};
 use stickslip::case::{Case, CaseError, CaseSource, Override, Words};
-use stickslip::results::schema::Kind;
 use stickslip::results::{
-    AttributeValue, Extra, KeptTable, KeptView, MetaValue, Overwrite, ResultError, ResultFile, Status, Values,
-    ValuesView, open_sound,
+    AttributeValue, Extra, KeptTable, KeptView, Overwrite, ResultError, ResultFile, Status, Values, open_sound,
 };
 
 /// Name, unit, description, codes with their words, and type of a column.
@@ -53,7 +51,7 @@ pub struct Run {
     tables: Vec<(String, Vec<Column>)>,
     #[pyo3(get)]
     event_count: usize,
-    meta: Vec<(String, MetaValue)>,
+    meta: Vec<(String, AttributeValue)>,
     /// The columns that have become arrays.
     arrays: Mutex<HashMap<(String, String), Py<PyAny>>>,
 }
@@ -64,7 +62,7 @@ enum Rows {
         end: Box<KeptReportEnd>,
         order: Vec<u8>,
         /// Those that have not become arrays, by group and name.
-        columns: Mutex<HashMap<(String, String), Values>>,
+        columns: Mutex<HashMap<(String, String), Values<'static>>>,
     },
     File {
         path: PathBuf,
@@ -108,8 +106,9 @@ impl Run {
         let meta = PyDict::new(py);
         for (name, value) in &self.meta {
             match value {
-                MetaValue::Text(text) => meta.set_item(name, text)?,
-                MetaValue::Number(number) => meta.set_item(name, number)?,
+                AttributeValue::Number(number) => meta.set_item(name, number)?,
+                AttributeValue::Integer(number) => meta.set_item(name, *number as f64)?,
+                other => meta.set_item(name, other.to_string())?,
             }
         }
         Ok(meta)
@@ -144,10 +143,10 @@ impl Run {
             return Err(pyo3::exceptions::PyKeyError::new_err(format!("{}/{}", key.0, key.1)));
         };
         let array = match values {
-            Values::Int8(values) => PyArray1::from_vec(py, values).into_any(),
-            Values::Int32(values) => PyArray1::from_vec(py, values).into_any(),
-            Values::Int64(values) => PyArray1::from_vec(py, values).into_any(),
-            Values::Float64(values) => PyArray1::from_vec(py, values).into_any(),
+            Values::Int8(values) => PyArray1::from_vec(py, values.into_owned()).into_any(),
+            Values::Int32(values) => PyArray1::from_vec(py, values.into_owned()).into_any(),
+            Values::Int64(values) => PyArray1::from_vec(py, values.into_owned()).into_any(),
+            Values::Float64(values) => PyArray1::from_vec(py, values.into_owned()).into_any(),
         };
         array.getattr("flags")?.setattr("writeable", false)?;
         let Ok(mut arrays) = self.arrays.lock() else {
@@ -213,12 +212,12 @@ impl<'py> Borrowed<'py> {
         })
     }
 
-    fn view(&self) -> PyResult<ValuesView<'_>> {
+    fn view(&self) -> PyResult<Values<'_>> {
         Ok(match self {
-            Borrowed::Int8(array) => ValuesView::Int8(array.as_slice()?),
-            Borrowed::Int32(array) => ValuesView::Int32(array.as_slice()?),
-            Borrowed::Int64(array) => ValuesView::Int64(array.as_slice()?),
-            Borrowed::Float64(array) => ValuesView::Float64(array.as_slice()?),
+            Borrowed::Int8(array) => Values::Int8(array.as_slice()?.into()),
+            Borrowed::Int32(array) => Values::Int32(array.as_slice()?.into()),
+            Borrowed::Int64(array) => Values::Int64(array.as_slice()?.into()),
+            Borrowed::Float64(array) => Values::Float64(array.as_slice()?.into()),
         })
     }
 }
@@ -293,24 +292,9 @@ pub fn run(
         let group = table.schema.group;
         let mut described = Vec::new();
         for (variable, values) in table.schema.variables.into_iter().zip(table.columns) {
-            let flags = variable
-                .flags
-                .iter()
-                .map(|(code, word)| (i64::from(*code), (*word).to_owned()));
-            let kind = match variable.kind {
-                Kind::Int8 => "int8",
-                Kind::Int32 => "int32",
-                Kind::Int64 => "int64",
-                Kind::Float64 => "float64",
-            };
+            let kind = variable.kind.name();
             columns.insert((group.to_owned(), variable.name.clone()), values);
-            described.push((
-                variable.name,
-                variable.units.to_owned(),
-                variable.long_name,
-                flags.collect(),
-                kind,
-            ));
+            described.push((variable.name, variable.units, variable.long_name, variable.flags, kind));
         }
         tables.push((group.to_owned(), described));
     }
@@ -322,7 +306,7 @@ pub fn run(
         failure: failure.map(|failure| failure.to_string()),
         warnings: end.warnings.clone(),
         witness: end.witness.as_ref().map(|witness| json(py, witness)).transpose()?,
-        quantities: end.stick_slip().attributes().into_iter().map(quantity).collect(),
+        quantities: end.stick_slip().attributes.iter().cloned().map(quantity).collect(),
         tables,
         event_count,
         meta: end.meta().to_vec(),
@@ -371,15 +355,7 @@ fn read(path: PathBuf) -> Result<Run, ResultError> {
     };
     let tables = file.tables()?.into_iter();
     let tables = tables.map(|(group, columns)| (group, columns.into_iter().map(column).collect()));
-    let meta = file.meta()?.into_iter().map(|(name, value)| {
-        let value = match value {
-            AttributeValue::Number(number) => MetaValue::Number(number),
-            AttributeValue::Integer(number) => MetaValue::Number(number as f64),
-            other => MetaValue::Text(other.to_string()),
-        };
-        (name, value)
-    });
-    let quantities = file.stick_slip()?.map_or_else(Vec::new, |table| table.attributes());
+    let quantities = file.stick_slip()?.map_or_else(Vec::new, |table| table.attributes);
     let witness = match file.group_text("witness", "statement") {
         Ok(Some(statement)) => Some(serde_json::json!({ "statement": statement }).to_string()),
         _ => None,
@@ -398,7 +374,7 @@ fn read(path: PathBuf) -> Result<Run, ResultError> {
         quantities: quantities.into_iter().map(quantity).collect(),
         tables: tables.collect(),
         event_count: events.len(),
-        meta: meta.collect(),
+        meta: file.meta()?,
         arrays: Mutex::default(),
         rows: Rows::File {
             path,

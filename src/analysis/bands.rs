@@ -25,7 +25,7 @@ use std::ops::Range;
 const LEAST_BAND: f64 = 16.0 * f64::EPSILON;
 
 /// Name and unit of every column of a row: states, channels and the further ones, as a file of the case has them.
-pub fn columns(case: &Case) -> impl Iterator<Item = (String, &'static str)> + use<> {
+pub fn columns(case: &Case) -> impl Iterator<Item = (String, String)> + use<> {
     let [trajectory, ..] = schema::extended_tables(&extension(case));
     // Time, mode and segment stand before the values.
     let first = State::DESCRIPTIONS[0].0;
@@ -375,7 +375,7 @@ impl Compare<'_> {
     /// be far larger than they are: the work of a kick is one of kinetic energies, and the residual one of all energies. A normal
     /// force that is given directly is a sum of signals, which may be far larger than it is while the contact is closed. Runs that
     /// share those numbers to the last digit do not show how they are rounded.
-    fn roundings(&self, case: &Case, names: &[(String, &str)], largest: &[f64]) -> Vec<f64> {
+    fn roundings(&self, case: &Case, names: &[(String, String)], largest: &[f64]) -> Vec<f64> {
         let named = || names.iter().map(|one| one.0.as_str()).zip(largest.iter().copied());
         let is_energy = |name: &str| {
             let starts = ["energy_", "work_", "dissipated_"];
@@ -408,7 +408,7 @@ impl Compare<'_> {
 /// one that comes of the long sliding, such as an angle's, is the same in all stretches. A witness that shares errors with
 /// the result counts for no less than the nearest that does not.
 pub(super) fn bands(case: &Case, result: &MemoryRecorder, ladder: &[Finished], events: &[CertifiedEvent]) -> Bands {
-    let names: Vec<(String, &str)> = columns(case).collect();
+    let names: Vec<(String, String)> = columns(case).collect();
     let (method, end_time) = (case.solver().method, case.output().end_time);
     let course = Course::new(case.system(), case.threshold(), case.solver());
     let own: Vec<Option<&Event>> = result.events.iter().map(Some).collect();
@@ -492,7 +492,7 @@ pub(super) fn bands(case: &Case, result: &MemoryRecorder, ladder: &[Finished], e
         .collect();
     let channels = names.into_iter().enumerate().map(|(column, (name, unit))| ChannelBand {
         name,
-        unit: unit.to_owned(),
+        unit,
         band: over(&stretches, &|s| s.bands[column]),
         at_fixed_time: over(&stretches, &|s| s.at_fixed_time(column)),
         largest: largest[column],
@@ -543,7 +543,7 @@ mod tests {
         };
         let mut record = MemoryRecorder::default();
         Run::new(case).output(&output).record(&mut record).start().unwrap();
-        let names: Vec<(String, &str)> = columns(case).collect();
+        let names: Vec<(String, String)> = columns(case).collect();
         let mut largest = vec![0.0_f64; names.len()];
         for row in 0..record.samples.len() {
             for (largest, x) in largest.iter_mut().zip(record.values(row)) {

@@ -83,13 +83,7 @@ fn summary_of_file(
     events: &[Event],
     table: Option<&StickSlipTable>,
 ) -> Result<Summary, ResultError> {
-    let known = |value: f64| (!value.is_nan()).then_some(value);
-    let of_table = |value: fn(&StickSlipTable) -> f64| table.map(value).and_then(known);
-    let extra = |name: &str| {
-        let extras = table.iter().flat_map(|table| &table.extras);
-        let found = extras.into_iter().find(|extra| extra.name == name);
-        found.and_then(|extra| known(extra.value))
-    };
+    let of_table = |name: &str| table.and_then(|table| table.value(name));
     let mut stick_slip = CycleStatistics::default();
     for event in events {
         stick_slip.push(event.time, event.kind);
@@ -102,16 +96,16 @@ fn summary_of_file(
         .first()
         .filter(|_| case.is_none_or(crate::case::Case::stops))
         .map(|first| first.channels.energy_kinetic + first.channels.energy_elastic);
-    let energy_turnover = extra(TURNOVER).or(at_start).unwrap_or(f64::NAN);
-    let energy_residual = of_table(|table| table.energy_residual_max).unwrap_or(f64::NAN);
+    let energy_turnover = of_table(TURNOVER).or(at_start).unwrap_or(f64::NAN);
+    let energy_residual = of_table("energy_residual_max").unwrap_or(f64::NAN);
     let summary = Summary {
         end: last.last().map_or(f64::NAN, |sample| sample.time),
         events: events.len(),
-        instability_time: extra("instability_time").or_else(|| instability_of(case?, events)),
-        growth_exponent: of_table(|table| table.growth_exponent),
-        growth_to_onset: extra("growth_to_onset"),
-        e_folds_gained: of_table(|table| table.e_folds_gained),
-        kick_above_noise: extra("kick_above_noise"),
+        instability_time: of_table("instability_time").or_else(|| instability_of(case?, events)),
+        growth_exponent: of_table("growth_exponent"),
+        growth_to_onset: of_table("growth_to_onset"),
+        e_folds_gained: of_table("e_folds_gained"),
+        kick_above_noise: of_table("kick_above_noise"),
         energy_residual,
         energy_turnover,
         energy_residual_relative: share_of(energy_residual, energy_turnover),
@@ -125,19 +119,19 @@ fn summary_of_file(
     let Some(case) = case else {
         return Ok(summary);
     };
-    let position = extra("attractor_position_min").zip(extra("attractor_position_max"));
-    let velocity = |end: &str| extra(&format!("attractor_relative_velocity_{end}")).unwrap_or(f64::NAN);
-    let attractor = extra("attractor_period").map(|period| Attractor {
+    let position = of_table("attractor_position_min").zip(of_table("attractor_position_max"));
+    let velocity = |end: &str| of_table(&format!("attractor_relative_velocity_{end}")).unwrap_or(f64::NAN);
+    let attractor = of_table("attractor_period").map(|period| Attractor {
         period,
-        sticks: extra("attractor_sticks").unwrap_or(0.0) as u64,
+        sticks: of_table("attractor_sticks").unwrap_or(0.0) as u64,
         sections: 0,
-        agreement: extra("attractor_agreement").unwrap_or(f64::NAN),
-        distance: extra("attractor_distance").unwrap_or(f64::NAN),
-        since: extra("attractor_since").unwrap_or(f64::NAN),
+        agreement: of_table("attractor_agreement").unwrap_or(f64::NAN),
+        distance: of_table("attractor_distance").unwrap_or(f64::NAN),
+        since: of_table("attractor_since").unwrap_or(f64::NAN),
         extremes: position.map(|position| Extremes {
             of: position_of(case.system()),
             position,
-            amplitude: extra("attractor_amplitude"),
+            amplitude: of_table("attractor_amplitude"),
             relative_velocity: (velocity("min"), velocity("max")),
         }),
     });

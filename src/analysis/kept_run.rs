@@ -7,7 +7,7 @@ use super::witness::Witness;
 use crate::case::Case;
 use crate::provenance;
 use crate::results::{
-    Header, KeptEnd, KeptRows, KeptView, MetaValue, Overwrite, ResultError, ResultWriter, Status, StickSlipTable,
+    AttributeValue, Header, KeptEnd, KeptRows, KeptView, Overwrite, ResultError, ResultWriter, Status, StickSlipTable,
 };
 use crate::simulation::{Progress, RunFailure};
 use std::cell::RefCell;
@@ -86,7 +86,7 @@ impl KeptReportEnd {
     }
 
     /// Attributes of /meta in a file: program, platform, method, tolerances.
-    pub fn meta(&self) -> &[(String, MetaValue)] {
+    pub fn meta(&self) -> &[(String, AttributeValue)] {
         &self.header.meta
     }
 
@@ -106,7 +106,7 @@ impl KeptReportEnd {
         let end = KeptEnd {
             status: &self.status,
             stick_slip: &self.table,
-            witness: witness.as_ref(),
+            witness: witness.as_deref(),
             wall_time: self.wall_time,
         };
         ResultWriter::write_kept(path, overwrite, &self.header, rows, &end)

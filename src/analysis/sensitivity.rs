@@ -14,7 +14,7 @@ use crate::hybrid::RunError;
 use crate::model::system::ContactLaw;
 use crate::model::{KickTime, Mode};
 use crate::record::{Event, EventKind};
-use crate::results::SensitivityTables;
+use crate::results::{Addition, Column};
 use crate::run::Run;
 use crate::simulation::OutputOptions;
 use crate::workers::over_processors;
@@ -643,51 +643,72 @@ impl Differentiated<'_> {
     }
 }
 
-/// The table that a file has of what half a last digit of each of so many parameters does; nothing is known without `found`.
-pub fn columns(found: Option<&Sensitivities>, of: Affected, parameters: usize) -> SensitivityTables {
+/// Adds to the group of a file what half a last digit of each of so many parameters does, over its dimension `parameter`; nothing
+/// is known without `found`.
+pub fn add_sensitivities(group: &mut Addition, found: Option<&Sensitivities>, of: Affected, parameters: usize) {
+    /// The code where no rerun was made.
+    const NONE: i8 = -1;
     let row = |column: usize| found.map(|found| &found.rows[column]);
-    let numbers = |of: &dyn Fn(&Sensitivity) -> Option<f64>| -> Vec<f64> {
-        (0..parameters)
-            .map(|column| row(column).and_then(of).unwrap_or(f64::NAN))
-            .collect()
+    let numbers = |name: &str, unit: &str, long_name: &str, of: &dyn Fn(&Sensitivity) -> Option<f64>| {
+        let value = |column| row(column).and_then(of).unwrap_or(f64::NAN);
+        Column::numbers(name, unit, long_name, (0..parameters).map(value))
     };
     let rerun = |column: usize, side: usize| -> Option<&Rerun> { Some(&row(column)?.reruns.as_ref()?[side]) };
-    let codes = |side: usize| -> Vec<i8> {
-        let code = |column| rerun(column, side).map_or(SensitivityTables::NONE, |rerun| rerun.outcome.code());
-        (0..parameters).map(code).collect()
+    group.attribute("held", found.map_or("", |found| &found.held));
+    let without_reruns = match found {
+        Some(found) => found.without_reruns.clone().unwrap_or_default(),
+        None => format!("no {} that is converged", of.words().trim_start_matches("the ")),
     };
-    let sticks = |side: usize| -> Vec<i64> {
-        let count = |column| {
+    group.attribute("without_reruns", without_reruns);
+    let long_name =
+        "half a unit in the last written digit, in the unit of the parameter (attribute parameter_units of the group)";
+    let mut columns = vec![numbers("half_last_digit", "1", long_name, &|row| {
+        row.parameter.half_last_digit
+    })];
+    let outcomes = of.outcomes().into_iter().map(|o| (o.code(), o.name()));
+    let words: Vec<(i64, String)> = [(NONE, "not-made")]
+        .into_iter()
+        .chain(outcomes)
+        .map(|(code, word)| (code.into(), word.to_owned()))
+        .collect();
+    for (side, (name, where_to)) in [("minus", "lower"), ("plus", "higher")].into_iter().enumerate() {
+        let shifts = format!("{} with the parameter half_last_digit {where_to}, by a run", of.shift());
+        columns.push(numbers(&format!("shift_{name}"), "s", &shifts, &|row| {
+            row.reruns.as_ref()?[side].shift
+        }));
+        let outcome = |column| rerun(column, side).map_or(NONE, |rerun| rerun.outcome.code());
+        let outcomes = (0..parameters).map(outcome);
+        columns.push(Column::codes(
+            &format!("outcome_{name}"),
+            "what that run came to",
+            outcomes,
+            words.clone(),
+        ));
+        let sticks = |column| {
             rerun(column, side)
                 .and_then(|rerun| rerun.sticks)
                 .map_or(-1, |sticks| sticks as i64)
         };
-        (0..parameters).map(count).collect()
-    };
-    let shifts = |side: usize| numbers(&|row| row.reruns.as_ref()?[side].shift);
-    let nonlinear = |column| match row(column).and_then(Sensitivity::nonlinear) {
-        Some(nonlinear) => i8::from(nonlinear),
-        None => SensitivityTables::NONE,
-    };
-    SensitivityTables {
-        half_last_digit: numbers(&|row| row.parameter.half_last_digit),
-        shift: [shifts(0), shifts(1)],
-        outcome: [codes(0), codes(1)],
-        outcomes: of.outcomes().iter().map(|o| (o.code(), o.name())).collect(),
-        shifts: of.shift(),
-        sticks: [sticks(0), sticks(1)],
-        nonlinear: (0..parameters).map(nonlinear).collect(),
-        texts: vec![
-            ("held", found.map_or_else(String::new, |found| found.held.clone())),
-            (
-                "without_reruns",
-                found.map_or_else(
-                    || format!("no {} that is converged", of.words().trim_start_matches("the ")),
-                    |found| found.without_reruns.clone().unwrap_or_default(),
-                ),
-            ),
-        ],
+        let long_name = "number of sticks of that run; -1 without one";
+        columns.push(Column::counts(
+            &format!("sticks_{name}"),
+            long_name,
+            (0..parameters).map(sticks),
+        ));
     }
+    let nonlinear = |column| row(column).and_then(Sensitivity::nonlinear).map_or(NONE, i8::from);
+    let long_name =
+        "whether these runs differ from what time_sensitivity says by more than a tenth, or in their events";
+    let words = [(-1, "unknown"), (0, "linear"), (1, "nonlinear")].map(|(code, word)| (code, word.to_owned()));
+    columns.push(Column::codes(
+        "nonlinear",
+        long_name,
+        (0..parameters).map(nonlinear),
+        words.to_vec(),
+    ));
+    columns
+        .into_iter()
+        .for_each(|column| group.over(&["parameter"], column));
 }
 
 /// In which count a sequence of events differs from another: "51 sticks instead of 54".

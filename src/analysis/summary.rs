@@ -212,53 +212,54 @@ impl Summary {
 
     /// What the result file of a case says of the run beside its rows: attributes of /stick_slip.
     pub(super) fn table(&self, case: &Case) -> StickSlipTable {
-        let missing = |value: Option<f64>| value.unwrap_or(f64::NAN);
-        let mut extras = vec![turnover(self.energy_turnover)];
+        // The cycles themselves were recorded as they came.
+        let mut table = StickSlipTable::default();
+        for (name, value) in [
+            ("onset_time", self.onset_time),
+            ("final_stick_time", self.final_stick_time),
+            ("first_period", self.first_period),
+            ("last_period", self.last_period),
+            ("natural_period", self.natural_period),
+            ("growth_exponent", self.growth_exponent),
+            ("e_folds_gained", self.e_folds_gained),
+            ("energy_residual_max", Some(self.energy_residual)),
+            ("stick_count", Some(self.sticks as f64)),
+            ("slip_count", Some(self.slips as f64)),
+        ] {
+            table.set(name, value);
+        }
+        table.attributes.push(turnover(self.energy_turnover));
         let growth = case.words().lists_growth();
         if growth || self.growth_exponent.is_some() {
-            extras.extend(self.of_growth());
+            table.attributes.extend(self.of_growth());
         }
         if !growth || self.attractor().is_some() {
-            extras.extend(self.of_attractor(case.motion()));
+            table.attributes.extend(self.of_attractor(case.motion()));
         }
-        StickSlipTable {
-            onset_time: missing(self.onset_time),
-            final_stick_time: missing(self.final_stick_time),
-            stick_count: self.sticks as u64,
-            slip_count: self.slips as u64,
-            first_period: missing(self.first_period),
-            last_period: missing(self.last_period),
-            natural_period: missing(self.natural_period),
-            growth_exponent: missing(self.growth_exponent),
-            e_folds_gained: missing(self.e_folds_gained),
-            energy_residual_max: self.energy_residual,
-            extras,
-            // The cycles themselves were recorded as they came.
-            ..StickSlipTable::default()
-        }
+        table
     }
 
     fn of_growth(&self) -> Vec<Extra> {
         vec![
-            extra(
+            Extra::new(
                 "instability_time",
                 "s",
                 "when steady sliding loses its stability",
                 self.instability_time,
             ),
-            extra(
+            Extra::new(
                 "growth_to_onset",
                 "1",
                 "the part of growth_exponent up to the first stick",
                 self.growth_to_onset,
             ),
-            extra(
+            Extra::new(
                 "kick_above_noise",
                 "1",
                 "by how many e-folds the kick stands above rounding at the first stick; negative: it has died out",
                 self.kick_above_noise,
             ),
-            extra(
+            Extra::new(
                 "noise_determined",
                 "1",
                 "1 if the stick-slip is amplified rounding, which converges with no tolerance; else 0",
@@ -274,7 +275,8 @@ impl Summary {
         };
         let attractor = self.attractor();
         let extremes = attractor.and_then(|attractor| attractor.extremes.as_ref());
-        let of = |value: Option<f64>, name: &str, unit: &str, description: &str| extra(name, unit, description, value);
+        let of =
+            |value: Option<f64>, name: &str, unit: &str, description: &str| Extra::new(name, unit, description, value);
         vec![
             of(
                 attractor.map(|a| a.period),
@@ -351,7 +353,7 @@ pub(super) const TURNOVER: &str = "energy_turnover";
 
 /// The energy turned over, J, as an attribute of /stick_slip.
 pub(super) fn turnover(energy: f64) -> Extra {
-    extra(
+    Extra::new(
         TURNOVER,
         "J",
         "energy turned over: the largest of kinetic + elastic + dissipated energy, and of the work",
@@ -368,14 +370,4 @@ pub(super) fn share_of(residual: f64, turnover: f64) -> Option<f64> {
 pub(super) fn residual_row(residual: f64, relative: Option<f64>) -> String {
     let relative = relative.map_or_else(String::new, |relative| format!(", {relative:.1e} relative"));
     format!("{residual:.1e} J{relative}")
-}
-
-/// A further attribute of /stick_slip; NaN where there is no value.
-pub(super) fn extra(name: &str, unit: &str, description: &str, value: Option<f64>) -> Extra {
-    Extra {
-        name: name.to_owned(),
-        unit: unit.to_owned(),
-        description: description.to_owned(),
-        value: value.unwrap_or(f64::NAN),
-    }
 }

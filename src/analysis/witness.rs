@@ -7,7 +7,7 @@ use super::warning::Warning;
 use crate::case::Case;
 use crate::hybrid::RunError;
 use crate::record::{Cycle, Event, EventKind, NoRecorder, Piece, Recorder, RecorderError, Sample, Segment};
-use crate::results::{MetaValue, WitnessAttributes};
+use crate::results::{AttributeValue, quantity};
 use crate::run::Run;
 use crate::simulation::{Method, OutputOptions, SolverOptions, natural_period};
 use serde::Serialize;
@@ -178,39 +178,43 @@ pub struct Witness {
 
 impl Witness {
     /// The attributes of /witness in a result file.
-    pub fn attributes(&self) -> WitnessAttributes {
-        let text = |text: &str| MetaValue::Text(text.to_owned());
-        let number = MetaValue::Number;
-        WitnessAttributes(vec![
-            ("method", text(self.method), None),
-            (
-                "rtol",
-                number(self.rtol),
-                Some(("1", "relative tolerance of the witness")),
-            ),
-            ("testimony", text(self.testimony.name()), None),
+    pub fn attributes(&self) -> Vec<(String, AttributeValue)> {
+        let missing = |value: Option<f64>| value.unwrap_or(f64::NAN);
+        let numbers = [
+            ("rtol", self.rtol, "1", "relative tolerance of the witness"),
             (
                 "events",
-                number(self.events as f64),
-                Some(("1", "events in the sequence of the witness")),
+                self.events as f64,
+                "1",
+                "events in the sequence of the witness",
             ),
             (
                 "agreeing_events",
-                number(self.agreeing_events as f64),
-                Some(("1", "events that agree with those of the result, from the first on")),
+                self.agreeing_events as f64,
+                "1",
+                "events that agree with those of the result, from the first on",
             ),
             (
                 "largest_difference",
-                number(self.largest_difference.unwrap_or(f64::NAN)),
-                Some(("s", "largest difference of the times of the agreeing events")),
+                missing(self.largest_difference),
+                "s",
+                "largest difference of the times of the agreeing events",
             ),
             (
                 "differs_from",
-                number(self.differs_from.unwrap_or(f64::NAN)),
-                Some(("s", "time of the first event that is another; NaN: there is none")),
+                missing(self.differs_from),
+                "s",
+                "time of the first event that is another; NaN: there is none",
             ),
-            ("statement", text(&self.statement), None),
-        ])
+        ];
+        let texts = [
+            ("method", self.method),
+            ("testimony", self.testimony.name()),
+            ("statement", &self.statement),
+        ];
+        let texts = texts.map(|(name, text)| (name.to_owned(), text.into()));
+        let numbers = numbers.map(|(name, value, units, long_name)| quantity(name, value, units, long_name));
+        texts.into_iter().chain(numbers.into_iter().flatten()).collect()
     }
 
     /// What a reader of the result has to know of it: that its events are others, where nothing else says so.

@@ -6,8 +6,7 @@ use super::study::CalibrationStudy;
 use super::target::Role;
 use crate::provenance;
 use crate::results::{
-    Column, ColumnData, Reservation, ResultError, Status, SweepAxis, SweepHeader, SweepLayout, SweepPlan, SweepRow,
-    SweepWriter,
+    Column, Reservation, ResultError, Status, SweepAxis, SweepHeader, SweepLayout, SweepPlan, SweepRow, SweepWriter,
 };
 use crate::sweep::{command_attribute, sweep_variables};
 use std::path::PathBuf;
@@ -35,13 +34,9 @@ pub fn write_file(
             .chain(command_attribute(&study.runs))
             .collect(),
     };
-    let axes = study.runs.axes.iter().map(|axis| SweepAxis {
-        name: axis.name.clone(),
-        keys: axis.keys.join(" "),
-        units: axis.unit.unwrap_or("1").to_owned(),
-        long_name: axis.description.to_owned(),
-        words: Vec::new(),
-        values: Vec::new(),
+    let axes = study.runs.axes.iter().map(|axis| {
+        let (keys, unit) = (axis.keys.join(" "), axis.unit.unwrap_or("1"));
+        SweepAxis::new(&axis.name, keys, unit, axis.description, &[], Vec::new())
     });
     let plan = SweepPlan {
         shard: None,
@@ -81,28 +76,14 @@ pub fn write_file(
     })
 }
 
-fn column(name: &str, long_name: &str, data: ColumnData) -> Column {
-    Column {
-        name: name.to_owned(),
-        units: "1".to_owned(),
-        long_name: long_name.to_owned(),
-        data,
-    }
-}
-
 fn numbers(name: &str, long_name: &str, values: impl IntoIterator<Item = f64>) -> Column {
-    column(name, long_name, ColumnData::Numbers(values.into_iter().collect()))
-}
-
-/// Codes of words.
-fn codes(name: &str, long_name: &str, codes: impl Iterator<Item = i8>, words: Vec<(i8, String)>) -> Column {
-    column(name, long_name, ColumnData::Codes(codes.collect(), words))
+    Column::numbers(name, "1", long_name, values)
 }
 
 /// A code for each of these words.
 fn index(name: &str, long_name: &str, words: impl Iterator<Item = String>) -> Column {
-    let words: Vec<(i8, String)> = (0..).zip(words).collect();
-    codes(name, long_name, 0..words.len() as i8, words)
+    let words: Vec<(i64, String)> = (0..).zip(words).collect();
+    Column::codes(name, long_name, 0..words.len() as i8, words)
 }
 
 fn parameter_names(study: &CalibrationStudy) -> impl Iterator<Item = String> {
@@ -135,12 +116,12 @@ fn parameter_columns(study: &CalibrationStudy, calibration: &Calibration) -> Vec
             long_name,
             intervals().map(|interval| interval.largest),
         ));
-        columns.push(codes(
+        columns.push(Column::codes(
             "determined",
             "from which sides the targets bound it within the range",
             intervals().map(|interval| interval.determined as i8),
             Determined::ALL
-                .map(|found| (found as i8, found.name().to_owned()))
+                .map(|found| (found as i64, found.name().to_owned()))
                 .into(),
         ));
     }
@@ -170,28 +151,24 @@ fn target_columns(study: &CalibrationStudy, calibration: &Calibration) -> Vec<Co
         ),
         numbers("nearest", nearest, results().map(|result| result.nearest)),
         numbers("together", together, results().map(|result| result.together)),
-        codes(
+        Column::codes(
             "role",
             "what became of the target",
             results().map(|result| result.role as i8),
-            Role::ALL.map(|role| (role as i8, role.name().to_owned())).into(),
+            Role::ALL.map(|role| (role as i64, role.name().to_owned())).into(),
         ),
     ]
 }
 
 fn correlation_columns(study: &CalibrationStudy, calibration: &Calibration) -> Vec<Column> {
     let pairs = || calibration.correlations.iter();
-    let words: Vec<(i8, String)> = (0..).zip(parameter_names(study)).collect();
+    let words: Vec<(i64, String)> = (0..).zip(parameter_names(study)).collect();
     let side = |k: usize| pairs().map(move |pair| pair.parameters[k] as i8);
     let long_name = "of their places in the ranges, over the points at which the held targets hold";
     vec![
-        column(
-            "pair",
-            "index of the pair",
-            ColumnData::Counts((0..pairs().len() as i64).collect()),
-        ),
-        codes("first", "one parameter", side(0), words.clone()),
-        codes("second", "the other", side(1), words),
+        Column::counts("pair", "index of the pair", 0..pairs().len() as i64),
+        Column::codes("first", "one parameter", side(0), words.clone()),
+        Column::codes("second", "the other", side(1), words),
         numbers("correlation", long_name, pairs().map(|pair| pair.coefficient)),
     ]
 }

@@ -85,11 +85,6 @@ impl Words {
         !self.short
     }
 
-    /// Whether files say which tolerances each phase was solved with.
-    pub(crate) fn lists_tolerances(self) -> bool {
-        self.short
-    }
-
     /// Root attribute `references` of files.
     pub(crate) fn references(self) -> &'static str {
         match self.short {

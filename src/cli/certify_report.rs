@@ -8,14 +8,14 @@ use crate::analysis::certificate::{Certificate, CertifiedEvent, Verdict};
 use crate::analysis::ladder::Rung;
 use crate::analysis::linearised::Slope;
 use crate::analysis::sensitivity::{
-    Affected, CaseSensitivities, Outcome, Sensitivities, Sensitivity, columns as columns_of,
+    Affected, CaseSensitivities, Outcome, Sensitivities, Sensitivity, add_sensitivities,
 };
 use crate::analysis::stability::onset::Onset;
 use crate::case::{Case, CaseNumber, Words};
 use crate::oracle::{OracleEvent, OracleSolution};
 use crate::provenance::extension;
-use crate::results::schema::extended_tables;
-use crate::results::{BandColumns, CertificateTables};
+use crate::results::schema::{TIME_UNCERTAINTY, extended_tables, group};
+use crate::results::{Addition, Column};
 use serde_json::{Value, json};
 
 /// Rows of a table on a terminal: beyond, only the first and last events, and the parameters that matter most.
@@ -464,92 +464,218 @@ fn uncertainty_by(certificate: &Certificate) -> &'static str {
     if certificate.by_oracle { "oracle" } else { "ladder" }
 }
 
-/// For the file.
-pub(super) fn tables(case: &Case, certified: &Certified) -> CertificateTables {
+/// For the file: what it has of its events, its stretches and its numbers.
+pub(super) fn tables(case: &Case, certified: &Certified) -> Vec<Addition> {
+    let mut events = Addition::new(group::EVENTS);
+    events.over(
+        &["event"],
+        Column::numbers(
+            TIME_UNCERTAINTY,
+            "s",
+            "how far from the exact solution of the stated model the event can be; NaN: not converged",
+            certified.certificate.events.iter().map(|e| finite(e.uncertainty)),
+        ),
+    );
+    vec![events, certificate(case, certified), sensitivity(case, certified)]
+}
+
+fn missing(x: Option<f64>) -> f64 {
+    x.unwrap_or(f64::NAN)
+}
+
+fn finite(x: f64) -> f64 {
+    if x.is_finite() { x } else { f64::NAN }
+}
+
+/// The group /certificate.
+fn certificate(case: &Case, certified: &Certified) -> Addition {
     let c = &certified.certificate;
-    let missing = |x: Option<f64>| x.unwrap_or(f64::NAN);
-    let finite = |x: f64| if x.is_finite() { x } else { f64::NAN };
-    let known = known_sensitivities(certified);
-    let parameters = known.map_or(&[][..], |known| &known.parameters);
-    // Nothing is known of an event that is not converged.
-    let matrix = |of: fn(&Slope) -> f64| -> Vec<Vec<f64>> {
-        let row = |index: usize| match known.and_then(|known| known.events.get(index)) {
-            Some(row) => row.iter().map(of).collect(),
-            None => vec![f64::NAN; parameters.len()],
-        };
-        (0..c.events.len()).map(row).collect()
+    let mut group = Addition::new(group::CERTIFICATE);
+    group.attribute("verdict_of_all", c.verdict.name());
+    group.attribute("uncertainty_by", uncertainty_by(c));
+    group.attribute("contradiction", c.contradiction.clone().unwrap_or_default());
+    group.attribute("remedy", remedy(c));
+    for (name, number) in [
+        ("digits", c.least_digits().map(f64::from)),
+        ("digits_of_double", c.most_digits().map(f64::from)),
+        ("growth_exponent", c.growth_exponent),
+        ("growth_to_onset", c.growth_to_onset),
+        ("kick_above_noise", c.kick_above_noise),
+        ("kick_above_methods", c.kick_above_methods),
+    ] {
+        group.attribute(name, missing(number));
+    }
+
+    group.dimension("event", c.events.len(), "index of the event");
+    let codes = |name: &str, long_name: &str, of: fn(&CertifiedEvent) -> Verdict| {
+        let words = Verdict::ALL.map(|v| (v.code().into(), v.name().to_owned())).to_vec();
+        Column::codes(name, long_name, c.events.iter().map(|e| of(e).code()), words)
     };
-    let uncertainty = matrix(|slope| slope.uncertainty);
-    let result = known.and_then(|known| known.result.as_ref());
-    let affected = result.map_or(expected(case), |result| result.of);
-    let mut sensitivities = columns_of(result, affected, parameters.len());
-    sensitivities.texts.push(("of", affected.name().to_owned()));
-    let why = without_sensitivities(certified).map(|why| ("without_sensitivities", why.to_owned()));
-    sensitivities.texts.extend(why);
+    let numbers = |name: &str, unit: &str, long_name: &str, of: fn(&CertifiedEvent) -> f64| {
+        Column::numbers(name, unit, long_name, c.events.iter().map(of))
+    };
+    let columns = [
+        Some(codes("verdict", "what can be said of the event", |e| e.verdict)),
+        Some(codes(
+            "ladder_verdict",
+            "what the ladder of methods alone says of the event",
+            |e| e.ladder_verdict,
+        )),
+        Some(numbers(
+            "ladder_uncertainty",
+            "s",
+            "uncertainty of the event by the ladder of methods alone; NaN: not converged",
+            |e| finite(e.ladder_uncertainty),
+        )),
+        c.by_oracle.then(|| {
+            let long_name =
+                "distance of the event from that of the oracle, own less exact; NaN: the oracle has none near it";
+            numbers("true_error", "s", long_name, |e| missing(e.true_error))
+        }),
+        Some(numbers(
+            "rounding",
+            "s",
+            "how far rounding to double precision, of the input and of the state and the clock at every event before, moves the event",
+            |e| finite(e.rounding),
+        )),
+        Some(numbers(
+            "growth",
+            "1",
+            "e-folds by which a deviation has grown from the loss of stability to the event",
+            |e| missing(e.growth),
+        )),
+    ];
+    columns
+        .into_iter()
+        .flatten()
+        .for_each(|column| group.over(&["event"], column));
+
+    group.dimension("rung", c.ladder.len(), "index of the run of the ladder");
+    let mut methods: Vec<&str> = Vec::new();
+    for rung in &c.ladder {
+        if !methods.contains(&rung.method) {
+            methods.push(rung.method);
+        }
+    }
+    let code = |rung: &Rung| methods.iter().position(|name| *name == rung.method).unwrap_or_default() as i8;
+    let words = (0..).zip(methods.iter().map(|&name| name.to_owned())).collect();
+    let distance = "largest distance to the result over the agreeing events";
+    let agreeing = Column::counts(
+        "rung_agreeing",
+        "events of the sequence that agree with the result's, from the first on",
+        c.ladder.iter().map(|rung| rung.agreeing as i64),
+    );
+    for column in [
+        Column::codes("rung_method", "integration method", c.ladder.iter().map(code), words),
+        Column::numbers(
+            "rung_rtol",
+            "1",
+            "relative tolerance",
+            c.ladder.iter().map(|rung| rung.rtol),
+        ),
+        agreeing,
+        Column::numbers(
+            "rung_distance",
+            "s",
+            distance,
+            c.ladder.iter().map(|rung| missing(rung.distance)),
+        ),
+    ] {
+        group.over(&["rung"], column);
+    }
+
+    bands(case, c, &mut group);
+    if let Some(exact) = &certified.exact {
+        let long_name = "exact events by the multiprecision oracle: time (s), kind, states (CSV)";
+        group.text("oracle", long_name, csv(case.words(), exact));
+    }
+    group
+}
+
+/// The stretches between events, and what each channel can be off in them.
+fn bands(case: &Case, c: &Certificate, group: &mut Addition) {
+    let stretches = &c.bands.stretches;
+    let dimension = "index of the stretch: before the event of the same index, the last before the end of the run";
+    group.dimension("stretch", stretches.len(), dimension);
+    let numbers = |name: &str, unit: &str, long_name: &str, of: &dyn Fn(&Stretch) -> f64| {
+        Column::numbers(name, unit, long_name, stretches.iter().map(of))
+    };
     let [trajectory, ..] = extended_tables(&extension(case));
     let mode = trajectory
         .variables
         .into_iter()
         .find(|variable| variable.name == "mode");
-    CertificateTables {
-        time_uncertainty: c.events.iter().map(|e| finite(e.uncertainty)).collect(),
-        verdict: c.events.iter().map(|e| e.verdict.code()).collect(),
-        ladder_uncertainty: c.events.iter().map(|e| finite(e.ladder_uncertainty)).collect(),
-        ladder_verdict: c.events.iter().map(|e| e.ladder_verdict.code()).collect(),
-        true_error: c
-            .by_oracle
-            .then(|| c.events.iter().map(|e| missing(e.true_error)).collect()),
-        verdicts: Verdict::ALL.map(|v| (v.code(), v.name())).to_vec(),
-        rounding: c.events.iter().map(|e| finite(e.rounding)).collect(),
-        growth: c.events.iter().map(|e| missing(e.growth)).collect(),
-        ladder: c
-            .ladder
-            .iter()
-            .map(|r| (r.method.to_owned(), r.rtol, r.agreeing as i64, missing(r.distance)))
-            .collect(),
-        texts: vec![
-            ("verdict_of_all", c.verdict.name().to_owned()),
-            ("uncertainty_by", uncertainty_by(c).to_owned()),
-            ("contradiction", c.contradiction.clone().unwrap_or_default()),
-            ("remedy", remedy(c)),
-        ],
-        numbers: vec![
-            ("digits", c.least_digits().map_or(f64::NAN, f64::from)),
-            ("digits_of_double", c.most_digits().map_or(f64::NAN, f64::from)),
-            ("growth_exponent", missing(c.growth_exponent)),
-            ("growth_to_onset", missing(c.growth_to_onset)),
-            ("kick_above_noise", missing(c.kick_above_noise)),
-            ("kick_above_methods", missing(c.kick_above_methods)),
-        ],
-        stretches: c
-            .bands
-            .stretches
-            .iter()
-            .map(|s| (s.start, s.end, s.mode.code(), s.time_uncertainty))
-            .collect(),
-        modes: mode.map(|mode| mode.flags).unwrap_or_default(),
-        bands: c
-            .bands
-            .channels
-            .iter()
-            .enumerate()
-            .map(|(column, channel)| BandColumns {
-                name: channel.name.clone(),
-                unit: channel.unit.clone(),
-                band: c.bands.stretches.iter().map(|s| s.bands[column]).collect(),
-                rate: c.bands.stretches.iter().map(|s| s.rates[column]).collect(),
-            })
-            .collect(),
-        oracle: certified
-            .exact
-            .as_ref()
-            .map(|exact| csv(case.words(), exact))
-            .unwrap_or_default(),
-        parameters: parameters.iter().map(|p| (p.path.clone(), p.unit.to_owned())).collect(),
-        sensitivities,
-        sensitivity: matrix(|slope| slope.value),
-        sensitivity_uncertainty: uncertainty.iter().flatten().any(|x| !x.is_nan()).then_some(uncertainty),
+    let modes = mode.map(|mode| mode.flags).unwrap_or_default();
+    let of_modes = stretches.iter().map(|stretch| stretch.mode.code());
+    let uncertainty = "larger uncertainty of the events at its ends; NaN: not converged";
+    for column in [
+        numbers("stretch_start", "s", "where it starts", &|stretch| stretch.start),
+        numbers("stretch_end", "s", "where it ends", &|stretch| stretch.end),
+        Column::codes("stretch_mode", "what the contact does in it", of_modes, modes),
+        numbers("stretch_time_uncertainty", "s", uncertainty, &|stretch| {
+            stretch.time_uncertainty
+        }),
+    ] {
+        group.over(&["stretch"], column);
     }
+    for (k, ChannelBand { name, unit, .. }) in c.bands.channels.iter().enumerate() {
+        let band = format!(
+            "how far {name} can be from the exact solution at the same share of its own way between the events"
+        );
+        group.over(
+            &["stretch"],
+            numbers(&format!("band_{name}"), unit, &band, &|stretch| stretch.bands[k]),
+        );
+        let rate =
+            format!("largest |d({name})/dt|; times stretch_time_uncertainty, what to add to the band at a fixed time");
+        let rate_unit = match unit.strip_suffix("s-1") {
+            Some(rest) => format!("{rest}s-2"),
+            None => format!("{unit} s-1"),
+        };
+        group.over(
+            &["stretch"],
+            numbers(&format!("rate_{name}"), &rate_unit, &rate, &|stretch| stretch.rates[k]),
+        );
+    }
+}
+
+/// The group /sensitivity.
+fn sensitivity(case: &Case, certified: &Certified) -> Addition {
+    let known = known_sensitivities(certified);
+    let parameters = known.map_or(&[][..], |known| &known.parameters);
+    let events = certified.certificate.events.len();
+    let mut group = Addition::new(group::SENSITIVITY);
+    let list = |of: fn(&CaseNumber) -> &str| parameters.iter().map(of).collect::<Vec<_>>().join(", ");
+    group.attribute("parameters", list(|parameter| &parameter.path));
+    group.attribute("parameter_units", list(|parameter| parameter.unit));
+    group.dimension("event", events, "index of the event");
+    group.dimension("parameter", parameters.len(), "index of the parameter");
+    // Nothing is known of an event that is not converged.
+    let matrix = |of: fn(&Slope) -> f64| -> Vec<f64> {
+        let row = |index: usize| match known.and_then(|known| known.events.get(index)) {
+            Some(row) => row.iter().map(of).collect(),
+            None => vec![f64::NAN; parameters.len()],
+        };
+        (0..events).flat_map(row).collect()
+    };
+    let long_name =
+        "d(event time)/d(parameter), s for each unit of the parameter (attribute parameter_units of the group)";
+    let slopes = Column::numbers("time_sensitivity", "s", long_name, matrix(|slope| slope.value));
+    group.over(&["event", "parameter"], slopes);
+    let uncertainty = matrix(|slope| slope.uncertainty);
+    if uncertainty.iter().any(|x| !x.is_nan()) {
+        let long_name = "how far time_sensitivity can be off, in its unit";
+        let column = Column::numbers("time_sensitivity_uncertainty", "s", long_name, uncertainty);
+        group.over(&["event", "parameter"], column);
+    }
+    let result = known.and_then(|known| known.result.as_ref());
+    let affected = result.map_or(expected(case), |result| result.of);
+    add_sensitivities(&mut group, result, affected, parameters.len());
+    group.attribute("of", affected.name());
+    if let Some(why) = without_sensitivities(certified) {
+        group.attribute("without_sensitivities", why);
+    }
+    group
 }
 
 /// What a run of the case comes to, where it did not.

@@ -3,15 +3,15 @@
 use super::arguments::{CheckOptions, Common};
 use super::input::bad_file;
 use super::{CommandError, End, tell};
-use crate::results::{CheckReport, ResultError, check as check_file};
+use crate::results::{CheckReport, Reason, check as check_file};
 
 /// Says whether a file of this program is as the program wrote it.
 pub(super) fn check(options: &CheckOptions, common: &Common) -> Result<End, CommandError> {
     let path = options.file.display();
-    let report = check_file(&options.file).map_err(|error| match error {
+    let report = check_file(&options.file).map_err(|error| match error.reason {
         // It is ours by all one can tell, and wrong.
-        ResultError::Damaged { .. } | ResultError::BeyondLimits { .. } => CommandError::Computation(error.to_string()),
-        error => bad_file(error),
+        Reason::Damaged(_) | Reason::BeyondLimits(_) => CommandError::Computation(error.to_string()),
+        _ => bad_file(error),
     })?;
     tell(common, || &report, || words(&report))?;
     let problems = match report.problems.len() {

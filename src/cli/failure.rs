@@ -86,7 +86,7 @@ pub(super) fn of_case(error: &CaseError) -> CommandError {
 pub(super) fn of_file(error: &ResultError) -> CommandError {
     let text = error.to_string();
     let place = Place {
-        file: Some(error.path().display().to_string()),
+        file: Some(error.path.display().to_string()),
         ..Place::default()
     };
     let inner = match error.is_of_the_system() {

@@ -14,7 +14,7 @@ use crate::plot::target::{self, Product, TargetError};
 use crate::plot::{
     Figure, Layout, PlotError, Run, certified, own, page, portraits, raster, studies, svg, vector, work_precision,
 };
-use crate::results::{ResultError, ResultFile, Status};
+use crate::results::{Reason, ResultFile, Status};
 use serde::Serialize;
 use std::path::{Path, PathBuf};
 
@@ -240,10 +240,10 @@ fn finish_studies(options: &PlotOptions, drawn: Drawn, common: &Common) -> Resul
 
 /// Says of a file of another kind or of a newer version what can be drawn.
 fn no_run(error: PlotError) -> CommandError {
-    let known = matches!(
-        error,
-        PlotError::Result(ResultError::NotAResult { .. } | ResultError::Newer { .. } | ResultError::AnotherKind { .. })
-    );
+    let known = matches!(&error, PlotError::Result(error) if matches!(
+        error.reason,
+        Reason::NotAResult(_) | Reason::Newer { .. } | Reason::AnotherKind(_)
+    ));
     match bad(error) {
         CommandError::Input(text) if known => CommandError::Input(format!("{text}. {CAN_DRAW}")),
         other => other,

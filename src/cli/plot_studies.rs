@@ -5,7 +5,7 @@ use super::terminal;
 use crate::analysis::distribution::{Distribution, PERCENTILES};
 use crate::plot::studies::{self, Choice, ENTRIES, StudyQuantity};
 use crate::plot::{Figure, PlotError, work_precision};
-use crate::results::{ResultError, ResultFile, SweepFile, WorkPrecisionFile, check_sound};
+use crate::results::{Reason, ResultFile, SweepFile, WorkPrecisionFile, check_sound};
 use std::path::Path;
 
 /// What a file holds, as far as drawing it is concerned.
@@ -31,7 +31,7 @@ pub(super) struct Drawn {
 pub(super) fn kind(path: &Path) -> Result<Kind, PlotError> {
     let kind = match SweepFile::open(path) {
         Ok(file) => Kind::Sweep(file),
-        Err(error @ ResultError::OnlyAShard { .. }) => return Err(error.into()),
+        Err(error) if matches!(error.reason, Reason::OnlyAShard) => return Err(error.into()),
         Err(_) if WorkPrecisionFile::is_one(path) => Kind::WorkPrecision,
         // Whoever draws it says what it is.
         Err(_) if ResultFile::open(path).is_err() => return Ok(Kind::Run),

@@ -9,7 +9,7 @@ use super::{CommandError, End, complain, strictly, tell};
 use crate::case::CaseError;
 use crate::plot::PlotError;
 use crate::plot::studies::{self, Choice};
-use crate::results::{ResultError, SweepFile};
+use crate::results::{Reason, SweepFile};
 use crate::sweep::{
     Boundaries, Branch, Design, JournalError, Shard, Study, StudySource, Sweep, SweepError, SweepReport, journal_path,
 };
@@ -191,8 +191,8 @@ fn command_error(error: &SweepError, path: &Path) -> CommandError {
         | SweepError::OtherShard { .. }
         | SweepError::Shard(_)
         | SweepError::NoFolder { .. } => CommandError::Input(text),
-        SweepError::Journal(JournalError::File(inner)) | SweepError::File(inner) => match inner {
-            ResultError::NoReader { .. } | ResultError::NotCreated { .. } => CommandError::Computation(text),
+        SweepError::Journal(JournalError::File(inner)) | SweepError::File(inner) => match inner.reason {
+            Reason::NoReader(_) | Reason::NotCreated(_) => CommandError::Computation(text),
             _ if inner.is_of_the_system() => {
                 let journal = journal_path(path);
                 CommandError::Computation(format!(

@@ -9,7 +9,7 @@ use super::{CommandError, End, complain, tell, terminal};
 use crate::analysis::work_precision::{Errors, Measurement, Study, StudyError, StudyResult, run};
 use crate::plot::{PlotError, style, svg, work_precision as figure};
 use crate::provenance;
-use crate::results::{ReferenceRow, Reservation, Status, WorkPrecisionFile, WorkPrecisionRow};
+use crate::results::{Reservation, Status, WorkPrecisionFile, WorkPrecisionRow};
 use crate::simulation::Method;
 use serde::Serialize;
 use std::ops::ControlFlow;
@@ -150,21 +150,22 @@ fn contents(study: &Study, result: &StudyResult, started: &str) -> WorkPrecision
             .iter()
             .position(|&method| method == m.method)
             .unwrap_or_default();
-        WorkPrecisionRow {
-            method: i8::try_from(method).unwrap_or(i8::MAX),
-            rtol: missing(rtol),
-            fixed_step: missing(fixed_step),
-            failed: m.failure.is_some(),
-            same_sequence: m.same_sequence,
-            events: m.events as u64,
-            onset_error: missing(m.errors.onset),
-            final_stick_error: missing(m.errors.final_stick),
-            largest_event_error: missing(m.errors.largest),
-            steps: m.steps,
-            rhs_evaluations: m.rhs_evaluations,
-            jacobian_evaluations: m.jacobian_evaluations,
-            wall_time: m.wall_time,
-        }
+        let row: WorkPrecisionRow = [
+            method as f64,
+            missing(rtol),
+            missing(fixed_step),
+            m.failure.is_some().into(),
+            m.same_sequence.into(),
+            m.events as f64,
+            missing(m.errors.onset),
+            missing(m.errors.final_stick),
+            missing(m.errors.largest),
+            m.steps as f64,
+            m.rhs_evaluations as f64,
+            m.jacobian_evaluations as f64,
+            m.wall_time,
+        ];
+        row
     });
     let reference = &result.reference;
     let Errors {
@@ -180,17 +181,13 @@ fn contents(study: &Study, result: &StudyResult, started: &str) -> WorkPrecision
         resolved: study.runs.first().map(|run| run.2.resolved()).unwrap_or_default(),
         meta: provenance::program(started),
         runs: runs.collect(),
-        methods: methods.iter().map(|method| method.name()).collect(),
+        methods: methods.iter().map(|method| method.name().to_owned()).collect(),
         reference: reference.description.clone(),
         events: reference
             .events
             .iter()
             .zip(&reference.uncertainties)
-            .map(|(&(kind, time), &uncertainty)| ReferenceRow {
-                kind: kind.code(),
-                time,
-                uncertainty,
-            })
+            .map(|(&(kind, time), &uncertainty)| [kind.code().into(), time, uncertainty])
             .collect(),
         uncertainties: [onset, final_stick, largest].map(missing),
     }

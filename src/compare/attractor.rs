@@ -28,10 +28,7 @@ impl Attractor {
         let Some(table) = file.stick_slip()? else {
             return Ok(None);
         };
-        let number = |name: &str| {
-            let found = table.extras.iter().find(|extra| extra.name == name);
-            found.map(|extra| extra.value).filter(|value| value.is_finite())
-        };
+        let number = |name: &str| table.value(name).filter(|value| value.is_finite());
         Ok(number("attractor_period").map(|period| Attractor {
             period,
             sticks: number("attractor_sticks").unwrap_or(0.0) as u64,

@@ -28,7 +28,7 @@ fn push(line: &mut String, column: &Column, value: f64) {
     let _ = match column.kind {
         _ if value.is_nan() => write!(line, "NaN"),
         Kind::Code => write!(line, "{}", quoted(&column.word(value))),
-        Kind::Whole | Kind::Boolean => write!(line, "{value:.0}"),
+        Kind::Whole => write!(line, "{value:.0}"),
         Kind::Number => write!(line, "{value:?}"),
     };
 }

@@ -16,7 +16,6 @@ const LONGEST_NAME: usize = 63;
 
 // Types of elements.
 const INT8: u32 = 1;
-const UINT8: u32 = 2;
 const UINT16: u32 = 4;
 const INT32: u32 = 5;
 const UINT32: u32 = 6;
@@ -28,11 +27,7 @@ const MATRIX: u32 = 14;
 const CHAR_CLASS: u32 = 4;
 const DOUBLE_CLASS: u32 = 6;
 const INT8_CLASS: u32 = 8;
-const UINT8_CLASS: u32 = 9;
 const INT64_CLASS: u32 = 14;
-
-/// Bit of the flags: an array of truth values.
-const LOGICAL: u32 = 0x0200;
 
 /// An element with its tag, up to a multiple of eight bytes; four bytes and fewer stand in the tag itself.
 fn element(kind: u32, bytes: &[u8]) -> Vec<u8> {
@@ -86,7 +81,6 @@ pub(super) fn write(table: &Table, origin: &Origin, file: &File, path: &Path) ->
             Kind::Number => (DOUBLE, DOUBLE_CLASS, 8),
             Kind::Whole => (INT64, INT64_CLASS, 8),
             Kind::Code => (INT8, INT8_CLASS, 1),
-            Kind::Boolean => (UINT8, UINT8_CLASS | LOGICAL, 1),
         };
         let name: String = column.name.chars().take(LONGEST_NAME).collect();
         let head = head(class, table.rows, 1, &name);

@@ -81,6 +81,6 @@ pub(super) fn raw(column: &Column, values: &[f64]) -> Vec<u8> {
     match column.kind {
         Kind::Number => values.iter().flat_map(|value| value.to_le_bytes()).collect(),
         Kind::Whole => values.iter().flat_map(|&value| (value as i64).to_le_bytes()).collect(),
-        Kind::Code | Kind::Boolean => values.iter().map(|&value| (value as i8).cast_unsigned()).collect(),
+        Kind::Code => values.iter().map(|&value| (value as i8).cast_unsigned()).collect(),
     }
 }

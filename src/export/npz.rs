@@ -44,7 +44,6 @@ pub(super) fn write(table: &Table, origin: &Origin, file: &File, path: &Path) ->
             Kind::Number => ("<f8", 8),
             Kind::Whole => ("<i8", 8),
             Kind::Code => ("|i1", 1),
-            Kind::Boolean => ("|b1", 1),
         };
         member(&mut archive, &column.name, size * table.rows)?;
         archive

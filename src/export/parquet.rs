@@ -4,7 +4,7 @@ use super::ExportError;
 use super::metadata::{MARK, Origin, metadata};
 use super::table::{Column, Kind, Table};
 use parquet::basic::{LogicalType, Repetition, Type as Physical};
-use parquet::data_type::{BoolType, ByteArray, ByteArrayType, DoubleType, Int64Type};
+use parquet::data_type::{ByteArray, ByteArrayType, DoubleType, Int64Type};
 use parquet::errors::ParquetError;
 use parquet::file::metadata::KeyValue;
 use parquet::file::properties::WriterProperties;
@@ -24,7 +24,6 @@ fn schema(table: &Table) -> Result<Type, ParquetError> {
             Kind::Number => (Physical::DOUBLE, None),
             Kind::Whole => (Physical::INT64, None),
             Kind::Code => (Physical::BYTE_ARRAY, Some(LogicalType::String)),
-            Kind::Boolean => (Physical::BOOLEAN, None),
         };
         Type::primitive_type_builder(&column.name, physical)
             .with_repetition(Repetition::REQUIRED)
@@ -66,10 +65,6 @@ pub(super) fn write(table: &Table, origin: &Origin, file: &File, path: &Path) ->
                     Kind::Whole => {
                         let whole: Vec<i64> = values.iter().map(|&value| value as i64).collect();
                         sink.typed::<Int64Type>().write_batch(&whole, None, None)
-                    }
-                    Kind::Boolean => {
-                        let truth: Vec<bool> = values.iter().map(|&value| value != 0.0).collect();
-                        sink.typed::<BoolType>().write_batch(&truth, None, None)
                     }
                     Kind::Code => {
                         let words: Vec<ByteArray> = values

@@ -264,7 +264,7 @@ pub fn evaluated(reference: &Reference, request: &Request, times: &Times) -> Res
     }
     let (start, end) = reference.times();
     let columns = columns(file, Which::Trajectory)?.into_iter().map(|(column, _)| column);
-    let grid = Grid::new(reference, request.window, times)?;
+    let grid = grid(reference, request.window, times)?;
     if let Some(dense) = file.dense()?.filter(|dense| dense.covers(start, end)) {
         return by_dense_output(file, &dense, columns.collect(), &request.columns, grid);
     }
@@ -393,97 +393,43 @@ fn by_equations(
     })
 }
 
-/// The times that are asked for.
-enum Grid<'a> {
-    /// From a time on, so many, at multiples of an interval, or of the inverse of a rate.
-    Regular {
-        from: f64,
-        step: Step,
-        next: usize,
-        count: usize,
-    },
-    List(std::slice::Iter<'a, f64>),
-}
+/// The times that are asked for, in order.
+type Grid<'a> = Box<dyn Iterator<Item = f64> + 'a>;
 
-#[derive(Clone, Copy)]
-enum Step {
-    Interval(f64),
-    Rate(f64),
-}
-
-impl Step {
-    /// Without the error of a sum.
-    fn after(self, from: f64, k: usize) -> f64 {
-        match self {
-            Step::Interval(interval) => from + k as f64 * interval,
-            Step::Rate(rate) => from + k as f64 / rate,
-        }
-    }
-}
-
-impl<'a> Grid<'a> {
-    fn new(reference: &Reference, window: (f64, f64), times: &'a Times) -> Result<Grid<'a>, ExportError> {
-        let (start, end) = reference.times();
-        let path = reference.file().path().display();
-        check_window(reference.file(), window, (start, end))?;
-        let (from, to) = (window.0.max(start), window.1.min(end));
-        let step = match times {
-            Times::At(times) => {
-                let first = times.partition_point(|time| *time < window.0);
-                let last = times.partition_point(|time| *time <= window.1);
-                let times = &times[first..last];
-                if let Some(time) = times.iter().find(|time| !(start..=end).contains(*time)) {
-                    return Err(ExportError::Asked(format!(
-                        "{path}: the run goes from {start:?} to {end:?} s, and --at asks for t = {time:?} s; leave such times out, or \
-                         give a --window"
-                    )));
-                }
-                return Ok(Grid::List(times.iter()));
+fn grid<'a>(reference: &Reference, window: (f64, f64), times: &'a Times) -> Result<Grid<'a>, ExportError> {
+    let (start, end) = reference.times();
+    let path = reference.file().path().display();
+    check_window(reference.file(), window, (start, end))?;
+    let (from, to) = (window.0.max(start), window.1.min(end));
+    // Multiples of the interval, or of the inverse of the rate: without the error of a sum.
+    let (rows, interval, rate) = match times {
+        Times::At(times) => {
+            let first = times.partition_point(|time| *time < window.0);
+            let last = times.partition_point(|time| *time <= window.1);
+            let times = &times[first..last];
+            if let Some(time) = times.iter().find(|time| !(start..=end).contains(*time)) {
+                return Err(ExportError::Asked(format!(
+                    "{path}: the run goes from {start:?} to {end:?} s, and --at asks for t = {time:?} s; leave such times out, or \
+                     give a --window"
+                )));
             }
-            Times::Rate(rate) => Step::Rate(*rate),
-            Times::Every(interval) => Step::Interval(*interval),
-        };
-        let rows = match step {
-            Step::Interval(interval) => (to - from) / interval,
-            Step::Rate(rate) => (to - from) * rate,
-        };
-        if !(0.0..MOST_ROWS).contains(&rows) {
-            return Err(ExportError::Asked(format!(
-                "{rows:.1e} rows are more than the {MOST_ROWS:e} that an export has; give a --window, or a lower --rate"
-            )));
+            return Ok(Box::new(times.iter().copied()));
         }
-        // The last one is within the window in spite of rounding.
-        let mut count = rows.floor() as usize + 2;
-        while count > 1 && step.after(from, count - 1) > to {
-            count -= 1;
-        }
-        Ok(Grid::Regular {
-            from,
-            step,
-            next: 0,
-            count,
-        })
+        Times::Rate(rate) => ((to - from) * rate, 1.0, *rate),
+        Times::Every(interval) => ((to - from) / interval, *interval, 1.0),
+    };
+    if !(0.0..MOST_ROWS).contains(&rows) {
+        return Err(ExportError::Asked(format!(
+            "{rows:.1e} rows are more than the {MOST_ROWS:e} that an export has; give a --window, or a lower --rate"
+        )));
     }
-}
-
-impl Iterator for Grid<'_> {
-    type Item = f64;
-
-    fn next(&mut self) -> Option<f64> {
-        match self {
-            Grid::List(times) => times.next().copied(),
-            Grid::Regular {
-                from,
-                step,
-                next,
-                count,
-            } => {
-                let k = *next;
-                *next += 1;
-                (k < *count).then(|| step.after(*from, k))
-            }
-        }
+    let time = move |k: usize| from + k as f64 * interval / rate;
+    // The last one is within the window in spite of rounding.
+    let mut count = rows.floor() as usize + 2;
+    while count > 1 && time(count - 1) > to {
+        count -= 1;
     }
+    Ok(Box::new((0..count).map(time)))
 }
 
 /// The times in a CSV file, s: its column `time` or `t`, with or without a unit behind it in brackets, else its first column.

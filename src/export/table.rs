@@ -20,8 +20,6 @@ pub enum Kind {
     Whole,
     /// Whole numbers that stand for words.
     Code,
-    /// 0 and 1.
-    Boolean,
 }
 
 /// One column.

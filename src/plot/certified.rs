@@ -36,8 +36,8 @@ fn without() -> Outcome {
 }
 
 fn column<'a>(group: &'a AddedGroup, name: &str) -> Option<&'a [f64]> {
-    let found = group.columns.iter().find(|column| column.name == name);
-    found.map(|column| column.values.as_slice())
+    let found = group.columns.iter().find(|(column, _)| column.name == name);
+    found.map(|(_, values)| values.as_slice())
 }
 
 /// For every event, from what rounding alone does up to its uncertainty; and the true error, where the oracle has it.

@@ -6,7 +6,7 @@ use super::studies::data::{drawn_axis, short};
 use super::style::{BLACK, GREY, PALETTE};
 use crate::case::{Case, CaseSource};
 use crate::model::system::System;
-use crate::results::{ResultError, SweepFile};
+use crate::results::{Reason, ResultError, SweepFile};
 
 /// The figure of a sweep file that has boundaries.
 ///
@@ -15,8 +15,7 @@ use crate::results::{ResultError, SweepFile};
 pub fn figure(file: &SweepFile) -> Result<Figure, PlotError> {
     let boundary = |name: &str| file.text(&format!("boundary/{name}"));
     let (Some(x), Some(y)) = (boundary("x"), boundary("y")) else {
-        let path = file.path().to_owned();
-        return Err(ResultError::NoBoundary { path }.into());
+        return Err(Reason::NoBoundary(file.path().to_owned()).of(file.path()).into());
     };
     let mut curves = Vec::new();
     let contours = lines(file, "growth_contours", "line", &x, &y)?;

@@ -10,7 +10,7 @@ use crate::model::Mode;
 use crate::model::system::{Pressing, System};
 use crate::provenance;
 use crate::record::{Cycle, CycleStatistics, Event, EventKind, State};
-use crate::results::{AddedGroup, DenseOutput, ResultFile, Side, Status, StickSlipTable, schema};
+use crate::results::{AddedGroup, DenseOutput, ResultFile, Side, Status, schema};
 use crate::simulation::{Course, further, is_short};
 use std::cell::RefCell;
 use std::collections::HashMap;
@@ -143,11 +143,8 @@ impl Run {
         let [trajectory, ..] = schema::extended_tables(&provenance::extension(&case));
         let pairs = events.iter().map(|event| (event.time, event.kind));
         let (stick_slip, cycles) = CycleStatistics::of_events(pairs);
-        let of_attractor = |table: StickSlipTable| {
-            let period = table.extras.iter().find(|extra| extra.name == "attractor_period");
-            period.map(|extra| extra.value).filter(|period| *period > 0.0)
-        };
-        let attractor_period = file.stick_slip()?.and_then(of_attractor);
+        let attractor_period = file.stick_slip()?.and_then(|table| table.value("attractor_period"));
+        let attractor_period = attractor_period.filter(|period| *period > 0.0);
         let mut stretches: Vec<(f64, f64, Mode)> = Vec::new();
         for segment in file.segments()? {
             match stretches.last_mut() {

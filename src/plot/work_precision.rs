@@ -4,7 +4,7 @@ use super::error::PlotError;
 use super::figure::{Axis, Curve, CurveStyle, Figure, Panel};
 use super::style::{GREY, PALETTE};
 use crate::analysis::work_precision::{Errors, Knob, Measurement, Reference, StudyResult};
-use crate::results::{ResultError, WorkPrecisionFile};
+use crate::results::{Reason, WorkPrecisionFile};
 use crate::simulation::Method;
 use plotters::style::RGBColor;
 use std::path::Path;
@@ -31,29 +31,39 @@ pub fn of_file(path: &Path) -> Result<Figure, PlotError> {
     let file = WorkPrecisionFile::read(path)?;
     let known = |value: f64| value.is_finite().then_some(value);
     let mut measurements = Vec::with_capacity(file.runs.len());
-    for run in &file.runs {
-        let name = file.methods.iter().find(|method| method.0 == i64::from(run.method));
-        let method = name.and_then(|(_, name)| Method::all().find(|method| method.name() == name));
-        let method = method.ok_or_else(|| ResultError::UnknownCode {
-            path: path.to_owned(),
-            what: "/runs/method",
-            code: run.method,
-        })?;
+    for &run in &file.runs {
+        let [
+            code,
+            rtol,
+            fixed_step,
+            failed,
+            same_sequence,
+            events,
+            errors @ ..,
+            steps,
+            rhs,
+            jacobians,
+            wall_time,
+        ] = run;
+        let [onset, final_stick, largest] = errors.map(known);
+        let name = file.methods.get(code as usize).filter(|_| code >= 0.0);
+        let method = name.and_then(|name| Method::all().find(|method| method.name() == name));
+        let (what, code) = ("/runs/method", code as i8);
         measurements.push(Measurement {
-            method,
-            knob: known(run.fixed_step).map_or(Knob::Tolerance(run.rtol), Knob::FixedStep),
-            failure: run.failed.then(String::new),
+            method: method.ok_or_else(|| Reason::UnknownCode { what, code }.of(path))?,
+            knob: known(fixed_step).map_or(Knob::Tolerance(rtol), Knob::FixedStep),
+            failure: (failed != 0.0).then(String::new),
             errors: Errors {
-                onset: known(run.onset_error),
-                final_stick: known(run.final_stick_error),
-                largest: known(run.largest_event_error),
+                onset,
+                final_stick,
+                largest,
             },
-            events: run.events as usize,
-            same_sequence: run.same_sequence,
-            steps: run.steps,
-            rhs_evaluations: run.rhs_evaluations,
-            jacobian_evaluations: run.jacobian_evaluations,
-            wall_time: run.wall_time,
+            events: events as usize,
+            same_sequence: same_sequence != 0.0,
+            steps: steps as u64,
+            rhs_evaluations: rhs as u64,
+            jacobian_evaluations: jacobians as u64,
+            wall_time,
         });
     }
     let [onset, final_stick, largest] = file.uncertainties.map(known);

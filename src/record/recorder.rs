@@ -126,8 +126,7 @@ impl MemoryRecorder {
 
 impl Recorder for MemoryRecorder {
     fn further(&mut self, values: &[f64]) -> Result<(), RecorderError> {
-        self.further.next.clear();
-        self.further.next.extend_from_slice(values);
+        values.clone_into(&mut self.further.next);
         Ok(())
     }
     fn sample(&mut self, sample: &Sample) -> Result<(), RecorderError> {

@@ -31,6 +31,10 @@ pub struct Pair {
 }
 
 impl Pair {
+    fn new(reference: Option<usize>, candidate: Option<usize>) -> Pair {
+        Pair { reference, candidate }
+    }
+
     /// Both indices of a matched pair.
     pub fn matched(&self) -> Option<(usize, usize)> {
         self.reference.zip(self.candidate)
@@ -187,14 +191,10 @@ fn align(reference: &[SequenceEvent], candidate: &[SequenceEvent], shift: f64, r
         .take_while(|&pair| equal(pair))
         .count();
     let (r_mid, c_mid) = (&r_rest[..r_rest.len() - tail], &c_rest[..c_rest.len() - tail]);
-    let both = |r: usize, c: usize| Pair {
-        reference: Some(r),
-        candidate: Some(c),
-    };
-    let mut pairs: Vec<Pair> = (0..head).map(|k| both(k, k)).collect();
+    let mut pairs: Vec<Pair> = (0..head).map(|k| Pair::new(Some(k), Some(k))).collect();
     let cost = align_middle(r_mid, c_mid, shift, related, head, &mut pairs);
     let (r_end, c_end) = (reference.len() - tail, candidate.len() - tail);
-    pairs.extend((0..tail).map(|k| both(r_end + k, c_end + k)));
+    pairs.extend((0..tail).map(|k| Pair::new(Some(r_end + k), Some(c_end + k))));
     (cost, pairs)
 }
 
@@ -244,20 +244,11 @@ fn align_middle(
         let (r, c) = (step != CANDIDATE, step != REFERENCE);
         i -= usize::from(r);
         j -= usize::from(c);
-        pairs.push(Pair {
-            reference: r.then_some(offset + i),
-            candidate: c.then_some(offset + j),
-        });
+        pairs.push(Pair::new(r.then_some(offset + i), c.then_some(offset + j)));
     }
     pairs[start..].reverse();
-    pairs.extend((rows..reference.len()).map(|k| Pair {
-        reference: Some(offset + k),
-        candidate: None,
-    }));
-    pairs.extend((columns..candidate.len()).map(|k| Pair {
-        reference: None,
-        candidate: Some(offset + k),
-    }));
+    pairs.extend((rows..reference.len()).map(|k| Pair::new(Some(offset + k), None)));
+    pairs.extend((columns..candidate.len()).map(|k| Pair::new(None, Some(offset + k))));
     cost
 }
 
@@ -320,18 +311,12 @@ fn follow(reference: &[SequenceEvent], candidate: &[SequenceEvent], related: f64
     for (i, j) in matched.into_iter().rev().chain([(rows, candidate.len())]) {
         // One of each in turn, so that neighbours can explain each other.
         while r < i || c < j {
-            for (reference, candidate) in [((r < i).then_some(r), None), (None, (c < j).then_some(c))] {
-                if reference.is_some() || candidate.is_some() {
-                    pairs.push(Pair { reference, candidate });
-                }
-            }
+            pairs.extend((r < i).then_some(Pair::new(Some(r), None)));
+            pairs.extend((c < j).then_some(Pair::new(None, Some(c))));
             (r, c) = ((r + 1).min(i), (c + 1).min(j));
         }
         if i < rows && j < candidate.len() {
-            pairs.push(Pair {
-                reference: Some(i),
-                candidate: Some(j),
-            });
+            pairs.push(Pair::new(Some(i), Some(j)));
         }
         (r, c) = (i + 1, j + 1);
     }

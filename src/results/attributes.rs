@@ -2,22 +2,14 @@
 
 use hdf5::types::VarLenUnicode;
 use hdf5::{Dataset, File, Group, H5Type, Location};
-use serde::Serialize;
+use serde::{Deserialize, Serialize, Serializer};
 
-use super::{raw, schema};
-
-/// The value of an attribute of /meta or /events.
-#[derive(Debug, Clone, PartialEq)]
-pub enum MetaValue {
-    /// UTF-8.
-    Text(String),
-    /// A double.
-    Number(f64),
-}
+use super::raw;
+use super::schema::{self, Variable};
+use super::values::Values;
 
 /// The value of an attribute.
-#[derive(Debug, Clone, PartialEq, Serialize)]
-#[serde(untagged)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub enum AttributeValue {
     /// UTF-8.
     Text(String),
@@ -29,6 +21,29 @@ pub enum AttributeValue {
     Integers(Vec<i64>),
     /// An array.
     Numbers(Vec<f64>),
+}
+
+macro_rules! values_of {
+    ($($type:ty => $variant:ident),*) => {
+        $(impl From<$type> for AttributeValue {
+            fn from(value: $type) -> Self {
+                AttributeValue::$variant(value.into())
+            }
+        })*
+    };
+}
+
+values_of!(&str => Text, &String => Text, String => Text, i64 => Integer, f64 => Number, Vec<i64> => Integers);
+
+/// The value without its type, as JSON has it.
+pub(super) fn plain<S: Serializer>(value: &AttributeValue, serializer: S) -> Result<S::Ok, S::Error> {
+    match value {
+        AttributeValue::Text(text) => text.serialize(serializer),
+        AttributeValue::Integer(number) => number.serialize(serializer),
+        AttributeValue::Number(number) => number.serialize(serializer),
+        AttributeValue::Integers(list) => list.serialize(serializer),
+        AttributeValue::Numbers(list) => list.serialize(serializer),
+    }
 }
 
 /// As a text; a number with an exponent where that is shorter: 1e-10, not 0.0000000001.
@@ -66,55 +81,78 @@ impl AttributeValue {
 
 /// Writes the root attributes of a file, and the version of its format.
 pub(super) fn write_root(file: &File, texts: &[(&str, &str)]) -> hdf5::Result<()> {
-    for (name, text) in texts {
-        write_text_attribute(file, name, text)?;
+    for &(name, text) in texts {
+        write_attribute(file, name, text)?;
     }
     let version = file.new_attr::<i32>().create(schema::root::FORMAT_VERSION)?;
     version.write_scalar(&schema::FORMAT_VERSION)
 }
 
+/// Writes the unit and the description of a variable, what stands for nothing in it, and what its codes mean.
+pub(super) fn describe(dataset: &Dataset, variable: &Variable) -> hdf5::Result<()> {
+    describe_text(dataset, &variable.units, &variable.long_name)?;
+    if let Some(fill) = variable.fill {
+        write_attribute(dataset, schema::attribute::FILL_VALUE, vec![fill])?;
+    }
+    write_codes(dataset, variable)
+}
+
+/// Writes what the codes of a variable mean, if it is a code.
+pub(super) fn write_codes(dataset: &Dataset, variable: &Variable) -> hdf5::Result<()> {
+    if variable.flags.is_empty() {
+        return Ok(());
+    }
+    let mut codes = Values::new(variable.kind, variable.flags.len());
+    variable.flags.iter().for_each(|(code, _)| codes.push(*code as f64));
+    codes.write_attribute(dataset, schema::attribute::FLAG_VALUES)?;
+    let words: Vec<&str> = variable.flags.iter().map(|(_, word)| word.as_str()).collect();
+    write_attribute(dataset, schema::attribute::FLAG_MEANINGS, words.join(" "))
+}
+
 /// Writes the unit and the description of a variable.
-pub(super) fn describe(dataset: &Dataset, units: &str, long_name: &str) -> hdf5::Result<()> {
-    write_text_attribute(dataset, schema::attribute::UNITS, units)?;
-    write_text_attribute(dataset, schema::attribute::LONG_NAME, long_name)
+pub(super) fn describe_text(dataset: &Dataset, units: &str, long_name: &str) -> hdf5::Result<()> {
+    write_attribute(dataset, schema::attribute::UNITS, units)?;
+    write_attribute(dataset, schema::attribute::LONG_NAME, long_name)
 }
 
-/// Writes what the codes of a variable mean.
-pub(super) fn write_codes<'a, T: H5Type>(
-    dataset: &Dataset,
-    codes: impl IntoIterator<Item = (T, &'a str)>,
-) -> hdf5::Result<()> {
-    let (values, meanings): (Vec<T>, Vec<&str>) = codes.into_iter().unzip();
-    let attribute = dataset.new_attr_builder().with_data(&values[..]);
-    attribute.create(schema::attribute::FLAG_VALUES)?;
-    write_text_attribute(dataset, schema::attribute::FLAG_MEANINGS, &meanings.join(" "))
+/// A quantity as attributes: its value, its unit and its description.
+pub(crate) fn quantity(
+    name: &str,
+    value: impl Into<AttributeValue>,
+    units: &str,
+    long_name: &str,
+) -> [(String, AttributeValue); 3] {
+    [
+        (name.to_owned(), value.into()),
+        (format!("{name}{}", schema::attribute::UNITS_SUFFIX), units.into()),
+        (
+            format!("{name}{}", schema::attribute::LONG_NAME_SUFFIX),
+            long_name.into(),
+        ),
+    ]
 }
 
-pub(super) fn write_companions(location: &Location, name: &str, units: &str, long_name: &str) -> hdf5::Result<()> {
-    write_text_attribute(location, &format!("{name}{}", schema::attribute::UNITS_SUFFIX), units)?;
-    write_text_attribute(
-        location,
-        &format!("{name}{}", schema::attribute::LONG_NAME_SUFFIX),
-        long_name,
-    )
+pub(super) fn write_attributes(group: &Group, attributes: &[(String, AttributeValue)]) -> hdf5::Result<()> {
+    attributes
+        .iter()
+        .try_for_each(|(name, value)| write_attribute(group, name, value.clone()))
 }
 
-pub(super) fn write_attributes(group: &Group, attributes: &[(String, MetaValue)]) -> hdf5::Result<()> {
-    attributes.iter().try_for_each(|(name, value)| match value {
-        MetaValue::Text(text) => write_text_attribute(group, name, text),
-        MetaValue::Number(number) => write_number_attribute(group, name, *number),
-    })
+pub(super) fn write_attribute(location: &Location, name: &str, value: impl Into<AttributeValue>) -> hdf5::Result<()> {
+    match value.into() {
+        AttributeValue::Text(text) => {
+            let attribute = location.new_attr::<VarLenUnicode>().create(name)?;
+            attribute.write_scalar(&text_value(&text)?)
+        }
+        AttributeValue::Integer(number) => location.new_attr::<i64>().create(name)?.write_scalar(&number),
+        AttributeValue::Number(number) => location.new_attr::<f64>().create(name)?.write_scalar(&number),
+        AttributeValue::Integers(list) => write_array(location, name, &list),
+        AttributeValue::Numbers(list) => write_array(location, name, &list),
+    }
 }
 
-pub(super) fn write_number_attribute(location: &Location, name: &str, value: f64) -> hdf5::Result<()> {
-    location.new_attr::<f64>().create(name)?.write_scalar(&value)
-}
-
-pub(super) fn write_text_attribute(location: &Location, name: &str, text: &str) -> hdf5::Result<()> {
-    location
-        .new_attr::<VarLenUnicode>()
-        .create(name)?
-        .write_scalar(&text_value(text)?)
+pub(super) fn write_array<T: H5Type>(location: &Location, name: &str, list: &[T]) -> hdf5::Result<()> {
+    location.new_attr_builder().with_data(list).create(name).map(drop)
 }
 
 pub(super) fn text_value(text: &str) -> hdf5::Result<VarLenUnicode> {
@@ -126,5 +164,5 @@ pub(super) fn text_value(text: &str) -> hdf5::Result<VarLenUnicode> {
 
 /// A text of /input.
 pub(super) fn write_input(group: &Group, name: &str, text: &str, long_name: &str) -> hdf5::Result<()> {
-    describe(&raw::write_text(group, name, text)?, "1", long_name)
+    describe_text(&raw::write_text(group, name, text)?, "1", long_name)
 }

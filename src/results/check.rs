@@ -5,12 +5,12 @@ use std::path::{Path, PathBuf};
 
 use serde::Serialize;
 
-use super::schema::{self, CHECKSUMS, Extension, Kind as Stored, Table, group, root};
+use super::schema::{self, CHECKSUMS, Extension, Table, group, root};
 use super::seal::{self, Seal};
-use super::source::{Holds, Kind, Source};
-use super::{AttributeValue, ResultError, ResultFile, Status, checksums};
+use super::source::{Holds, Object, Source};
+use super::{Reason, ResultError, ResultFile, Status, checksums};
 use crate::model::Mode;
-use crate::record::{Event, EventKind, Segment};
+use crate::record::{Channels, Event, EventKind, Sample, Segment, State};
 
 /// What a check has found.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -75,7 +75,7 @@ pub fn check(path: &Path) -> Result<CheckReport, ResultError> {
 /// Opens the result of a run from which something new is to be made.
 ///
 /// # Errors
-/// Those of [`ResultFile::open`]; [`ResultError::NotAsWritten`] if it is damaged.
+/// Those of [`ResultFile::open`]; [`Reason::NotAsWritten`] if it is damaged.
 pub fn open_sound(path: &Path) -> Result<ResultFile, ResultError> {
     let file = ResultFile::open(path)?;
     check_sound(path)?;
@@ -87,7 +87,7 @@ pub fn open_sound(path: &Path) -> Result<ResultFile, ResultError> {
 /// is taken as it is.
 ///
 /// # Errors
-/// [`ResultError::NotAsWritten`] with the first problems that [`check`] finds; or of the file.
+/// [`Reason::NotAsWritten`] with the first problems that [`check`] finds; or of the file.
 pub fn check_sound(path: &Path) -> Result<(), ResultError> {
     match read_seal(path)? {
         Seal::Intact => return Ok(()),
@@ -96,11 +96,8 @@ pub fn check_sound(path: &Path) -> Result<(), ResultError> {
     }
     let mut check = match Check::open(path) {
         // It has a sum, so that it was one.
-        Err(error @ ResultError::NotAResult { .. }) => {
-            return Err(ResultError::NotAsWritten {
-                path: path.to_owned(),
-                problems: error.to_string(),
-            });
+        Err(error) if matches!(error.reason, Reason::NotAResult(_)) => {
+            return Err(Reason::NotAsWritten(error.to_string()).of(path));
         }
         check => check?,
     };
@@ -116,10 +113,7 @@ pub fn check_sound(path: &Path) -> Result<(), ResultError> {
         0 => String::new(),
         more => format!("; and {more} more"),
     };
-    Err(ResultError::NotAsWritten {
-        path: path.to_owned(),
-        problems: named.join("; ") + &more,
-    })
+    Err(Reason::NotAsWritten(named.join("; ") + &more).of(path))
 }
 
 fn read_seal(path: &Path) -> Result<Seal, ResultError> {
@@ -166,8 +160,7 @@ impl Check {
         let format = match found {
             Some(format) if schema::FORMATS.contains(&format.as_str()) => format,
             found => {
-                let path = path.to_owned();
-                return Err(ResultError::NotAResult { path, found });
+                return Err(Reason::NotAResult(found).of(path));
             }
         };
         let report = CheckReport {
@@ -228,7 +221,11 @@ impl Check {
 
     /// An error is a problem like another. A file that is missing is missing for every variable, and said to be once.
     fn note(&mut self, place: &str, result: Result<(), ResultError>) {
-        if let Err(ResultError::Absent { what, .. }) = &result {
+        if let Err(ResultError {
+            reason: Reason::Absent(what),
+            ..
+        }) = &result
+        {
             let file = what.split_once(": ").map_or(what.as_str(), |(_, file)| file);
             if !self.absent.insert(file.to_owned()) {
                 return;
@@ -244,9 +241,9 @@ impl Check {
         let mut variables = Vec::new();
         self.source.walk(&mut |path, member| {
             match &member.is {
-                Kind::Dataset(info) => variables.push((path.to_owned(), Ok(info.clone()))),
-                Kind::Not(fault) => variables.push((path.to_owned(), Err(self.source.fault(fault)))),
-                Kind::Group(_) | Kind::Other => {}
+                Object::Dataset(info) => variables.push((path.to_owned(), Ok(info.clone()))),
+                Object::Not(fault) => variables.push((path.to_owned(), Err(self.source.fault(fault)))),
+                _ => {}
             }
             Ok(())
         })?;
@@ -292,19 +289,18 @@ impl Check {
     fn result(&mut self) -> Result<(), ResultError> {
         let file = ResultFile::open(&self.report.file)?;
         let complete = *file.status() == Status::Complete;
-        let translation = AttributeValue::Text(schema::TRANSLATION.to_owned());
         let meta = file.meta()?;
         let motion = meta.iter().find(|(name, _)| name == schema::META_MOTION);
         let extension = Extension {
             trains: motion.is_some(),
-            translation: motion.is_some_and(|(_, value)| *value == translation),
+            translation: motion.is_some_and(|(_, value)| value.to_string() == schema::TRANSLATION),
+            dense: self.source.dataset(&format!("{}/piece", group::DENSE))?.is_some(),
             ..Extension::default()
         };
-        let mut tables = schema::extended_tables(&extension).to_vec();
-        if self.source.dataset(&format!("{}/piece", group::DENSE))?.is_some() {
-            tables.extend(schema::dense_tables(&tables[0]));
+        if extension.dense {
             file.dense().map(drop)?;
         }
+        let tables = schema::all_tables(&extension);
         for table in tables {
             let structure = self.structure(&table, complete);
             self.note(&format!("/{}", table.group), structure);
@@ -320,9 +316,10 @@ impl Check {
         if complete && let Some(statistics) = file.stick_slip()? {
             let count = |kind: EventKind| events.iter().filter(|event| event.kind == kind).count() as u64;
             for (name, said, found) in [
-                ("stick_count", statistics.stick_count, count(EventKind::Stick)),
-                ("slip_count", statistics.slip_count, count(EventKind::Slip)),
+                ("stick_count", statistics.value("stick_count"), count(EventKind::Stick)),
+                ("slip_count", statistics.value("slip_count"), count(EventKind::Slip)),
             ] {
+                let said = said.unwrap_or(0.0) as u64;
                 if said != found {
                     let what = format!("{name} is {said}, but /events has {found}");
                     self.problem(format!("/{}", group::STICK_SLIP), what);
@@ -341,14 +338,9 @@ impl Check {
                 self.problem(format!("/{path}"), "is missing");
                 continue;
             };
-            let holds = match variable.kind {
-                Stored::Int8 => Holds::Integers(1),
-                Stored::Int32 => Holds::Integers(4),
-                Stored::Int64 => Holds::Integers(8),
-                Stored::Float64 => Holds::Floats(8),
-            };
-            if info.holds != holds || info.shape.len() != 1 {
-                let (found, shape, wanted) = (info.holds.name(), &info.shape, holds.name());
+            let wanted = variable.kind.name();
+            if info.holds.name() != wanted || info.shape.len() != 1 {
+                let (found, shape) = (info.holds.name(), &info.shape);
                 self.problem(
                     format!("/{path}"),
                     format!("is {found} of shape {shape:?}, not a column of {wanted}"),
@@ -361,7 +353,7 @@ impl Check {
                 self.problem(format!("/{path}"), what);
             }
             let units = self.source.text_attribute(&path, schema::attribute::UNITS)?;
-            if units.as_deref() != Some(variable.units) {
+            if units.as_deref() != Some(variable.units.as_str()) {
                 let found = units.map_or("missing".to_owned(), |units| format!("\"{units}\""));
                 let what = format!("the attribute units is {found}, not \"{}\"", variable.units);
                 self.problem(format!("/{path}"), what);
@@ -372,59 +364,48 @@ impl Check {
 
     fn segments(&mut self, segments: &[Segment]) {
         let mut last = f64::NEG_INFINITY;
-        for (row, segment) in segments.iter().enumerate() {
-            let place = format!("row {row} of /{}", group::SEGMENTS);
-            if !(segment.start.is_finite() && segment.end.is_finite() && segment.start <= segment.end) {
-                self.problem(place, format!("goes from {:?} to {:?} s", segment.start, segment.end));
-            } else if segment.start < last {
-                self.problem(
-                    place,
-                    format!(
-                        "starts at {:?} s, before the end {last:?} s of the one before",
-                        segment.start
-                    ),
-                );
+        for (row, Segment { start, end, .. }) in segments.iter().enumerate() {
+            if !(start.is_finite() && end.is_finite() && start <= end) {
+                self.problem(place(row, group::SEGMENTS), format!("goes from {start:?} to {end:?} s"));
+            } else if *start < last {
+                let what = format!("starts at {start:?} s, before the end {last:?} s of the one before");
+                self.problem(place(row, group::SEGMENTS), what);
             }
-            last = segment.end;
+            last = *end;
         }
     }
 
     fn events(&mut self, events: &[Event], segments: &[Segment], complete: bool) {
         let mut last = f64::NEG_INFINITY;
         for (row, event) in events.iter().enumerate() {
-            let place = format!("row {row} of /{}", group::EVENTS);
             let time = event.time;
             if !time.is_finite() || time < last {
-                self.problem(place, format!("the time {time:?} s comes after {last:?} s"));
+                self.problem(
+                    place(row, group::EVENTS),
+                    format!("the time {time:?} s comes after {last:?} s"),
+                );
                 continue;
             }
             last = time;
-            match segments.get(event.segment as usize) {
+            let number = event.segment;
+            match segments.get(number as usize) {
                 Some(segment) if !within(time, segment) => {
-                    let (segment, start, end) = (event.segment, segment.start, segment.end);
-                    self.problem(
-                        place,
-                        format!("the time {time:?} s is not in its segment {segment}, {start:?} to {end:?} s"),
-                    );
+                    let (start, end) = (segment.start, segment.end);
+                    let what = format!("the time {time:?} s is not in its segment {number}, {start:?} to {end:?} s");
+                    self.problem(place(row, group::EVENTS), what);
                 }
-                None if complete => self.problem(place, format!("there is no segment {}", event.segment)),
+                None if complete => self.problem(place(row, group::EVENTS), format!("there is no segment {number}")),
                 _ => {}
             }
-            if event
-                .before
-                .values()
-                .iter()
-                .chain(&event.after.values())
-                .any(|value| !value.is_finite())
-            {
-                self.problem(format!("row {row} of /{}", group::EVENTS), "a state is not finite");
+            let mut states = event.before.values().into_iter().chain(event.after.values());
+            if states.any(|value| !value.is_finite()) {
+                self.problem(place(row, group::EVENTS), "a state is not finite");
             }
         }
     }
 
     /// What the contact does, from segment to segment by way of the events between them.
     fn modes(&mut self, events: &[Event], segments: &[Segment]) {
-        let place = |row: usize, group: &str| format!("row {row} of /{group}");
         // What the contact does, once known, and the segments that have begun.
         let (mut mode, mut begun) = (None, 0);
         for (row, event) in events.iter().enumerate() {
@@ -448,12 +429,11 @@ impl Check {
             }
             if !brings_about(event.kind, mode, event.mode_after) {
                 let from = mode.map_or(String::new(), |mode| format!("from {} ", mode.name()));
-                let what = format!(
-                    "a {} does not lead {from}to {}",
-                    event.kind.name(),
-                    event.mode_after.name()
+                let (kind, after) = (event.kind.name(), event.mode_after.name());
+                self.problem(
+                    place(row, group::EVENTS),
+                    format!("a {kind} does not lead {from}to {after}"),
                 );
-                self.problem(place(row, group::EVENTS), what);
             }
             mode = Some(event.mode_after);
         }
@@ -466,11 +446,12 @@ impl Check {
     /// No mode changes without an event.
     fn follows(&mut self, before: Option<Mode>, mode: Mode, segment: usize) {
         if let Some(before) = before.filter(|before| *before != mode) {
-            let (mode, before) = (mode.name(), before.name());
-            self.problem(
-                format!("row {segment} of /{}", group::SEGMENTS),
-                format!("its mode is {mode}, but {before} after what comes before it"),
+            let what = format!(
+                "its mode is {}, but {} after what comes before it",
+                mode.name(),
+                before.name()
             );
+            self.problem(place(segment, group::SEGMENTS), what);
         }
     }
 
@@ -480,38 +461,36 @@ impl Check {
         for start in (0..rows).step_by(BLOCK) {
             let block = start..rows.min(start + BLOCK);
             for (row, sample) in block.clone().zip(file.samples(block)?) {
-                let place = || format!("row {row} of /{}", group::TRAJECTORY);
+                let Sample { time, mode, .. } = sample;
                 let mut found = Vec::new();
-                if !sample.time.is_finite() || sample.time <= last {
-                    found.push(format!("the time {:?} s comes after {last:?} s", sample.time));
+                if !time.is_finite() || time <= last {
+                    found.push(format!("the time {time:?} s comes after {last:?} s"));
                 }
-                last = sample.time;
-                let names = schema::trajectory().variables;
+                last = time;
+                let names = State::DESCRIPTIONS.iter().chain(Channels::DESCRIPTIONS);
                 let values = sample.state.values().into_iter().chain(sample.channels.values());
-                if let Some((variable, value)) = names.iter().skip(3).zip(values).find(|(_, value)| !value.is_finite())
-                {
-                    found.push(format!("{} is {value}", variable.name));
+                if let Some(((name, ..), value)) = names.zip(values).find(|(_, value)| !value.is_finite()) {
+                    found.push(format!("{name} is {value}"));
                 }
-                match segments.get(sample.segment as usize) {
-                    Some(segment) if segment.mode != sample.mode => {
-                        let (mode, number) = (sample.mode, sample.segment);
+                let number = sample.segment;
+                match segments.get(number as usize) {
+                    Some(segment) if segment.mode != mode => {
                         found.push(format!(
                             "its mode is {mode:?}, that of its segment {number} is {:?}",
                             segment.mode
                         ));
                     }
-                    Some(segment) if !within(sample.time, segment) => {
+                    Some(segment) if !within(time, segment) => {
                         let (start, end) = (segment.start, segment.end);
-                        let time = sample.time;
                         found.push(format!(
                             "the time {time:?} s is not in its segment, {start:?} to {end:?} s"
                         ));
                     }
-                    None if complete => found.push(format!("there is no segment {}", sample.segment)),
+                    None if complete => found.push(format!("there is no segment {number}")),
                     _ => {}
                 }
                 if !found.is_empty() {
-                    self.problem(place(), found.join("; "));
+                    self.problem(place(row, group::TRAJECTORY), found.join("; "));
                     odd += 1;
                     if odd >= MOST {
                         return Ok(());
@@ -521,4 +500,8 @@ impl Check {
         }
         Ok(())
     }
+}
+
+fn place(row: usize, group: &str) -> String {
+    format!("row {row} of /{group}")
 }

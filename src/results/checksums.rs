@@ -14,7 +14,8 @@ use hdf5::{Dataset, File};
 
 use super::attributes::AttributeValue;
 use super::schema::{self, CHECKSUMS, attribute, group, root};
-use super::source::{DatasetInfo, Fault, Holds, Kind, Source};
+use super::source::{DatasetInfo, Fault, Holds, Object, Source};
+use super::values::Number;
 use super::{ResultError, raw};
 
 const DESCRIPTION: &str =
@@ -24,29 +25,12 @@ const DESCRIPTION: &str =
 /// slash; `None` where they cannot be read.
 pub(super) type Known = HashMap<String, Option<u32>>;
 
-/// A number as it is summed: in eight bytes, whatever it has in the file.
-pub(super) trait Summed: Copy {
-    fn bytes(self) -> [u8; 8];
-}
-
-macro_rules! summed {
-    ($($type:ty => $wide:ty),*) => {
-        $(impl Summed for $type {
-            fn bytes(self) -> [u8; 8] {
-                <$wide>::from(self).to_le_bytes()
-            }
-        })*
-    };
-}
-
-summed!(i8 => i64, i32 => i64, i64 => i64, f64 => f64);
-
 /// Adds values to a sum.
-pub(super) fn add<T: Summed>(sum: &mut crc32fast::Hasher, values: &[T]) {
+pub(super) fn add<T: Number>(sum: &mut crc32fast::Hasher, values: &[T]) {
     let mut bytes = Vec::with_capacity(8 * values.len().min(1024));
     for values in values.chunks(1024) {
         bytes.clear();
-        values.iter().for_each(|value| bytes.extend(value.bytes()));
+        values.iter().for_each(|value| bytes.extend(value.wide()));
         sum.update(&bytes);
     }
 }
@@ -56,7 +40,7 @@ pub(super) fn add<T: Summed>(sum: &mut crc32fast::Hasher, values: &[T]) {
 pub(super) struct Sums(HashMap<String, crc32fast::Hasher>);
 
 impl Sums {
-    pub(super) fn add<T: Summed>(&mut self, dataset: &Dataset, values: &[T]) {
+    pub(super) fn add<T: Number>(&mut self, dataset: &Dataset, values: &[T]) {
         add(self.0.entry(dataset.name()).or_default(), values);
     }
 
@@ -77,9 +61,9 @@ pub(super) fn of(source: &Source, known: &Known) -> Result<String, ResultError> 
     add("", of_group(source, "")?, None);
     source.walk(&mut |path, member| {
         match &member.is {
-            Kind::Group(_) => add(path, of_group(source, path)?, None),
-            Kind::Dataset(_) if path == CHECKSUMS => {}
-            Kind::Dataset(info) => {
+            Object::Group(_) => add(path, of_group(source, path)?, None),
+            Object::Dataset(_) if path == CHECKSUMS => {}
+            Object::Dataset(info) => {
                 let values = match known.get(path) {
                     _ if !is_summed_apart(info) => None,
                     Some(known) => *known,
@@ -88,9 +72,9 @@ pub(super) fn of(source: &Source, known: &Known) -> Result<String, ResultError> 
                 add(path, of_dataset(source, path, info)?, values);
             }
             // Nothing that this program wrote.
-            Kind::Not(Fault::Unnamed(_)) => {}
-            Kind::Not(fault) => return Err(source.fault(fault)),
-            Kind::Other => {}
+            Object::Not(Fault::Unnamed(_)) => {}
+            Object::Not(fault) => return Err(source.fault(fault)),
+            Object::Other => {}
         }
         Ok(())
     })?;
@@ -113,7 +97,7 @@ pub(super) fn write(file: &File, known: &Known) -> hdf5::Result<()> {
     }
     let _ = writeln!(lines, "/{CHECKSUMS} {:08x}", own.finalize());
     let dataset = raw::write_text(&meta, name, &lines)?;
-    super::attributes::describe(&dataset, "1", DESCRIPTION)
+    super::attributes::describe_text(&dataset, "1", DESCRIPTION)
 }
 
 /// The line of the checksums themselves, of whose attributes alone it is.

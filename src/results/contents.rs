@@ -4,10 +4,10 @@ use std::path::Path;
 
 use serde::Serialize;
 
-use super::attributes::AttributeValue;
+use super::attributes::{AttributeValue, plain};
 use super::check::check_sound;
-use super::source::{DatasetInfo, Fault, Kind, Source};
-use super::{ResultError, ResultFile};
+use super::source::{DatasetInfo, Fault, Object, Source};
+use super::{Reason, ResultError, ResultFile};
 
 /// What a file of this program holds, for a listing.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -33,12 +33,18 @@ impl Contents {
     pub fn read(path: &Path) -> Result<Contents, ResultError> {
         let mut contents = match ResultFile::open(path) {
             Ok(file) => file.contents()?,
-            Err(ResultError::AnotherKind { .. }) => of_file(&Source::open_known(path)?)?,
+            Err(ResultError {
+                reason: Reason::AnotherKind(_),
+                ..
+            }) => of_file(&Source::open_known(path)?)?,
             Err(error) => return Err(error),
         };
         if !contents.growing {
             contents.damage = match check_sound(path) {
-                Err(ResultError::NotAsWritten { problems, .. }) => Some(problems),
+                Err(ResultError {
+                    reason: Reason::NotAsWritten(problems),
+                    ..
+                }) => Some(problems),
                 checked => checked.map(|()| None)?,
             };
         }
@@ -66,17 +72,24 @@ fn of_file(source: &Source) -> Result<Contents, ResultError> {
     };
     list(source, "", &mut contents)?;
     source.walk(&mut |path, member| match &member.is {
-        Kind::Group(_) => list(source, path, &mut contents),
-        Kind::Dataset(info) => {
+        Object::Group(_) => list(source, path, &mut contents),
+        Object::Dataset(info) => {
             contents.variables.push(describe(source, path, &member.name, info)?);
             Ok(())
         }
-        Kind::Not(Fault::Unnamed(_)) => {
-            contents.variables.push(unnamed(path, &member.name));
+        Object::Not(Fault::Unnamed(_)) => {
+            // Nobody can ask for it by its name; whether it is a variable is not known.
+            let kind = "not read: the name is not UTF-8".to_owned();
+            contents.variables.push(VariableInfo {
+                group: group_of(path, &member.name),
+                name: member.name.clone(),
+                kind,
+                ..VariableInfo::default()
+            });
             Ok(())
         }
-        Kind::Not(fault) => Err(source.fault(fault)),
-        Kind::Other => Ok(()),
+        Object::Not(fault) => Err(source.fault(fault)),
+        Object::Other => Ok(()),
     })?;
     Ok(contents)
 }
@@ -97,21 +110,6 @@ fn list(source: &Source, group: &str, contents: &mut Contents) -> Result<(), Res
 fn group_of(path: &str, name: &str) -> String {
     let group = path.strip_suffix(name).unwrap_or_default().trim_end_matches('/');
     format!("/{group}")
-}
-
-/// What has a name by which nobody can ask for it; whether it is a variable is not known.
-fn unnamed(path: &str, name: &str) -> VariableInfo {
-    VariableInfo {
-        group: group_of(path, name),
-        name: name.to_owned(),
-        kind: "not read: the name is not UTF-8".to_owned(),
-        shape: Vec::new(),
-        units: None,
-        long_name: None,
-        flags: Vec::new(),
-        min: None,
-        max: None,
-    }
 }
 
 fn describe(source: &Source, path: &str, name: &str, info: &DatasetInfo) -> Result<VariableInfo, ResultError> {
@@ -162,11 +160,12 @@ pub struct AttributeInfo {
     /// Within its object.
     pub name: String,
     /// As stored.
+    #[serde(serialize_with = "plain")]
     pub value: AttributeValue,
 }
 
 /// A variable of a group.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Default, Serialize)]
 pub struct VariableInfo {
     /// "/trajectory", ...
     pub group: String,

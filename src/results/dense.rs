@@ -51,7 +51,7 @@ impl ResultFile {
         let in_order = starts.iter().zip(&ends).all(|(start, end)| start < end)
             && ends.iter().zip(starts.iter().skip(1)).all(|(end, next)| end <= next);
         if !in_order {
-            return Err(self.missing("pieces in order of time in /dense"));
+            return Err(self.source.missing("pieces in order of time in /dense"));
         }
         Ok(Some(DenseOutput {
             file: self,

@@ -150,17 +150,26 @@ pub(super) fn has_hdf5_signature(path: &Path) -> io::Result<bool> {
     Ok(false)
 }
 
-/// Whether both paths lead to one file, by whatever links.
-pub(crate) fn same_file(a: &Path, b: &Path) -> bool {
+/// Device and file on it; `None` where the system does not say.
+pub(super) fn number_of(found: &fs::Metadata) -> Option<(u64, u64)> {
     #[cfg(unix)]
     {
         use std::os::unix::fs::MetadataExt;
-        if let (Ok(a), Ok(b)) = (fs::metadata(a), fs::metadata(b)) {
-            return (a.dev(), a.ino()) == (b.dev(), b.ino());
-        }
+        Some((found.dev(), found.ino()))
     }
-    match (a.canonicalize(), b.canonicalize()) {
-        (Ok(a), Ok(b)) => a == b,
+    #[cfg(not(unix))]
+    {
+        let _ = found;
+        None
+    }
+}
+
+/// Whether both paths lead to one file, by whatever links.
+pub(crate) fn same_file(a: &Path, b: &Path) -> bool {
+    let numbers = [a, b].map(|path| fs::metadata(path).ok().and_then(|found| number_of(&found)));
+    match (numbers, a.canonicalize(), b.canonicalize()) {
+        ([Some(a), Some(b)], ..) => a == b,
+        (_, Ok(a), Ok(b)) => a == b,
         _ => a == b,
     }
 }

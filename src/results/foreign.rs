@@ -1,17 +1,16 @@
 //! HDF5 files of other programs: any layout, columns of numbers by their path.
 
 use std::ops::Range;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::sync::Arc;
 
 use super::ResultError;
 use super::schema::attribute;
-use super::source::{DatasetInfo, Holds, Kind, Source};
+use super::source::{DatasetInfo, Holds, Object, Source};
 
 /// An HDF5 file of any origin, open for reading.
 #[derive(Debug)]
 pub struct ForeignFile {
-    path: PathBuf,
     source: Arc<Source>,
     /// By their paths, which are in alphabetical order.
     infos: Vec<(String, DatasetInfo)>,
@@ -39,9 +38,9 @@ impl ForeignFile {
         let (mut infos, mut left_out) = (Vec::new(), None);
         source.walk(&mut |path, member| {
             match &member.is {
-                Kind::Dataset(info) => infos.push((path.to_owned(), info.clone())),
-                Kind::Not(fault) => left_out = left_out.take().or(Some(source.fault(fault))),
-                Kind::Group(_) | Kind::Other => {}
+                Object::Dataset(info) => infos.push((path.to_owned(), info.clone())),
+                Object::Not(fault) => left_out = left_out.take().or(Some(source.fault(fault))),
+                Object::Group(_) | Object::Other => {}
             }
             Ok(())
         })?;
@@ -56,7 +55,6 @@ impl ForeignFile {
             fitting.map(|(path, _)| path.clone()).collect::<Vec<_>>()
         };
         Ok(ForeignFile {
-            path: path.to_owned(),
             names: list(&|info| matches!(info.shape.len(), 1 | 2) && info.holds.is_number()),
             texts: list(&|info| info.shape.len() == 1 && info.holds == Holds::Texts),
             left_out: left_out.map(|error| error.to_string()),
@@ -67,7 +65,7 @@ impl ForeignFile {
 
     /// The file.
     pub fn path(&self) -> &Path {
-        &self.path
+        self.source.path()
     }
 
     /// Paths of the numeric variables of one or two dimensions, without a leading slash.
@@ -106,7 +104,7 @@ impl ForeignFile {
     /// If there is no such variable.
     pub fn column(&self, name: &str) -> Result<ForeignColumn, ResultError> {
         if self.info(name).is_none() {
-            return Err(self.missing(format!("variable {name}")));
+            return Err(self.source.missing(format!("variable {name}")));
         }
         Ok(ForeignColumn {
             source: Arc::clone(&self.source),
@@ -120,7 +118,7 @@ impl ForeignFile {
     /// If there is no such variable, or it is of another type.
     pub fn texts(&self, name: &str) -> Result<Vec<String>, ResultError> {
         let Some(info) = self.info(name) else {
-            return Err(self.missing(format!("variable {name}")));
+            return Err(self.source.missing(format!("variable {name}")));
         };
         match &info.holds {
             Holds::Texts => self.source.texts(name),
@@ -131,14 +129,7 @@ impl ForeignFile {
                 let codes = self.source.read_rows::<i64>(name, 0..info.size())?;
                 Ok(codes.iter().map(i64::to_string).collect())
             }
-            _ => Err(self.missing(format!("texts or whole numbers in {name}"))),
-        }
-    }
-
-    fn missing(&self, what: String) -> ResultError {
-        ResultError::Missing {
-            path: self.path.clone(),
-            what,
+            _ => Err(self.source.missing(format!("texts or whole numbers in {name}"))),
         }
     }
 }

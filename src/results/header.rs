@@ -1,6 +1,6 @@
 //! What a result file says about its run.
 
-use super::{MetaValue, schema};
+use super::{AttributeValue, schema};
 
 /// What a result file says about its run, known before the run.
 #[derive(Debug, Clone, PartialEq, Default)]
@@ -18,9 +18,9 @@ pub struct Header {
     /// Every parameter in SI and in full precision, as TOML.
     pub resolved: String,
     /// Attributes of /meta: versions, platform, command line, method, tolerances, start.
-    pub meta: Vec<(String, MetaValue)>,
+    pub meta: Vec<(String, AttributeValue)>,
     /// Attributes of /events: how its times were found.
-    pub events: Vec<(String, MetaValue)>,
+    pub events: Vec<(String, AttributeValue)>,
     /// What the tables have beyond those of every file.
     pub extension: schema::Extension,
 }
@@ -46,10 +46,3 @@ impl Status {
         }
     }
 }
-
-/// An attribute of /witness: its name, its value, and of a number the unit and the description.
-pub(crate) type WitnessAttribute = (&'static str, MetaValue, Option<(&'static str, &'static str)>);
-
-/// The attributes of /witness.
-#[derive(Debug, Clone, PartialEq)]
-pub struct WitnessAttributes(pub Vec<WitnessAttribute>);

@@ -1,14 +1,9 @@
 //! The rows of a run kept in memory, in the columns of a result file.
 
-use super::cells::{self, EVENTS, SEGMENTS, STICK_SLIP, TRAJECTORY};
+use super::rows::{PIECE_COEFFICIENTS, PIECES, TRAJECTORY, TableRows};
 use super::schema::{self, Extension, Table};
-use super::table::{Cell, Values};
-use super::{Status, StickSlipTable, WitnessAttributes};
-use crate::numerics::chebyshev::COEFFICIENTS;
-use crate::record::{Cycle, Event, Piece, Recorder, RecorderError, Sample, Segment};
-
-/// Position of the pieces of the dense output after the tables that all runs have; their coefficients come after them.
-pub(super) const PIECES: usize = STICK_SLIP + 1;
+use super::values::Values;
+use super::{AttributeValue, ResultError, Status, StickSlipTable};
 
 /// A table with its columns.
 #[derive(Debug, Clone)]
@@ -16,7 +11,7 @@ pub struct KeptTable {
     /// Name, unit and description of each column.
     pub schema: Table,
     /// In the order of `schema.variables`, all of one length.
-    pub columns: Vec<Values>,
+    pub columns: Vec<Values<'static>>,
 }
 
 impl KeptTable {
@@ -28,19 +23,9 @@ impl KeptTable {
         }
     }
 
-    fn push(&mut self, cells: impl IntoIterator<Item = Cell>) {
-        for (column, cell) in self.columns.iter_mut().zip(cells) {
-            column.push(cell);
-        }
-    }
-
     /// Number of rows.
     pub fn rows(&self) -> usize {
-        self.columns.first().map_or(0, |column| column.view().len())
-    }
-
-    fn next_index(&self) -> i32 {
-        i32::try_from(self.rows()).unwrap_or(i32::MAX)
+        self.columns.first().map_or(0, Values::len)
     }
 }
 
@@ -49,9 +34,8 @@ impl KeptTable {
 pub struct KeptRows {
     /// Those of every run, and /dense and /dense/coefficients of one with dense output.
     pub tables: Vec<KeptTable>,
-    /// The tables in which the rows were recorded, one after the other.
+    /// The tables in which the rows were recorded, one after the other. The coefficients of a piece follow the piece.
     pub order: Vec<u8>,
-    /// Of the row that comes next.
     further: Vec<f64>,
     events_alone: bool,
 }
@@ -59,11 +43,8 @@ pub struct KeptRows {
 impl KeptRows {
     /// For a run whose files have this beyond the tables of all.
     pub fn new(extension: &Extension) -> Self {
-        let tables = schema::extended_tables(extension);
-        let dense = extension.dense.then(|| schema::dense_tables(&tables[TRAJECTORY]));
-        let tables = tables.into_iter().chain(dense.into_iter().flatten());
         KeptRows {
-            tables: tables.map(KeptTable::new).collect(),
+            tables: schema::all_tables(extension).into_iter().map(KeptTable::new).collect(),
             order: Vec::new(),
             further: Vec::new(),
             events_alone: false,
@@ -75,65 +56,28 @@ impl KeptRows {
         self.events_alone = true;
         self
     }
-
-    fn record(&mut self, table: usize, cells: impl IntoIterator<Item = Cell>) {
-        self.tables[table].push(cells);
-        self.order.push(table as u8);
-    }
 }
 
-impl Recorder for KeptRows {
-    fn further(&mut self, values: &[f64]) -> Result<(), RecorderError> {
-        self.further.clear();
-        self.further.extend_from_slice(values);
-        Ok(())
+impl TableRows for KeptRows {
+    fn rows(&self, table: usize) -> usize {
+        self.tables.get(table).map_or(0, KeptTable::rows)
     }
 
-    fn sample(&mut self, sample: &Sample) -> Result<(), RecorderError> {
-        if self.events_alone {
-            return Ok(());
-        }
-        let further = std::mem::take(&mut self.further);
-        self.record(TRAJECTORY, cells::of_sample(sample, &further));
-        self.further = further;
-        Ok(())
-    }
-
-    fn event(&mut self, event: &Event) -> Result<(), RecorderError> {
-        let further = std::mem::take(&mut self.further);
-        let index = self.tables[EVENTS].next_index();
-        self.record(EVENTS, cells::of_event(index, event, &further));
-        self.further = further;
-        Ok(())
-    }
-
-    fn segment(&mut self, segment: &Segment) -> Result<(), RecorderError> {
-        let index = self.tables[SEGMENTS].next_index();
-        self.record(SEGMENTS, cells::of_segment(index, segment));
-        Ok(())
-    }
-
-    fn piece(&mut self, piece: &Piece<'_>) -> Result<(), RecorderError> {
-        if self.tables.len() > PIECES && !self.events_alone {
-            let index = self.tables[PIECES].next_index();
-            self.record(PIECES, cells::of_piece(index, piece));
-            let coefficients = &mut self.tables[PIECES + 1];
-            for degree in 0..COEFFICIENTS {
-                let number = coefficients.next_index();
-                coefficients.push(cells::of_coefficients(number, piece, degree));
+    fn take(&mut self, table: usize, row: impl Iterator<Item = f64>) -> Result<(), ResultError> {
+        let of_motion = [TRAJECTORY, PIECES, PIECE_COEFFICIENTS].contains(&table);
+        if let Some(kept) = self.tables.get_mut(table).filter(|_| !(of_motion && self.events_alone)) {
+            for (column, value) in kept.columns.iter_mut().zip(row) {
+                column.push(value);
+            }
+            if table != PIECE_COEFFICIENTS {
+                self.order.push(table as u8);
             }
         }
         Ok(())
     }
 
-    fn cycle(&mut self, cycle: &Cycle) -> Result<(), RecorderError> {
-        let index = self.tables[STICK_SLIP].next_index();
-        self.record(STICK_SLIP, cells::of_cycle(index, cycle));
-        Ok(())
-    }
-
-    fn stores_events(&self) -> bool {
-        true
+    fn further(&mut self) -> &mut Vec<f64> {
+        &mut self.further
     }
 
     fn stores_motion(&self) -> bool {
@@ -141,69 +85,18 @@ impl Recorder for KeptRows {
     }
 }
 
-/// The values of a column, wherever they are.
-#[derive(Debug, Clone, Copy)]
-pub enum ValuesView<'a> {
-    /// Codes.
-    Int8(&'a [i8]),
-    /// Indices.
-    Int32(&'a [i32]),
-    /// Counts.
-    Int64(&'a [i64]),
-    /// Quantities.
-    Float64(&'a [f64]),
-}
-
-impl ValuesView<'_> {
-    /// Number of values.
-    pub fn len(&self) -> usize {
-        match self {
-            ValuesView::Int8(values) => values.len(),
-            ValuesView::Int32(values) => values.len(),
-            ValuesView::Int64(values) => values.len(),
-            ValuesView::Float64(values) => values.len(),
-        }
-    }
-
-    /// Whether there is none.
-    pub fn is_empty(&self) -> bool {
-        self.len() == 0
-    }
-
-    fn cell(&self, row: usize) -> Cell {
-        match self {
-            ValuesView::Int8(values) => Cell::I8(values[row]),
-            ValuesView::Int32(values) => Cell::I32(values[row]),
-            ValuesView::Int64(values) => Cell::I64(values[row]),
-            ValuesView::Float64(values) => Cell::F64(values[row]),
-        }
-    }
-}
-
-impl Values {
-    /// The values.
-    pub fn view(&self) -> ValuesView<'_> {
-        match self {
-            Values::Int8(values) => ValuesView::Int8(values),
-            Values::Int32(values) => ValuesView::Int32(values),
-            Values::Int64(values) => ValuesView::Int64(values),
-            Values::Float64(values) => ValuesView::Float64(values),
-        }
-    }
-}
-
 /// [`KeptRows`] whose columns may have gone elsewhere.
 #[derive(Debug)]
 pub struct KeptView<'a> {
     /// The columns of [`KeptRows::tables`].
-    pub tables: Vec<Vec<ValuesView<'a>>>,
+    pub tables: Vec<Vec<Values<'a>>>,
     /// That of [`KeptRows`].
     pub order: &'a [u8],
 }
 
 impl KeptView<'_> {
-    pub(super) fn cells(&self, table: usize, row: usize) -> impl Iterator<Item = Cell> {
-        self.tables[table].iter().map(move |column| column.cell(row))
+    pub(super) fn row(&self, table: usize, row: usize) -> impl Iterator<Item = f64> {
+        self.tables[table].iter().map(move |column| column.at(row))
     }
 }
 
@@ -215,7 +108,7 @@ pub struct KeptEnd<'a> {
     /// The attributes of /stick_slip, and rows after those that were recorded.
     pub stick_slip: &'a StickSlipTable,
     /// What another method made of the case.
-    pub witness: Option<&'a WitnessAttributes>,
+    pub witness: Option<&'a [(String, AttributeValue)]>,
     /// s.
     pub wall_time: f64,
 }

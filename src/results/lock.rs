@@ -4,7 +4,8 @@ use std::fs::{self, File, OpenOptions, TryLockError};
 use std::io::{self, Read};
 use std::path::{Path, PathBuf};
 
-use super::ResultError;
+use super::disk::number_of;
+use super::{Reason, ResultError};
 
 /// How often a flush of the file at `path` has begun or ended: an odd number during one. `None` if nobody writes it.
 pub(super) fn flushes(path: &Path) -> Option<u64> {
@@ -66,7 +67,7 @@ impl WriteLock {
         let path = lock_path(partial);
         // A link there, a pipe or a folder was not made by this program: what a link leads to is neither created nor locked.
         if fs::symlink_metadata(&path).is_ok_and(|found| !found.is_file()) {
-            return Err(ResultError::Foreign { path });
+            return Err(Reason::Foreign.of(&path));
         }
         // Whoever asks whether the file is being written holds the lock for a moment.
         let mut patience = 5;
@@ -82,9 +83,7 @@ impl WriteLock {
                     continue;
                 }
                 Err(TryLockError::WouldBlock) => {
-                    return Err(ResultError::AnotherRun {
-                        path: partial.to_owned(),
-                    });
+                    return Err(Reason::AnotherRun.of(partial));
                 }
                 // Some network file systems have no locks: there, two runs into one file go unnoticed.
                 Err(TryLockError::Error(error)) => log::debug!("{}: no lock: {error}", path.display()),
@@ -135,17 +134,9 @@ impl Drop for WriteLock {
 
 /// Whether the open file is (still) the one at `path`.
 fn is_at(file: &File, path: &Path) -> bool {
-    #[cfg(unix)]
-    {
-        use std::os::unix::fs::MetadataExt;
-        match (file.metadata(), fs::metadata(path)) {
-            (Ok(a), Ok(b)) => (a.dev(), a.ino()) == (b.dev(), b.ino()),
-            _ => false,
-        }
-    }
-    #[cfg(not(unix))]
-    {
-        let _ = file;
-        path.exists()
+    let numbers = [file.metadata(), fs::metadata(path)].map(|found| found.ok().and_then(|found| number_of(&found)));
+    match numbers {
+        [Some(a), Some(b)] => a == b,
+        _ => path.exists(),
     }
 }

@@ -5,7 +5,6 @@
 //! [`ResultFile`] reads both, [`ForeignFile`] the HDF5 files of other programs. Every name, unit and code is in [`schema`].
 
 mod attributes;
-mod cells;
 mod certificate;
 mod check;
 mod checksums;
@@ -19,6 +18,7 @@ mod kept;
 mod lock;
 mod raw;
 mod reader;
+mod rows;
 pub mod schema;
 mod seal;
 mod source;
@@ -27,28 +27,28 @@ mod sweep;
 mod table;
 pub(crate) mod target;
 mod times;
+mod values;
 mod work_precision;
 mod writer;
 
-pub use attributes::{AttributeValue, MetaValue};
-pub use certificate::{BandColumns, CertificateTables, SensitivityTables, serve_if_asked, write_certified};
+pub use attributes::AttributeValue;
+pub(crate) use attributes::quantity;
+pub use certificate::{Addition, serve_if_asked, write_certified};
 pub use check::{CheckReport, Problem, check, check_sound, open_sound};
 pub use contents::{AttributeInfo, Contents, FlagInfo, VariableInfo};
 pub use dense::{DenseOutput, Side};
 pub(crate) use disk::{folder_of, is_hdf5};
-pub use error::ResultError;
+pub use error::{Reason, ResultError};
 pub use foreign::{ForeignColumn, ForeignFile};
-pub use header::{Header, Status, WitnessAttributes};
-pub use kept::{KeptEnd, KeptRows, KeptTable, KeptView, ValuesView};
-pub use reader::{AddedColumn, AddedGroup, Matrix, ResultFile, TableColumn};
+pub use header::{Header, Status};
+pub use kept::{KeptEnd, KeptRows, KeptTable, KeptView};
+pub use reader::{AddedGroup, Matrix, ResultFile, TableColumn};
 pub use source::{end_reading, follow_external, read_apart};
 pub use stick_slip::{Extra, StickSlipTable};
 pub(crate) use sweep::SweepHeader;
-pub use sweep::{Column, ColumnData, MergeError, MergeOptions, MergeReport, SweepFile, SweepLayout, merge};
-pub(crate) use sweep::{
-    EventForm, Partition, ShardFile, ShardPlan, SweepAxis, SweepPlan, SweepRow, SweepVariable, SweepWriter,
-};
-pub use table::Values;
+pub(crate) use sweep::{EventForm, Partition, ShardFile, ShardPlan, SweepAxis, SweepPlan, SweepRow, SweepWriter};
+pub use sweep::{MergeError, MergeOptions, MergeReport, SweepFile, SweepLayout, merge};
 pub use target::{Overwrite, Reservation, check_target, partial_path};
-pub use work_precision::{ReferenceRow, WorkPrecisionFile, WorkPrecisionRead, WorkPrecisionRow};
+pub use values::{Column, Values};
+pub use work_precision::{WorkPrecisionFile, WorkPrecisionRow};
 pub use writer::{ResultWriter, SavedRows};

@@ -1,16 +1,15 @@
 //! Reads result files, complete or partial, and lists what is in them.
 
 use std::ops::Range;
-use std::path::{Path, PathBuf};
-
-use serde::Serialize;
+use std::path::Path;
 
 use super::attributes::AttributeValue;
 use super::schema::{self, attribute, group, root};
-use super::source::{DatasetInfo, Holds, Kind, Numeric, Source};
-use super::{Extra, ResultError, Status, StickSlipTable, Values};
+use super::source::{DatasetInfo, Holds, Object, Source};
+use super::values::Number;
+use super::{Extra, Reason, ResultError, Status, StickSlipTable, Values};
 use crate::model::Mode;
-use crate::record::{Channels, Event, EventKind, Sample, Segment, State};
+use crate::record::{Channels, Cycle, Event, EventKind, Sample, Segment, State};
 
 /// Rows read at a time.
 const BLOCK: usize = 65_536;
@@ -23,7 +22,6 @@ const MOST_ROWS: usize = 1 << 21;
 /// file was opened.
 #[derive(Debug)]
 pub struct ResultFile {
-    path: PathBuf,
     pub(super) source: Source,
     status: Status,
     title: String,
@@ -37,33 +35,24 @@ impl ResultFile {
     /// No such file; not HDF5; HDF5, but not a result; of a newer format; truncated or damaged; or
     /// locked by a program that writes it.
     pub fn open(path: &Path) -> Result<Self, ResultError> {
-        let path = path.to_owned();
-        let source = Source::open(&path)?;
+        let source = Source::open(path)?;
         let found = source.text_attribute("", root::FORMAT)?;
         if found.as_deref() != Some(schema::FORMAT) {
             let own = schema::FORMATS.into_iter().find(|own| found.as_deref() == Some(*own));
-            return Err(match own {
-                Some(format) => ResultError::AnotherKind { path, format },
-                None => ResultError::NotAResult { path, found },
-            });
+            return Err(own.map_or(Reason::NotAResult(found), Reason::AnotherKind).of(path));
         }
         let mut result = ResultFile {
-            path,
             source,
             status: Status::Interrupted,
             title: String::new(),
         };
         let found = match result.attribute("", root::FORMAT_VERSION)? {
             AttributeValue::Integer(version) => version,
-            _ => return Err(result.missing("integer root attribute format_version")),
+            _ => return Err(result.source.missing("integer root attribute format_version")),
         };
         let known = i64::from(schema::FORMAT_VERSION);
         if found > known {
-            return Err(ResultError::Newer {
-                path: result.path,
-                found,
-                known,
-            });
+            return Err(Reason::Newer { found, known }.of(path));
         }
         result.status = match result.text(root::STATUS)?.as_str() {
             "complete" => Status::Complete,
@@ -76,7 +65,7 @@ impl ResultFile {
 
     /// As it was opened.
     pub fn path(&self) -> &Path {
-        &self.path
+        self.source.path()
     }
 
     /// How the run ended. A file that is still being written counts as interrupted.
@@ -93,7 +82,7 @@ impl ResultFile {
     pub fn text(&self, name: &str) -> Result<String, ResultError> {
         self.source
             .text_attribute("", name)?
-            .ok_or_else(|| self.missing(&format!("text in root attribute {name}")))
+            .ok_or_else(|| self.source.missing(format!("text in root attribute {name}")))
     }
 
     /// The TOML text as it was given.
@@ -176,32 +165,24 @@ impl ResultFile {
     ) -> Result<(), ResultError> {
         let odd = names.iter().zip(values).find(|(_, value)| !value.is_finite());
         odd.map_or(Ok(()), |(&(name, _, _), value)| {
-            let path = self.path.clone();
-            Err(ResultError::NotFinite { path, row, name, value })
+            Err(Reason::NotFinite { row, name, value }.of(self.path()))
         })
     }
 
     /// Rows `range` of the trajectory, whatever numbers they have.
     pub fn samples(&self, range: Range<usize>) -> Result<Vec<Sample>, ResultError> {
-        let modes = self.modes(group::TRAJECTORY, "mode", range.clone())?;
-        let segments: Vec<i32> = self.values(group::TRAJECTORY, "segment", range.clone())?;
-        let times = self.column("time", range.clone())?;
-        let column = |(name, _, _): &(&str, &str, &str)| self.column(name, range.clone());
-        let states = State::DESCRIPTIONS.iter().map(column).collect::<Result<Vec<_>, _>>()?;
-        let channels = Channels::DESCRIPTIONS
-            .iter()
-            .map(column)
-            .collect::<Result<Vec<_>, _>>()?;
+        let table = schema::trajectory();
+        let rows = Rows::read(self, &table, range.clone())?;
         let sample = |row: usize| {
             Ok(Sample {
-                time: times[row],
-                mode: modes[row],
-                segment: self.count(group::TRAJECTORY, range.start + row, "segment", segments[row])?,
-                state: State::from_values(std::array::from_fn(|k| states[k][row])),
-                channels: Channels::from_values(std::array::from_fn(|k| channels[k][row])),
+                time: rows.columns[0][row],
+                mode: rows.mode(1, row)?,
+                segment: rows.count(2, row)?,
+                state: State::from_values(rows.part(3, row)),
+                channels: Channels::from_values(rows.part(3 + State::COUNT, row)),
             })
         };
-        (0..times.len()).map(sample).collect()
+        (0..range.len()).map(sample).collect()
     }
 
     /// Time (s), mode and state of rows `range` of the trajectory.
@@ -209,24 +190,37 @@ impl ResultFile {
     /// # Errors
     /// A state that is not finite; or of the file.
     pub fn states(&self, range: Range<usize>) -> Result<Vec<(f64, Mode, State)>, ResultError> {
-        let modes = self.modes(group::TRAJECTORY, "mode", range.clone())?;
-        let times = self.column("time", range.clone())?;
-        let column = |(name, _, _): &(&str, &str, &str)| self.column(name, range.clone());
-        let states = State::DESCRIPTIONS.iter().map(column).collect::<Result<Vec<_>, _>>()?;
+        let mut table = schema::trajectory();
+        table.variables.truncate(3 + State::COUNT);
+        let rows = Rows::read(self, &table, range.clone())?;
         let state = |row: usize| {
-            let values = std::array::from_fn(|k| states[k][row]);
+            let values = rows.part(3, row);
             self.finite(range.start + row, State::DESCRIPTIONS, values)?;
-            Ok((times[row], modes[row], State::from_values(values)))
+            Ok((rows.columns[0][row], rows.mode(1, row)?, State::from_values(values)))
         };
-        (0..times.len()).map(state).collect()
+        (0..range.len()).map(state).collect()
     }
 
     /// Every event, in order of time.
     pub fn events(&self) -> Result<Vec<Event>, ResultError> {
-        let rows = self.few(&schema::events())?;
-        let mut events = Vec::with_capacity(rows);
-        for all in blocks(rows) {
-            events.extend(self.some_events(all)?);
+        let table = schema::events();
+        let count = self.few(&table)?;
+        let mut events = Vec::with_capacity(count);
+        for block in blocks(count) {
+            let rows = Rows::read(self, &table, block.clone())?;
+            for row in 0..block.len() {
+                let code = rows.columns[2][row] as i8;
+                let kind = EventKind::ALL.into_iter().find(|kind| kind.code() == code);
+                events.push(Event {
+                    time: rows.columns[1][row],
+                    kind: kind.ok_or_else(|| self.unknown("an event's kind", code))?,
+                    mode_after: rows.mode(3, row)?,
+                    segment: rows.count(5, row)?,
+                    before: State::from_values(rows.part(6, row)),
+                    after: State::from_values(rows.part(6 + State::COUNT, row)),
+                    internal_force: rows.columns[6 + 2 * State::COUNT][row],
+                });
+            }
         }
         Ok(events)
     }
@@ -239,71 +233,30 @@ impl ResultFile {
         self.values(group::EVENTS, name, 0..self.few(&schema::events())?)
     }
 
-    fn some_events(&self, all: Range<usize>) -> Result<Vec<Event>, ResultError> {
-        let column = |name: &str| -> Result<Vec<f64>, ResultError> { self.values(group::EVENTS, name, all.clone()) };
-        let side = |side: &str| -> Result<Vec<Vec<f64>>, ResultError> {
-            State::DESCRIPTIONS
-                .iter()
-                .map(|(name, _, _)| column(&format!("{name}_{side}")))
-                .collect()
-        };
-        let kinds: Vec<i8> = self.values(group::EVENTS, "kind", all.clone())?;
-        let modes = self.modes(group::EVENTS, "mode_after", all.clone())?;
-        let segments: Vec<i32> = self.values(group::EVENTS, "segment", all.clone())?;
-        let (times, forces) = (column("time")?, column("internal_force")?);
-        let (before, after) = (side("before")?, side("after")?);
-        let event = |row: usize| {
-            let kind = EventKind::ALL.into_iter().find(|kind| kind.code() == kinds[row]);
-            Ok(Event {
-                time: times[row],
-                kind: kind.ok_or_else(|| self.unknown("an event's kind", kinds[row]))?,
-                mode_after: modes[row],
-                segment: self.count(group::EVENTS, all.start + row, "segment", segments[row])?,
-                before: State::from_values(std::array::from_fn(|k| before[k][row])),
-                after: State::from_values(std::array::from_fn(|k| after[k][row])),
-                internal_force: forces[row],
-            })
-        };
-        (0..all.len()).map(event).collect()
-    }
-
     /// Every segment, in order of time.
     pub fn segments(&self) -> Result<Vec<Segment>, ResultError> {
-        let all = 0..self.few(&schema::segments())?;
-        let column = |name: &str| -> Result<Vec<f64>, ResultError> { self.values(group::SEGMENTS, name, all.clone()) };
-        let counts = |name: &str| -> Result<Vec<u64>, ResultError> {
-            let values: Vec<i64> = self.values(group::SEGMENTS, name, all.clone())?;
-            let count = |(row, value)| self.count(group::SEGMENTS, row, name, value);
-            values.into_iter().enumerate().map(count).collect()
-        };
-        let (starts, ends, last_steps) = (column("start")?, column("end")?, column("last_step")?);
-        let modes = self.modes(group::SEGMENTS, "mode", all.clone())?;
-        let solvers: Vec<i8> = self.values(group::SEGMENTS, "solver", all.clone())?;
-        let orders: Vec<i32> = self.values(group::SEGMENTS, "last_order", all.clone())?;
-        let (steps, rhs) = (counts("steps")?, counts("rhs_evaluations")?);
-        let (jacobians, setups) = (counts("jacobian_evaluations")?, counts("linear_solver_setups")?);
-        let (failures, iterations) = (counts("error_test_failures")?, counts("nonlinear_iterations")?);
-        let (divergences, roots) = (counts("nonlinear_convergence_failures")?, counts("root_evaluations")?);
+        let table = schema::segments();
+        let all = 0..self.few(&table)?;
+        let rows = Rows::read(self, &table, all.clone())?;
         let segment = |row: usize| {
-            let solver = schema::SOLVERS.iter().find(|flag| flag.0 == solvers[row]);
+            let code = rows.columns[4][row] as i8;
+            let solver = schema::SOLVERS.iter().find(|flag| flag.0 == code);
             Ok(Segment {
-                start: starts[row],
-                end: ends[row],
-                mode: modes[row],
-                solver: solver
-                    .ok_or_else(|| self.unknown("a segment's solver", solvers[row]))?
-                    .1,
+                start: rows.columns[1][row],
+                end: rows.columns[2][row],
+                mode: rows.mode(3, row)?,
+                solver: solver.ok_or_else(|| self.unknown("a segment's solver", code))?.1,
                 resolved: None,
-                steps: steps[row],
-                rhs_evaluations: rhs[row],
-                jacobian_evaluations: jacobians[row],
-                linear_solver_setups: setups[row],
-                error_test_failures: failures[row],
-                nonlinear_iterations: iterations[row],
-                nonlinear_convergence_failures: divergences[row],
-                root_evaluations: roots[row],
-                last_order: self.count(group::SEGMENTS, row, "last_order", orders[row])?,
-                last_step: last_steps[row],
+                steps: rows.count(5, row)?,
+                rhs_evaluations: rows.count(6, row)?,
+                jacobian_evaluations: rows.count(7, row)?,
+                linear_solver_setups: rows.count(8, row)?,
+                error_test_failures: rows.count(9, row)?,
+                nonlinear_iterations: rows.count(10, row)?,
+                nonlinear_convergence_failures: rows.count(11, row)?,
+                root_evaluations: rows.count(12, row)?,
+                last_order: rows.count(13, row)?,
+                last_step: rows.columns[14][row],
             })
         };
         all.map(segment).collect()
@@ -315,42 +268,40 @@ impl ResultFile {
         if attributes.is_empty() {
             return Ok(None);
         }
-        let find = |name: &str| attributes.iter().find(|(key, _)| key == name).map(|(_, value)| value);
-        let number = |name: &str| match find(name) {
-            Some(AttributeValue::Number(value)) => *value,
-            _ => f64::NAN,
+        let cycles = schema::stick_slip();
+        let all = 0..self.few(&cycles)?;
+        let rows = Rows::read(self, &cycles, all.clone())?;
+        let cycle = |row: usize| {
+            let [stick_duration, slip_duration, period] = rows.part(1, row);
+            Cycle {
+                stick_duration,
+                slip_duration,
+                period,
+            }
         };
-        let text = |name: &str, suffix: &str| match find(&format!("{name}{suffix}")) {
-            Some(AttributeValue::Text(text)) => text.clone(),
-            _ => String::new(),
-        };
-        let count = |name: &str| match find(name) {
-            Some(AttributeValue::Integer(value)) => u64::try_from(*value).unwrap_or(0),
-            _ => 0,
-        };
-        let all = 0..self.few(&schema::stick_slip())?;
-        let column =
-            |name: &str| -> Result<Vec<f64>, ResultError> { self.values(group::STICK_SLIP, name, all.clone()) };
         let mut table = StickSlipTable {
-            stick_duration: column("stick_duration")?,
-            slip_duration: column("slip_duration")?,
-            period: column("period")?,
-            stick_count: count(schema::STICK_SLIP_COUNTS[0].0),
-            slip_count: count(schema::STICK_SLIP_COUNTS[1].0),
+            cycles: all.map(cycle).collect(),
             ..StickSlipTable::default()
         };
-        for (quantity, (name, ..)) in table.quantities().into_iter().zip(schema::STICK_SLIP_QUANTITIES) {
-            *quantity = number(name);
-        }
+        let text = |name: &str, suffix: &str| {
+            let name = format!("{name}{suffix}");
+            let found = attributes.iter().find(|(known, _)| *known == name);
+            found.map_or_else(String::new, |(_, value)| value.to_string())
+        };
         for (name, value) in &attributes {
-            let known = schema::STICK_SLIP_QUANTITIES.iter().any(|(known, _, _)| known == name);
-            if let (AttributeValue::Number(value), false) = (value, known) {
-                table.extras.push(Extra {
+            let known = table.attributes.iter().any(|known| known.name == *name);
+            match value {
+                AttributeValue::Number(value) if !known => table.attributes.push(Extra {
                     name: name.clone(),
                     unit: text(name, attribute::UNITS_SUFFIX),
                     description: text(name, attribute::LONG_NAME_SUFFIX),
                     value: *value,
-                });
+                }),
+                value => {
+                    if let Some(value) = value.number() {
+                        table.set(name, Some(value));
+                    }
+                }
             }
         }
         Ok(Some(table))
@@ -360,28 +311,21 @@ impl ResultFile {
     /// and its one-dimensional numeric variables with up to `limit` of their first values; `None`
     /// if there is no such group.
     pub fn added_group(&self, name: &str, limit: usize) -> Result<Option<AddedGroup>, ResultError> {
-        let members = match self.source.members(name) {
-            Ok(members) => members,
-            Err(ResultError::Damaged { .. }) if !self.has(name)? => return Ok(None),
-            Err(error) => return Err(error),
+        match self.source.members(name) {
+            Err(ResultError {
+                reason: Reason::Damaged(_),
+                ..
+            }) if !self.has(name)? => return Ok(None),
+            members => members?,
         };
-        let mut columns = Vec::new();
-        for member in members {
-            let Kind::Dataset(info) = member.is else { continue };
-            if info.shape.len() == 1 && info.holds.is_number() {
-                let path = format!("{name}/{}", member.name);
-                let described = self.source.described(&path)?;
-                columns.push(AddedColumn {
-                    units: described.units,
-                    long_name: described.long_name,
-                    rows: info.size(),
-                    values: self.values(name, &member.name, 0..info.size().min(limit))?,
-                    name: member.name,
-                });
-            }
-        }
-        let attributes = self.attributes_of(name)?;
-        Ok(Some(AddedGroup { attributes, columns }))
+        let columns = self.columns_in(name)?.into_iter().map(|column| {
+            let values = self.values(name, &column.name, 0..column.rows.min(limit))?;
+            Ok((column, values))
+        });
+        Ok(Some(AddedGroup {
+            columns: columns.collect::<Result<_, ResultError>>()?,
+            attributes: self.attributes_of(name)?,
+        }))
     }
 
     /// The groups with their columns of numbers, in the order of the file; a group within another by its path. Groups without
@@ -392,7 +336,7 @@ impl ResultFile {
     pub fn tables(&self) -> Result<Vec<(String, Vec<TableColumn>)>, ResultError> {
         let mut groups = Vec::new();
         self.source.walk(&mut |path, member| {
-            if let Kind::Group(_) = member.is {
+            if let Object::Group(_) = member.is {
                 groups.push(path.to_owned());
             }
             Ok(())
@@ -411,17 +355,17 @@ impl ResultFile {
     ///
     /// # Errors
     /// There is no such column; or of the file.
-    pub fn typed_column(&self, group: &str, name: &str) -> Result<Values, ResultError> {
+    pub fn typed_column(&self, group: &str, name: &str) -> Result<Values<'static>, ResultError> {
         let info = self.dataset(group, name)?;
         let all = 0..match schema::tables().iter().any(|table| table.group == group) {
             true => self.table_rows(group)?,
             false => info.size(),
         };
         Ok(match info.holds {
-            Holds::Integers(1) => Values::Int8(self.values(group, name, all)?),
-            Holds::Integers(4) => Values::Int32(self.values(group, name, all)?),
-            Holds::Integers(_) => Values::Int64(self.values(group, name, all)?),
-            _ => Values::Float64(self.values(group, name, all)?),
+            Holds::Integers(1) => Values::Int8(self.values(group, name, all)?.into()),
+            Holds::Integers(4) => Values::Int32(self.values(group, name, all)?.into()),
+            Holds::Integers(_) => Values::Int64(self.values(group, name, all)?.into()),
+            _ => Values::Float64(self.values(group, name, all)?.into()),
         })
     }
 
@@ -439,7 +383,7 @@ impl ResultFile {
     fn columns_in(&self, group: &str) -> Result<Vec<TableColumn>, ResultError> {
         let mut columns = Vec::new();
         for member in self.source.members(group)? {
-            let Kind::Dataset(info) = member.is else { continue };
+            let Object::Dataset(info) = member.is else { continue };
             if info.shape.len() != 1 || !info.holds.is_number() {
                 continue;
             }
@@ -522,7 +466,7 @@ impl ResultFile {
         self.dataset(group::INPUT, name)?;
         self.source
             .text(&format!("{}/{name}", group::INPUT))?
-            .ok_or_else(|| self.missing(&format!("text in /{}/{name}", group::INPUT)))
+            .ok_or_else(|| self.source.missing(format!("text in /{}/{name}", group::INPUT)))
     }
 
     /// The rows of a table that is read as a whole.
@@ -562,16 +506,7 @@ impl ResultFile {
         Ok(rows)
     }
 
-    fn modes(&self, group: &str, name: &str, range: Range<usize>) -> Result<Vec<Mode>, ResultError> {
-        let codes: Vec<i8> = self.values(group, name, range)?;
-        let mode = |code: i8| Mode::ALL.into_iter().find(|mode| mode.code() == code);
-        codes
-            .into_iter()
-            .map(|code| mode(code).ok_or_else(|| self.unknown("a mode", code)))
-            .collect()
-    }
-
-    pub(super) fn values<T: Numeric>(
+    pub(super) fn values<T: Number>(
         &self,
         group: &str,
         name: &str,
@@ -580,7 +515,9 @@ impl ResultFile {
         let info = self.dataset(group, name)?;
         let size = info.size();
         if range.end > size {
-            return Err(self.missing(&format!("row {} in /{group}/{name}, but {size} rows", range.end - 1)));
+            return Err(self
+                .source
+                .missing(format!("row {} in /{group}/{name}, but {size} rows", range.end - 1)));
         }
         self.source.read_rows(&format!("{group}/{name}"), range)
     }
@@ -590,10 +527,12 @@ impl ResultFile {
         let info = self.source.dataset(&format!("{group}/{name}"))?;
         let info = match info {
             Some(info) => info,
-            None if self.has(group)? => return Err(self.missing(&format!("variable /{group}/{name}"))),
+            None if self.has(group)? => return Err(self.source.missing(format!("variable /{group}/{name}"))),
             None => {
                 let there: Vec<String> = self.source.members("")?.into_iter().map(|member| member.name).collect();
-                return Err(self.missing(&format!("group /{group} (there are: {})", there.join(", "))));
+                return Err(self
+                    .source
+                    .missing(format!("group /{group} (there are: {})", there.join(", "))));
             }
         };
         if group != group::INPUT && (info.shape.len() != 1 || !info.holds.is_number()) {
@@ -602,7 +541,7 @@ impl ResultFile {
                 info.holds.name(),
                 info.shape
             );
-            return Err(self.missing(&what));
+            return Err(self.source.missing(what));
         }
         Ok(info)
     }
@@ -610,64 +549,71 @@ impl ResultFile {
     fn attribute(&self, object: &str, name: &str) -> Result<AttributeValue, ResultError> {
         self.source
             .attribute(object, name)?
-            .ok_or_else(|| self.missing(&format!("attribute {name} in /{object}")))
+            .ok_or_else(|| self.source.missing(format!("attribute {name} in /{object}")))
     }
 
     fn attributes_of(&self, group: &str) -> Result<Vec<(String, AttributeValue)>, ResultError> {
-        self.source.attributes(group).map_err(|error| match error {
-            ResultError::Damaged { .. } if !self.has(group).unwrap_or(true) => self.missing(&format!("group /{group}")),
-            error => error,
+        self.source.attributes(group).map_err(|error| match &error.reason {
+            Reason::Damaged(_) if !self.has(group).unwrap_or(true) => self.source.missing(format!("group /{group}")),
+            _ => error,
         })
     }
 
-    /// A number that counts something.
-    fn count<T, U>(&self, group: &str, row: usize, name: &str, value: T) -> Result<U, ResultError>
-    where
-        T: Copy + std::fmt::Display,
-        U: TryFrom<T>,
-    {
-        let wrong = |_| self.missing(&format!("count in row {row} of /{group}/{name}, but {value}"));
-        U::try_from(value).map_err(wrong)
-    }
-
-    pub(super) fn missing(&self, what: &str) -> ResultError {
-        ResultError::Missing {
-            path: self.path.clone(),
-            what: what.to_owned(),
-        }
-    }
-
     fn unknown(&self, what: &'static str, code: i8) -> ResultError {
-        ResultError::UnknownCode {
-            path: self.path.clone(),
-            what,
-            code,
-        }
+        Reason::UnknownCode { what, code }.of(self.path())
+    }
+}
+
+/// Some rows of a table as numbers, column by column in the order of the schema.
+struct Rows<'a> {
+    file: &'a ResultFile,
+    table: &'a schema::Table,
+    first: usize,
+    columns: Vec<Vec<f64>>,
+}
+
+impl<'a> Rows<'a> {
+    fn read(file: &'a ResultFile, table: &'a schema::Table, range: Range<usize>) -> Result<Self, ResultError> {
+        let column = |variable: &schema::Variable| file.values(table.group, &variable.name, range.clone());
+        Ok(Rows {
+            columns: table.variables.iter().map(column).collect::<Result<_, _>>()?,
+            first: range.start,
+            file,
+            table,
+        })
+    }
+
+    /// The values of a row in `N` columns from one on.
+    fn part<const N: usize>(&self, first: usize, row: usize) -> [f64; N] {
+        std::array::from_fn(|k| self.columns[first + k][row])
+    }
+
+    fn mode(&self, column: usize, row: usize) -> Result<Mode, ResultError> {
+        let code = self.columns[column][row] as i8;
+        let mode = Mode::ALL.into_iter().find(|mode| mode.code() == code);
+        mode.ok_or_else(|| self.file.unknown("a mode", code))
+    }
+
+    /// A number that counts something.
+    fn count<T: TryFrom<i64>>(&self, column: usize, row: usize) -> Result<T, ResultError> {
+        let value = self.columns[column][row] as i64;
+        T::try_from(value).map_err(|_| {
+            let (group, name) = (self.table.group, &self.table.variables[column].name);
+            let row = self.first + row;
+            self.file
+                .source
+                .missing(format!("count in row {row} of /{group}/{name}, but {value}"))
+        })
     }
 }
 
 /// A group of which this version of the program knows the name only.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct AddedGroup {
     /// In alphabetical order.
     pub attributes: Vec<(String, AttributeValue)>,
-    /// In the order of the file.
-    pub columns: Vec<AddedColumn>,
-}
-
-/// A variable of such a group.
-#[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct AddedColumn {
-    /// As in the file.
-    pub name: String,
-    /// UDUNITS.
-    pub units: Option<String>,
-    /// What it is.
-    pub long_name: Option<String>,
-    /// Rows in the file, of which `values` are the first.
-    pub rows: usize,
-    /// One for each row.
-    pub values: Vec<f64>,
+    /// In the order of the file, each with its first values.
+    pub columns: Vec<(TableColumn, Vec<f64>)>,
 }
 
 /// Values row by row, with the numbers of rows and columns.

@@ -4,6 +4,8 @@
 //! columns are datasets of that dimension. Units are UDUNITS; codes are int8 with `flag_values` and
 //! `flag_meanings`, as CF has them.
 
+use serde::{Deserialize, Serialize};
+
 use crate::model::Mode;
 use crate::numerics::chebyshev::COEFFICIENTS;
 use crate::record::{Channels, EventKind, State};
@@ -106,7 +108,7 @@ const LONG_CHUNK: usize = 4096;
 const SHORT_CHUNK: usize = 64;
 
 /// How a column is stored, always little-endian.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Kind {
     /// Codes.
     Int8,
@@ -118,42 +120,66 @@ pub enum Kind {
     Float64,
 }
 
+impl Kind {
+    /// The name that NumPy has for it.
+    pub fn name(self) -> &'static str {
+        match self {
+            Kind::Int8 => "int8",
+            Kind::Int32 => "int32",
+            Kind::Int64 => "int64",
+            Kind::Float64 => "float64",
+        }
+    }
+}
+
 /// The meaning of a code.
 pub type Flag = (i8, &'static str);
 
 /// One variable of a table.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Variable {
     /// Within its group.
     pub name: String,
     /// Type of the values.
     pub kind: Kind,
     /// UDUNITS, "1" for a pure number.
-    pub units: &'static str,
+    pub units: String,
     /// Description.
     pub long_name: String,
     /// Empty where the variable is no code.
-    pub flags: Vec<Flag>,
+    pub flags: Vec<(i64, String)>,
+    /// What stands for nothing, in some counts.
+    pub fill: Option<i64>,
 }
 
 impl Variable {
-    pub(super) fn new(name: &str, kind: Kind, units: &'static str, long_name: &str) -> Self {
+    pub(super) fn new(name: &str, kind: Kind, units: &str, long_name: &str) -> Self {
         Variable {
             name: name.to_owned(),
             kind,
-            units,
+            units: units.to_owned(),
             long_name: long_name.to_owned(),
             flags: Vec::new(),
+            fill: None,
         }
     }
 
-    fn quantity((name, units, long_name): &(&str, &'static str, &str)) -> Self {
+    /// Doubles.
+    pub(super) fn quantity(name: &str, units: &str, long_name: &str) -> Self {
         Variable::new(name, Kind::Float64, units, long_name)
     }
 
-    pub(super) fn code(name: &str, long_name: &str, flags: Vec<Flag>) -> Self {
+    /// A time or a duration.
+    fn seconds(name: &str, long_name: &str) -> Self {
+        Variable::quantity(name, "s", long_name)
+    }
+
+    pub(super) fn code(name: &str, long_name: &str, flags: &[Flag]) -> Self {
         Variable {
-            flags,
+            flags: flags
+                .iter()
+                .map(|&(code, word)| (i64::from(code), word.to_owned()))
+                .collect(),
             ..Variable::new(name, Kind::Int8, "1", long_name)
         }
     }
@@ -162,7 +188,7 @@ impl Variable {
         Variable::new(name, Kind::Int64, "1", long_name)
     }
 
-    fn index(name: &str, long_name: &str) -> Self {
+    pub(super) fn index(name: &str, long_name: &str) -> Self {
         Variable::new(name, Kind::Int32, "1", long_name)
     }
 }
@@ -189,17 +215,11 @@ impl Table {
     }
 }
 
-/// Codes of `mode` and `mode_after` of a brake, which sticks: it is never engaged.
-pub(crate) fn mode_flags() -> Vec<Flag> {
+/// Codes of `mode` and `mode_after`. A brake sticks: its contact is never engaged, as that of trains may be.
+pub(crate) fn mode_flags(trains: bool) -> Vec<Flag> {
     let modes = Mode::ALL.iter().filter(|&&mode| mode != Mode::Engaged);
+    let modes = modes.chain(trains.then_some(&Mode::Engaged));
     modes.map(|mode| (mode.code(), mode.name())).collect()
-}
-
-/// Codes of `mode` and `mode_after` of trains.
-pub(crate) fn all_mode_flags() -> Vec<Flag> {
-    let mut flags = mode_flags();
-    flags.push((Mode::Engaged.code(), Mode::Engaged.name()));
-    flags
 }
 
 /// Codes of `kind`.
@@ -208,9 +228,7 @@ pub(crate) fn kind_flags() -> Vec<Flag> {
 }
 
 /// Codes of `sense`: the sign of the relative velocity in slip.
-pub(crate) fn sense_flags() -> Vec<Flag> {
-    vec![(-1, "backward"), (0, "none"), (1, "forward")]
-}
+const SENSES: [Flag; 3] = [(-1, "backward"), (0, "none"), (1, "forward")];
 
 /// Codes of `solver`; a solver that has no name here is -1.
 pub(crate) const SOLVERS: [Flag; 8] = [
@@ -227,12 +245,20 @@ pub(crate) const SOLVERS: [Flag; 8] = [
 /// /trajectory: a row for each sample.
 pub fn trajectory() -> Table {
     let mut variables = vec![
-        Variable::new("time", Kind::Float64, "s", "time"),
-        Variable::code("mode", "what the contact does", mode_flags()),
+        Variable::seconds("time", "time"),
+        Variable::code("mode", "what the contact does", &mode_flags(false)),
         Variable::index("segment", "index of the segment that holds the sample"),
     ];
-    variables.extend(State::DESCRIPTIONS.iter().map(Variable::quantity));
-    variables.extend(Channels::DESCRIPTIONS.iter().map(Variable::quantity));
+    variables.extend(
+        State::DESCRIPTIONS
+            .iter()
+            .map(|(name, units, long_name)| Variable::quantity(name, units, long_name)),
+    );
+    variables.extend(
+        Channels::DESCRIPTIONS
+            .iter()
+            .map(|(name, units, long_name)| Variable::quantity(name, units, long_name)),
+    );
     Table::new(group::TRAJECTORY, LONG_CHUNK, variables)
 }
 
@@ -240,32 +266,31 @@ pub fn trajectory() -> Table {
 pub fn events() -> Table {
     let mut variables = vec![
         Variable::index("event", "index of the event"),
-        Variable::new("time", Kind::Float64, "s", "time"),
-        Variable::code("kind", "what happened", kind_flags()),
-        Variable::code("mode_after", "what the contact does after the event", mode_flags()),
+        Variable::seconds("time", "time"),
+        Variable::code("kind", "what happened", &kind_flags()),
+        Variable::code(
+            "mode_after",
+            "what the contact does after the event",
+            &mode_flags(false),
+        ),
         Variable::code(
             "sense",
             "sign of the relative velocity in slip after the event",
-            sense_flags(),
+            &SENSES,
         ),
         Variable::index("segment", "index of the segment that the event ends or stands in"),
     ];
     for side in ["before", "after"] {
         variables.extend(State::DESCRIPTIONS.iter().map(|(name, units, long_name)| {
-            Variable::new(
+            Variable::quantity(
                 &format!("{name}_{side}"),
-                Kind::Float64,
                 units,
                 &format!("{long_name}, {side} the event"),
             )
         }));
     }
-    variables.push(Variable::new(
-        "internal_force",
-        Kind::Float64,
-        "N",
-        "internal force T_f/r just before the event",
-    ));
+    let long_name = "internal force T_f/r just before the event";
+    variables.push(Variable::quantity("internal_force", "N", long_name));
     Table::new(group::EVENTS, SHORT_CHUNK, variables)
 }
 
@@ -273,10 +298,10 @@ pub fn events() -> Table {
 pub fn segments() -> Table {
     let variables = vec![
         Variable::index("segment", "index of the segment"),
-        Variable::new("start", Kind::Float64, "s", "time of the segment's start"),
-        Variable::new("end", Kind::Float64, "s", "time of the segment's end"),
-        Variable::code("mode", "what the contact does", mode_flags()),
-        Variable::code("solver", "what integrated the segment", SOLVERS.to_vec()),
+        Variable::seconds("start", "time of the segment's start"),
+        Variable::seconds("end", "time of the segment's end"),
+        Variable::code("mode", "what the contact does", &mode_flags(false)),
+        Variable::code("solver", "what integrated the segment", &SOLVERS),
         Variable::count("steps", "steps of the integrator"),
         Variable::count("rhs_evaluations", "evaluations of the right-hand side"),
         Variable::count("jacobian_evaluations", "evaluations of the Jacobian"),
@@ -289,7 +314,7 @@ pub fn segments() -> Table {
         ),
         Variable::count("root_evaluations", "evaluations of the guards"),
         Variable::index("last_order", "order of the last step, 0 where it has no meaning"),
-        Variable::new("last_step", Kind::Float64, "s", "last step"),
+        Variable::seconds("last_step", "last step"),
     ];
     Table::new(group::SEGMENTS, SHORT_CHUNK, variables)
 }
@@ -298,49 +323,50 @@ pub fn segments() -> Table {
 pub fn stick_slip() -> Table {
     let variables = vec![
         Variable::index("cycle", "index of the cycle"),
-        Variable::new("stick_duration", Kind::Float64, "s", "duration of the cycle's stick"),
-        Variable::new("slip_duration", Kind::Float64, "s", "duration of the cycle's slip"),
-        Variable::new("period", Kind::Float64, "s", "time from the cycle's stick to the next"),
+        Variable::seconds("stick_duration", "duration of the cycle's stick"),
+        Variable::seconds("slip_duration", "duration of the cycle's slip"),
+        Variable::seconds("period", "time from the cycle's stick to the next"),
     ];
     Table::new(group::STICK_SLIP, SHORT_CHUNK, variables)
 }
 
 /// /runs of a work-precision study: a row for each run. `methods` are the names behind the codes.
-pub(crate) fn work_precision_runs(methods: &[&'static str]) -> Table {
-    let codes = methods.iter().zip(0i8..).map(|(name, code)| (code, *name)).collect();
-    let seconds = |name: &str, long_name: &str| Variable::new(name, Kind::Float64, "s", long_name);
+pub(crate) fn work_precision_runs(methods: &[String]) -> Table {
     let variables = vec![
         Variable::index("run", "index of the run"),
-        Variable::code("method", "integration method", codes),
-        Variable::new("rtol", Kind::Float64, "1", "solver.rtol, NaN with a fixed step"),
-        seconds("fixed_step", "solver.fixed_step, NaN with a tolerance"),
+        Variable {
+            flags: (0..).zip(methods.iter().cloned()).collect(),
+            ..Variable::code("method", "integration method", &[])
+        },
+        Variable::quantity("rtol", "1", "solver.rtol, NaN with a fixed step"),
+        Variable::seconds("fixed_step", "solver.fixed_step, NaN with a tolerance"),
         Variable::code(
             "outcome",
             "whether the run came to its end",
-            vec![(0, "complete"), (1, "failed")],
+            &[(0, "complete"), (1, "failed")],
         ),
         Variable::code(
             "same_sequence",
             "whether the events are those of the reference, in its order",
-            vec![(0, "no"), (1, "yes")],
+            &[(0, "no"), (1, "yes")],
         ),
         Variable::count("events", "events of the sequence"),
-        seconds(
+        Variable::seconds(
             "onset_error",
             "error of the first stick, NaN where there is none to compare",
         ),
-        seconds(
+        Variable::seconds(
             "final_stick_error",
             "error of the stick in which the run ends, NaN where there is none to compare",
         ),
-        seconds(
+        Variable::seconds(
             "largest_event_error",
             "largest error of all events, NaN where their sequence is another",
         ),
         Variable::count("steps", "steps of the integrators"),
         Variable::count("rhs_evaluations", "evaluations of the right-hand side"),
         Variable::count("jacobian_evaluations", "evaluations of the Jacobian"),
-        seconds("wall_time", "time of the integration, the least of its repetitions"),
+        Variable::seconds("wall_time", "time of the integration, the least of its repetitions"),
     ];
     Table::new(group::RUNS, SHORT_CHUNK, variables)
 }
@@ -349,9 +375,9 @@ pub(crate) fn work_precision_runs(methods: &[&'static str]) -> Table {
 pub(crate) fn work_precision_reference() -> Table {
     let variables = vec![
         Variable::index("event", "index of the event"),
-        Variable::code("kind", "what happened", kind_flags()),
-        Variable::new("time", Kind::Float64, "s", "time"),
-        Variable::new("time_uncertainty", Kind::Float64, "s", "uncertainty of the time"),
+        Variable::code("kind", "what happened", &kind_flags()),
+        Variable::seconds("time", "time"),
+        Variable::seconds("time_uncertainty", "uncertainty of the time"),
     ];
     Table::new(group::REFERENCE, SHORT_CHUNK, variables)
 }
@@ -388,12 +414,11 @@ pub struct Extension {
 /// The tables of the dense output, of which the second has a column for each channel of the trajectory. A piece has
 /// [`COEFFICIENTS`] rows there.
 pub(crate) fn dense_tables(trajectory: &Table) -> [Table; 2] {
-    let seconds = |name: &str, long_name: &str| Variable::new(name, Kind::Float64, "s", long_name);
     let of_trajectory = |name: &str| trajectory.variables.iter().find(|variable| variable.name == name);
     let mut pieces = vec![
         Variable::index("piece", "index of the piece"),
-        seconds("start", "time of the piece's start, a"),
-        seconds("end", "time of the piece's end, b"),
+        Variable::seconds("start", "time of the piece's start, a"),
+        Variable::seconds("end", "time of the piece's end, b"),
     ];
     pieces.extend(of_trajectory("mode").cloned());
     pieces.push(Variable::index("segment", "index of the segment that holds the piece"));
@@ -401,12 +426,19 @@ pub(crate) fn dense_tables(trajectory: &Table) -> [Table; 2] {
     let mut coefficients = vec![Variable::index("coefficient", coefficient)];
     for variable in channels(trajectory) {
         let long_name = format!("Chebyshev coefficients of {}", variable.name);
-        coefficients.push(Variable::new(&variable.name, Kind::Float64, variable.units, &long_name));
+        coefficients.push(Variable::quantity(&variable.name, &variable.units, &long_name));
     }
     [
         Table::new(group::DENSE, LONG_CHUNK / COEFFICIENTS, pieces),
         Table::new(group::DENSE_COEFFICIENTS, LONG_CHUNK, coefficients),
     ]
+}
+
+/// Every table of the file of a run, in its order: those of the dense output are the last.
+pub(super) fn all_tables(extension: &Extension) -> Vec<Table> {
+    let tables = extended_tables(extension);
+    let dense = extension.dense.then(|| dense_tables(&tables[0]));
+    tables.into_iter().chain(dense.into_iter().flatten()).collect()
 }
 
 /// The channels of a trajectory: what it has beside time, mode and segment.
@@ -417,63 +449,60 @@ pub(crate) fn channels(trajectory: &Table) -> impl Iterator<Item = &Variable> {
         .filter(|variable| variable.kind == Kind::Float64 && variable.name != "time")
 }
 
+/// Descriptions of columns of trains: the tables of all have those of a brake.
+const OF_TRAINS: [(&str, &str); 5] = [
+    (
+        "transmitted_torque",
+        "T_f, the torque that the interface must carry for equal surface accelerations",
+    ),
+    (
+        "work_applied",
+        "work of the drives, the external torques and the actuating force since the start",
+    ),
+    (
+        "dissipated_damping",
+        "energy dissipated by shafts, bearings and c_a since the start",
+    ),
+    ("rotor_twist", "twist of shaft 0 of the rotor"),
+    ("rotor_twist_rate", "twist rate of shaft 0 of the rotor"),
+];
+
 /// Every table with an extension, in the order of the file.
 pub(crate) fn extended_tables(extension: &Extension) -> [Table; 4] {
     let mut tables = tables();
     let [trajectory, events, ..] = &mut tables;
-    let column = |name: String, is_rate: bool, long_name: String| {
-        let units = if is_rate { "rad s-1" } else { "rad" };
-        Variable::new(&name, Kind::Float64, units, &long_name)
+    let further = |suffix: &str, remark: &str| -> Vec<Variable> {
+        let column = |(name, is_rate, long_name): &(String, bool, String)| {
+            let units = if *is_rate { "rad s-1" } else { "rad" };
+            Variable::quantity(&format!("{name}{suffix}"), units, &format!("{long_name}{remark}"))
+        };
+        extension.further.iter().map(column).collect()
     };
-    for (name, is_rate, long_name) in &extension.further {
-        trajectory
-            .variables
-            .push(column(name.clone(), *is_rate, long_name.clone()));
-    }
-    for side in ["before", "after"] {
-        for (name, is_rate, long_name) in &extension.further {
-            let (name, long_name) = (format!("{name}_{side}"), format!("{long_name}, {side} the event"));
-            events.variables.push(column(name, *is_rate, long_name));
-        }
-    }
+    trajectory.variables.extend(further("", ""));
+    events.variables.extend(further("_before", ", before the event"));
+    events.variables.extend(further("_after", ", after the event"));
     if extension.trains {
-        let (brake, all) = (mode_flags(), all_mode_flags());
-        for variable in tables.iter_mut().flat_map(|table| &mut table.variables) {
-            if variable.flags == brake {
-                variable.flags.clone_from(&all);
+        for (name, long_name) in OF_TRAINS {
+            for variable in trajectory.variables.iter_mut().filter(|variable| variable.name == name) {
+                long_name.clone_into(&mut variable.long_name);
             }
         }
-        for (name, long_name) in [
-            (
-                "transmitted_torque",
-                "T_f, the torque that the interface must carry for equal surface accelerations",
-            ),
-            (
-                "work_applied",
-                "work of the drives, the external torques and the actuating force since the start",
-            ),
-            (
-                "dissipated_damping",
-                "energy dissipated by shafts, bearings and c_a since the start",
-            ),
-            ("rotor_twist", "twist of shaft 0 of the rotor"),
-            ("rotor_twist_rate", "twist rate of shaft 0 of the rotor"),
-        ] {
-            for variable in &mut tables[0].variables {
-                if variable.name == name {
-                    long_name.clone_into(&mut variable.long_name);
-                }
+        let modes = Variable::code("mode", "", &mode_flags(true)).flags;
+        for variable in tables.iter_mut().flat_map(|table| &mut table.variables) {
+            if ["mode", "mode_after"].contains(&variable.name.as_str()) {
+                variable.flags.clone_from(&modes);
             }
         }
     }
     if extension.translation {
         for variable in tables.iter_mut().flat_map(|table| &mut table.variables) {
-            variable.units = match variable.units {
+            let units = match variable.units.as_str() {
                 "rad" => "m",
                 "rad s-1" => "m s-1",
                 "N m" => "N",
                 units => units,
             };
+            variable.units = units.to_owned();
             for (angular, linear) in [
                 ("rotor angle", "rotor position"),
                 ("surface angle", "surface position"),

@@ -1,49 +1,25 @@
 //! The statistics of a run's stick-slip, as the result file holds them.
 
 use super::schema;
+use crate::record::Cycle;
 
-/// The table /stick_slip. A quantity that does not exist in a run (the onset of a run that never
-/// sticks, the slip after the final stick) is NaN, in the columns and in the attributes.
+/// The table /stick_slip.
 ///
 /// Cycle k (0-based) is stick k and the slip after it; its period is from stick k to stick k+1. The
-/// final stick has no duration, so there are `stick_count - 1` cycles.
+/// final stick has no duration, so there are one fewer cycles than sticks.
 #[derive(Debug, Clone, PartialEq)]
 pub struct StickSlipTable {
-    /// s, one for each cycle; the three columns are of one length. Of a run's writer
-    /// they are empty, as it has recorded the cycles as they came.
-    pub stick_duration: Vec<f64>,
-    /// s.
-    pub slip_duration: Vec<f64>,
-    /// s.
-    pub period: Vec<f64>,
-    /// Time of the first stick, s.
-    pub onset_time: f64,
-    /// Time of the last stick, s.
-    pub final_stick_time: f64,
-    /// Sticks that began.
-    pub stick_count: u64,
-    /// Slips that began.
-    pub slip_count: u64,
-    /// s.
-    pub first_period: f64,
-    /// s.
-    pub last_period: f64,
-    /// 2 pi sqrt(J/k_t), s.
-    pub natural_period: f64,
-    /// Integral of the growth rate from the instability to the first stick.
-    pub growth_exponent: f64,
-    /// Growth from the kick to the first stick, in e-folds.
-    pub e_folds_gained: f64,
-    /// Largest |energy_residual| of the run, J.
-    pub energy_residual_max: f64,
-    /// Further quantities, each an attribute of its own.
-    pub extras: Vec<Extra>,
+    /// Empty for a writer that has recorded the cycles as they came.
+    pub cycles: Vec<Cycle>,
+    /// The attributes, as a file has them: quantities, counts, and further quantities. One that does not exist in a run (the
+    /// onset of a run that never sticks) is NaN.
+    pub attributes: Vec<Extra>,
 }
 
-/// A further quantity of /stick_slip.
+/// A quantity of /stick_slip.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Extra {
-    /// The attribute's name; none of the fields of [`StickSlipTable`].
+    /// The attribute's name.
     pub name: String,
     /// UDUNITS, "1" for a pure number.
     pub unit: String,
@@ -53,58 +29,43 @@ pub struct Extra {
     pub value: f64,
 }
 
+impl Extra {
+    /// NaN where there is no value.
+    pub fn new(name: &str, unit: &str, description: &str, value: Option<f64>) -> Self {
+        Extra {
+            name: name.to_owned(),
+            unit: unit.to_owned(),
+            description: description.to_owned(),
+            value: value.unwrap_or(f64::NAN),
+        }
+    }
+}
+
 impl Default for StickSlipTable {
-    /// No stick and no slip: no rows, counts of 0, everything else missing.
+    /// No stick and no slip: no rows, counts of 0, every quantity missing.
     fn default() -> Self {
+        let quantities = schema::STICK_SLIP_QUANTITIES.iter();
+        let quantities = quantities.map(|(name, unit, description)| Extra::new(name, unit, description, None));
+        let counts = schema::STICK_SLIP_COUNTS.iter();
+        let counts = counts.map(|(name, description)| Extra::new(name, "1", description, Some(0.0)));
         StickSlipTable {
-            stick_duration: Vec::new(),
-            slip_duration: Vec::new(),
-            period: Vec::new(),
-            onset_time: f64::NAN,
-            final_stick_time: f64::NAN,
-            stick_count: 0,
-            slip_count: 0,
-            first_period: f64::NAN,
-            last_period: f64::NAN,
-            natural_period: f64::NAN,
-            growth_exponent: f64::NAN,
-            e_folds_gained: f64::NAN,
-            energy_residual_max: f64::NAN,
-            extras: Vec::new(),
+            cycles: Vec::new(),
+            attributes: quantities.chain(counts).collect(),
         }
     }
 }
 
 impl StickSlipTable {
-    /// The attributes of /stick_slip, as a file has them: quantities, counts, and the further ones.
-    pub fn attributes(&self) -> Vec<Extra> {
-        let mut table = self.clone();
-        let quantities = schema::STICK_SLIP_QUANTITIES.iter().zip(table.quantities());
-        let quantities = quantities.map(|(&(name, unit, description), value)| (name, unit, description, *value));
-        let counts = schema::STICK_SLIP_COUNTS
-            .iter()
-            .zip([self.stick_count, self.slip_count]);
-        let counts = counts.map(|(&(name, description), count)| (name, "1", description, count as f64));
-        let named = quantities.chain(counts).map(|(name, unit, description, value)| Extra {
-            name: name.to_owned(),
-            unit: unit.to_owned(),
-            description: description.to_owned(),
-            value,
-        });
-        named.chain(self.extras.iter().cloned()).collect()
+    /// A quantity or a count; `None` where it is not known.
+    pub fn value(&self, name: &str) -> Option<f64> {
+        let found = self.attributes.iter().find(|attribute| attribute.name == name);
+        found.map(|attribute| attribute.value).filter(|value| !value.is_nan())
     }
 
-    /// The named quantities in the order of `schema::STICK_SLIP_QUANTITIES`.
-    pub(super) fn quantities(&mut self) -> [&mut f64; 8] {
-        [
-            &mut self.onset_time,
-            &mut self.final_stick_time,
-            &mut self.first_period,
-            &mut self.last_period,
-            &mut self.natural_period,
-            &mut self.growth_exponent,
-            &mut self.e_folds_gained,
-            &mut self.energy_residual_max,
-        ]
+    /// Gives a quantity or a count of every table its value, NaN where it has none.
+    pub fn set(&mut self, name: &str, value: Option<f64>) {
+        for attribute in self.attributes.iter_mut().filter(|attribute| attribute.name == name) {
+            attribute.value = value.unwrap_or(f64::NAN);
+        }
     }
 }

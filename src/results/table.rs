@@ -2,89 +2,23 @@
 
 use std::path::Path;
 
+use hdf5::dataset::DatasetBuilder;
 use hdf5::plist::file_access::LibraryVersion;
 use hdf5::plist::file_create::{FileSpaceStrategy, LinkCreationOrder};
-use hdf5::{Dataset, Group};
+use hdf5::{Dataset, Extents, Group};
 
-use super::attributes::{describe, write_codes};
-use super::checksums::{Known, Summed, Sums};
+use super::attributes::describe;
+use super::checksums::{Known, Sums};
 use super::raw;
 use super::schema::{Kind, Table, Variable};
+use super::values::{Number, Values, with_type};
 
 /// gzip: the smallest level does nearly all that can be done to shuffled doubles, at a third of the time.
-pub(super) const DEFLATE_LEVEL: u8 = 1;
-
-/// One value of a row.
-#[derive(Debug, Clone, Copy)]
-pub(super) enum Cell {
-    I8(i8),
-    I32(i32),
-    I64(i64),
-    F64(f64),
-}
-
-/// The values of a column, or those that are not yet in the file.
-#[derive(Debug, Clone, PartialEq)]
-pub enum Values {
-    /// Codes.
-    Int8(Vec<i8>),
-    /// Indices.
-    Int32(Vec<i32>),
-    /// Counts.
-    Int64(Vec<i64>),
-    /// Quantities.
-    Float64(Vec<f64>),
-}
-
-impl Values {
-    pub(super) fn new(kind: Kind, capacity: usize) -> Self {
-        match kind {
-            Kind::Int8 => Values::Int8(Vec::with_capacity(capacity)),
-            Kind::Int32 => Values::Int32(Vec::with_capacity(capacity)),
-            Kind::Int64 => Values::Int64(Vec::with_capacity(capacity)),
-            Kind::Float64 => Values::Float64(Vec::with_capacity(capacity)),
-        }
-    }
-
-    pub(super) fn push(&mut self, cell: Cell) {
-        match (self, cell) {
-            (Values::Int8(buffer), Cell::I8(value)) => buffer.push(value),
-            (Values::Int32(buffer), Cell::I32(value)) => buffer.push(value),
-            (Values::Int64(buffer), Cell::I64(value)) => buffer.push(value),
-            (Values::Float64(buffer), Cell::F64(value)) => buffer.push(value),
-            (_, cell) => unreachable!("{cell:?} is not what the schema has in this column"),
-        }
-    }
-
-    /// Writes the rows to `dataset` from row `start` on, and forgets them.
-    fn append(&mut self, dataset: &Dataset, start: usize, sums: &mut Sums) -> hdf5::Result<()> {
-        match self {
-            Values::Int8(rows) => append(rows, dataset, start, sums),
-            Values::Int32(rows) => append(rows, dataset, start, sums),
-            Values::Int64(rows) => append(rows, dataset, start, sums),
-            Values::Float64(rows) => append(rows, dataset, start, sums),
-        }
-    }
-}
-
-/// Writes `rows` to `dataset` from row `start` on, and forgets them.
-fn append<T: hdf5::H5Type + Summed>(
-    rows: &mut Vec<T>,
-    dataset: &Dataset,
-    start: usize,
-    sums: &mut Sums,
-) -> hdf5::Result<()> {
-    let end = start + rows.len();
-    sums.add(dataset, rows);
-    dataset.resize([end])?;
-    dataset.write_slice(&rows[..], start..end)?;
-    rows.clear();
-    Ok(())
-}
+const DEFLATE_LEVEL: u8 = 1;
 
 /// A group of columns that grow together.
 pub(super) struct TableWriter {
-    columns: Vec<(Dataset, Values)>,
+    columns: Vec<(Dataset, Values<'static>)>,
     /// Of the values in the file.
     sums: Sums,
     chunk: usize,
@@ -96,7 +30,7 @@ pub(super) struct TableWriter {
 impl TableWriter {
     pub(super) fn create(file: &hdf5::File, table: &Table) -> hdf5::Result<Self> {
         let group = create_group(file, table.group)?;
-        let mut columns: Vec<(Dataset, Values)> = Vec::with_capacity(table.variables.len());
+        let mut columns: Vec<(Dataset, Values<'static>)> = Vec::with_capacity(table.variables.len());
         for variable in &table.variables {
             let dataset = create_variable(&group, variable, table.chunk)?;
             match columns.first() {
@@ -129,15 +63,10 @@ impl TableWriter {
         self.written + self.buffered
     }
 
-    pub(super) fn next_index(&self) -> i32 {
-        i32::try_from(self.rows()).unwrap_or(i32::MAX)
-    }
-
     /// Buffers a row; true if it is the last of a chunk.
-    pub(super) fn push(&mut self, cells: impl IntoIterator<Item = Cell>) -> bool {
-        let mut cells = cells.into_iter();
-        for ((_, buffer), cell) in self.columns.iter_mut().zip(&mut cells) {
-            buffer.push(cell);
+    pub(super) fn push(&mut self, row: impl IntoIterator<Item = f64>) -> bool {
+        for ((_, buffer), value) in self.columns.iter_mut().zip(row) {
+            buffer.push(value);
         }
         self.buffered += 1;
         self.rows().is_multiple_of(self.chunk)
@@ -192,27 +121,29 @@ pub(super) fn create_group(parent: &Group, name: &str) -> hdf5::Result<Group> {
 }
 
 fn create_variable(group: &Group, variable: &Variable, chunk: usize) -> hdf5::Result<Dataset> {
-    let builder = group
-        .new_dataset_builder()
+    // No cache: a block goes to new space at the end of the file at once, which no metadata on
+    // disk refers to yet, and the flush that follows has only metadata to write.
+    let builder = compressed(group).chunk(chunk).chunk_cache(1, 0, 0.0);
+    let dataset = with_type!(variable.kind, create_empty(builder, 0.., &variable.name))?;
+    describe(&dataset, variable)?;
+    Ok(dataset)
+}
+
+/// A dataset whose chunks are compressed, and have checksums of HDF5's.
+pub(super) fn compressed(group: &Group) -> DatasetBuilder {
+    let builder = group.new_dataset_builder();
+    builder
         .obj_track_times(false)
         .shuffle()
         .deflate(DEFLATE_LEVEL)
         .fletcher32()
-        .chunk(chunk)
-        // No cache: a block goes to new space at the end of the file at once, which no metadata on
-        // disk refers to yet, and the flush that follows has only metadata to write.
-        .chunk_cache(1, 0, 0.0);
-    let dataset = match variable.kind {
-        Kind::Int8 => builder.empty::<i8>(),
-        Kind::Int32 => builder.empty::<i32>(),
-        Kind::Int64 => builder.empty::<i64>(),
-        Kind::Float64 => builder.empty::<f64>(),
-    }
-    .shape(0..)
-    .create(variable.name.as_str())?;
-    describe(&dataset, variable.units, &variable.long_name)?;
-    if !variable.flags.is_empty() {
-        write_codes(&dataset, variable.flags.iter().copied())?;
-    }
-    Ok(dataset)
+}
+
+/// A dataset of this type of numbers, which has none yet.
+pub(super) fn create_empty<T: Number>(
+    builder: DatasetBuilder,
+    shape: impl Into<Extents>,
+    name: &str,
+) -> hdf5::Result<Dataset> {
+    builder.empty::<T>().shape(shape).create(name)
 }

@@ -3,10 +3,10 @@
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use super::ResultError;
 use super::disk::{Obstacle, folder_of, has_hdf5_signature, in_the_way, misplaced};
 use super::lock::WriteLock;
 use super::source::Source;
+use super::{Reason, ResultError};
 use super::{schema, seal};
 
 /// What a run may replace.
@@ -80,7 +80,7 @@ pub fn partial_path(path: &Path) -> PathBuf {
 /// file that `overwrite` does not let the run replace; or another program holds a lock on it.
 pub fn check_target(path: &Path, overwrite: Overwrite, inputs: &[PathBuf]) -> Result<(), ResultError> {
     if path.to_str().is_none() {
-        return Err(ResultError::NotUtf8 { path: path.to_owned() });
+        return Err(Reason::NotUtf8.of(path));
     }
     for file in [path, &partial_path(path)] {
         if let Some(obstacle) = misplaced(file, inputs) {
@@ -98,17 +98,17 @@ pub(super) fn check_replaceable(path: &Path, overwrite: Overwrite) -> Result<(),
 }
 
 fn refusal(obstacle: Obstacle, path: &Path) -> ResultError {
-    let path = path.to_owned();
-    match obstacle {
-        Obstacle::Folder => ResultError::IsFolder { path },
-        Obstacle::NoFileName => ResultError::NoFileName { path },
-        Obstacle::NoFolder(folder) => ResultError::NoFolder { path, folder },
-        Obstacle::Input => ResultError::IsInput { path },
-        Obstacle::PipeOrDevice => ResultError::PipeOrDevice { path },
-        Obstacle::Protected => ResultError::Protected { path },
-        Obstacle::NotOwn => ResultError::Foreign { path },
-        Obstacle::NotSeen(error) => ResultError::io(&path, "looking at the file", error),
-    }
+    let reason = match obstacle {
+        Obstacle::Folder => Reason::IsFolder(path.join("result.h5")),
+        Obstacle::NoFileName => Reason::NoFileName,
+        Obstacle::NoFolder(folder) => Reason::NoFolder(folder),
+        Obstacle::Input => Reason::IsInput,
+        Obstacle::PipeOrDevice => Reason::PipeOrDevice,
+        Obstacle::Protected => Reason::Protected,
+        Obstacle::NotOwn => Reason::Foreign,
+        Obstacle::NotSeen(error) => return ResultError::io(path, "looking at the file", error),
+    };
+    reason.of(path)
 }
 
 /// Whether `path` holds a result of this program. A partial file that a kill in mid-flush left
@@ -121,7 +121,7 @@ fn is_own_result(path: &Path) -> Result<bool, ResultError> {
     let stem = path.file_stem().unwrap_or_default().to_string_lossy();
     match Source::open(path).and_then(|source| source.text_attribute("", schema::root::FORMAT)) {
         Ok(format) => Ok(format.is_some_and(|format| schema::FORMATS.contains(&format.as_str()))),
-        Err(error @ (ResultError::InUse { .. } | ResultError::NoReader { .. })) => Err(error),
+        Err(error) if matches!(error.reason, Reason::InUse | Reason::NoReader(_)) => Err(error),
         Err(_) => Ok(stem.ends_with(".partial")),
     }
 }

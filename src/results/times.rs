@@ -1,6 +1,6 @@
 //! Whether the times of a trajectory are times.
 
-use super::{ResultError, ResultFile};
+use super::{Reason, ResultError, ResultFile};
 
 impl ResultFile {
     /// Reads the times of the trajectory, block by block, and holds each against the one before it. Whoever looks for a
@@ -13,13 +13,7 @@ impl ResultFile {
         for block in self.column_blocks("time")? {
             for time in block? {
                 if !(time > before && time.is_finite()) {
-                    let path = self.path().to_owned();
-                    return Err(ResultError::Times {
-                        path,
-                        row,
-                        time,
-                        before,
-                    });
+                    return Err(Reason::Times { row, time, before }.of(self.path()));
                 }
                 (row, before) = (row + 1, time);
             }

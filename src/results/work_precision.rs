@@ -3,54 +3,15 @@
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use super::attributes::{self, write_attributes, write_root, write_text_attribute};
-use super::cells;
+use super::attributes::{quantity, write_attribute, write_attributes, write_input, write_root};
 use super::source::Source;
-use super::table::{self, Cell, TableWriter};
+use super::table::{self, TableWriter};
 use super::target::{self, Reservation};
-use super::{MetaValue, ResultError, Status, schema};
+use super::{AttributeValue, Reason, ResultError, Status, schema};
 
-/// A row of /runs; NaN where there is no value.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct WorkPrecisionRow {
-    /// Index into [`WorkPrecisionFile::methods`].
-    pub method: i8,
-    /// `solver.rtol`.
-    pub rtol: f64,
-    /// `solver.fixed_step`, s.
-    pub fixed_step: f64,
-    /// Whether the run failed.
-    pub failed: bool,
-    /// Whether its events are those of the reference.
-    pub same_sequence: bool,
-    /// Events of its sequence.
-    pub events: u64,
-    /// s.
-    pub onset_error: f64,
-    /// s.
-    pub final_stick_error: f64,
-    /// s.
-    pub largest_event_error: f64,
-    /// Of all integrators.
-    pub steps: u64,
-    /// Of the right-hand side.
-    pub rhs_evaluations: u64,
-    /// Of the Jacobian.
-    pub jacobian_evaluations: u64,
-    /// s.
-    pub wall_time: f64,
-}
-
-/// A row of /reference.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct ReferenceRow {
-    /// The code of the kind of event.
-    pub kind: i8,
-    /// s.
-    pub time: f64,
-    /// s.
-    pub uncertainty: f64,
-}
+/// A row of /runs without its index, in the order of its variables; NaN where there is no value. The method is an index into
+/// [`WorkPrecisionFile::methods`].
+pub type WorkPrecisionRow = [f64; 13];
 
 /// What the file of a study holds.
 #[derive(Debug, Clone, PartialEq, Default)]
@@ -66,31 +27,16 @@ pub struct WorkPrecisionFile {
     /// /input/resolved: the case of the first run in SI.
     pub resolved: String,
     /// Attributes of /meta.
-    pub meta: Vec<(String, MetaValue)>,
+    pub meta: Vec<(String, AttributeValue)>,
     /// Names behind the codes of `method`.
-    pub methods: Vec<&'static str>,
+    pub methods: Vec<String>,
     /// In the order of the study.
     pub runs: Vec<WorkPrecisionRow>,
     /// Attribute `description` of /reference.
     pub reference: String,
-    /// In order of time.
-    pub events: Vec<ReferenceRow>,
+    /// In order of time: the code of the kind of event, its time (s), and the uncertainty (s).
+    pub events: Vec<[f64; 3]>,
     /// Of onset, final stick and all events, s; in the order of `schema::WORK_PRECISION_UNCERTAINTIES`.
-    pub uncertainties: [f64; 3],
-}
-
-/// What is read of the file of a study.
-#[derive(Debug, Clone, PartialEq)]
-pub struct WorkPrecisionRead {
-    /// Root attribute `title`.
-    pub title: String,
-    /// In the order of the study.
-    pub runs: Vec<WorkPrecisionRow>,
-    /// (code, name) of the methods.
-    pub methods: Vec<(i64, String)>,
-    /// How the reference came about.
-    pub reference: String,
-    /// As [`WorkPrecisionFile::uncertainties`].
     pub uncertainties: [f64; 3],
 }
 
@@ -124,28 +70,21 @@ impl WorkPrecisionFile {
         matches!(format, Ok(Some(format)) if format == schema::WORK_PRECISION_FORMAT)
     }
 
-    /// Reads what a figure of it needs: title, methods, runs and uncertainties.
+    /// Reads what a figure of it needs: title, methods, runs, description of the reference and uncertainties.
     ///
     /// # Errors
     /// A file that is not there, of another kind, of a newer version of the program, or damaged.
-    pub fn read(path: &Path) -> Result<WorkPrecisionRead, ResultError> {
+    pub fn read(path: &Path) -> Result<WorkPrecisionFile, ResultError> {
         let source = Source::open_known(path)?;
         let found = source.text_attribute("", schema::root::FORMAT)?;
         if found.as_deref() != Some(schema::WORK_PRECISION_FORMAT) {
-            return Err(ResultError::NotAResult {
-                path: path.to_owned(),
-                found,
-            });
+            return Err(Reason::NotAResult(found).of(path));
         }
-        let missing = |what: String| ResultError::Missing {
-            path: path.to_owned(),
-            what,
-        };
-        let methods = source.described("runs/method")?.flags;
+        let methods = source.described("runs/method")?.flags.into_iter().map(|flag| flag.1);
         let column = |name: &str| -> Result<Vec<f64>, ResultError> {
             let variable = format!("runs/{name}");
             let found = source.dataset(&variable)?;
-            let info = found.ok_or_else(|| missing(format!("variable {variable}")))?;
+            let info = found.ok_or_else(|| source.missing(format!("variable {variable}")))?;
             source.read_rows(&variable, 0..info.size())
         };
         let columns = schema::work_precision_runs(&[]).variables;
@@ -158,16 +97,17 @@ impl WorkPrecisionFile {
                 .and_then(|known| known.number());
             *value = number.unwrap_or(f64::NAN);
         }
-        let row = |row: usize| WorkPrecisionRow::of(std::array::from_fn(|k| columns[k][row]));
+        let row = |row: usize| std::array::from_fn(|k| columns[k][row]);
         let rows = (0..columns[0].len()).map(row);
-        Ok(WorkPrecisionRead {
+        Ok(WorkPrecisionFile {
             title: source.text_attribute("", schema::root::TITLE)?.unwrap_or_default(),
             runs: rows.collect(),
-            methods,
+            methods: methods.collect(),
             reference: source
                 .text_attribute(schema::group::REFERENCE, "description")?
                 .unwrap_or_default(),
             uncertainties,
+            ..WorkPrecisionFile::default()
         })
     }
 
@@ -183,84 +123,26 @@ impl WorkPrecisionFile {
         ];
         write_root(&file, &texts)?;
         let mut runs = TableWriter::create(&file, &schema::work_precision_runs(&self.methods))?;
-        for row in &self.runs {
-            let cells = row.cells(runs.next_index());
-            runs.push(cells);
+        for (index, row) in (0..).map(f64::from).zip(&self.runs) {
+            runs.push(std::iter::once(index).chain(*row));
         }
         runs.append()?;
         let mut events = TableWriter::create(&file, &schema::work_precision_reference())?;
-        for row in &self.events {
-            let head = [Cell::I32(events.next_index()), Cell::I8(row.kind)];
-            events.push(head.into_iter().chain([row.time, row.uncertainty].map(Cell::F64)));
+        for (index, row) in (0..).map(f64::from).zip(&self.events) {
+            events.push(std::iter::once(index).chain(*row));
         }
         events.append()?;
         let reference = file.group(schema::group::REFERENCE)?;
-        write_text_attribute(&reference, "description", &self.reference)?;
+        write_attribute(&reference, "description", &self.reference)?;
         for ((name, units, long_name), value) in schema::WORK_PRECISION_UNCERTAINTIES.iter().zip(self.uncertainties) {
-            attributes::write_number_attribute(&reference, name, value)?;
-            attributes::write_companions(&reference, name, units, long_name)?;
+            write_attributes(&reference, &quantity(name, value, units, long_name))?;
         }
         let input = table::create_group(&file, schema::group::INPUT)?;
-        attributes::write_input(&input, "study", &self.study, "the study as it was given (TOML)")?;
+        write_input(&input, "study", &self.study, "the study as it was given (TOML)")?;
         let resolved = "every parameter of the first run in SI units (TOML)";
-        attributes::write_input(&input, schema::INPUT_RESOLVED, &self.resolved, resolved)?;
+        write_input(&input, schema::INPUT_RESOLVED, &self.resolved, resolved)?;
         write_attributes(&table::create_group(&file, schema::group::META)?, &self.meta)?;
         super::checksums::write(&file, &super::checksums::Known::new())?;
         file.flush()
-    }
-}
-
-impl WorkPrecisionRow {
-    /// Of the columns of /runs after its index.
-    fn of(columns: [f64; 13]) -> WorkPrecisionRow {
-        let [
-            method,
-            rtol,
-            fixed_step,
-            outcome,
-            same_sequence,
-            events,
-            errors @ ..,
-            steps,
-            rhs,
-            jacobians,
-            wall_time,
-        ] = columns;
-        let [onset_error, final_stick_error, largest_event_error] = errors;
-        WorkPrecisionRow {
-            method: method as i8,
-            rtol,
-            fixed_step,
-            failed: outcome != 0.0,
-            same_sequence: same_sequence != 0.0,
-            events: events as u64,
-            onset_error,
-            final_stick_error,
-            largest_event_error,
-            steps: steps as u64,
-            rhs_evaluations: rhs as u64,
-            jacobian_evaluations: jacobians as u64,
-            wall_time,
-        }
-    }
-
-    fn cells(&self, index: i32) -> [Cell; 14] {
-        let count = |value| Cell::I64(cells::count(value));
-        [
-            Cell::I32(index),
-            Cell::I8(self.method),
-            Cell::F64(self.rtol),
-            Cell::F64(self.fixed_step),
-            Cell::I8(self.failed.into()),
-            Cell::I8(self.same_sequence.into()),
-            count(self.events),
-            Cell::F64(self.onset_error),
-            Cell::F64(self.final_stick_error),
-            Cell::F64(self.largest_event_error),
-            count(self.steps),
-            count(self.rhs_evaluations),
-            count(self.jacobian_evaluations),
-            Cell::F64(self.wall_time),
-        ]
     }
 }

@@ -4,19 +4,15 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
-use super::attributes::{
-    MetaValue, text_value, write_attributes, write_companions, write_input, write_number_attribute, write_root,
-    write_text_attribute,
-};
-use super::cells::{self, EVENTS, SEGMENTS, STICK_SLIP, TRAJECTORY, count};
-use super::kept::{KeptEnd, KeptView, PIECES};
+use super::attributes::{quantity, text_value, write_attribute, write_attributes, write_input, write_root};
+use super::kept::{KeptEnd, KeptView};
 use super::lock::WriteLock;
+use super::rows::{EVENTS, PIECE_COEFFICIENTS, PIECES, STICK_SLIP, TRAJECTORY, TableRows};
 use super::schema;
-use super::table::{Cell, TableWriter, create_file, create_group};
+use super::table::{TableWriter, create_file, create_group};
 use super::target::{self, Overwrite, Reservation};
-use super::{Header, ResultError, Status, StickSlipTable, WitnessAttributes, checksums};
+use super::{AttributeValue, Extra, Header, Reason, ResultError, Status, StickSlipTable, checksums};
 use crate::numerics::chebyshev::COEFFICIENTS;
-use crate::record::{Cycle, Event, Piece, Recorder, RecorderError, Sample, Segment};
 
 /// Longest time between flushes, if rows come. In a flush some thousands of bytes all over the file change, which
 /// takes less than a millisecond and is not atomic: a program that reads at that very moment may
@@ -48,9 +44,6 @@ pub struct SavedRows {
 /// without that leaves the partial file, with all rows. After an error nothing more is written: the
 /// partial file stays as the last good flush left it.
 pub struct ResultWriter {
-    path: PathBuf,
-    partial: PathBuf,
-    overwrite: Overwrite,
     /// `None` after an error, and at the end.
     open: Option<Open>,
     /// Of the row that comes next.
@@ -59,14 +52,14 @@ pub struct ResultWriter {
     saved: SavedRows,
     started: Instant,
     /// Last, so that it is dropped after the file is closed.
-    lock: WriteLock,
+    place: Reservation,
 }
 
 impl std::fmt::Debug for ResultWriter {
     fn fmt(&self, formatter: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         formatter
             .debug_struct("ResultWriter")
-            .field("partial", &self.partial)
+            .field("partial", &self.place.partial)
             .finish_non_exhaustive()
     }
 }
@@ -79,37 +72,30 @@ impl ResultWriter {
     /// Those of [`super::check_target`]; another run that writes the same file; any failure to
     /// create it.
     pub fn create(path: &Path, overwrite: Overwrite, inputs: &[PathBuf], header: &Header) -> Result<Self, ResultError> {
-        let Reservation {
-            path,
-            partial,
-            overwrite,
-            lock,
-        } = Reservation::take(path, overwrite, inputs)?;
+        let place = Reservation::take(path, overwrite, inputs)?;
+        let partial = &place.partial;
         // Made under a name of the lock's and then renamed: a file that is not yet whole is never seen.
-        let made = lock.sibling();
-        let created = Open::create(&made, header).map_err(|error| ResultError::write(&partial, false, &error));
-        let open = created.and_then(|open| match fs::rename(&made, &partial) {
+        let made = place.lock.sibling();
+        let created = Open::create(&made, header).map_err(|error| ResultError::write(partial, false, &error));
+        let open = created.and_then(|open| match fs::rename(&made, partial) {
             Ok(()) => Ok(open),
-            Err(error) => Err(ResultError::not_created(&partial, error)),
+            Err(error) => Err(ResultError::not_created(partial, error)),
         });
         if open.is_err() {
             let _ = fs::remove_file(&made);
         }
         Ok(ResultWriter {
-            path,
-            partial,
-            overwrite,
             open: Some(open?),
             further: Vec::new(),
             saved: SavedRows::default(),
             started: Instant::now(),
-            lock,
+            place,
         })
     }
 
     /// Where the rows go until the run is complete.
     pub fn partial(&self) -> &Path {
-        &self.partial
+        &self.place.partial
     }
 
     /// Writes the rows that are still buffered, and flushes the file.
@@ -139,16 +125,20 @@ impl ResultWriter {
         wall_time_s: f64,
     ) -> Result<PathBuf, ResultError> {
         if self.open.is_none() && status != Status::Complete {
-            return Ok(self.partial.clone());
+            return Ok(self.place.partial.clone());
+        }
+        for cycle in &stick_slip.cycles {
+            let row = [cycle.stick_duration, cycle.slip_duration, cycle.period];
+            self.numbered(STICK_SLIP, row.into_iter())?;
         }
         self.with_open(|open, lock| open.finish(&status, stick_slip, wall_time_s, lock))?;
         self.close()?;
-        target::save(&self.partial)?;
+        target::save(&self.place.partial)?;
         if status != Status::Complete {
-            return Ok(self.partial.clone());
+            return Ok(self.place.partial.clone());
         }
-        target::rename(&self.partial, &self.path, self.overwrite)?;
-        Ok(self.path.clone())
+        target::rename(&self.place.partial, &self.place.path, self.place.overwrite)?;
+        Ok(self.place.path.clone())
     }
 
     /// Writes /witness: what another method made of the case. Once, before [`Self::finish`].
@@ -156,19 +146,8 @@ impl ResultWriter {
     /// # Errors
     ///
     /// A failure to write; [`Self::finish`] then leaves the partial file.
-    pub fn witness(&mut self, attributes: &WitnessAttributes) -> Result<(), ResultError> {
-        self.with_open(|open, _| {
-            let group = create_group(&open.file, schema::group::WITNESS)?;
-            attributes.0.iter().try_for_each(|(name, value, companions)| {
-                match value {
-                    MetaValue::Text(text) => write_text_attribute(&group, name, text)?,
-                    MetaValue::Number(number) => write_number_attribute(&group, name, *number)?,
-                }
-                companions.map_or(Ok(()), |(units, long_name)| {
-                    write_companions(&group, name, units, long_name)
-                })
-            })
-        })
+    pub fn witness(&mut self, attributes: &[(String, AttributeValue)]) -> Result<(), ResultError> {
+        self.with_open(|open, _| write_attributes(&create_group(&open.file, schema::group::WITNESS)?, attributes))
     }
 
     /// Closes the file, with whatever is buffered.
@@ -176,10 +155,10 @@ impl ResultWriter {
         let Some(open) = self.open.take() else {
             return Ok(());
         };
-        self.lock.count_flush();
+        self.place.lock.count_flush();
         let closed = open.close();
-        self.lock.count_flush();
-        closed.map_err(|error| ResultError::write(&self.partial, true, &error))
+        self.place.lock.count_flush();
+        closed.map_err(|error| ResultError::write(&self.place.partial, true, &error))
     }
 
     fn with_open(
@@ -188,33 +167,17 @@ impl ResultWriter {
     ) -> Result<(), ResultError> {
         let Some(open) = &mut self.open else {
             let detail = "an earlier write failed".to_owned();
-            return Err(ResultError::Write {
-                path: self.partial.clone(),
-                detail,
-                kept: true,
-            });
+            return Err(Reason::Write { detail, kept: true }.of(&self.place.partial));
         };
-        let result = action(open, &mut self.lock);
+        let result = action(open, &mut self.place.lock);
         self.saved = open.saved;
         result.map_err(|error| {
-            let error = ResultError::write(&self.partial, true, &error);
+            let error = ResultError::write(&self.place.partial, true, &error);
             // Closing would write what is half done over what is good. Without its handles being
             // closed HDF5 writes nothing more, not even at the end of the program.
             std::mem::forget(self.open.take());
             error
         })
-    }
-
-    /// Appends a row to a table, and whatever that completes to the file.
-    fn record(&mut self, table: usize, cells: impl IntoIterator<Item = Cell>) -> Result<(), RecorderError> {
-        self.with_open(|open, lock| {
-            if open.tables[table].push(cells) {
-                open.append_block(table, lock)
-            } else {
-                Ok(())
-            }
-        })
-        .map_err(RecorderError::from)
     }
 
     /// Writes a run that was kept in memory, row by row in the order in which it was recorded: the bytes are those of a run
@@ -236,15 +199,12 @@ impl ResultWriter {
             let table = usize::from(table);
             let row = next[table];
             next[table] += 1;
-            writer.with_open(|open, lock| {
-                if table == PIECES {
-                    open.kept_piece(rows, row)
-                } else if open.tables[table].push(rows.cells(table, row)) {
-                    open.append_block(table, lock)
-                } else {
-                    Ok(())
+            writer.take(table, rows.row(table, row))?;
+            if table == PIECES {
+                for row in row * COEFFICIENTS..(row + 1) * COEFFICIENTS {
+                    writer.take(PIECE_COEFFICIENTS, rows.row(PIECE_COEFFICIENTS, row))?;
                 }
-            })?;
+            }
         }
         if let Some(witness) = end.witness {
             writer.witness(witness)?;
@@ -268,62 +228,32 @@ impl Drop for ResultWriter {
     }
 }
 
-impl Recorder for ResultWriter {
-    fn further(&mut self, values: &[f64]) -> Result<(), RecorderError> {
-        self.further.clear();
-        self.further.extend_from_slice(values);
-        Ok(())
+impl TableRows for ResultWriter {
+    fn rows(&self, table: usize) -> usize {
+        let open = self.open.as_ref();
+        open.and_then(|open| open.tables.get(table))
+            .map_or(0, TableWriter::rows)
     }
 
-    fn sample(&mut self, sample: &Sample) -> Result<(), RecorderError> {
-        let further = std::mem::take(&mut self.further);
-        let recorded = self.record(TRAJECTORY, cells::of_sample(sample, &further));
-        self.further = further;
-        recorded
+    /// Appends a row to a table, and whatever that completes to the file.
+    fn take(&mut self, table: usize, row: impl Iterator<Item = f64>) -> Result<(), ResultError> {
+        self.with_open(
+            |open, lock| match open.tables.get_mut(table).map(|rows| rows.push(row)) {
+                Some(true) => open.append_block(table, lock),
+                _ => Ok(()),
+            },
+        )
     }
 
-    fn event(&mut self, event: &Event) -> Result<(), RecorderError> {
-        let Some(open) = &self.open else {
-            return self.record(EVENTS, []);
-        };
-        let index = open.tables[EVENTS].next_index();
-        let further = std::mem::take(&mut self.further);
-        let recorded = self.record(EVENTS, cells::of_event(index, event, &further));
-        self.further = further;
-        recorded
-    }
-
-    fn segment(&mut self, segment: &Segment) -> Result<(), RecorderError> {
-        let Some(open) = &self.open else {
-            return self.record(SEGMENTS, []);
-        };
-        let index = open.tables[SEGMENTS].next_index();
-        self.record(SEGMENTS, cells::of_segment(index, segment))
-    }
-
-    fn piece(&mut self, piece: &Piece<'_>) -> Result<(), RecorderError> {
-        self.with_open(|open, _| open.piece(piece)).map_err(RecorderError::from)
-    }
-
-    fn cycle(&mut self, cycle: &Cycle) -> Result<(), RecorderError> {
-        let Some(open) = &self.open else {
-            return self.record(STICK_SLIP, []);
-        };
-        let index = open.tables[STICK_SLIP].next_index();
-        self.record(STICK_SLIP, cells::of_cycle(index, cycle))
-    }
-
-    fn stores_events(&self) -> bool {
-        true
+    fn further(&mut self) -> &mut Vec<f64> {
+        &mut self.further
     }
 }
 
 /// The HDF5 side of a writer.
 struct Open {
     /// Before the file, so that they are dropped, and so closed, first.
-    tables: [TableWriter; 4],
-    /// Pieces and coefficients, of a run with dense output.
-    dense: Option<[TableWriter; 2]>,
+    tables: Vec<TableWriter>,
     file: hdf5::File,
     /// `None` until the first rows are on disk.
     flushed: Option<Instant>,
@@ -343,20 +273,9 @@ impl Open {
             (schema::root::STATUS, Status::Interrupted.name()),
         ];
         write_root(&file, &texts)?;
-        let described = schema::extended_tables(&header.extension);
-        let dense = header
-            .extension
-            .dense
-            .then(|| schema::dense_tables(&described[TRAJECTORY]));
-        let [trajectory, events, segments, stick_slip] = described.map(|table| TableWriter::create(&file, &table));
-        let tables = [trajectory?, events?, segments?, stick_slip?];
-        let dense = match dense {
-            None => None,
-            Some([pieces, coefficients]) => {
-                let pieces = TableWriter::create(&file, &pieces)?;
-                Some([pieces, TableWriter::create(&file, &coefficients)?])
-            }
-        };
+        let tables = schema::all_tables(&header.extension);
+        let tables = tables.iter().map(|table| TableWriter::create(&file, table));
+        let tables = tables.collect::<hdf5::Result<_>>()?;
         let input = create_group(&file, schema::group::INPUT)?;
         for (name, text, long_name) in [
             (schema::INPUT_CASE, &header.case_text, "the case as it was given (TOML)"),
@@ -371,11 +290,10 @@ impl Open {
         let meta = create_group(&file, schema::group::META)?;
         write_attributes(&meta, &header.meta)?;
         write_attributes(&file.group(schema::group::EVENTS)?, &header.events)?;
-        write_number_attribute(&meta, schema::META_WALL_TIME, f64::NAN)?;
+        write_attribute(&meta, schema::META_WALL_TIME, f64::NAN)?;
         file.flush()?;
         Ok(Open {
             tables,
-            dense,
             file,
             flushed: None,
             saved: SavedRows::default(),
@@ -383,12 +301,12 @@ impl Open {
     }
 
     /// Appends a table that has completed a chunk. The trajectory takes the other tables along, so
-    /// that what is on disk reaches to one time.
+    /// that what is on disk reaches to one time. Pieces alone are no reason for a flush.
     fn append_block(&mut self, table: usize, lock: &mut WriteLock) -> hdf5::Result<()> {
-        if table == TRAJECTORY {
-            self.append_all()?;
-        } else {
-            self.tables[table].append()?;
+        match table {
+            TRAJECTORY => self.append_all()?,
+            PIECES | PIECE_COEFFICIENTS => return self.tables[table].append(),
+            _ => self.tables[table].append()?,
         }
         let samples = self.tables[TRAJECTORY].written();
         let new = samples - self.saved.samples;
@@ -414,37 +332,7 @@ impl Open {
     }
 
     fn append_all(&mut self) -> hdf5::Result<()> {
-        let dense = self.dense.iter_mut().flatten();
-        self.tables.iter_mut().chain(dense).try_for_each(TableWriter::append)
-    }
-
-    /// Appends a piece of the motion.
-    fn piece(&mut self, piece: &Piece<'_>) -> hdf5::Result<()> {
-        let Some([pieces, coefficients]) = &mut self.dense else {
-            return Ok(());
-        };
-        let mut full = pieces.push(cells::of_piece(pieces.next_index(), piece));
-        for degree in 0..COEFFICIENTS {
-            let number = coefficients.next_index();
-            full |= coefficients.push(cells::of_coefficients(number, piece, degree));
-        }
-        if full { self.append_dense() } else { Ok(()) }
-    }
-
-    /// Appends a piece that was kept.
-    fn kept_piece(&mut self, rows: &KeptView<'_>, piece: usize) -> hdf5::Result<()> {
-        let Some([pieces, coefficients]) = &mut self.dense else {
-            return Ok(());
-        };
-        let mut full = pieces.push(rows.cells(PIECES, piece));
-        for row in piece * COEFFICIENTS..(piece + 1) * COEFFICIENTS {
-            full |= coefficients.push(rows.cells(PIECES + 1, row));
-        }
-        if full { self.append_dense() } else { Ok(()) }
-    }
-
-    fn append_dense(&mut self) -> hdf5::Result<()> {
-        self.dense.iter_mut().flatten().try_for_each(TableWriter::append)
+        self.tables.iter_mut().try_for_each(TableWriter::append)
     }
 
     fn finish(
@@ -454,46 +342,29 @@ impl Open {
         wall_time_s: f64,
         lock: &mut WriteLock,
     ) -> hdf5::Result<()> {
-        let table = &mut self.tables[STICK_SLIP];
-        let rows = stick_slip.stick_duration.iter().zip(&stick_slip.slip_duration);
-        for ((&stick_duration, &slip_duration), &period) in rows.zip(&stick_slip.period) {
-            let cycle = Cycle {
-                stick_duration,
-                slip_duration,
-                period,
-            };
-            if table.push(cells::of_cycle(table.next_index(), &cycle)) {
-                table.append()?;
-            }
-        }
         let group = self.file.group(schema::group::STICK_SLIP)?;
-        let mut values = stick_slip.clone();
-        let quantities = schema::STICK_SLIP_QUANTITIES.iter().zip(values.quantities());
-        for ((name, units, long_name), value) in quantities {
-            write_number_attribute(&group, name, *value)?;
-            write_companions(&group, name, units, long_name)?;
-        }
-        for ((name, long_name), value) in schema::STICK_SLIP_COUNTS
-            .iter()
-            .zip([stick_slip.stick_count, stick_slip.slip_count])
+        for Extra {
+            name,
+            unit,
+            description,
+            value,
+        } in &stick_slip.attributes
         {
-            group.new_attr::<i64>().create(*name)?.write_scalar(&count(value))?;
-            write_companions(&group, name, "1", long_name)?;
-        }
-        for extra in &stick_slip.extras {
-            write_number_attribute(&group, &extra.name, extra.value)?;
-            write_companions(&group, &extra.name, &extra.unit, &extra.description)?;
+            let value = match schema::STICK_SLIP_COUNTS.iter().any(|count| count.0 == *name) {
+                true => AttributeValue::Integer(*value as i64),
+                false => AttributeValue::Number(*value),
+            };
+            write_attributes(&group, &quantity(name, value, unit, description))?;
         }
         self.file
             .group(schema::group::META)?
             .attr(schema::META_WALL_TIME)?
             .write_scalar(&wall_time_s)?;
         if let Status::Failed(message) = status {
-            write_text_attribute(&self.file, schema::root::FAILURE, message)?;
+            write_attribute(&self.file, schema::root::FAILURE, message)?;
         }
         self.append_all()?;
-        let dense = self.dense.iter().flatten();
-        let known = self.tables.iter().chain(dense).flat_map(TableWriter::sums).collect();
+        let known = self.tables.iter().flat_map(TableWriter::sums).collect();
         checksums::write(&self.file, &known)?;
         // All the rest is on disk before the file says that it is complete.
         self.flush(lock)?;
@@ -505,7 +376,6 @@ impl Open {
 
     fn close(self) -> hdf5::Result<()> {
         drop(self.tables);
-        drop(self.dense);
         self.file.close()
     }
 }

@@ -2,7 +2,7 @@
 
 use super::curves::{Boundaries, BoundaryPoint, Line};
 use super::study::{Design, Study};
-use crate::results::{Column, ColumnData, ResultError, SweepWriter};
+use crate::results::{Column, ResultError, SweepWriter};
 
 fn spacing(axis: &super::axis::Axis) -> &'static str {
     match axis.range {
@@ -18,13 +18,9 @@ impl Boundaries {
             return Ok(());
         };
         let [x, y] = spec.plane.map(|k| &study.axes[k]);
-        let column = |name: &str, units: &str, long_name: &str, data| Column {
-            name: name.to_owned(),
-            units: units.to_owned(),
-            long_name: long_name.to_owned(),
-            data,
+        let counts = |name: &str, long_name: &str, rows: &mut dyn Iterator<Item = usize>| {
+            Column::counts(name, long_name, rows.map(|row| row as i64))
         };
-        let counts = |rows: Vec<usize>| ColumnData::Counts(rows.into_iter().map(|row| row as i64).collect());
         let text = |name: &'static str, text: &str| (name, text.to_owned());
         // The values of the other axes at the plane of each row.
         let outside = |rows: &[usize]| -> Vec<Column> {
@@ -35,11 +31,11 @@ impl Boundaries {
                 .filter(|(k, axis)| !spec.plane.contains(k) && axis.is_number());
             axes.map(|(k, axis)| {
                 let value = |&plane: &usize| self.planes[plane][k].as_number().unwrap_or(f64::NAN);
-                column(
+                Column::numbers(
                     &axis.name,
                     axis.unit.unwrap_or("1"),
                     axis.description,
-                    ColumnData::Numbers(rows.iter().map(value).collect()),
+                    rows.iter().map(value),
                 )
             })
             .collect()
@@ -51,50 +47,29 @@ impl Boundaries {
             .flat_map(|(k, curve)| curve.points.iter().map(move |point| (k, curve.plane, point)))
             .collect();
         let planes: Vec<usize> = rows.iter().map(|row| row.1).collect();
-        let numbers =
-            |f: &dyn Fn(&BoundaryPoint) -> f64| ColumnData::Numbers(rows.iter().map(|row| f(row.2)).collect());
+        let numbers = |name: &str, units: &str, long_name: &str, f: &dyn Fn(&BoundaryPoint) -> f64| {
+            Column::numbers(name, units, long_name, rows.iter().map(|row| f(row.2)))
+        };
+        let of_planes = "which values of the other axes";
         let mut columns = vec![
-            column(
-                "boundary_point",
-                "1",
-                "index of the point",
-                counts((0..rows.len()).collect()),
-            ),
-            column(
-                "curve",
-                "1",
-                "which connected line",
-                counts(rows.iter().map(|row| row.0).collect()),
-            ),
-            column("plane", "1", "which values of the other axes", counts(planes.clone())),
+            counts("boundary_point", "index of the point", &mut (0..rows.len())),
+            counts("curve", "which connected line", &mut rows.iter().map(|row| row.0)),
+            counts("plane", of_planes, &mut planes.iter().copied()),
         ];
         columns.extend(outside(&planes));
         for (k, axis) in [x, y].into_iter().enumerate() {
             let units = axis.unit.unwrap_or("1");
             let named = |suffix: &str| format!("{}{suffix}", axis.name);
-            columns.push(column(&axis.name, units, axis.description, numbers(&|p| p.middle()[k])));
-            columns.push(column(
-                &named("_met"),
-                units,
-                "of the run that meets the criterion",
-                numbers(&|p| p.met[k]),
-            ));
-            columns.push(column(
-                &named("_unmet"),
-                units,
-                "of the run that does not",
-                numbers(&|p| p.unmet[k]),
-            ));
+            columns.push(numbers(&axis.name, units, axis.description, &|p| p.middle()[k]));
+            let met = "of the run that meets the criterion";
+            columns.push(numbers(&named("_met"), units, met, &|p| p.met[k]));
+            let unmet = "of the run that does not";
+            columns.push(numbers(&named("_unmet"), units, unmet, &|p| p.unmet[k]));
         }
         let branches = [(0, "lower"), (1, "upper"), (2, "nose")];
         let branches = branches.map(|(code, word)| (code, word.to_owned())).to_vec();
-        let codes = rows.iter().map(|row| row.2.branch as i8).collect();
-        columns.push(column(
-            "branch",
-            "1",
-            "which part of the line",
-            ColumnData::Codes(codes, branches),
-        ));
+        let codes = rows.iter().map(|row| row.2.branch as i8);
+        columns.push(Column::codes("branch", "which part of the line", codes, branches));
         let attributes = [
             text("criterion", &spec.criterion.text()),
             text("x", &x.name),
@@ -133,26 +108,22 @@ impl Boundaries {
                 continue;
             }
             let planes: Vec<usize> = rows.iter().map(|row| row.1.plane).collect();
-            let at = |k: usize| ColumnData::Numbers(rows.iter().map(|row| row.2[k]).collect());
             let mut columns = vec![
-                column(dimension, "1", "index of the point", counts((0..rows.len()).collect())),
-                column(
-                    "line",
-                    "1",
-                    "which connected line",
-                    counts(rows.iter().map(|row| row.0).collect()),
-                ),
-                column("plane", "1", "which values of the other axes", counts(planes.clone())),
-                column(
-                    "level",
-                    "1",
-                    what,
-                    ColumnData::Numbers(rows.iter().map(|row| row.1.level).collect()),
-                ),
+                counts(dimension, "index of the point", &mut (0..rows.len())),
+                counts("line", "which connected line", &mut rows.iter().map(|row| row.0)),
+                counts("plane", of_planes, &mut planes.iter().copied()),
+                Column::numbers("level", "1", what, rows.iter().map(|row| row.1.level)),
             ];
             columns.extend(outside(&planes));
-            columns.push(column(&x.name, x.unit.unwrap_or("1"), x.description, at(0)));
-            columns.push(column(&y.name, y.unit.unwrap_or("1"), y.description, at(1)));
+            for (k, axis) in [x, y].into_iter().enumerate() {
+                let values = rows.iter().map(|row| row.2[k]);
+                columns.push(Column::numbers(
+                    &axis.name,
+                    axis.unit.unwrap_or("1"),
+                    axis.description,
+                    values,
+                ));
+            }
             writer.add_table(group, &[text("x", &x.name), text("y", &y.name)], &columns)?;
         }
         Ok(())

@@ -3,17 +3,17 @@
 use super::curves::Boundaries;
 use super::error::SweepError;
 use super::journal::Journal;
-use super::quantities::{NO_COUNT, is_open};
+use super::quantities::{EventRow, NO_COUNT, is_open};
 use super::report::NAMED_FAILURES;
 use super::running::Points;
 use super::shard::Part;
 use super::study::{Design, Study};
 use crate::case::{Motion, Setting};
 use crate::provenance;
-use crate::results::schema::{META_MOTION, META_POINT_COMMAND, META_SHOW};
+use crate::results::schema::{Kind, META_MOTION, META_POINT_COMMAND, META_SHOW, Variable};
 use crate::results::{
-    EventForm, MetaValue, Overwrite, Reservation, ShardPlan, Status, SweepAxis, SweepHeader, SweepLayout, SweepPlan,
-    SweepRow, SweepVariable, SweepWriter,
+    AttributeValue, EventForm, Overwrite, Reservation, ShardPlan, Status, SweepAxis, SweepHeader, SweepLayout,
+    SweepPlan, SweepRow, SweepWriter,
 };
 use std::path::{Path, PathBuf};
 
@@ -33,13 +33,13 @@ const LONGEST_COMMAND: usize = 32_768;
 pub(crate) fn header(study: &Study) -> SweepHeader {
     let mut meta = provenance::build();
     if let Some(tolerance) = study.default_tolerance() {
-        meta.push(("default_rtol".to_owned(), MetaValue::Number(tolerance)));
+        meta.push(("default_rtol".to_owned(), AttributeValue::Number(tolerance)));
     }
     meta.extend(command_attribute(study));
     let motion = study.words.motion_attribute();
-    meta.extend(motion.map(|motion| (META_MOTION.to_owned(), MetaValue::Text(motion.to_owned()))));
+    meta.extend(motion.map(|motion| (META_MOTION.to_owned(), AttributeValue::Text(motion.to_owned()))));
     if !study.show.is_empty() {
-        meta.push((META_SHOW.to_owned(), MetaValue::Text(study.show.join(" "))));
+        meta.push((META_SHOW.to_owned(), AttributeValue::Text(study.show.join(" "))));
     }
     SweepHeader {
         title: study.title.clone(),
@@ -55,9 +55,9 @@ pub(crate) fn header(study: &Study) -> SweepHeader {
 
 /// The attribute of /meta with the command that runs a point; none where it is too long for an attribute, which has less
 /// than 64 KiB.
-pub(crate) fn command_attribute(study: &Study) -> Option<(String, MetaValue)> {
+pub(crate) fn command_attribute(study: &Study) -> Option<(String, AttributeValue)> {
     let command = study.point_command();
-    (command.len() < LONGEST_COMMAND).then(|| (META_POINT_COMMAND.to_owned(), MetaValue::Text(command)))
+    (command.len() < LONGEST_COMMAND).then(|| (META_POINT_COMMAND.to_owned(), AttributeValue::Text(command)))
 }
 
 /// Makes the sweep file from the journal, in the order of the points.
@@ -82,13 +82,10 @@ pub(super) fn write(
         Some(number) if words[axis].is_empty() => number,
         _ => words[axis].iter().position(|word| *word == value.word()).unwrap_or(0) as f64,
     };
-    let axes = study.axes.iter().enumerate().map(|(k, axis)| SweepAxis {
-        name: axis.name.clone(),
-        keys: axis.keys.join(" "),
-        units: axis.unit.unwrap_or("1").to_owned(),
-        long_name: axis.description.to_owned(),
-        words: words[k].clone(),
-        values: axis.levels.iter().map(|level| code(k, level)).collect(),
+    let axes = study.axes.iter().enumerate().map(|(k, axis)| {
+        let (keys, unit) = (axis.keys.join(" "), axis.unit.unwrap_or("1"));
+        let values = axis.levels.iter().map(|level| code(k, level)).collect();
+        SweepAxis::new(&axis.name, keys, unit, axis.description, &words[k], values)
     });
     let whole = layout;
     // The points of a shard are no grid.
@@ -103,7 +100,6 @@ pub(super) fn write(
             shard: part.shard,
             partition: part.partition.clone(),
             layout: whole,
-            shape: part.shape.clone(),
         }),
     };
     let mut writer = SweepWriter::create(Reservation::take(path, overwrite, &study.files)?, &header(study), &plan)?;
@@ -128,19 +124,11 @@ pub(super) fn write(
         };
         if let Some(outcome) = journal.read(number)? {
             done += 1;
-            row.events = outcome
-                .events
-                .iter()
-                .map(|e| {
-                    (
-                        e.time,
-                        e.kind.code(),
-                        e.mode_after,
-                        e.relative_velocity,
-                        e.internal_force,
-                    )
-                })
-                .collect();
+            let event = |e: &EventRow| {
+                let codes = [e.kind.code(), e.mode_after].map(f64::from);
+                [e.time, codes[0], codes[1], e.relative_velocity, e.internal_force]
+            };
+            row.events = outcome.events.iter().map(event).collect();
             match outcome.result {
                 Ok(values) => {
                     unfinished += u64::from(is_open(study.quantities(), &values));
@@ -183,12 +171,13 @@ pub(crate) fn event_form(study: &Study) -> EventForm {
 }
 
 /// The variables of a sweep file: one for each quantity of the study.
-pub(crate) fn sweep_variables(study: &Study) -> Vec<SweepVariable> {
-    let variables = study.quantities().iter().map(|quantity| SweepVariable {
+pub(crate) fn sweep_variables(study: &Study) -> Vec<Variable> {
+    let variables = study.quantities().iter().map(|quantity| Variable {
         name: quantity.name.to_owned(),
+        kind: if quantity.count { Kind::Int64 } else { Kind::Float64 },
         units: quantity.unit.to_owned(),
         long_name: quantity.description.to_owned(),
-        count_fill: quantity.count.then_some(NO_COUNT),
+        fill: quantity.count.then_some(NO_COUNT),
         flags: quantity
             .flags
             .iter()

@@ -13,7 +13,7 @@ use super::shard::{Part, Shard};
 use super::study::{Design, Study};
 use super::worker_pool::{Threads, Work, WorkerPool};
 use crate::case::Case;
-use crate::results::{Overwrite, ResultError, check_target};
+use crate::results::{Overwrite, Reason, check_target};
 use crate::simulation::Progress;
 use crate::workers::processors;
 use std::collections::HashMap;
@@ -140,8 +140,8 @@ impl<'a> Sweep<'a> {
         let folder = folder_of_runs(self.path);
         if self.study.keep.trajectory && folder == self.path {
             let what = "the results of its runs";
-            let path = self.path.to_owned();
-            return Err(ResultError::Reserved { path, what }.into());
+            let instead = self.path.with_extension("h5");
+            return Err(Reason::Reserved { what, instead }.of(self.path).into());
         }
         if self.study.keep.trajectory && folder.exists() && !folder.is_dir() {
             return Err(SweepError::NoFolder { path: folder });
@@ -171,14 +171,11 @@ fn run(
     let journal_file = journal_path(path);
     if journal_file == path {
         let what = "the outcomes of its points";
-        return Err(ResultError::Reserved {
-            path: path.to_owned(),
-            what,
-        }
-        .into());
+        let instead = path.with_extension("h5");
+        return Err(Reason::Reserved { what, instead }.of(path).into());
     }
     if study.files.contains(&journal_file) {
-        return Err(ResultError::IsInput { path: journal_file }.into());
+        return Err(Reason::IsInput.of(&journal_file).into());
     }
     let nothing_left = || Ok::<_, SweepError>(!journal_file.exists() && ranks_left(path)?.is_empty());
     if sweep.resume && path.exists() && nothing_left()? {

@@ -114,8 +114,6 @@ pub(super) struct Part {
     /// Counted from 0.
     pub(super) shard: usize,
     pub(super) partition: Partition,
-    /// Lengths of the axes of a grid, the number of points of a table.
-    pub(super) shape: Vec<usize>,
 }
 
 impl Part {
@@ -134,7 +132,6 @@ impl Part {
         Ok(Part {
             shard: shard.index() - 1,
             partition: Partition::new(&shape, shard.count()),
-            shape,
         })
     }
 

@@ -5,8 +5,8 @@ use std::path::Path;
 
 use libtest_mimic::{Completion, Failed};
 use stickslip::model::Mode;
-use stickslip::record::{Channels, Event, EventKind, Recorder, RecorderError, Sample, Segment, State};
-use stickslip::results::{Extra, Header, MetaValue, Overwrite, ResultWriter, Status, StickSlipTable};
+use stickslip::record::{Channels, Cycle, Event, EventKind, Recorder, RecorderError, Sample, Segment, State};
+use stickslip::results::{AttributeValue, Extra, Header, Overwrite, ResultWriter, Status, StickSlipTable};
 
 pub use stickslip::record::MemoryRecorder as Rows;
 
@@ -97,36 +97,49 @@ pub fn header() -> Header {
         meta: vec![
             (
                 "program".to_owned(),
-                MetaValue::Text("stickslip 0.0.0 (0123abc)".to_owned()),
+                AttributeValue::Text("stickslip 0.0.0 (0123abc)".to_owned()),
             ),
-            ("method".to_owned(), MetaValue::Text("auto".to_owned())),
-            ("rtol".to_owned(), MetaValue::Number(1e-10)),
+            ("method".to_owned(), AttributeValue::Text("auto".to_owned())),
+            ("rtol".to_owned(), AttributeValue::Number(1e-10)),
         ],
     }
 }
 
-pub fn stick_slip() -> StickSlipTable {
-    StickSlipTable {
-        stick_duration: vec![5e-5, 6e-5, 7e-5],
-        slip_duration: vec![1.9e-4, 1.8e-4, 1.7e-4],
-        period: vec![2.4e-4, 2.4e-4, f64::NAN],
-        onset_time: 6.975,
-        final_stick_time: 6.9896,
-        stick_count: 4,
-        slip_count: 3,
-        first_period: 2.4e-4,
-        last_period: 2.41e-4,
-        natural_period: 2.406e-4,
-        growth_exponent: f64::NAN,
-        e_folds_gained: 14.25,
-        energy_residual_max: -0.0,
-        extras: vec![Extra {
-            name: "stick_growth".to_owned(),
-            unit: "s-1".to_owned(),
-            description: "rate at which sticks lengthen".to_owned(),
-            value: 3.5,
-        }],
+fn cycle(stick_duration: f64, slip_duration: f64, period: f64) -> Cycle {
+    Cycle {
+        stick_duration,
+        slip_duration,
+        period,
     }
+}
+
+pub fn stick_slip() -> StickSlipTable {
+    let mut table = StickSlipTable {
+        cycles: vec![
+            cycle(5e-5, 1.9e-4, 2.4e-4),
+            cycle(6e-5, 1.8e-4, 2.4e-4),
+            cycle(7e-5, 1.7e-4, f64::NAN),
+        ],
+        ..StickSlipTable::default()
+    };
+    for (name, value) in [
+        ("onset_time", 6.975),
+        ("final_stick_time", 6.9896),
+        ("stick_count", 4.0),
+        ("slip_count", 3.0),
+        ("first_period", 2.4e-4),
+        ("last_period", 2.41e-4),
+        ("natural_period", 2.406e-4),
+        ("e_folds_gained", 14.25),
+        ("energy_residual_max", -0.0),
+    ] {
+        table.set(name, Some(value));
+    }
+    let description = "rate at which sticks lengthen";
+    table
+        .attributes
+        .push(Extra::new("stick_growth", "s-1", description, Some(3.5)));
+    table
 }
 
 /// A complete file of `count` samples.

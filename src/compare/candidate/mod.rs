@@ -25,7 +25,7 @@ use super::{Channel, CompareError, Found, saved_case};
 use crate::case::quantity::Dimension;
 use crate::model::system::Pressing;
 use crate::quote::shown;
-use crate::results::{ForeignFile, ResultError, ResultFile, check_sound};
+use crate::results::{ForeignFile, Reason, ResultFile, check_sound};
 use binout::BinoutTable;
 use csv::CsvTable;
 use hdf5::{ForeignTable, OwnTable};
@@ -78,7 +78,7 @@ impl Candidate {
                     check_sound(path)?;
                     return Candidate::own(path, file, physics);
                 }
-                Err(ResultError::NotAResult { .. }) => {}
+                Err(error) if matches!(error.reason, Reason::NotAResult(_)) => {}
                 Err(error) => return Err(error.into()),
             }
         }

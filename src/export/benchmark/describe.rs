@@ -2,7 +2,7 @@
 
 use super::super::table::{Column, Kind};
 use super::{About, MARK, RO_CRATE};
-use serde_json::{Map, Value, json};
+use serde_json::{Value, json};
 
 /// A file of the package.
 #[derive(Debug, Clone, PartialEq)]
@@ -42,7 +42,6 @@ fn field(column: &Column) -> Value {
         Kind::Number => "number",
         Kind::Whole => "integer",
         Kind::Code => "string",
-        Kind::Boolean => "boolean",
     };
     let mut field = json!({ "name": column.name, "type": kind, "description": column.long_name });
     if column.kind == Kind::Number {
@@ -119,27 +118,21 @@ pub(super) fn ro_crate(about: &About, resources: &[Resource]) -> String {
     let reference = |id: &str| json!({ "@id": id });
     let mut parts: Vec<Value> = resources.iter().map(|resource| reference(&resource.path)).collect();
     parts.push(reference(super::DATA_PACKAGE));
-    let mut root: Map<String, Value> = Map::new();
-    for (key, value) in [
-        ("@id", Value::from("./")),
-        ("@type", "Dataset".into()),
-        ("name", about.title.as_str().into()),
-        ("description", description(about).into()),
-        ("datePublished", about.made.get(..10).unwrap_or_default().into()),
-        (
-            "keywords",
-            "friction, stick-slip, event location, reference solution".into(),
-        ),
-        ("hasPart", parts.into()),
-        ("mentions", reference("#run")),
-    ] {
-        root.insert(key.to_owned(), value);
-    }
+    let mut root = json!({
+        "@id": "./",
+        "@type": "Dataset",
+        "name": about.title,
+        "description": description(about),
+        "datePublished": about.made.get(..10).unwrap_or_default(),
+        "keywords": "friction, stick-slip, event location, reference solution",
+        "hasPart": parts,
+        "mentions": reference("#run"),
+    });
     let mut further = Vec::new();
     match &about.terms.license {
         Some(id) => {
             let page = license_page(id);
-            root.insert("license".to_owned(), reference(&page));
+            root["license"] = reference(&page);
             further.push(json!({
                 "@id": page,
                 "@type": "CreativeWork",
@@ -148,12 +141,11 @@ pub(super) fn ro_crate(about: &About, resources: &[Resource]) -> String {
             }));
         }
         None => {
-            let nothing = "No licence is stated; ask whoever published this package.";
-            root.insert("license".to_owned(), nothing.into());
+            root["license"] = "No licence is stated; ask whoever published this package.".into();
         }
     }
     if let Some(name) = &about.terms.author {
-        root.insert("author".to_owned(), reference("#author"));
+        root["author"] = reference("#author");
         further.push(json!({ "@id": "#author", "@type": "Person", "name": name }));
     }
     let file = |resource: &Resource| {
@@ -173,7 +165,7 @@ pub(super) fn ro_crate(about: &About, resources: &[Resource]) -> String {
             "conformsTo": { "@id": "https://w3id.org/ro/crate/1.1" },
             "about": { "@id": "./" },
         }),
-        Value::Object(root),
+        root,
     ];
     graph.extend(resources.iter().map(file));
     graph.push(json!({

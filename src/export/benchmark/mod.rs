@@ -14,10 +14,11 @@ mod parameters;
 use super::request::{Which, columns};
 use super::table::{Column, Kind, Table};
 use super::{ExportError, csv};
+use crate::case::{CaseSource, Words};
 use crate::provenance;
 use crate::record::EventKind;
 use crate::results::schema::{TIME_UNCERTAINTY, group};
-use crate::results::{AttributeValue, ResultFile, folder_of, open_sound};
+use crate::results::{ResultFile, folder_of, open_sound};
 use describe::Resource;
 use sha2::{Digest, Sha256};
 use std::fs;
@@ -161,29 +162,25 @@ fn examine<'a>(file: &'a ResultFile, terms: &Terms) -> Result<(About, Table<'a>)
             "{path}: none of its events is certain by its certificate, so that nothing can be held against it; {remedy}"
         )));
     }
-    let meta = file.meta()?;
-    let of_meta = |name: &str| match meta.iter().find(|(known, _)| known == name) {
-        Some((_, AttributeValue::Text(text))) => text.clone(),
-        _ => String::new(),
-    };
-    let resolved = file.resolved()?;
-    let trains = meta.iter().any(|(name, _)| name == "motion") || resolved.contains("\n[rotor]");
+    let of_meta =
+        |name: &str| -> Result<String, ExportError> { Ok(file.group_text(group::META, name)?.unwrap_or_default()) };
+    let source = CaseSource::result(file.path(), file.resolved()?);
     let certified_by = file.group_text(group::CERTIFICATE, "uncertainty_by")?;
     Ok((
         About {
             title: file.title().to_owned(),
             terms: terms.clone(),
             program: provenance::source(),
-            version: of_meta("program_version"),
+            version: of_meta("program_version")?,
             references: file.text("references").unwrap_or_default(),
-            run: of_meta("started"),
+            run: of_meta("started")?,
             made: provenance::now(),
-            method: of_meta("method"),
+            method: of_meta("method")?,
             certified_by: certified_by.unwrap_or_else(|| "oracle".to_owned()),
             events: rows,
             certain,
             largest_uncertainty: largest,
-            trains,
+            trains: Words::of(&source, &[]).numbers_parts(),
             example: false,
         },
         Table::of_file(group::EVENTS, file, of_events, 0..rows),
@@ -216,30 +213,34 @@ fn fill(
     let rows = file.table_rows(group::TRAJECTORY)?;
     let samples = Table::of_file("samples", file, columns(file, Which::Trajectory)?, 0..rows);
 
-    package.text(
-        "case.toml",
-        "The case as it was given",
-        "application/toml",
-        &file.case_text()?,
-    )?;
-    package.text(
-        "case.resolved.toml",
-        "The case with every parameter in SI and full precision",
-        "application/toml",
-        &file.resolved()?,
-    )?;
-    package.text(
-        "parameters.json",
-        "Every parameter in SI, with its unit and meaning",
-        "application/json",
-        &parameters::document(&parameters),
-    )?;
-    package.text(
-        "equations.md",
-        "The equations of motion, the modes of the contact and its transitions",
-        "text/markdown",
-        &pages::equations(&about),
-    )?;
+    for (name, title, media, text) in [
+        (
+            "case.toml",
+            "The case as it was given",
+            "application/toml",
+            file.case_text()?,
+        ),
+        (
+            "case.resolved.toml",
+            "The case with every parameter in SI and full precision",
+            "application/toml",
+            file.resolved()?,
+        ),
+        (
+            "parameters.json",
+            "Every parameter in SI, with its unit and meaning",
+            "application/json",
+            parameters::document(&parameters),
+        ),
+        (
+            "equations.md",
+            "The equations of motion, the modes of the contact and its transitions",
+            "text/markdown",
+            pages::equations(&about),
+        ),
+    ] {
+        package.text(name, title, media, &text)?;
+    }
     package.table(
         "events.csv",
         "Every event, with its uncertainty and the states before and after it",
@@ -387,37 +388,23 @@ fn sensitivities(file: &ResultFile) -> Result<Option<Table<'static>>, ExportErro
         return Ok(None);
     }
     let uncertainty = file.matrix(GROUP, "time_sensitivity_uncertainty")?;
-    let words = |texts: &[String]| -> Vec<(i64, String)> { (0..).zip(texts.iter().cloned()).collect() };
-    let column = |name: &str, long_name: &str, kind: Kind, meanings: Vec<(i64, String)>| Column {
+    let column = |name: &str, long_name: &str, kind: Kind, words: &[String]| Column {
         name: name.to_owned(),
         units: "1".to_owned(),
         long_name: long_name.to_owned(),
         kind,
-        meanings,
+        meanings: (0..).zip(words.iter().cloned()).collect(),
     };
+    let slope = "d(event time)/d(parameter), s for each unit of the parameter; NaN: not known";
     let mut columns = vec![
-        column("event", "index of the event", Kind::Whole, Vec::new()),
-        column(
-            "parameter",
-            "path of the parameter in case.toml",
-            Kind::Code,
-            words(&names),
-        ),
-        column("parameter_unit", "SI unit of the parameter", Kind::Code, words(&units)),
-        column(
-            "time_sensitivity",
-            "d(event time)/d(parameter), s for each unit of the parameter; NaN: not known",
-            Kind::Number,
-            Vec::new(),
-        ),
+        column("event", "index of the event", Kind::Whole, &[]),
+        column("parameter", "path of the parameter in case.toml", Kind::Code, &names),
+        column("parameter_unit", "SI unit of the parameter", Kind::Code, &units),
+        column("time_sensitivity", slope, Kind::Number, &[]),
     ];
     if uncertainty.is_some() {
-        columns.push(column(
-            "time_sensitivity_uncertainty",
-            "how far time_sensitivity can be off, in its unit; NaN: not known",
-            Kind::Number,
-            Vec::new(),
-        ));
+        let long_name = "how far time_sensitivity can be off, in its unit; NaN: not known";
+        columns.push(column("time_sensitivity_uncertainty", long_name, Kind::Number, &[]));
     }
     let mut spool = super::table::Spool::new(columns.len())?;
     for row in 0..rows {

@@ -208,12 +208,12 @@ fn certificate(file: &ResultFile) -> Result<Option<Certificate>, ResultError> {
         .attributes
         .into_iter()
         .map(|(name, value)| (name, as_read(&value)));
-    let columns = group.columns.into_iter().map(|column| CertificateColumn {
+    let columns = group.columns.into_iter().map(|(column, values)| CertificateColumn {
         name: column.name,
-        unit: column.units.unwrap_or_default(),
-        description: column.long_name.unwrap_or_default(),
+        unit: column.units,
+        description: column.long_name,
         rows: column.rows,
-        values: doubles(&column.values),
+        values: doubles(&values),
     });
     Ok(Some(Certificate {
         attributes: attributes.collect(),
@@ -226,12 +226,12 @@ fn certified(file: &ResultFile, events: usize) -> Result<Option<Certified>, Resu
     let Some(group) = file.added_group(group::CERTIFICATE, events)? else {
         return Ok(None);
     };
-    let Some(verdict) = group.columns.into_iter().find(|column| column.name == "verdict") else {
+    let Some((_, verdict)) = group.columns.into_iter().find(|(column, _)| column.name == "verdict") else {
         return Ok(None);
     };
     let mut uncertainty = file.event_column(schema::TIME_UNCERTAINTY)?;
     uncertainty.truncate(events);
-    let codes: Vec<i8> = verdict.values.iter().map(|&code| code as i8).collect();
+    let codes: Vec<i8> = verdict.iter().map(|&code| code as i8).collect();
     Ok(
         (codes.len() == events && uncertainty.len() == events).then(|| Certified {
             uncertainty: doubles(&uncertainty),

@@ -43,7 +43,7 @@ struct StretchInfo {
 struct Channel {
     name: String,
     /// UDUNITS.
-    unit: &'static str,
+    unit: String,
     description: String,
     /// For each entry its value, or the least of its bucket.
     value: Packed,
@@ -78,10 +78,10 @@ impl Trajectory {
         let fold = |name: &str| -> Result<Column, ResultError> { plan.fold(source.column_blocks(name)?) };
         let time = fold("time")?;
         let mut channels = Vec::with_capacity(columns);
-        let mut add = |name: String, unit: &'static str, description: String, column: Column| {
+        let mut add = |name: String, unit: &str, description: String, column: Column| {
             channels.push(Channel {
                 name,
-                unit,
+                unit: unit.to_owned(),
                 description,
                 value: Packed::new(&column.values),
                 bucket_high: Packed::new(&column.highs),
@@ -89,7 +89,7 @@ impl Trajectory {
         };
         for variable in &form.variables {
             let (name, long_name) = (variable.name.clone(), variable.long_name.clone());
-            add(name, variable.units, long_name, fold(&variable.name)?);
+            add(name, &variable.units, long_name, fold(&variable.name)?);
         }
         let mut notes = notes(&plan, source.of(), samples, events.len(), !whole.is_empty());
         if let Some(pair) = pair {
@@ -100,7 +100,7 @@ impl Trajectory {
                 let (name, long_name) = (&variable.name, &variable.long_name);
                 let difference = plan.fold(pair.difference(file, name)?)?;
                 let description = format!("{long_name}, first run less second");
-                add(format!("{DIFFERENCE}{name}"), variable.units, description, difference);
+                add(format!("{DIFFERENCE}{name}"), &variable.units, description, difference);
             }
             notes.push(pair.note(file)?);
         }

@@ -5,7 +5,7 @@ use crate::plot::PlotError;
 use crate::plot::figure::{Axis, Cell};
 use crate::plot::html::as_doubles;
 use crate::results::schema::{META_POINT_COMMAND, META_SHOW, group};
-use crate::results::{ResultError, SweepFile};
+use crate::results::{Reason, SweepFile};
 use serde::Serialize;
 use std::path::{Path, PathBuf};
 
@@ -256,12 +256,7 @@ impl StudyData {
                 values: if is_grid { Vec::new() } else { values },
             });
         }
-        let damaged = |detail: &str| {
-            PlotError::from(ResultError::Damaged {
-                path: file.path().to_owned(),
-                detail: detail.to_owned(),
-            })
-        };
+        let damaged = |detail: &str| PlotError::from(Reason::Damaged(detail.to_owned()).of(file.path()));
         if is_grid {
             let sizes: Vec<usize> = axes.iter().map(|axis| axis.levels.len()).collect();
             if sizes.iter().product::<usize>() != count || file.shape("status")? != sizes {

@@ -84,30 +84,7 @@ fn write_all(dataset: &Dataset, descriptor: &TypeDescriptor, bytes: &[u8]) -> hd
 
 /// Reads what [`write_texts`] writes.
 pub(super) fn read_texts(dataset: &Dataset) -> hdf5::Result<Vec<String>> {
-    let (
-        Class::Text {
-            length: Some(length),
-            unicode,
-        },
-        _,
-    ) = class_of(dataset)?
-    else {
-        return Err("not a column of texts".into());
-    };
-    let descriptor = fixed(length, unicode);
-    let mut bytes = vec![0_u8; length * dataset.size()];
-    let memory = Datatype::from_descriptor(&descriptor)?;
-    // SAFETY: `bytes` has room for every element of `memory`'s size.
-    call(|| unsafe {
-        H5Dread(
-            dataset.id(),
-            memory.id(),
-            H5S_ALL,
-            H5S_ALL,
-            H5P_DEFAULT,
-            bytes.as_mut_ptr().cast(),
-        )
-    })?;
+    let (length, bytes) = read_bytes(dataset)?.ok_or("not a column of texts")?;
     let text = |bytes: &[u8]| String::from_utf8_lossy(bytes).trim_end_matches('\0').to_owned();
     Ok(bytes.chunks(length.max(1)).map(text).collect())
 }
@@ -127,33 +104,41 @@ pub(super) fn write_text(group: &Group, name: &str, text: &str) -> hdf5::Result<
 /// Reads a scalar, fixed-length string, such as [`write_text`] writes, of a dataset or an attribute; `None` if it is
 /// something else, or not UTF-8.
 pub(super) fn read_text(object: &Container) -> hdf5::Result<Option<String>> {
-    Ok(read_bytes(object)?.and_then(|bytes| String::from_utf8(bytes).ok()))
+    Ok(read_scalar(object)?.and_then(|bytes| String::from_utf8(bytes).ok()))
 }
 
 /// The same of any encoding, for people to read: what is not UTF-8 is replaced.
 pub(super) fn read_text_lossy(object: &Container) -> hdf5::Result<String> {
-    let bytes = read_bytes(object)?.ok_or("not a text")?;
+    let bytes = read_scalar(object)?.ok_or("not a text")?;
     Ok(String::from_utf8_lossy(&bytes).into_owned())
 }
 
-fn read_bytes(object: &Container) -> hdf5::Result<Option<Vec<u8>>> {
-    let (
-        Class::Text {
-            length: Some(length),
-            unicode,
-        },
-        _,
-    ) = class_of(object)?
+fn read_scalar(object: &Container) -> hdf5::Result<Option<Vec<u8>>> {
+    let read = if object.is_scalar() { read_bytes(object)? } else { None };
+    Ok(read.map(|(_, mut bytes)| {
+        while bytes.last() == Some(&0) {
+            bytes.pop();
+        }
+        bytes
+    }))
+}
+
+/// Every string of a dataset or an attribute one after the other, and the length of each; `None` if that is not fixed.
+fn read_bytes(object: &Container) -> hdf5::Result<Option<(usize, Vec<u8>)>> {
+    let Class::Text {
+        length: Some(length),
+        unicode,
+    } = class_of(object)?.0
     else {
         return Ok(None);
     };
-    if !object.is_scalar() {
-        return Ok(None);
-    }
-    let descriptor = fixed(length, unicode);
-    let mut bytes = vec![0_u8; length];
+    let descriptor = match unicode {
+        true => TypeDescriptor::FixedUnicode(length),
+        false => TypeDescriptor::FixedAscii(length),
+    };
+    let mut bytes = vec![0_u8; length * object.size()];
     let memory = Datatype::from_descriptor(&descriptor)?;
-    // SAFETY: `bytes` has room for the one element of `memory`'s size.
+    // SAFETY: `bytes` has room for every element of `memory`'s size.
     call(|| unsafe {
         let (buffer, memory) = (bytes.as_mut_ptr().cast(), memory.id());
         match object.id_type() {
@@ -161,16 +146,5 @@ fn read_bytes(object: &Container) -> hdf5::Result<Option<Vec<u8>>> {
             _ => H5Dread(object.id(), memory, H5S_ALL, H5S_ALL, H5P_DEFAULT, buffer),
         }
     })?;
-    while bytes.last() == Some(&0) {
-        bytes.pop();
-    }
-    Ok(Some(bytes))
-}
-
-fn fixed(length: usize, unicode: bool) -> TypeDescriptor {
-    if unicode {
-        TypeDescriptor::FixedUnicode(length)
-    } else {
-        TypeDescriptor::FixedAscii(length)
-    }
+    Ok(Some((length, bytes)))
 }

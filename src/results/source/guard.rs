@@ -8,8 +8,7 @@ use std::path::Path;
 use std::process::ExitCode;
 
 use super::Change;
-use super::protocol::{Answer, Fault, Request};
-use super::server::path_of;
+use super::protocol::{Fault, Request};
 
 /// The argument that makes the program a reading process.
 pub(crate) const ARGUMENT: &str = "--read-hdf5-for-parent";
@@ -20,10 +19,8 @@ pub(super) enum Lost {
     Fault(Fault),
     /// The process ended over the file: how.
     Ended(String),
-    /// The process ended, and nothing says that it was the file's fault: how.
+    /// The process ended, or never began, and nothing says that it was the file's fault: how.
     Stopped(String),
-    /// There is no such process.
-    NotStarted(std::io::Error),
 }
 
 #[cfg(unix)]
@@ -114,14 +111,14 @@ mod imp {
         }
 
         /// Sends a request and waits for its answer.
-        pub(in super::super) fn ask(&mut self, request: &Request) -> Result<(Answer, Vec<u8>), Lost> {
+        pub(in super::super) fn ask(&mut self, request: &Request) -> Result<Vec<u8>, Lost> {
             let before = self.processor_time();
             if send(&mut self.stream, request, &[]).is_err() {
                 return Err(self.end());
             }
             let more = match request {
                 Request::Change(path, _) => {
-                    let bytes = std::fs::metadata(path_of(path)).map_or(0, |found| found.len());
+                    let bytes = std::fs::metadata(path).map_or(0, |found| found.len());
                     Duration::from_secs(bytes / SUMMED)
                 }
                 _ => Duration::ZERO,
@@ -135,10 +132,10 @@ mod imp {
                 moved: (Instant::now(), before, None),
                 out_of: None,
             };
-            let received = receive::<Result<Answer, Fault>>(&mut patient);
+            let received = receive::<Result<(), Fault>>(&mut patient);
             let out_of = patient.out_of;
             match (received, out_of) {
-                (Ok((answer, numbers)), _) => answer.map(|answer| (answer, numbers)).map_err(Lost::Fault),
+                (Ok((answered, answer)), _) => answered.map(|()| answer).map_err(Lost::Fault),
                 (Err(_), Some(lost)) => {
                     self.kill();
                     Err(lost)
@@ -311,11 +308,11 @@ mod imp {
             {
                 raw::forget_external_links().map_err(io::Error::other)?;
             }
-            let (answer, numbers) = match server.answer(&request) {
-                Ok((answer, numbers)) => (Ok(answer), numbers),
+            let (answered, answer) = match server.answer(&request) {
+                Ok(answer) => (Ok(()), answer),
                 Err(fault) => (Err(fault), Vec::new()),
             };
-            send(&mut output, &answer, &numbers)?;
+            send(&mut output, &answered, &answer)?;
         }
     }
 }
@@ -339,8 +336,8 @@ impl Guard {
         false
     }
 
-    pub(super) fn ask(&mut self, _: &Request) -> Result<(Answer, Vec<u8>), Lost> {
-        Err(Lost::NotStarted(std::io::ErrorKind::Unsupported.into()))
+    pub(super) fn ask(&mut self, _: &Request) -> Result<Vec<u8>, Lost> {
+        Err(Lost::Stopped("is not there".to_owned()))
     }
 }
 

@@ -17,12 +17,14 @@ use std::sync::{Arc, Mutex, MutexGuard, OnceLock, PoisonError, Weak};
 use std::time::{Duration, SystemTime};
 
 use super::attributes::AttributeValue;
-use super::schema::attribute;
-use super::{ResultError, disk, lock, schema};
+use super::schema::{Kind, Variable, attribute};
+use super::values::Number;
+use super::{Reason, ResultError, disk, lock, schema};
 pub(super) use guard::serve_if_asked;
 use guard::{Guard, Lost};
-use protocol::{Answer, Opening, Request};
-pub(super) use protocol::{DatasetInfo, Fault, Holds, Kind, Member, Number};
+pub(super) use protocol::{DatasetInfo, Fault, Holds, Member, Object};
+use protocol::{Opening, Request};
+use serde::de::DeserializeOwned;
 use server::{Server, joined};
 
 /// The program that reads files for this one, or why it is not known.
@@ -40,11 +42,8 @@ static FATAL: Mutex<Vec<(Identity, String)>> = Mutex::new(Vec::new());
 /// What is the same as long as it is one file that nobody has written to.
 #[derive(Debug, Clone, PartialEq)]
 struct Identity {
-    /// Device and file on it, where the system tells; else the path.
-    #[cfg(unix)]
-    at: (u64, u64),
-    #[cfg(not(unix))]
-    at: PathBuf,
+    /// Device and file on it, where the system tells.
+    at: Option<(u64, u64)>,
     length: u64,
     changed: Option<SystemTime>,
 }
@@ -53,13 +52,7 @@ impl Identity {
     fn of(path: &Path) -> Option<Identity> {
         let found = std::fs::metadata(path).ok()?;
         Some(Identity {
-            #[cfg(unix)]
-            at: {
-                use std::os::unix::fs::MetadataExt;
-                (found.dev(), found.ino())
-            },
-            #[cfg(not(unix))]
-            at: path.canonicalize().ok()?,
+            at: disk::number_of(&found),
             length: found.len(),
             changed: found.modified().ok(),
         })
@@ -140,6 +133,18 @@ pub(super) struct Described {
 }
 
 impl Described {
+    /// The same with a name and a type.
+    pub(super) fn variable(self, name: String, kind: Kind) -> Variable {
+        Variable {
+            name,
+            kind,
+            fill: self.count_fill(),
+            units: self.units.unwrap_or_default(),
+            long_name: self.long_name.unwrap_or_default(),
+            flags: self.flags,
+        }
+    }
+
     /// What stands for nothing in a variable of counts.
     pub(super) fn count_fill(&self) -> Option<i64> {
         self.fill.as_ref().and_then(AttributeValue::integer)
@@ -163,22 +168,21 @@ impl Link {
         if cfg!(not(unix)) {
             return Ok(Link::Here(Box::default()));
         }
-        while let Some(mut guard) = idle() {
+        while let Some(mut guard) = locked(&IDLE).pop() {
             if guard.is_there() {
                 return Ok(Link::Apart(guard));
             }
         }
         let started = match program {
-            Ok(program) => Guard::start(program.path()),
-            Err(error) => {
-                let what = format!("the program cannot find itself: {error}");
-                Err(std::io::Error::new(error.kind(), what))
-            }
+            Ok(program) => Guard::start(program.path()).map_err(|error| error.to_string()),
+            Err(error) => Err(format!("the program cannot find itself: {error}")),
         };
-        started.map(Link::Apart).map_err(Lost::NotStarted)
+        started
+            .map(Link::Apart)
+            .map_err(|why| Lost::Stopped(format!("did not start: {why}")))
     }
 
-    fn ask(&mut self, request: &Request) -> Result<(Answer, Vec<u8>), Lost> {
+    fn ask(&mut self, request: &Request) -> Result<Vec<u8>, Lost> {
         let lost = match self {
             Link::Here(server) => return server.answer(request).map_err(Lost::Fault),
             Link::Gone(how) => return Err(Lost::Ended(how.clone())),
@@ -201,11 +205,6 @@ impl Link {
         }
         Err(lost)
     }
-}
-
-/// A reading process without a file, if there is one.
-fn idle() -> Option<Guard> {
-    locked(&IDLE).pop()
 }
 
 /// Keeps the process of a link for the next file, if nothing has gone wrong in it.
@@ -266,11 +265,7 @@ impl Source {
         let source = Self::open(path)?;
         let known = i64::from(schema::FORMAT_VERSION);
         match source.attribute("", schema::root::FORMAT_VERSION)? {
-            Some(AttributeValue::Integer(found)) if found > known => Err(ResultError::Newer {
-                path: path.to_owned(),
-                found,
-                known,
-            }),
+            Some(AttributeValue::Integer(found)) if found > known => Err(Reason::Newer { found, known }.of(path)),
             _ => Ok(source),
         }
     }
@@ -285,7 +280,7 @@ impl Source {
             return Err(fatal(path, how));
         }
         let opening = Opening {
-            path: server::bytes_of(path),
+            path: path.as_os_str().to_owned(),
             follow_external: FOLLOW_EXTERNAL.load(Ordering::Relaxed),
             chunk_cache,
             growing: false,
@@ -304,12 +299,12 @@ impl Source {
                     return opened;
                 }
                 if !path.exists() {
-                    return Err(ResultError::Ended { path: path.to_owned() });
+                    return Err(Reason::Ended.of(path));
                 }
             }
             std::thread::sleep(PAUSE);
         }
-        Err(ResultError::Growing { path: path.to_owned() })
+        Err(Reason::Growing.of(path))
     }
 
     /// A file that this process has written and still has open.
@@ -345,9 +340,7 @@ impl Source {
             make_room();
         }
         if Identity::of(&self.path) != *identity && !self.growing {
-            return Err(ResultError::Changed {
-                path: self.path.clone(),
-            });
+            return Err(Reason::Changed.of(&self.path));
         }
         *link = Link::new().map_err(|lost| error_of(&self.path, lost))?;
         if let Err(lost) = link.ask(&Request::Open(opening.clone())) {
@@ -380,7 +373,7 @@ impl Source {
         self.growing
     }
 
-    fn ask(&self, request: &Request) -> Result<(Answer, Vec<u8>), ResultError> {
+    fn ask(&self, request: &Request) -> Result<Vec<u8>, ResultError> {
         let mut link = locked(&self.link);
         if matches!(*link, Link::Parked) {
             self.open_again(&mut link)?;
@@ -390,8 +383,13 @@ impl Source {
         link.ask(request).map_err(|lost| error_of(&self.path, lost))
     }
 
-    fn unexpected<T>(&self) -> Result<T, ResultError> {
-        Err(fatal(&self.path, "the process that read it answered another question"))
+    fn unexpected(&self) -> ResultError {
+        fatal(&self.path, "the process that read it answered another question")
+    }
+
+    /// Asks for something that is no list of numbers.
+    fn get<T: DeserializeOwned>(&self, request: &Request) -> Result<T, ResultError> {
+        postcard::from_bytes(&self.ask(request)?).map_err(|_| self.unexpected())
     }
 
     /// What a group has, in the order of creation where the file knows it.
@@ -399,28 +397,19 @@ impl Source {
         self.identity_and_members(group).map(|found| found.1)
     }
 
+    /// What is the same for two links to the group, and its members.
     fn identity_and_members(&self, group: &str) -> Result<(String, Vec<Member>), ResultError> {
-        match self.ask(&Request::Members(group.to_owned()))?.0 {
-            Answer::Members(identity, members) => Ok((identity, members)),
-            _ => self.unexpected(),
-        }
+        self.get(&Request::Members(group.to_owned()))
     }
 
     /// All attributes of a group or a dataset, in alphabetical order.
     pub(super) fn attributes(&self, object: &str) -> Result<Vec<(String, AttributeValue)>, ResultError> {
-        match self.ask(&Request::Attributes(object.to_owned()))?.0 {
-            Answer::Attributes(list) => Ok(list.into_iter().map(|(name, value)| (name, value.into())).collect()),
-            _ => self.unexpected(),
-        }
+        self.get(&Request::Attributes(object.to_owned()))
     }
 
     /// One attribute; `None` if there is none of this name that can be read.
     pub(super) fn attribute(&self, object: &str, name: &str) -> Result<Option<AttributeValue>, ResultError> {
-        let request = Request::Attribute(object.to_owned(), name.to_owned());
-        match self.ask(&request)?.0 {
-            Answer::Attribute(value) => Ok(value.map(AttributeValue::from)),
-            _ => self.unexpected(),
-        }
+        self.get(&Request::Attribute(object.to_owned(), name.to_owned()))
     }
 
     /// The same if it is a text.
@@ -456,17 +445,13 @@ impl Source {
         if let Some(known) = locked(&self.known).get(path) {
             return Ok(known.clone());
         }
-        match self.ask(&Request::Dataset(path.to_owned()))?.0 {
-            Answer::Dataset(info) => {
-                locked(&self.known).insert(path.to_owned(), info.clone());
-                Ok(info)
-            }
-            _ => self.unexpected(),
-        }
+        let info: Option<DatasetInfo> = self.get(&Request::Dataset(path.to_owned()))?;
+        locked(&self.known).insert(path.to_owned(), info.clone());
+        Ok(info)
     }
 
     /// A part of a dataset, the last dimension fastest, in pieces that are not too large for one answer.
-    pub(super) fn read<T: Numeric>(&self, path: &str, part: &[Range<usize>]) -> Result<Vec<T>, ResultError> {
+    pub(super) fn read<T: Number>(&self, path: &str, part: &[Range<usize>]) -> Result<Vec<T>, ResultError> {
         let size = |part: &[Range<usize>]| part.iter().map(ExactSizeIterator::len).product::<usize>();
         let whole = size(part);
         if whole > MOST_VALUES {
@@ -488,53 +473,53 @@ impl Source {
             .iter()
             .map(|range| (range.start as u64, range.len() as u64))
             .collect();
-        let (_, bytes) = self.ask(&Request::Read(path.to_owned(), slab, T::NUMBER))?;
-        let values = T::from_bytes(&bytes);
+        let values = T::from_bytes(&self.ask(&Request::Read(path.to_owned(), slab, T::KIND))?);
         if values.len() == whole {
             Ok(values)
         } else {
-            self.unexpected()
+            Err(self.unexpected())
         }
     }
 
     /// Rows of a dataset of one dimension.
-    pub(super) fn read_rows<T: Numeric>(&self, path: &str, rows: Range<usize>) -> Result<Vec<T>, ResultError> {
+    pub(super) fn read_rows<T: Number>(&self, path: &str, rows: Range<usize>) -> Result<Vec<T>, ResultError> {
         self.read(path, std::slice::from_ref(&rows))
     }
 
     /// Hands a whole dataset to `take`, about `block` values at a time.
-    pub(super) fn blocks<T: Numeric>(
+    pub(super) fn blocks<T: Number>(
         &self,
         path: &str,
         shape: &[usize],
         block: usize,
         take: &mut dyn FnMut(Vec<T>),
     ) -> Result<(), ResultError> {
-        let Some((&rows, inner)) = shape.split_first() else {
-            take(self.read(path, &[])?);
+        let part: Vec<Range<usize>> = shape.iter().map(|&length| 0..length).collect();
+        self.blocks_of(path, &part, 0, block, take)
+    }
+
+    /// The same of a part that is divided along its dimension `along`, and, where one index of that is too much, along the next.
+    fn blocks_of<T: Number>(
+        &self,
+        path: &str,
+        part: &[Range<usize>],
+        along: usize,
+        block: usize,
+        take: &mut dyn FnMut(Vec<T>),
+    ) -> Result<(), ResultError> {
+        let Some(whole) = part.get(along).cloned() else {
+            take(self.read(path, part)?);
             return Ok(());
         };
-        let row = inner.iter().product::<usize>();
-        if rows == 0 || row == 0 {
-            return Ok(());
-        }
-        let rest = inner.iter().map(|&length| 0..length);
-        for start in (0..rows).step_by((block / row).max(1)) {
-            let end = rows.min(start + (block / row).max(1));
-            if row <= server::VALUES {
-                take(self.read(
-                    path,
-                    &std::iter::once(start..end).chain(rest.clone()).collect::<Vec<_>>(),
-                )?);
-                continue;
-            }
-            // Wide rows, in pieces of their own.
-            let wide = inner.iter().position(|&length| length > 1).unwrap_or(0);
-            let across: usize = inner[wide + 1..].iter().product();
-            let step = (block / across.max(1)).max(1);
-            for from in (0..inner[wide]).step_by(step) {
-                let mut part: Vec<Range<usize>> = std::iter::once(start..end).chain(rest.clone()).collect();
-                part[wide + 1] = from..inner[wide].min(from + step);
+        let across: usize = part[along + 1..].iter().map(ExactSizeIterator::len).product();
+        let step = (block / across.max(1)).max(1);
+        let mut part = part.to_vec();
+        // Of an empty dataset nothing is read.
+        for start in whole.clone().step_by(step).take_while(|_| across > 0) {
+            part[along] = start..whole.end.min(start + step);
+            if across > server::VALUES {
+                self.blocks_of(path, &part, along + 1, block, take)?;
+            } else {
                 take(self.read(path, &part)?);
             }
         }
@@ -543,18 +528,12 @@ impl Source {
 
     /// A scalar text of fixed length in UTF-8; `None` if it is something else.
     pub(super) fn text(&self, path: &str) -> Result<Option<String>, ResultError> {
-        match self.ask(&Request::Text(path.to_owned()))?.0 {
-            Answer::Text(text) => Ok(text),
-            _ => self.unexpected(),
-        }
+        self.get(&Request::Text(path.to_owned()))
     }
 
     /// A column of texts.
     pub(super) fn texts(&self, path: &str) -> Result<Vec<String>, ResultError> {
-        match self.ask(&Request::Texts(path.to_owned()))?.0 {
-            Answer::Texts(texts) => Ok(texts),
-            _ => self.unexpected(),
-        }
+        self.get(&Request::Texts(path.to_owned()))
     }
 
     /// Calls `visit` for every dataset and group below the root, in the order of the file, each group once.
@@ -582,7 +561,7 @@ impl Source {
                 return Err(self.refused(format!("has more than {OBJECTS} objects")));
             }
             let inside = joined(group, &member.name);
-            if let Kind::Group(identity) = &member.is {
+            if let Object::Group(identity) = &member.is {
                 if walk.seen.contains(identity) {
                     continue;
                 }
@@ -603,11 +582,13 @@ impl Source {
         error_of(&self.path, Lost::Fault(fault.clone()))
     }
 
+    /// The error of a file that lacks what one of this program has.
+    pub(super) fn missing(&self, what: impl Into<String>) -> ResultError {
+        Reason::Missing(what.into()).of(&self.path)
+    }
+
     pub(super) fn refused(&self, what: String) -> ResultError {
-        ResultError::BeyondLimits {
-            path: self.path.clone(),
-            what,
-        }
+        Reason::BeyondLimits(what).of(&self.path)
     }
 }
 
@@ -631,7 +612,7 @@ pub(super) type Change = fn(&Path, &[u8]) -> hdf5::Result<()>;
 pub(super) fn change_apart(path: &Path, with: Vec<u8>, change: Change) -> Result<(), ResultError> {
     let changed = Link::new().and_then(|mut link| match link {
         Link::Here(_) => change(path, &with).map_err(|error| Lost::Fault(error.into())),
-        _ => link.ask(&Request::Change(server::bytes_of(path), with)).map(drop),
+        _ => link.ask(&Request::Change(path.as_os_str().to_owned(), with)).map(drop),
     });
     changed.map_err(|lost| match lost {
         Lost::Fault(Fault::Hdf5(detail)) => ResultError::write_detail(path, false, detail),
@@ -641,35 +622,29 @@ pub(super) fn change_apart(path: &Path, with: Vec<u8>, change: Change) -> Result
 
 /// Whether `path` can be an HDF5 file.
 fn check_plain(path: &Path) -> Result<(), ResultError> {
-    let path_buf = || path.to_owned();
     if !path.exists() {
-        return Err(ResultError::NotFound { path: path_buf() });
+        return Err(Reason::NotFound.of(path));
     }
     if path.is_dir() {
-        return Err(ResultError::FolderIsNoResult { path: path_buf() });
+        return Err(Reason::FolderIsNoResult.of(path));
     }
     // Not opened unless it is a plain file: a pipe, for one, would block.
     let has_signature =
         || disk::has_hdf5_signature(path).map_err(|error| ResultError::io(path, "reading the file", error));
     if !path.is_file() || !has_signature()? {
-        return Err(ResultError::NotHdf5 { path: path_buf() });
+        return Err(Reason::NotHdf5.of(path));
     }
     Ok(())
 }
 
 fn error_of(path: &Path, lost: Lost) -> ResultError {
-    let owned = || path.to_owned();
     match lost {
         Lost::Fault(Fault::Hdf5(detail)) => ResultError::read_detail(path, detail),
-        Lost::Fault(Fault::Refused(what)) => ResultError::BeyondLimits { path: owned(), what },
-        Lost::Fault(Fault::Unnamed(place)) => ResultError::Unnamed { path: owned(), place },
-        Lost::Fault(Fault::Absent(what)) => ResultError::Absent { path: owned(), what },
-        Lost::Fault(Fault::Elsewhere(what)) => ResultError::Elsewhere { path: owned(), what },
-        Lost::NotStarted(error) => ResultError::NoReader {
-            path: owned(),
-            detail: format!("did not start: {error}"),
-        },
-        Lost::Stopped(detail) => ResultError::NoReader { path: owned(), detail },
+        Lost::Fault(Fault::Refused(what)) => Reason::BeyondLimits(what).of(path),
+        Lost::Fault(Fault::Unnamed(place)) => Reason::Unnamed(place).of(path),
+        Lost::Fault(Fault::Absent(what)) => Reason::Absent(what).of(path),
+        Lost::Fault(Fault::Elsewhere(what)) => Reason::Elsewhere(what).of(path),
+        Lost::Stopped(detail) => Reason::NoReader(detail).of(path),
         Lost::Ended(how) => {
             let error = fatal(path, &how);
             let mut fatal = locked(&FATAL);
@@ -684,28 +659,5 @@ fn error_of(path: &Path, lost: Lost) -> ResultError {
 }
 
 fn fatal(path: &Path, how: &str) -> ResultError {
-    ResultError::Damaged {
-        path: path.to_owned(),
-        detail: how.to_owned(),
-    }
+    Reason::Damaged(how.to_owned()).of(path)
 }
-
-/// A number as it comes from a reading process.
-pub(super) trait Numeric: Copy {
-    const NUMBER: Number;
-    fn from_bytes(bytes: &[u8]) -> Vec<Self>;
-}
-
-macro_rules! numeric {
-    ($($type:ty => $number:ident),*) => {
-        $(impl Numeric for $type {
-            const NUMBER: Number = Number::$number;
-            fn from_bytes(bytes: &[u8]) -> Vec<Self> {
-                let (values, _) = bytes.as_chunks::<{ size_of::<$type>() }>();
-                values.iter().map(|bytes| <$type>::from_le_bytes(*bytes)).collect()
-            }
-        })*
-    };
-}
-
-numeric!(i8 => I8, i32 => I32, i64 => I64, f64 => F64);

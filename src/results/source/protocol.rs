@@ -1,11 +1,12 @@
 //! What is asked of the process that reads HDF5 files, and what it answers.
 
+use std::ffi::OsString;
 use std::io::{self, Read, Write};
 
 use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
 
-use crate::results::attributes::AttributeValue;
+use crate::results::schema::Kind;
 
 /// A file is opened first; every path is one in it, without a leading slash, "" for the root.
 #[derive(Debug, Serialize, Deserialize)]
@@ -18,14 +19,15 @@ pub(super) enum Request {
     /// Object and name.
     Attribute(String, String),
     Dataset(String),
-    /// A hyperslab of a dataset: first index and count of each dimension.
-    Read(String, Vec<(u64, u64)>, Number),
+    /// A hyperslab of a dataset: first index and count of each dimension, and the type in which numbers are read; HDF5 converts.
+    /// They come as they lie in memory, every other answer as postcard has it.
+    Read(String, Vec<(u64, u64)>, Kind),
     /// A scalar text.
     Text(String),
     /// A column of texts.
     Texts(String),
     /// Changes the file at this path, which is not the open one.
-    Change(Vec<u8>, Vec<u8>),
+    Change(OsString, Vec<u8>),
     /// Forgets the open file.
     Close,
 }
@@ -34,36 +36,13 @@ pub(super) enum Request {
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub(super) struct Opening {
     /// As the operating system has it.
-    pub(super) path: Vec<u8>,
+    pub(super) path: OsString,
     /// Whether links and storage in other files are followed.
     pub(super) follow_external: bool,
     /// Bytes kept of each variable.
     pub(super) chunk_cache: Option<usize>,
     /// Whether the file is growing: then all that says where its data are is read at once, and kept.
     pub(super) growing: bool,
-}
-
-/// The form in which numbers are read; HDF5 converts.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
-pub(crate) enum Number {
-    I8,
-    I32,
-    I64,
-    F64,
-}
-
-#[derive(Debug, Serialize, Deserialize)]
-pub(super) enum Answer {
-    Done,
-    /// What is the same for two links to the group, and its members.
-    Members(String, Vec<Member>),
-    Attributes(Vec<(String, Value)>),
-    Attribute(Option<Value>),
-    Dataset(Option<DatasetInfo>),
-    /// The numbers follow the answer, as they lie in memory.
-    Numbers,
-    Text(Option<String>),
-    Texts(Vec<String>),
 }
 
 /// Why there is no answer.
@@ -85,11 +64,11 @@ pub(crate) enum Fault {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub(crate) struct Member {
     pub(crate) name: String,
-    pub(crate) is: Kind,
+    pub(crate) is: Object,
 }
 
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub(crate) enum Kind {
+pub(crate) enum Object {
     /// With what is the same for two links to one group.
     Group(String),
     Dataset(DatasetInfo),
@@ -145,40 +124,6 @@ impl Holds {
             Holds::Floats(bytes) => format!("float{}", 8 * bytes),
             Holds::Texts => "string".to_owned(),
             Holds::Other(name) => name.clone(),
-        }
-    }
-}
-
-/// An [`AttributeValue`], tagged.
-#[derive(Debug, Serialize, Deserialize)]
-pub(super) enum Value {
-    Text(String),
-    Integer(i64),
-    Number(f64),
-    Integers(Vec<i64>),
-    Numbers(Vec<f64>),
-}
-
-impl From<AttributeValue> for Value {
-    fn from(value: AttributeValue) -> Self {
-        match value {
-            AttributeValue::Text(value) => Value::Text(value),
-            AttributeValue::Integer(value) => Value::Integer(value),
-            AttributeValue::Number(value) => Value::Number(value),
-            AttributeValue::Integers(value) => Value::Integers(value),
-            AttributeValue::Numbers(value) => Value::Numbers(value),
-        }
-    }
-}
-
-impl From<Value> for AttributeValue {
-    fn from(value: Value) -> Self {
-        match value {
-            Value::Text(value) => AttributeValue::Text(value),
-            Value::Integer(value) => AttributeValue::Integer(value),
-            Value::Number(value) => AttributeValue::Number(value),
-            Value::Integers(value) => AttributeValue::Integers(value),
-            Value::Numbers(value) => AttributeValue::Numbers(value),
         }
     }
 }

@@ -12,12 +12,15 @@ use hdf5::filters::Filter;
 use hdf5::types::{VarLenAscii, VarLenUnicode};
 use hdf5::{Attribute, Container, Dataset, Group, Hyperslab, IndexType, IterationOrder, Location, Selection};
 use hdf5::{LinkType, SliceOrIndex};
+use serde::Serialize;
 
 use super::Change;
-use super::protocol::{Answer, DatasetInfo, Fault, Holds, Kind, Member, Number, Opening, Request, Value};
+use super::protocol::{DatasetInfo, Fault, Holds, Member, Object, Opening, Request};
 use crate::results::attributes::AttributeValue;
 use crate::results::error::describe;
 use crate::results::raw::{self, Class, Opened};
+use crate::results::schema::Kind;
+use crate::results::values::{Number, with_type};
 
 /// Most members of a group, and most attributes of an object.
 const MEMBERS: usize = 16_384;
@@ -74,6 +77,10 @@ fn refused<T>(what: String) -> Result<T, Fault> {
 
 type Answered<T> = Result<T, Fault>;
 
+fn packed(answer: &impl Serialize) -> Answered<Vec<u8>> {
+    postcard::to_allocvec(answer).map_err(|error| Fault::Hdf5(error.to_string()))
+}
+
 impl Server {
     /// Without a file.
     pub(super) fn new(change: Option<Change>) -> Self {
@@ -93,51 +100,38 @@ impl Server {
         }
     }
 
-    /// Answers a request; the bytes are those of an answer that has numbers.
-    pub(super) fn answer(&mut self, request: &Request) -> Answered<(Answer, Vec<u8>)> {
-        let answer = match request {
-            Request::Open(opening) => {
-                self.open(opening)?;
-                Answer::Done
-            }
-            Request::Members(path) => {
-                let group = self.group(path)?;
-                Answer::Members(identity(&group)?, self.members(path)?)
-            }
-            Request::Attributes(path) => Answer::Attributes(self.attributes(path)?),
+    /// Answers a request: numbers as they lie in memory, and all else as postcard has it.
+    pub(super) fn answer(&mut self, request: &Request) -> Answered<Vec<u8>> {
+        match request {
+            Request::Open(opening) => self.open(opening).map(|()| Vec::new()),
+            Request::Members(path) => packed(&(identity(&self.group(path)?)?, self.members(path)?)),
+            Request::Attributes(path) => packed(&self.attributes(path)?),
             Request::Attribute(path, name) => {
-                let location = self.location(path)?;
-                let attribute = location.attr(name).ok();
-                let value = attribute.map_or(Ok(None), |attribute| value_of(&attribute))?;
-                Answer::Attribute(value.map(Value::from))
+                let attribute = self.location(path)?.attr(name).ok();
+                packed(&attribute.map_or(Ok(None), |attribute| value_of(&attribute))?)
             }
-            Request::Dataset(path) => Answer::Dataset(match self.dataset(path) {
+            Request::Dataset(path) => packed(&match self.dataset(path) {
                 Ok(dataset) => Some(self.info(&dataset, path)?),
                 Err(Fault::Hdf5(_)) => None,
                 Err(fault) => return Err(fault),
             }),
-            Request::Read(path, part, number) => {
-                return Ok((Answer::Numbers, self.read(path, part, *number)?));
-            }
+            Request::Read(path, part, kind) => self.read(path, part, *kind),
             Request::Text(path) => {
                 let dataset = self.dataset(path)?;
                 check_text(&dataset, path)?;
-                Answer::Text(raw::read_text(&dataset)?)
+                packed(&raw::read_text(&dataset)?)
             }
-            Request::Texts(path) => Answer::Texts(self.texts(path)?),
+            Request::Texts(path) => packed(&self.texts(path)?),
             Request::Change(path, with) => {
-                let change = self
-                    .change
-                    .ok_or_else(|| Fault::Hdf5("this process only reads".to_owned()))?;
-                change(&path_of(path), with)?;
-                Answer::Done
+                let only_reads = || Fault::Hdf5("this process only reads".to_owned());
+                self.change.ok_or_else(only_reads)?(Path::new(path), with)?;
+                Ok(Vec::new())
             }
             Request::Close => {
                 self.forget();
-                Answer::Done
+                Ok(Vec::new())
             }
-        };
-        Ok((answer, Vec::new()))
+        }
     }
 
     /// Closes the file.
@@ -147,7 +141,7 @@ impl Server {
 
     fn open(&mut self, opening: &Opening) -> Answered<()> {
         self.forget();
-        self.path = path_of(&opening.path);
+        self.path = PathBuf::from(&opening.path);
         self.length = std::fs::metadata(&self.path).map_or(0, |metadata| metadata.len());
         self.follow_external = opening.follow_external;
         self.growing = opening.growing;
@@ -183,10 +177,10 @@ impl Server {
         for member in self.members(&group)? {
             let path = joined(&group, &member.name);
             match member.is {
-                Kind::Dataset(_) => {
+                Object::Dataset(_) => {
                     self.dataset(&path)?;
                 }
-                Kind::Group(_) if depth > 0 => self.hold(path, depth - 1)?,
+                Object::Group(_) if depth > 0 => self.hold(path, depth - 1)?,
                 _ => {}
             }
         }
@@ -278,18 +272,20 @@ impl Server {
         for (_, name, link) in names {
             let inside = joined(path, &name);
             let is = match link {
-                LinkType::External if !self.follow_external => Kind::Not(Fault::Elsewhere(format!("/{inside}"))),
+                LinkType::External if !self.follow_external => Object::Not(Fault::Elsewhere(format!("/{inside}"))),
                 _ => match self.object(&inside) {
-                    Ok(Opened::Group(group)) => identity(&group).map_or_else(Kind::Not, Kind::Group),
-                    Ok(Opened::Dataset(dataset)) => self.info(&dataset, &inside).map_or_else(Kind::Not, Kind::Dataset),
-                    Ok(Opened::Other) => Kind::Other,
+                    Ok(Opened::Group(group)) => identity(&group).map_or_else(Object::Not, Object::Group),
+                    Ok(Opened::Dataset(dataset)) => {
+                        self.info(&dataset, &inside).map_or_else(Object::Not, Object::Dataset)
+                    }
+                    Ok(Opened::Other) => Object::Other,
                     // The name came with replacements, which are no part of it.
                     Err(_) if name.contains(char::REPLACEMENT_CHARACTER) => {
-                        Kind::Not(Fault::Unnamed(format!("/{inside}")))
+                        Object::Not(Fault::Unnamed(format!("/{inside}")))
                     }
                     // A link that leads nowhere is no damage; an object that cannot be opened is.
-                    Err(_) if link != LinkType::Hard => Kind::Other,
-                    Err(fault) => Kind::Not(fault),
+                    Err(_) if link != LinkType::Hard => Object::Other,
+                    Err(fault) => Object::Not(fault),
                 },
             };
             members.push(Member { name, is });
@@ -298,7 +294,7 @@ impl Server {
     }
 
     /// In alphabetical order, without those that are HDF5's own.
-    fn attributes(&self, path: &str) -> Answered<Vec<(String, Value)>> {
+    fn attributes(&self, path: &str) -> Answered<Vec<(String, AttributeValue)>> {
         let location = self.location(path)?;
         let mut names = Vec::new();
         let visited = location.iter_attrs(IndexType::Name, IterationOrder::Native, |name, _| {
@@ -317,12 +313,12 @@ impl Server {
         for name in names {
             let Ok(attribute) = location.attr(&name) else {
                 if name.contains(char::REPLACEMENT_CHARACTER) {
-                    attributes.push((name, Value::Text(UNNAMED.to_owned())));
+                    attributes.push((name, AttributeValue::Text(UNNAMED.to_owned())));
                 }
                 continue;
             };
             if let Some(value) = value_of(&attribute)? {
-                attributes.push((name, value.into()));
+                attributes.push((name, value));
             }
         }
         Ok(attributes)
@@ -398,7 +394,7 @@ impl Server {
         })
     }
 
-    fn read(&mut self, path: &str, part: &[(u64, u64)], number: Number) -> Answered<Vec<u8>> {
+    fn read(&mut self, path: &str, part: &[(u64, u64)], kind: Kind) -> Answered<Vec<u8>> {
         let dataset = self.dataset(path)?;
         self.look_at_sources(&dataset, path)?;
         let shape = dataset.shape();
@@ -420,23 +416,10 @@ impl Server {
                 .map(|&(start, count)| SliceOrIndex::from(start as usize..(start + count) as usize));
             Selection::Hyperslab(Hyperslab::from(slices.collect::<Vec<_>>()))
         };
-        macro_rules! numbers {
-            ($type:ty) => {{
-                let values = dataset.read_slice::<$type, _, ndarray::IxDyn>(selection)?;
-                let mut bytes = Vec::with_capacity(values.len() * size_of::<$type>());
-                values.iter().for_each(|value| bytes.extend(value.to_le_bytes()));
-                bytes
-            }};
-        }
         if count == Some(0) {
             return Ok(Vec::new());
         }
-        Ok(match number {
-            Number::I8 => numbers!(i8),
-            Number::I32 => numbers!(i32),
-            Number::I64 => numbers!(i64),
-            Number::F64 => numbers!(f64),
-        })
+        Ok(with_type!(kind, numbers(&dataset, selection))?)
     }
 
     fn texts(&mut self, path: &str) -> Answered<Vec<String>> {
@@ -581,6 +564,11 @@ fn is_pattern(name: &str) -> bool {
     name.replace("%%", "").contains('%')
 }
 
+fn numbers<T: Number>(dataset: &Dataset, selection: Selection) -> hdf5::Result<Vec<u8>> {
+    let values = dataset.read_slice::<T, _, ndarray::IxDyn>(selection)?;
+    Ok(T::to_bytes(values.iter().copied()))
+}
+
 fn identity(group: &Group) -> Answered<String> {
     let info = group.loc_info()?;
     Ok(format!("{} {:?}", info.fileno, info.token))
@@ -641,26 +629,4 @@ pub(super) fn joined(group: &str, name: &str) -> String {
         "" => name.to_owned(),
         group => format!("{group}/{name}"),
     }
-}
-
-#[cfg(unix)]
-pub(super) fn bytes_of(path: &Path) -> Vec<u8> {
-    use std::os::unix::ffi::OsStrExt;
-    path.as_os_str().as_bytes().to_vec()
-}
-
-#[cfg(unix)]
-pub(super) fn path_of(bytes: &[u8]) -> PathBuf {
-    use std::os::unix::ffi::OsStrExt;
-    PathBuf::from(std::ffi::OsStr::from_bytes(bytes))
-}
-
-#[cfg(not(unix))]
-pub(super) fn bytes_of(path: &Path) -> Vec<u8> {
-    path.to_string_lossy().into_owned().into_bytes()
-}
-
-#[cfg(not(unix))]
-pub(super) fn path_of(bytes: &[u8]) -> PathBuf {
-    PathBuf::from(String::from_utf8_lossy(bytes).into_owned())
 }

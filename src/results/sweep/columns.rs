@@ -1,18 +1,17 @@
 //! The datasets of a sweep file: the columns of its points, its events, and further tables.
 
-use hdf5::{Dataset, Group, H5Type, Hyperslab, Selection, SliceOrIndex};
-use ndarray::{ArrayViewD, IxDyn};
+use hdf5::{Dataset, Group, Hyperslab, Selection, SliceOrIndex};
 
 use super::schema::{
-    BLOCK, Column, ColumnData, FAILURES, POINT, POINT_STATUS, POINT_STATUSES, SweepAxis, SweepLayout, SweepPlan,
-    SweepRow,
+    BLOCK, FAILURES, POINT, POINT_STATUS, POINT_STATUSES, SweepAxis, SweepLayout, SweepPlan, SweepRow,
 };
-use super::storage::{Rows, Storage, Stored};
-use crate::results::attributes::{describe, write_codes, write_text_attribute};
-use crate::results::checksums::{Known, Summed, Sums};
+use super::storage::{Shards, Source, create_virtual};
+use crate::results::attributes::{describe, describe_text, write_attribute};
+use crate::results::checksums::{Known, Sums};
 use crate::results::raw;
-use crate::results::schema::{Kind, Table, attribute};
-use crate::results::table::{Cell, DEFLATE_LEVEL, TableWriter, create_group};
+use crate::results::schema::{Kind, Table, Variable};
+use crate::results::table::{TableWriter, compressed, create_empty, create_group};
+use crate::results::values::{Column, Values, with_type};
 
 /// The datasets of the points with what is buffered for them.
 pub(super) struct Columns {
@@ -20,108 +19,89 @@ pub(super) struct Columns {
     /// Points in a block: whole indices of the first dimension.
     block: usize,
     written: usize,
-    status: (Dataset, Vec<i8>),
-    coordinates: Vec<(Dataset, Vec<f64>, bool)>,
-    numbers: Option<(Dataset, Vec<i64>)>,
-    values: Vec<(Dataset, Buffer)>,
+    status: Buffered,
+    coordinates: Vec<Buffered>,
+    numbers: Option<Buffered>,
+    /// With what stands for nothing.
+    values: Vec<(Buffered, f64)>,
     failures: Vec<(i64, String)>,
     events: Option<TableWriter>,
     /// Of the values in the file, but those of the events.
     sums: Sums,
 }
 
-enum Buffer {
-    Counts(Vec<i64>, i64),
-    Numbers(Vec<f64>),
+/// A dataset with the values that are not yet in it.
+type Buffered = (Dataset, Values<'static>);
+
+fn buffered(dataset: Dataset, kind: Kind) -> Buffered {
+    (dataset, Values::new(kind, 0))
+}
+
+/// 0, 1, ...
+fn indices(length: usize) -> Values<'static> {
+    Values::Int64((0..length as i64).collect())
 }
 
 impl Columns {
-    pub(super) fn create(file: &hdf5::File, plan: &SweepPlan, storage: Storage) -> hdf5::Result<Self> {
-        let &SweepPlan {
-            layout,
-            ref axes,
-            ref variables,
-            points,
-            events,
-            shard: _,
-        } = plan;
+    pub(super) fn create(file: &hdf5::File, plan: &SweepPlan, shards: Option<&Shards>) -> hdf5::Result<Self> {
+        let points = plan.points;
+        let sources = shards.map(|shards| &shards.points[..]);
         let mut scales = Vec::new();
         let mut numbers = None;
-        let shape = match layout {
+        let shape = match plan.layout {
             SweepLayout::Grid => {
-                for axis in axes {
+                for axis in &plan.axes {
                     scales.push(write_axis(file, axis)?);
                 }
-                axes.iter().map(|axis| axis.values.len()).collect()
+                plan.axes.iter().map(|axis| axis.values.len()).collect()
             }
             SweepLayout::Table => {
-                let dataset = create::<i64>(file, POINT, &[points], "1", "number of the point", Storage::Own)?;
+                let variable = Variable::count(POINT, "number of the point");
+                let dataset = create(file, &variable, &[points], None)?;
                 raw::set_scale(&dataset, POINT)?;
-                if storage.is_own() {
-                    numbers = Some((dataset.clone(), Vec::new()));
+                if shards.is_none() {
+                    numbers = Some(buffered(dataset.clone(), Kind::Int64));
                 } else {
-                    dataset.write(&(0..points as i64).collect::<Vec<_>>())?;
+                    indices(points).write(&dataset)?;
                 }
                 scales.push(dataset);
                 vec![points]
             }
         };
-        let attach = |dataset: &Dataset| {
-            (0..)
-                .zip(&scales)
-                .try_for_each(|(index, scale)| raw::attach_scale(dataset, scale, index))
+        let attached = |dataset: Dataset, kind: Kind| {
+            let attach = |(index, scale)| raw::attach_scale(&dataset, scale, index);
+            (0..).zip(&scales).try_for_each(attach)?;
+            Ok::<_, hdf5::Error>(buffered(dataset, kind))
         };
         let mut coordinates = Vec::new();
-        if layout == SweepLayout::Table {
-            for axis in axes {
-                let dataset = create_axis(file, axis, points, storage)?;
-                attach(&dataset)?;
-                coordinates.push((dataset, Vec::new(), !axis.words.is_empty()));
+        if plan.layout == SweepLayout::Table {
+            for axis in &plan.axes {
+                coordinates.push(attached(create_axis(file, axis, points, sources)?, axis.variable.kind)?);
             }
         }
-        let status = create::<i8>(file, POINT_STATUS, &shape, "1", "what came of the point", storage)?;
-        write_codes(&status, POINT_STATUSES)?;
-        attach(&status)?;
-        let mut values = Vec::with_capacity(variables.len());
-        for variable in variables {
-            let (name, units, long_name) = (&variable.name, &variable.units, &variable.long_name);
-            let (dataset, buffer) = match variable.count_fill {
-                Some(fill) => {
-                    let dataset = create::<i64>(file, name, &shape, units, long_name, storage)?;
-                    dataset
-                        .new_attr_builder()
-                        .with_data(&[fill])
-                        .create(attribute::FILL_VALUE)?;
-                    if !variable.flags.is_empty() {
-                        let flags = &variable.flags;
-                        write_codes(&dataset, flags.iter().map(|(code, word)| (*code, word.as_str())))?;
-                    }
-                    (dataset, Buffer::Counts(Vec::new(), fill))
-                }
-                None => {
-                    let dataset = create::<f64>(file, name, &shape, units, long_name, storage)?;
-                    (dataset, Buffer::Numbers(Vec::new()))
-                }
-            };
-            attach(&dataset)?;
-            values.push((dataset, buffer));
+        let status = Variable::code(POINT_STATUS, "what came of the point", &POINT_STATUSES);
+        let status = attached(create(file, &status, &shape, sources)?, status.kind)?;
+        let mut values = Vec::with_capacity(plan.variables.len());
+        for variable in &plan.variables {
+            let column = attached(create(file, variable, &shape, sources)?, variable.kind)?;
+            values.push((column, variable.fill.map_or(f64::NAN, |fill| fill as f64)));
         }
         let inner = shape.iter().skip(1).product::<usize>().max(1);
         Ok(Columns {
             block: (BLOCK / inner).max(1) * inner,
             shape,
             written: 0,
-            status: (status, Vec::new()),
+            status,
             coordinates,
             numbers,
             values,
             failures: Vec::new(),
             sums: Sums::default(),
-            events: match (events, storage) {
+            events: match (plan.events, shards) {
                 (None, _) => None,
-                (Some(form), Storage::Own) => Some(TableWriter::create(file, &form.table())?),
-                (Some(form), Storage::Shards(_)) => {
-                    create_virtual(file, &form.table(), storage)?;
+                (Some(form), None) => Some(TableWriter::create(file, &form.table())?),
+                (Some(form), Some(shards)) => {
+                    create_events(file, &form.table(), &shards.events)?;
                     None
                 }
             },
@@ -129,33 +109,29 @@ impl Columns {
     }
 
     pub(super) fn push(&mut self, row: SweepRow) -> hdf5::Result<()> {
-        let number = i64::try_from(row.number).unwrap_or(i64::MAX);
-        self.status.1.push(match (&row.values, &row.failure) {
-            (Some(_), _) => POINT_STATUSES[0].0,
-            (None, Some(_)) => POINT_STATUSES[1].0,
-            (None, None) => POINT_STATUSES[2].0,
-        });
+        let status = match (&row.values, &row.failure) {
+            (Some(_), _) => POINT_STATUSES[0],
+            (None, Some(_)) => POINT_STATUSES[1],
+            (None, None) => POINT_STATUSES[2],
+        };
+        self.status.1.push(status.0.into());
         if let Some((_, numbers)) = &mut self.numbers {
-            numbers.push(number);
+            numbers.push(row.number as f64);
         }
-        for ((_, column, _), value) in self.coordinates.iter_mut().zip(&row.coordinates) {
+        for ((_, column), value) in self.coordinates.iter_mut().zip(&row.coordinates) {
             column.push(*value);
         }
-        for (k, (_, buffer)) in self.values.iter_mut().enumerate() {
+        for (k, ((_, column), nothing)) in self.values.iter_mut().enumerate() {
             let value = row.values.as_ref().map_or(f64::NAN, |values| values[k]);
-            match buffer {
-                Buffer::Counts(counts, fill) => counts.push(if value.is_nan() { *fill } else { value as i64 }),
-                Buffer::Numbers(numbers) => numbers.push(value),
-            }
+            column.push(if value.is_nan() { *nothing } else { value });
         }
         if let Some(message) = row.failure {
-            self.failures.push((number, message));
+            self.failures.push((row.number as i64, message));
         }
         if let Some(events) = &mut self.events {
-            for &(time, kind, mode_after, relative_velocity, internal_force) in &row.events {
-                let (index, time, codes) = (events.rows() as i64, Cell::F64(time), [kind, mode_after].map(Cell::I8));
-                let head = [Cell::I64(index), Cell::I64(number), time].into_iter().chain(codes);
-                if events.push(head.chain([relative_velocity, internal_force].map(Cell::F64))) {
+            for event in row.events {
+                let head = [events.rows() as f64, row.number as f64];
+                if events.push(head.into_iter().chain(event)) {
                     events.append()?;
                 }
             }
@@ -184,24 +160,17 @@ impl Columns {
         if count == 0 {
             return Ok(());
         }
-        let (shape, start, sums) = (&self.shape, self.written, &mut self.sums);
-        write_block(&self.status.0, shape, start, &mut self.status.1, sums)?;
-        if let Some((dataset, numbers)) = &mut self.numbers {
-            write_block(dataset, shape, start, numbers, sums)?;
-        }
-        for (dataset, column, words) in &mut self.coordinates {
-            if *words {
-                let mut codes: Vec<i32> = column.drain(..).map(|code| code as i32).collect();
-                write_block(dataset, shape, start, &mut codes, sums)?;
-            } else {
-                write_block(dataset, shape, start, column, sums)?;
-            }
-        }
-        for (dataset, buffer) in &mut self.values {
-            match buffer {
-                Buffer::Counts(counts, _) => write_block(dataset, shape, start, counts, sums)?,
-                Buffer::Numbers(numbers) => write_block(dataset, shape, start, numbers, sums)?,
-            }
+        let inner = self.shape.iter().skip(1).product::<usize>().max(1);
+        let (first, rows) = (self.written / inner, count / inner);
+        let mut block = self.shape.clone();
+        block[0] = rows;
+        let mut slices: Vec<SliceOrIndex> = block.iter().map(|&length| (0..length).into()).collect();
+        slices[0] = (first..first + rows).into();
+        let place = Selection::Hyperslab(Hyperslab::from(slices));
+        let values = self.values.iter_mut().map(|(column, _)| column);
+        let columns = std::iter::once(&mut self.status).chain(&mut self.numbers);
+        for (dataset, column) in columns.chain(&mut self.coordinates).chain(values) {
+            column.write_block(dataset, &block, place.clone(), &mut self.sums)?;
         }
         self.written += count;
         Ok(())
@@ -214,56 +183,32 @@ impl Columns {
         if self.failures.is_empty() {
             return Ok(());
         }
+        let (numbers, texts): (Vec<i64>, Vec<String>) = self.failures.drain(..).unzip();
         let (group, dimension) = FAILURES;
         let group = create_group(file, group)?;
-        let numbers: Vec<i64> = self.failures.iter().map(|failure| failure.0).collect();
-        let index = create::<i64>(
-            &group,
-            dimension,
-            &[numbers.len()],
-            "1",
-            "index of the failure",
-            Storage::Own,
-        )?;
-        index.write(&(0..numbers.len() as i64).collect::<Vec<_>>())?;
-        raw::set_scale(&index, dimension)?;
-        let length = [numbers.len()];
-        let point = create::<i64>(&group, POINT, &length, "1", "number of the point", Storage::Own)?;
-        point.write(&numbers)?;
-        raw::attach_scale(&point, &index, 0)?;
-        let texts: Vec<String> = self.failures.drain(..).map(|failure| failure.1).collect();
+        let columns = [
+            Column::counts(dimension, "index of the failure", 0..numbers.len() as i64),
+            Column::counts(POINT, "number of the point", numbers),
+        ];
+        let index = write_columns(&group, &columns)?;
         let message = raw::write_texts(&group, "message", &texts)?;
-        describe(&message, "1", "why the point failed")?;
-        raw::attach_scale(&message, &index, 0)
+        describe_text(&message, "1", "why the point failed")?;
+        index.map_or(Ok(()), |index| raw::attach_scale(&message, &index, 0))
     }
 }
 
 /// The columns of the events over those of the shards, one shard after the other.
-fn create_virtual(file: &hdf5::File, table: &Table, storage: Storage) -> hdf5::Result<()> {
-    let length = [storage.events()];
+fn create_events(file: &hdf5::File, table: &Table, sources: &[Source]) -> hdf5::Result<()> {
+    let length = sources.iter().map(|source| source.rows).sum();
     let group = create_group(file, table.group)?;
     let mut index = None;
     for variable in &table.variables {
-        let storage = match index {
-            None => Storage::Own,
-            Some(_) => storage.of(Rows::Events),
-        };
-        let (name, units, long_name) = (&variable.name, variable.units, &variable.long_name);
-        let create = match variable.kind {
-            Kind::Int8 => create::<i8>,
-            Kind::Int32 => create::<i32>,
-            Kind::Int64 => create::<i64>,
-            Kind::Float64 => create::<f64>,
-        };
-        let dataset = create(&group, name, &length, units, long_name, storage)?;
-        if !variable.flags.is_empty() {
-            write_codes(&dataset, variable.flags.iter().copied())?;
-        }
+        let dataset = create(&group, variable, &[length], index.is_some().then_some(sources))?;
         match &index {
             Some(index) => raw::attach_scale(&dataset, index, 0)?,
             None => {
-                dataset.write(&(0..length[0] as i64).collect::<Vec<_>>())?;
-                raw::set_scale(&dataset, name)?;
+                indices(length).write(&dataset)?;
+                raw::set_scale(&dataset, &variable.name)?;
                 index = Some(dataset);
             }
         }
@@ -271,101 +216,55 @@ fn create_virtual(file: &hdf5::File, table: &Table, storage: Storage) -> hdf5::R
     Ok(())
 }
 
-/// Writes `rows` at the points from `start` on, and forgets them.
-fn write_block<T: H5Type + Summed>(
-    dataset: &Dataset,
-    shape: &[usize],
-    start: usize,
-    rows: &mut Vec<T>,
-    sums: &mut Sums,
-) -> hdf5::Result<()> {
-    sums.add(dataset, rows);
-    let inner = shape.iter().skip(1).product::<usize>().max(1);
-    let (first, count) = (start / inner, rows.len() / inner);
-    let mut block = shape.to_vec();
-    block[0] = count;
-    let view = ArrayViewD::from_shape(IxDyn(&block), &rows[..]).map_err(|error| error.to_string())?;
-    let mut slices = vec![SliceOrIndex::from(first..first + count)];
-    slices.extend(shape.iter().skip(1).map(|&length| SliceOrIndex::from(0..length)));
-    dataset.write_slice(view, Selection::Hyperslab(Hyperslab::from(slices)))?;
-    rows.clear();
-    Ok(())
-}
-
 /// An axis of a grid with its values: a dimension scale.
 pub(super) fn write_axis(group: &Group, axis: &SweepAxis) -> hdf5::Result<Dataset> {
-    let dataset = create_axis(group, axis, axis.values.len(), Storage::Own)?;
-    if axis.words.is_empty() {
-        dataset.write(&axis.values)?;
-    } else {
-        dataset.write(&axis.values.iter().map(|&code| code as i32).collect::<Vec<_>>())?;
-    }
-    raw::set_scale(&dataset, &axis.name)?;
+    let dataset = create_axis(group, axis, axis.values.len(), None)?;
+    let mut values = Values::new(axis.variable.kind, axis.values.len());
+    axis.values.iter().for_each(|&value| values.push(value));
+    values.write(&dataset)?;
+    raw::set_scale(&dataset, &axis.variable.name)?;
     Ok(dataset)
 }
 
 /// An axis as a coordinate or a column: numbers, or codes of words.
-fn create_axis(group: &Group, axis: &SweepAxis, length: usize, storage: Storage) -> hdf5::Result<Dataset> {
-    let dataset = if axis.words.is_empty() {
-        create::<f64>(group, &axis.name, &[length], &axis.units, &axis.long_name, storage)?
-    } else {
-        let dataset = create::<i32>(group, &axis.name, &[length], "1", &axis.long_name, storage)?;
-        let words = axis.words.iter().map(|word| word.replace(char::is_whitespace, "_"));
-        let words: Vec<String> = words.collect();
-        write_codes(&dataset, (0i32..).zip(words.iter().map(String::as_str)))?;
-        dataset
-    };
-    write_text_attribute(&dataset, "keys", &axis.keys)?;
+fn create_axis(group: &Group, axis: &SweepAxis, length: usize, sources: Option<&[Source]>) -> hdf5::Result<Dataset> {
+    let dataset = create(group, &axis.variable, &[length], sources)?;
+    write_attribute(&dataset, "keys", &axis.keys)?;
     Ok(dataset)
 }
 
-fn create<T: Stored>(
-    group: &Group,
-    name: &str,
-    shape: &[usize],
-    units: &str,
-    long_name: &str,
-    storage: Storage,
-) -> hdf5::Result<Dataset> {
-    let inner = shape.iter().skip(1).product::<usize>().max(1);
-    let mut chunk = shape.to_vec();
-    chunk[0] = (BLOCK / inner).clamp(1, shape[0].max(1));
-    let dataset = match storage {
-        Storage::Own => group
-            .new_dataset_builder()
-            .obj_track_times(false)
-            .shuffle()
-            .deflate(DEFLATE_LEVEL)
-            .fletcher32()
-            .chunk(chunk)
-            .empty::<T>()
-            .shape(shape.to_vec())
-            .create(name)?,
-        Storage::Shards(shards) => shards.create::<T>(group, name, shape)?,
-    };
-    describe(&dataset, units, long_name)?;
+/// A variable whose values are in the file, or in those of the shards.
+fn create(group: &Group, variable: &Variable, shape: &[usize], sources: Option<&[Source]>) -> hdf5::Result<Dataset> {
+    let name = variable.name.as_str();
+    let dataset = match sources {
+        None => {
+            let inner = shape.iter().skip(1).product::<usize>().max(1);
+            let mut chunk = shape.to_vec();
+            chunk[0] = (BLOCK / inner).clamp(1, shape[0].max(1));
+            with_type!(
+                variable.kind,
+                create_empty(compressed(group).chunk(chunk), shape.to_vec(), name)
+            )
+        }
+        Some(sources) => with_type!(variable.kind, create_virtual(group, name, shape, sources)),
+    }?;
+    describe(&dataset, variable)?;
     Ok(dataset)
 }
 
-pub(super) fn write_column(group: &Group, column: &Column) -> hdf5::Result<Dataset> {
-    let (name, units, long_name) = (&column.name, &column.units, &column.long_name);
-    let dataset = match &column.data {
-        ColumnData::Numbers(rows) => {
-            let dataset = create::<f64>(group, name, &[rows.len()], units, long_name, Storage::Own)?;
-            dataset.write(&rows[..])?;
-            dataset
+/// Writes a table; its first column is its dimension, and is returned.
+pub(super) fn write_columns(group: &Group, columns: &[Column]) -> hdf5::Result<Option<Dataset>> {
+    let mut scale: Option<Dataset> = None;
+    for Column { variable, values } in columns {
+        let dataset = create(group, variable, &[values.len()], None)?;
+        values.write(&dataset)?;
+        match &scale {
+            Some(scale) => raw::attach_scale(&dataset, scale, 0)?,
+            None => {
+                raw::set_scale(&dataset, &variable.name)?;
+                scale = Some(dataset);
+            }
         }
-        ColumnData::Counts(rows) => {
-            let dataset = create::<i64>(group, name, &[rows.len()], units, long_name, Storage::Own)?;
-            dataset.write(&rows[..])?;
-            dataset
-        }
-        ColumnData::Codes(rows, flags) => {
-            let dataset = create::<i8>(group, name, &[rows.len()], units, long_name, Storage::Own)?;
-            dataset.write(&rows[..])?;
-            write_codes(&dataset, flags.iter().map(|(code, word)| (*code, word.as_str())))?;
-            dataset
-        }
-    };
-    Ok(dataset)
+    }
+    Ok(scale)
 }

@@ -4,20 +4,14 @@ use std::ops::Range;
 use std::path::Path;
 
 use super::schema::{DIGEST, FAILURES, INPUT_CASE, POINT};
-use crate::results::ResultError;
 use crate::results::schema;
-use crate::results::source::{DatasetInfo, Kind, Source};
+use crate::results::source::{DatasetInfo, Object, Source};
+use crate::results::{Reason, ResultError};
 
 /// A sweep file, open for reading.
 #[derive(Debug)]
 pub struct SweepFile {
     pub(super) source: Source,
-}
-
-/// Opens an HDF5 file of this or an earlier version of the program, whatever its format.
-pub(super) fn open_checked(path: &Path) -> Result<SweepFile, ResultError> {
-    let source = Source::open_known(path)?;
-    Ok(SweepFile { source })
 }
 
 impl SweepFile {
@@ -26,17 +20,13 @@ impl SweepFile {
     /// # Errors
     /// A file that is not there, is no sweep file, is damaged, or is of a newer version of the program.
     pub fn open(path: &Path) -> Result<Self, ResultError> {
-        let file = open_checked(path)?;
+        let source = Source::open_known(path)?;
+        let file = SweepFile { source };
         match file.text(schema::root::FORMAT).as_deref() {
             Some(schema::SWEEP_FORMAT) => Ok(file),
-            Some(schema::SWEEP_SHARD_FORMAT) => Err(ResultError::OnlyAShard { path: path.to_owned() }),
-            _ => Err(ResultError::NotASweep { path: path.to_owned() }),
+            Some(schema::SWEEP_SHARD_FORMAT) => Err(Reason::OnlyAShard.of(path)),
+            _ => Err(Reason::NotASweep.of(path)),
         }
-    }
-
-    /// Whether the file at `path` is one of a sweep.
-    pub fn is_one(path: &Path) -> bool {
-        SweepFile::open(path).is_ok()
     }
 
     /// Where it is.
@@ -73,7 +63,7 @@ impl SweepFile {
         let members = self.source.members(group.trim_matches('/')).unwrap_or_default();
         let variables = members
             .into_iter()
-            .filter(|member| !matches!(member.is, Kind::Group(_)));
+            .filter(|member| !matches!(member.is, Object::Group(_)));
         variables.map(|member| member.name).collect()
     }
 
@@ -153,9 +143,6 @@ impl SweepFile {
     }
 
     pub(super) fn missing(&self, what: &str) -> ResultError {
-        ResultError::Missing {
-            path: self.path().to_owned(),
-            what: format!("variable {what}"),
-        }
+        self.source.missing(format!("variable {what}"))
     }
 }

@@ -3,14 +3,14 @@
 
 use std::path::{Path, PathBuf};
 
-use super::partition::Partition;
+use super::partition::{Patch, Stride};
 use super::schema::{SweepHeader, SweepPlan};
 use super::shard::ShardFile;
-use super::storage::{Rows, Shards, Source, Storage, relative_path};
+use super::storage::{Shards, Source, relative_path};
 use super::writer::SweepWriter;
 use crate::results::check::check_sound;
 use crate::results::disk::same_file;
-use crate::results::{MetaValue, Overwrite, Reservation, ResultError, Status, partial_path};
+use crate::results::{Overwrite, Reason, Reservation, ResultError, Status, partial_path};
 
 /// What is merged into what.
 #[derive(Debug, Clone, Copy)]
@@ -42,75 +42,17 @@ pub struct MergeReport {
 
 /// Why shards do not make a whole.
 #[derive(Debug, thiserror::Error)]
-#[non_exhaustive]
-#[expect(missing_docs, reason = "each variant is described by its message")]
 pub enum MergeError {
+    /// One of the files cannot be read, or that of the whole not be written.
     #[error(transparent)]
     File(#[from] ResultError),
-    #[error("{path}: exists; choose another name with -o, or replace it with --force")]
-    Exists { path: PathBuf },
-    #[error("{path}: not there yet, but {partial} is: this shard was interrupted; sweep it again with --resume")]
-    Interrupted { path: PathBuf, partial: PathBuf },
-    #[error(
-        "{path}: shard {shard} of {count} is incomplete: {done} of its {points} points are done; sweep it again with --resume"
-    )]
-    Incomplete {
-        path: PathBuf,
-        shard: usize,
-        count: usize,
-        done: usize,
-        points: usize,
-    },
-    #[error(
-        "{first} and {second} are shards of different studies, or of one study before and after it was changed (digests {first_digest} and {second_digest}); merge the shards of one study"
-    )]
-    OtherStudy {
-        first: PathBuf,
-        second: PathBuf,
-        first_digest: String,
-        second_digest: String,
-    },
-    #[error(
-        "{first} is one of {first_count} shards and {second} one of {second_count}; merge shards of one division of the study"
-    )]
-    OtherDivision {
-        first: PathBuf,
-        second: PathBuf,
-        first_count: usize,
-        second_count: usize,
-    },
-    #[error(
-        "{first} and {second} were written by different builds of the program ({what}: {first_value} and {second_value}), whose numbers may differ; sweep all shards with one build"
-    )]
-    OtherBuild {
-        first: PathBuf,
-        second: PathBuf,
-        what: String,
-        first_value: String,
-        second_value: String,
-    },
-    #[error("{first} and {second} are both shard {shard} of {count}; give every shard once")]
-    Twice {
-        first: PathBuf,
-        second: PathBuf,
-        shard: usize,
-        count: usize,
-    },
-    #[error("shard{} {missing} of {count} {} missing; sweep {} with --shard, and give the files of all shards", plural(.several), if *.several { "are" } else { "is" }, if *.several { "them" } else { "it" })]
-    Missing {
-        missing: String,
-        count: usize,
-        several: bool,
-    },
-    #[error(
-        "{path}: its name is not Unicode, and a virtual dataset can only refer to files whose names are; rename it, or merge without --virtual"
-    )]
-    NotUnicode { path: PathBuf },
+    /// The shards do not belong together, or some are missing.
+    #[error("{0}")]
+    Shards(String),
 }
 
-fn plural(several: &bool) -> &'static str {
-    if *several { "s" } else { "" }
-}
+const NOT_UNICODE: &str = "its name is not Unicode, and a virtual dataset can only refer to files whose names are; rename it, or merge \
+                           without --virtual";
 
 /// Puts the shards of a study together.
 ///
@@ -124,15 +66,13 @@ fn plural(several: &bool) -> &'static str {
 pub fn merge(options: &MergeOptions) -> Result<MergeReport, MergeError> {
     let output = options.output;
     if options.shards.iter().any(|shard| same_file(shard, output)) {
-        return Err(ResultError::IsInput {
-            path: output.to_owned(),
-        }
-        .into());
+        return Err(Reason::IsInput.of(output).into());
     }
     if !options.replace && std::fs::symlink_metadata(output).is_ok() && !output.is_dir() {
-        return Err(MergeError::Exists {
-            path: output.to_owned(),
-        });
+        let output = output.display();
+        return Err(MergeError::Shards(format!(
+            "{output}: exists; choose another name with -o, or replace it with --force"
+        )));
     }
     let shards = open_all(options)?;
     let plan = shards[0].plan()?;
@@ -144,18 +84,9 @@ pub fn merge(options: &MergeOptions) -> Result<MergeReport, MergeError> {
     } else {
         Overwrite::OwnResults
     };
-    let whole = Whole {
-        options,
-        shards: &shards,
-        plan: &plan,
-        header: &header,
-        overwrite,
-    };
-    let (file, failed) = if options.by_reference {
-        whole.refer()?
-    } else {
-        whole.copy()?
-    };
+    let place = Reservation::take(output, overwrite, options.shards)?;
+    let write = if options.by_reference { refer } else { copy };
+    let (file, failed) = write(place, &shards, &plan, &header)?;
     Ok(MergeReport {
         file,
         digest: header.digest,
@@ -167,64 +98,58 @@ pub fn merge(options: &MergeOptions) -> Result<MergeReport, MergeError> {
 
 /// Opens the shards and puts them in order; they make a whole.
 fn open_all(options: &MergeOptions) -> Result<Vec<ShardFile>, MergeError> {
+    let wrong = |what: String| Err(MergeError::Shards(what));
     let mut shards: Vec<ShardFile> = Vec::with_capacity(options.shards.len());
     for path in options.shards {
         let partial = partial_path(path);
         if !path.exists() && partial.exists() {
-            let path = path.clone();
-            return Err(MergeError::Interrupted { path, partial });
+            let (path, partial) = (path.display(), partial.display());
+            return wrong(format!(
+                "{path}: not there yet, but {partial} is: this shard was interrupted; sweep it again with --resume"
+            ));
         }
         shards.push(ShardFile::open(path)?);
     }
     let Some(first) = shards.first() else {
-        return Err(MergeError::Missing {
-            missing: "1".to_owned(),
-            count: 1,
-            several: false,
-        });
+        return wrong(without(&[1], 1));
     };
     let header = first.header()?;
+    let count = first.partition().shards();
     for second in &shards[1..] {
-        let (one, other) = (first.path().to_owned(), second.path().to_owned());
+        let both = format!("{} and {}", first.path().display(), second.path().display());
         let theirs = second.header()?;
         if theirs.digest != header.digest {
-            let short = |digest: &str| digest.chars().take(8).collect();
-            return Err(MergeError::OtherStudy {
-                first: one,
-                second: other,
-                first_digest: short(&header.digest),
-                second_digest: short(&theirs.digest),
-            });
+            let short = |digest: &str| digest.chars().take(8).collect::<String>();
+            return wrong(format!(
+                "{both} are shards of different studies, or of one study before and after it was changed (digests {} and {}); merge \
+                 the shards of one study",
+                short(&header.digest),
+                short(&theirs.digest)
+            ));
         }
-        let counts = [first, second].map(|shard| shard.partition().shards());
-        if counts[0] != counts[1] || first.partition() != second.partition() {
-            return Err(MergeError::OtherDivision {
-                first: one,
-                second: other,
-                first_count: counts[0],
-                second_count: counts[1],
-            });
+        if first.partition() != second.partition() {
+            return wrong(format!(
+                "{} is one of {count} shards and {} one of {}; merge shards of one division of the study",
+                first.path().display(),
+                second.path().display(),
+                second.partition().shards()
+            ));
         }
-        if let Some((what, [first_value, second_value])) = difference(&header, &theirs) {
-            return Err(MergeError::OtherBuild {
-                first: one,
-                second: other,
-                what,
-                first_value,
-                second_value,
-            });
+        if let Some((what, [one, other])) = difference(&header, &theirs) {
+            return wrong(format!(
+                "{both} were written by different builds of the program ({what}: {one} and {other}), whose numbers may differ; sweep \
+                 all shards with one build"
+            ));
         }
     }
     shards.sort_by_key(ShardFile::shard);
-    let count = shards[0].partition().shards();
     for pair in shards.windows(2) {
         if pair[0].shard() == pair[1].shard() {
-            return Err(MergeError::Twice {
-                first: pair[0].path().to_owned(),
-                second: pair[1].path().to_owned(),
-                shard: pair[0].shard() + 1,
-                count,
-            });
+            let [first, second] = [&pair[0], &pair[1]].map(|shard| shard.path().display());
+            let shard = pair[0].shard() + 1;
+            return wrong(format!(
+                "{first} and {second} are both shard {shard} of {count}; give every shard once"
+            ));
         }
     }
     let missing: Vec<usize> = (0..count)
@@ -232,25 +157,30 @@ fn open_all(options: &MergeOptions) -> Result<Vec<ShardFile>, MergeError> {
         .map(|shard| shard + 1)
         .collect();
     if !missing.is_empty() {
-        return Err(MergeError::Missing {
-            several: missing.len() > 1,
-            missing: in_words(&missing),
-            count,
-        });
+        return wrong(without(&missing, count));
     }
     for shard in &shards {
         let (done, points) = (shard.done()?, shard.partition().size(shard.shard()));
         if done < points {
-            return Err(MergeError::Incomplete {
-                path: shard.path().to_owned(),
-                shard: shard.shard() + 1,
-                count,
-                done,
-                points,
-            });
+            let (path, shard) = (shard.path().display(), shard.shard() + 1);
+            return wrong(format!(
+                "{path}: shard {shard} of {count} is incomplete: {done} of its {points} points are done; sweep it again with --resume"
+            ));
         }
     }
     Ok(shards)
+}
+
+/// Says which shards are missing.
+fn without(missing: &[usize], count: usize) -> String {
+    let (plural, are, them) = match missing {
+        [_] => ("", "is", "it"),
+        _ => ("s", "are", "them"),
+    };
+    let missing = in_words(missing);
+    format!(
+        "shard{plural} {missing} of {count} {are} missing; sweep {them} with --shard, and give the files of all shards"
+    )
 }
 
 /// As "2, 5 to 9 and 12".
@@ -283,10 +213,7 @@ fn difference(first: &SweepHeader, second: &SweepHeader) -> Option<(String, [Str
     }
     let named = |header: &SweepHeader, name: &str| {
         let found = header.meta.iter().find(|(other, _)| other == name);
-        found.map_or("none".to_owned(), |(_, value)| match value {
-            MetaValue::Text(text) => text.clone(),
-            MetaValue::Number(number) => number.to_string(),
-        })
+        found.map_or("none".to_owned(), |(_, value)| value.to_string())
     };
     let mut names = first.meta.iter().chain(&second.meta).map(|(name, _)| name);
     names.find_map(|name| {
@@ -295,69 +222,57 @@ fn difference(first: &SweepHeader, second: &SweepHeader) -> Option<(String, [Str
     })
 }
 
-struct Whole<'a> {
-    options: &'a MergeOptions<'a>,
-    shards: &'a [ShardFile],
-    plan: &'a SweepPlan,
-    header: &'a SweepHeader,
-    overwrite: Overwrite,
+/// Writes every point. Returns the file, and how many points failed.
+fn copy(
+    place: Reservation,
+    shards: &[ShardFile],
+    plan: &SweepPlan,
+    header: &SweepHeader,
+) -> Result<(PathBuf, usize), MergeError> {
+    let rows = shards.iter().map(|shard| shard.rows(plan));
+    let mut rows = rows.collect::<Result<Vec<_>, _>>()?;
+    let mut writer = SweepWriter::create(place, header, plan)?;
+    let mut failed = 0;
+    for number in 0..plan.points {
+        let row = rows[shards[0].partition().owner(number)].next(number as u64)?;
+        failed += usize::from(row.failure.is_some());
+        writer.push(row)?;
+    }
+    Ok((writer.finish(&Status::Complete)?, failed))
 }
 
-impl Whole<'_> {
-    fn partition(&self) -> &Partition {
-        self.shards[0].partition()
-    }
-
-    /// Writes every point. Returns the file, and how many points failed.
-    fn copy(&self) -> Result<(PathBuf, usize), MergeError> {
-        let MergeOptions { output, shards, .. } = *self.options;
-        let mut rows = Vec::with_capacity(self.shards.len());
-        for shard in self.shards {
-            rows.push(shard.rows(self.plan)?);
-        }
-        let mut writer = SweepWriter::create(
-            Reservation::take(output, self.overwrite, shards)?,
-            self.header,
-            self.plan,
-        )?;
-        let mut failed = 0;
-        for number in 0..self.plan.points {
-            let row = rows[self.partition().owner(number)].next(number as u64)?;
-            failed += usize::from(row.failure.is_some());
-            writer.push(row)?;
-        }
-        Ok((writer.finish(&Status::Complete)?, failed))
-    }
-
-    /// Writes where the points are. Returns the file, and how many points failed.
-    fn refer(&self) -> Result<(PathBuf, usize), MergeError> {
-        let MergeOptions { output, shards, .. } = *self.options;
-        let mut sources = Vec::with_capacity(self.shards.len());
-        let mut failures = Vec::new();
-        for shard in self.shards {
-            let path = relative_path(output, shard.path());
-            let path = path
-                .to_str()
-                .ok_or_else(|| MergeError::NotUnicode { path: path.clone() })?;
-            sources.push(Source {
-                path: path.to_owned(),
-                points: self.partition().size(shard.shard()),
-                events: shard.event_count()?,
-                patches: self.partition().patches(shard.shard()),
-            });
-            failures.extend(shard.failures()?);
-        }
-        failures.sort_by_key(|failure| failure.0);
-        let storage = Storage::Shards(Shards {
-            sources: &sources,
-            rows: Rows::Points,
+/// Writes where the points are. Returns the file, and how many points failed.
+fn refer(
+    place: Reservation,
+    shards: &[ShardFile],
+    plan: &SweepPlan,
+    header: &SweepHeader,
+) -> Result<(PathBuf, usize), MergeError> {
+    let (mut points, mut events) = (Vec::new(), Vec::new());
+    let (mut before, mut failures) = (0, Vec::new());
+    for shard in shards {
+        let path = relative_path(&place.path, shard.path());
+        let not_unicode = || MergeError::Shards(format!("{}: {NOT_UNICODE}", path.display()));
+        let path = path.to_str().ok_or_else(not_unicode)?.to_owned();
+        points.push(Source {
+            path: path.clone(),
+            rows: shard.partition().size(shard.shard()),
+            patches: shard.partition().patches(shard.shard()),
         });
-        let place = Reservation::take(output, self.overwrite, shards)?;
-        let mut writer = SweepWriter::create_with(place, self.header, self.plan, storage)?;
-        let failed = failures.len();
-        for (number, message) in failures {
-            writer.push_failure(i64::try_from(number).unwrap_or(i64::MAX), message);
-        }
-        Ok((writer.finish(&Status::Complete)?, failed))
+        let rows = shard.event_count()?;
+        let patches = vec![Patch {
+            rows: Stride::solid(0, rows),
+            cells: vec![Stride::solid(before, rows)],
+        }];
+        events.push(Source { path, rows, patches });
+        before += rows;
+        failures.extend(shard.failures()?);
     }
+    failures.sort_by_key(|failure| failure.0);
+    let mut writer = SweepWriter::create_with(place, header, plan, Some(&Shards { points, events }))?;
+    let failed = failures.len();
+    for (number, message) in failures {
+        writer.push_failure(i64::try_from(number).unwrap_or(i64::MAX), message);
+    }
+    Ok((writer.finish(&Status::Complete)?, failed))
 }

@@ -35,6 +35,18 @@ pub(crate) struct Stride {
     pub block: usize,
 }
 
+impl Stride {
+    /// This many elements in a row.
+    pub(super) fn solid(start: usize, length: usize) -> Stride {
+        Stride {
+            start,
+            step: 1,
+            count: 1,
+            block: length,
+        }
+    }
+}
+
 impl Partition {
     /// Of the points of a grid with axes of these lengths, or of a table with this number of rows, into `shards` parts.
     /// All numbers are at least 1.
@@ -48,6 +60,11 @@ impl Partition {
             row,
             cycle: (row / common).saturating_mul(shards),
         }
+    }
+
+    /// Lengths of the axes of a grid; the number of points alone for a table.
+    pub fn shape(&self) -> &[usize] {
+        &self.shape
     }
 
     /// How many points there are.
@@ -101,16 +118,10 @@ impl Partition {
                     continue;
                 }
                 let count = (lines - line).div_ceil(period);
-                let single = |start| Stride {
-                    start,
-                    step: 1,
-                    count: 1,
-                    block: 1,
-                };
                 let mut rest = plane;
                 let mut cells: Vec<Stride> = Vec::with_capacity(self.shape.len());
                 for length in self.shape[..outer].iter().rev() {
-                    cells.push(single(rest % length));
+                    cells.push(Stride::solid(rest % length, 1));
                     rest /= length;
                 }
                 cells.reverse();

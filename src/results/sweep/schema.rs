@@ -1,8 +1,8 @@
 //! The names in a sweep file, and what one is made of.
 
 use super::partition::Partition;
-use crate::results::MetaValue;
-use crate::results::schema::{self, Kind, Table, Variable};
+use crate::results::AttributeValue;
+use crate::results::schema::{self, Table, Variable};
 
 /// Points that are buffered before they are written, at least; also the size of a chunk.
 pub(super) const BLOCK: usize = 16_384;
@@ -40,35 +40,30 @@ pub(crate) struct SweepHeader {
     /// The text of the base case, as TOML.
     pub case_text: String,
     /// Attributes of /meta.
-    pub meta: Vec<(String, MetaValue)>,
+    pub meta: Vec<(String, AttributeValue)>,
 }
 
-/// One axis: a dimension of a grid, or a column of a table of points.
+/// One axis: a dimension of a grid, or a column of a table of points. Where its values are words, they are codes in the file.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct SweepAxis {
-    pub name: String,
+    pub variable: Variable,
     /// The keys it sets, separated by blanks.
     pub keys: String,
-    /// UDUNITS.
-    pub units: String,
-    pub long_name: String,
-    /// Where its values are words: each in the place of its code.
-    pub words: Vec<String>,
     /// The coordinates of a grid (codes where there are words); empty for a column.
     pub values: Vec<f64>,
 }
 
-/// One variable of every point.
-#[derive(Debug, Clone, PartialEq)]
-pub(crate) struct SweepVariable {
-    pub name: String,
-    /// UDUNITS.
-    pub units: String,
-    pub long_name: String,
-    /// Stored as int64, with this value for nothing; else float64 with NaN.
-    pub count_fill: Option<i64>,
-    /// Of a code: what its values mean.
-    pub flags: Vec<(i64, String)>,
+impl SweepAxis {
+    /// An axis whose values are numbers, or, if there are any, these words.
+    pub fn new(name: &str, keys: String, units: &str, long_name: &str, words: &[String], values: Vec<f64>) -> Self {
+        let mut variable = match words {
+            [] => Variable::quantity(name, units, long_name),
+            _ => Variable::index(name, long_name),
+        };
+        let words = words.iter().map(|word| word.replace(char::is_whitespace, "_"));
+        variable.flags = (0..).zip(words).collect();
+        SweepAxis { variable, keys, values }
+    }
 }
 
 /// In what words the events of a study are.
@@ -83,19 +78,15 @@ pub(crate) struct EventForm {
 impl EventForm {
     /// The table of the events of all points, one point after the other.
     pub(super) fn table(self) -> Table {
-        let modes = match self.trains {
-            true => schema::all_mode_flags(),
-            false => schema::mode_flags(),
-        };
         let speed = if self.translation { "m s-1" } else { "rad s-1" };
         let (group, dimension) = EVENTS;
-        let number = |name, unit, long_name| Variable::new(name, Kind::Float64, unit, long_name);
+        let number = Variable::quantity;
         let variables = vec![
             Variable::count(dimension, "index of the event"),
             Variable::count(POINT, "number of the point that the event belongs to"),
             number("time", "s", "time of the event"),
-            Variable::code("kind", "what happened", schema::kind_flags()),
-            Variable::code("mode_after", "mode after the event", modes),
+            Variable::code("kind", "what happened", &schema::kind_flags()),
+            Variable::code("mode_after", "mode after the event", &schema::mode_flags(self.trains)),
             number("relative_velocity", speed, "relative velocity omega_r before the event"),
             number("internal_force", "N", "T_f / r just before the event"),
         ];
@@ -117,7 +108,8 @@ pub enum SweepLayout {
 pub(crate) struct SweepPlan {
     pub layout: SweepLayout,
     pub axes: Vec<SweepAxis>,
-    pub variables: Vec<SweepVariable>,
+    /// Counts with [`Variable::fill`] for nothing, and quantities with NaN.
+    pub variables: Vec<Variable>,
     /// How many points there are.
     pub points: usize,
     /// Where the events of the points are kept: in what words.
@@ -127,7 +119,7 @@ pub(crate) struct SweepPlan {
 }
 
 /// One event of a point: time (s), codes of kind and of the mode after it, relative velocity (rad/s), internal force (N).
-pub(crate) type SweepCell = (f64, i8, i8, f64, f64);
+pub(crate) type SweepCell = [f64; 5];
 
 /// What a sweep file holds of one point.
 #[derive(Debug, Clone, PartialEq, Default)]
@@ -142,30 +134,6 @@ pub(crate) struct SweepRow {
     pub events: Vec<SweepCell>,
 }
 
-/// A column of a further table.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Column {
-    /// Of the variable.
-    pub name: String,
-    /// UDUNITS.
-    pub units: String,
-    /// Description.
-    pub long_name: String,
-    /// One value for each point.
-    pub data: ColumnData,
-}
-
-/// The values of a column.
-#[derive(Debug, Clone, PartialEq)]
-pub enum ColumnData {
-    /// Doubles; NaN where there is none.
-    Numbers(Vec<f64>),
-    /// Whole numbers.
-    Counts(Vec<i64>),
-    /// Codes, and what they mean.
-    Codes(Vec<i8>, Vec<(i8, String)>),
-}
-
 /// Which part of a study the file of a shard holds.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(crate) struct ShardPlan {
@@ -174,6 +142,4 @@ pub(crate) struct ShardPlan {
     pub partition: Partition,
     /// Of the file of the whole study.
     pub layout: SweepLayout,
-    /// Lengths of the axes of a grid, the number of points of a table.
-    pub shape: Vec<usize>,
 }

@@ -7,17 +7,17 @@ use std::path::Path;
 use std::sync::Arc;
 
 use super::columns::write_axis;
-use super::file::{SweepFile, open_checked};
+use super::file::SweepFile;
 use super::partition::Partition;
 use super::schema::{
     DIGEST, EVENTS, EventForm, INPUT_CASE, INPUT_STUDY, POINT, POINT_STATUS, POINT_STATUSES, ShardPlan, SweepAxis,
-    SweepCell, SweepHeader, SweepLayout, SweepPlan, SweepRow, SweepVariable,
+    SweepCell, SweepHeader, SweepLayout, SweepPlan, SweepRow,
 };
-use crate::results::ResultError;
-use crate::results::attributes::{AttributeValue, MetaValue, write_text_attribute};
-use crate::results::schema::{self, root};
-use crate::results::source::{Numeric, Source};
+use crate::results::attributes::{AttributeValue, write_attribute};
+use crate::results::schema::{self, Kind, root};
+use crate::results::source::Source;
 use crate::results::table::create_group;
+use crate::results::{Reason, ResultError};
 
 /// Root attributes: which shard, counted from 1, and of how many.
 const SHARD: &str = "shard";
@@ -47,21 +47,21 @@ pub(super) fn describe(
     plan: &SweepPlan,
 ) -> hdf5::Result<()> {
     for (name, number) in [(SHARD, shard.shard + 1), (SHARD_COUNT, shard.partition.shards())] {
-        file.new_attr::<i64>().create(name)?.write_scalar(&(number as i64))?;
+        write_attribute(file, name, number as i64)?;
     }
-    let shape: Vec<i64> = shard.shape.iter().map(|&length| length as i64).collect();
-    file.new_attr_builder().with_data(&shape[..]).create(SHAPE)?;
+    let shape: Vec<i64> = shard.partition.shape().iter().map(|&length| length as i64).collect();
+    write_attribute(file, SHAPE, shape)?;
     let layout = match shard.layout {
         SweepLayout::Grid => "grid",
         SweepLayout::Table => "table",
     };
-    write_text_attribute(file, LAYOUT, layout)?;
-    let names: Vec<&str> = plan.axes.iter().map(|axis| axis.name.as_str()).collect();
-    write_text_attribute(file, AXES, &names.join(" "))?;
+    write_attribute(file, LAYOUT, layout)?;
+    let names: Vec<&str> = plan.axes.iter().map(|axis| axis.variable.name.as_str()).collect();
+    write_attribute(file, AXES, names.join(" "))?;
     let names: Vec<&str> = plan.variables.iter().map(|variable| variable.name.as_str()).collect();
-    write_text_attribute(file, VARIABLES, &names.join(" "))?;
+    write_attribute(file, VARIABLES, names.join(" "))?;
     let names: Vec<&str> = header.meta.iter().map(|(name, _)| name.as_str()).collect();
-    write_text_attribute(file, META, &names.join(" "))?;
+    write_attribute(file, META, names.join(" "))?;
     if shard.layout == SweepLayout::Grid {
         let group = create_group(file, AXES_GROUP)?;
         for axis in &plan.axes {
@@ -79,7 +79,6 @@ pub(crate) struct ShardFile {
     shard: usize,
     partition: Partition,
     layout: SweepLayout,
-    shape: Vec<usize>,
 }
 
 impl ShardFile {
@@ -88,14 +87,12 @@ impl ShardFile {
     /// # Errors
     /// A file that is not there, is none of a shard, is damaged, or is of a newer version of the program.
     pub fn open(path: &Path) -> Result<Self, ResultError> {
-        let inner = open_checked(path)?;
+        let source = Source::open_known(path)?;
+        let inner = SweepFile { source };
         if inner.text(root::FORMAT).as_deref() != Some(schema::SWEEP_SHARD_FORMAT) {
-            return Err(ResultError::NotAShard { path: path.to_owned() });
+            return Err(Reason::NotAShard.of(path));
         }
-        let damaged = |what: &str| ResultError::Missing {
-            path: path.to_owned(),
-            what: format!("usable attribute {what}"),
-        };
+        let damaged = |what: &str| Reason::Missing(format!("usable attribute {what}")).of(path);
         let positive = |value: i64| usize::try_from(value).ok().filter(|&value| value >= 1);
         let number = |name: &str| match inner.source.attribute("", name)? {
             Some(AttributeValue::Integer(value)) => positive(value).ok_or_else(|| damaged(name)),
@@ -124,17 +121,14 @@ impl ShardFile {
         let partition = Partition::new(&shape, count);
         let (rows, expected) = (inner.shape(POINT)?, partition.size(shard));
         if rows != [expected] {
-            return Err(ResultError::Missing {
-                path: path.to_owned(),
-                what: format!("column {POINT} of {expected} points, but one of shape {rows:?}"),
-            });
+            let what = format!("column {POINT} of {expected} points, but one of shape {rows:?}");
+            return Err(Reason::Missing(what).of(path));
         }
         Ok(ShardFile {
             inner: Arc::new(inner),
             shard,
             partition,
             layout,
-            shape,
         })
     }
 
@@ -220,13 +214,9 @@ impl ShardFile {
         };
         let mut meta = Vec::new();
         for name in text(META)?.split_whitespace() {
-            let value = match self.inner.source.attribute(schema::group::META, name)? {
-                Some(AttributeValue::Text(text)) => MetaValue::Text(text),
-                Some(AttributeValue::Number(number)) => MetaValue::Number(number),
-                Some(AttributeValue::Integer(number)) => MetaValue::Number(number as f64),
-                _ => return Err(self.inner.missing(&format!("{}/{name}", schema::group::META))),
-            };
-            meta.push((name.to_owned(), value));
+            let value = self.inner.source.attribute(schema::group::META, name)?;
+            let missing = || self.inner.missing(&format!("{}/{name}", schema::group::META));
+            meta.push((name.to_owned(), value.ok_or_else(missing)?));
         }
         Ok(SweepHeader {
             title: text(root::TITLE)?,
@@ -247,8 +237,7 @@ impl ShardFile {
             let names: Vec<String> = text.split_whitespace().map(str::to_owned).collect();
             if names.is_empty() || names.len() > NAMES {
                 let what = format!("usable attribute {list}: 1 to {NAMES} names");
-                let path = self.path().to_owned();
-                return Err(ResultError::Missing { path, what });
+                return Err(Reason::Missing(what).of(self.path()));
             }
             Ok(names)
         };
@@ -257,43 +246,39 @@ impl ShardFile {
             let described = self.inner.source.described(&name).unwrap_or_default();
             axes.push(SweepAxis {
                 keys: self.inner.attribute(&name, "keys").unwrap_or_default(),
-                units: described.units.unwrap_or_default(),
-                long_name: described.long_name.unwrap_or_default(),
-                words: described.flags.into_iter().map(|flag| flag.1).collect(),
                 values: match self.layout {
                     SweepLayout::Grid => self.inner.numbers(&format!("{AXES_GROUP}/{name}"))?,
                     SweepLayout::Table => Vec::new(),
                 },
-                name,
+                variable: match described.flags.is_empty() {
+                    true => described.variable(name, Kind::Float64),
+                    false => described.variable(name, Kind::Int32),
+                },
             });
         }
         let mut variables = Vec::new();
         for name in names(VARIABLES)? {
             self.inner.dataset(&name)?;
             let described = self.inner.source.described(&name)?;
-            variables.push(SweepVariable {
-                count_fill: described.count_fill(),
-                flags: described.flags,
-                units: described.units.unwrap_or_default(),
-                long_name: described.long_name.unwrap_or_default(),
-                name,
+            variables.push(match described.count_fill() {
+                Some(_) => described.variable(name, Kind::Int64),
+                None => described.variable(name, Kind::Float64),
             });
         }
+        let shape = self.partition.shape();
         let fits = match self.layout {
-            SweepLayout::Grid => axes.iter().map(|axis| axis.values.len()).eq(self.shape.iter().copied()),
-            SweepLayout::Table => self.shape.len() == 1,
+            SweepLayout::Grid => axes.iter().map(|axis| axis.values.len()).eq(shape.iter().copied()),
+            SweepLayout::Table => shape.len() == 1,
         };
         if !fits {
-            return Err(ResultError::Missing {
-                path: self.path().to_owned(),
-                what: format!("usable attribute {SHAPE}: it is {:?}", self.shape),
-            });
+            let what = format!("usable attribute {SHAPE}: it is {shape:?}");
+            return Err(Reason::Missing(what).of(self.path()));
         }
         Ok(SweepPlan {
             layout: self.layout,
             axes,
             variables,
-            points: self.shape.iter().product(),
+            points: self.partition.points(),
             events: self.event_form()?,
             shard: None,
         })
@@ -308,15 +293,10 @@ impl ShardFile {
         let mut events = None;
         if plan.events.is_some() {
             let number = |name: &str| self.column(&format!("{}/{name}", EVENTS.0));
+            let names = ["time", "kind", "mode_after", "relative_velocity", "internal_force"];
             events = Some(EventRows {
                 point: self.column(&format!("{}/{POINT}", EVENTS.0))?,
-                columns: [
-                    number("time")?,
-                    number("kind")?,
-                    number("mode_after")?,
-                    number("relative_velocity")?,
-                    number("internal_force")?,
-                ],
+                columns: names.into_iter().map(number).collect::<Result<_, _>>()?,
                 next: 0,
             });
         }
@@ -325,12 +305,12 @@ impl ShardFile {
             status: self.column(POINT_STATUS)?,
             coordinates: axes
                 .iter()
-                .map(|axis| self.column(&axis.name))
+                .map(|axis| self.column(&axis.variable.name))
                 .collect::<Result<_, _>>()?,
             values: plan
                 .variables
                 .iter()
-                .map(|variable| Ok((self.column(&variable.name)?, variable.count_fill)))
+                .map(|variable| Ok((self.column(&variable.name)?, variable.fill)))
                 .collect::<Result<_, ResultError>>()?,
             failures: self.failures()?.into_iter().rev().collect(),
             events,
@@ -339,7 +319,7 @@ impl ShardFile {
         })
     }
 
-    fn column<T: Numeric>(&self, name: &str) -> Result<Blocks<T>, ResultError> {
+    fn column(&self, name: &str) -> Result<Blocks, ResultError> {
         let info = self.inner.dataset(name)?;
         let ([length], true) = (&info.shape[..], info.holds.is_number()) else {
             return Err(self.inner.missing(&format!("{name} that is a column of numbers")));
@@ -358,31 +338,30 @@ impl ShardFile {
 const BLOCK: usize = 4096;
 
 /// A column, read in blocks from its beginning on.
-struct Blocks<T> {
+struct Blocks {
     file: Arc<SweepFile>,
     name: String,
     length: usize,
     start: usize,
-    rows: Vec<T>,
+    rows: Vec<f64>,
 }
 
-impl<T: Numeric> Blocks<T> {
+impl Blocks {
     /// The value of a row at or after the last that was asked for; `None` beyond the end.
-    fn at(&mut self, row: usize) -> Result<Option<T>, ResultError> {
+    fn at(&mut self, row: usize) -> Result<Option<f64>, ResultError> {
         if row >= self.length {
             return Ok(None);
         }
         if row >= self.start + self.rows.len() {
             self.start = row;
             let end = (row + BLOCK).min(self.length);
-            let source: &Source = &self.file.source;
-            self.rows = source.read_rows(&self.name, row..end)?;
+            self.rows = self.file.source.read_rows(&self.name, row..end)?;
         }
         Ok(self.rows.get(row - self.start).copied())
     }
 
     /// The value of a row that the other columns have.
-    fn value(&mut self, row: usize) -> Result<T, ResultError> {
+    fn value(&mut self, row: usize) -> Result<f64, ResultError> {
         self.at(row)?.ok_or_else(|| {
             self.file
                 .missing(&format!("{} with a row {row}, as its neighbours have", self.name))
@@ -393,11 +372,11 @@ impl<T: Numeric> Blocks<T> {
 /// The points of a shard, one by one.
 pub(super) struct ShardRows {
     file: Arc<SweepFile>,
-    number: Blocks<i64>,
-    status: Blocks<i8>,
-    coordinates: Vec<Blocks<f64>>,
+    number: Blocks,
+    status: Blocks,
+    coordinates: Vec<Blocks>,
     /// With what stands for nothing in a count.
-    values: Vec<(Blocks<f64>, Option<i64>)>,
+    values: Vec<(Blocks, Option<i64>)>,
     /// The last first.
     failures: Vec<(u64, String)>,
     events: Option<EventRows>,
@@ -405,22 +384,21 @@ pub(super) struct ShardRows {
 }
 
 struct EventRows {
-    point: Blocks<i64>,
+    point: Blocks,
     /// Those of [`SweepCell`].
-    columns: [Blocks<f64>; 5],
+    columns: Vec<Blocks>,
     next: usize,
 }
 
 impl EventRows {
-    fn of_point(&mut self, number: i64) -> Result<Vec<SweepCell>, ResultError> {
+    fn of_point(&mut self, number: u64) -> Result<Vec<SweepCell>, ResultError> {
         let mut cells = Vec::new();
-        while self.point.at(self.next)? == Some(number) {
+        while self.point.at(self.next)? == Some(number as f64) {
             let mut row = [0.0; 5];
             for (value, column) in row.iter_mut().zip(&mut self.columns) {
                 *value = column.value(self.next)?;
             }
-            let [time, kind, mode_after, relative_velocity, internal_force] = row;
-            cells.push((time, kind as i8, mode_after as i8, relative_velocity, internal_force));
+            cells.push(row);
             self.next += 1;
         }
         Ok(cells)
@@ -432,19 +410,16 @@ impl ShardRows {
     pub(super) fn next(&mut self, number: u64) -> Result<SweepRow, ResultError> {
         let row = self.read(number)?;
         self.next += 1;
-        row.ok_or_else(|| ResultError::Missing {
-            path: self.file.path().to_owned(),
-            what: format!("point {number} where it belongs"),
-        })
+        row.ok_or_else(|| Reason::Missing(format!("point {number} where it belongs")).of(self.file.path()))
     }
 
     fn read(&mut self, number: u64) -> Result<Option<SweepRow>, ResultError> {
         let at = self.next;
-        let expected = i64::try_from(number).unwrap_or(i64::MAX);
         let (Some(found), Some(status)) = (self.number.at(at)?, self.status.at(at)?) else {
             return Ok(None);
         };
-        if found != expected || status == POINT_STATUSES[2].0 {
+        let [complete, _, missing] = POINT_STATUSES.map(|status| f64::from(status.0));
+        if found != number as f64 || status == missing {
             return Ok(None);
         }
         let mut row = SweepRow {
@@ -454,7 +429,7 @@ impl ShardRows {
         for column in &mut self.coordinates {
             row.coordinates.push(column.value(at)?);
         }
-        if status == POINT_STATUSES[0].0 {
+        if status == complete {
             let mut values = Vec::with_capacity(self.values.len());
             for (column, fill) in &mut self.values {
                 let value = column.value(at)?;
@@ -469,7 +444,7 @@ impl ShardRows {
             }
         }
         if let Some(events) = &mut self.events {
-            row.events = events.of_point(expected)?;
+            row.events = events.of_point(number)?;
         }
         Ok(Some(row))
     }

@@ -2,146 +2,56 @@
 
 use std::path::{Component, Path, PathBuf};
 
-use hdf5::types::OwnedDynValue;
-use hdf5::{Dataset, Group, H5Type, Hyperslab, Selection, SliceOrIndex};
+use hdf5::{Dataset, Group, Hyperslab, Selection, SliceOrIndex};
 
 use super::partition::{Patch, Stride};
 use crate::results::disk::folder_of;
+use crate::results::values::Number;
 
-/// Where the points of a sweep file are stored.
-#[derive(Clone, Copy)]
-pub(super) enum Storage<'a> {
-    /// In the file.
-    Own,
-    /// In the files of its shards.
-    Shards(Shards<'a>),
+/// The files of the shards of a sweep, in their order.
+pub(super) struct Shards {
+    pub(super) points: Vec<Source>,
+    pub(super) events: Vec<Source>,
 }
 
-/// Which rows of the shards a variable is made of.
-#[derive(Clone, Copy, PartialEq, Eq)]
-pub(super) enum Rows {
-    Points,
-    Events,
-}
-
-/// The shards in their order, and which of their rows are meant.
-#[derive(Clone, Copy)]
-pub(super) struct Shards<'a> {
-    pub(super) sources: &'a [Source],
-    pub(super) rows: Rows,
-}
-
-/// The file of one shard.
+/// Rows of the file of one shard.
 pub(super) struct Source {
     /// As the virtual dataset names it: relative to the folder of the file that has it.
     pub(super) path: String,
-    pub(super) points: usize,
-    pub(super) events: usize,
-    /// Where its points are in the whole.
+    pub(super) rows: usize,
+    /// Where they are in the whole.
     pub(super) patches: Vec<Patch>,
 }
 
-impl<'a> Storage<'a> {
-    pub(super) fn is_own(self) -> bool {
-        matches!(self, Storage::Own)
-    }
-
-    /// Events in all shards.
-    pub(super) fn events(self) -> usize {
-        match self {
-            Storage::Own => 0,
-            Storage::Shards(shards) => shards.sources.iter().map(|source| source.events).sum(),
+/// Creates the variable `name` of a group, made of the variables of that name in the shards.
+pub(super) fn create_virtual<T: Number>(
+    group: &Group,
+    name: &str,
+    shape: &[usize],
+    sources: &[Source],
+) -> hdf5::Result<Dataset> {
+    let inside = format!("{}/{name}", group.name().trim_end_matches('/'));
+    let mut builder = group
+        .new_dataset_builder()
+        .obj_track_times(false)
+        .fill_value(T::ABSENT)
+        .empty::<T>()
+        .shape(shape.to_vec());
+    // HDF5 has no empty mapping.
+    for source in sources.iter().filter(|source| source.rows > 0) {
+        for patch in &source.patches {
+            // HDF5 takes `%b` in the name of a source for a number that it fills in.
+            builder = builder.virtual_map(
+                source.path.replace('%', "%%"),
+                &inside,
+                [source.rows],
+                selection(std::slice::from_ref(&patch.rows)),
+                shape.to_vec(),
+                selection(&patch.cells),
+            );
         }
     }
-
-    /// The same for other rows.
-    pub(super) fn of(self, rows: Rows) -> Storage<'a> {
-        match self {
-            Storage::Own => Storage::Own,
-            Storage::Shards(shards) => Storage::Shards(Shards { rows, ..shards }),
-        }
-    }
-}
-
-/// A type of the columns, with what is read where the file of a shard is not found.
-pub(super) trait Stored: H5Type {
-    fn absent() -> OwnedDynValue;
-}
-
-impl Stored for f64 {
-    fn absent() -> OwnedDynValue {
-        f64::NAN.into()
-    }
-}
-
-impl Stored for i64 {
-    fn absent() -> OwnedDynValue {
-        (-1_i64).into()
-    }
-}
-
-impl Stored for i32 {
-    fn absent() -> OwnedDynValue {
-        (-1_i32).into()
-    }
-}
-
-impl Stored for i8 {
-    /// The status "missing"; no kind of event has a negative code, so that for them there is no better one.
-    fn absent() -> OwnedDynValue {
-        super::schema::POINT_STATUSES[2].0.into()
-    }
-}
-
-impl Shards<'_> {
-    /// Creates the variable `name` of a group, made of the variables of that name in the shards.
-    pub(super) fn create<T: Stored>(&self, group: &Group, name: &str, shape: &[usize]) -> hdf5::Result<Dataset> {
-        let inside = format!("{}/{name}", group.name().trim_end_matches('/'));
-        let mut builder = group
-            .new_dataset_builder()
-            .obj_track_times(false)
-            .fill_value(T::absent())
-            .empty::<T>()
-            .shape(shape.to_vec());
-        let mut before = 0;
-        for source in self.sources {
-            let (length, whole);
-            let patches: &[Patch] = match self.rows {
-                Rows::Points => {
-                    length = source.points;
-                    &source.patches
-                }
-                Rows::Events => {
-                    length = source.events;
-                    let rows = |start| Stride {
-                        start,
-                        step: 1,
-                        count: 1,
-                        block: length,
-                    };
-                    whole = [Patch {
-                        rows: rows(0),
-                        cells: vec![rows(before)],
-                    }];
-                    &whole
-                }
-            };
-            before += length;
-            // HDF5 has no empty mapping.
-            for patch in patches.iter().filter(|_| length > 0) {
-                // HDF5 takes `%b` in the name of a source for a number that it fills in.
-                builder = builder.virtual_map(
-                    source.path.replace('%', "%%"),
-                    &inside,
-                    [length],
-                    selection(std::slice::from_ref(&patch.rows)),
-                    shape.to_vec(),
-                    selection(&patch.cells),
-                );
-            }
-        }
-        builder.create(name)
-    }
+    builder.create(name)
 }
 
 fn selection(strides: &[Stride]) -> Selection {

@@ -3,18 +3,17 @@
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use hdf5::Dataset;
 use hdf5::plist::file_access::LibraryVersion;
 
-use super::columns::{Columns, write_column};
-use super::schema::{Column, DIGEST, INPUT_CASE, INPUT_STUDY, SweepHeader, SweepPlan, SweepRow};
+use super::columns::{Columns, write_columns};
+use super::schema::{DIGEST, INPUT_CASE, INPUT_STUDY, SweepHeader, SweepPlan, SweepRow};
 use super::shard;
-use super::storage::Storage;
-use crate::results::attributes::{write_attributes, write_input, write_root, write_text_attribute};
+use super::storage::Shards;
+use crate::results::attributes::{write_attribute, write_attributes, write_input, write_root};
 use crate::results::schema;
 use crate::results::table::{self, create_group};
 use crate::results::target::{self, Reservation};
-use crate::results::{ResultError, Status, checksums, raw};
+use crate::results::{Column, ResultError, Status, checksums};
 
 /// Writes one sweep file, beside its name until it is whole.
 pub(crate) struct SweepWriter {
@@ -40,7 +39,7 @@ impl SweepWriter {
     /// # Errors
     /// Any failure to create it.
     pub fn create(place: Reservation, header: &SweepHeader, plan: &SweepPlan) -> Result<Self, ResultError> {
-        Self::create_with(place, header, plan, Storage::Own)
+        Self::create_with(place, header, plan, None)
     }
 
     /// The same with the points stored elsewhere.
@@ -48,7 +47,7 @@ impl SweepWriter {
         place: Reservation,
         header: &SweepHeader,
         plan: &SweepPlan,
-        storage: Storage,
+        shards: Option<&Shards>,
     ) -> Result<Self, ResultError> {
         let made = place.lock.sibling();
         let created = (|| {
@@ -56,11 +55,11 @@ impl SweepWriter {
                 Some(_) => schema::SWEEP_SHARD_FORMAT,
                 None => schema::SWEEP_FORMAT,
             };
-            let file = create_file(&made, header, format, storage)?;
+            let file = create_file(&made, header, format, shards)?;
             if let Some(shard) = &plan.shard {
                 shard::describe(&file, header, shard, plan)?;
             }
-            let columns = Columns::create(&file, plan, storage)?;
+            let columns = Columns::create(&file, plan, shards)?;
             Ok((file, columns))
         })();
         let (file, columns) = created.map_err(|error| ResultError::write(&place.path, false, &error))?;
@@ -100,20 +99,9 @@ impl SweepWriter {
         (|| {
             let group = create_group(&self.file, group)?;
             for (name, text) in attributes {
-                write_text_attribute(&group, name, text)?;
+                write_attribute(&group, name, text)?;
             }
-            let mut scale: Option<Dataset> = None;
-            for column in columns {
-                let dataset = write_column(&group, column)?;
-                match &scale {
-                    Some(scale) => raw::attach_scale(&dataset, scale, 0)?,
-                    None => {
-                        raw::set_scale(&dataset, &column.name)?;
-                        scale = Some(dataset);
-                    }
-                }
-            }
-            Ok(())
+            write_columns(&group, columns).map(drop)
         })()
         .map_err(|error| ResultError::write(&self.place.path, false, &error))
     }
@@ -134,7 +122,7 @@ impl SweepWriter {
             columns.flush()?;
             columns.finish(&file)?;
             checksums::write(&file, &columns.known())?;
-            write_text_attribute(&file, schema::root::STATUS, status.name())?;
+            write_attribute(&file, schema::root::STATUS, status.name())?;
             drop(columns);
             file.close()
         })();
@@ -150,12 +138,12 @@ impl SweepWriter {
     }
 }
 
-fn create_file(path: &Path, header: &SweepHeader, format: &str, storage: Storage) -> hdf5::Result<hdf5::File> {
-    let file = match storage {
-        Storage::Own => table::create_file(path)?,
+fn create_file(path: &Path, header: &SweepHeader, format: &str, shards: Option<&Shards>) -> hdf5::Result<hdf5::File> {
+    let file = match shards {
+        None => table::create_file(path)?,
         // Virtual datasets need HDF5 1.10 in any case. Its own form of a selection is a rule; the earlier one lists every
         // block, in a time that grows with the square of their number.
-        Storage::Shards(_) => table::create_file_since(path, LibraryVersion::V110)?,
+        Some(_) => table::create_file_since(path, LibraryVersion::V110)?,
     };
     let texts = [
         (schema::root::CONVENTIONS, schema::CONVENTIONS),
