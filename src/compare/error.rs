@@ -65,13 +65,17 @@ impl CompareError {
         CompareError::content(path, "", what, remedy)
     }
 
-    /// An error of the operating system.
-    pub(super) fn io(path: &Path, error: &std::io::Error) -> Self {
-        let (what, remedy) = match error.kind() {
-            std::io::ErrorKind::NotFound => ("no such file".to_owned(), "check the name"),
-            std::io::ErrorKind::PermissionDenied => ("no permission to read it".to_owned(), "change its permissions"),
-            _ => (format!("reading failed: {error}"), "check the file and its disk"),
-        };
-        CompareError::whole(path, what, remedy)
+    /// Makes an error about `path` of one of the operating system.
+    pub(super) fn io(path: &Path) -> impl Fn(std::io::Error) -> Self + '_ {
+        move |error| {
+            let (what, remedy) = match error.kind() {
+                std::io::ErrorKind::NotFound => ("no such file".to_owned(), "check the name"),
+                std::io::ErrorKind::PermissionDenied => {
+                    ("no permission to read it".to_owned(), "change its permissions")
+                }
+                _ => (format!("reading failed: {error}"), "check the file and its disk"),
+            };
+            CompareError::whole(path, what, remedy)
+        }
     }
 }

@@ -7,14 +7,14 @@
 //! as a function of time ([`mod@reference`]). Nothing is compared across an event. What differs is explained where the
 //! candidate's numbers are evidence for a cause ([`diagnosis`]).
 
-pub mod candidate;
-pub mod detect;
-pub mod diagnosis;
-pub mod energy;
-pub mod event_errors;
-pub mod reference;
-pub mod states;
-pub mod windows;
+pub(crate) mod candidate;
+pub(crate) mod detect;
+pub(crate) mod diagnosis;
+pub(crate) mod energy;
+pub(crate) mod event_errors;
+pub(crate) mod reference;
+pub(crate) mod states;
+pub(crate) mod windows;
 
 mod attractor;
 mod case_differences;

@@ -101,7 +101,7 @@ impl Mapping {
     /// # Errors
     /// If it cannot be read, is no TOML, or has an unknown key, channel or unit.
     pub fn with_file(self, path: &Path) -> Result<Mapping, CompareError> {
-        let text = crate::input::text(path).map_err(|error| CompareError::io(path, &error))?;
+        let text = crate::input::text(path).map_err(CompareError::io(path))?;
         let text = text.map_err(|line| {
             let what = "not a mapping: expected TOML, which is UTF-8 text";
             let place = line.map_or_else(String::new, |line| format!("line {line}"));

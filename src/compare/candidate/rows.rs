@@ -8,7 +8,7 @@ use super::table::{Pass, Table};
 
 /// Consecutive samples of a candidate, in SI units and radians.
 #[derive(Debug, Clone, Default)]
-pub struct Block {
+pub(crate) struct Block {
     /// s, strictly increasing.
     pub time: Vec<f64>,
     /// One column for each channel, as long as `time`.
@@ -54,9 +54,9 @@ pub(super) fn derive(supplies: &mut Vec<Supply>, physics: &Physics) {
 }
 
 /// A pass over the rows of a candidate.
-pub struct Rows<'a> {
+pub(crate) struct Rows<'a> {
     table: &'a dyn Table,
-    pass: Box<dyn Pass + 'a>,
+    pass: Pass<'a>,
     /// Columns that are read; the first is the time.
     names: Vec<String>,
     raw: Vec<Vec<f64>>,
@@ -107,7 +107,7 @@ impl<'a> Rows<'a> {
         let mut taken = 0;
         let rows = loop {
             self.row += taken;
-            self.pass.next(&mut self.raw)?;
+            (self.pass)(&mut self.raw)?;
             taken = self.raw[0].len() as u64;
             self.finite()?;
             block.time.clear();
@@ -149,17 +149,17 @@ impl<'a> Rows<'a> {
             // Without a branch in the loop, for speed.
             if !column.iter().fold(true, |sound, x| sound & x.is_finite()) {
                 let row = column.iter().position(|x| !x.is_finite()).unwrap_or(0);
-                let place = self.table.place(self.row + row as u64, name);
                 let what = format!("{} is not a finite number", column[row]);
-                return Err(CompareError::content(
-                    self.table.path(),
-                    place,
-                    what,
-                    "leave out the row, or the column",
-                ));
+                return Err(self.fault(row, name, what, "leave out the row, or the column"));
             }
         }
         Ok(())
+    }
+
+    /// What is wrong with a row of the block in a column.
+    fn fault(&self, row: usize, column: &str, what: String, remedy: &str) -> CompareError {
+        let place = self.table.place(self.row + row as u64, column);
+        CompareError::content(self.table.path(), place, what, remedy)
     }
 
     /// That times increase. Where they are rounded, a row of the same time as the one before it is left out.
@@ -183,27 +183,20 @@ impl<'a> Rows<'a> {
                 continue;
             }
             if time <= self.last {
-                let place = self.table.place(self.row + row as u64, &self.names[0]);
-                let (what, remedy) = if time == self.last {
-                    if let Some((digits, repeated)) = too_few_digits(&self.raw[0]) {
-                        let what = format!(
-                            "the times have {digits} digits, too few for the samples: {time:?} s is there twice, and so are {} others",
-                            repeated - 1
-                        );
-                        let remedy = "write them with 17 digits, in Python with \"%.17g\"";
-                        return Err(CompareError::content(self.table.path(), place, what, remedy));
-                    }
-                    (
-                        format!("the time {time:?} s is there twice"),
-                        "keep one of the two rows, such as the one after an event",
-                    )
+                let (what, remedy) = if time < self.last {
+                    let what = format!("the time {time:?} s comes after {:?} s", self.last);
+                    (what, "sort the rows by time")
+                } else if let Some((digits, repeated)) = too_few_digits(&self.raw[0]) {
+                    let what = format!(
+                        "the times have {digits} digits, too few for the samples: {time:?} s is there twice, and so are {} others",
+                        repeated - 1
+                    );
+                    (what, "write them with 17 digits, in Python with \"%.17g\"")
                 } else {
-                    (
-                        format!("the time {time:?} s comes after {:?} s", self.last),
-                        "sort the rows by time",
-                    )
+                    let what = format!("the time {time:?} s is there twice");
+                    (what, "keep one of the two rows, such as the one after an event")
                 };
-                return Err(CompareError::content(self.table.path(), place, what, remedy));
+                return Err(self.fault(row, &self.names[0], what, remedy));
             }
             self.last = time;
             kept.push(row);
