@@ -58,22 +58,25 @@ pub use statistics::Statistic;
 pub use trace::Pair;
 pub use vocabulary::Vocabulary;
 
+use crate::case::quantity::Dimension;
 use crate::case::{Case, CaseSource, WrittenCase};
 use crate::record::sequence::{Alignment, SequenceEvent};
 use crate::record::{Event, EventKind};
 use crate::results::{ResultError, ResultFile, open_sound};
 use candidate::Block;
+use comparison::channel_errors;
 use creep::{Creep, CreepPass};
 use crossings::Crossings;
 use detect::{DEFAULT_HYSTERESIS, DEFAULT_TOLERANCE, Detector, Point};
-use diagnosis::{Evidence, Kick};
+use diagnosis::Evidence;
 use energy::{EnergyDrift, EnergyPass};
 use event_errors::EventErrors;
 use impulse::ImpulsePass;
 use parameters::{Found as Explained, JumpPass, Material, Start, StretchPass, other_kick, other_parameters};
 use range::Range;
 use reference::{BeforeAndAfter, Physics, Rerun, states_at_events};
-use states::{Grid, Probe, StatePass, Tally};
+use states::{Grid, Probe, StatePass};
+use statistics::{of_attractors, statistics};
 use std::path::Path;
 use torques::TorqueWatch;
 
@@ -196,81 +199,51 @@ impl Reference {
         mapping: &Mapping,
         watch: &mut dyn FnMut(CompareProgress),
     ) -> Result<Comparison, CompareError> {
-        let mut candidate = Candidate::open(path, mapping, &self.physics)?;
+        let physics = &self.physics;
+        let mut candidate = Candidate::open(path, mapping, physics)?;
         let mut watch = |pass: u8, time: f64| {
             let share = ((time - self.start) / (self.end - self.start)).clamp(0.0, 1.0);
             let done = (f64::from(pass - 1) + if share.is_nan() { 1.0 } else { share }) / f64::from(PASSES);
             watch(CompareProgress { done, time, pass });
         };
-        // A contact without stick counts one below a threshold, and for as long.
-        let threshold = self.physics.threshold();
-        if threshold.is_some() && mapping.hysteresis.is_some() {
-            return Err(CompareError::content(
-                path,
-                "hysteresis",
-                "the contact of the reference has no stick, and its events are the crossings of one threshold",
-                "leave out --hysteresis, or [detection].hysteresis; --velocity-tolerance is the threshold",
-            ));
-        }
-        let detection = Detection {
-            velocity_tolerance: mapping.velocity_tolerance.or(threshold).unwrap_or(DEFAULT_TOLERANCE),
-            hysteresis: match threshold {
-                Some(_) => 1.0,
-                None => mapping.hysteresis.unwrap_or(DEFAULT_HYSTERESIS),
-            },
-        };
+        let detection = self.detection(path, mapping)?;
         if let TimeOffset::Seconds(offset) = mapping.time_offset {
             candidate.shift(offset);
         }
         let (mut survey, mut found) = self.survey(&candidate, detection, &mut watch)?;
         let mut applied = None;
         if mapping.time_offset == TimeOffset::Auto {
-            let Some(offset) = self.offset(&found) else {
-                return Err(CompareError::content(
-                    path,
-                    "time_offset",
-                    "no offset of the clock makes four events in five agree with the reference's",
-                    "give it in seconds, --time-offset 6.966",
-                ));
-            };
+            let offset = self.offset(&found).ok_or_else(|| {
+                let what = "no offset of the clock makes four events in five agree with the reference's";
+                CompareError::content(path, "time_offset", what, "give it in seconds, --time-offset 6.966")
+            })?;
             candidate.shift(offset.seconds);
             applied = Some(offset);
             (survey, found) = self.survey(&candidate, detection, &mut watch)?;
         }
+        let events_given = candidate.events().is_some();
+        let interval = survey.interval.unwrap_or(0.0);
         // One that slips from rest at once has omega_r = 0 in its first sample, which is no stick.
-        let at_once = |event: &detect::Found| {
-            let (from, _) = survey.span.unwrap_or_default();
-            event.kind == EventKind::Slip && event.time - from <= survey.interval.unwrap_or(0.0)
-        };
-        if self.starts_in_slip && candidate.events().is_none() {
-            let begins = found.first().is_some_and(at_once);
-            found.drain(..usize::from(begins));
+        let (begins, _) = survey.span.unwrap_or_default();
+        let at_once = |event: &Found| event.kind == EventKind::Slip && event.time - begins <= interval;
+        if self.starts_in_slip && !events_given && found.first().is_some_and(at_once) {
+            found.remove(0);
         }
         let span = self.span(&candidate, &survey);
-        let events_given = candidate.events().is_some();
 
         let all: Vec<SequenceEvent> = found.iter().map(SequenceEvent::from).collect();
-        // Both ends of a period that is found in samples may err by an interval.
-        let slack = survey
-            .interval
-            .filter(|_| !events_given)
-            .map_or(0.0, |interval| 2.0 * interval);
         let within = |e: &&SequenceEvent| e.time >= span.from && e.time <= span.to;
         let reference_word: Vec<SequenceEvent> = self.word.iter().filter(within).copied().collect();
         let word: Vec<SequenceEvent> = all.iter().filter(within).copied().collect();
-        let period = self.physics.natural_period();
+        let uncovered = self.word.len() - reference_word.len();
+        let period = physics.natural_period();
         let mut alignment = Alignment::of(&reference_word, &word, period);
         // In a run of many cycles a drift of the times is no exchange of events.
-        if !self.physics.coasts() && !alignment.differences.is_empty() {
+        if !physics.coasts() && !alignment.differences.is_empty() {
             alignment = Alignment::drifting(&reference_word, &word, period, alignment);
         }
         let errors = EventErrors::of(&reference_word, &word, &alignment);
 
-        let onset = [reference_word.first(), word.first()]
-            .into_iter()
-            .flatten()
-            .map(|e| e.time)
-            .fold(span.to, f64::min);
         // Nearly all events of a clock that starts elsewhere are without a partner, or have a wrong one.
         let parted = errors.matched * 2 < found.len() || errors.max.is_some_and(|max| max > period / 8.0);
         let proposed = match mapping.time_offset {
@@ -283,18 +256,22 @@ impl Reference {
             all && offset.seconds.abs() > period / 8.0
         });
         let resolution = resolution_of(&candidate, &survey, &errors);
+        // Both ends of a period that is found in samples may err by an interval.
+        let slack = if events_given { 0.0 } else { 2.0 * interval };
         let mut states = if candidate.has_rows() {
             let mut windows = windows::windows(&reference_word, &word, &alignment, span.from_start, span.to_end);
             if !events_given {
-                windows::without_small_shifts(&mut windows, survey.interval.unwrap_or(0.0));
+                windows::without_small_shifts(&mut windows, interval);
             }
+            let firsts = [reference_word.first(), word.first()].into_iter().flatten();
+            let onset = firsts.map(|e| e.time).fold(span.to, f64::min);
             let position = self.position(&candidate, &all, slack);
             let passes = self.passes(&candidate, &found, detection);
             Some(self.states(&candidate, windows, (detection, onset), position, passes, &mut watch)?)
         } else {
             None
         };
-        let attractors = (!self.physics.coasts()).then(|| {
+        let attractors = (!physics.coasts()).then(|| {
             let found = candidate.attractor().or_else(|| {
                 let (attractor, _) = self.attractor_of(&all, slack).filter(|_| !candidate.is_own())?;
                 let amplitude = states.as_ref().and_then(|states| states.amplitude);
@@ -304,15 +281,14 @@ impl Reference {
         });
 
         let mut unit_faults: Vec<_> = units::of_time(&self.time_pairs(&all, &survey)).into_iter().collect();
-        if let Some(states) = &states {
+        if let Some(StatePass { channels, tallies, .. }) = states.as_ref().map(|states| &states.pass) {
             let of_channel = |(k, &channel): (usize, &Channel)| {
-                let tallies = states.tallies.each_ref().map(|phase| phase[k]);
-                units::of_channel(channel, self.physics.vocabulary(), &tallies)
+                units::of_channel(channel, physics.vocabulary(), &tallies.each_ref().map(|phase| phase[k]))
             };
-            unit_faults.extend(states.channels.iter().enumerate().filter_map(of_channel));
+            unit_faults.extend(channels.iter().enumerate().filter_map(of_channel));
         }
-        let evidence = Evidence {
-            physics: &self.physics,
+        let mut causes = diagnosis::diagnose(&Evidence {
+            physics,
             floor: resolution.as_ref().map_or(0.0, |resolution| resolution.event_error),
             offset: proposed,
             reference: &reference_word,
@@ -320,22 +296,16 @@ impl Reference {
             alignment: &alignment,
             errors: &errors,
             units: unit_faults,
-            kick: self.kick_event().map(|event| Kick {
-                time: event.time,
-                delta: event.after.relative_velocity - event.before.relative_velocity,
-            }),
-            probes: states.as_ref().map_or(&[][..], |s| &s.probes),
-            grid: states.as_ref().map_or(Grid::default(), |s| s.grid),
+            kick: self.kick_event(),
+            probes: states.as_ref().map_or(&[][..], |s| &s.pass.probes),
+            grid: states.as_ref().map_or(Grid::default(), |s| s.pass.grid),
             interval: survey.interval,
             plateau: survey.plateau,
             detected: !events_given,
             creep: states.as_ref().and_then(|s| s.creep),
-        };
-        let mut causes = diagnosis::diagnose(&evidence);
-        let differs = !alignment.differences.is_empty()
-            || errors
-                .max
-                .is_none_or(|max| max > if events_given { AGREED } else { AGREED_IN_SAMPLES });
+        });
+        let agreed = if events_given { AGREED } else { AGREED_IN_SAMPLES };
+        let differs = !alignment.differences.is_empty() || errors.max.is_none_or(|max| max > agreed);
         let passes = states.as_mut().and_then(|states| states.passes.take());
         let other = match candidate.is_own() {
             false => self.other_inputs(&candidate, passes, (&found, &all), span, differs, &mut causes)?,
@@ -343,22 +313,77 @@ impl Reference {
         };
         diagnosis::add_case(&mut causes, candidate.differences());
 
-        Ok(comparison::compose(comparison::Parts {
-            reference: self,
-            candidate: &candidate,
-            causes,
-            detection: (!events_given).then_some(detection),
+        let mut statistics = statistics(&reference_word, &word, span, uncovered);
+        if let Some(attractors) = &attractors {
+            // In a cycle there is no last stick.
+            statistics.retain(|statistic| attractors[0].is_none() || statistic.name != "final_stick");
+            let unit = physics.vocabulary().motion().dimension(Dimension::Angle).unit();
+            statistics.extend(of_attractors(attractors, unit));
+        }
+        let (was_rerun, pass) = (self.was_repeated(), states.as_ref().map(|states| &states.pass));
+        let mut comparison = Comparison {
+            reference: self.file.path().display().to_string(),
+            candidate: candidate.path().display().to_string(),
+            format: candidate.format(),
             resolution,
-            found_offset: applied.or(proposed),
-            span,
-            words: (&reference_word, &word),
-            alignment,
-            errors,
-            states: states.as_ref(),
+            time_offset: Some(candidate.clock().offset).filter(|offset| *offset != 0.0),
+            found_time_offset: applied.or(proposed),
+            verdict: String::new(),
+            causes,
+            case_differences: candidate.differences().to_vec(),
+            parameters: other.parameters,
+            kick: other.kick,
+            clock: other.clock,
+            detection: (!events_given).then_some(detection),
+            velocity_unit: physics.vocabulary().unit(Channel::RelativeVelocity),
+            span: candidate.has_rows().then_some(span),
             interval: survey.interval,
+            reference_events: reference_word.len(),
+            uncovered,
+            candidate_events: word.len(),
+            missing: alignment.missing(),
+            spurious: alignment.spurious(),
+            sequence: alignment.differences,
+            cycles: (!physics.coasts()).then(|| CycleErrors::of(&errors)).flatten(),
+            event_errors: errors,
+            statistics,
+            channels: pass.map_or_else(Vec::new, |pass| channel_errors(pass, physics)),
+            samples: pass.map_or(0, StatePass::samples),
+            samples_outside: pass.map_or(0, |pass| pass.outside),
+            samples_too_sparse: pass.map_or(0, |pass| pass.too_sparse),
+            reference_repeated: pass.is_some_and(StatePass::was_integrated) || was_rerun,
+            was_rerun,
+            energy_drift: states.as_ref().and_then(|states| states.energy),
+            impulses: states.map_or_else(Vec::new, |states| states.impulses),
+            time_scale: (!physics.coasts()).then(|| physics.scale.clone()),
             attractors,
-            other,
-        }))
+            absent: Vec::new(),
+        };
+        let lacking = physics.state.iter().filter(|&&channel| !candidate.has(channel));
+        comparison.find_absent(&lacking.map(|channel| channel.name()).collect::<Vec<_>>());
+        comparison.find_verdict();
+        Ok(comparison)
+    }
+
+    /// How events are found: as the mapping says, else by what the contact of the reference needs.
+    fn detection(&self, path: &Path, mapping: &Mapping) -> Result<Detection, CompareError> {
+        // A contact without stick counts one below a threshold, and for as long.
+        let threshold = self.physics.threshold();
+        if threshold.is_some() && mapping.hysteresis.is_some() {
+            return Err(CompareError::content(
+                path,
+                "hysteresis",
+                "the contact of the reference has no stick, and its events are the crossings of one threshold",
+                "leave out --hysteresis, or [detection].hysteresis; --velocity-tolerance is the threshold",
+            ));
+        }
+        Ok(Detection {
+            velocity_tolerance: mapping.velocity_tolerance.or(threshold).unwrap_or(DEFAULT_TOLERANCE),
+            hysteresis: match threshold {
+                Some(_) => 1.0,
+                None => mapping.hysteresis.unwrap_or(DEFAULT_HYSTERESIS),
+            },
+        })
     }
 
     /// What is collected of a candidate by another program to find another number of the case in.
@@ -367,33 +392,18 @@ impl Reference {
             return None;
         }
         let physics = &self.physics;
-        let channels = candidate.channels(&self.physics);
-        let period = physics.natural_period();
-        let breaks = found.iter().map(|f| f.time);
-        let breaks = breaks.chain(
-            self.events
-                .iter()
-                .filter(|e| !e.kind.in_event_sequence())
-                .map(|e| e.time),
-        );
+        let (channels, period) = (candidate.channels(physics), physics.natural_period());
+        let of_reference = self.events.iter().filter(|e| !e.kind.in_event_sequence());
+        let breaks = found.iter().map(|f| f.time).chain(of_reference.map(|e| e.time));
         let stick_slip = match (found.first(), found.last()) {
             (Some(first), Some(last)) => (first.time - 40.0 * period, last.time + 10.0 * period),
             _ => self.stretch(),
         };
-        let stretches = StretchPass::new(
-            physics,
-            &channels,
-            detection.velocity_tolerance,
-            stick_slip,
-            breaks.collect(),
-        );
+        let tolerance = detection.velocity_tolerance;
+        let kick = self.kick_event().map_or(f64::INFINITY, |kick| kick.time);
         Some(Passes {
-            stretches,
-            jump: JumpPass::new(
-                physics,
-                &channels,
-                self.kick_event().map_or(f64::INFINITY, |kick| kick.time),
-            ),
+            stretches: StretchPass::new(physics, &channels, tolerance, stick_slip, breaks.collect()),
+            jump: JumpPass::new(physics, &channels, kick),
         })
     }
 
@@ -767,21 +777,14 @@ impl Reference {
                 range.add(&block, *column);
             }
         }
-        channels.truncate(compared);
         Ok(States {
+            pass,
             passes,
             impulses: impulses.map_or_else(Vec::new, |impulses| impulses.finish(&self.physics)),
             creep: creep
                 .and_then(|(creep, _)| creep.finish())
                 .filter(|_| self.physics.sticks()),
-            integrated: pass.was_integrated(),
             amplitude: range.and_then(|(_, range)| range.amplitude()),
-            channels,
-            tallies: pass.tallies,
-            outside: pass.outside,
-            too_sparse: pass.too_sparse,
-            probes: pass.probes,
-            grid: pass.grid,
             energy: energy.finish(),
         })
     }
@@ -879,20 +882,12 @@ fn resolution_of(candidate: &Candidate, survey: &Survey, errors: &EventErrors) -
 
 /// What the pass over the states gives.
 struct States<'a> {
+    pass: StatePass<'a>,
     passes: Option<Passes<'a>>,
     impulses: Vec<ImpulseErrors>,
-    channels: Vec<Channel>,
-    /// By phase, then by channel.
-    tallies: [Vec<Tally>; 3],
-    outside: u64,
-    too_sparse: u64,
-    probes: Vec<Probe>,
-    grid: Grid,
     energy: Option<EnergyDrift>,
     /// Of a candidate by another program: how it creeps.
     creep: Option<Creep>,
-    /// The equations were integrated again between samples.
-    integrated: bool,
     /// Half of the range of a candidate's position over its last period, rad.
     amplitude: Option<f64>,
 }

@@ -100,7 +100,8 @@ pub(crate) struct Grid {
 #[derive(Debug)]
 pub(crate) struct StatePass<'a> {
     walk: Walk<'a>,
-    channels: Vec<Channel>,
+    /// Those of the blocks, in their order.
+    pub channels: Vec<Channel>,
     windows: Vec<Window>,
     window: usize,
     curves: Vec<Curve>,
@@ -244,6 +245,12 @@ impl<'a> StatePass<'a> {
                 }
             }
         }
+    }
+
+    /// Samples compared: all channels have the same.
+    pub fn samples(&self) -> u64 {
+        let firsts = self.tallies.iter().filter_map(|phase| phase.first());
+        firsts.map(|tally| tally.samples).sum()
     }
 
     /// Whether the equations were integrated again between samples.
