@@ -151,16 +151,13 @@ impl Reference {
         };
         let in_word = events.iter().filter(|e| e.kind.in_event_sequence());
         let word: Vec<SequenceEvent> = in_word.map(SequenceEvent::from).collect();
-        let physics = Physics::new(case, &word, end);
-        let attractor = Attractor::of_file(&file)?;
         let first = file.states(0..rows.min(1))?;
-        let starts_in_slip = first.iter().any(|(_, mode, _)| mode.sense() != 0);
         Ok(Reference {
+            physics: Physics::new(case, &word, end),
             word,
-            physics,
             rerun: Rerun::default(),
-            attractor,
-            starts_in_slip,
+            attractor: Attractor::of_file(&file)?,
+            starts_in_slip: first.iter().any(|(_, mode, _)| mode.sense() != 0),
             file,
             events,
             start,
@@ -437,20 +434,22 @@ impl Reference {
         let kick = self.kick_event();
         let mut others = Others::default();
         if differs {
-            let mut anchors: Vec<(&'static str, f64)> = kick.map(|kick| ("the kick", kick.time)).into_iter().collect();
-            anchors.extend(self.word.first().map(|e| match e.kind {
+            let first = self.word.first().map(|e| match e.kind {
                 EventKind::Stick => ("the first stick", e.time),
                 _ => ("the first event", e.time),
-            }));
+            });
+            let corner = if physics.coasts() {
+                "a corner of F(t)"
+            } else {
+                "a corner of a signal"
+            };
             let corners = self
                 .events
                 .iter()
                 .filter(|e| e.kind == EventKind::Corner && e.time > 0.0);
-            let of = match physics.coasts() {
-                true => "a corner of F(t)",
-                false => "a corner of a signal",
-            };
-            anchors.extend(corners.map(|e| (of, e.time)));
+            let kick = kick.map(|kick| ("the kick", kick.time));
+            let anchors = kick.into_iter().chain(first).chain(corners.map(|e| (corner, e.time)));
+            let anchors: Vec<(&'static str, f64)> = anchors.collect();
             others.clock = clock::other_clock(&self.word, all, &anchors, period);
         }
         if let Some(clock) = others.clock.as_ref().filter(|clock| clock.counts_from.is_some()) {
@@ -464,29 +463,18 @@ impl Reference {
         let kick = kick.map(|(event, states)| (event.time, states));
         let jumped = passes.as_ref().and_then(|passes| passes.jump.finish());
         let first = passes.as_ref().and_then(|passes| passes.jump.first());
-        let from = if candidate.has_rows() {
-            span.from
-        } else {
-            f64::NEG_INFINITY
+        let has_rows = candidate.has_rows();
+        let from = if has_rows { span.from } else { f64::NEG_INFINITY };
+        let at_kick = kick.as_ref().map(|(time, (_, after))| Start::At(*time, after.clone()));
+        let begins_at_kick = kick
+            .as_ref()
+            .is_some_and(|(time, _)| (time - period..time + period).contains(&from));
+        let starts = match first {
+            Some((time, state)) if time > self.start => vec![Start::At(time, state), Start::Case],
+            Some(_) => vec![Start::Case],
+            None if begins_at_kick => at_kick.into_iter().chain([Start::Case]).collect(),
+            None => [Start::Case].into_iter().chain(at_kick.filter(|_| !has_rows)).collect(),
         };
-        let mut starts = Vec::new();
-        match first {
-            Some((time, state)) if time > self.start => starts.extend([Start::At(time, state), Start::Case]),
-            Some(_) => starts.push(Start::Case),
-            None => {
-                let at_kick = kick.as_ref().map(|(time, (_, after))| Start::At(*time, after.clone()));
-                let begins = kick
-                    .as_ref()
-                    .is_some_and(|(time, _)| (time - period..time + period).contains(&from));
-                if begins {
-                    starts.extend(at_kick.clone());
-                }
-                starts.push(Start::Case);
-                if !begins && !candidate.has_rows() {
-                    starts.extend(at_kick);
-                }
-            }
-        }
         // Beyond the reference's end nobody knows what comes.
         let last = all.last().map_or(f64::NEG_INFINITY, |e| e.time);
         let to = span.to.max(last).min(self.end.max(last));
@@ -502,12 +490,9 @@ impl Reference {
             period,
             breakaway: self.breakaway(found),
             events_differ: differs,
-            by_events: !causes.iter().any(|known| {
-                matches!(
-                    known.cause,
-                    Cause::AbsoluteAngles | Cause::RegularisedLaw | Cause::EventsLate
-                )
-            }),
+            by_events: !causes
+                .iter()
+                .any(|known| [Cause::AbsoluteAngles, Cause::RegularisedLaw, Cause::EventsLate].contains(&known.cause)),
         };
         if let Some(((time, states), jumped)) = kick.zip(jumped) {
             others.kick = other_kick(physics, (time, &states), &jumped).map(|mut other| {
@@ -520,11 +505,8 @@ impl Reference {
             diagnosis::add_kick(causes, kick);
             return Ok(others);
         }
-        match (
-            other_parameters(material, others.kick.is_some()),
-            &others.kick,
-            &others.clock,
-        ) {
+        let explained = other_parameters(material, others.kick.is_some());
+        match (explained, &others.kick, &others.clock) {
             (Explained::Numbers(parameters), ..) => {
                 others.clock = None;
                 // Other equations lead to another state at the kick.
@@ -558,96 +540,104 @@ impl Reference {
         detection: Detection,
         watch_progress: &mut dyn FnMut(u8, f64),
     ) -> Result<(Survey, Vec<Found>), CompareError> {
-        let mut survey = Survey::default();
+        let physics = &self.physics;
+        let given = candidate.events().map(<[Found]>::to_vec);
         if !candidate.has_rows() {
-            return Ok((survey, candidate.events().unwrap_or_default().to_vec()));
+            return Ok((Survey::default(), given.unwrap_or_default()));
         }
-        let detects = candidate.events().is_none();
-        let twists = self.physics.torque_channels();
+        let twists = physics.torque_channels();
+        let with_twists = !candidate.is_own() && twists.iter().all(|&channel| candidate.has(channel));
         let mut channels = Vec::new();
-        if detects {
+        if given.is_none() {
             channels.push(Channel::RelativeVelocity);
-            if candidate.has(Channel::NormalForce) {
-                channels.push(Channel::NormalForce);
-            }
+            channels.extend(Some(Channel::NormalForce).filter(|&force| candidate.has(force)));
         }
         let twist = channels.len();
-        let with_twists = !candidate.is_own() && twists.iter().all(|&channel| candidate.has(channel));
         if with_twists {
             channels.extend_from_slice(&twists);
         }
-        let mut detector = Detector::new(detection);
-        let threshold = self.physics.threshold();
-        let mut crossings = threshold.map(|_| Crossings::new(detection.velocity_tolerance));
-        let mut watch = TorqueWatch::new(candidate.events().unwrap_or_default().to_vec());
-        let mut rows = candidate.rows(&channels, &self.physics)?;
+        let torques = |block: &Block, row: usize| {
+            with_twists.then(|| physics.torques_by(block.time[row], |k| block.columns[twist + k][row]))
+        };
+        let mut finder = match (given, physics.threshold()) {
+            (Some(events), _) => Finder::Given(TorqueWatch::new(events)),
+            (None, Some(_)) => Finder::Crossings(Crossings::new(detection.velocity_tolerance)),
+            (None, None) => Finder::Detector(Detector::new(detection)),
+        };
+        let mut rows = candidate.rows(&channels, physics)?;
         let mut block = Block::default();
-        let (mut from, mut to) = (f64::NAN, f64::NAN);
-        let stretch = self.stretch();
-        let mut inside: (u64, f64, f64) = (0, f64::NAN, f64::NAN);
+        let mut span: Option<(f64, f64)> = None;
+        // Samples in the stick-slip: how many, the first and the last, s.
+        let (stretch, mut inside) = (self.stretch(), None);
         while rows.next(&mut block)? {
-            if from.is_nan() {
-                from = block.time[0];
-            }
-            to = block.time[block.time.len() - 1];
+            let (time, c) = (&block.time, &block.columns);
+            let to = time[time.len() - 1];
+            span = Some((span.map_or(time[0], |span| span.0), to));
             watch_progress(1, to);
-            let first = block.time.partition_point(|t| *t < stretch.0);
-            let last = block.time.partition_point(|t| *t <= stretch.1);
+            let first = time.partition_point(|t| *t < stretch.0);
+            let last = time.partition_point(|t| *t <= stretch.1);
             if first < last {
-                inside.0 += (last - first) as u64;
-                if inside.1.is_nan() {
-                    inside.1 = block.time[first];
-                }
-                inside.2 = block.time[last - 1];
+                let (count, from, _) = inside.unwrap_or((0, time[first], 0.0));
+                inside = Some((count + (last - first) as u64, from, time[last - 1]));
             }
-            if detects {
-                let count = match &mut crossings {
-                    Some(crossings) => {
-                        let rows = block.time.iter().zip(&block.columns[0]);
-                        rows.for_each(|(&time, &velocity)| crossings.add(time, velocity));
-                        crossings.count()
-                    }
-                    None => {
-                        self.detect(&mut detector, &block, twist, with_twists);
-                        detector.count()
-                    }
-                };
-                if count > MOST_EVENTS {
-                    let what = format!("more than {MOST_EVENTS} events up to {to:.6} s: omega_r chatters about zero");
-                    let remedy = "raise --velocity-tolerance above the size of the chatter";
-                    return Err(CompareError::content(
-                        candidate.path(),
-                        "relative_velocity",
-                        what,
-                        remedy,
-                    ));
+            match &mut finder {
+                Finder::Crossings(crossings) => {
+                    time.iter()
+                        .zip(&c[0])
+                        .for_each(|(&time, &velocity)| crossings.add(time, velocity));
                 }
-            } else if with_twists {
-                let c = &block.columns;
-                for (row, &time) in block.time.iter().enumerate() {
-                    let (rotor, stator) = self.physics.torques_by(time, |k| c[twist + k][row]);
-                    watch.add(time, rotor, stator);
+                Finder::Given(watch) => {
+                    for (row, &time) in time.iter().enumerate() {
+                        torques(&block, row)
+                            .into_iter()
+                            .for_each(|(rotor, stator)| watch.add(time, rotor, stator));
+                    }
                 }
+                Finder::Detector(detector) => {
+                    let forces = if twist == 2 { &c[1][..] } else { &[] };
+                    let mut row = 0;
+                    while row < time.len() {
+                        row += detector.skip(&c[0][row..], forces.get(row..).unwrap_or_default());
+                        detector.add(Point {
+                            time: time[row],
+                            velocity: c[0][row],
+                            normal_force: forces.get(row).copied().unwrap_or(f64::INFINITY),
+                            torques: torques(&block, row),
+                        });
+                        row += 1;
+                    }
+                }
+            }
+            if finder.count() > MOST_EVENTS {
+                let what = format!("more than {MOST_EVENTS} events up to {to:.6} s: omega_r chatters about zero");
+                let remedy = "raise --velocity-tolerance above the size of the chatter";
+                return Err(CompareError::content(
+                    candidate.path(),
+                    "relative_velocity",
+                    what,
+                    remedy,
+                ));
             }
         }
-        if from.is_nan() {
+        if span.is_none() {
             return Err(CompareError::whole(
                 candidate.path(),
                 "holds no samples",
                 "check how it was written",
             ));
         }
-        survey.span = Some((from, to));
-        survey.repeated = rows.watch().repeated;
-        survey.rounding = candidate.clock().rounding.filter(|_| rows.watch().is_rounded());
-        survey.interval = (inside.0 > 1).then(|| (inside.2 - inside.1) / (inside.0 - 1) as f64);
-        survey.plateau = detector.plateau();
-        let found = match crossings {
-            _ if !detects => watch.finish(),
-            Some(crossings) => crossings.finish(),
-            None => detector.finish(),
+        let inside = inside.filter(|inside| inside.0 > 1);
+        let survey = Survey {
+            span,
+            interval: inside.map(|(count, from, to)| (to - from) / (count - 1) as f64),
+            plateau: match &finder {
+                Finder::Detector(detector) => detector.plateau(),
+                _ => 0.0,
+            },
+            repeated: rows.watch().repeated,
+            rounding: candidate.clock().rounding.filter(|_| rows.watch().is_rounded()),
         };
-        Ok((survey, found))
+        Ok((survey, finder.finish()))
     }
 
     /// What has to be added to the times of events so that they agree with those of the reference.
@@ -656,30 +646,10 @@ impl Reference {
         clock::find(&self.word, &word, self.physics.natural_period() / 8.0)
     }
 
-    fn detect(&self, detector: &mut Detector, block: &Block, twist: usize, with_twists: bool) {
-        let c = &block.columns;
-        let force = twist == 2;
-        let forces = if force { &c[1][..] } else { &[] };
-        let mut row = 0;
-        while row < block.time.len() {
-            row += detector.skip(&c[0][row..], forces.get(row..).unwrap_or_default());
-            let torques = || self.physics.torques_by(block.time[row], |k| c[twist + k][row]);
-            detector.add(Point {
-                time: block.time[row],
-                velocity: c[0][row],
-                normal_force: if force { c[1][row] } else { f64::INFINITY },
-                torques: with_twists.then(torques),
-            });
-            row += 1;
-        }
-    }
-
     /// From ten natural periods before the first event of the word to the last one, s.
     fn stretch(&self) -> (f64, f64) {
-        let first = self
-            .word
-            .first()
-            .map_or(0.0, |e| e.time - 10.0 * self.physics.natural_period());
+        let margin = 10.0 * self.physics.natural_period();
+        let first = self.word.first().map_or(0.0, |e| e.time - margin);
         (first, self.word.last().map_or(self.end, |e| e.time))
     }
 
@@ -708,17 +678,11 @@ impl Reference {
 
     /// Times that should be the same in both runs: first and last event, or the ends.
     fn time_pairs(&self, candidate: &[SequenceEvent], survey: &Survey) -> Vec<(f64, f64)> {
-        let mut pairs = Vec::new();
-        for (r, c) in [
-            (self.word.first(), candidate.first()),
-            (self.word.last(), candidate.last()),
-        ] {
-            pairs.extend(r.zip(c).map(|(r, c)| (r.time, c.time)));
-        }
-        if pairs.is_empty() {
-            pairs.extend(survey.span.map(|(_, to)| (self.end, to)));
-        }
-        pairs
+        let firsts = self.word.first().zip(candidate.first());
+        let lasts = self.word.last().zip(candidate.last());
+        let of_events = firsts.into_iter().chain(lasts).map(|(r, c)| (r.time, c.time));
+        let ends = survey.span.filter(|_| firsts.is_none()).map(|(_, to)| (self.end, to));
+        of_events.chain(ends).collect()
     }
 
     fn states<'a>(
@@ -730,32 +694,34 @@ impl Reference {
         mut passes: Option<Passes<'a>>,
         watch_progress: &mut dyn FnMut(u8, f64),
     ) -> Result<States<'a>, CompareError> {
-        let mut channels = candidate.channels(&self.physics);
+        let physics = &self.physics;
+        let mut channels = candidate.channels(physics);
         // Impulses stand last: they are compared by themselves.
         channels.sort_by_key(|channel| channel.is_impulse());
         let compared = channels.iter().filter(|channel| !channel.is_impulse()).count();
         let mut impulses = ImpulsePass::new(&channels, || self.walk())?;
-        let period = self.physics.natural_period();
-        let probe = |from: f64, to: f64| Probe {
+        let period = physics.natural_period();
+        let kick = self.kick_event().map_or(f64::NEG_INFINITY, |kick| kick.time);
+        let probes = [
+            (kick - 2.0 * period, kick),
+            (kick, kick + 2.0 * period),
+            (onset - 4.0 * period, onset),
+        ];
+        let probes = probes.map(|(from, to)| Probe {
             from,
             to,
             points: Vec::new(),
-        };
-        let kick = self.kick_event().map_or(f64::NEG_INFINITY, |kick| kick.time);
-        let probes = vec![
-            probe(kick - 2.0 * period, kick),
-            probe(kick, kick + 2.0 * period),
-            probe(onset - 4.0 * period, onset),
-        ];
-        let mut pass = StatePass::new(self.walk()?, &self.physics, &channels[..compared], windows, probes);
-        let place = |channel: &Channel| channels.iter().position(|known| known == channel);
-        let energy_columns = self.physics.columns(&channels);
-        let mut range = position.and_then(|(channel, (from, to))| Some((place(&channel)?, Range::new(from, to))));
-        let mut energy = EnergyPass::new(&self.physics, detection.velocity_tolerance, self.kick_works()?);
+        });
+        let mut pass = StatePass::new(self.walk()?, physics, &channels[..compared], windows, probes.to_vec());
+        let energy_columns = physics.columns(&channels);
+        let mut range = position.and_then(|(channel, (from, to))| {
+            let column = channels.iter().position(|known| *known == channel)?;
+            Some((column, Range::new(from, to)))
+        });
+        let mut energy = EnergyPass::new(physics, detection.velocity_tolerance, self.kick_works()?);
         // What a candidate of another program does in its equations.
-        let foreign = energy_columns.as_ref().filter(|_| !candidate.is_own());
-        let mut creep = foreign.map(|columns| (CreepPass::new(&self.physics), columns));
-        let mut rows = candidate.rows(&channels, &self.physics)?;
+        let mut creep = (!candidate.is_own()).then(|| CreepPass::new(physics));
+        let mut rows = candidate.rows(&channels, physics)?;
         let mut block = Block::default();
         while rows.next(&mut block)? {
             pass.add(&block)?;
@@ -766,24 +732,20 @@ impl Reference {
             if let Some(impulses) = &mut impulses {
                 impulses.add(&block)?;
             }
-            if let Some((creep, columns)) = &mut creep {
-                creep.add(&block, columns);
-            }
-            watch_progress(PASSES, block.time[block.time.len() - 1]);
             if let Some(columns) = &energy_columns {
+                creep.iter_mut().for_each(|creep| creep.add(&block, columns));
                 energy.add(&block, columns);
             }
             if let Some((column, range)) = &mut range {
                 range.add(&block, *column);
             }
+            watch_progress(PASSES, block.time[block.time.len() - 1]);
         }
         Ok(States {
             pass,
             passes,
-            impulses: impulses.map_or_else(Vec::new, |impulses| impulses.finish(&self.physics)),
-            creep: creep
-                .and_then(|(creep, _)| creep.finish())
-                .filter(|_| self.physics.sticks()),
+            impulses: impulses.map_or_else(Vec::new, |impulses| impulses.finish(physics)),
+            creep: creep.and_then(CreepPass::finish).filter(|_| physics.sticks()),
             amplitude: range.and_then(|(_, range)| range.amplitude()),
             energy: energy.finish(),
         })
@@ -817,11 +779,37 @@ impl Reference {
         let physics = &self.physics;
         let kinetic = |t: f64, y: &[f64]| physics.system().kinetic_energy(&physics.course.driving(t), y);
         let work = |(e, (before, after)): (&Event, BeforeAndAfter)| kinetic(e.time, &after) - kinetic(e.time, &before);
-        Ok(self
-            .kicks()?
-            .into_iter()
-            .map(|kick| (kick.0.time, work(kick)))
-            .collect())
+        let kicks = self.kicks()?.into_iter();
+        Ok(kicks.map(|kick| (kick.0.time, work(kick))).collect())
+    }
+}
+
+/// Where the events of a candidate come from.
+enum Finder {
+    /// It states them, and its samples have the torques before them.
+    Given(TorqueWatch),
+    /// Its relative velocity, of a contact that sticks, and of one that does not.
+    Detector(Detector),
+    Crossings(Crossings),
+}
+
+impl Finder {
+    /// How many were found so far.
+    fn count(&self) -> usize {
+        match self {
+            Finder::Given(_) => 0,
+            Finder::Detector(detector) => detector.count(),
+            Finder::Crossings(crossings) => crossings.count(),
+        }
+    }
+
+    /// The events, after the last sample.
+    fn finish(self) -> Vec<Found> {
+        match self {
+            Finder::Given(watch) => watch.finish(),
+            Finder::Detector(detector) => detector.finish(),
+            Finder::Crossings(crossings) => crossings.finish(),
+        }
     }
 }
 
