@@ -99,7 +99,7 @@ impl Candidate {
         }
         let axial = matches!(system.pressing, Pressing::Axial { .. });
         let is_there = |channel: &Channel| match channel {
-            Channel::Z | Channel::ZDot => axial,
+            _ if channel.is_axial() => axial,
             _ => file.column(&channel.name(), 0..0).is_ok(),
         };
         let mut candidate = Candidate::empty(path, "result file");
@@ -229,11 +229,11 @@ impl Candidate {
         let mapped = of_mapping.find(|(known, _)| vocabulary.canonical(*known) == Some(channel));
         let mapped = mapped.map(|(_, column)| column);
         let taken = |name: &str| mapping.channels.iter().any(|(_, column)| column.name == name);
-        let is_here = |name: &String| table.recognises(name) && table.has(name) && !taken(name);
+        let is_here = |name: &&String| table.recognises(name) && table.has(name) && !taken(name);
         let name = match mapped {
             Some(column) if table.has(&column.name) => Some(column.name.clone()),
             Some(column) => return Err(absent(table, &column.name)),
-            None => vocabulary.names(channel).into_iter().find(is_here),
+            None => vocabulary.names(channel).iter().find(is_here).cloned(),
         };
         let Some(name) = name else {
             return Ok(None);

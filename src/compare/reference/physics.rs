@@ -327,32 +327,8 @@ impl Physics {
 
     /// What a channel is as a function of time.
     pub(crate) fn quantity(&self, channel: Channel) -> Quantity {
-        use Which::{Rotor, Stator};
-        let part = |of, index| Part { of, index };
-        let outermost = self.system().rotor.inertia.len().saturating_sub(1);
-        match channel {
-            Channel::RelativeVelocity => Quantity::RelativeVelocity,
-            Channel::RotorTwist => Quantity::Twist(part(Rotor, 0)),
-            Channel::RotorTwistRate => Quantity::TwistRate(part(Rotor, 0)),
-            Channel::Twist(part) => Quantity::Twist(part),
-            Channel::TwistRate(part) => Quantity::TwistRate(part),
-            Channel::Speed(part) => Quantity::Speed(part),
-            Channel::Angle(part) => Quantity::Angle(part),
-            Channel::Phi1 => Quantity::Angle(part(Stator, 0)),
-            Channel::Phi1Dot => Quantity::Speed(part(Stator, 0)),
-            Channel::Phi2 => Quantity::Angle(part(Rotor, 0)),
-            Channel::Phi2Dot => Quantity::Speed(part(Rotor, 0)),
-            Channel::Theta => Quantity::Angle(part(Rotor, outermost)),
-            Channel::ThetaDot => Quantity::Speed(part(Rotor, outermost)),
-            Channel::SlipDisplacement => Quantity::Slip,
-            Channel::Deflection => Quantity::Deflection,
-            Channel::NormalForce => Quantity::NormalForce,
-            Channel::FrictionTorque => Quantity::Interface,
-            Channel::Z => Quantity::AxialDisplacement,
-            Channel::ZDot => Quantity::AxialVelocity,
-            // Impulses are integrated from forces and torques.
-            Channel::TransmittedTorque | Channel::NormalImpulse | Channel::FrictionImpulse => Quantity::Transmitted,
-        }
+        let inertias = self.system().rotor.inertia.len();
+        channel.quantity(inertias.saturating_sub(1))
     }
 
     /// The channel of which an attractor states the range; `None` of a slip displacement.
