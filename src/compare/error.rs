@@ -1,6 +1,5 @@
 //! Why a comparison cannot be made: what, where, and what to do.
 
-use crate::case::CaseError;
 use crate::results::ResultError;
 use std::path::{Path, PathBuf};
 
@@ -11,14 +10,6 @@ pub enum CompareError {
     /// A result file that cannot be read.
     #[error(transparent)]
     Result(#[from] ResultError),
-    /// The case kept in a result file.
-    #[error("{path}: its case cannot be read: {source}; repeat the run")]
-    Case {
-        /// The result file.
-        path: PathBuf,
-        /// What is wrong with the case.
-        source: CaseError,
-    },
     /// Contents of a file that cannot be compared.
     #[error("{path}{}: {what}; {remedy}", at(.place))]
     Content {
@@ -37,11 +28,8 @@ pub enum CompareError {
 }
 
 fn at(place: &str) -> String {
-    if place.is_empty() {
-        String::new()
-    } else {
-        format!(", {place}")
-    }
+    let comma = if place.is_empty() { "" } else { ", " };
+    format!("{comma}{place}")
 }
 
 impl CompareError {

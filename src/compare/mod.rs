@@ -814,15 +814,10 @@ impl Finder {
 }
 
 /// The case that a result file holds.
-///
-/// # Errors
-/// Of the file, or of the case in it.
 fn saved_case(path: &Path, file: &ResultFile) -> Result<Case, CompareError> {
     let source = CaseSource::result(path, file.resolved()?);
-    Case::read(&source, &[]).map_err(|source| CompareError::Case {
-        path: path.to_owned(),
-        source,
-    })
+    let refused = |why| CompareError::whole(path, format!("its case cannot be read: {why}"), "repeat the run");
+    Case::read(&source, &[]).map_err(refused)
 }
 
 /// What is collected of a candidate to find another number of the case in.
