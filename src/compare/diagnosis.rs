@@ -169,15 +169,11 @@ fn torques_count(e: &Evidence<'_>) -> bool {
 
 /// Its events agree when a time is added to them.
 fn other_clock(offset: FoundOffset) -> String {
-    let FoundOffset {
-        seconds,
-        agree,
-        of,
-        rms,
-    } = offset;
+    let (seconds, rms) = (offset.seconds, offset.rms);
     format!(
-        "its clock starts elsewhere: with {seconds:.9} s added to its times, {agree} of its {of} events agree, rms {rms:.1e} s; \
-         repeat with --time-offset {seconds:.9}, or auto"
+        "its clock starts elsewhere: with {seconds:.9} s added to its times, {} of its {} events agree, rms {rms:.1e} s; repeat \
+         with --time-offset {seconds:.9}, or auto",
+        offset.agree, offset.of
     )
 }
 
@@ -185,17 +181,11 @@ fn other_clock(offset: FoundOffset) -> String {
 /// [`super::creep`].
 fn regularised(e: &Evidence<'_>) -> Option<String> {
     let creep = e.creep.filter(|_| torques_count(e))?;
-    let (
-        Creep {
-            function,
-            speed,
-            largest,
-        },
-        unit,
-    ) = (creep, e.unit());
+    let (unit, function, speed) = (e.unit(), creep.function, creep.speed);
     Some(format!(
-        "where it should stick it creeps at up to {largest:.1e} {unit}, as friction with {function} does, eps = {speed:.2e} \
-         {unit}; --velocity-tolerance {:.0e} counts that as sticks",
+        "where it should stick it creeps at up to {:.1e} {unit}, as friction with {function} does, eps = {speed:.2e} {unit}; \
+         --velocity-tolerance {:.0e} counts that as sticks",
+        creep.largest,
         10.0 * speed
     ))
 }
@@ -212,13 +202,12 @@ fn events_late(e: &Evidence<'_>) -> Option<String> {
         return None;
     }
     let slips = e.found.iter().filter(|f| f.kind == EventKind::Slip);
-    let late: Vec<f64> = slips
-        .filter_map(|f| {
-            let ((rotor, stator), rate) = (f.torques?, f.torque_rate?);
-            let torque = (rotor + stator) / 2.0;
-            (rate != 0.0).then(|| (torque.abs() - e.physics.limit(f.time)) / rate.abs() / interval)
-        })
-        .collect();
+    let late = slips.filter_map(|f| {
+        let ((rotor, stator), rate) = (f.torques?, f.torque_rate?);
+        let torque = (rotor + stator) / 2.0;
+        (rate != 0.0).then(|| (torque.abs() - e.physics.limit(f.time)) / rate.abs() / interval)
+    });
+    let late: Vec<f64> = late.collect();
     let typical = median(late.clone())?;
     let within = |&steps: &f64| (-STEPS.0..=STEPS.2).contains(&steps);
     if late.len() < 3 || typical < STEPS.1 || !late.iter().all(within) {
@@ -289,11 +278,10 @@ fn unperturbed(e: &Evidence<'_>) -> Option<String> {
         return None;
     }
     let (delta, unit, time) = (e.jump()?, e.unit(), e.kick?.time);
-    let onset = if e.physics.coasts() {
-        ": its onset is amplified rounding"
-    } else {
-        ""
-    };
+    let coasts = e.physics.coasts();
+    let onset = coasts
+        .then_some(": its onset is amplified rounding")
+        .unwrap_or_default();
     Some(format!(
         "the reference is kicked by {delta:.1e} {unit} at {time:.6} s, the candidate is not{onset}"
     ))
@@ -403,7 +391,7 @@ fn stick_test(e: &Evidence<'_>) -> Option<String> {
     };
     let ratios = |test| breakaway_ratios(e.physics, e.found, test);
     let deviation_of = |test| median(ratios(test).into_iter().map(|ratio| (ratio - 1.0).abs()).collect());
-    let ours = e.physics.breakaway_test();
+    let ours = e.physics.trains.breakaway_test;
     let expected = deviation_of(ours)?;
     let (best, least) = tests
         .into_iter()

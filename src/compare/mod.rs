@@ -165,11 +165,6 @@ impl Reference {
         })
     }
 
-    /// What it is a run of.
-    pub fn physics(&self) -> &Physics {
-        &self.physics
-    }
-
     /// A mapping in which nothing is said yet, by the names and units of this reference.
     pub fn mapping(&self) -> Mapping {
         Mapping {
@@ -218,7 +213,7 @@ impl Reference {
             applied = Some(offset);
             (survey, found) = self.survey(&candidate, detection, &mut watch)?;
         }
-        let events_given = candidate.events().is_some();
+        let events_given = candidate.events.is_some();
         let interval = survey.interval.unwrap_or(0.0);
         // One that slips from rest at once has omega_r = 0 in its first sample, which is no stick.
         let (begins, _) = survey.span.unwrap_or_default();
@@ -269,7 +264,7 @@ impl Reference {
             None
         };
         let attractors = (!physics.coasts()).then(|| {
-            let found = candidate.attractor().or_else(|| {
+            let found = candidate.attractor.or_else(|| {
                 let (attractor, _) = self.attractor_of(&all, slack).filter(|_| !candidate.is_own())?;
                 let amplitude = states.as_ref().and_then(|states| states.amplitude);
                 Some(Attractor { amplitude, ..attractor })
@@ -320,10 +315,10 @@ impl Reference {
         let (was_rerun, pass) = (self.was_repeated(), states.as_ref().map(|states| &states.pass));
         let mut comparison = Comparison {
             reference: self.file.path().display().to_string(),
-            candidate: candidate.path().display().to_string(),
-            format: candidate.format(),
+            candidate: candidate.path.display().to_string(),
+            format: candidate.format,
             resolution,
-            time_offset: Some(candidate.clock().offset).filter(|offset| *offset != 0.0),
+            time_offset: Some(candidate.clock.offset).filter(|offset| *offset != 0.0),
             found_time_offset: applied.or(proposed),
             verdict: String::new(),
             causes,
@@ -348,7 +343,7 @@ impl Reference {
             samples: pass.map_or(0, StatePass::samples),
             samples_outside: pass.map_or(0, |pass| pass.outside),
             samples_too_sparse: pass.map_or(0, |pass| pass.too_sparse),
-            reference_repeated: pass.is_some_and(StatePass::was_integrated) || was_rerun,
+            reference_repeated: pass.is_some_and(|pass| pass.walk.integrated) || was_rerun,
             was_rerun,
             energy_drift: states.as_ref().and_then(|states| states.energy),
             impulses: states.map_or_else(Vec::new, |states| states.impulses),
@@ -482,7 +477,7 @@ impl Reference {
         let material = Material {
             numbers: &numbers,
             system: &physics.trains,
-            places: physics.places(),
+            places: &physics.places,
             stretches: passes.map(|passes| passes.stretches).filter(StretchPass::is_of_use),
             starts,
             word: all,
@@ -526,7 +521,7 @@ impl Reference {
 
     /// mu_0 by the torque that the reference tests, at the middle one of the candidate's breakaways, and what half of them differ by.
     fn breakaway(&self, found: &[Found]) -> Option<(f64, f64)> {
-        let ratios = torques::breakaway_ratios(&self.physics, found, self.physics.breakaway_test());
+        let ratios = torques::breakaway_ratios(&self.physics, found, self.physics.trains.breakaway_test);
         let at = |share: usize| ratios.get(share * ratios.len() / 4).copied();
         let breakaway = self.physics.system().breakaway;
         Some((at(2)? * breakaway, (at(3)? - at(1)?) * breakaway))
@@ -541,7 +536,7 @@ impl Reference {
         watch_progress: &mut dyn FnMut(u8, f64),
     ) -> Result<(Survey, Vec<Found>), CompareError> {
         let physics = &self.physics;
-        let given = candidate.events().map(<[Found]>::to_vec);
+        let given = candidate.events.clone();
         if !candidate.has_rows() {
             return Ok((Survey::default(), given.unwrap_or_default()));
         }
@@ -580,11 +575,12 @@ impl Reference {
                 let (count, from, _) = inside.unwrap_or((0, time[first], 0.0));
                 inside = Some((count + (last - first) as u64, from, time[last - 1]));
             }
-            match &mut finder {
+            let count = match &mut finder {
                 Finder::Crossings(crossings) => {
                     time.iter()
                         .zip(&c[0])
                         .for_each(|(&time, &velocity)| crossings.add(time, velocity));
+                    crossings.events.len()
                 }
                 Finder::Given(watch) => {
                     for (row, &time) in time.iter().enumerate() {
@@ -592,6 +588,7 @@ impl Reference {
                             .into_iter()
                             .for_each(|(rotor, stator)| watch.add(time, rotor, stator));
                     }
+                    0
                 }
                 Finder::Detector(detector) => {
                     let forces = if twist == 2 { &c[1][..] } else { &[] };
@@ -606,13 +603,14 @@ impl Reference {
                         });
                         row += 1;
                     }
+                    detector.count()
                 }
-            }
-            if finder.count() > MOST_EVENTS {
+            };
+            if count > MOST_EVENTS {
                 let what = format!("more than {MOST_EVENTS} events up to {to:.6} s: omega_r chatters about zero");
                 let remedy = "raise --velocity-tolerance above the size of the chatter";
                 return Err(CompareError::content(
-                    candidate.path(),
+                    &candidate.path,
                     "relative_velocity",
                     what,
                     remedy,
@@ -621,7 +619,7 @@ impl Reference {
         }
         if span.is_none() {
             return Err(CompareError::whole(
-                candidate.path(),
+                &candidate.path,
                 "holds no samples",
                 "check how it was written",
             ));
@@ -635,7 +633,7 @@ impl Reference {
                 _ => 0.0,
             },
             repeated: rows.watch().repeated,
-            rounding: candidate.clock().rounding.filter(|_| rows.watch().is_rounded()),
+            rounding: candidate.clock.rounding.filter(|_| rows.watch().is_rounded()),
         };
         Ok((survey, finder.finish()))
     }
@@ -713,7 +711,7 @@ impl Reference {
             points: Vec::new(),
         });
         let mut pass = StatePass::new(self.walk()?, physics, &channels[..compared], windows, probes.to_vec());
-        let energy_columns = physics.columns(&channels);
+        let (state_columns, mut y) = (physics.columns(&channels), vec![0.0; physics.system().dimension]);
         let mut range = position.and_then(|(channel, (from, to))| {
             let column = channels.iter().position(|known| *known == channel)?;
             Some((column, Range::new(from, to)))
@@ -732,9 +730,12 @@ impl Reference {
             if let Some(impulses) = &mut impulses {
                 impulses.add(&block)?;
             }
-            if let Some(columns) = &energy_columns {
-                creep.iter_mut().for_each(|creep| creep.add(&block, columns));
-                energy.add(&block, columns);
+            if let Some(columns) = &state_columns {
+                for (row, &time) in block.time.iter().enumerate() {
+                    physics.set(&mut y, |k| block.columns[columns[k]][row]);
+                    creep.iter_mut().for_each(|creep| creep.add(time, &y));
+                    energy.add(time, &y);
+                }
             }
             if let Some((column, range)) = &mut range {
                 range.add(&block, *column);
@@ -794,21 +795,12 @@ enum Finder {
 }
 
 impl Finder {
-    /// How many were found so far.
-    fn count(&self) -> usize {
-        match self {
-            Finder::Given(_) => 0,
-            Finder::Detector(detector) => detector.count(),
-            Finder::Crossings(crossings) => crossings.count(),
-        }
-    }
-
     /// The events, after the last sample.
     fn finish(self) -> Vec<Found> {
         match self {
-            Finder::Given(watch) => watch.finish(),
+            Finder::Given(watch) => watch.events,
             Finder::Detector(detector) => detector.finish(),
-            Finder::Crossings(crossings) => crossings.finish(),
+            Finder::Crossings(crossings) => crossings.events,
         }
     }
 }
@@ -838,11 +830,11 @@ struct Others {
 fn resolution_of(candidate: &Candidate, survey: &Survey, errors: &EventErrors) -> Option<Resolution> {
     /// The error of an event found in samples: those of the samples around it, in distances of times.
     const FOUND: f64 = 2.0;
-    let clock = candidate.clock();
-    let stated = candidate.events().is_some();
-    let rounding = survey.rounding.or(candidate.events_rounding().filter(|_| stated))?;
+    let clock = &candidate.clock;
+    let stated = candidate.events.is_some();
+    let rounding = survey.rounding.or(candidate.events_rounding.filter(|_| stated))?;
     let of_event = if stated {
-        candidate.events_rounding()
+        candidate.events_rounding
     } else {
         survey.rounding
     };

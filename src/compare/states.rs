@@ -99,7 +99,7 @@ pub(crate) struct Grid {
 /// The pass: fed with blocks of the candidate, it walks through the reference beside them.
 #[derive(Debug)]
 pub(crate) struct StatePass<'a> {
-    walk: Walk<'a>,
+    pub walk: Walk<'a>,
     /// Those of the blocks, in their order.
     pub channels: Vec<Channel>,
     windows: Vec<Window>,
@@ -251,11 +251,6 @@ impl<'a> StatePass<'a> {
     pub fn samples(&self) -> u64 {
         let firsts = self.tallies.iter().filter_map(|phase| phase.first());
         firsts.map(|tally| tally.samples).sum()
-    }
-
-    /// Whether the equations were integrated again between samples.
-    pub fn was_integrated(&self) -> bool {
-        self.walk.was_integrated()
     }
 
     /// A difference of two angles is a multiple of their last digit; a twist that was integrated is none.

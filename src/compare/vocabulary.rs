@@ -22,16 +22,8 @@ struct Entry {
     channel: Channel,
     /// Its own and those by which it is known elsewhere, in lower case.
     names: Vec<String>,
-    /// What it is made of; `None` of what follows from no positions and speeds.
-    form: Option<Form>,
-}
-
-/// A sum of angles and speeds of inertias, and of the motion of driven ends.
-#[derive(Debug, Clone, PartialEq, Default)]
-struct Form {
-    /// Indices of angles, then of speeds, with their factors; in the order of the indices.
-    unknown: Vec<(usize, f64)>,
-    known: Vec<(Known, f64)>,
+    /// What it is made of, by the indices of angles and then of speeds of inertias, in their order; `None` of what follows from no positions and speeds.
+    form: Option<Sum>,
 }
 
 /// The motion of a driven end.
@@ -43,10 +35,10 @@ pub(crate) struct Known {
     pub is_rate: bool,
 }
 
-/// How a channel follows from those at hand: their positions with factors, and motions of driven ends.
+/// What a channel is made of: places of others and motions of driven ends, with factors.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub(crate) struct Sum {
-    pub terms: Vec<(f64, usize)>,
+    pub terms: Vec<(usize, f64)>,
     pub known: Vec<(Known, f64)>,
 }
 
@@ -94,32 +86,32 @@ impl Forms<'_> {
     }
 
     /// Of an inertia, or of the end beyond the outermost.
-    fn inertia(&self, Part { of, index }: Part, is_rate: bool) -> Form {
+    fn inertia(&self, Part { of, index }: Part, is_rate: bool) -> Sum {
         let (rotor, stator) = (self.count(Which::Rotor), self.count(Which::Stator));
-        let mut form = Form::default();
+        let mut form = Sum::default();
         if index < self.count(of) {
             let first = if of == Which::Rotor { 0 } else { rotor };
             let rates = if is_rate { rotor + stator } else { 0 };
-            form.unknown.push((rates + first + index, 1.0));
+            form.terms.push((rates + first + index, 1.0));
         } else if matches!(self.train(of).end, End::Driven(_)) {
             form.known.push((Known { of, is_rate }, 1.0));
         }
         form
     }
 
-    fn shaft(&self, Part { of, index }: Part, is_rate: bool) -> Form {
+    fn shaft(&self, Part { of, index }: Part, is_rate: bool) -> Sum {
         let sign = if of == Which::Rotor { 1.0 } else { -1.0 };
         let [outer, inner] = [index + 1, index].map(|index| self.inertia(Part { of, index }, is_rate));
-        Form::difference(sign, &outer, &inner)
+        Sum::difference(sign, &outer, &inner)
     }
 
-    fn across(&self, is_rate: bool) -> Form {
+    fn across(&self, is_rate: bool) -> Sum {
         let [rotor, stator] = Which::BOTH.map(|of| self.inertia(Part { of, index: 0 }, is_rate));
-        Form::difference(1.0, &rotor, &stator)
+        Sum::difference(1.0, &rotor, &stator)
     }
 
     /// Of a quantity; `None` of what follows from no positions and speeds.
-    fn of(&self, quantity: Quantity) -> Option<Form> {
+    fn of(&self, quantity: Quantity) -> Option<Sum> {
         Some(match quantity {
             Quantity::RelativeVelocity => self.across(true),
             Quantity::Slip => self.across(false),
@@ -161,19 +153,19 @@ fn add<T: PartialEq>(sum: &mut Vec<(T, f64)>, of: T, factor: f64) {
     }
 }
 
-impl Form {
+impl Sum {
     /// `sign` (a - b).
-    fn difference(sign: f64, a: &Form, b: &Form) -> Form {
-        let mut sum = Form::default();
+    fn difference(sign: f64, a: &Sum, b: &Sum) -> Sum {
+        let mut sum = Sum::default();
         for (form, factor) in [(a, sign), (b, -sign)] {
-            for &(index, c) in &form.unknown {
-                add(&mut sum.unknown, index, factor * c);
+            for &(index, c) in &form.terms {
+                add(&mut sum.terms, index, factor * c);
             }
             sum.known
                 .extend(form.known.iter().map(|&(known, c)| (known, factor * c)));
         }
-        sum.unknown.retain(|&(_, c)| c != 0.0);
-        sum.unknown.sort_by_key(|&(index, _)| index);
+        sum.terms.retain(|&(_, c)| c != 0.0);
+        sum.terms.sort_by_key(|&(index, _)| index);
         sum
     }
 }
@@ -189,7 +181,7 @@ impl Vocabulary {
         for channel in forms.channels() {
             let form = forms.of(channel.quantity(outermost));
             // What a drive moves, or the ground, needs no comparison.
-            if form.as_ref().is_some_and(|form| form.unknown.is_empty()) {
+            if form.as_ref().is_some_and(|form| form.terms.is_empty()) {
                 continue;
             }
             let known = entries.iter_mut().find(|entry| form.is_some() && entry.form == form);
@@ -298,14 +290,14 @@ impl Vocabulary {
     }
 
     /// `form` as a sum of `direct`, of which twists and speeds are taken before absolute angles; `None` if it is none.
-    fn solved(&self, form: &Form, direct: &[Channel]) -> Option<Sum> {
+    fn solved(&self, form: &Sum, direct: &[Channel]) -> Option<Sum> {
         /// A factor is a small whole number or nothing.
         const NOTHING: f64 = 1e-9;
         let absolute = |channel: Channel| {
             use Channel::{Angle, Phi1, Phi2, SlipDisplacement, Theta};
             matches!(channel, Angle(_) | Phi1 | Phi2 | Theta | SlipDisplacement)
         };
-        let mut columns: Vec<(usize, &Form)> = Vec::new();
+        let mut columns: Vec<(usize, &Sum)> = Vec::new();
         for wanted in [false, true] {
             for (index, &channel) in direct.iter().enumerate().filter(|(_, c)| absolute(**c) == wanted) {
                 let entry = self.entries.iter().find(|entry| entry.channel == channel);
@@ -314,12 +306,12 @@ impl Vocabulary {
         }
         let rows = self.entries.iter().filter_map(|entry| entry.form.as_ref());
         let rows = rows
-            .flat_map(|form| form.unknown.iter().map(|&(index, _)| index + 1))
+            .flat_map(|form| form.terms.iter().map(|&(index, _)| index + 1))
             .max()?;
         let width = columns.len();
         let mut matrix = vec![vec![0.0; width + 1]; rows];
         for (column, of) in columns.iter().map(|(_, form)| *form).chain([form]).enumerate() {
-            for &(row, c) in &of.unknown {
+            for &(row, c) in &of.terms {
                 matrix[row][column] = c;
             }
         }
@@ -354,7 +346,7 @@ impl Vocabulary {
             let factor = matrix[row][width] / matrix[row][column];
             if factor.abs() > NOTHING {
                 let (index, of) = columns[column];
-                sum.terms.push((factor, index));
+                sum.terms.push((index, factor));
                 known.extend(of.known.iter().map(|&(known, c)| (known, -factor * c)));
             }
         }
@@ -418,7 +410,7 @@ mod tests {
         let derived = drill.derived(&direct);
         let (_, twist) = derived.iter().find(|(c, _)| *c == Channel::RotorTwist).unwrap();
         assert_eq!((twist.terms.len(), twist.known.len()), (2, 0));
-        let factor = |k: usize| twist.terms.iter().find(|t| t.1 == k).unwrap().0;
+        let factor = |k: usize| twist.terms.iter().find(|t| t.0 == k).unwrap().1;
         assert_eq!((factor(0), factor(1)), (-1.0, 1.0));
         assert!(derived.iter().all(|(c, _)| *c != Channel::RelativeVelocity));
     }
@@ -434,7 +426,7 @@ mod tests {
         assert_eq!(derived.len(), 1);
         let (channel, sum) = &derived[0];
         assert_eq!(*channel, Channel::RelativeVelocity);
-        assert_eq!(sum.terms, [(-1.0, 0)]);
+        assert_eq!(sum.terms, [(0, -1.0)]);
         let end = Known {
             of: Which::Rotor,
             is_rate: true,

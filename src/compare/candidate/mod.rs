@@ -45,21 +45,23 @@ const TIME_NAMES: [&str; 4] = ["time", "t", "times", "trajectory/time"];
 /// A result of another solver, opened and understood but not yet read.
 #[derive(Debug)]
 pub(crate) struct Candidate {
-    path: PathBuf,
-    format: &'static str,
+    pub path: PathBuf,
+    /// "result file", "HDF5", "CSV", "NPZ", "OpenRadioss T01", "LS-DYNA binout", "Abaqus XY report" or "events table".
+    pub format: &'static str,
     table: Option<Box<dyn Table>>,
     /// The columns that are read; the first one is the time.
     columns: Vec<String>,
-    clock: Clock,
+    pub clock: Clock,
     supplies: Vec<Supply>,
     direct: Vec<Channel>,
-    events: Option<Vec<Found>>,
+    /// Those of the sequence, if it has any table of them.
+    pub events: Option<Vec<Found>>,
     /// To what the times of its events are rounded where they are stated.
-    events_rounding: Option<Rounding>,
+    pub events_rounding: Option<Rounding>,
     /// Of one of this program's results: the keys in which its case differs from the reference's.
     differences: Option<Vec<CaseDifference>>,
     /// The periodic motion that one of this program's results has come to.
-    attractor: Option<Attractor>,
+    pub attractor: Option<Attractor>,
 }
 
 impl Candidate {
@@ -247,31 +249,6 @@ impl Candidate {
         Ok(Some((name, factor)))
     }
 
-    /// The file.
-    pub fn path(&self) -> &Path {
-        &self.path
-    }
-
-    /// "result file", "HDF5", "CSV", "NPZ", "OpenRadioss T01", "LS-DYNA binout", "Abaqus XY report" or "events table".
-    pub fn format(&self) -> &'static str {
-        self.format
-    }
-
-    /// Its events of the sequence, if it has any table of them.
-    pub fn events(&self) -> Option<&[Found]> {
-        self.events.as_deref()
-    }
-
-    /// Its clock.
-    pub fn clock(&self) -> &Clock {
-        &self.clock
-    }
-
-    /// To what the times of stated events are rounded.
-    pub fn events_rounding(&self) -> Option<Rounding> {
-        self.events_rounding
-    }
-
     /// Adds a time (s) to all of its times.
     pub fn shift(&mut self, offset: f64) {
         self.clock.offset += offset;
@@ -286,11 +263,6 @@ impl Candidate {
     /// The keys in which its case differs from the reference's, of one of this program's results.
     pub fn differences(&self) -> &[CaseDifference] {
         self.differences.as_deref().unwrap_or_default()
-    }
-
-    /// The periodic motion that one of this program's results has come to.
-    pub fn attractor(&self) -> Option<Attractor> {
-        self.attractor
     }
 
     /// Whether it is a time series, and not a table of events alone.

@@ -2,7 +2,7 @@
 
 use super::super::reference::Physics;
 use super::super::resolution::{Clock, ClockWatch, Rounding};
-use super::super::vocabulary::{Known, Sum};
+use super::super::vocabulary::Sum;
 use super::super::{Channel, CompareError};
 use super::table::{Pass, Table};
 
@@ -19,19 +19,17 @@ pub(crate) struct Block {
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Supply {
     pub channel: Channel,
-    /// Factors and positions of the columns that add up to it.
-    terms: Vec<(f64, usize)>,
-    /// The motion of driven ends that is added, with factors.
-    known: Vec<(Known, f64)>,
+    sum: Sum,
 }
 
 impl Supply {
     /// A column of the file.
     pub fn direct(channel: Channel, factor: f64, column: usize) -> Supply {
+        let terms = vec![(column, factor)];
+        let known = Vec::new();
         Supply {
             channel,
-            terms: vec![(factor, column)],
-            known: Vec::new(),
+            sum: Sum { terms, known },
         }
     }
 }
@@ -40,16 +38,12 @@ impl Supply {
 pub(super) fn derive(supplies: &mut Vec<Supply>, physics: &Physics) {
     let direct = supplies.clone();
     let channels: Vec<Channel> = direct.iter().map(|supply| supply.channel).collect();
-    for (channel, Sum { terms, known }) in physics.vocabulary().derived(&channels) {
-        let column = |(sign, place): (f64, usize)| {
-            let (factor, column) = direct[place].terms[0];
-            (sign * factor, column)
-        };
-        supplies.push(Supply {
-            channel,
-            terms: terms.into_iter().map(column).collect(),
-            known,
-        });
+    for (channel, mut sum) in physics.vocabulary().derived(&channels) {
+        for (place, sign) in &mut sum.terms {
+            let (column, factor) = direct[*place].sum.terms[0];
+            (*place, *sign) = (column, *sign * factor);
+        }
+        supplies.push(Supply { channel, sum });
     }
 }
 
@@ -77,7 +71,7 @@ impl<'a> Rows<'a> {
         physics: &'a Physics,
     ) -> Result<Rows<'a>, CompareError> {
         let mut names = vec![columns[0].clone()];
-        for (_, column) in supplies.iter_mut().flat_map(|supply| &mut supply.terms) {
+        for (column, _) in supplies.iter_mut().flat_map(|supply| &mut supply.sum.terms) {
             let name = &columns[*column];
             *column = names.iter().position(|known| known == name).unwrap_or_else(|| {
                 names.push(name.clone());
@@ -120,16 +114,16 @@ impl<'a> Rows<'a> {
         block.columns.resize(self.supplies.len(), Vec::new());
         for (supply, column) in self.supplies.iter().zip(&mut block.columns) {
             column.clear();
-            match supply.terms[..] {
-                [(1.0, k)] => column.extend_from_slice(&self.raw[k]),
-                [(f, k)] => column.extend(self.raw[k].iter().map(|x| f * x)),
-                [(f, k), (g, l)] => column.extend(self.raw[k].iter().zip(&self.raw[l]).map(|(x, y)| f * x + g * y)),
+            match supply.sum.terms[..] {
+                [(k, 1.0)] => column.extend_from_slice(&self.raw[k]),
+                [(k, f)] => column.extend(self.raw[k].iter().map(|x| f * x)),
+                [(k, f), (l, g)] => column.extend(self.raw[k].iter().zip(&self.raw[l]).map(|(x, y)| f * x + g * y)),
                 ref terms => {
-                    let sum = |row: usize| terms.iter().map(|&(f, k)| f * self.raw[k][row]).sum::<f64>();
+                    let sum = |row: usize| terms.iter().map(|&(k, f)| f * self.raw[k][row]).sum::<f64>();
                     column.extend((0..rows).map(sum));
                 }
             }
-            for (known, factor) in &supply.known {
+            for (known, factor) in &supply.sum.known {
                 for (value, &time) in column.iter_mut().zip(&block.time) {
                     *value += factor * self.physics.driven(*known, time);
                 }

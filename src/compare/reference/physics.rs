@@ -6,7 +6,7 @@ use crate::case::Case;
 use crate::friction::Law;
 use crate::model::equations::{Engagement, Outside, Side, SystemEquations};
 use crate::model::system::{End, Pressing, System};
-use crate::model::{BreakawayTest, Mode};
+use crate::model::Mode;
 use crate::record::sequence::SequenceEvent;
 use crate::simulation::{Course, Part, Quantity, Which};
 use serde::Serialize;
@@ -45,7 +45,7 @@ pub struct Physics {
     /// The channels that make up the state, in its order.
     pub(crate) state: Vec<Channel>,
     /// Where they are in the state of the equations.
-    places: Vec<usize>,
+    pub(crate) places: Vec<usize>,
     /// Which of them the torques on the surfaces follow from.
     of_torques: Vec<usize>,
     /// The speed (rad/s) that a system begins with which nothing drives, and which slows down by itself: after the first event it
@@ -135,11 +135,6 @@ impl Physics {
         self.coasting.is_some()
     }
 
-    /// Which torque decides between stick and slip.
-    pub(crate) fn breakaway_test(&self) -> BreakawayTest {
-        self.trains.breakaway_test
-    }
-
     /// Whether something else than the normal force acts from outside.
     pub(crate) fn is_driven(&self) -> bool {
         is_driven(&self.trains)
@@ -183,11 +178,6 @@ impl Physics {
     pub(crate) fn columns(&self, channels: &[Channel]) -> Option<Vec<usize>> {
         let place = |channel: &Channel| channels.iter().position(|known| known == channel);
         self.state.iter().map(place).collect()
-    }
-
-    /// Where the state has the channels of [`Self::state`].
-    pub(crate) fn places(&self) -> &[usize] {
-        &self.places
     }
 
     /// What [`Self::torques_by`] takes, in its order.
