@@ -1,7 +1,7 @@
 //! The channels that are compared, the names that other programs give them, and how one follows from others.
 
 use crate::case::quantity::Dimension;
-use crate::simulation::Part;
+use crate::simulation::{Part, Quantity, Which};
 use std::borrow::Cow;
 
 /// A quantity over time that both runs have, in SI units and radians. Names and signs are those of /trajectory.
@@ -102,45 +102,78 @@ impl Channel {
     }
 
     /// Names by which it is known elsewhere, in lower case.
-    pub(crate) fn aliases(self) -> &'static [&'static str] {
-        self.facts().2
+    pub(crate) fn aliases(self) -> impl Iterator<Item = &'static str> {
+        self.facts().2.split_whitespace()
     }
 
-    fn facts(self) -> (&'static str, Dimension, &'static [&'static str]) {
+    /// Whether only a system with an axial mode has it.
+    pub(crate) fn is_axial(self) -> bool {
+        matches!(self, Channel::Z | Channel::ZDot)
+    }
+
+    /// Name, dimension and aliases.
+    fn facts(self) -> (&'static str, Dimension, &'static str) {
         use Dimension::{Angle, AngularImpulse, AngularVelocity, Force, Impulse, Length, Torque, Velocity};
         match self {
             Channel::RelativeVelocity => (
                 "relative_velocity",
                 AngularVelocity,
-                &["omega_r", "omega_rel", "w_rel", "w_r", "v_rel"],
+                "omega_r omega_rel w_rel w_r v_rel",
             ),
-            Channel::RotorTwist => ("rotor_twist", Angle, &["u", "twist"]),
-            Channel::RotorTwistRate => (
-                "rotor_twist_rate",
-                AngularVelocity,
-                &["u_dot", "twist_rate", "rotor_twist_dot"],
-            ),
-            Channel::Phi1 => ("phi1", Angle, &["phi_1", "stator_twist", "v"]),
-            Channel::Phi1Dot => (
-                "phi1_dot",
-                AngularVelocity,
-                &["phi_1_dot", "stator_twist_rate", "v_dot", "dphi1"],
-            ),
-            Channel::ThetaDot => ("theta_dot", AngularVelocity, &["omega", "rotor_speed", "dtheta"]),
-            Channel::Phi2Dot => ("phi2_dot", AngularVelocity, &["phi_2_dot", "dphi2"]),
-            Channel::Theta => ("theta", Angle, &["rotor_angle"]),
-            Channel::Phi2 => ("phi2", Angle, &["phi_2"]),
-            Channel::SlipDisplacement => ("slip_displacement", Angle, &["slip_distance"]),
-            Channel::Z => ("z", Length, &["axial_displacement"]),
-            Channel::ZDot => ("z_dot", Velocity, &["axial_velocity", "dz"]),
-            Channel::NormalForce => ("normal_force", Force, &["f_n", "fn", "contact_force"]),
-            Channel::FrictionTorque => ("friction_torque", Torque, &["t_friction"]),
-            Channel::TransmittedTorque => ("transmitted_torque", Torque, &["t_f"]),
-            Channel::Twist(_) | Channel::Angle(_) => ("angle", Angle, &[]),
-            Channel::TwistRate(_) | Channel::Speed(_) => ("speed", AngularVelocity, &[]),
-            Channel::Deflection => ("bristle_deflection", Angle, &["z"]),
-            Channel::NormalImpulse => ("normal_impulse", Impulse, &[]),
-            Channel::FrictionImpulse => ("friction_impulse", AngularImpulse, &[]),
+            Channel::RotorTwist => ("rotor_twist", Angle, "u twist"),
+            Channel::RotorTwistRate => ("rotor_twist_rate", AngularVelocity, "u_dot twist_rate rotor_twist_dot"),
+            Channel::Phi1 => ("phi1", Angle, "phi_1 stator_twist v"),
+            Channel::Phi1Dot => ("phi1_dot", AngularVelocity, "phi_1_dot stator_twist_rate v_dot dphi1"),
+            Channel::ThetaDot => ("theta_dot", AngularVelocity, "omega rotor_speed dtheta"),
+            Channel::Phi2Dot => ("phi2_dot", AngularVelocity, "phi_2_dot dphi2"),
+            Channel::Theta => ("theta", Angle, "rotor_angle"),
+            Channel::Phi2 => ("phi2", Angle, "phi_2"),
+            Channel::SlipDisplacement => ("slip_displacement", Angle, "slip_distance"),
+            Channel::Z => ("z", Length, "axial_displacement"),
+            Channel::ZDot => ("z_dot", Velocity, "axial_velocity dz"),
+            Channel::NormalForce => ("normal_force", Force, "f_n fn contact_force"),
+            Channel::FrictionTorque => ("friction_torque", Torque, "t_friction"),
+            Channel::TransmittedTorque => ("transmitted_torque", Torque, "t_f"),
+            Channel::Twist(_) | Channel::Angle(_) => ("angle", Angle, ""),
+            Channel::TwistRate(_) | Channel::Speed(_) => ("speed", AngularVelocity, ""),
+            Channel::Deflection => ("bristle_deflection", Angle, "z"),
+            Channel::NormalImpulse => ("normal_impulse", Impulse, ""),
+            Channel::FrictionImpulse => ("friction_impulse", AngularImpulse, ""),
+        }
+    }
+
+    /// What it is as a function of time; `outermost` is the rotor's outermost inertia.
+    pub(crate) fn quantity(self, outermost: usize) -> Quantity {
+        let rotor = |index| Part {
+            of: Which::Rotor,
+            index,
+        };
+        let stator = Part {
+            of: Which::Stator,
+            index: 0,
+        };
+        match self {
+            Channel::RelativeVelocity => Quantity::RelativeVelocity,
+            Channel::RotorTwist => Quantity::Twist(rotor(0)),
+            Channel::RotorTwistRate => Quantity::TwistRate(rotor(0)),
+            Channel::Twist(part) => Quantity::Twist(part),
+            Channel::TwistRate(part) => Quantity::TwistRate(part),
+            Channel::Speed(part) => Quantity::Speed(part),
+            Channel::Angle(part) => Quantity::Angle(part),
+            Channel::Phi1 => Quantity::Angle(stator),
+            Channel::Phi1Dot => Quantity::Speed(stator),
+            Channel::Phi2 => Quantity::Angle(rotor(0)),
+            Channel::Phi2Dot => Quantity::Speed(rotor(0)),
+            Channel::Theta => Quantity::Angle(rotor(outermost)),
+            Channel::ThetaDot => Quantity::Speed(rotor(outermost)),
+            Channel::SlipDisplacement => Quantity::Slip,
+            Channel::Deflection => Quantity::Deflection,
+            Channel::NormalForce => Quantity::NormalForce,
+            Channel::FrictionTorque => Quantity::Interface,
+            Channel::Z => Quantity::AxialDisplacement,
+            Channel::ZDot => Quantity::AxialVelocity,
+            // Impulses are integrated from forces and torques.
+            Channel::TransmittedTorque | Channel::NormalImpulse | Channel::FrictionImpulse => Quantity::Transmitted,
         }
     }
 }

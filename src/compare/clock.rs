@@ -104,18 +104,18 @@ impl OtherClock {
         -self.offset
     }
 
-    /// "all its events are 6.966 s earlier: its times count from the kick; else they are within 2e-12 s".
+    /// "all its events are 6.966 s earlier: its times count from the kick; apart from that they agree within 2e-12 s".
     pub fn words(&self) -> String {
         let from = match self.counts_from {
             Some(from) => format!("its times count from {from}"),
             None => "its times count from another start, or it begins in another state".to_owned(),
         };
-        format!(
-            "all its events are {:.9} s {}: {from}; but for that they agree within {:.1e} s",
-            self.offset.abs(),
-            if self.offset > 0.0 { "later" } else { "earlier" },
-            self.left
-        )
+        let (by, side) = (self.offset.abs(), if self.offset > 0.0 { "later" } else { "earlier" });
+        let rest = match self.left {
+            0.0 => "their times are the same".to_owned(),
+            left => format!("they agree within {left:.1e} s"),
+        };
+        format!("all its events are {by:.9} s {side}: {from}; apart from that {rest}")
     }
 }
 

@@ -1,7 +1,6 @@
 //! The outcome of a comparison.
 
 use super::attractor::Attractor;
-use super::candidate::Candidate;
 use super::case_differences::CaseDifference;
 use super::cycles::CycleErrors;
 use super::detect::Detection;
@@ -11,11 +10,11 @@ use super::event_errors::EventErrors;
 use super::impulse::ImpulseErrors;
 use super::reference::{Physics, TimeScale};
 use super::resolution::Resolution;
-use super::statistics::{Statistic, of_attractors, statistics};
+use super::states::{StatePass, Tally};
+use super::statistics::Statistic;
 use super::windows::Phase;
-use super::{Channel, FoundOffset, OtherClock, OtherKick, OtherParameters, Others, Reference, States};
-use crate::case::quantity::Dimension;
-use crate::record::sequence::{Alignment, Difference, Fault, SequenceEvent};
+use super::{Channel, FoundOffset, OtherClock, OtherKick, OtherParameters};
+use crate::record::sequence::{Difference, Fault};
 use serde::Serialize;
 use std::borrow::Cow;
 
@@ -155,219 +154,114 @@ pub struct ChannelErrors {
     pub mescd: Option<f64>,
 }
 
-/// What a comparison is made of.
-pub(super) struct Parts<'a> {
-    pub reference: &'a Reference,
-    pub candidate: &'a Candidate,
-    pub causes: Vec<Diagnosis>,
-    pub detection: Option<Detection>,
-    pub resolution: Option<Resolution>,
-    pub found_offset: Option<FoundOffset>,
-    pub span: Span,
-    pub words: (&'a [SequenceEvent], &'a [SequenceEvent]),
-    pub alignment: Alignment,
-    pub errors: EventErrors,
-    pub states: Option<&'a States<'a>>,
-    pub interval: Option<f64>,
-    pub attractors: Option<[Option<Attractor>; 2]>,
-    pub other: Others,
-}
-
-impl Parts<'_> {
-    /// Events of the reference that the candidate does not cover.
-    fn uncovered(&self) -> usize {
-        self.reference.word.len() - self.words.0.len()
-    }
-}
-
-pub(super) fn compose(parts: Parts<'_>) -> Comparison {
-    let (reference, candidate) = parts.words;
-    let run = parts.reference;
-    let (physics, uncovered) = (run.physics(), parts.uncovered());
-    let channels = parts
-        .states
-        .map_or_else(Vec::new, |states| channel_errors(states, physics));
-    let verdict = verdict(&parts, &channels);
-    let Span { from_start, to_end, .. } = parts.span;
-    let coasts = physics.coasts();
-    let mut statistics = statistics(reference, candidate, from_start, to_end, uncovered);
-    if let Some(attractors) = &parts.attractors {
-        // In a cycle there is no last stick.
-        if attractors[0].is_some() {
-            statistics.retain(|statistic| statistic.name != "final_stick");
+impl Comparison {
+    /// What a motion that does not come to its end by itself should have and this does not, and why. `lacking` are the channels of
+    /// the state that the candidate has not.
+    pub(super) fn find_absent(&mut self, lacking: &[Cow<'static, str>]) {
+        let Some([reference, candidate]) = self.attractors else {
+            return;
+        };
+        let mut add = |what: &'static str, why: &str| {
+            let why = why.to_owned();
+            self.absent.push(Absent { what, why });
+        };
+        if reference.is_some() {
+            add(
+                "final_stick",
+                "a motion in cycles has no last stick: period, sticks in a period and amplitude are compared instead",
+            );
         }
-        let unit = physics.vocabulary().motion().dimension(Dimension::Angle).unit();
-        statistics.extend(of_attractors(attractors, unit));
-    }
-    let absent = if coasts { Vec::new() } else { absent(&parts) };
-    let cycles = (!coasts).then(|| CycleErrors::of(&parts.errors)).flatten();
-    let was_rerun = run.was_repeated();
-    Comparison {
-        reference: run.file.path().display().to_string(),
-        candidate: parts.candidate.path().display().to_string(),
-        format: parts.candidate.format(),
-        resolution: parts.resolution,
-        time_offset: Some(parts.candidate.clock().offset).filter(|offset| *offset != 0.0),
-        found_time_offset: parts.found_offset,
-        verdict,
-        causes: parts.causes,
-        case_differences: parts.candidate.differences().to_vec(),
-        parameters: parts.other.parameters,
-        kick: parts.other.kick,
-        clock: parts.other.clock,
-        detection: parts.detection,
-        velocity_unit: physics.vocabulary().unit(Channel::RelativeVelocity),
-        span: parts.candidate.has_rows().then_some(parts.span),
-        interval: parts.interval,
-        reference_events: reference.len(),
-        uncovered,
-        candidate_events: candidate.len(),
-        missing: parts.alignment.missing(),
-        spurious: parts.alignment.spurious(),
-        sequence: parts.alignment.differences,
-        event_errors: parts.errors,
-        statistics,
-        impulses: parts.states.map_or_else(Vec::new, |s| s.impulses.clone()),
-        // All channels have the same samples.
-        samples: parts.states.map_or(0, |s| {
-            s.tallies
-                .iter()
-                .filter_map(|phase| phase.first())
-                .map(|t| t.samples)
-                .sum()
-        }),
-        samples_outside: parts.states.map_or(0, |s| s.outside),
-        samples_too_sparse: parts.states.map_or(0, |s| s.too_sparse),
-        reference_repeated: parts.states.is_some_and(|states| states.integrated) || was_rerun,
-        was_rerun,
-        energy_drift: parts.states.and_then(|s| s.energy),
-        time_scale: (!coasts).then(|| physics.scale.clone()),
-        cycles,
-        attractors: parts.attractors,
-        absent,
-        channels,
-    }
-}
-
-/// What a comparison does not have, and why.
-fn absent(parts: &Parts<'_>) -> Vec<Absent> {
-    let mut found = Vec::new();
-    let mut add = |what: &'static str, why: &str| {
-        let why = why.to_owned();
-        found.push(Absent { what, why });
-    };
-    if parts.attractors.is_some_and(|[reference, _]| reference.is_some()) {
-        add(
-            "final_stick",
-            "a motion in cycles has no last stick: period, sticks in a period and amplitude are compared instead",
-        );
-    }
-    if let Some([reference, candidate]) = &parts.attractors {
         match (reference, candidate) {
             (Some(_), Some(candidate)) if candidate.amplitude.is_none() => {
-                add(
-                    "amplitude",
-                    "the candidate has no column of the position over its last period",
-                );
+                let why = "the candidate has no column of the position over its last period";
+                add("amplitude", why);
             }
-            (Some(_), None) => add(
-                "attractor of the candidate",
-                "its last two periods do not agree to 1e-4, or are not in what it covers",
-            ),
-            (None, _) => add(
-                "attractor of the reference",
-                "its run does not repeat itself by the end, or was not run to it",
-            ),
+            (Some(_), None) => {
+                let why = "its last two periods do not agree to 1e-4, or are not in what it covers";
+                add("attractor of the candidate", why);
+            }
+            (None, _) => {
+                let why = "its run does not repeat itself by the end, or was not run to it";
+                add("attractor of the reference", why);
+            }
             _ => {}
         }
-    }
-    match parts.states {
-        None => add("states", "the candidate is a table of events"),
-        Some(states) if states.energy.is_none() => {
-            let lacking = parts.reference.physics().state.iter();
-            let lacking: Vec<_> = lacking
-                .filter(|channel| !states.channels.contains(channel))
-                .map(|channel| channel.name())
-                .collect();
-            let why = if lacking.is_empty() {
-                "the samples are nowhere eight to a natural period".to_owned()
-            } else {
-                format!("the candidate has no {}", lacking.join(", "))
+        if self.span.is_none() {
+            add("states", "the candidate is a table of events");
+        } else if self.energy_drift.is_none() {
+            let why = match lacking {
+                [] => "the samples are nowhere eight to a natural period".to_owned(),
+                _ => format!("the candidate has no {}", lacking.join(", ")),
             };
             add("energy_drift", &why);
         }
-        Some(_) => {}
     }
-    found
-}
 
-fn channel_errors(states: &States, physics: &Physics) -> Vec<ChannelErrors> {
-    let mut rows = Vec::new();
-    for phase in Phase::ALL {
-        for (channel, tally) in states.channels.iter().copied().zip(&states.tallies[phase as usize]) {
-            let channel: Channel = channel;
-            if tally.samples > 0 {
-                rows.push(ChannelErrors {
-                    phase,
-                    channel: channel.name(),
-                    unit: physics.vocabulary().unit(channel),
-                    samples: tally.samples,
-                    max: tally.max,
-                    max_at: tally.max_at,
-                    rms: tally.rms(),
-                    scd: tally.scd(),
-                    mescd: tally.mescd(),
-                });
+    /// One line: whether the sequences agree, else where they part; how far the times agree; and the likely cause.
+    pub(super) fn find_verdict(&mut self) {
+        let (errors, uncovered) = (&self.event_errors, self.uncovered);
+        let (covered, of_all) = (self.reference_events, self.reference_events + uncovered);
+        let mut text = match self.sequence.first() {
+            None => match errors.matched {
+                0 if uncovered > 0 => format!("the candidate covers none of the reference's {of_all} events"),
+                0 => "neither run has an event".to_owned(),
+                _ => "the event sequences agree".to_owned(),
+            },
+            Some(first) => {
+                let what = match first.fault {
+                    Fault::Missing => "is missing".to_owned(),
+                    Fault::Spurious => "is not in the reference".to_owned(),
+                    Fault::Doubled => "is there twice".to_owned(),
+                    Fault::Swapped => "has changed places with its neighbour".to_owned(),
+                    Fault::Renamed => format!("is a {}", first.candidate_kind.unwrap_or("different event")),
+                };
+                let (position, kind, time) = (first.position, first.kind, first.time);
+                format!("the event sequences part at event {position}: the {kind} at {time:.9} s {what}")
             }
+        };
+        if covered > 0 && uncovered > 0 {
+            text += &format!(" (the candidate covers {covered} of {of_all} events)");
         }
+        if let Some(max) = errors.max {
+            text += &match max {
+                0.0 => "; matched events have the same times".to_owned(),
+                _ => format!("; matched events are within {max:.1e} s"),
+            };
+            // What is below the resolution of a file is no error of a solver.
+            if let Some(resolution) = self.resolution.as_ref().filter(|r| r.events_below > 0 && max > 0.0) {
+                let (below, of_file) = (resolution.events_below, resolution.event_error);
+                if below < errors.matched {
+                    text += &format!(", {below} of {}", errors.matched);
+                }
+                text += if below < errors.matched { " below" } else { ", below" };
+                text += &format!(" the resolution of its file, {of_file:.1e} s");
+            }
+        } else if let Some(digits) = self.channels.iter().filter_map(|row| row.mescd).min_by(f64::total_cmp) {
+            text += &format!("; states agree to {digits:.1} digits");
+        }
+        if let Some(first) = self.causes.first() {
+            text += &format!("; likely cause: {}: {}", first.cause.name(), first.evidence);
+        }
+        self.verdict = text;
     }
-    rows
 }
 
-/// One line: whether the sequences agree, else where they part; how far the times agree; and the likely cause.
-fn verdict(parts: &Parts<'_>, channels: &[ChannelErrors]) -> String {
-    let (errors, covered, uncovered) = (&parts.errors, parts.words.0.len(), parts.uncovered());
-    let of_all = covered + uncovered;
-    let mut text = match parts.alignment.differences.first() {
-        None => match errors.matched {
-            0 if uncovered > 0 => format!("the candidate covers none of the reference's {of_all} events"),
-            0 => "neither run has an event".to_owned(),
-            _ => "the event sequences agree".to_owned(),
-        },
-        Some(first) => {
-            let what = match first.fault {
-                Fault::Missing => "is missing".to_owned(),
-                Fault::Spurious => "is not in the reference".to_owned(),
-                Fault::Doubled => "is there twice".to_owned(),
-                Fault::Swapped => "has changed places with its neighbour".to_owned(),
-                Fault::Renamed => format!("is a {}", first.candidate_kind.unwrap_or("different event")),
-            };
-            let (position, kind, time) = (first.position, first.kind, first.time);
-            format!("the event sequences part at event {position}: the {kind} at {time:.9} s {what}")
-        }
+/// The errors of the channels in each phase that has samples.
+pub(super) fn channel_errors(pass: &StatePass<'_>, physics: &Physics) -> Vec<ChannelErrors> {
+    let of_phase = |phase: Phase| {
+        let tallies = pass.channels.iter().zip(&pass.tallies[phase as usize]);
+        let errors = move |(&channel, tally): (&Channel, &Tally)| ChannelErrors {
+            phase,
+            channel: channel.name(),
+            unit: physics.vocabulary().unit(channel),
+            samples: tally.samples,
+            max: tally.max,
+            max_at: tally.max_at,
+            rms: tally.rms(),
+            scd: tally.scd(),
+            mescd: tally.mescd(),
+        };
+        tallies.filter(|(_, tally)| tally.samples > 0).map(errors)
     };
-    if covered > 0 && uncovered > 0 {
-        text += &format!(" (the candidate covers {covered} of {of_all} events)");
-    }
-    if let Some(max) = errors.max {
-        text += &format!("; matched events are within {max:.1e} s");
-        // What is below the resolution of a file is no error of a solver.
-        if let Some(resolution) = parts.resolution.as_ref().filter(|r| r.events_below > 0) {
-            text += &if resolution.events_below == errors.matched {
-                format!(", below the resolution of its file, {:.1e} s", resolution.event_error)
-            } else {
-                format!(
-                    ", {} of {} below the resolution of its file, {:.1e} s",
-                    resolution.events_below, errors.matched, resolution.event_error
-                )
-            };
-        }
-    } else if let Some(digits) = channels.iter().filter_map(|row| row.mescd).min_by(f64::total_cmp) {
-        text += &format!("; states agree to {digits:.1} digits");
-    }
-    if let Some(first) = parts.causes.first() {
-        let label = first.cause.name();
-        text += &format!("; likely cause: {label}: {}", first.evidence);
-    }
-    text
+    Phase::ALL.into_iter().flat_map(of_phase).collect()
 }

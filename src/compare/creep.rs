@@ -1,6 +1,5 @@
 //! Whether a candidate creeps where it should stick, as regularised friction does.
 
-use super::candidate::Block;
 use super::reference::Physics;
 use crate::friction::Law;
 
@@ -19,7 +18,6 @@ pub(super) struct Creep {
 #[derive(Debug)]
 pub(super) struct CreepPass<'a> {
     physics: &'a Physics,
-    y: Vec<f64>,
     /// The speed of an oscillation that friction causes, rad/s.
     speed: f64,
     /// 1/J_1 + 1/J_2, what a torque of the contact accelerates omega_r by, 1/(kg m^2).
@@ -65,7 +63,6 @@ impl<'a> CreepPass<'a> {
         let (rotor, stator) = (system.rotor.surface_inertia(), system.stator.surface_inertia());
         CreepPass {
             physics,
-            y: vec![0.0; system.dimension],
             speed: physics.speed(),
             per_torque: 1.0 / rotor + 1.0 / stator,
             last: None,
@@ -76,36 +73,31 @@ impl<'a> CreepPass<'a> {
         }
     }
 
-    /// Takes the next samples; `columns` are the positions of the channels of the state in the block.
-    pub fn add(&mut self, block: &Block, columns: &[usize]) {
-        let slow = SLOW * self.speed;
-        let (physics, system, per_torque) = (self.physics, self.physics.system(), self.per_torque);
-        for (row, &time) in block.time.iter().enumerate() {
-            physics.set(&mut self.y, |k| block.columns[columns[k]][row]);
-            let driving = physics.course.driving(time);
-            let w = system.relative_velocity(&driving, &self.y);
-            let before = self.last.replace((time, w));
-            let (Some((earlier, was)), true) = (before, w.abs() < slow) else {
-                continue;
-            };
-            let limit = system.law.coefficient(0.0) * system.radius * physics.course.outside(time).normal_force;
-            if limit <= 0.0 {
-                continue;
-            }
-            let torque = system.transmitted_torque(&driving, &self.y);
-            let share = torque / limit;
-            let steady = (w - was).abs() <= STEADY * limit * per_torque * (time - earlier);
-            if !steady || !(SHARES.0..SHARES.1).contains(&share.abs()) {
-                continue;
-            }
-            self.count += 1;
-            self.squares += w * w;
-            self.largest = self.largest.max(w.abs());
-            for (sums, (_, inverse)) in self.sums.iter_mut().zip(FUNCTIONS) {
-                let a = inverse(share);
-                sums[0] += w * a;
-                sums[1] += a * a;
-            }
+    /// Takes the next sample: a time (s) and the state.
+    pub fn add(&mut self, time: f64, y: &[f64]) {
+        let (physics, system) = (self.physics, self.physics.system());
+        let driving = physics.course.driving(time);
+        let w = system.relative_velocity(&driving, y);
+        let before = self.last.replace((time, w));
+        let (Some((earlier, was)), true) = (before, w.abs() < SLOW * self.speed) else {
+            return;
+        };
+        let limit = system.law.coefficient(0.0) * system.radius * physics.course.outside(time).normal_force;
+        if limit <= 0.0 {
+            return;
+        }
+        let share = system.transmitted_torque(&driving, y) / limit;
+        let steady = (w - was).abs() <= STEADY * limit * self.per_torque * (time - earlier);
+        if !steady || !(SHARES.0..SHARES.1).contains(&share.abs()) {
+            return;
+        }
+        self.count += 1;
+        self.squares += w * w;
+        self.largest = self.largest.max(w.abs());
+        for (sums, (_, inverse)) in self.sums.iter_mut().zip(FUNCTIONS) {
+            let a = inverse(share);
+            sums[0] += w * a;
+            sums[1] += a * a;
         }
     }
 
@@ -115,11 +107,8 @@ impl<'a> CreepPass<'a> {
             return None;
         }
         let left = |sums: &[f64; 2]| 1.0 - sums[0] * sums[0] / (sums[1] * self.squares);
-        let fits = self
-            .sums
-            .iter()
-            .zip(FUNCTIONS)
-            .map(|(sums, (name, _))| (left(sums), name, sums));
+        let sums = self.sums.iter().zip(FUNCTIONS);
+        let fits = sums.map(|(sums, (name, _))| (left(sums), name, sums));
         let (least, function, sums) = fits.min_by(|a, b| a.0.total_cmp(&b.0))?;
         (least <= LEFT).then(|| Creep {
             function,

@@ -10,7 +10,8 @@ pub(super) struct Crossings {
     threshold: f64,
     /// Time (s) and |omega_r| less the threshold (rad/s) of the last two samples, the latest first.
     recent: [Option<(f64, f64)>; 2],
-    events: Vec<Found>,
+    /// Found so far.
+    pub events: Vec<Found>,
 }
 
 impl Crossings {
@@ -33,16 +34,6 @@ impl Crossings {
             self.events.push(Found::new(zero(self.recent[1], last, now), kind));
         }
         self.recent = [Some(now), self.recent[0]];
-    }
-
-    /// How many were found so far.
-    pub fn count(&self) -> usize {
-        self.events.len()
-    }
-
-    /// The events, after the last sample.
-    pub fn finish(self) -> Vec<Found> {
-        self.events
     }
 }
 
@@ -74,7 +65,7 @@ mod tests {
             let t = 0.1 * f64::from(k);
             crossings.add(t, 1.0 - (t - 1.93).powi(2));
         }
-        let events = crossings.finish();
+        let events = crossings.events;
         // |1 - x^2| = 1/2 at x = -+ sqrt(3/2) and -+ sqrt(1/2).
         let expected = [-(1.5f64.sqrt()), -(0.5f64.sqrt()), 0.5f64.sqrt(), 1.5f64.sqrt()];
         assert_eq!(events.len(), 4);

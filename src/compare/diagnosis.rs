@@ -12,11 +12,12 @@ use super::reference::Physics;
 use super::states::{Grid, Probe};
 use super::torques::breakaway_ratios;
 use super::units::UnitFault;
+use super::{Agreement, Channel, OtherNumber};
 use crate::case::Motion;
 use crate::friction::Law;
 use crate::model::BreakawayTest;
-use crate::record::EventKind;
-use crate::record::sequence::{Alignment, Fault, SequenceEvent};
+use crate::record::sequence::{Alignment, Difference, Fault, SequenceEvent};
+use crate::record::{Event, EventKind};
 use serde::Serialize;
 
 /// What is wrong with a candidate.
@@ -87,15 +88,6 @@ impl Diagnosis {
     }
 }
 
-/// A kick of the reference.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Kick {
-    /// s.
-    pub time: f64,
-    /// What it adds to omega_r, rad/s.
-    pub delta: f64,
-}
-
 /// Everything that the rules look at.
 pub(super) struct Evidence<'a> {
     pub physics: &'a Physics,
@@ -108,7 +100,8 @@ pub(super) struct Evidence<'a> {
     pub alignment: &'a Alignment,
     pub errors: &'a EventErrors,
     pub units: Vec<UnitFault>,
-    pub kick: Option<Kick>,
+    /// The reference's.
+    pub kick: Option<&'a Event>,
     /// Before the kick, after it, and before the first event of either run.
     pub probes: &'a [Probe],
     pub grid: Grid,
@@ -125,33 +118,48 @@ pub(super) struct Evidence<'a> {
 /// Event times that agree to this, s, need no explanation: it is what the references promise.
 const AGREED: f64 = 1e-9;
 
+/// What shows a cause, in words; `None` without evidence.
+type Rule = fn(&Evidence<'_>) -> Option<String>;
+
+/// The most fundamental first.
+const RULES: [(Cause, Rule); 8] = [
+    (Cause::RegularisedLaw, regularised),
+    (Cause::UnperturbedRun, unperturbed),
+    (Cause::UnresolvedMode, unresolved),
+    (Cause::StepTooLarge, step_too_large),
+    (Cause::VelocityTolerance, velocity_tolerance),
+    (Cause::StickTest, stick_test),
+    (Cause::AbsoluteAngles, absolute_angles),
+    (Cause::EventsLate, events_late),
+];
+
 /// The causes that have evidence, the most fundamental first.
 pub(super) fn diagnose(e: &Evidence<'_>) -> Vec<Diagnosis> {
     let mut causes: Vec<Diagnosis> = e.units.iter().map(wrong_units).collect();
-    if let Some(cause) = other_clock(e) {
-        causes.insert(0, cause);
+    if let Some(offset) = e.offset {
+        causes.insert(0, Diagnosis::of(Cause::TimeOffset, other_clock(offset)));
         return causes;
     }
     let agrees = e.alignment.differences.is_empty() && e.errors.max.is_none_or(|max| max <= AGREED.max(e.floor));
-    if agrees {
-        return causes;
-    }
     // By another clock nothing else can be said.
-    if e.units.iter().any(|fault| fault.name == "time") {
-        return causes;
+    if !agrees && e.units.iter().all(|fault| fault.name != "time") {
+        let found = |(cause, rule): (Cause, Rule)| Some(Diagnosis::of(cause, rule(e)?));
+        causes.extend(RULES.into_iter().filter_map(found));
     }
-    let rules = [
-        regularised,
-        unperturbed,
-        unresolved,
-        step_too_large,
-        velocity_tolerance,
-        stick_test,
-        absolute_angles,
-        events_late,
-    ];
-    causes.extend(rules.iter().filter_map(|rule| rule(e)));
     causes
+}
+
+impl Evidence<'_> {
+    /// What the reference's kick adds to omega_r, rad/s.
+    fn jump(&self) -> Option<f64> {
+        self.kick
+            .map(|kick| kick.after.relative_velocity - kick.before.relative_velocity)
+    }
+
+    /// Of a relative velocity.
+    fn unit(&self) -> &'static str {
+        self.physics.vocabulary().unit(Channel::RelativeVelocity)
+    }
 }
 
 /// Whether torques can be judged: they follow from a state in the right units, and are compared with what stick can carry.
@@ -160,39 +168,30 @@ fn torques_count(e: &Evidence<'_>) -> bool {
 }
 
 /// Its events agree when a time is added to them.
-fn other_clock(e: &Evidence<'_>) -> Option<Diagnosis> {
-    let offset = e.offset?;
-    diagnosis(
-        Cause::TimeOffset,
-        format!(
-            "its clock starts elsewhere: with {:.9} s added to its times, {} of its {} events agree, rms {:.1e} s; repeat with \
-             --time-offset {:.9}, or auto",
-            offset.seconds, offset.agree, offset.of, offset.rms, offset.seconds
-        ),
+fn other_clock(offset: FoundOffset) -> String {
+    let (seconds, rms) = (offset.seconds, offset.rms);
+    format!(
+        "its clock starts elsewhere: with {seconds:.9} s added to its times, {} of its {} events agree, rms {rms:.1e} s; repeat \
+         with --time-offset {seconds:.9}, or auto",
+        offset.agree, offset.of
     )
 }
 
 /// Where it should stick it creeps, at a speed that follows from T_f as with a smooth function in the place of the sign; see
 /// [`super::creep`].
-fn regularised(e: &Evidence<'_>) -> Option<Diagnosis> {
-    let Creep {
-        function,
-        speed,
-        largest,
-    } = e.creep.filter(|_| torques_count(e))?;
-    let unit = e.physics.vocabulary().unit(super::Channel::RelativeVelocity);
-    diagnosis(
-        Cause::RegularisedLaw,
-        format!(
-            "where it should stick it creeps at up to {largest:.1e} {unit}, as friction with {function} does, eps = {speed:.2e} \
-             {unit}; --velocity-tolerance {:.0e} counts that as sticks",
-            10.0 * speed
-        ),
-    )
+fn regularised(e: &Evidence<'_>) -> Option<String> {
+    let creep = e.creep.filter(|_| torques_count(e))?;
+    let (unit, function, speed) = (e.unit(), creep.function, creep.speed);
+    Some(format!(
+        "where it should stick it creeps at up to {:.1e} {unit}, as friction with {function} does, eps = {speed:.2e} {unit}; \
+         --velocity-tolerance {:.0e} counts that as sticks",
+        creep.largest,
+        10.0 * speed
+    ))
 }
 
 /// At its breakaways T_f has passed mu_0 r F_n, never the other way round, and for no longer than a step.
-fn events_late(e: &Evidence<'_>) -> Option<Diagnosis> {
+fn events_late(e: &Evidence<'_>) -> Option<String> {
     /// In steps: what a breakaway that is found in samples may be early, what it is late at least on average, and at most.
     const STEPS: (f64, f64, f64) = (0.05, 0.1, 1.5);
     // Where an instability amplifies what a step is late by, that is not all.
@@ -203,27 +202,23 @@ fn events_late(e: &Evidence<'_>) -> Option<Diagnosis> {
         return None;
     }
     let slips = e.found.iter().filter(|f| f.kind == EventKind::Slip);
-    let late: Vec<f64> = slips
-        .filter_map(|f| {
-            let ((rotor, stator), rate) = (f.torques?, f.torque_rate?);
-            let torque = (rotor + stator) / 2.0;
-            (rate != 0.0).then(|| (torque.abs() - e.physics.limit(f.time)) / rate.abs() / interval)
-        })
-        .collect();
+    let late = slips.filter_map(|f| {
+        let ((rotor, stator), rate) = (f.torques?, f.torque_rate?);
+        let torque = (rotor + stator) / 2.0;
+        (rate != 0.0).then(|| (torque.abs() - e.physics.limit(f.time)) / rate.abs() / interval)
+    });
+    let late: Vec<f64> = late.collect();
     let typical = median(late.clone())?;
     let within = |&steps: &f64| (-STEPS.0..=STEPS.2).contains(&steps);
     if late.len() < 3 || typical < STEPS.1 || !late.iter().all(within) {
         return None;
     }
-    diagnosis(
-        Cause::EventsLate,
-        format!(
-            "at its breakaways T_f has passed {}, typically since {:.1e} s of the {interval:.1e} s between its samples: \
+    Some(format!(
+        "at its breakaways T_f has passed {}, typically since {:.1e} s of the {interval:.1e} s between its samples: \
              events are taken at the end of a step",
-            limit_of(e.physics),
-            typical * interval
-        ),
-    )
+        limit_of(e.physics),
+        typical * interval
+    ))
 }
 
 /// What stick can carry.
@@ -232,10 +227,6 @@ fn limit_of(physics: &Physics) -> &'static str {
         Motion::Rotation => "mu_0 r F_n",
         Motion::Translation => "mu_0 F_n",
     }
-}
-
-fn diagnosis(cause: Cause, evidence: String) -> Option<Diagnosis> {
-    Some(Diagnosis::of(cause, evidence))
 }
 
 fn wrong_units(fault: &UnitFault) -> Diagnosis {
@@ -258,81 +249,63 @@ fn kick_shown(e: &Evidence<'_>) -> Option<f64> {
     const ENOUGH: usize = 4;
     /// Part of the kick that the error before it may have.
     const QUIET: f64 = 0.3;
-    let kick = e.kick?;
+    let (kick, delta) = (e.kick?, e.jump()?);
     let [before, after, _] = e.probes else {
         return None;
     };
     let quarter = kick.time + 0.25 * e.physics.natural_period();
-    let errors: Vec<f64> = after
-        .points
-        .iter()
-        .take_while(|p| p.0 <= quarter)
-        .map(|p| p.1)
-        .collect();
+    let errors = after.points.iter().take_while(|p| p.0 <= quarter);
+    let errors: Vec<f64> = errors.map(|p| p.1).collect();
     if errors.len() < ENOUGH {
         return None;
     }
     // Before the kick, or over whole periods after it, the kick contributes nothing to the average.
     let quiet = if before.points.len() >= ENOUGH { before } else { after };
-    if before.points.len() >= ENOUGH && deviation(&detrended(&before.points, |p| p.1)) > QUIET * kick.delta.abs() {
+    if before.points.len() >= ENOUGH && deviation(&detrended(&before.points, |p| p.1)) > QUIET * delta.abs() {
         return None;
     }
     let level = quiet.points.iter().map(|p| p.1).sum::<f64>() / quiet.points.len() as f64;
     let step = errors.iter().sum::<f64>() / errors.len() as f64 - level;
-    Some(step / (kick.delta * std::f64::consts::FRAC_2_PI))
+    Some(step / (delta * std::f64::consts::FRAC_2_PI))
 }
 
 /// |kick_shown| up to this is a kicked run; as close to -1, one without a kick.
 const SHOWN_WITHIN: f64 = 0.4;
 
 /// The reference's kick is absent from the candidate's omega_r.
-fn unperturbed(e: &Evidence<'_>) -> Option<Diagnosis> {
-    let shown = kick_shown(e)?;
-    if (shown + 1.0).abs() > SHOWN_WITHIN {
+fn unperturbed(e: &Evidence<'_>) -> Option<String> {
+    if (kick_shown(e)? + 1.0).abs() > SHOWN_WITHIN {
         return None;
     }
-    let kick = e.kick?;
-    diagnosis(
-        Cause::UnperturbedRun,
-        format!(
-            "the reference is kicked by {:.1e} {} at {:.6} s, the candidate is not{}",
-            kick.delta,
-            e.physics.vocabulary().unit(super::Channel::RelativeVelocity),
-            kick.time,
-            if e.physics.coasts() {
-                ": its onset is amplified rounding"
-            } else {
-                ""
-            }
-        ),
-    )
+    let (delta, unit, time) = (e.jump()?, e.unit(), e.kick?.time);
+    let coasts = e.physics.coasts();
+    let onset = coasts
+        .then_some(": its onset is amplified rounding")
+        .unwrap_or_default();
+    Some(format!(
+        "the reference is kicked by {delta:.1e} {unit} at {time:.6} s, the candidate is not{onset}"
+    ))
 }
 
 /// Samples (or steps) are further apart than an eighth of the natural period, or the oscillation that both runs should
 /// have before the first event is less than half as large although the candidate was kicked.
-fn unresolved(e: &Evidence<'_>) -> Option<Diagnosis> {
+fn unresolved(e: &Evidence<'_>) -> Option<String> {
     const PER_PERIOD: f64 = 8.0;
-    let period = e.physics.natural_period();
+    let (period, scale) = (e.physics.natural_period(), &e.physics.scale);
+    let sparse = e.interval.filter(|interval| interval * PER_PERIOD > period);
     if !e.physics.coasts() {
-        let scale = &e.physics.scale;
-        let interval = e
-            .interval
-            .filter(|interval| interval * PER_PERIOD > period && scale.is_mode)?;
+        let interval = sparse.filter(|_| scale.is_mode)?;
         let of = &scale.of;
-        return diagnosis(
-            Cause::UnresolvedMode,
-            format!("its samples are {interval:.1e} s apart, where a period of {of} takes {period:.1e} s"),
-        );
+        return Some(format!(
+            "its samples are {interval:.1e} s apart, where a period of {of} takes {period:.1e} s"
+        ));
     }
-    if let Some(interval) = e.interval.filter(|interval| interval * PER_PERIOD > period) {
-        return diagnosis(
-            Cause::UnresolvedMode,
-            format!(
-                "its samples are {:.1} us apart in the stick-slip, where a period of the fast mode takes {:.1} us",
-                interval * 1e6,
-                period * 1e6
-            ),
-        );
+    if let Some(interval) = sparse {
+        return Some(format!(
+            "its samples are {:.1} us apart in the stick-slip, where a period of the fast mode takes {:.1} us",
+            interval * 1e6,
+            period * 1e6
+        ));
     }
     let [_, _, onset] = e.probes else {
         return None;
@@ -345,85 +318,68 @@ fn unresolved(e: &Evidence<'_>) -> Option<Diagnosis> {
     if theirs > 0.5 * ours {
         return None;
     }
-    diagnosis(
-        Cause::UnresolvedMode,
-        format!(
-            "it was kicked, but before the onset its oscillation has {:.1} % of the reference's: its steps damp the growth",
-            100.0 * theirs / ours
-        ),
-    )
+    Some(format!(
+        "it was kicked, but before the onset its oscillation has {:.1} % of the reference's: its steps damp the growth",
+        100.0 * theirs / ours
+    ))
 }
 
 /// Sticks of the reference are missing, or are reversals, that are shorter than four of the candidate's intervals.
-fn step_too_large(e: &Evidence<'_>) -> Option<Diagnosis> {
+fn step_too_large(e: &Evidence<'_>) -> Option<String> {
     let interval = e.interval?;
-    let differences = e.alignment.differences.iter();
-    let missing =
-        differences.filter(|d| matches!(d.fault, Fault::Missing | Fault::Renamed) && d.kind == EventKind::Stick.name());
-    let duration = |position: usize| Some(e.reference.get(position + 1)?.time - e.reference.get(position)?.time);
+    let is_missing =
+        |d: &&Difference| matches!(d.fault, Fault::Missing | Fault::Renamed) && d.kind == EventKind::Stick.name();
+    let duration = |d: &Difference| Some(e.reference.get(d.position + 1)?.time - e.reference.get(d.position)?.time);
     const STEPS: f64 = 4.0;
-    let short: Vec<f64> = missing
-        .filter_map(|d| duration(d.position))
-        .filter(|d| *d < STEPS * interval)
-        .collect();
+    let missing = e.alignment.differences.iter().filter(is_missing);
+    let short: Vec<f64> = missing.filter_map(duration).filter(|d| *d < STEPS * interval).collect();
     let shortest = short.iter().copied().min_by(f64::total_cmp)?;
     let in_words = |time: f64| match interval < 1e-3 {
         true => format!("{:.1} us", time * 1e6),
         false => format!("{time:.1e} s"),
     };
-    diagnosis(
-        Cause::StepTooLarge,
-        format!(
-            "{} missing stick{} shorter than four of its steps of {}, the shortest {}",
-            short.len(),
-            if short.len() == 1 { " is" } else { "s are" },
-            in_words(interval),
-            in_words(shortest)
-        ),
-    )
+    Some(format!(
+        "{} missing stick{} shorter than four of its steps of {}, the shortest {}",
+        short.len(),
+        if short.len() == 1 { " is" } else { "s are" },
+        in_words(interval),
+        in_words(shortest)
+    ))
 }
 
 /// At half of its sticks or more the candidate still slid when it stuck, by more than the parabola through its samples
 /// can err; or omega_r stands still at a value outside the tolerance.
-fn velocity_tolerance(e: &Evidence<'_>) -> Option<Diagnosis> {
+fn velocity_tolerance(e: &Evidence<'_>) -> Option<String> {
     // What creeps does not stand still.
     if e.creep.is_some() || !e.physics.sticks() {
         return None;
     }
     let speed = e.physics.speed();
-    let unit = e.physics.vocabulary().unit(super::Channel::RelativeVelocity);
+    let unit = e.unit();
     let bodies = e.physics.vocabulary().bodies();
     if e.plateau > 0.0 && e.plateau < speed {
-        return diagnosis(
-            Cause::VelocityTolerance,
-            format!(
-                "its relative velocity stands still at up to {:.1e} {unit}: sticks that were declared before the {bodies} had \
+        return Some(format!(
+            "its relative velocity stands still at up to {:.1e} {unit}: sticks that were declared before the {bodies} had \
                  stopped; --velocity-tolerance {:.0e} makes them count",
-                e.plateau,
-                1.5 * e.plateau
-            ),
-        );
+            e.plateau,
+            1.5 * e.plateau
+        ));
     }
-    let dropped: Vec<f64> = e
-        .found
-        .iter()
-        .filter_map(|f| f.dropped.filter(|_| f.kind == EventKind::Stick))
-        .collect();
-    let typical = median(dropped)?;
+    let sticks = e.found.iter().filter(|f| f.kind == EventKind::Stick);
+    let typical = median(sticks.filter_map(|f| f.dropped).collect())?;
     let omega = e.physics.natural_angular_frequency();
     let unseen = if e.detected { (omega * e.interval?).powi(3) } else { 0.0 };
     if typical <= speed * (unseen + 1e-6) {
         return None;
     }
-    diagnosis(
-        Cause::VelocityTolerance,
-        format!("it sticks while the {bodies} still slide, typically at {typical:.1e} {unit}: sticks begin too early"),
-    )
+    Some(format!(
+        "it sticks while the {bodies} still slide, typically at {typical:.1e} {unit}: sticks begin too early"
+    ))
 }
 
 /// At the candidate's breakaways another torque than the one that the reference tests stands at mu_0 r F_n, much closer
 /// and in most of them; or the tested torque stands at another multiple of it.
-fn stick_test(e: &Evidence<'_>) -> Option<Diagnosis> {
+fn stick_test(e: &Evidence<'_>) -> Option<String> {
     if e.creep.is_some() || !torques_count(e) {
         return None;
     }
@@ -435,28 +391,21 @@ fn stick_test(e: &Evidence<'_>) -> Option<Diagnosis> {
     };
     let ratios = |test| breakaway_ratios(e.physics, e.found, test);
     let deviation_of = |test| median(ratios(test).into_iter().map(|ratio| (ratio - 1.0).abs()).collect());
-    let ours = e.physics.breakaway_test();
+    let ours = e.physics.trains.breakaway_test;
     let expected = deviation_of(ours)?;
     let (best, least) = tests
         .into_iter()
         .filter_map(|test| Some((test, deviation_of(test)?)))
         .min_by(|a, b| a.1.total_cmp(&b.1))?;
     if best != ours && expected > 1e-4 && least < 0.2 * expected {
-        return diagnosis(
-            Cause::StickTest,
-            format!(
-                "at its breakaways {} stands at mu_0 r F_n, where the reference tests {}",
-                name(best),
-                name(ours)
-            ),
-        );
+        return Some(format!(
+            "at its breakaways {} stands at mu_0 r F_n, where the reference tests {}",
+            name(best),
+            name(ours)
+        ));
     }
     let tested = ratios(ours);
-    let (low, middle, high) = (
-        tested[tested.len() / 4],
-        tested[tested.len() / 2],
-        tested[3 * tested.len() / 4],
-    );
+    let [low, middle, high] = [1, 2, 3].map(|share| tested[share * tested.len() / 4]);
     let same = high - low < 0.1 * (middle - 1.0).abs();
     if tested.len() < 3 || (middle - 1.0).abs() < 0.01 || !same {
         return None;
@@ -467,24 +416,21 @@ fn stick_test(e: &Evidence<'_>) -> Option<Diagnosis> {
     if (middle * at_rest / sliding - 1.0).abs() < 0.01 {
         evidence += &format!(": that is the limit of slip, mu(0) = {sliding}, and not mu_0 = {at_rest}");
     }
-    diagnosis(Cause::StickTest, evidence)
+    Some(evidence)
 }
 
 /// The rotor twist is a multiple of the last digit of the rotor's angle, in nearly all samples.
-fn absolute_angles(e: &Evidence<'_>) -> Option<Diagnosis> {
+fn absolute_angles(e: &Evidence<'_>) -> Option<String> {
     // Rounding is a cause where an instability amplifies it.
     if !e.physics.coasts() || e.grid.of < 16 || (e.grid.on as f64) < 0.999 * e.grid.of as f64 {
         return None;
     }
     let stiffness = e.physics.system().rotor.stiffness.first()?;
     let floor = stiffness * f64::EPSILON * 256.0;
-    diagnosis(
-        Cause::AbsoluteAngles,
-        format!(
-            "its rotor twist is a difference of two angles, rounded to their last digit: a floor of about {floor:.0e} N m \
+    Some(format!(
+        "its rotor twist is a difference of two angles, rounded to their last digit: a floor of about {floor:.0e} N m \
              under its torques, which the instability amplifies; integrate the twist itself"
-        ),
-    )
+    ))
 }
 
 /// Values less the straight line through them.
@@ -523,16 +469,14 @@ pub(super) fn add_case(causes: &mut Vec<Diagnosis>, differences: &[CaseDifferenc
         names.join(", ")
     );
     let all = |test: fn(&CaseDifference) -> bool| differences.iter().all(test);
-    let smooth = |d: &CaseDifference| {
-        // A contact without stick has no breakaway test.
-        let known = [
-            "friction.regularisation.",
-            "friction.breakaway",
-            "friction.threshold",
-            "contact.breakaway_test",
-        ];
-        known.iter().any(|key| d.key.starts_with(key))
-    };
+    // A contact without stick has no breakaway test.
+    const SMOOTH: [&str; 4] = [
+        "friction.regularisation.",
+        "friction.breakaway",
+        "friction.threshold",
+        "contact.breakaway_test",
+    ];
+    let smooth = |d: &CaseDifference| SMOOTH.iter().any(|key| d.key.starts_with(key));
     // Where the reference is regularised, too, or alone, that is not what is wrong with the candidate.
     let regularised = |d: &&CaseDifference| d.key.starts_with("friction.regularisation.");
     let of_candidate = differences.iter().any(|d| regularised(&d))
@@ -575,13 +519,11 @@ pub(super) fn add_kick(causes: &mut Vec<Diagnosis>, kick: &OtherKick) {
 
 /// Adds other numbers of the case. What follows from them is taken out where a run with them has the candidate's events.
 pub(super) fn add_parameters(causes: &mut Vec<Diagnosis>, other: &OtherParameters) {
-    let words: Vec<String> = other.numbers.iter().map(super::OtherNumber::words).collect();
+    let words: Vec<String> = other.numbers.iter().map(OtherNumber::words).collect();
     let mut evidence = words.join(" and ");
-    let share = 100.0 * other.explained;
-    let share = if share > 99.99 {
-        "over 99.99".to_owned()
-    } else {
-        format!("{share:.4}")
+    let share = match 100.0 * other.explained {
+        all if all > 99.99 => "over 99.99".to_owned(),
+        part => format!("{part:.4}"),
     };
     evidence += &match other.found_by {
         FoundBy::Equations => format!(": explains {share} % of what its samples miss of the equations"),
@@ -597,25 +539,21 @@ pub(super) fn add_parameters(causes: &mut Vec<Diagnosis>, other: &OtherParameter
     evidence += &match &other.rerun {
         Some(rerun) if confirmed || rerun.after.unmatched == 0 => format!("; {}", tried(rerun)),
         // Without a kick before its onset nobody's run has the events of another's.
-        Some(_) => "; the case run with it has other events".to_owned(),
+        Some(_) => "; run with it, the case has other events".to_owned(),
         None => String::new(),
     };
     if confirmed {
         // A mode that grows otherwise, or sticks of another duration, follow from it.
-        let follows = |cause| {
-            matches!(
-                cause,
-                Cause::UnresolvedMode | Cause::StepTooLarge | Cause::VelocityTolerance | Cause::UnperturbedRun
-            )
-        };
-        causes.retain(|known| !follows(known.cause));
+        use Cause::{StepTooLarge, UnperturbedRun, UnresolvedMode, VelocityTolerance};
+        let follows = [UnresolvedMode, StepTooLarge, VelocityTolerance, UnperturbedRun];
+        causes.retain(|known| !follows.contains(&known.cause));
     }
     let found = Diagnosis::of(Cause::AnotherParameter, evidence);
     let breakaway = other.numbers.iter().any(|number| number.path == "friction.breakaway");
-    match causes
+    let mut tests = causes
         .iter_mut()
-        .find(|known| known.cause == Cause::StickTest && breakaway)
-    {
+        .filter(|known| known.cause == Cause::StickTest && breakaway);
+    match tests.next() {
         // The same, seen at the torques.
         Some(test) => test.evidence += &format!("; {}", found.evidence),
         None => {
@@ -631,18 +569,22 @@ const CONFIRMED: f64 = 0.9;
 
 /// What the runs came to.
 fn tried(rerun: &Rerun) -> String {
-    let of = |agreement: &super::Agreement| match agreement.unmatched {
-        0 => format!("within {:.1e} s", agreement.max),
+    let outcome = |agreement: &Agreement, events: &str, of: &str| match agreement.unmatched {
+        0 if agreement.max == 0.0 => format!("has {events} at the same times"),
+        0 => format!("has {events} within {:.1e} s", agreement.max),
         // Of each pair both are without a partner.
-        many => format!(
-            "but for {} that are missing, or a quarter of the natural period off",
-            many.div_ceil(2)
-        ),
+        many => {
+            let missed = many.div_ceil(2);
+            format!("misses {missed} of {of}, or has them more than a quarter of the natural period off")
+        }
     };
-    format!(
-        "the case run with it has its {} events {}, as it is {}",
-        rerun.events,
-        of(&rerun.after),
-        of(&rerun.before)
-    )
+    let events = match rerun.events {
+        1 => "the event".to_owned(),
+        all => format!("all {all} events"),
+    };
+    let (after, before) = (
+        outcome(&rerun.after, &events, &events),
+        outcome(&rerun.before, "them", "them"),
+    );
+    format!("run with it, the case {after}; run without it, it {before}")
 }

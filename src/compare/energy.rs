@@ -1,6 +1,5 @@
 //! The energy balance of a candidate, from its own channels and the reference's parameters.
 
-use super::candidate::Block;
 use super::reference::Physics;
 use crate::model::Mode;
 use crate::simulation::Course;
@@ -43,8 +42,6 @@ struct Sample {
 pub(crate) struct EnergyPass<'a> {
     physics: &'a Physics,
     course: Course,
-    /// The state of the present sample.
-    y: Vec<f64>,
     /// A relative velocity up to this is none, rad/s.
     tolerance: f64,
     /// Time (s) and work (J) of kicks.
@@ -59,7 +56,6 @@ impl<'a> EnergyPass<'a> {
         EnergyPass {
             physics,
             course: physics.course(),
-            y: vec![0.0; physics.system().dimension],
             tolerance,
             kicks,
             last: None,
@@ -67,17 +63,13 @@ impl<'a> EnergyPass<'a> {
         }
     }
 
-    /// Takes the next samples; `columns` are the positions of [`Physics::state`] in the block.
-    pub fn add(&mut self, block: &Block, columns: &[usize]) {
-        for (row, &time) in block.time.iter().enumerate() {
-            self.physics.set(&mut self.y, |k| block.columns[columns[k]][row]);
-            let sample = self.at(time);
-            self.sample(time, sample);
-        }
+    /// Takes the next sample: a time (s) and the state.
+    pub fn add(&mut self, time: f64, y: &[f64]) {
+        let sample = self.at(time, y);
+        self.sample(time, sample);
     }
 
-    fn at(&mut self, time: f64) -> Sample {
-        let y = &self.y;
+    fn at(&mut self, time: f64, y: &[f64]) -> Sample {
         let outside = self.course.outside(time);
         let w = self.physics.system().relative_velocity(&outside, y);
         // What does not press has no friction.

@@ -1,6 +1,5 @@
 //! Why a comparison cannot be made: what, where, and what to do.
 
-use crate::case::CaseError;
 use crate::results::ResultError;
 use std::path::{Path, PathBuf};
 
@@ -11,14 +10,6 @@ pub enum CompareError {
     /// A result file that cannot be read.
     #[error(transparent)]
     Result(#[from] ResultError),
-    /// The case kept in a result file.
-    #[error("{path}: its case cannot be read: {source}; repeat the run")]
-    Case {
-        /// The result file.
-        path: PathBuf,
-        /// What is wrong with the case.
-        source: CaseError,
-    },
     /// Contents of a file that cannot be compared.
     #[error("{path}{}: {what}; {remedy}", at(.place))]
     Content {
@@ -37,11 +28,8 @@ pub enum CompareError {
 }
 
 fn at(place: &str) -> String {
-    if place.is_empty() {
-        String::new()
-    } else {
-        format!(", {place}")
-    }
+    let comma = if place.is_empty() { "" } else { ", " };
+    format!("{comma}{place}")
 }
 
 impl CompareError {
@@ -65,13 +53,17 @@ impl CompareError {
         CompareError::content(path, "", what, remedy)
     }
 
-    /// An error of the operating system.
-    pub(super) fn io(path: &Path, error: &std::io::Error) -> Self {
-        let (what, remedy) = match error.kind() {
-            std::io::ErrorKind::NotFound => ("no such file".to_owned(), "check the name"),
-            std::io::ErrorKind::PermissionDenied => ("no permission to read it".to_owned(), "change its permissions"),
-            _ => (format!("reading failed: {error}"), "check the file and its disk"),
-        };
-        CompareError::whole(path, what, remedy)
+    /// Makes an error about `path` of one of the operating system.
+    pub(super) fn io(path: &Path) -> impl Fn(std::io::Error) -> Self + '_ {
+        move |error| {
+            let (what, remedy) = match error.kind() {
+                std::io::ErrorKind::NotFound => ("no such file".to_owned(), "check the name"),
+                std::io::ErrorKind::PermissionDenied => {
+                    ("no permission to read it".to_owned(), "change its permissions")
+                }
+                _ => (format!("reading failed: {error}"), "check the file and its disk"),
+            };
+            CompareError::whole(path, what, remedy)
+        }
     }
 }

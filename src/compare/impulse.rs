@@ -92,30 +92,29 @@ impl<'a> ImpulsePass<'a> {
         channels: &[Channel],
         walk: impl FnOnce() -> Result<Walk<'a>, ResultError>,
     ) -> Result<Option<Self>, ResultError> {
-        let of = |channel: Channel| Channel::IMPULSES.iter().find(|(impulse, _)| *impulse == channel);
-        let found: Vec<(usize, Channel, Channel)> = channels
-            .iter()
-            .enumerate()
-            .filter_map(|(column, &channel)| of(channel).map(|&(impulse, force)| (column, impulse, force)))
-            .collect();
-        if found.is_empty() {
+        let found = channels.iter().enumerate().filter_map(|(column, &channel)| {
+            let (_, force) = Channel::IMPULSES.iter().find(|(impulse, _)| *impulse == channel)?;
+            let impulse = Impulse {
+                channel,
+                column,
+                first: 0.0,
+                last: 0.0,
+                sum: 0.0,
+                errors: [Errors::default(); 2],
+                largest: 0.0,
+                single: true,
+            };
+            Some((*force, impulse))
+        });
+        let (forces, impulses): (Vec<Channel>, Vec<Impulse>) = found.unzip();
+        if forces.is_empty() {
             return Ok(None);
         }
-        let impulse = |&(column, channel, _): &(usize, Channel, Channel)| Impulse {
-            channel,
-            column,
-            first: 0.0,
-            last: 0.0,
-            sum: 0.0,
-            errors: [Errors::default(); 2],
-            largest: 0.0,
-            single: true,
-        };
         Ok(Some(ImpulsePass {
             walk: walk()?,
-            forces: found.iter().map(|found| found.2).collect(),
+            forces,
             curves: Vec::new(),
-            impulses: found.iter().map(impulse).collect(),
+            impulses,
             span: None,
             samples: 0,
             ended: false,

@@ -7,14 +7,14 @@
 //! as a function of time ([`mod@reference`]). Nothing is compared across an event. What differs is explained where the
 //! candidate's numbers are evidence for a cause ([`diagnosis`]).
 
-pub mod candidate;
-pub mod detect;
-pub mod diagnosis;
-pub mod energy;
-pub mod event_errors;
-pub mod reference;
-pub mod states;
-pub mod windows;
+pub(crate) mod candidate;
+pub(crate) mod detect;
+pub(crate) mod diagnosis;
+pub(crate) mod energy;
+pub(crate) mod event_errors;
+pub(crate) mod reference;
+pub(crate) mod states;
+pub(crate) mod windows;
 
 mod attractor;
 mod case_differences;
@@ -58,22 +58,25 @@ pub use statistics::Statistic;
 pub use trace::Pair;
 pub use vocabulary::Vocabulary;
 
+use crate::case::quantity::Dimension;
 use crate::case::{Case, CaseSource, WrittenCase};
 use crate::record::sequence::{Alignment, SequenceEvent};
 use crate::record::{Event, EventKind};
 use crate::results::{ResultError, ResultFile, open_sound};
 use candidate::Block;
+use comparison::channel_errors;
 use creep::{Creep, CreepPass};
 use crossings::Crossings;
 use detect::{DEFAULT_HYSTERESIS, DEFAULT_TOLERANCE, Detector, Point};
-use diagnosis::{Evidence, Kick};
+use diagnosis::Evidence;
 use energy::{EnergyDrift, EnergyPass};
 use event_errors::EventErrors;
 use impulse::ImpulsePass;
 use parameters::{Found as Explained, JumpPass, Material, Start, StretchPass, other_kick, other_parameters};
 use range::Range;
 use reference::{BeforeAndAfter, Physics, Rerun, states_at_events};
-use states::{Grid, Probe, StatePass, Tally};
+use states::{Grid, Probe, StatePass};
+use statistics::{of_attractors, statistics};
 use std::path::Path;
 use torques::TorqueWatch;
 
@@ -148,26 +151,18 @@ impl Reference {
         };
         let in_word = events.iter().filter(|e| e.kind.in_event_sequence());
         let word: Vec<SequenceEvent> = in_word.map(SequenceEvent::from).collect();
-        let physics = Physics::new(case, &word, end);
-        let attractor = Attractor::of_file(&file)?;
         let first = file.states(0..rows.min(1))?;
-        let starts_in_slip = first.iter().any(|(_, mode, _)| mode.sense() != 0);
         Ok(Reference {
+            physics: Physics::new(case, &word, end),
             word,
-            physics,
             rerun: Rerun::default(),
-            attractor,
-            starts_in_slip,
+            attractor: Attractor::of_file(&file)?,
+            starts_in_slip: first.iter().any(|(_, mode, _)| mode.sense() != 0),
             file,
             events,
             start,
             end,
         })
-    }
-
-    /// What it is a run of.
-    pub fn physics(&self) -> &Physics {
-        &self.physics
     }
 
     /// A mapping in which nothing is said yet, by the names and units of this reference.
@@ -196,81 +191,51 @@ impl Reference {
         mapping: &Mapping,
         watch: &mut dyn FnMut(CompareProgress),
     ) -> Result<Comparison, CompareError> {
-        let mut candidate = Candidate::open(path, mapping, &self.physics)?;
+        let physics = &self.physics;
+        let mut candidate = Candidate::open(path, mapping, physics)?;
         let mut watch = |pass: u8, time: f64| {
             let share = ((time - self.start) / (self.end - self.start)).clamp(0.0, 1.0);
             let done = (f64::from(pass - 1) + if share.is_nan() { 1.0 } else { share }) / f64::from(PASSES);
             watch(CompareProgress { done, time, pass });
         };
-        // A contact without stick counts one below a threshold, and for as long.
-        let threshold = self.physics.threshold();
-        if threshold.is_some() && mapping.hysteresis.is_some() {
-            return Err(CompareError::content(
-                path,
-                "hysteresis",
-                "the contact of the reference has no stick, and its events are the crossings of one threshold",
-                "leave out --hysteresis, or [detection].hysteresis; --velocity-tolerance is the threshold",
-            ));
-        }
-        let detection = Detection {
-            velocity_tolerance: mapping.velocity_tolerance.or(threshold).unwrap_or(DEFAULT_TOLERANCE),
-            hysteresis: match threshold {
-                Some(_) => 1.0,
-                None => mapping.hysteresis.unwrap_or(DEFAULT_HYSTERESIS),
-            },
-        };
+        let detection = self.detection(path, mapping)?;
         if let TimeOffset::Seconds(offset) = mapping.time_offset {
             candidate.shift(offset);
         }
         let (mut survey, mut found) = self.survey(&candidate, detection, &mut watch)?;
         let mut applied = None;
         if mapping.time_offset == TimeOffset::Auto {
-            let Some(offset) = self.offset(&found) else {
-                return Err(CompareError::content(
-                    path,
-                    "time_offset",
-                    "no offset of the clock makes four events in five agree with the reference's",
-                    "give it in seconds, --time-offset 6.966",
-                ));
-            };
+            let offset = self.offset(&found).ok_or_else(|| {
+                let what = "no offset of the clock makes four events in five agree with the reference's";
+                CompareError::content(path, "time_offset", what, "give it in seconds, --time-offset 6.966")
+            })?;
             candidate.shift(offset.seconds);
             applied = Some(offset);
             (survey, found) = self.survey(&candidate, detection, &mut watch)?;
         }
+        let events_given = candidate.events.is_some();
+        let interval = survey.interval.unwrap_or(0.0);
         // One that slips from rest at once has omega_r = 0 in its first sample, which is no stick.
-        let at_once = |event: &detect::Found| {
-            let (from, _) = survey.span.unwrap_or_default();
-            event.kind == EventKind::Slip && event.time - from <= survey.interval.unwrap_or(0.0)
-        };
-        if self.starts_in_slip && candidate.events().is_none() {
-            let begins = found.first().is_some_and(at_once);
-            found.drain(..usize::from(begins));
+        let (begins, _) = survey.span.unwrap_or_default();
+        let at_once = |event: &Found| event.kind == EventKind::Slip && event.time - begins <= interval;
+        if self.starts_in_slip && !events_given && found.first().is_some_and(at_once) {
+            found.remove(0);
         }
         let span = self.span(&candidate, &survey);
-        let events_given = candidate.events().is_some();
 
         let all: Vec<SequenceEvent> = found.iter().map(SequenceEvent::from).collect();
-        // Both ends of a period that is found in samples may err by an interval.
-        let slack = survey
-            .interval
-            .filter(|_| !events_given)
-            .map_or(0.0, |interval| 2.0 * interval);
         let within = |e: &&SequenceEvent| e.time >= span.from && e.time <= span.to;
         let reference_word: Vec<SequenceEvent> = self.word.iter().filter(within).copied().collect();
         let word: Vec<SequenceEvent> = all.iter().filter(within).copied().collect();
-        let period = self.physics.natural_period();
+        let uncovered = self.word.len() - reference_word.len();
+        let period = physics.natural_period();
         let mut alignment = Alignment::of(&reference_word, &word, period);
         // In a run of many cycles a drift of the times is no exchange of events.
-        if !self.physics.coasts() && !alignment.differences.is_empty() {
+        if !physics.coasts() && !alignment.differences.is_empty() {
             alignment = Alignment::drifting(&reference_word, &word, period, alignment);
         }
         let errors = EventErrors::of(&reference_word, &word, &alignment);
 
-        let onset = [reference_word.first(), word.first()]
-            .into_iter()
-            .flatten()
-            .map(|e| e.time)
-            .fold(span.to, f64::min);
         // Nearly all events of a clock that starts elsewhere are without a partner, or have a wrong one.
         let parted = errors.matched * 2 < found.len() || errors.max.is_some_and(|max| max > period / 8.0);
         let proposed = match mapping.time_offset {
@@ -283,19 +248,23 @@ impl Reference {
             all && offset.seconds.abs() > period / 8.0
         });
         let resolution = resolution_of(&candidate, &survey, &errors);
+        // Both ends of a period that is found in samples may err by an interval.
+        let slack = if events_given { 0.0 } else { 2.0 * interval };
         let mut states = if candidate.has_rows() {
             let mut windows = windows::windows(&reference_word, &word, &alignment, span.from_start, span.to_end);
             if !events_given {
-                windows::without_small_shifts(&mut windows, survey.interval.unwrap_or(0.0));
+                windows::without_small_shifts(&mut windows, interval);
             }
+            let firsts = [reference_word.first(), word.first()].into_iter().flatten();
+            let onset = firsts.map(|e| e.time).fold(span.to, f64::min);
             let position = self.position(&candidate, &all, slack);
             let passes = self.passes(&candidate, &found, detection);
             Some(self.states(&candidate, windows, (detection, onset), position, passes, &mut watch)?)
         } else {
             None
         };
-        let attractors = (!self.physics.coasts()).then(|| {
-            let found = candidate.attractor().or_else(|| {
+        let attractors = (!physics.coasts()).then(|| {
+            let found = candidate.attractor.or_else(|| {
                 let (attractor, _) = self.attractor_of(&all, slack).filter(|_| !candidate.is_own())?;
                 let amplitude = states.as_ref().and_then(|states| states.amplitude);
                 Some(Attractor { amplitude, ..attractor })
@@ -304,15 +273,14 @@ impl Reference {
         });
 
         let mut unit_faults: Vec<_> = units::of_time(&self.time_pairs(&all, &survey)).into_iter().collect();
-        if let Some(states) = &states {
+        if let Some(StatePass { channels, tallies, .. }) = states.as_ref().map(|states| &states.pass) {
             let of_channel = |(k, &channel): (usize, &Channel)| {
-                let tallies = states.tallies.each_ref().map(|phase| phase[k]);
-                units::of_channel(channel, self.physics.vocabulary(), &tallies)
+                units::of_channel(channel, physics.vocabulary(), &tallies.each_ref().map(|phase| phase[k]))
             };
-            unit_faults.extend(states.channels.iter().enumerate().filter_map(of_channel));
+            unit_faults.extend(channels.iter().enumerate().filter_map(of_channel));
         }
-        let evidence = Evidence {
-            physics: &self.physics,
+        let mut causes = diagnosis::diagnose(&Evidence {
+            physics,
             floor: resolution.as_ref().map_or(0.0, |resolution| resolution.event_error),
             offset: proposed,
             reference: &reference_word,
@@ -320,22 +288,16 @@ impl Reference {
             alignment: &alignment,
             errors: &errors,
             units: unit_faults,
-            kick: self.kick_event().map(|event| Kick {
-                time: event.time,
-                delta: event.after.relative_velocity - event.before.relative_velocity,
-            }),
-            probes: states.as_ref().map_or(&[][..], |s| &s.probes),
-            grid: states.as_ref().map_or(Grid::default(), |s| s.grid),
+            kick: self.kick_event(),
+            probes: states.as_ref().map_or(&[][..], |s| &s.pass.probes),
+            grid: states.as_ref().map_or(Grid::default(), |s| s.pass.grid),
             interval: survey.interval,
             plateau: survey.plateau,
             detected: !events_given,
             creep: states.as_ref().and_then(|s| s.creep),
-        };
-        let mut causes = diagnosis::diagnose(&evidence);
-        let differs = !alignment.differences.is_empty()
-            || errors
-                .max
-                .is_none_or(|max| max > if events_given { AGREED } else { AGREED_IN_SAMPLES });
+        });
+        let agreed = if events_given { AGREED } else { AGREED_IN_SAMPLES };
+        let differs = !alignment.differences.is_empty() || errors.max.is_none_or(|max| max > agreed);
         let passes = states.as_mut().and_then(|states| states.passes.take());
         let other = match candidate.is_own() {
             false => self.other_inputs(&candidate, passes, (&found, &all), span, differs, &mut causes)?,
@@ -343,22 +305,77 @@ impl Reference {
         };
         diagnosis::add_case(&mut causes, candidate.differences());
 
-        Ok(comparison::compose(comparison::Parts {
-            reference: self,
-            candidate: &candidate,
-            causes,
-            detection: (!events_given).then_some(detection),
+        let mut statistics = statistics(&reference_word, &word, span, uncovered);
+        if let Some(attractors) = &attractors {
+            // In a cycle there is no last stick.
+            statistics.retain(|statistic| attractors[0].is_none() || statistic.name != "final_stick");
+            let unit = physics.vocabulary().motion().dimension(Dimension::Angle).unit();
+            statistics.extend(of_attractors(attractors, unit));
+        }
+        let (was_rerun, pass) = (self.was_repeated(), states.as_ref().map(|states| &states.pass));
+        let mut comparison = Comparison {
+            reference: self.file.path().display().to_string(),
+            candidate: candidate.path.display().to_string(),
+            format: candidate.format,
             resolution,
-            found_offset: applied.or(proposed),
-            span,
-            words: (&reference_word, &word),
-            alignment,
-            errors,
-            states: states.as_ref(),
+            time_offset: Some(candidate.clock.offset).filter(|offset| *offset != 0.0),
+            found_time_offset: applied.or(proposed),
+            verdict: String::new(),
+            causes,
+            case_differences: candidate.differences().to_vec(),
+            parameters: other.parameters,
+            kick: other.kick,
+            clock: other.clock,
+            detection: (!events_given).then_some(detection),
+            velocity_unit: physics.vocabulary().unit(Channel::RelativeVelocity),
+            span: candidate.has_rows().then_some(span),
             interval: survey.interval,
+            reference_events: reference_word.len(),
+            uncovered,
+            candidate_events: word.len(),
+            missing: alignment.missing(),
+            spurious: alignment.spurious(),
+            sequence: alignment.differences,
+            cycles: (!physics.coasts()).then(|| CycleErrors::of(&errors)).flatten(),
+            event_errors: errors,
+            statistics,
+            channels: pass.map_or_else(Vec::new, |pass| channel_errors(pass, physics)),
+            samples: pass.map_or(0, StatePass::samples),
+            samples_outside: pass.map_or(0, |pass| pass.outside),
+            samples_too_sparse: pass.map_or(0, |pass| pass.too_sparse),
+            reference_repeated: pass.is_some_and(|pass| pass.walk.integrated) || was_rerun,
+            was_rerun,
+            energy_drift: states.as_ref().and_then(|states| states.energy),
+            impulses: states.map_or_else(Vec::new, |states| states.impulses),
+            time_scale: (!physics.coasts()).then(|| physics.scale.clone()),
             attractors,
-            other,
-        }))
+            absent: Vec::new(),
+        };
+        let lacking = physics.state.iter().filter(|&&channel| !candidate.has(channel));
+        comparison.find_absent(&lacking.map(|channel| channel.name()).collect::<Vec<_>>());
+        comparison.find_verdict();
+        Ok(comparison)
+    }
+
+    /// How events are found: as the mapping says, else by what the contact of the reference needs.
+    fn detection(&self, path: &Path, mapping: &Mapping) -> Result<Detection, CompareError> {
+        // A contact without stick counts one below a threshold, and for as long.
+        let threshold = self.physics.threshold();
+        if threshold.is_some() && mapping.hysteresis.is_some() {
+            return Err(CompareError::content(
+                path,
+                "hysteresis",
+                "the contact of the reference has no stick, and its events are the crossings of one threshold",
+                "leave out --hysteresis, or [detection].hysteresis; --velocity-tolerance is the threshold",
+            ));
+        }
+        Ok(Detection {
+            velocity_tolerance: mapping.velocity_tolerance.or(threshold).unwrap_or(DEFAULT_TOLERANCE),
+            hysteresis: match threshold {
+                Some(_) => 1.0,
+                None => mapping.hysteresis.unwrap_or(DEFAULT_HYSTERESIS),
+            },
+        })
     }
 
     /// What is collected of a candidate by another program to find another number of the case in.
@@ -367,33 +384,18 @@ impl Reference {
             return None;
         }
         let physics = &self.physics;
-        let channels = candidate.channels(&self.physics);
-        let period = physics.natural_period();
-        let breaks = found.iter().map(|f| f.time);
-        let breaks = breaks.chain(
-            self.events
-                .iter()
-                .filter(|e| !e.kind.in_event_sequence())
-                .map(|e| e.time),
-        );
+        let (channels, period) = (candidate.channels(physics), physics.natural_period());
+        let of_reference = self.events.iter().filter(|e| !e.kind.in_event_sequence());
+        let breaks = found.iter().map(|f| f.time).chain(of_reference.map(|e| e.time));
         let stick_slip = match (found.first(), found.last()) {
             (Some(first), Some(last)) => (first.time - 40.0 * period, last.time + 10.0 * period),
             _ => self.stretch(),
         };
-        let stretches = StretchPass::new(
-            physics,
-            &channels,
-            detection.velocity_tolerance,
-            stick_slip,
-            breaks.collect(),
-        );
+        let tolerance = detection.velocity_tolerance;
+        let kick = self.kick_event().map_or(f64::INFINITY, |kick| kick.time);
         Some(Passes {
-            stretches,
-            jump: JumpPass::new(
-                physics,
-                &channels,
-                self.kick_event().map_or(f64::INFINITY, |kick| kick.time),
-            ),
+            stretches: StretchPass::new(physics, &channels, tolerance, stick_slip, breaks.collect()),
+            jump: JumpPass::new(physics, &channels, kick),
         })
     }
 
@@ -427,20 +429,22 @@ impl Reference {
         let kick = self.kick_event();
         let mut others = Others::default();
         if differs {
-            let mut anchors: Vec<(&'static str, f64)> = kick.map(|kick| ("the kick", kick.time)).into_iter().collect();
-            anchors.extend(self.word.first().map(|e| match e.kind {
+            let first = self.word.first().map(|e| match e.kind {
                 EventKind::Stick => ("the first stick", e.time),
                 _ => ("the first event", e.time),
-            }));
+            });
+            let corner = if physics.coasts() {
+                "a corner of F(t)"
+            } else {
+                "a corner of a signal"
+            };
             let corners = self
                 .events
                 .iter()
                 .filter(|e| e.kind == EventKind::Corner && e.time > 0.0);
-            let of = match physics.coasts() {
-                true => "a corner of F(t)",
-                false => "a corner of a signal",
-            };
-            anchors.extend(corners.map(|e| (of, e.time)));
+            let kick = kick.map(|kick| ("the kick", kick.time));
+            let anchors = kick.into_iter().chain(first).chain(corners.map(|e| (corner, e.time)));
+            let anchors: Vec<(&'static str, f64)> = anchors.collect();
             others.clock = clock::other_clock(&self.word, all, &anchors, period);
         }
         if let Some(clock) = others.clock.as_ref().filter(|clock| clock.counts_from.is_some()) {
@@ -454,29 +458,18 @@ impl Reference {
         let kick = kick.map(|(event, states)| (event.time, states));
         let jumped = passes.as_ref().and_then(|passes| passes.jump.finish());
         let first = passes.as_ref().and_then(|passes| passes.jump.first());
-        let from = if candidate.has_rows() {
-            span.from
-        } else {
-            f64::NEG_INFINITY
+        let has_rows = candidate.has_rows();
+        let from = if has_rows { span.from } else { f64::NEG_INFINITY };
+        let at_kick = kick.as_ref().map(|(time, (_, after))| Start::At(*time, after.clone()));
+        let begins_at_kick = kick
+            .as_ref()
+            .is_some_and(|(time, _)| (time - period..time + period).contains(&from));
+        let starts = match first {
+            Some((time, state)) if time > self.start => vec![Start::At(time, state), Start::Case],
+            Some(_) => vec![Start::Case],
+            None if begins_at_kick => at_kick.into_iter().chain([Start::Case]).collect(),
+            None => [Start::Case].into_iter().chain(at_kick.filter(|_| !has_rows)).collect(),
         };
-        let mut starts = Vec::new();
-        match first {
-            Some((time, state)) if time > self.start => starts.extend([Start::At(time, state), Start::Case]),
-            Some(_) => starts.push(Start::Case),
-            None => {
-                let at_kick = kick.as_ref().map(|(time, (_, after))| Start::At(*time, after.clone()));
-                let begins = kick
-                    .as_ref()
-                    .is_some_and(|(time, _)| (time - period..time + period).contains(&from));
-                if begins {
-                    starts.extend(at_kick.clone());
-                }
-                starts.push(Start::Case);
-                if !begins && !candidate.has_rows() {
-                    starts.extend(at_kick);
-                }
-            }
-        }
         // Beyond the reference's end nobody knows what comes.
         let last = all.last().map_or(f64::NEG_INFINITY, |e| e.time);
         let to = span.to.max(last).min(self.end.max(last));
@@ -484,7 +477,7 @@ impl Reference {
         let material = Material {
             numbers: &numbers,
             system: &physics.trains,
-            places: physics.places(),
+            places: &physics.places,
             stretches: passes.map(|passes| passes.stretches).filter(StretchPass::is_of_use),
             starts,
             word: all,
@@ -492,12 +485,9 @@ impl Reference {
             period,
             breakaway: self.breakaway(found),
             events_differ: differs,
-            by_events: !causes.iter().any(|known| {
-                matches!(
-                    known.cause,
-                    Cause::AbsoluteAngles | Cause::RegularisedLaw | Cause::EventsLate
-                )
-            }),
+            by_events: !causes
+                .iter()
+                .any(|known| [Cause::AbsoluteAngles, Cause::RegularisedLaw, Cause::EventsLate].contains(&known.cause)),
         };
         if let Some(((time, states), jumped)) = kick.zip(jumped) {
             others.kick = other_kick(physics, (time, &states), &jumped).map(|mut other| {
@@ -510,11 +500,8 @@ impl Reference {
             diagnosis::add_kick(causes, kick);
             return Ok(others);
         }
-        match (
-            other_parameters(material, others.kick.is_some()),
-            &others.kick,
-            &others.clock,
-        ) {
+        let explained = other_parameters(material, others.kick.is_some());
+        match (explained, &others.kick, &others.clock) {
             (Explained::Numbers(parameters), ..) => {
                 others.clock = None;
                 // Other equations lead to another state at the kick.
@@ -534,7 +521,7 @@ impl Reference {
 
     /// mu_0 by the torque that the reference tests, at the middle one of the candidate's breakaways, and what half of them differ by.
     fn breakaway(&self, found: &[Found]) -> Option<(f64, f64)> {
-        let ratios = torques::breakaway_ratios(&self.physics, found, self.physics.breakaway_test());
+        let ratios = torques::breakaway_ratios(&self.physics, found, self.physics.trains.breakaway_test);
         let at = |share: usize| ratios.get(share * ratios.len() / 4).copied();
         let breakaway = self.physics.system().breakaway;
         Some((at(2)? * breakaway, (at(3)? - at(1)?) * breakaway))
@@ -548,96 +535,107 @@ impl Reference {
         detection: Detection,
         watch_progress: &mut dyn FnMut(u8, f64),
     ) -> Result<(Survey, Vec<Found>), CompareError> {
-        let mut survey = Survey::default();
+        let physics = &self.physics;
+        let given = candidate.events.clone();
         if !candidate.has_rows() {
-            return Ok((survey, candidate.events().unwrap_or_default().to_vec()));
+            return Ok((Survey::default(), given.unwrap_or_default()));
         }
-        let detects = candidate.events().is_none();
-        let twists = self.physics.torque_channels();
+        let twists = physics.torque_channels();
+        let with_twists = !candidate.is_own() && twists.iter().all(|&channel| candidate.has(channel));
         let mut channels = Vec::new();
-        if detects {
+        if given.is_none() {
             channels.push(Channel::RelativeVelocity);
-            if candidate.has(Channel::NormalForce) {
-                channels.push(Channel::NormalForce);
-            }
+            channels.extend(Some(Channel::NormalForce).filter(|&force| candidate.has(force)));
         }
         let twist = channels.len();
-        let with_twists = !candidate.is_own() && twists.iter().all(|&channel| candidate.has(channel));
         if with_twists {
             channels.extend_from_slice(&twists);
         }
-        let mut detector = Detector::new(detection);
-        let threshold = self.physics.threshold();
-        let mut crossings = threshold.map(|_| Crossings::new(detection.velocity_tolerance));
-        let mut watch = TorqueWatch::new(candidate.events().unwrap_or_default().to_vec());
-        let mut rows = candidate.rows(&channels, &self.physics)?;
+        let torques = |block: &Block, row: usize| {
+            with_twists.then(|| physics.torques_by(block.time[row], |k| block.columns[twist + k][row]))
+        };
+        let mut finder = match (given, physics.threshold()) {
+            (Some(events), _) => Finder::Given(TorqueWatch::new(events)),
+            (None, Some(_)) => Finder::Crossings(Crossings::new(detection.velocity_tolerance)),
+            (None, None) => Finder::Detector(Detector::new(detection)),
+        };
+        let mut rows = candidate.rows(&channels, physics)?;
         let mut block = Block::default();
-        let (mut from, mut to) = (f64::NAN, f64::NAN);
-        let stretch = self.stretch();
-        let mut inside: (u64, f64, f64) = (0, f64::NAN, f64::NAN);
+        let mut span: Option<(f64, f64)> = None;
+        // Samples in the stick-slip: how many, the first and the last, s.
+        let (stretch, mut inside) = (self.stretch(), None);
         while rows.next(&mut block)? {
-            if from.is_nan() {
-                from = block.time[0];
-            }
-            to = block.time[block.time.len() - 1];
+            let (time, c) = (&block.time, &block.columns);
+            let to = time[time.len() - 1];
+            span = Some((span.map_or(time[0], |span| span.0), to));
             watch_progress(1, to);
-            let first = block.time.partition_point(|t| *t < stretch.0);
-            let last = block.time.partition_point(|t| *t <= stretch.1);
+            let first = time.partition_point(|t| *t < stretch.0);
+            let last = time.partition_point(|t| *t <= stretch.1);
             if first < last {
-                inside.0 += (last - first) as u64;
-                if inside.1.is_nan() {
-                    inside.1 = block.time[first];
-                }
-                inside.2 = block.time[last - 1];
+                let (count, from, _) = inside.unwrap_or((0, time[first], 0.0));
+                inside = Some((count + (last - first) as u64, from, time[last - 1]));
             }
-            if detects {
-                let count = match &mut crossings {
-                    Some(crossings) => {
-                        let rows = block.time.iter().zip(&block.columns[0]);
-                        rows.for_each(|(&time, &velocity)| crossings.add(time, velocity));
-                        crossings.count()
-                    }
-                    None => {
-                        self.detect(&mut detector, &block, twist, with_twists);
-                        detector.count()
-                    }
-                };
-                if count > MOST_EVENTS {
-                    let what = format!("more than {MOST_EVENTS} events up to {to:.6} s: omega_r chatters about zero");
-                    let remedy = "raise --velocity-tolerance above the size of the chatter";
-                    return Err(CompareError::content(
-                        candidate.path(),
-                        "relative_velocity",
-                        what,
-                        remedy,
-                    ));
+            let count = match &mut finder {
+                Finder::Crossings(crossings) => {
+                    time.iter()
+                        .zip(&c[0])
+                        .for_each(|(&time, &velocity)| crossings.add(time, velocity));
+                    crossings.events.len()
                 }
-            } else if with_twists {
-                let c = &block.columns;
-                for (row, &time) in block.time.iter().enumerate() {
-                    let (rotor, stator) = self.physics.torques_by(time, |k| c[twist + k][row]);
-                    watch.add(time, rotor, stator);
+                Finder::Given(watch) => {
+                    for (row, &time) in time.iter().enumerate() {
+                        torques(&block, row)
+                            .into_iter()
+                            .for_each(|(rotor, stator)| watch.add(time, rotor, stator));
+                    }
+                    0
                 }
+                Finder::Detector(detector) => {
+                    let forces = if twist == 2 { &c[1][..] } else { &[] };
+                    let mut row = 0;
+                    while row < time.len() {
+                        row += detector.skip(&c[0][row..], forces.get(row..).unwrap_or_default());
+                        detector.add(Point {
+                            time: time[row],
+                            velocity: c[0][row],
+                            normal_force: forces.get(row).copied().unwrap_or(f64::INFINITY),
+                            torques: torques(&block, row),
+                        });
+                        row += 1;
+                    }
+                    detector.count()
+                }
+            };
+            if count > MOST_EVENTS {
+                let what = format!("more than {MOST_EVENTS} events up to {to:.6} s: omega_r chatters about zero");
+                let remedy = "raise --velocity-tolerance above the size of the chatter";
+                return Err(CompareError::content(
+                    &candidate.path,
+                    "relative_velocity",
+                    what,
+                    remedy,
+                ));
             }
         }
-        if from.is_nan() {
+        if span.is_none() {
             return Err(CompareError::whole(
-                candidate.path(),
+                &candidate.path,
                 "holds no samples",
                 "check how it was written",
             ));
         }
-        survey.span = Some((from, to));
-        survey.repeated = rows.watch().repeated;
-        survey.rounding = candidate.clock().rounding.filter(|_| rows.watch().is_rounded());
-        survey.interval = (inside.0 > 1).then(|| (inside.2 - inside.1) / (inside.0 - 1) as f64);
-        survey.plateau = detector.plateau();
-        let found = match crossings {
-            _ if !detects => watch.finish(),
-            Some(crossings) => crossings.finish(),
-            None => detector.finish(),
+        let inside = inside.filter(|inside| inside.0 > 1);
+        let survey = Survey {
+            span,
+            interval: inside.map(|(count, from, to)| (to - from) / (count - 1) as f64),
+            plateau: match &finder {
+                Finder::Detector(detector) => detector.plateau(),
+                _ => 0.0,
+            },
+            repeated: rows.watch().repeated,
+            rounding: candidate.clock.rounding.filter(|_| rows.watch().is_rounded()),
         };
-        Ok((survey, found))
+        Ok((survey, finder.finish()))
     }
 
     /// What has to be added to the times of events so that they agree with those of the reference.
@@ -646,30 +644,10 @@ impl Reference {
         clock::find(&self.word, &word, self.physics.natural_period() / 8.0)
     }
 
-    fn detect(&self, detector: &mut Detector, block: &Block, twist: usize, with_twists: bool) {
-        let c = &block.columns;
-        let force = twist == 2;
-        let forces = if force { &c[1][..] } else { &[] };
-        let mut row = 0;
-        while row < block.time.len() {
-            row += detector.skip(&c[0][row..], forces.get(row..).unwrap_or_default());
-            let torques = || self.physics.torques_by(block.time[row], |k| c[twist + k][row]);
-            detector.add(Point {
-                time: block.time[row],
-                velocity: c[0][row],
-                normal_force: if force { c[1][row] } else { f64::INFINITY },
-                torques: with_twists.then(torques),
-            });
-            row += 1;
-        }
-    }
-
     /// From ten natural periods before the first event of the word to the last one, s.
     fn stretch(&self) -> (f64, f64) {
-        let first = self
-            .word
-            .first()
-            .map_or(0.0, |e| e.time - 10.0 * self.physics.natural_period());
+        let margin = 10.0 * self.physics.natural_period();
+        let first = self.word.first().map_or(0.0, |e| e.time - margin);
         (first, self.word.last().map_or(self.end, |e| e.time))
     }
 
@@ -698,17 +676,11 @@ impl Reference {
 
     /// Times that should be the same in both runs: first and last event, or the ends.
     fn time_pairs(&self, candidate: &[SequenceEvent], survey: &Survey) -> Vec<(f64, f64)> {
-        let mut pairs = Vec::new();
-        for (r, c) in [
-            (self.word.first(), candidate.first()),
-            (self.word.last(), candidate.last()),
-        ] {
-            pairs.extend(r.zip(c).map(|(r, c)| (r.time, c.time)));
-        }
-        if pairs.is_empty() {
-            pairs.extend(survey.span.map(|(_, to)| (self.end, to)));
-        }
-        pairs
+        let firsts = self.word.first().zip(candidate.first());
+        let lasts = self.word.last().zip(candidate.last());
+        let of_events = firsts.into_iter().chain(lasts).map(|(r, c)| (r.time, c.time));
+        let ends = survey.span.filter(|_| firsts.is_none()).map(|(_, to)| (self.end, to));
+        of_events.chain(ends).collect()
     }
 
     fn states<'a>(
@@ -720,32 +692,34 @@ impl Reference {
         mut passes: Option<Passes<'a>>,
         watch_progress: &mut dyn FnMut(u8, f64),
     ) -> Result<States<'a>, CompareError> {
-        let mut channels = candidate.channels(&self.physics);
+        let physics = &self.physics;
+        let mut channels = candidate.channels(physics);
         // Impulses stand last: they are compared by themselves.
         channels.sort_by_key(|channel| channel.is_impulse());
         let compared = channels.iter().filter(|channel| !channel.is_impulse()).count();
         let mut impulses = ImpulsePass::new(&channels, || self.walk())?;
-        let period = self.physics.natural_period();
-        let probe = |from: f64, to: f64| Probe {
+        let period = physics.natural_period();
+        let kick = self.kick_event().map_or(f64::NEG_INFINITY, |kick| kick.time);
+        let probes = [
+            (kick - 2.0 * period, kick),
+            (kick, kick + 2.0 * period),
+            (onset - 4.0 * period, onset),
+        ];
+        let probes = probes.map(|(from, to)| Probe {
             from,
             to,
             points: Vec::new(),
-        };
-        let kick = self.kick_event().map_or(f64::NEG_INFINITY, |kick| kick.time);
-        let probes = vec![
-            probe(kick - 2.0 * period, kick),
-            probe(kick, kick + 2.0 * period),
-            probe(onset - 4.0 * period, onset),
-        ];
-        let mut pass = StatePass::new(self.walk()?, &self.physics, &channels[..compared], windows, probes);
-        let place = |channel: &Channel| channels.iter().position(|known| known == channel);
-        let energy_columns = self.physics.columns(&channels);
-        let mut range = position.and_then(|(channel, (from, to))| Some((place(&channel)?, Range::new(from, to))));
-        let mut energy = EnergyPass::new(&self.physics, detection.velocity_tolerance, self.kick_works()?);
+        });
+        let mut pass = StatePass::new(self.walk()?, physics, &channels[..compared], windows, probes.to_vec());
+        let (state_columns, mut y) = (physics.columns(&channels), vec![0.0; physics.system().dimension]);
+        let mut range = position.and_then(|(channel, (from, to))| {
+            let column = channels.iter().position(|known| *known == channel)?;
+            Some((column, Range::new(from, to)))
+        });
+        let mut energy = EnergyPass::new(physics, detection.velocity_tolerance, self.kick_works()?);
         // What a candidate of another program does in its equations.
-        let foreign = energy_columns.as_ref().filter(|_| !candidate.is_own());
-        let mut creep = foreign.map(|columns| (CreepPass::new(&self.physics), columns));
-        let mut rows = candidate.rows(&channels, &self.physics)?;
+        let mut creep = (!candidate.is_own()).then(|| CreepPass::new(physics));
+        let mut rows = candidate.rows(&channels, physics)?;
         let mut block = Block::default();
         while rows.next(&mut block)? {
             pass.add(&block)?;
@@ -756,32 +730,24 @@ impl Reference {
             if let Some(impulses) = &mut impulses {
                 impulses.add(&block)?;
             }
-            if let Some((creep, columns)) = &mut creep {
-                creep.add(&block, columns);
-            }
-            watch_progress(PASSES, block.time[block.time.len() - 1]);
-            if let Some(columns) = &energy_columns {
-                energy.add(&block, columns);
+            if let Some(columns) = &state_columns {
+                for (row, &time) in block.time.iter().enumerate() {
+                    physics.set(&mut y, |k| block.columns[columns[k]][row]);
+                    creep.iter_mut().for_each(|creep| creep.add(time, &y));
+                    energy.add(time, &y);
+                }
             }
             if let Some((column, range)) = &mut range {
                 range.add(&block, *column);
             }
+            watch_progress(PASSES, block.time[block.time.len() - 1]);
         }
-        channels.truncate(compared);
         Ok(States {
+            pass,
             passes,
-            impulses: impulses.map_or_else(Vec::new, |impulses| impulses.finish(&self.physics)),
-            creep: creep
-                .and_then(|(creep, _)| creep.finish())
-                .filter(|_| self.physics.sticks()),
-            integrated: pass.was_integrated(),
+            impulses: impulses.map_or_else(Vec::new, |impulses| impulses.finish(physics)),
+            creep: creep.and_then(CreepPass::finish).filter(|_| physics.sticks()),
             amplitude: range.and_then(|(_, range)| range.amplitude()),
-            channels,
-            tallies: pass.tallies,
-            outside: pass.outside,
-            too_sparse: pass.too_sparse,
-            probes: pass.probes,
-            grid: pass.grid,
             energy: energy.finish(),
         })
     }
@@ -814,24 +780,36 @@ impl Reference {
         let physics = &self.physics;
         let kinetic = |t: f64, y: &[f64]| physics.system().kinetic_energy(&physics.course.driving(t), y);
         let work = |(e, (before, after)): (&Event, BeforeAndAfter)| kinetic(e.time, &after) - kinetic(e.time, &before);
-        Ok(self
-            .kicks()?
-            .into_iter()
-            .map(|kick| (kick.0.time, work(kick)))
-            .collect())
+        let kicks = self.kicks()?.into_iter();
+        Ok(kicks.map(|kick| (kick.0.time, work(kick))).collect())
+    }
+}
+
+/// Where the events of a candidate come from.
+enum Finder {
+    /// It states them, and its samples have the torques before them.
+    Given(TorqueWatch),
+    /// Its relative velocity, of a contact that sticks, and of one that does not.
+    Detector(Detector),
+    Crossings(Crossings),
+}
+
+impl Finder {
+    /// The events, after the last sample.
+    fn finish(self) -> Vec<Found> {
+        match self {
+            Finder::Given(watch) => watch.events,
+            Finder::Detector(detector) => detector.finish(),
+            Finder::Crossings(crossings) => crossings.events,
+        }
     }
 }
 
 /// The case that a result file holds.
-///
-/// # Errors
-/// Of the file, or of the case in it.
 fn saved_case(path: &Path, file: &ResultFile) -> Result<Case, CompareError> {
     let source = CaseSource::result(path, file.resolved()?);
-    Case::read(&source, &[]).map_err(|source| CompareError::Case {
-        path: path.to_owned(),
-        source,
-    })
+    let refused = |why| CompareError::whole(path, format!("its case cannot be read: {why}"), "repeat the run");
+    Case::read(&source, &[]).map_err(refused)
 }
 
 /// What is collected of a candidate to find another number of the case in.
@@ -852,11 +830,11 @@ struct Others {
 fn resolution_of(candidate: &Candidate, survey: &Survey, errors: &EventErrors) -> Option<Resolution> {
     /// The error of an event found in samples: those of the samples around it, in distances of times.
     const FOUND: f64 = 2.0;
-    let clock = candidate.clock();
-    let stated = candidate.events().is_some();
-    let rounding = survey.rounding.or(candidate.events_rounding().filter(|_| stated))?;
+    let clock = &candidate.clock;
+    let stated = candidate.events.is_some();
+    let rounding = survey.rounding.or(candidate.events_rounding.filter(|_| stated))?;
     let of_event = if stated {
-        candidate.events_rounding()
+        candidate.events_rounding
     } else {
         survey.rounding
     };
@@ -879,20 +857,12 @@ fn resolution_of(candidate: &Candidate, survey: &Survey, errors: &EventErrors) -
 
 /// What the pass over the states gives.
 struct States<'a> {
+    pass: StatePass<'a>,
     passes: Option<Passes<'a>>,
     impulses: Vec<ImpulseErrors>,
-    channels: Vec<Channel>,
-    /// By phase, then by channel.
-    tallies: [Vec<Tally>; 3],
-    outside: u64,
-    too_sparse: u64,
-    probes: Vec<Probe>,
-    grid: Grid,
     energy: Option<EnergyDrift>,
     /// Of a candidate by another program: how it creeps.
     creep: Option<Creep>,
-    /// The equations were integrated again between samples.
-    integrated: bool,
     /// Half of the range of a candidate's position over its last period, rad.
     amplitude: Option<f64>,
 }

@@ -36,9 +36,8 @@ impl Requirement {
     /// # Errors
     /// The text says what is wrong and what can be required.
     pub fn parse(text: &str) -> Result<Requirement, String> {
-        let found = ["<=", ">=", "<", ">"]
-            .into_iter()
-            .find_map(|c| text.split_once(c).map(|parts| (c, parts)));
+        let mut comparators = ["<=", ">=", "<", ">"].into_iter();
+        let found = comparators.find_map(|c| text.split_once(c).map(|parts| (c, parts)));
         let Some((comparator, (metric, bound))) = found else {
             return Err(format!("--require {text}: expected METRIC<BOUND, such as onset<1e-6"));
         };
@@ -52,21 +51,15 @@ impl Requirement {
                 metric = shown(metric)
             ));
         }
-        let bound = bound
-            .parse::<f64>()
-            .ok()
-            .filter(|bound| bound.is_finite())
-            .ok_or_else(|| {
-                format!(
-                    "--require {text}: \"{bound}\" is not a number; write one, such as onset<1e-6",
-                    bound = shown(bound)
-                )
-            })?;
+        let number = bound.parse().ok().filter(|number: &f64| number.is_finite());
         Ok(Requirement {
+            bound: number.ok_or_else(|| {
+                let bound = shown(bound);
+                format!("--require {text}: \"{bound}\" is not a number; write one, such as onset<1e-6")
+            })?,
             text: text.to_owned(),
             metric: metric.to_owned(),
             comparator,
-            bound,
         })
     }
 
@@ -80,12 +73,8 @@ impl Requirement {
             _ => value >= self.bound,
         });
         let value = value.map_or_else(|| "does not exist".to_owned(), |value| format!("is {value:.3e}"));
-        (!met).then(|| {
-            format!(
-                "{}: {} {value}, where {} is required",
-                comparison.candidate, self.metric, self.text
-            )
-        })
+        let (of, metric, text) = (&comparison.candidate, &self.metric, &self.text);
+        (!met).then(|| format!("{of}: {metric} {value}, where {text} is required"))
     }
 
     /// The number that is bounded: an absolute error, a count, or the fewest digits of any channel.

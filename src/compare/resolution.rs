@@ -46,6 +46,11 @@ impl Rounding {
         }
     }
 
+    /// Whether such a file can hold all of these.
+    pub(crate) fn hold(self, values: &[f64]) -> bool {
+        values.iter().all(|&value| self.holds(value))
+    }
+
     /// Whether `value` can stand in such a file.
     fn holds(self, value: f64) -> bool {
         match self {

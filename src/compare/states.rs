@@ -99,8 +99,9 @@ pub(crate) struct Grid {
 /// The pass: fed with blocks of the candidate, it walks through the reference beside them.
 #[derive(Debug)]
 pub(crate) struct StatePass<'a> {
-    walk: Walk<'a>,
-    channels: Vec<Channel>,
+    pub walk: Walk<'a>,
+    /// Those of the blocks, in their order.
+    pub channels: Vec<Channel>,
     windows: Vec<Window>,
     window: usize,
     curves: Vec<Curve>,
@@ -246,9 +247,10 @@ impl<'a> StatePass<'a> {
         }
     }
 
-    /// Whether the equations were integrated again between samples.
-    pub fn was_integrated(&self) -> bool {
-        self.walk.was_integrated()
+    /// Samples compared: all channels have the same.
+    pub fn samples(&self) -> u64 {
+        let firsts = self.tallies.iter().filter_map(|phase| phase.first());
+        firsts.map(|tally| tally.samples).sum()
     }
 
     /// A difference of two angles is a multiple of their last digit; a twist that was integrated is none.

@@ -28,7 +28,7 @@ pub(super) fn breakaway_ratios(physics: &Physics, found: &[Found], test: Breakaw
 /// Fills in the torques of given events while the samples go by in order of time.
 #[derive(Debug)]
 pub(super) struct TorqueWatch {
-    events: Vec<Found>,
+    pub events: Vec<Found>,
     next: usize,
     /// Time of the last event that has passed, s.
     passed: f64,
@@ -58,11 +58,6 @@ impl TorqueWatch {
             self.next += 1;
         }
         self.recent = [Some((time, rotor, stator)), self.recent[0], self.recent[1]];
-    }
-
-    /// The events.
-    pub fn finish(self) -> Vec<Found> {
-        self.events
     }
 }
 
@@ -103,7 +98,7 @@ mod tests {
             let t = 0.1 * f64::from(k);
             watch.add(t, 1.0 + t * t, 2.0 - 3.0 * t);
         }
-        let found = watch.finish();
+        let found = watch.events;
         let (rotor, stator) = found[1].torques.unwrap();
         assert!((rotor - 1.5184).abs() < 1e-13 && (stator + 0.16).abs() < 1e-13);
         assert_eq!((found[0].torques, found[2].torques), (None, None));

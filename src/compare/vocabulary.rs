@@ -4,7 +4,7 @@ use super::Channel;
 use crate::case::quantity::Dimension;
 use crate::case::{Motion, Words};
 use crate::model::system::{ContactLaw, End, Pressing, System, Train};
-use crate::simulation::{Part, Which};
+use crate::simulation::{Part, Quantity, Which};
 
 /// What a reference has to be compared with.
 #[derive(Debug, Clone, PartialEq)]
@@ -20,18 +20,10 @@ pub struct Vocabulary {
 #[derive(Debug, Clone, PartialEq)]
 struct Entry {
     channel: Channel,
-    /// By which it is known elsewhere, in lower case.
-    aliases: Vec<String>,
-    /// What it is made of; `None` of what follows from no positions and speeds.
-    form: Option<Form>,
-}
-
-/// A sum of angles and speeds of inertias, and of the motion of driven ends.
-#[derive(Debug, Clone, PartialEq, Default)]
-struct Form {
-    /// Indices of angles, then of speeds, with their factors; in the order of the indices.
-    unknown: Vec<(usize, f64)>,
-    known: Vec<(Known, f64)>,
+    /// Its own and those by which it is known elsewhere, in lower case.
+    names: Vec<String>,
+    /// What it is made of, by the indices of angles and then of speeds of inertias, in their order; `None` of what follows from no positions and speeds.
+    form: Option<Sum>,
 }
 
 /// The motion of a driven end.
@@ -43,10 +35,10 @@ pub(crate) struct Known {
     pub is_rate: bool,
 }
 
-/// How a channel follows from those at hand: their positions with factors, and motions of driven ends.
+/// What a channel is made of: places of others and motions of driven ends, with factors.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub(crate) struct Sum {
-    pub terms: Vec<(f64, usize)>,
+    pub terms: Vec<(usize, f64)>,
     pub known: Vec<(Known, f64)>,
 }
 
@@ -55,7 +47,7 @@ impl Default for Vocabulary {
     fn default() -> Self {
         let entry = |channel: Channel| Entry {
             channel,
-            aliases: channel.aliases().iter().map(|&alias| alias.to_owned()).collect(),
+            names: names(channel, true),
             form: None,
         };
         Vocabulary {
@@ -72,7 +64,7 @@ fn impulses() -> impl Iterator<Item = Channel> {
     Channel::IMPULSES.into_iter().map(|(impulse, _)| impulse)
 }
 
-/// The names of the quantities that a case has, in the order of reports, as sums of what its inertias do.
+/// What the quantities of a case are sums of.
 struct Forms<'a> {
     trains: &'a System,
 }
@@ -94,74 +86,61 @@ impl Forms<'_> {
     }
 
     /// Of an inertia, or of the end beyond the outermost.
-    fn inertia(&self, of: Which, index: usize, is_rate: bool) -> Form {
-        let (rotor, all) = (
-            self.count(Which::Rotor),
-            self.count(Which::Rotor) + self.count(Which::Stator),
-        );
+    fn inertia(&self, Part { of, index }: Part, is_rate: bool) -> Sum {
+        let (rotor, stator) = (self.count(Which::Rotor), self.count(Which::Stator));
+        let mut form = Sum::default();
         if index < self.count(of) {
             let first = if of == Which::Rotor { 0 } else { rotor };
-            let rates = if is_rate { all } else { 0 };
-            return Form {
-                unknown: vec![(rates + first + index, 1.0)],
-                known: Vec::new(),
-            };
+            let rates = if is_rate { rotor + stator } else { 0 };
+            form.terms.push((rates + first + index, 1.0));
+        } else if matches!(self.train(of).end, End::Driven(_)) {
+            form.known.push((Known { of, is_rate }, 1.0));
         }
-        let driven = matches!(self.train(of).end, End::Driven(_));
-        Form {
-            unknown: Vec::new(),
-            known: driven.then_some((Known { of, is_rate }, 1.0)).into_iter().collect(),
-        }
+        form
     }
 
-    fn shaft(&self, of: Which, index: usize, is_rate: bool) -> Form {
+    fn shaft(&self, Part { of, index }: Part, is_rate: bool) -> Sum {
         let sign = if of == Which::Rotor { 1.0 } else { -1.0 };
-        let (outer, inner) = (self.inertia(of, index + 1, is_rate), self.inertia(of, index, is_rate));
-        Form::difference(sign, &outer, &inner)
+        let [outer, inner] = [index + 1, index].map(|index| self.inertia(Part { of, index }, is_rate));
+        Sum::difference(sign, &outer, &inner)
     }
 
-    fn across(&self, is_rate: bool) -> Form {
-        let (rotor, stator) = (
-            self.inertia(Which::Rotor, 0, is_rate),
-            self.inertia(Which::Stator, 0, is_rate),
-        );
-        Form::difference(1.0, &rotor, &stator)
+    fn across(&self, is_rate: bool) -> Sum {
+        let [rotor, stator] = Which::BOTH.map(|of| self.inertia(Part { of, index: 0 }, is_rate));
+        Sum::difference(1.0, &rotor, &stator)
     }
 
-    fn outermost(&self, is_rate: bool) -> Form {
-        self.inertia(Which::Rotor, self.count(Which::Rotor).saturating_sub(1), is_rate)
+    /// Of a quantity; `None` of what follows from no positions and speeds.
+    fn of(&self, quantity: Quantity) -> Option<Sum> {
+        Some(match quantity {
+            Quantity::RelativeVelocity => self.across(true),
+            Quantity::Slip => self.across(false),
+            Quantity::Twist(part) => self.shaft(part, false),
+            Quantity::TwistRate(part) => self.shaft(part, true),
+            Quantity::Angle(part) => self.inertia(part, false),
+            Quantity::Speed(part) => self.inertia(part, true),
+            _ => return None,
+        })
     }
 
-    /// Every channel of motion: those that every file has first.
-    fn all(&self) -> Vec<(Channel, Form)> {
-        use Channel::*;
-        let (rotor, stator) = (Which::Rotor, Which::Stator);
-        let mut found = vec![(RelativeVelocity, self.across(true))];
-        if self.shafts(rotor) > 0 {
-            found.push((RotorTwist, self.shaft(rotor, 0, false)));
-            found.push((RotorTwistRate, self.shaft(rotor, 0, true)));
-        }
-        found.extend([
-            (Phi1, self.inertia(stator, 0, false)),
-            (Phi1Dot, self.inertia(stator, 0, true)),
-            (ThetaDot, self.outermost(true)),
-            (Phi2Dot, self.inertia(rotor, 0, true)),
-            (Theta, self.outermost(false)),
-            (Phi2, self.inertia(rotor, 0, false)),
-            (SlipDisplacement, self.across(false)),
-        ]);
+    /// Every channel, in the order of reports: those of motion that every file has first.
+    fn channels(&self) -> Vec<Channel> {
+        let of_motion = |channel: &&Channel| self.of(channel.quantity(0)).is_some();
+        let (motion, forces): (Vec<&Channel>, Vec<&Channel>) = Channel::ALL.iter().partition(of_motion);
+        let has_twist = self.shafts(Which::Rotor) > 0;
+        let mut found: Vec<Channel> = motion.into_iter().copied().collect();
+        found.retain(|channel| has_twist || !matches!(channel, Channel::RotorTwist | Channel::RotorTwistRate));
         for of in Which::BOTH {
-            for index in 0..self.shafts(of) {
-                let part = Part { of, index };
-                found.push((Twist(part), self.shaft(of, index, false)));
-                found.push((TwistRate(part), self.shaft(of, index, true)));
-            }
-            for index in 0..self.count(of) {
-                let part = Part { of, index };
-                found.push((Speed(part), self.inertia(of, index, true)));
-                found.push((Angle(part), self.inertia(of, index, false)));
-            }
+            let shafts = (0..self.shafts(of)).map(|index| Part { of, index });
+            found.extend(shafts.flat_map(|part| [Channel::Twist(part), Channel::TwistRate(part)]));
+            let inertias = (0..self.count(of)).map(|index| Part { of, index });
+            found.extend(inertias.flat_map(|part| [Channel::Speed(part), Channel::Angle(part)]));
         }
+        let has_axial = matches!(self.trains.pressing, Pressing::Axial { .. });
+        let has_bristles = matches!(self.trains.contact, ContactLaw::Bristles(_));
+        found.extend(has_bristles.then_some(Channel::Deflection));
+        found.extend(forces.into_iter().filter(|channel| has_axial || !channel.is_axial()));
+        found.extend(impulses());
         found
     }
 }
@@ -174,19 +153,19 @@ fn add<T: PartialEq>(sum: &mut Vec<(T, f64)>, of: T, factor: f64) {
     }
 }
 
-impl Form {
+impl Sum {
     /// `sign` (a - b).
-    fn difference(sign: f64, a: &Form, b: &Form) -> Form {
-        let mut sum = Form::default();
+    fn difference(sign: f64, a: &Sum, b: &Sum) -> Sum {
+        let mut sum = Sum::default();
         for (form, factor) in [(a, sign), (b, -sign)] {
-            for &(index, c) in &form.unknown {
-                add(&mut sum.unknown, index, factor * c);
+            for &(index, c) in &form.terms {
+                add(&mut sum.terms, index, factor * c);
             }
             sum.known
                 .extend(form.known.iter().map(|&(known, c)| (known, factor * c)));
         }
-        sum.unknown.retain(|&(_, c)| c != 0.0);
-        sum.unknown.sort_by_key(|&(index, _)| index);
+        sum.terms.retain(|&(_, c)| c != 0.0);
+        sum.terms.sort_by_key(|&(index, _)| index);
         sum
     }
 }
@@ -196,62 +175,48 @@ impl Vocabulary {
     pub(crate) fn of(words: Words, trains: &System) -> Vocabulary {
         let forms = Forms { trains };
         let is_short = words.has_letters();
-        let names = |channel: Channel| names(channel, is_short);
+        let outermost = forms.count(Which::Rotor).saturating_sub(1);
         let mut entries: Vec<Entry> = Vec::new();
         let mut same = Vec::new();
-        for (channel, form) in forms.all() {
+        for channel in forms.channels() {
+            let form = forms.of(channel.quantity(outermost));
             // What a drive moves, or the ground, needs no comparison.
-            if form.unknown.is_empty() {
+            if form.as_ref().is_some_and(|form| form.terms.is_empty()) {
                 continue;
             }
-            match entries.iter_mut().find(|entry| entry.form.as_ref() == Some(&form)) {
+            let known = entries.iter_mut().find(|entry| form.is_some() && entry.form == form);
+            match known {
                 Some(entry) => {
                     same.push((channel, entry.channel));
-                    entry.aliases.extend(names(channel));
+                    entry.names.extend(names(channel, is_short));
                 }
                 None => entries.push(Entry {
                     channel,
-                    aliases: names(channel).into_iter().skip(1).collect(),
-                    form: Some(form),
+                    names: names(channel, is_short),
+                    form,
                 }),
             }
         }
         // A single body has a position and a speed.
         if let [(of, 1), (_, 0)] | [(_, 0), (of, 1)] = Which::BOTH.map(|of| (of, forms.count(of))) {
-            let alone = |is_rate: bool| forms.inertia(of, 0, is_rate);
             let names: [(bool, &[&str]); 2] = [
                 (false, &["x", "position", "angle"]),
                 (true, &["v", "velocity", "speed", "x_dot", "xdot", "dx"]),
             ];
             for (is_rate, names) in names {
-                if let Some(entry) = entries.iter_mut().find(|entry| entry.form == Some(alone(is_rate))) {
-                    entry.aliases.extend(names.iter().map(|&name| name.to_owned()));
+                let alone = Some(forms.inertia(Part { of, index: 0 }, is_rate));
+                for entry in entries.iter_mut().filter(|entry| entry.form == alone) {
+                    entry.names.extend(names.iter().map(|&name| name.to_owned()));
                 }
             }
         }
-        let axial = matches!(trains.pressing, Pressing::Axial { .. });
-        let bristles = matches!(trains.contact, ContactLaw::Bristles(_));
-        let direct = [
-            (bristles, Channel::Deflection),
-            (axial, Channel::Z),
-            (axial, Channel::ZDot),
-            (true, Channel::NormalForce),
-            (true, Channel::FrictionTorque),
-            (true, Channel::TransmittedTorque),
-        ];
-        let direct = direct
-            .into_iter()
-            .filter_map(|(is_there, channel)| is_there.then_some(channel));
-        entries.extend(direct.chain(impulses()).map(|channel| Entry {
-            channel,
-            aliases: names(channel).into_iter().skip(1).collect(),
-            form: None,
-        }));
-        if axial {
-            // A name is one channel's, and what is called z in a file of this program is the axial displacement.
-            for entry in entries.iter_mut().filter(|entry| entry.channel == Channel::Deflection) {
-                entry.aliases.retain(|alias| *alias != Channel::Z.name());
-            }
+        // A name is one channel's, and what is called z in a file of this program is the axial displacement.
+        let axial = entries.iter().any(|entry| entry.channel == Channel::Z);
+        for entry in entries
+            .iter_mut()
+            .filter(|entry| axial && entry.channel == Channel::Deflection)
+        {
+            entry.names.retain(|name| *name != Channel::Z.name());
         }
         Vocabulary {
             motion: words.motion(),
@@ -286,27 +251,21 @@ impl Vocabulary {
     /// The channel of a name, which is this program's or an alias; upper and lower case are alike.
     pub fn find(&self, name: &str) -> Option<Channel> {
         let name = name.to_lowercase();
-        let known = |entry: &&Entry| entry.channel.name() == name || entry.aliases.contains(&name);
-        self.entries.iter().find(known).map(|entry| entry.channel)
+        let known = self.entries.iter().find(|entry| entry.names.contains(&name));
+        known.map(|entry| entry.channel)
     }
 
     /// The channel that stands for one, which may be itself; `None` of what the reference does not have.
     pub fn canonical(&self, channel: Channel) -> Option<Channel> {
-        let same = self
-            .same
-            .iter()
-            .find(|(other, _)| *other == channel)
-            .map(|(_, one)| *one);
+        let same = self.same.iter().find(|(other, _)| *other == channel);
+        let same = same.map(|(_, one)| *one);
         same.or_else(|| self.channels().find(|&one| one == channel))
     }
 
-    /// The names of a channel, the program's own first.
-    pub(crate) fn names(&self, channel: Channel) -> Vec<String> {
+    /// The names of a channel of the reference, the program's own first.
+    pub(crate) fn names(&self, channel: Channel) -> &[String] {
         let entry = self.entries.iter().find(|entry| entry.channel == channel);
-        let aliases = entry.map_or(&[][..], |entry| &entry.aliases);
-        std::iter::once(channel.name().into_owned())
-            .chain(aliases.iter().cloned())
-            .collect()
+        entry.map_or(&[], |entry| &entry.names)
     }
 
     /// What a channel measures.
@@ -331,14 +290,14 @@ impl Vocabulary {
     }
 
     /// `form` as a sum of `direct`, of which twists and speeds are taken before absolute angles; `None` if it is none.
-    fn solved(&self, form: &Form, direct: &[Channel]) -> Option<Sum> {
+    fn solved(&self, form: &Sum, direct: &[Channel]) -> Option<Sum> {
         /// A factor is a small whole number or nothing.
         const NOTHING: f64 = 1e-9;
         let absolute = |channel: Channel| {
             use Channel::{Angle, Phi1, Phi2, SlipDisplacement, Theta};
             matches!(channel, Angle(_) | Phi1 | Phi2 | Theta | SlipDisplacement)
         };
-        let mut columns: Vec<(usize, &Form)> = Vec::new();
+        let mut columns: Vec<(usize, &Sum)> = Vec::new();
         for wanted in [false, true] {
             for (index, &channel) in direct.iter().enumerate().filter(|(_, c)| absolute(**c) == wanted) {
                 let entry = self.entries.iter().find(|entry| entry.channel == channel);
@@ -347,12 +306,12 @@ impl Vocabulary {
         }
         let rows = self.entries.iter().filter_map(|entry| entry.form.as_ref());
         let rows = rows
-            .flat_map(|form| form.unknown.iter().map(|&(index, _)| index + 1))
+            .flat_map(|form| form.terms.iter().map(|&(index, _)| index + 1))
             .max()?;
         let width = columns.len();
         let mut matrix = vec![vec![0.0; width + 1]; rows];
         for (column, of) in columns.iter().map(|(_, form)| *form).chain([form]).enumerate() {
-            for &(row, c) in &of.unknown {
+            for &(row, c) in &of.terms {
                 matrix[row][column] = c;
             }
         }
@@ -387,7 +346,7 @@ impl Vocabulary {
             let factor = matrix[row][width] / matrix[row][column];
             if factor.abs() > NOTHING {
                 let (index, of) = columns[column];
-                sum.terms.push((factor, index));
+                sum.terms.push((index, factor));
                 known.extend(of.known.iter().map(|&(known, c)| (known, -factor * c)));
             }
         }
@@ -409,12 +368,9 @@ fn names(channel: Channel, short: bool) -> Vec<String> {
     };
     // Where there may be any inertias and shafts, these letters are nobody's in particular.
     let letters = ["u", "u_dot", "v", "v_dot", "twist", "twist_rate", "omega"];
-    let aliases = channel
-        .aliases()
-        .iter()
-        .filter(|alias| short || !letters.contains(alias));
+    let aliases = channel.aliases().filter(|alias| short || !letters.contains(alias));
     std::iter::once(own)
-        .chain(aliases.map(|&alias| alias.to_owned()))
+        .chain(aliases.map(str::to_owned))
         .chain(linear)
         .collect()
 }
@@ -454,7 +410,7 @@ mod tests {
         let derived = drill.derived(&direct);
         let (_, twist) = derived.iter().find(|(c, _)| *c == Channel::RotorTwist).unwrap();
         assert_eq!((twist.terms.len(), twist.known.len()), (2, 0));
-        let factor = |k: usize| twist.terms.iter().find(|t| t.1 == k).unwrap().0;
+        let factor = |k: usize| twist.terms.iter().find(|t| t.0 == k).unwrap().1;
         assert_eq!((factor(0), factor(1)), (-1.0, 1.0));
         assert!(derived.iter().all(|(c, _)| *c != Channel::RelativeVelocity));
     }
@@ -470,7 +426,7 @@ mod tests {
         assert_eq!(derived.len(), 1);
         let (channel, sum) = &derived[0];
         assert_eq!(*channel, Channel::RelativeVelocity);
-        assert_eq!(sum.terms, [(-1.0, 0)]);
+        assert_eq!(sum.terms, [(0, -1.0)]);
         let end = Known {
             of: Which::Rotor,
             is_rate: true,

@@ -6,11 +6,12 @@
 //! of one run, as parallel runs and long ones write, are one tree.
 
 use super::super::CompareError;
-use super::source::{Place, Source};
+use super::absent;
+use super::source::{Binary, Source};
 use super::table::{BLOCK, Pass, Table};
 use crate::quote::shown;
 use std::collections::{BTreeMap, BTreeSet};
-use std::io::{BufReader, Read, Seek, SeekFrom};
+use std::io::Read;
 use std::path::{Path, PathBuf};
 
 const CD: u64 = 2;
@@ -30,8 +31,6 @@ const MOST_FILES: usize = 1000;
 const MOST_MEMBERS: u64 = 1_000_000;
 /// Columns that a list of them has.
 const LISTED: usize = 1000;
-
-const REMEDY: &str = "it was cut off, or damaged on its way: copy it again as a binary file";
 
 /// How a file stores its records.
 #[derive(Debug, Clone, Copy)]
@@ -123,62 +122,37 @@ struct Branch {
 
 #[derive(Debug)]
 struct LsdaFile {
-    path: PathBuf,
-    place: Place,
-    length: u64,
+    file: Binary,
     layout: Layout,
 }
 
 impl LsdaFile {
-    fn damaged(&self, at: u64, what: impl Into<String>) -> CompareError {
-        CompareError::content(&self.path, format!("byte {at}"), what, REMEDY)
-    }
-
-    fn read(&self, at: u64, bytes: &mut [u8]) -> Result<(), CompareError> {
-        if at.checked_add(bytes.len() as u64).is_none_or(|end| end > self.length) {
-            let what = format!("{} bytes are needed, and the file has {}", bytes.len(), self.length);
-            return Err(self.damaged(at, what));
-        }
-        let mut place = self.place.clone();
-        let read = place.seek(SeekFrom::Start(at)).and_then(|_| place.read_exact(bytes));
-        read.map_err(|error| CompareError::io(&self.path, &error))
-    }
-
     /// Where the values of a variable begin, whose record has to be the one that the table of symbols says.
     fn values(&self, entry: &Entry, name: &str) -> Result<u64, CompareError> {
         let l = self.layout;
         let mut head = vec![0; l.start() + l.kind + 1 + name.len()];
-        self.read(entry.offset, &mut head)?;
+        self.file.read(entry.offset, &mut head)?;
         let command = l.integer(&head[l.length..l.start()]);
         let kind = l.integer(&head[l.start()..l.start() + l.kind]);
         let (named, rest) = (head[l.start() + l.kind], &head[l.start() + l.kind + 1..]);
-        let same = command == DATA
-            && kind == u64::from(entry.kind)
-            && usize::from(named) == name.len()
-            && rest == name.as_bytes();
-        if !same {
-            let what = format!(
-                "there is no record of {}, which the table of symbols places there",
-                shown(name)
-            );
-            return Err(self.damaged(entry.offset, what));
+        let is_named = usize::from(named) == name.len() && rest == name.as_bytes();
+        if command == DATA && kind == u64::from(entry.kind) && is_named {
+            return Ok(entry.offset + head.len() as u64);
         }
-        Ok(entry.offset + head.len() as u64)
+        let name = shown(name);
+        let what = format!("there is no record of {name}, which the table of symbols places there");
+        Err(self.file.damaged(entry.offset, what))
     }
 
     fn numbers(&self, entry: &Entry, name: &str, from: u64, count: usize) -> Result<Vec<f64>, CompareError> {
         let Some(width) = width(entry.kind) else {
-            return Err(self.damaged(
-                entry.offset,
-                format!("{} is of the unknown type {}", shown(name), entry.kind),
-            ));
+            let what = format!("{} is of the unknown type {}", shown(name), entry.kind);
+            return Err(self.file.damaged(entry.offset, what));
         };
         let start = self.values(entry, name)?;
         let mut bytes = vec![0; count * width];
-        let at = from
-            .checked_mul(width as u64)
-            .and_then(|skipped| start.checked_add(skipped));
-        self.read(at.unwrap_or(u64::MAX), &mut bytes)?;
+        let skipped = from.saturating_mul(width as u64);
+        self.file.read(start.saturating_add(skipped), &mut bytes)?;
         let value = |raw: &[u8]| {
             let whole = self.layout.integer(raw);
             let bits = 64 - 8 * width as u32;
@@ -196,18 +170,24 @@ impl LsdaFile {
 
 /// The histories of a run of LS-DYNA.
 #[derive(Debug)]
-pub(crate) struct BinoutTable {
+pub(super) struct BinoutTable {
     path: PathBuf,
     files: Vec<LsdaFile>,
     branches: BTreeMap<String, Branch>,
 }
 
 /// One element of a variable in all states.
-#[derive(Debug, Clone)]
 struct Series<'a> {
     branch: &'a str,
     variable: &'a str,
     element: u64,
+    states: &'a BTreeMap<u32, Entry>,
+}
+
+impl Series<'_> {
+    fn path(&self) -> String {
+        format!("{}/{}", self.branch, self.variable)
+    }
 }
 
 impl BinoutTable {
@@ -215,111 +195,98 @@ impl BinoutTable {
     ///
     /// # Errors
     /// A damaged file, or one without a state.
-    pub(super) fn open(source: &Source) -> Result<BinoutTable, CompareError> {
+    pub fn open(source: &Source) -> Result<BinoutTable, CompareError> {
         let mut table = BinoutTable {
             path: source.path().to_owned(),
             files: Vec::new(),
             branches: BTreeMap::new(),
         };
         let mut count = 0;
-        table.add(source.path().to_owned(), source.file()?, &mut count)?;
-        let others = if source.is_piped() {
-            Vec::new()
-        } else {
-            others(source.path())
+        table.add(source, &mut count)?;
+        let others = match source.is_piped() {
+            true => Vec::new(),
+            false => others(source.path()),
         };
         for path in others {
             let other = Source::open(&path)?;
             if is_binout(&other.head(512)?) {
-                table.add(path, other.file()?, &mut count)?;
+                table.add(&other, &mut count)?;
             }
         }
         table.branches.retain(|_, branch| branch.variables.contains_key("time"));
         if table.branches.is_empty() {
             let what = "holds no history: no folder of a state has a time";
-            return Err(CompareError::whole(
-                &table.path,
-                what,
-                "write one with *DATABASE_NODOUT, *DATABASE_RCFORC or *DATABASE_RBDOUT",
-            ));
+            let remedy = "write one with *DATABASE_NODOUT, *DATABASE_RCFORC or *DATABASE_RBDOUT";
+            return Err(CompareError::whole(&table.path, what, remedy));
         }
-        let mut members = Vec::new();
-        for (name, branch) in &table.branches {
+        for branch in table.branches.values_mut() {
             if let Some(entry) = branch.ids.filter(|entry| entry.length <= MOST_MEMBERS) {
                 let file = &table.files[entry.file as usize];
                 let ids = file.numbers(&entry, "ids", 0, entry.length as usize)?;
-                members.push((name.clone(), ids.into_iter().map(|id| id as i64).collect()));
+                branch.members = ids.into_iter().map(|id| id as i64).collect();
             }
-        }
-        for (name, ids) in members {
-            table.branches.entry(name).or_default().members = ids;
         }
         Ok(table)
     }
 
-    fn add(&mut self, path: PathBuf, place: Place, count: &mut usize) -> Result<(), CompareError> {
-        let length = place.length().map_err(|error| CompareError::io(&path, &error))?;
-        let mut head = Vec::new();
-        let read = place.clone().take(512).read_to_end(&mut head);
-        read.map_err(|error| CompareError::io(&path, &error))?;
-        let Some(layout) = Layout::of(&head) else {
-            return Err(CompareError::content(&path, "byte 0", "is no LSDA file", REMEDY));
-        };
-        let file = LsdaFile {
-            path,
-            place,
-            length,
-            layout,
-        };
-        let number = self.files.len() as u32;
+    fn add(&mut self, source: &Source, count: &mut usize) -> Result<(), CompareError> {
+        let file = Binary::open(source)?;
+        let layout = Layout::of(&source.head(512)?).ok_or_else(|| file.damaged(0, "is no LSDA file"))?;
         let at = layout.header + layout.start() as u64;
         let mut offset = vec![0; layout.offset];
         file.read(at, &mut offset)?;
+        let file = LsdaFile { file, layout };
         let mut table = layout.integer(&offset);
         let mut before = at;
         while table != 0 {
             // Each part was written after the one before it.
             if table <= before {
-                return Err(file.damaged(before, format!("the next table of symbols is to be at byte {table}")));
+                let what = format!("the next table of symbols is to be at byte {table}");
+                return Err(file.file.damaged(before, what));
             }
             before = table;
-            table = self.symbols(&file, number, table, count)?;
+            table = self.symbols(&file, table, count)?;
         }
         self.files.push(file);
         Ok(())
     }
 
     /// Reads a part of the table of symbols and returns where the next one is, 0 after the last.
-    fn symbols(&mut self, file: &LsdaFile, number: u32, mut at: u64, count: &mut usize) -> Result<u64, CompareError> {
-        let l = file.layout;
-        let mut place = file.place.clone();
-        let io = |error: std::io::Error| CompareError::io(&file.path, &error);
-        place.seek(SeekFrom::Start(at)).map_err(io)?;
-        let mut place = BufReader::new(place);
+    fn symbols(
+        &mut self,
+        LsdaFile { file, layout: l }: &LsdaFile,
+        mut at: u64,
+        count: &mut usize,
+    ) -> Result<u64, CompareError> {
+        let mut reader = file.reader(at);
         let mut folder: Vec<String> = Vec::new();
         let mut begun = false;
         loop {
-            let mut head = vec![0; l.start()];
-            if at.checked_add(head.len() as u64).is_none_or(|end| end > file.length) {
+            let mut read = |bytes: usize| {
+                let mut contents = vec![0; bytes];
+                let done = reader.read_exact(&mut contents);
+                done.map(|()| contents).map_err(CompareError::io(&file.path))
+            };
+            let start = l.start() as u64;
+            if at.checked_add(start).is_none_or(|end| end > file.length) {
                 return Err(file.damaged(at, "the table of symbols ends with the file"));
             }
-            place.read_exact(&mut head).map_err(io)?;
+            let head = read(l.start())?;
             let (length, command) = (l.integer(&head[..l.length]), l.integer(&head[l.length..]));
-            let contents = length.saturating_sub(l.start() as u64);
+            let contents = length.saturating_sub(start);
             if !begun {
                 if command != BEGIN_TABLE {
                     return Err(file.damaged(at, "no table of symbols begins there"));
                 }
                 begun = true;
-                at += l.start() as u64;
+                at += start;
                 continue;
             }
             let longest = LONGEST_PATH + (l.kind + l.offset + l.length) as u64;
-            if contents > longest || length < l.start() as u64 || length > file.length - at {
+            if contents > longest || length < start || length > file.length - at {
                 return Err(file.damaged(at, format!("a symbol of {length} bytes")));
             }
-            let mut bytes = vec![0; contents as usize];
-            place.read_exact(&mut bytes).map_err(io)?;
+            let bytes = read(contents as usize)?;
             match command {
                 CD => change(&mut folder, &String::from_utf8_lossy(&bytes)),
                 VARIABLE => {
@@ -336,7 +303,7 @@ impl BinoutTable {
                         return Err(CompareError::whole(&file.path, what, remedy));
                     }
                     let entry = Entry {
-                        file: number,
+                        file: self.files.len() as u32,
                         kind: l.integer(kind).min(255) as u8,
                         offset: l.integer(offset),
                         length: l.integer(elements),
@@ -362,14 +329,11 @@ impl BinoutTable {
             && width(entry.kind).is_some()
         {
             let branch = self.branches.entry(branch.join("/")).or_default();
-            match branch.variables.get_mut(name) {
-                Some(states) => drop(states.insert(state, entry)),
-                None => drop(
-                    branch
-                        .variables
-                        .insert(name.to_owned(), BTreeMap::from([(state, entry)])),
-                ),
-            }
+            branch
+                .variables
+                .entry(name.to_owned())
+                .or_default()
+                .insert(state, entry);
         }
     }
 
@@ -427,31 +391,14 @@ impl BinoutTable {
                 branch,
                 variable,
                 element,
+                states,
             });
         }
         found.ok_or(why)
     }
 
     fn series(&self, name: &str) -> Result<Series<'_>, CompareError> {
-        self.find(name)
-            .map_err(|what| CompareError::whole(&self.path, what, "name it with --column or in a mapping"))
-    }
-
-    fn entries(&self, series: &Series<'_>) -> &BTreeMap<u32, Entry> {
-        &self.branches[series.branch].variables[series.variable]
-    }
-
-    fn column(&self, series: &Series<'_>) -> Column {
-        Column {
-            name: series.variable.to_owned(),
-            path: format!("{}/{}", series.branch, series.variable),
-            element: series.element,
-            entries: self
-                .entries(series)
-                .iter()
-                .map(|(&state, &entry)| (state, entry))
-                .collect(),
-        }
+        self.find(name).map_err(|_| absent(self, name))
     }
 }
 
@@ -504,29 +451,22 @@ impl Table for BinoutTable {
     }
 
     fn names(&self) -> Vec<String> {
-        let mut names = Vec::new();
-        for (branch, contents) in &self.branches {
-            for (variable, states) in &contents.variables {
+        let of_branch = |(branch, contents): (&String, &Branch)| {
+            let name = |(variable, states): (&String, &BTreeMap<u32, Entry>)| {
                 let elements = states.values().next().map_or(0, |entry| entry.length);
                 match (elements, contents.members.first()) {
-                    (1, _) => names.push(format!("{branch}/{variable}")),
-                    (_, Some(id)) => names.push(format!("{branch}/{id}/{variable}")),
-                    (_, None) => names.push(format!("{branch}/{variable}[0]")),
+                    (1, _) => format!("{branch}/{variable}"),
+                    (_, Some(id)) => format!("{branch}/{id}/{variable}"),
+                    (_, None) => format!("{branch}/{variable}[0]"),
                 }
-                if names.len() == LISTED {
-                    return names;
-                }
-            }
-        }
-        names
+            };
+            contents.variables.iter().map(name).collect::<Vec<_>>()
+        };
+        self.branches.iter().flat_map(of_branch).take(LISTED).collect()
     }
 
     fn has(&self, name: &str) -> bool {
         self.find(name).is_ok()
-    }
-
-    fn has_texts(&self, _: &str) -> bool {
-        false
     }
 
     fn recognises(&self, _: &str) -> bool {
@@ -542,98 +482,71 @@ impl Table for BinoutTable {
         self.find(name).err().filter(|why| !why.starts_with("has no"))
     }
 
-    fn pass(&self, columns: &[String]) -> Result<Box<dyn Pass + '_>, CompareError> {
-        let series: Vec<Series<'_>> = columns.iter().map(|name| self.series(name)).collect::<Result<_, _>>()?;
-        let found: Vec<Column> = series.iter().map(|series| self.column(series)).collect();
+    fn pass(&self, columns: &[String]) -> Result<Pass<'_>, CompareError> {
+        let found: Vec<Series<'_>> = columns.iter().map(|name| self.series(name)).collect::<Result<_, _>>()?;
         let first = &found[0];
-        for (column, series) in found.iter().zip(&series) {
-            let differ = first.entries.iter().map(|e| e.0).ne(column.entries.iter().map(|e| e.0));
-            if differ {
+        for series in &found {
+            if first.states.keys().ne(series.states.keys()) {
+                let (own, other) = (series.states.len(), first.states.len());
                 let what = format!(
-                    "{} is there in {} states, {} in {}",
-                    column.path,
-                    column.entries.len(),
-                    first.path,
-                    first.entries.len()
+                    "{} is there in {own} states, {} in {other}",
+                    series.path(),
+                    first.path()
                 );
-                let remedy = "take the channels from one database, or write all at the same interval";
-                return Err(CompareError::whole(&self.path, what, remedy));
+                return Err(CompareError::whole(&self.path, what, ONE_DATABASE));
             }
-            if series.branch != found[0].path.trim_end_matches("/time") {
+            if series.branch != first.path().trim_end_matches("/time") {
                 self.same_times(first, series.branch)?;
             }
         }
-        Ok(Box::new(BinoutPass {
-            files: &self.files,
-            columns: found,
-            row: 0,
+        let states = found.iter().map(|series| series.states.iter().collect::<Vec<_>>());
+        let states: Vec<Vec<(&u32, &Entry)>> = states.collect();
+        let mut row = 0;
+        Ok(Box::new(move |columns| {
+            let rows = row..states[0].len().min(row + BLOCK);
+            row = rows.end;
+            for ((series, states), column) in found.iter().zip(&states).zip(columns) {
+                column.clear();
+                for (state, entry) in &states[rows.clone()] {
+                    let file = &self.files[entry.file as usize];
+                    if series.element >= entry.length {
+                        let what = format!("{} has {} elements in state {state}", series.path(), entry.length);
+                        return Err(file.file.damaged(entry.offset, what));
+                    }
+                    column.extend(file.numbers(entry, series.variable, series.element, 1)?);
+                }
+            }
+            Ok(())
         }))
     }
 
     fn place(&self, row: u64, column: &str) -> String {
-        match self.find(column) {
-            Ok(series) => {
-                let state = self
-                    .entries(&series)
-                    .keys()
-                    .nth(usize::try_from(row).unwrap_or(usize::MAX));
-                format!(
-                    "{}/d{:06}/{}",
-                    series.branch,
-                    state.copied().unwrap_or(0),
-                    series.variable
-                )
-            }
-            Err(_) => format!("state {}", row + 1),
-        }
+        let Ok(series) = self.find(column) else {
+            return format!("state {}", row + 1);
+        };
+        let state = series.states.keys().nth(usize::try_from(row).unwrap_or(usize::MAX));
+        format!(
+            "{}/d{:06}/{}",
+            series.branch,
+            state.copied().unwrap_or(0),
+            series.variable
+        )
     }
 }
+
+const ONE_DATABASE: &str = "take the channels from one database, or write all at the same interval";
 
 impl BinoutTable {
     /// That a database has the times of another one.
-    fn same_times(&self, time: &Column, branch: &str) -> Result<(), CompareError> {
+    fn same_times(&self, time: &Series<'_>, branch: &str) -> Result<(), CompareError> {
         let other = self.series(&format!("{branch}/time"))?;
-        for ((state, own), entry) in time.entries.iter().zip(self.entries(&other).values()) {
+        for ((state, own), entry) in time.states.iter().zip(other.states.values()) {
             let of = |entry: &Entry, name: &str| self.files[entry.file as usize].numbers(entry, name, 0, 1);
-            if of(own, &time.name)? != of(entry, "time")? {
-                let what = format!("{} and {branch}/time differ in state {state}", time.path);
-                let remedy = "take the channels from one database, or write all at the same interval";
-                return Err(CompareError::whole(&self.path, what, remedy));
+            if of(own, time.variable)? != of(entry, "time")? {
+                let what = format!("{} and {branch}/time differ in state {state}", time.path());
+                return Err(CompareError::whole(&self.path, what, ONE_DATABASE));
             }
         }
-        Ok(())
-    }
-}
-
-/// A column in all of its states.
-struct Column {
-    name: String,
-    path: String,
-    element: u64,
-    entries: Vec<(u32, Entry)>,
-}
-
-struct BinoutPass<'a> {
-    files: &'a [LsdaFile],
-    columns: Vec<Column>,
-    row: usize,
-}
-
-impl Pass for BinoutPass<'_> {
-    fn next(&mut self, columns: &mut [Vec<f64>]) -> Result<(), CompareError> {
-        let rows = self.row..self.columns[0].entries.len().min(self.row + BLOCK);
-        for (source, column) in self.columns.iter().zip(columns) {
-            column.clear();
-            for (state, entry) in &source.entries[rows.clone()] {
-                let file = &self.files[entry.file as usize];
-                if source.element >= entry.length {
-                    let what = format!("{} has {} elements in state {state}", source.path, entry.length);
-                    return Err(file.damaged(entry.offset, what));
-                }
-                column.extend(file.numbers(entry, &source.name, source.element, 1)?);
-            }
-        }
-        self.row = rows.end;
         Ok(())
     }
 }

@@ -24,13 +24,11 @@ pub(in super::super) fn last_in_order(path: &Path, events: &[Event]) -> Result<f
     for (row, event) in events.iter().enumerate() {
         if !event.time.is_finite() || event.time < last {
             let what = format!("the time {:?} s comes after {last:?} s", event.time);
-            let remedy = "the file was changed since it was written: repeat the run";
-            return Err(CompareError::content(
-                path,
+            let (place, remedy) = (
                 format!("row {row} of /events/time"),
-                what,
-                remedy,
-            ));
+                "the file was changed since it was written: repeat the run",
+            );
+            return Err(CompareError::content(path, place, what, remedy));
         }
         last = event.time;
     }
@@ -81,82 +79,72 @@ fn open(path: &Path) -> Result<Box<dyn Table>, CompareError> {
 }
 
 fn read(table: &dyn Table, mapping: &Mapping, alone: bool) -> Result<Read, CompareError> {
+    let path = table.path();
     let choices = if alone { 4 } else { 2 };
     let name = |mapped: &Option<Column>, names: &[&str; 4], what: &str, has: &dyn Fn(&str) -> bool| {
-        let mapped = mapped.as_ref().map(|column| column.name.clone());
-        let known = || names[..choices].iter().find(|name| has(name));
-        mapped
-            .or_else(|| known().map(|name| (*name).to_owned()))
-            .ok_or_else(|| {
-                let remedy = format!("name it with --column events.{what}=NAME or in a mapping");
-                CompareError::whole(
-                    table.path(),
-                    format!("has no column with the {what}s of events"),
-                    remedy,
-                )
-            })
+        let mapped = mapped.as_ref().map(|column| column.name.as_str());
+        let known = || names[..choices].iter().copied().find(|name| has(name));
+        let name = mapped.or_else(known).map(str::to_owned);
+        name.ok_or_else(|| {
+            let remedy = format!("name it with --column events.{what}=NAME or in a mapping");
+            CompareError::whole(path, format!("has no column with the {what}s of events"), remedy)
+        })
     };
     let time = name(&mapping.event_time, &TIMES, "time", &|name| table.has(name))?;
     let kind = name(&mapping.event_kind, &KINDS, "kind", &|name| table.has_texts(name))?;
-    let mapped = mapping
-        .event_time
-        .as_ref()
-        .or(if alone { mapping.time.as_ref() } else { None });
-    let factor = unit_factor(table, &time, mapped, Dimension::Time)?;
+    let of_samples = mapping.time.as_ref().filter(|_| alone);
+    let factor = unit_factor(
+        table,
+        &time,
+        mapping.event_time.as_ref().or(of_samples),
+        Dimension::Time,
+    )?;
     let mut rounding = table.rounding(&time)?;
-    let mut singles = true;
     let mut times = Vec::new();
     let mut pass = table.pass(std::slice::from_ref(&time))?;
     let mut block = [Vec::new()];
     loop {
-        pass.next(&mut block)?;
+        pass(&mut block)?;
         if block[0].is_empty() {
             break;
         }
-        singles &= block[0].iter().all(|&t| f64::from(t as f32) == t);
-        times.extend(block[0].iter().map(|t| t * factor));
+        times.extend_from_slice(&block[0]);
     }
-    if rounding.is_none() && singles && times.len() > 1 {
-        rounding = Some(Rounding::Single);
+    if rounding.is_none() && times.len() > 1 {
+        rounding = Some(Rounding::Single).filter(|single| single.hold(&times));
     }
     let kinds = table.texts(&kind)?;
-    let fault = |row: usize, column: &str, what: String, remedy: &str| {
-        CompareError::content(table.path(), table.place(row as u64, column), what, remedy)
-    };
     if kinds.len() != times.len() {
         let what = format!("there are {} times, but {} kinds", times.len(), kinds.len());
-        return Err(CompareError::whole(
-            table.path(),
-            what,
-            "each event has a time and a kind",
-        ));
+        return Err(CompareError::whole(path, what, "each event has a time and a kind"));
     }
     let mut events = Vec::new();
     let mut last = f64::NEG_INFINITY;
-    for (row, (&time_of, text)) in times.iter().zip(&kinds).enumerate() {
-        if !time_of.is_finite() {
-            return Err(fault(
-                row,
-                &time,
-                format!("{time_of} is not a finite number"),
-                "leave out the row",
-            ));
-        }
-        if time_of < last {
-            let what = format!("the time {time_of:?} s comes after {last:?} s");
-            return Err(fault(row, &time, what, "sort the events by time"));
-        }
-        last = time_of;
-        let kind = kind_of(text, mapping).map_err(|what| {
-            fault(
-                row,
-                &kind,
+    for (row, (raw, text)) in times.iter().zip(&kinds).enumerate() {
+        let at = raw * factor;
+        let fault = |column: &str, what: String, remedy: &str| {
+            Err(CompareError::content(
+                path,
+                table.place(row as u64, column),
                 what,
-                "say in [events.kinds] of a mapping what the candidate calls them",
-            )
-        })?;
-        if kind.in_event_sequence() {
-            events.push(Found::new(time_of, kind));
+                remedy,
+            ))
+        };
+        if !at.is_finite() {
+            return fault(&time, format!("{at} is not a finite number"), "leave out the row");
+        }
+        if at < last {
+            let what = format!("the time {at:?} s comes after {last:?} s");
+            return fault(&time, what, "sort the events by time");
+        }
+        last = at;
+        match kind_of(text, mapping) {
+            Ok(kind) if kind.in_event_sequence() => events.push(Found::new(at, kind)),
+            Ok(_) => {}
+            Err(what) => {
+                let remedy = "say in [events.kinds] of a mapping what the candidate calls them";
+                return fault(&kind, what, remedy);
+            }
         }
     }
     Ok((events, rounding))
@@ -168,9 +156,7 @@ fn kind_of(text: &str, mapping: &Mapping) -> Result<EventKind, String> {
     if let Some((_, kind)) = mapping.kinds.iter().find(|(theirs, _)| theirs == text) {
         return Ok(*kind);
     }
-    let code = text.parse::<f64>().ok();
-    match code.and_then(|code| EventKind::ALL.into_iter().find(|kind| f64::from(kind.code()) == code)) {
-        Some(kind) => Ok(kind),
-        None => known_kind(text),
-    }
+    let of_code = |code| EventKind::ALL.into_iter().find(|kind| f64::from(kind.code()) == code);
+    let known = text.parse::<f64>().ok().and_then(of_code);
+    known.map_or_else(|| known_kind(text), Ok)
 }

@@ -6,7 +6,7 @@ use crate::case::suggest;
 use crate::quote::shown;
 use crate::record::EventKind;
 use std::path::{Path, PathBuf};
-use toml_edit::{Document, Item, TableLike};
+use toml_edit::{Document, Item};
 
 /// A column of a candidate, by the name that it has there.
 #[derive(Debug, Clone, PartialEq)]
@@ -39,11 +39,11 @@ impl TimeOffset {
     }
 
     fn seconds(value: f64) -> Result<TimeOffset, String> {
-        if value.is_finite() {
-            Ok(TimeOffset::Seconds(value))
-        } else {
-            Err(format!("an offset is a number of seconds, or \"auto\", not {value}"))
-        }
+        let fault = || format!("an offset is a number of seconds, or \"auto\", not {value}");
+        value
+            .is_finite()
+            .then_some(TimeOffset::Seconds(value))
+            .ok_or_else(fault)
     }
 }
 
@@ -72,7 +72,7 @@ pub struct Mapping {
     pub vocabulary: Vocabulary,
 }
 
-/// What `[time]`, a channel or an event column measures.
+/// A column by its name, and its unit, which has to be one of what it measures.
 fn parse_column(text: &str, unit: Option<&str>, dimension: Dimension) -> Result<Column, String> {
     let factor = unit.map(|unit| factor(unit, dimension)).transpose()?;
     Ok(Column {
@@ -101,7 +101,7 @@ impl Mapping {
     /// # Errors
     /// If it cannot be read, is no TOML, or has an unknown key, channel or unit.
     pub fn with_file(self, path: &Path) -> Result<Mapping, CompareError> {
-        let text = crate::input::text(path).map_err(|error| CompareError::io(path, &error))?;
+        let text = crate::input::text(path).map_err(CompareError::io(path))?;
         let text = text.map_err(|line| {
             let what = "not a mapping: expected TOML, which is UTF-8 text";
             let place = line.map_or_else(String::new, |line| format!("line {line}"));
@@ -115,14 +115,9 @@ impl Mapping {
         let mut mapping = self;
         for (key, item) in document.iter() {
             let line = item.span().map_or(1, |span| line_of(&text, span.start));
-            mapping.entry(key, item).map_err(|what| {
-                CompareError::content(
-                    path,
-                    format!("line {line}"),
-                    what,
-                    "docs/validate-your-solver.md shows a mapping",
-                )
-            })?;
+            let remedy = "docs/validate-your-solver.md shows a mapping";
+            let fault = |what| CompareError::content(path, format!("line {line}"), what, remedy);
+            mapping.entry(key, item).map_err(fault)?;
         }
         if let Some(events) = &mapping.event_file
             && events.is_relative()
@@ -132,56 +127,50 @@ impl Mapping {
         Ok(mapping)
     }
 
-    fn entry(&mut self, key: &str, item: &Item) -> Result<(), String> {
-        match key {
-            "time" => self.time = Some(column(item, key, Dimension::Time)?),
-            "channels" => {
-                for (name, item) in table(item, key)?.iter() {
-                    let channel = self.known_channel(name)?;
-                    self.add(channel, column(item, name, self.vocabulary.dimension(channel))?);
-                }
-            }
-            "events" => {
-                for (name, item) in table(item, key)?.iter() {
-                    match name {
-                        "time" => self.event_time = Some(column(item, "events.time", Dimension::Time)?),
-                        "kind" => {
-                            self.event_kind = Some(parse_column(text(item, "events.kind")?, None, Dimension::Number)?)
-                        }
-                        "file" => self.event_file = Some(text(item, "events.file")?.into()),
-                        "kinds" => {
-                            for (theirs, ours) in table(item, "events.kinds")?.iter() {
-                                let ours = known_kind(text(ours, theirs)?)?;
-                                self.kinds.push((theirs.to_owned(), ours));
-                            }
-                        }
-                        _ => return Err(unknown("events", name, &["time", "kind", "file", "kinds"])),
-                    }
-                }
-            }
-            "detection" => {
-                for (name, item) in table(item, key)?.iter() {
-                    match name {
-                        "velocity_tolerance" => self.velocity_tolerance = Some(velocity(item, self.velocity())?),
-                        "hysteresis" => {
-                            self.set_hysteresis(number(item).unwrap_or(f64::NAN))?;
-                        }
-                        _ => return Err(unknown("detection", name, &["velocity_tolerance", "hysteresis"])),
-                    }
-                }
+    /// Takes what is said at a path of keys; of a table, what is in it.
+    fn entry(&mut self, path: &str, item: &Item) -> Result<(), String> {
+        match path {
+            "time" | "events.time" => {
+                let column = column(item, path, Dimension::Time)?;
+                *(if path == "time" {
+                    &mut self.time
+                } else {
+                    &mut self.event_time
+                }) = Some(column);
             }
             "time_offset" => {
                 self.time_offset = match number(item) {
                     Some(seconds) => TimeOffset::seconds(seconds)?,
-                    None => TimeOffset::parse(text(item, key)?)?,
+                    None => TimeOffset::parse(text(item, path)?)?,
                 };
             }
+            "channels" | "events" | "detection" | "events.kinds" => {
+                let table = item.as_table_like();
+                for (name, item) in table
+                    .ok_or_else(|| format!("{path} is a table, written [{path}]"))?
+                    .iter()
+                {
+                    self.entry(&format!("{path}.{name}"), item)?;
+                }
+            }
+            "events.kind" => self.event_kind = Some(parse_column(text(item, path)?, None, Dimension::Number)?),
+            "events.file" => self.event_file = Some(text(item, path)?.into()),
+            "detection.velocity_tolerance" => self.velocity_tolerance = Some(velocity(item, self.velocity())?),
+            "detection.hysteresis" => self.set_hysteresis(number(item).unwrap_or(f64::NAN))?,
             _ => {
-                return Err(unknown(
-                    "the mapping",
-                    key,
-                    &["time", "time_offset", "channels", "events", "detection"],
-                ));
+                if let Some(name) = path.strip_prefix("channels.") {
+                    let channel = self.known_channel(name)?;
+                    self.add(channel, column(item, name, self.vocabulary.dimension(channel))?);
+                } else if let Some(theirs) = path.strip_prefix("events.kinds.") {
+                    self.kinds.push((theirs.to_owned(), known_kind(text(item, theirs)?)?));
+                } else if let Some(name) = path.strip_prefix("events.") {
+                    return Err(unknown("events", name, &["time", "kind", "file", "kinds"]));
+                } else if let Some(name) = path.strip_prefix("detection.") {
+                    return Err(unknown("detection", name, &["velocity_tolerance", "hysteresis"]));
+                } else {
+                    let known = ["time", "time_offset", "channels", "events", "detection"];
+                    return Err(unknown("the mapping", path, &known));
+                }
             }
         }
         Ok(())
@@ -222,8 +211,8 @@ impl Mapping {
     /// The text says what is wrong.
     pub fn set_tolerance(&mut self, text: &str) -> Result<(), CompareError> {
         let value = with_or_without_unit(text, self.velocity()).and_then(not_negative);
-        self.velocity_tolerance =
-            Some(value.map_err(|what| CompareError::Option(format!("--velocity-tolerance: {what}")))?);
+        let value = value.map_err(|what| CompareError::Option(format!("--velocity-tolerance: {what}")))?;
+        self.velocity_tolerance = Some(value);
         Ok(())
     }
 
@@ -271,11 +260,6 @@ fn line_of(text: &str, offset: usize) -> usize {
     text[..offset.min(text.len())].matches('\n').count() + 1
 }
 
-fn table<'a>(item: &'a Item, key: &str) -> Result<&'a dyn TableLike, String> {
-    item.as_table_like()
-        .ok_or_else(|| format!("{key} is a table, written [{key}]"))
-}
-
 fn text<'a>(item: &'a Item, key: &str) -> Result<&'a str, String> {
     item.as_str().ok_or_else(|| format!("{key} is a text in quotes"))
 }
@@ -295,9 +279,8 @@ fn column(item: &Item, key: &str, dimension: Dimension) -> Result<Column, String
     if let Some(name) = item.as_str() {
         return parse_column(name, None, dimension);
     }
-    let table = item
-        .as_table_like()
-        .ok_or_else(|| format!("{key} is a name in quotes, or {{ name = \"...\", unit = \"...\" }}"))?;
+    let fault = || format!("{key} is a name in quotes, or {{ name = \"...\", unit = \"...\" }}");
+    let table = item.as_table_like().ok_or_else(fault)?;
     if let Some((other, _)) = table.iter().find(|(key, _)| !matches!(*key, "name" | "unit")) {
         return Err(unknown(key, other, &["name", "unit"]));
     }
@@ -308,25 +291,17 @@ fn column(item: &Item, key: &str, dimension: Dimension) -> Result<Column, String
 }
 
 fn velocity(item: &Item, dimension: Dimension) -> Result<f64, String> {
-    let value = match (number(item), item.as_str()) {
-        (Some(value), _) => value,
-        (_, Some(text)) => quantity::parse(text, dimension)?,
-        _ => {
-            return Err(format!(
-                "velocity_tolerance is a number in {}, or a text with a unit",
-                dimension.unit()
-            ));
-        }
-    };
-    not_negative(value)
+    let of_text = || item.as_str().map(|text| quantity::parse(text, dimension));
+    let value = number(item).map(Ok).or_else(of_text);
+    let unit = dimension.unit();
+    not_negative(value.ok_or_else(|| format!("velocity_tolerance is a number in {unit}, or a text with a unit"))??)
 }
 
 fn not_negative(value: f64) -> Result<f64, String> {
-    if value.is_finite() && value >= 0.0 {
-        Ok(value)
-    } else {
-        Err(format!("a velocity tolerance is a number of at least 0, not {value}"))
-    }
+    let fault = || format!("a velocity tolerance is a number of at least 0, not {value}");
+    Some(value)
+        .filter(|value| value.is_finite() && *value >= 0.0)
+        .ok_or_else(fault)
 }
 
 /// The kind of a name; case does not matter.
@@ -334,24 +309,15 @@ pub(super) fn known_kind(name: &str) -> Result<EventKind, String> {
     let lower = name.trim().to_lowercase();
     let kind = EventKind::ALL.into_iter().find(|kind| kind.name() == lower);
     kind.ok_or_else(|| {
-        format!(
-            "unknown kind of event \"{name}\"; there are {}",
-            EventKind::ALL.map(EventKind::name).join(", "),
-            name = shown(name)
-        )
+        let known = EventKind::ALL.map(EventKind::name).join(", ");
+        format!("unknown kind of event \"{}\"; there are {known}", shown(name))
     })
 }
 
 fn unknown(place: &str, name: &str, known: &[&str]) -> String {
-    match suggest(name, known.iter().copied()) {
-        Some(close) => format!(
-            "{place}: unknown name \"{name}\"; did you mean {close}?",
-            name = shown(name)
-        ),
-        None => format!(
-            "{place}: unknown name \"{name}\"; there are {}",
-            known.join(", "),
-            name = shown(name)
-        ),
-    }
+    let hint = match suggest(name, known.iter().copied()) {
+        Some(close) => format!("did you mean {close}?"),
+        None => format!("there are {}", known.join(", ")),
+    };
+    format!("{place}: unknown name \"{}\"; {hint}", shown(name))
 }

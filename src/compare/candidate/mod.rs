@@ -14,8 +14,7 @@ mod table;
 mod xy_report;
 
 pub use mapping::{Column, Mapping, TimeOffset};
-pub use rows::{Block, Rows};
-pub use table::{Pass, Table};
+pub(super) use rows::{Block, Rows};
 
 use super::attractor::Attractor;
 use super::case_differences::{CaseDifference, case_differences};
@@ -34,6 +33,7 @@ use rows::Supply;
 use source::Source;
 use std::path::{Path, PathBuf};
 use t01::T01Table;
+use table::Table;
 use xy_report::XyReport;
 
 /// Bytes by which a format is known.
@@ -45,21 +45,23 @@ const TIME_NAMES: [&str; 4] = ["time", "t", "times", "trajectory/time"];
 /// A result of another solver, opened and understood but not yet read.
 #[derive(Debug)]
 pub(crate) struct Candidate {
-    path: PathBuf,
-    format: &'static str,
+    pub path: PathBuf,
+    /// "result file", "HDF5", "CSV", "NPZ", "OpenRadioss T01", "LS-DYNA binout", "Abaqus XY report" or "events table".
+    pub format: &'static str,
     table: Option<Box<dyn Table>>,
     /// The columns that are read; the first one is the time.
     columns: Vec<String>,
-    clock: Clock,
+    pub clock: Clock,
     supplies: Vec<Supply>,
     direct: Vec<Channel>,
-    events: Option<Vec<Found>>,
+    /// Those of the sequence, if it has any table of them.
+    pub events: Option<Vec<Found>>,
     /// To what the times of its events are rounded where they are stated.
-    events_rounding: Option<Rounding>,
+    pub events_rounding: Option<Rounding>,
     /// Of one of this program's results: the keys in which its case differs from the reference's.
     differences: Option<Vec<CaseDifference>>,
     /// The periodic motion that one of this program's results has come to.
-    attractor: Option<Attractor>,
+    pub attractor: Option<Attractor>,
 }
 
 impl Candidate {
@@ -99,7 +101,7 @@ impl Candidate {
         }
         let axial = matches!(system.pressing, Pressing::Axial { .. });
         let is_there = |channel: &Channel| match channel {
-            Channel::Z | Channel::ZDot => axial,
+            _ if channel.is_axial() => axial,
             _ => file.column(&channel.name(), 0..0).is_ok(),
         };
         let mut candidate = Candidate::empty(path, "result file");
@@ -189,10 +191,9 @@ impl Candidate {
         self.clock.rounding = table.rounding(&times[0])?;
         if self.clock.rounding.is_none() {
             let mut first = [Vec::new()];
-            table.pass(times)?.next(&mut first)?;
+            table.pass(times)?(&mut first)?;
             let [first] = first;
-            let single = first.len() > 2 && first.iter().all(|&t| f64::from(t as f32) == t);
-            self.clock.rounding = single.then_some(Rounding::Single);
+            self.clock.rounding = Some(Rounding::Single).filter(|single| first.len() > 2 && single.hold(&first));
         }
         Ok(())
     }
@@ -207,14 +208,11 @@ impl Candidate {
                 names.find(|name| table.has(name)).map(|name| (*name).to_owned())
             }),
         };
-        let Some(name) = name else {
+        let name = name.ok_or_else(|| {
             let what = format!("has no column of times; there are {}", there(table));
-            return Err(CompareError::whole(
-                &self.path,
-                what,
-                "name it with --column time=NAME or in a mapping",
-            ));
-        };
+            let remedy = "name it with --column time=NAME or in a mapping";
+            CompareError::whole(&self.path, what, remedy)
+        })?;
         self.clock.factor = unit_factor(table, &name, mapped, Dimension::Time)?;
         self.columns.push(name);
         Ok(())
@@ -229,22 +227,18 @@ impl Candidate {
         physics: &Physics,
     ) -> Result<Option<(String, f64)>, CompareError> {
         let vocabulary = physics.vocabulary();
-        let mapped = mapping
-            .channels
-            .iter()
-            .find(|(known, _)| vocabulary.canonical(*known) == Some(channel))
-            .map(|(_, column)| column);
+        let mut of_mapping = mapping.channels.iter();
+        let mapped = of_mapping.find(|(known, _)| vocabulary.canonical(*known) == Some(channel));
+        let mapped = mapped.map(|(_, column)| column);
+        let taken = |name: &str| mapping.channels.iter().any(|(_, column)| column.name == name);
+        let is_here = |name: &&String| table.recognises(name) && table.has(name) && !taken(name);
         let name = match mapped {
-            Some(column) if table.has(&column.name) => column.name.clone(),
+            Some(column) if table.has(&column.name) => Some(column.name.clone()),
             Some(column) => return Err(absent(table, &column.name)),
-            None => {
-                let mut names = vocabulary.names(channel).into_iter();
-                let taken = |name: &str| mapping.channels.iter().any(|(_, column)| column.name == name);
-                match names.find(|name| table.recognises(name) && table.has(name) && !taken(name)) {
-                    Some(name) => name,
-                    None => return Ok(None),
-                }
-            }
+            None => vocabulary.names(channel).iter().find(is_here).cloned(),
+        };
+        let Some(name) = name else {
+            return Ok(None);
         };
         if table.is_impulse(&name) && !channel.is_impulse() {
             let what = format!("{} is an impulse, the integral of a force over time", shown(&name));
@@ -253,31 +247,6 @@ impl Candidate {
         }
         let factor = unit_factor(table, &name, mapped, vocabulary.dimension(channel))?;
         Ok(Some((name, factor)))
-    }
-
-    /// The file.
-    pub fn path(&self) -> &Path {
-        &self.path
-    }
-
-    /// "result file", "HDF5", "CSV", "NPZ", "OpenRadioss T01", "LS-DYNA binout", "Abaqus XY report" or "events table".
-    pub fn format(&self) -> &'static str {
-        self.format
-    }
-
-    /// Its events of the sequence, if it has any table of them.
-    pub fn events(&self) -> Option<&[Found]> {
-        self.events.as_deref()
-    }
-
-    /// Its clock.
-    pub fn clock(&self) -> &Clock {
-        &self.clock
-    }
-
-    /// To what the times of stated events are rounded.
-    pub fn events_rounding(&self) -> Option<Rounding> {
-        self.events_rounding
     }
 
     /// Adds a time (s) to all of its times.
@@ -294,11 +263,6 @@ impl Candidate {
     /// The keys in which its case differs from the reference's, of one of this program's results.
     pub fn differences(&self) -> &[CaseDifference] {
         self.differences.as_deref().unwrap_or_default()
-    }
-
-    /// The periodic motion that one of this program's results has come to.
-    pub fn attractor(&self) -> Option<Attractor> {
-        self.attractor
     }
 
     /// Whether it is a time series, and not a table of events alone.
@@ -322,13 +286,14 @@ impl Candidate {
     /// # Errors
     /// Of the file.
     pub fn rows<'a>(&'a self, channels: &[Channel], physics: &'a Physics) -> Result<Rows<'a>, CompareError> {
-        let table = self.table.as_deref().ok_or_else(|| {
+        let none = || {
             CompareError::whole(
                 &self.path,
                 "has events but no samples",
                 "give a time series to compare states",
             )
-        })?;
+        };
+        let table = self.table.as_deref().ok_or_else(none)?;
         let supply = |channel: &Channel| self.supplies.iter().find(|supply| supply.channel == *channel).cloned();
         let supplies: Vec<Supply> = channels.iter().filter_map(supply).collect();
         Rows::new(table, &self.columns, &self.clock, supplies, physics)
@@ -344,7 +309,7 @@ fn table_of(source: Source, head: &[u8]) -> Result<OfFormat, CompareError> {
         return Ok(known);
     }
     if t01::is_t01(head) {
-        return Ok(("OpenRadioss T01", Box::new(T01Table::open(source)?)));
+        return Ok(("OpenRadioss T01", Box::new(T01Table::open(&source)?)));
     }
     if binout::is_binout(head) {
         return Ok(("LS-DYNA binout", Box::new(BinoutTable::open(&source)?)));
@@ -353,14 +318,18 @@ fn table_of(source: Source, head: &[u8]) -> Result<OfFormat, CompareError> {
         return Ok(("Abaqus XY report", Box::new(XyReport::open(source)?)));
     }
     let path = source.path();
-    if let Some(what) = other_report(head) {
-        let remedy = "write a history: XY data from history output, and Report > XY";
-        return Err(CompareError::whole(path, what, remedy));
+    let text = String::from_utf8_lossy(head);
+    for report in ["field output report", "probe values report"] {
+        if text.trim_start().starts_with("****") && text.to_lowercase().contains(report) {
+            let what = format!("is a {report} of Abaqus, values at one time");
+            let remedy = "write a history: XY data from history output, and Report > XY";
+            return Err(CompareError::whole(path, what, remedy));
+        }
     }
-    let named_hdf5 = path
-        .extension()
-        .is_some_and(|e| ["h5", "hdf5", "nc"].iter().any(|known| e == *known));
-    if named_hdf5 || head[..head.len().min(8)].contains(&0) {
+    let is_named_hdf5 = ["h5", "hdf5", "nc"]
+        .iter()
+        .any(|known| path.extension().is_some_and(|end| end == *known));
+    if is_named_hdf5 || head[..head.len().min(8)].contains(&0) {
         let what = "does not begin as an HDF5, NPZ or CSV file does";
         let remedy = "it was cut off or is of another format: give HDF5, NPZ, CSV, an OpenRadioss T01, an LS-DYNA binout or an \
                       Abaqus XY report";
@@ -383,24 +352,6 @@ fn hdf5_or_npz(source: &Source, head: &[u8]) -> Result<Option<OfFormat>, Compare
     Ok(None)
 }
 
-/// What a report of Abaqus is that holds no history.
-fn other_report(head: &[u8]) -> Option<&'static str> {
-    let text = String::from_utf8_lossy(head);
-    let begins = text.trim_start().starts_with("****");
-    let names = [
-        (
-            "Field Output Report",
-            "is a field output report of Abaqus, values at one time",
-        ),
-        (
-            "Probe Values Report",
-            "is a probe values report of Abaqus, values at one time",
-        ),
-    ];
-    let found = names.into_iter().find(|(name, _)| begins && text.contains(name));
-    found.map(|(_, what)| what)
-}
-
 /// HDF5 reads here and there in a file.
 fn refuse_pipe(source: &Source) -> Result<(), CompareError> {
     if source.is_piped() {
@@ -420,18 +371,14 @@ fn unit_factor(
     if let Some(factor) = mapped.and_then(|column| column.factor) {
         return Ok(factor);
     }
-    match table.unit(name) {
-        None => Ok(1.0),
-        Some(unit) => mapping::factor(&unit, dimension).map_err(|what| {
-            let remedy = "say its unit in a mapping, or as --column CHANNEL=COLUMN:UNIT";
-            CompareError::content(
-                table.path(),
-                name,
-                format!("its unit \"{unit}\": {what}", unit = shown(&unit)),
-                remedy,
-            )
-        }),
-    }
+    let Some(unit) = table.unit(name) else {
+        return Ok(1.0);
+    };
+    mapping::factor(&unit, dimension).map_err(|what| {
+        let what = format!("its unit \"{}\": {what}", shown(&unit));
+        let remedy = "say its unit in a mapping, or as --column CHANNEL=COLUMN:UNIT";
+        CompareError::content(table.path(), name, what, remedy)
+    })
 }
 
 fn absent(table: &dyn Table, name: &str) -> CompareError {
@@ -456,18 +403,11 @@ fn there(table: &dyn Table) -> String {
 }
 
 fn listed(names: &[String]) -> String {
+    const MOST: usize = 20;
     if names.is_empty() {
         return "no columns of numbers".to_owned();
     }
-    const MOST: usize = 20;
     let more = if names.len() > MOST { ", ..." } else { "" };
-    format!(
-        "{}{more}",
-        names
-            .iter()
-            .take(MOST)
-            .map(|name| shown(name))
-            .collect::<Vec<_>>()
-            .join(", ")
-    )
+    let shown: Vec<String> = names.iter().take(MOST).map(|name| shown(name)).collect();
+    shown.join(", ") + more
 }

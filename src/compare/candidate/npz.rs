@@ -1,8 +1,9 @@
 //! Columns of NumPy's NPZ archives (and single NPY arrays).
 
 use super::super::CompareError;
-use super::source::{Place, Source};
-use super::table::{BLOCK, Pass, Slice, Table, of_one_length};
+use super::absent;
+use super::source::{Place, Source, temporary};
+use super::table::{BLOCK, Pass, Slice, Table, no_column, of_one_length, place_of};
 use crate::quote::shown;
 use npyz::{DType, Endianness, NpyHeader, Order, TypeChar};
 use std::io::{Read, Seek, SeekFrom};
@@ -20,7 +21,7 @@ const MOST_READ: usize = 4 << 20;
 /// An NPZ archive. Members that are stored as they are (`numpy.savez`) are read in place, after their CRC-32 was checked;
 /// compressed ones are unpacked into a temporary file.
 #[derive(Debug)]
-pub(crate) struct NpzTable {
+pub(super) struct NpzTable {
     path: PathBuf,
     arrays: Vec<Array>,
 }
@@ -49,18 +50,18 @@ impl NpzTable {
     ///
     /// # Errors
     /// No such file, no zip archive, a damaged one, or none with arrays of numbers.
-    pub(super) fn open(source: &Source) -> Result<NpzTable, CompareError> {
+    pub fn open(source: &Source) -> Result<NpzTable, CompareError> {
         let path = source.path();
-        let open = || source.file();
+        let io = CompareError::io(path);
         let damaged = |what: String| CompareError::whole(path, what, "write it again with numpy.savez");
-        let mut archive = zip::ZipArchive::new(open()?).map_err(|error| damaged(format!("no NPZ archive: {error}")))?;
-        let mut table = NpzTable {
-            path: path.to_owned(),
-            arrays: Vec::new(),
-        };
+        let whole = source.file()?;
+        let length = whole.length().map_err(&io)?;
+        let mut archive =
+            zip::ZipArchive::new(whole.clone()).map_err(|error| damaged(format!("no NPZ archive: {error}")))?;
+        let mut arrays = Vec::new();
         let mut unpacked = MOST_UNPACKED;
         // Members that are stored as they are lie one after the other: all of them are no longer than the archive.
-        let mut unread = open()?.length().map_err(|error| CompareError::io(path, &error))?;
+        let mut unread = length;
         let too_much = || {
             let what = format!("unpacks to more than {} GB", MOST_UNPACKED >> 30);
             let remedy = "write it with numpy.savez, which does not compress";
@@ -72,95 +73,84 @@ impl NpzTable {
             let Some(name) = name.strip_suffix(".npy").map(str::to_owned) else {
                 continue;
             };
-            let stored = member.compression() == zip::CompressionMethod::Stored;
-            let mut file;
-            let length;
-            if stored {
-                file = open()?;
-                let start = member
-                    .data_start()
-                    .ok_or_else(|| damaged(format!("{} has no data", shown(&name))))?;
-                unread = unread
-                    .checked_sub(member.size())
-                    .ok_or_else(|| damaged(format!("{} is longer than the archive", shown(&name))))?;
+            let of_member = |what: &str| damaged(format!("{}{what}", shown(&name)));
+            let not_read = |error: std::io::Error| of_member(&format!(": {error}"));
+            let (mut file, first, bytes);
+            if member.compression() == zip::CompressionMethod::Stored {
+                file = whole.clone();
+                first = member.data_start().ok_or_else(|| of_member(" has no data"))?;
+                let left = unread.checked_sub(member.size());
+                unread = left.ok_or_else(|| of_member(" is longer than the archive"))?;
                 // To its end, for its checksum: what is read in place has none.
-                std::io::copy(&mut member, &mut std::io::sink())
-                    .map_err(|error| damaged(format!("{}: {error}", shown(&name))))?;
-                let whole = file.length().map_err(|error| CompareError::io(path, &error))?;
-                length = member.size().min(whole.saturating_sub(start));
-                file.seek(SeekFrom::Start(start))
-                    .map_err(|error| CompareError::io(path, &error))?;
+                std::io::copy(&mut member, &mut std::io::sink()).map_err(not_read)?;
+                bytes = member.size().min(length.saturating_sub(first));
+                file.seek(SeekFrom::Start(first)).map_err(&io)?;
             } else {
                 // What the archive itself says is not unpacked to find out.
                 if member.size() > unpacked {
                     return Err(too_much());
                 }
-                let mut kept = tempfile::tempfile().map_err(|error| CompareError::io(&std::env::temp_dir(), &error))?;
-                length = std::io::copy(&mut member.take(unpacked + 1), &mut kept)
-                    .map_err(|error| damaged(format!("{}: {error}", shown(&name))))?;
-                unpacked = unpacked.checked_sub(length).ok_or_else(too_much)?;
-                file = Place::from(kept);
+                let mut kept = temporary()?;
+                bytes = std::io::copy(&mut member.take(unpacked + 1), &mut kept).map_err(not_read)?;
+                unpacked = unpacked.checked_sub(bytes).ok_or_else(too_much)?;
+                (file, first) = (Place::from(kept), 0);
             }
-            let first = file.stream_position().map_err(|error| CompareError::io(path, &error))?;
             // The header is read as a whole, so that its length is not taken on trust.
             let mut head = Vec::new();
-            std::io::Read::by_ref(&mut file)
-                .take(length.min(LONGEST_HEADER))
-                .read_to_end(&mut head)
-                .map_err(|error| CompareError::io(path, &error))?;
+            let mut start = file.take(bytes.min(LONGEST_HEADER));
+            start.read_to_end(&mut head).map_err(&io)?;
             if header_end(&head).is_none_or(|end| end > head.len() as u64) {
-                return Err(damaged(format!("{} has no whole header", shown(&name))));
+                return Err(of_member(" has no whole header"));
             }
             let mut cursor = std::io::Cursor::new(head);
-            let header = NpyHeader::from_reader(&mut cursor)
-                .map_err(|error| damaged(format!("{}: {}", shown(&name), shown(&error.to_string()))))?;
-            let start = first + cursor.position();
+            let header = NpyHeader::from_reader(&mut cursor);
+            let header = header.map_err(|error| of_member(&format!(": {}", shown(&error.to_string()))))?;
             if let Some(element) = Element::of(&header.dtype()) {
-                let shape = shape_of(&header, element, length.saturating_sub(cursor.position()))
-                    .ok_or_else(|| damaged(format!("{} is longer than its member of the archive", shown(&name))))?;
-                table.arrays.push(Array {
-                    name,
-                    file,
-                    start,
-                    shape,
+                let shape = shape_of(&header, element, bytes.saturating_sub(cursor.position()));
+                arrays.push(Array {
+                    shape: shape.ok_or_else(|| of_member(" is longer than its member of the archive"))?,
+                    file: start.into_inner(),
+                    start: first + cursor.position(),
                     fortran: header.order() == Order::Fortran,
                     element,
+                    name,
                 });
             }
         }
-        if table.arrays.is_empty() {
+        if arrays.is_empty() {
             return Err(damaged("holds no array of numbers".to_owned()));
         }
-        Ok(table)
+        let path = path.to_owned();
+        Ok(NpzTable { path, arrays })
     }
 
     fn find(&self, name: &str) -> Option<&Array> {
-        let exact = self.arrays.iter().find(|a| a.name == name);
-        exact.or_else(|| self.arrays.iter().find(|a| a.name.eq_ignore_ascii_case(name)))
+        let place = place_of(self.arrays.iter().map(|array| array.name.as_str()), name)?;
+        Some(&self.arrays[place])
     }
 
-    fn column(&self, name: &str) -> Result<Column, CompareError> {
+    fn column(&self, name: &str) -> Result<Column<'_>, CompareError> {
         let slice = Slice::parse(name);
-        let fault = |what: String, remedy: &str| CompareError::content(&self.path, name, what, remedy);
-        let array = self.find(slice.array).ok_or_else(|| {
-            let what = format!("there is no such array; there are {}", super::listed(&self.names()));
-            fault(what, "name one of them with --column or in a mapping")
-        })?;
+        let array = self.find(slice.array).ok_or_else(|| absent(self, name))?;
         if array.element.kind == TypeChar::UnicodeStr {
-            return Err(fault("is an array of texts".to_owned(), "name an array of numbers"));
+            let what = "is an array of texts";
+            return Err(CompareError::content(
+                &self.path,
+                name,
+                what,
+                "name an array of numbers",
+            ));
         }
-        let Some((start, stride, rows)) = array.elements(&slice) else {
-            let what = format!("is of shape {:?}, not a column", array.shape);
-            return Err(fault(what, "name a slice of it, such as y[2]"));
-        };
+        let (start, stride, left) = array
+            .elements(&slice)
+            .ok_or_else(|| no_column(&self.path, name, &array.shape))?;
         Ok(Column {
-            path: self.path.clone(),
+            path: &self.path,
             name: name.to_owned(),
-            file: array.file.clone(),
+            array,
             next: array.start + (start * array.element.bytes) as u64,
             stride,
-            left: rows,
-            element: array.element,
+            left,
             bytes: Vec::new(),
         })
     }
@@ -215,11 +205,7 @@ impl Element {
             TypeChar::UnicodeStr => true,
             _ => false,
         };
-        let bytes = if kind == TypeChar::UnicodeStr {
-            size.checked_mul(4)?
-        } else {
-            size
-        };
+        let bytes = size.checked_mul(if kind == TypeChar::UnicodeStr { 4 } else { 1 })?;
         let big = text.endianness() == Endianness::Big;
         known.then_some(Element { kind, bytes, big })
     }
@@ -250,11 +236,8 @@ impl Element {
                 u32::from_le_bytes(c)
             }
         };
-        raw.chunks_exact(4)
-            .map(code)
-            .take_while(|&c| c != 0)
-            .filter_map(char::from_u32)
-            .collect()
+        let codes = raw.chunks_exact(4).map(code).take_while(|&c| c != 0);
+        codes.filter_map(char::from_u32).collect()
     }
 }
 
@@ -269,109 +252,81 @@ impl Table for NpzTable {
 
     fn has(&self, name: &str) -> bool {
         let slice = Slice::parse(name);
-        self.find(slice.array)
-            .is_some_and(|array| array.elements(&slice).is_some())
+        let array = self.find(slice.array);
+        array.is_some_and(|array| array.elements(&slice).is_some())
     }
 
-    fn pass(&self, columns: &[String]) -> Result<Box<dyn Pass>, CompareError> {
-        let columns = columns
-            .iter()
-            .map(|name| self.column(name))
-            .collect::<Result<Vec<_>, _>>()?;
-        for pair in columns.windows(2) {
+    fn has_texts(&self, name: &str) -> bool {
+        self.has(name)
+    }
+
+    fn pass(&self, columns: &[String]) -> Result<Pass<'_>, CompareError> {
+        let columns = columns.iter().map(|name| self.column(name));
+        let mut sources = columns.collect::<Result<Vec<_>, _>>()?;
+        for pair in sources.windows(2) {
             of_one_length(&self.path, &pair[1].name, pair[1].left, (&pair[0].name, pair[0].left))?;
         }
-        Ok(Box::new(NpzPass { columns }))
+        Ok(Box::new(move |columns| {
+            let mut pairs = sources.iter_mut().zip(columns);
+            pairs.try_for_each(|(source, column)| source.read(column))
+        }))
     }
 
     fn texts(&self, column: &str) -> Result<Vec<String>, CompareError> {
-        match self.find(column) {
-            Some(array) if array.element.kind == TypeChar::UnicodeStr => {
-                let rows: usize = array.shape.iter().product();
-                let raw = read_at(array.file.clone(), array.start, rows * array.element.bytes)
-                    .map_err(|error| CompareError::io(&self.path, &error))?;
-                Ok(raw
-                    .chunks_exact(array.element.bytes.max(1))
-                    .map(|c| array.element.text(c))
-                    .collect())
+        if let Some(array) = self
+            .find(column)
+            .filter(|array| array.element.kind == TypeChar::UnicodeStr)
+        {
+            let rows: usize = array.shape.iter().product();
+            let mut raw = vec![0; rows * array.element.bytes];
+            let read = array.file.read_at(array.start, &mut raw);
+            read.map_err(CompareError::io(&self.path))?;
+            let texts = raw.chunks_exact(array.element.bytes.max(1));
+            return Ok(texts.map(|text| array.element.text(text)).collect());
+        }
+        let (mut column, mut texts) = (self.column(column)?, Vec::new());
+        let mut block = Vec::new();
+        loop {
+            column.read(&mut block)?;
+            if block.is_empty() {
+                return Ok(texts);
             }
-            _ => {
-                let mut column = self.column(column)?;
-                let mut texts = Vec::new();
-                loop {
-                    let mut block = Vec::new();
-                    column.read(&mut block)?;
-                    if block.is_empty() {
-                        return Ok(texts);
-                    }
-                    texts.extend(block.iter().map(f64::to_string));
-                }
-            }
+            texts.extend(block.iter().map(f64::to_string));
         }
     }
 }
 
-/// Bytes of a file, from a place on.
-fn read_at(mut file: Place, start: u64, bytes: usize) -> std::io::Result<Vec<u8>> {
-    file.seek(SeekFrom::Start(start))?;
-    let mut raw = vec![0; bytes];
-    file.read_exact(&mut raw)?;
-    Ok(raw)
-}
-
-struct NpzPass {
-    columns: Vec<Column>,
-}
-
-impl Pass for NpzPass {
-    fn next(&mut self, columns: &mut [Vec<f64>]) -> Result<(), CompareError> {
-        for (source, column) in self.columns.iter_mut().zip(columns) {
-            source.read(column)?;
-        }
-        Ok(())
-    }
-}
-
-struct Column {
-    path: PathBuf,
+struct Column<'a> {
+    path: &'a Path,
     name: String,
-    file: Place,
+    array: &'a Array,
     /// Of the next element, bytes.
     next: u64,
     /// Elements from one to the next.
     stride: usize,
     left: usize,
-    element: Element,
     bytes: Vec<u8>,
 }
 
-impl Column {
+impl Column<'_> {
     fn read(&mut self, column: &mut Vec<f64>) -> Result<(), CompareError> {
         column.clear();
-        let rows = self.left.min(BLOCK);
-        if rows == 0 {
-            return Ok(());
-        }
-        let (size, step) = (self.element.bytes, self.stride * self.element.bytes);
+        let (rows, element) = (self.left.min(BLOCK), self.array.element);
+        let (size, step) = (element.bytes, self.stride * element.bytes);
         // What lies between the elements of a column of a wide array is read with them, so not all rows at once.
         let at_once = (MOST_READ / step.max(1)).max(1);
         while column.len() < rows {
             let rows = at_once.min(rows - column.len());
             self.bytes.resize((rows - 1) * step + size, 0);
-            let read = self
-                .file
-                .seek(SeekFrom::Start(self.next))
-                .and_then(|_| self.file.read_exact(&mut self.bytes));
+            let read = self.array.file.read_at(self.next, &mut self.bytes);
             read.map_err(|error| {
-                let what = format!("ends too early ({error})");
-                CompareError::content(
-                    &self.path,
-                    self.name.as_str(),
-                    what,
+                let (what, remedy) = (
+                    format!("ends too early ({error})"),
                     "the file was cut off: write it again",
-                )
+                );
+                CompareError::content(self.path, self.name.as_str(), what, remedy)
             })?;
-            column.extend((0..rows).map(|k| self.element.value(&self.bytes[k * step..k * step + size])));
+            column.extend((0..rows).map(|k| element.value(&self.bytes[k * step..k * step + size])));
             self.next += (rows * step) as u64;
         }
         self.left -= rows;

@@ -2,13 +2,13 @@
 
 use super::super::reference::Physics;
 use super::super::resolution::{Clock, ClockWatch, Rounding};
-use super::super::vocabulary::{Known, Sum};
+use super::super::vocabulary::Sum;
 use super::super::{Channel, CompareError};
 use super::table::{Pass, Table};
 
 /// Consecutive samples of a candidate, in SI units and radians.
 #[derive(Debug, Clone, Default)]
-pub struct Block {
+pub(crate) struct Block {
     /// s, strictly increasing.
     pub time: Vec<f64>,
     /// One column for each channel, as long as `time`.
@@ -19,19 +19,17 @@ pub struct Block {
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Supply {
     pub channel: Channel,
-    /// Factors and positions of the columns that add up to it.
-    terms: Vec<(f64, usize)>,
-    /// The motion of driven ends that is added, with factors.
-    known: Vec<(Known, f64)>,
+    sum: Sum,
 }
 
 impl Supply {
     /// A column of the file.
     pub fn direct(channel: Channel, factor: f64, column: usize) -> Supply {
+        let terms = vec![(column, factor)];
+        let known = Vec::new();
         Supply {
             channel,
-            terms: vec![(factor, column)],
-            known: Vec::new(),
+            sum: Sum { terms, known },
         }
     }
 }
@@ -40,23 +38,19 @@ impl Supply {
 pub(super) fn derive(supplies: &mut Vec<Supply>, physics: &Physics) {
     let direct = supplies.clone();
     let channels: Vec<Channel> = direct.iter().map(|supply| supply.channel).collect();
-    for (channel, Sum { terms, known }) in physics.vocabulary().derived(&channels) {
-        let column = |(sign, place): (f64, usize)| {
-            let (factor, column) = direct[place].terms[0];
-            (sign * factor, column)
-        };
-        supplies.push(Supply {
-            channel,
-            terms: terms.into_iter().map(column).collect(),
-            known,
-        });
+    for (channel, mut sum) in physics.vocabulary().derived(&channels) {
+        for (place, sign) in &mut sum.terms {
+            let (column, factor) = direct[*place].sum.terms[0];
+            (*place, *sign) = (column, *sign * factor);
+        }
+        supplies.push(Supply { channel, sum });
     }
 }
 
 /// A pass over the rows of a candidate.
-pub struct Rows<'a> {
+pub(crate) struct Rows<'a> {
     table: &'a dyn Table,
-    pass: Box<dyn Pass + 'a>,
+    pass: Pass<'a>,
     /// Columns that are read; the first is the time.
     names: Vec<String>,
     raw: Vec<Vec<f64>>,
@@ -77,7 +71,7 @@ impl<'a> Rows<'a> {
         physics: &'a Physics,
     ) -> Result<Rows<'a>, CompareError> {
         let mut names = vec![columns[0].clone()];
-        for (_, column) in supplies.iter_mut().flat_map(|supply| &mut supply.terms) {
+        for (column, _) in supplies.iter_mut().flat_map(|supply| &mut supply.sum.terms) {
             let name = &columns[*column];
             *column = names.iter().position(|known| known == name).unwrap_or_else(|| {
                 names.push(name.clone());
@@ -107,7 +101,7 @@ impl<'a> Rows<'a> {
         let mut taken = 0;
         let rows = loop {
             self.row += taken;
-            self.pass.next(&mut self.raw)?;
+            (self.pass)(&mut self.raw)?;
             taken = self.raw[0].len() as u64;
             self.finite()?;
             block.time.clear();
@@ -120,16 +114,16 @@ impl<'a> Rows<'a> {
         block.columns.resize(self.supplies.len(), Vec::new());
         for (supply, column) in self.supplies.iter().zip(&mut block.columns) {
             column.clear();
-            match supply.terms[..] {
-                [(1.0, k)] => column.extend_from_slice(&self.raw[k]),
-                [(f, k)] => column.extend(self.raw[k].iter().map(|x| f * x)),
-                [(f, k), (g, l)] => column.extend(self.raw[k].iter().zip(&self.raw[l]).map(|(x, y)| f * x + g * y)),
+            match supply.sum.terms[..] {
+                [(k, 1.0)] => column.extend_from_slice(&self.raw[k]),
+                [(k, f)] => column.extend(self.raw[k].iter().map(|x| f * x)),
+                [(k, f), (l, g)] => column.extend(self.raw[k].iter().zip(&self.raw[l]).map(|(x, y)| f * x + g * y)),
                 ref terms => {
-                    let sum = |row: usize| terms.iter().map(|&(f, k)| f * self.raw[k][row]).sum::<f64>();
+                    let sum = |row: usize| terms.iter().map(|&(k, f)| f * self.raw[k][row]).sum::<f64>();
                     column.extend((0..rows).map(sum));
                 }
             }
-            for (known, factor) in &supply.known {
+            for (known, factor) in &supply.sum.known {
                 for (value, &time) in column.iter_mut().zip(&block.time) {
                     *value += factor * self.physics.driven(*known, time);
                 }
@@ -149,17 +143,17 @@ impl<'a> Rows<'a> {
             // Without a branch in the loop, for speed.
             if !column.iter().fold(true, |sound, x| sound & x.is_finite()) {
                 let row = column.iter().position(|x| !x.is_finite()).unwrap_or(0);
-                let place = self.table.place(self.row + row as u64, name);
                 let what = format!("{} is not a finite number", column[row]);
-                return Err(CompareError::content(
-                    self.table.path(),
-                    place,
-                    what,
-                    "leave out the row, or the column",
-                ));
+                return Err(self.fault(row, name, what, "leave out the row, or the column"));
             }
         }
         Ok(())
+    }
+
+    /// What is wrong with a row of the block in a column.
+    fn fault(&self, row: usize, column: &str, what: String, remedy: &str) -> CompareError {
+        let place = self.table.place(self.row + row as u64, column);
+        CompareError::content(self.table.path(), place, what, remedy)
     }
 
     /// That times increase. Where they are rounded, a row of the same time as the one before it is left out.
@@ -183,27 +177,20 @@ impl<'a> Rows<'a> {
                 continue;
             }
             if time <= self.last {
-                let place = self.table.place(self.row + row as u64, &self.names[0]);
-                let (what, remedy) = if time == self.last {
-                    if let Some((digits, repeated)) = too_few_digits(&self.raw[0]) {
-                        let what = format!(
-                            "the times have {digits} digits, too few for the samples: {time:?} s is there twice, and so are {} others",
-                            repeated - 1
-                        );
-                        let remedy = "write them with 17 digits, in Python with \"%.17g\"";
-                        return Err(CompareError::content(self.table.path(), place, what, remedy));
-                    }
-                    (
-                        format!("the time {time:?} s is there twice"),
-                        "keep one of the two rows, such as the one after an event",
-                    )
+                let (what, remedy) = if time < self.last {
+                    let what = format!("the time {time:?} s comes after {:?} s", self.last);
+                    (what, "sort the rows by time")
+                } else if let Some((digits, repeated)) = too_few_digits(&self.raw[0]) {
+                    let what = format!(
+                        "the times have {digits} digits, too few for the samples: {time:?} s is there twice, and so are {} others",
+                        repeated - 1
+                    );
+                    (what, "write them with 17 digits, in Python with \"%.17g\"")
                 } else {
-                    (
-                        format!("the time {time:?} s comes after {:?} s", self.last),
-                        "sort the rows by time",
-                    )
+                    let what = format!("the time {time:?} s is there twice");
+                    (what, "keep one of the two rows, such as the one after an event")
                 };
-                return Err(CompareError::content(self.table.path(), place, what, remedy));
+                return Err(self.fault(row, &self.names[0], what, remedy));
             }
             self.last = time;
             kept.push(row);

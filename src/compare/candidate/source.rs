@@ -2,7 +2,7 @@
 
 use super::super::CompareError;
 use std::fs::File;
-use std::io::{self, Read, Seek, SeekFrom};
+use std::io::{self, BufReader, Read, Seek, SeekFrom};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
@@ -23,9 +23,9 @@ impl Source {
     /// # Errors
     /// No such file, a folder or a device, or one that cannot be read.
     pub fn open(path: &Path) -> Result<Source, CompareError> {
-        let failed = |error| CompareError::io(path, &error);
+        let failed = CompareError::io(path);
         let refused = |what: &str, remedy: &str| Err(CompareError::whole(path, what, remedy));
-        let kind = std::fs::metadata(path).map_err(failed)?.file_type();
+        let kind = std::fs::metadata(path).map_err(&failed)?.file_type();
         if kind.is_dir() {
             return refused("this is a folder", "name a file in it");
         }
@@ -40,9 +40,8 @@ impl Source {
         if !std::os::unix::fs::FileTypeExt::is_fifo(&kind) && !std::os::unix::fs::FileTypeExt::is_socket(&kind) {
             return refused("this is a device", "name a file");
         }
-        let temporary = |error| CompareError::io(&std::env::temp_dir(), &error);
-        let mut kept = tempfile::tempfile().map_err(temporary)?;
-        let mut pipe = File::open(path).map_err(failed)?.take(MOST_PIPED + 1);
+        let mut kept = temporary()?;
+        let mut pipe = File::open(path).map_err(&failed)?.take(MOST_PIPED + 1);
         let count = io::copy(&mut pipe, &mut kept).map_err(failed)?;
         if count > MOST_PIPED {
             let what = format!("more than {} MB came through the pipe", MOST_PIPED >> 20);
@@ -65,7 +64,7 @@ impl Source {
     pub fn file(&self) -> Result<Place, CompareError> {
         let file = match &self.piped {
             Some(kept) => Arc::clone(kept),
-            None => Arc::new(File::open(&self.path).map_err(|error| CompareError::io(&self.path, &error))?),
+            None => Arc::new(File::open(&self.path).map_err(CompareError::io(&self.path))?),
         };
         Ok(Place { file, at: 0 })
     }
@@ -74,8 +73,58 @@ impl Source {
     pub fn head(&self, bytes: u64) -> Result<Vec<u8>, CompareError> {
         let mut head = Vec::new();
         let read = self.file()?.take(bytes).read_to_end(&mut head);
-        read.map_err(|error| CompareError::io(&self.path, &error))?;
+        read.map_err(CompareError::io(&self.path))?;
         Ok(head)
+    }
+}
+
+/// A temporary file without a name.
+pub(super) fn temporary() -> Result<File, CompareError> {
+    tempfile::tempfile().map_err(CompareError::io(&std::env::temp_dir()))
+}
+
+/// A binary file, read at any byte.
+#[derive(Debug, Clone)]
+pub(super) struct Binary {
+    pub path: PathBuf,
+    pub place: Place,
+    /// Bytes.
+    pub length: u64,
+}
+
+impl Binary {
+    pub fn open(source: &Source) -> Result<Binary, CompareError> {
+        let (path, place) = (source.path().to_owned(), source.file()?);
+        let length = place.length().map_err(CompareError::io(&path))?;
+        Ok(Binary { path, place, length })
+    }
+
+    /// What is wrong at a byte.
+    pub fn damaged(&self, at: u64, what: impl Into<String>) -> CompareError {
+        let remedy = "it was cut off, or damaged on its way: copy it again as a binary file";
+        CompareError::content(&self.path, format!("byte {at}"), what, remedy)
+    }
+
+    /// That so many bytes are there from a byte on.
+    pub fn holds(&self, at: u64, bytes: u64) -> Result<(), CompareError> {
+        let left = self.length.saturating_sub(at);
+        if bytes > left {
+            let what = format!("{bytes} bytes are needed, and the file ends after {left}");
+            return Err(self.damaged(at, what));
+        }
+        Ok(())
+    }
+
+    /// Fills `bytes` from a byte on.
+    pub fn read(&self, at: u64, bytes: &mut [u8]) -> Result<(), CompareError> {
+        self.holds(at, bytes.len() as u64)?;
+        self.place.read_at(at, bytes).map_err(CompareError::io(&self.path))
+    }
+
+    /// Reads on from a byte.
+    pub fn reader(&self, at: u64) -> BufReader<Place> {
+        let file = Arc::clone(&self.place.file);
+        BufReader::new(Place { file, at })
     }
 }
 
@@ -97,6 +146,12 @@ impl Place {
     /// Of the file, bytes.
     pub fn length(&self) -> io::Result<u64> {
         Ok(self.file.metadata()?.len())
+    }
+
+    /// Fills `bytes` from a byte of the file on.
+    pub fn read_at(&self, at: u64, bytes: &mut [u8]) -> io::Result<()> {
+        let file = Arc::clone(&self.file);
+        Place { file, at }.read_exact(bytes)
     }
 }
 

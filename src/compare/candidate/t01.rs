@@ -8,11 +8,12 @@
 //! The forces and moments of interfaces, rigid walls, rigid bodies and sections are stored as impulses, integrals since the start of the run.
 
 use super::super::CompareError;
+use super::absent;
 use super::named::Names;
-use super::source::{Place, Source};
+use super::source::{Binary, Place, Source};
 use super::table::{BLOCK, Pass, Table};
-use std::io::{BufReader, Read, Seek, SeekFrom};
-use std::path::{Path, PathBuf};
+use std::io::{BufReader, Read};
+use std::path::Path;
 
 /// A record in front of the states is no longer, bytes.
 const LONGEST_RECORD: u64 = 16 << 20;
@@ -22,8 +23,6 @@ const MOST_COLUMNS: usize = 500_000;
 const MOST_READ: usize = 4 << 20;
 /// Records between the titles and the counts.
 const MOST_ADDITIONAL: i32 = 16;
-
-const REMEDY: &str = "it was cut off, or damaged on its way: copy it again as a binary file";
 
 const GLOBAL: [&str; 22] = [
     "IE", "KE", "XMOM", "YMOM", "ZMOM", "MASS", "DT", "RKE", "EFW", "SIE", "CE", "HE", "CE_ELAST", "CE_FRIC",
@@ -89,9 +88,8 @@ fn kind(of: i32) -> (&'static str, &'static [&'static str]) {
 
 /// The name of a variable among those of its kind.
 fn named(names: &[&str], code: i32) -> String {
-    let name = usize::try_from(code.wrapping_sub(1))
-        .ok()
-        .and_then(|index| names.get(index));
+    let index = usize::try_from(code.wrapping_sub(1));
+    let name = index.ok().and_then(|index| names.get(index));
     name.map_or_else(|| format!("VAR{code}"), |name| (*name).to_owned())
 }
 
@@ -118,8 +116,8 @@ fn is_impulse(of: i32, name: &str) -> bool {
 
 /// A time history of OpenRadioss.
 #[derive(Debug)]
-pub(crate) struct T01Table {
-    source: Source,
+pub(super) struct T01Table {
+    file: Binary,
     layout: Layout,
     /// Where the first state begins, bytes.
     start: u64,
@@ -139,45 +137,33 @@ pub(super) fn is_t01(head: &[u8]) -> bool {
 
 /// The records in front of the states.
 struct Records<'a> {
-    path: &'a Path,
-    file: BufReader<Place>,
+    file: &'a Binary,
+    reader: BufReader<Place>,
     at: u64,
-    length: u64,
 }
 
 impl Records<'_> {
-    /// What is wrong at a byte.
-    fn damaged(&self, at: u64, what: String) -> CompareError {
-        CompareError::content(self.path, format!("byte {at}"), what, REMEDY)
-    }
-
     fn bytes(&mut self, count: u64) -> Result<Vec<u8>, CompareError> {
-        if count > self.length - self.at {
-            let left = self.length - self.at;
-            let what = format!("{count} bytes are needed, and the file ends after {left}");
-            return Err(self.damaged(self.at, what));
-        }
+        self.file.holds(self.at, count)?;
         let mut bytes = vec![0; count as usize];
-        let read = self.file.read_exact(&mut bytes);
-        read.map_err(|error| CompareError::io(self.path, &error))?;
+        let read = self.reader.read_exact(&mut bytes);
+        read.map_err(CompareError::io(&self.file.path))?;
         self.at += count;
         Ok(bytes)
     }
 
-    fn marker(&mut self) -> Result<u32, CompareError> {
-        Ok(word(&self.bytes(4)?))
-    }
-
     fn next(&mut self) -> Result<Record, CompareError> {
         let at = self.at;
-        let length = self.marker()?;
+        let length = word(&self.bytes(4)?);
         if u64::from(length) > LONGEST_RECORD {
-            return Err(self.damaged(at, format!("a record of {length} bytes, which no header has")));
+            let what = format!("a record of {length} bytes, which no header has");
+            return Err(self.file.damaged(at, what));
         }
         let bytes = self.bytes(u64::from(length))?;
-        let end = self.marker()?;
+        let end = word(&self.bytes(4)?);
         if end != length {
-            return Err(self.damaged(self.at - 4, format!("a record of {length} bytes ends as one of {end}")));
+            let what = format!("a record of {length} bytes ends as one of {end}");
+            return Err(self.file.damaged(self.at - 4, what));
         }
         Ok(Record { at, bytes })
     }
@@ -185,16 +171,23 @@ impl Records<'_> {
     /// A record of so many bytes.
     fn of(&mut self, length: usize, what: &str) -> Result<Record, CompareError> {
         let record = self.next()?;
-        if record.bytes.len() != length {
-            let what = format!("a record of {} bytes, where {what} has {length}", record.bytes.len());
-            return Err(self.damaged(record.at, what));
-        }
+        record.is_of(self.file, length, what)?;
         Ok(record)
     }
 
     fn count(&self, record: &Record, place: usize, what: &str) -> Result<usize, CompareError> {
         let count = record.integer(place);
-        usize::try_from(count).map_err(|_| self.damaged(record.at, format!("the number of {what} is {count}")))
+        let fault = |_| self.file.damaged(record.at, format!("the number of {what} is {count}"));
+        usize::try_from(count).map_err(fault)
+    }
+
+    /// The numbers of so many variables.
+    fn variables(&mut self, count: usize, what: &str) -> Result<Vec<i32>, CompareError> {
+        if count == 0 {
+            return Ok(Vec::new());
+        }
+        let record = self.of(count.saturating_mul(4), what)?;
+        Ok((0..count).map(|k| record.integer(4 * k)).collect())
     }
 }
 
@@ -211,13 +204,19 @@ impl Record {
         bytes.map_or(0, |bytes| word(bytes).cast_signed())
     }
 
-    fn integers(&self) -> Vec<i32> {
-        (0..self.bytes.len() / 4).map(|k| self.integer(4 * k)).collect()
-    }
-
-    fn text(&self, from: usize, length: usize) -> String {
+    /// From a byte on, so many bytes less than there are in all.
+    fn text(&self, from: usize, less: usize) -> String {
+        let length = self.bytes.len().saturating_sub(less);
         let bytes = self.bytes.get(from..from + length).unwrap_or_default();
         String::from_utf8_lossy(bytes).trim_matches(['\0', ' ']).to_owned()
+    }
+
+    fn is_of(&self, file: &Binary, length: usize, what: &str) -> Result<(), CompareError> {
+        let found = self.bytes.len();
+        if found == length {
+            return Ok(());
+        }
+        Err(file.damaged(self.at, format!("a record of {found} bytes, where {what} has {length}")))
     }
 }
 
@@ -252,6 +251,9 @@ impl Layout {
     }
 }
 
+/// A part or a subset: number, title and variables.
+type Member = (i32, String, Vec<i32>);
+
 struct Group {
     of: i32,
     title: String,
@@ -265,15 +267,12 @@ impl T01Table {
     ///
     /// # Errors
     /// A damaged file, one without a whole state, or one with a part of a state at its end.
-    pub(super) fn open(source: Source) -> Result<T01Table, CompareError> {
-        let path = source.path();
-        let place = source.file()?;
-        let length = place.length().map_err(|error| CompareError::io(path, &error))?;
+    pub fn open(source: &Source) -> Result<T01Table, CompareError> {
+        let file = Binary::open(source)?;
         let mut records = Records {
-            path,
-            file: BufReader::new(place),
+            file: &file,
+            reader: file.reader(0),
             at: 0,
-            length,
         };
         records.of(84, "the title")?;
         records.of(80, "the date")?;
@@ -281,131 +280,112 @@ impl T01Table {
         if counts.bytes.len() == 4 {
             let additional = counts.integer(0);
             if !(0..=MOST_ADDITIONAL).contains(&additional) {
-                return Err(records.damaged(counts.at, format!("{additional} additional records")));
+                return Err(file.damaged(counts.at, format!("{additional} additional records")));
             }
             for _ in 0..additional {
                 records.next()?;
             }
             counts = records.next()?;
         }
-        if counts.bytes.len() != 24 {
-            let what = format!(
-                "a record of {} bytes, where that of the counts has 24",
-                counts.bytes.len()
-            );
-            return Err(records.damaged(counts.at, what));
+        counts.is_of(&file, 24, "that of the counts")?;
+        let names = [
+            "parts",
+            "materials",
+            "properties",
+            "subsets",
+            "groups",
+            "global variables",
+        ];
+        let mut numbers = [0; 6];
+        for (k, name) in names.iter().enumerate() {
+            numbers[k] = records.count(&counts, 4 * k, name)?;
         }
-        let number = |place: usize, what: &str| records.count(&counts, 4 * place, what);
-        let (parts, materials, properties) = (number(0, "parts")?, number(1, "materials")?, number(2, "properties")?);
-        let (subsets, groups, globals) = (
-            number(3, "subsets")?,
-            number(4, "groups")?,
-            number(5, "global variables")?,
-        );
-        let many = |path: &Path| {
+        let [parts, materials, properties, subsets, groups, globals] = numbers;
+        let many = || {
             let what = format!("more than {MOST_COLUMNS} variables");
-            CompareError::whole(path, what, "write fewer of them with /TH")
+            CompareError::whole(&file.path, what, "write fewer of them with /TH")
         };
         if globals > MOST_COLUMNS {
-            return Err(many(path));
+            return Err(many());
         }
-        let global = match globals {
-            0 => Vec::new(),
-            _ => records.of(4 * globals, "the list of global variables")?.integers(),
-        };
-        // Of parts and subsets: number, title and variables.
-        let mut of_parts: Vec<(i32, String, Vec<i32>)> = Vec::new();
+        let global = records.variables(globals, "the list of global variables")?;
+        let mut of_parts: Vec<Member> = Vec::new();
         for _ in 0..parts {
             let record = records.next()?;
             let Some(title) = record.bytes.len().checked_sub(20) else {
-                return Err(records.damaged(record.at, "a record too short for a part".to_owned()));
+                return Err(file.damaged(record.at, "a record too short for a part"));
             };
             let variables = records.count(&record, 16 + title, "variables of a part")?;
-            let codes = variables_of(&mut records, variables)?;
-            of_parts.push((record.integer(0), record.text(4, title), codes));
+            let codes = records.variables(variables, VARIABLES)?;
+            of_parts.push((record.integer(0), record.text(4, 20), codes));
         }
         for _ in 0..materials.saturating_add(properties) {
             records.next()?;
         }
-        let mut of_subsets: Vec<(i32, String, Vec<i32>)> = Vec::new();
+        let mut of_subsets: Vec<Member> = Vec::new();
         for _ in 0..subsets {
             let record = records.next()?;
-            let title = record.bytes.len().saturating_sub(20);
             for place in [8, 12] {
                 if records.count(&record, place, "members of a subset")? > 0 {
                     records.next()?;
                 }
             }
             let variables = records.count(&record, 16, "variables of a subset")?;
-            let codes = variables_of(&mut records, variables)?;
-            of_subsets.push((record.integer(0), record.text(20, title), codes));
+            let codes = records.variables(variables, VARIABLES)?;
+            of_subsets.push((record.integer(0), record.text(20, 20), codes));
         }
         let mut of_groups: Vec<Group> = Vec::new();
         let mut columns = globals;
         for _ in 0..groups {
             let record = records.next()?;
-            let title = record.bytes.len().saturating_sub(20);
             let count = records.count(&record, 12, "members of a group")?;
             let variables = records.count(&record, 16, "variables of a group")?;
             columns = columns.saturating_add(count.saturating_mul(variables));
             if columns > MOST_COLUMNS {
-                return Err(many(path));
+                return Err(many());
             }
-            let mut members = Vec::new();
-            for _ in 0..count {
-                let member = records.next()?;
-                let text = member.text(4, member.bytes.len().saturating_sub(4));
-                members.push((member.integer(0), text));
-            }
+            let member = |_| records.next().map(|member| (member.integer(0), member.text(4, 4)));
             of_groups.push(Group {
                 of: record.integer(4),
-                title: record.text(20, title),
-                members,
-                codes: variables_of(&mut records, variables)?,
+                title: record.text(20, 20),
+                members: (0..count).map(member).collect::<Result<_, _>>()?,
+                codes: records.variables(variables, VARIABLES)?,
             });
         }
         let start = records.at;
-        let layout = layout(&global, &of_parts, &of_subsets, &of_groups).ok_or_else(|| many(path))?;
-        let states = (length - start) / layout.stride;
-        let rest = (length - start) % layout.stride;
+        let layout = layout(&global, &of_parts, &of_subsets, &of_groups).ok_or_else(many)?;
+        let stride = layout.stride;
+        let (states, rest) = ((file.length - start) / stride, (file.length - start) % stride);
         if states == 0 || rest > 0 {
-            let end = length - rest;
-            let what = format!(
-                "state {} is cut off: {rest} of its {} bytes are there",
-                states + 1,
-                layout.stride
-            );
+            let (end, cut_off) = (file.length - rest, states + 1);
+            let what = format!("state {cut_off} is cut off: {rest} of its {stride} bytes are there");
             let remedy = if states == 0 {
                 "the run wrote no whole state: let it run on".to_owned()
             } else {
                 format!("the run was still writing, or stopped: head -c {end} FILE keeps the whole states")
             };
-            return Err(CompareError::content(path, format!("byte {end}"), what, remedy));
+            return Err(CompareError::content(&file.path, format!("byte {end}"), what, remedy));
         }
         Ok(T01Table {
             layout,
             start,
             states,
-            source,
+            file,
         })
     }
+
+    /// The column of a name: where it stands in a state, bytes, and whether it is an impulse.
+    fn find(&self, name: &str) -> Result<(u64, bool), String> {
+        let place = self.layout.names.find(name)?;
+        Ok(self.layout.columns[place])
+    }
 }
 
-fn variables_of(records: &mut Records<'_>, count: usize) -> Result<Vec<i32>, CompareError> {
-    if count == 0 {
-        return Ok(Vec::new());
-    }
-    let length = count.saturating_mul(4);
-    Ok(records.of(length, "a list of variables")?.integers())
-}
+const VARIABLES: &str = "a list of variables";
 
 /// The columns of a state; `None` if there are too many.
-fn layout(
-    global: &[i32],
-    parts: &[(i32, String, Vec<i32>)],
-    subsets: &[(i32, String, Vec<i32>)],
-    groups: &[Group],
-) -> Option<Layout> {
+fn layout(global: &[i32], parts: &[Member], subsets: &[Member], groups: &[Group]) -> Option<Layout> {
+    let under = |title: &str, name: &str| (!title.is_empty()).then(|| format!("{title}/{name}"));
     let mut layout = Layout::default();
     let time = layout.record(1)?;
     layout.column("time".to_owned(), None, time, false);
@@ -424,8 +404,7 @@ fn layout(
         for (number, title, codes) in list {
             for &code in codes {
                 let name = named(&PART, code);
-                let titled = (!title.is_empty()).then(|| format!("{title}/{name}"));
-                general.push((format!("{of}/{number}/{name}"), titled, at));
+                general.push((format!("{of}/{number}/{name}"), under(title, &name), at));
                 at += 4;
             }
         }
@@ -438,8 +417,7 @@ fn layout(
             for &code in &group.codes {
                 let name = variable(group.of, code);
                 let impulse = is_impulse(group.of, &name);
-                let titled = (!title.is_empty()).then(|| format!("{title}/{name}"));
-                layout.column(format!("{of}/{number}/{name}"), titled, at, impulse);
+                layout.column(format!("{of}/{number}/{name}"), under(title, &name), at, impulse);
                 at += 4;
             }
         }
@@ -452,7 +430,7 @@ fn layout(
 
 impl Table for T01Table {
     fn path(&self) -> &Path {
-        self.source.path()
+        &self.file.path
     }
 
     fn names(&self) -> Vec<String> {
@@ -460,11 +438,7 @@ impl Table for T01Table {
     }
 
     fn has(&self, name: &str) -> bool {
-        self.layout.names.find(name).is_ok()
-    }
-
-    fn has_texts(&self, _: &str) -> bool {
-        false
+        self.find(name).is_ok()
     }
 
     fn recognises(&self, name: &str) -> bool {
@@ -472,83 +446,47 @@ impl Table for T01Table {
     }
 
     fn why_not(&self, name: &str) -> Option<String> {
-        self.layout.names.find(name).err().filter(|why| why.contains("several"))
+        self.find(name).err().filter(|why| why.contains("several"))
     }
 
     fn is_impulse(&self, name: &str) -> bool {
-        let column = self.layout.names.find(name);
-        column.is_ok_and(|column| self.layout.columns[column].1)
+        self.find(name).is_ok_and(|(_, is_impulse)| is_impulse)
     }
 
-    fn pass(&self, columns: &[String]) -> Result<Box<dyn Pass>, CompareError> {
-        let place = |name: &String| {
-            let column = self.layout.names.find(name);
-            let column = column
-                .map_err(|what| CompareError::whole(self.path(), what, "name it with --column or in a mapping"))?;
-            Ok(self.layout.columns[column].0)
-        };
-        Ok(Box::new(T01Pass {
-            path: self.path().to_owned(),
-            file: self.source.file()?,
-            places: columns.iter().map(place).collect::<Result<_, CompareError>>()?,
-            records: self.layout.records.clone(),
-            at: self.start,
-            stride: self.layout.stride,
-            states: self.states,
-            bytes: Vec::new(),
+    fn pass(&self, columns: &[String]) -> Result<Pass<'_>, CompareError> {
+        let place = |name: &String| Ok(self.find(name).map_err(|_| absent(self, name))?.0);
+        let places = columns.iter().map(place).collect::<Result<Vec<u64>, CompareError>>()?;
+        let (mut at, mut left) = (self.start, self.states);
+        let (stride, mut bytes) = (self.layout.stride as usize, Vec::new());
+        Ok(Box::new(move |columns| {
+            columns.iter_mut().for_each(Vec::clear);
+            while columns[0].len() < BLOCK && left > 0 {
+                let count = (MOST_READ / stride).clamp(1, BLOCK - columns[0].len());
+                let count = count.min(usize::try_from(left).unwrap_or(usize::MAX));
+                bytes.resize(count * stride, 0);
+                self.file.read(at, &mut bytes)?;
+                for state in bytes.chunks_exact(stride) {
+                    let word = |at: u64| word(&state[at as usize..at as usize + 4]);
+                    for &(begins, length) in &self.layout.records {
+                        let ends = [word(begins), word(begins + 4 + u64::from(length))];
+                        if let Some(found) = ends.into_iter().find(|found| *found != length) {
+                            let what = format!("a record of {found} bytes, where one of {length} is due");
+                            return Err(self.file.damaged(at + begins, what));
+                        }
+                    }
+                    for (column, &place) in columns.iter_mut().zip(&places) {
+                        column.push(f64::from(f32::from_bits(word(place))));
+                    }
+                    at += stride as u64;
+                    left -= 1;
+                }
+            }
+            Ok(())
         }))
     }
 
     fn place(&self, row: u64, column: &str) -> String {
-        let layout = &self.layout;
-        let at = layout.names.find(column).map_or(0, |column| layout.columns[column].0);
-        format!("state {}, byte {}", row + 1, self.start + row * layout.stride + at)
-    }
-}
-
-struct T01Pass {
-    path: PathBuf,
-    file: Place,
-    /// Of the columns in a state, bytes.
-    places: Vec<u64>,
-    records: Vec<(u64, u32)>,
-    at: u64,
-    stride: u64,
-    /// Those that are left.
-    states: u64,
-    bytes: Vec<u8>,
-}
-
-impl Pass for T01Pass {
-    fn next(&mut self, columns: &mut [Vec<f64>]) -> Result<(), CompareError> {
-        columns.iter_mut().for_each(Vec::clear);
-        while columns[0].len() < BLOCK && self.states > 0 {
-            let stride = self.stride as usize;
-            let count = (MOST_READ / stride).clamp(1, BLOCK - columns[0].len());
-            let count = count.min(usize::try_from(self.states).unwrap_or(usize::MAX));
-            self.bytes.resize(count * stride, 0);
-            let read = self
-                .file
-                .seek(SeekFrom::Start(self.at))
-                .and_then(|_| self.file.read_exact(&mut self.bytes));
-            read.map_err(|error| CompareError::io(&self.path, &error))?;
-            for state in self.bytes.chunks_exact(stride) {
-                let word = |at: u64| word(&state[at as usize..at as usize + 4]);
-                for &(at, length) in &self.records {
-                    let ends = [word(at), word(at + 4 + u64::from(length))];
-                    if let Some(found) = ends.into_iter().find(|found| *found != length) {
-                        let what = format!("a record of {found} bytes, where one of {length} is due");
-                        let place = format!("byte {}", self.at + at);
-                        return Err(CompareError::content(&self.path, place, what, REMEDY));
-                    }
-                }
-                for (column, &place) in columns.iter_mut().zip(&self.places) {
-                    column.push(f64::from(f32::from_bits(word(place))));
-                }
-                self.at += self.stride;
-                self.states -= 1;
-            }
-        }
-        Ok(())
+        let at = self.find(column).map_or(0, |(at, _)| at);
+        format!("state {}, byte {}", row + 1, self.start + row * self.layout.stride + at)
     }
 }

@@ -5,10 +5,14 @@ use super::super::resolution::Rounding;
 use std::path::Path;
 
 /// Rows read at a time.
-pub(crate) const BLOCK: usize = 65_536;
+pub(super) const BLOCK: usize = 65_536;
+
+/// A pass over some columns of a table: replaces them by the next rows, up to [`BLOCK`] of them, as many of each; none at the end.
+/// Its errors name the place.
+pub(super) type Pass<'a> = Box<dyn FnMut(&mut [Vec<f64>]) -> Result<(), CompareError> + 'a>;
 
 /// A file whose columns have names.
-pub trait Table: std::fmt::Debug {
+pub(super) trait Table: std::fmt::Debug {
     /// The file.
     fn path(&self) -> &Path;
     /// Names of the columns, as people would write them in a mapping.
@@ -16,8 +20,8 @@ pub trait Table: std::fmt::Debug {
     /// Whether there is a column of this name, which may be a slice.
     fn has(&self, name: &str) -> bool;
     /// Whether there is a column of this name that can be read as texts.
-    fn has_texts(&self, name: &str) -> bool {
-        self.has(name)
+    fn has_texts(&self, _name: &str) -> bool {
+        false
     }
     /// Whether a column of this name is what the program itself calls so: of a file that names its columns after its own
     /// variables, only the mapping says what they are.
@@ -37,9 +41,6 @@ pub trait Table: std::fmt::Debug {
         false
     }
     /// To what the numbers of a column are rounded where they are texts.
-    ///
-    /// # Errors
-    /// Of the file.
     fn rounding(&self, _name: &str) -> Result<Option<Rounding>, CompareError> {
         Ok(None)
     }
@@ -51,15 +52,9 @@ pub trait Table: std::fmt::Debug {
     fn unit(&self, _name: &str) -> Option<String> {
         None
     }
-    /// Starts reading columns from their first row.
-    ///
-    /// # Errors
-    /// Of the file, or if the columns differ in length.
-    fn pass(&self, columns: &[String]) -> Result<Box<dyn Pass + '_>, CompareError>;
+    /// Starts reading columns, which are of one length, from their first row.
+    fn pass(&self, columns: &[String]) -> Result<Pass<'_>, CompareError>;
     /// A column as text, for kinds of events; nothing of a format without texts.
-    ///
-    /// # Errors
-    /// Of the file.
     fn texts(&self, _column: &str) -> Result<Vec<String>, CompareError> {
         Ok(Vec::new())
     }
@@ -69,10 +64,13 @@ pub trait Table: std::fmt::Debug {
     }
 }
 
+/// The place of a name in a list: as it is, else in other letters of upper or lower case.
+pub(super) fn place_of<'a>(mut names: impl Iterator<Item = &'a str> + Clone, name: &str) -> Option<usize> {
+    let exact = names.clone().position(|known| known == name);
+    exact.or_else(|| names.position(|known| known.eq_ignore_ascii_case(name)))
+}
+
 /// That a column has as many rows as another one before it.
-///
-/// # Errors
-/// It has not.
 pub(super) fn of_one_length(path: &Path, name: &str, rows: usize, other: (&str, usize)) -> Result<(), CompareError> {
     if rows == other.1 {
         return Ok(());
@@ -81,18 +79,15 @@ pub(super) fn of_one_length(path: &Path, name: &str, rows: usize, other: (&str, 
     Err(CompareError::content(path, name, what, "columns are of one length"))
 }
 
-/// A pass over some columns of a table.
-pub trait Pass {
-    /// Replaces `columns` by the next rows, up to `BLOCK` of them, as many of each; none at the end.
-    ///
-    /// # Errors
-    /// Of the file, with the place.
-    fn next(&mut self, columns: &mut [Vec<f64>]) -> Result<(), CompareError>;
+/// That an array of this shape is no column, nor the slice of it that was named.
+pub(super) fn no_column(path: &Path, name: &str, shape: &[usize]) -> CompareError {
+    let what = format!("is of shape {shape:?}, not a column");
+    CompareError::content(path, name, what, "name a slice of it, such as y[2]")
 }
 
 /// The array and the slice that `NAME[2]`, `NAME[2,:]` or `NAME[:,2]` mean.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub(crate) struct Slice<'a> {
+pub(super) struct Slice<'a> {
     /// Name of the array.
     pub array: &'a str,
     /// Which row (`true`) or column (`false`) of two dimensions; `None` for an array of one.
@@ -102,22 +97,19 @@ pub(crate) struct Slice<'a> {
 impl<'a> Slice<'a> {
     /// Reads a name.
     pub fn parse(name: &'a str) -> Slice<'a> {
-        let whole = Slice { array: name, of: None };
-        let Some((array, rest)) = name.split_once('[') else {
-            return whole;
-        };
-        let Some(index) = rest.strip_suffix(']') else {
-            return whole;
-        };
-        let parts: Vec<&str> = index.split(',').map(str::trim).collect();
-        let number = |text: &str| text.parse::<usize>().ok();
-        let of = match parts[..] {
-            [k] => number(k).map(|k| (k, None)),
-            [k, ":"] => number(k).map(|k| (k, Some(true))),
-            [":", k] => number(k).map(|k| (k, Some(false))),
-            _ => None,
-        };
-        if of.is_some() { Slice { array, of } } else { whole }
+        let inside = name.strip_suffix(']').and_then(|start| start.split_once('['));
+        let sliced = inside.and_then(|(array, index)| {
+            let number = |text: &str| text.parse::<usize>().ok();
+            let parts: Vec<&str> = index.split(',').map(str::trim).collect();
+            let of = match parts[..] {
+                [k] => (number(k)?, None),
+                [k, ":"] => (number(k)?, Some(true)),
+                [":", k] => (number(k)?, Some(false)),
+                _ => return None,
+            };
+            Some(Slice { array, of: Some(of) })
+        });
+        sliced.unwrap_or(Slice { array: name, of: None })
     }
 
     /// Start, stride and number of the elements in an array of this shape, stored row by row; `None` if the array has

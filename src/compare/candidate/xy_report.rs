@@ -5,17 +5,17 @@
 
 use super::super::CompareError;
 use super::super::resolution::{Digits, Rounding};
+use super::absent;
 use super::source::{Place, Source};
-use super::table::{BLOCK, Pass, Table};
+use super::table::{BLOCK, Pass, Table, place_of};
 use crate::input::Lines;
 use crate::quote::shown;
 use std::io::{BufRead, BufReader};
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
+const REWRITE: &str = "a line that was cut off? write the report again";
 /// What Abaqus writes where a curve has no value.
 const NOTHING: &str = "NoValue";
-/// Rows whose digits are looked at.
-const LOOKED_AT: u64 = BLOCK as u64;
 /// Tables and pages of a report.
 const MOST_PAGES: usize = 100_000;
 /// Bytes of a file in which the names of the first table are looked for.
@@ -23,7 +23,7 @@ const PREAMBLE: usize = 512;
 
 /// An XY report.
 #[derive(Debug)]
-pub(crate) struct XyReport {
+pub(super) struct XyReport {
     source: Source,
     curves: Vec<Curves>,
 }
@@ -35,7 +35,6 @@ struct Curves {
     header: String,
     /// Of the columns, the first of which is X.
     names: Vec<String>,
-    rows: u64,
     /// The last X.
     last: f64,
 }
@@ -98,164 +97,152 @@ fn names(header: &str, columns: usize) -> Vec<String> {
     }
 }
 
+/// The lines of a report.
+struct Reader<'a> {
+    path: &'a Path,
+    lines: BufReader<Lines<Place>>,
+    text: String,
+    number: u64,
+}
+
+impl<'a> Reader<'a> {
+    fn of(source: &'a Source) -> Result<Reader<'a>, CompareError> {
+        Ok(Reader {
+            path: source.path(),
+            lines: BufReader::new(Lines::new(source.file()?)),
+            text: String::new(),
+            number: 0,
+        })
+    }
+
+    /// Reads the next line; `false` at the end.
+    fn next(&mut self) -> Result<bool, CompareError> {
+        let mut bytes = std::mem::take(&mut self.text).into_bytes();
+        bytes.clear();
+        let count = self.lines.read_until(b'\n', &mut bytes);
+        self.text = String::from_utf8(bytes).unwrap_or_else(|e| String::from_utf8_lossy(e.as_bytes()).into_owned());
+        self.number += 1;
+        Ok(count.map_err(CompareError::io(self.path))? > 0)
+    }
+
+    /// What is wrong with this line.
+    fn fault<T>(&self, what: impl Into<String>, remedy: &str) -> Result<T, CompareError> {
+        let place = format!("line {}", self.number);
+        Err(CompareError::content(self.path, place, what, remedy))
+    }
+}
+
 impl XyReport {
     /// Opens a report and goes through it once.
     ///
     /// # Errors
     /// A damaged line, no rows, or a report that was appended to an earlier one of the same curves.
-    pub(super) fn open(source: Source) -> Result<XyReport, CompareError> {
-        let path = source.path();
-        let fault = |line: usize, what: String, remedy: &str| {
-            Err(CompareError::content(path, format!("line {line}"), what, remedy))
-        };
+    pub fn open(source: Source) -> Result<XyReport, CompareError> {
         let mut curves: Vec<Curves> = Vec::new();
         let mut header: Option<String> = None;
         let mut pages = 0;
-        let mut lines = BufReader::new(Lines::new(source.file()?));
-        let (mut text, mut line) = (Vec::new(), 0);
-        loop {
-            text.clear();
-            let count = lines.read_until(b'\n', &mut text);
-            if count.map_err(|error| CompareError::io(path, &error))? == 0 {
-                break;
-            }
-            line += 1;
-            let text = String::from_utf8_lossy(&text);
-            match Line::of(&text) {
-                Line::Header(names) => header = Some(names.to_owned()),
-                Line::Other => {}
-                Line::Row(words) => {
-                    let Some(x) = number(words[0]) else {
-                        let what = format!("\"{}\" is no number", shown(words[0]));
-                        return fault(line, what, "a line that was cut off? write the report again");
-                    };
-                    if let Some(header) = header.take() {
-                        pages += 1;
-                        if pages > MOST_PAGES {
-                            return fault(line, format!("more than {MOST_PAGES} tables"), "write one table");
-                        }
-                        match curves.iter().position(|known| known.header == header) {
-                            // A page of the table before it goes on.
-                            Some(known) if known + 1 == curves.len() && x > curves[known].last => {}
-                            Some(_) => {
-                                let what = "a table of the same curves begins again: Abaqus appends a report to a file that \
-                                            is there already";
-                                return fault(
-                                    line,
-                                    what.to_owned(),
-                                    "keep one of the two, or write with appendMode=OFF",
-                                );
-                            }
-                            None => curves.push(Curves {
-                                names: names(&header, words.len()),
-                                header,
-                                rows: 0,
-                                last: x,
-                            }),
-                        }
+        let mut lines = Reader::of(&source)?;
+        while lines.next()? {
+            let words = match Line::of(&lines.text) {
+                Line::Header(names) => {
+                    header = Some(names.to_owned());
+                    continue;
+                }
+                Line::Other => continue,
+                Line::Row(words) => words,
+            };
+            let Some(x) = number(words[0]) else {
+                return lines.fault(format!("\"{}\" is no number", shown(words[0])), REWRITE);
+            };
+            if let Some(header) = header.take() {
+                pages += 1;
+                if pages > MOST_PAGES {
+                    return lines.fault(format!("more than {MOST_PAGES} tables"), "write one table");
+                }
+                match curves.iter().position(|known| known.header == header) {
+                    // A page of the table before it goes on.
+                    Some(known) if known + 1 == curves.len() && x > curves[known].last => {}
+                    Some(_) => {
+                        let what = "a table of the same curves begins again: Abaqus appends a report to a file that is there \
+                                    already";
+                        return lines.fault(what, "keep one of the two, or write with appendMode=OFF");
                     }
-                    let Some(known) = curves.last_mut() else {
-                        return fault(
-                            line,
-                            "numbers in front of the names of columns".to_owned(),
-                            "write an XY report",
-                        );
-                    };
-                    if words.len() != known.names.len() {
-                        let what = format!("has {} fields, where its table has {}", words.len(), known.names.len());
-                        return fault(line, what, "a line that was cut off? write the report again");
-                    }
-                    known.last = x;
-                    known.rows += 1;
+                    None => curves.push(Curves {
+                        names: names(&header, words.len()),
+                        header,
+                        last: x,
+                    }),
                 }
             }
+            let Some(known) = curves.last_mut() else {
+                return lines.fault("numbers in front of the names of columns", "write an XY report");
+            };
+            if words.len() != known.names.len() {
+                let what = format!("has {} fields, where its table has {}", words.len(), known.names.len());
+                return lines.fault(what, REWRITE);
+            }
+            known.last = x;
         }
         if curves.is_empty() {
-            return Err(CompareError::whole(
-                path,
-                "holds no row of numbers",
-                "write the report again",
-            ));
+            let what = "holds no row of numbers";
+            return Err(CompareError::whole(source.path(), what, "write the report again"));
         }
         Ok(XyReport { source, curves })
     }
 
     /// Table and column of a name.
     fn find(&self, name: &str) -> Option<(usize, usize)> {
-        if ["time", "t", "x"].iter().any(|known| name.eq_ignore_ascii_case(known)) {
-            let named = self.named(name);
-            return named.or(Some((0, 0)));
-        }
-        let numbered = name.strip_prefix('#').and_then(|number| number.parse::<usize>().ok());
+        let is_x = ["time", "t", "x"].iter().any(|known| name.eq_ignore_ascii_case(known));
         self.named(name).or_else(|| {
-            let column = numbered?.checked_sub(1)?;
+            if is_x {
+                return Some((0, 0));
+            }
+            let column = name.strip_prefix('#')?.parse::<usize>().ok()?.checked_sub(1)?;
             let alone = self.curves.len() == 1 && column < self.curves[0].names.len();
             alone.then_some((0, column))
         })
     }
 
     fn named(&self, name: &str) -> Option<(usize, usize)> {
-        let search = |same: &dyn Fn(&str) -> bool| {
-            let mut tables = self.curves.iter().enumerate();
-            tables.find_map(|(table, curves)| {
-                let column = curves.names.iter().skip(1).position(|known| same(known))?;
-                Some((table, column + 1))
-            })
-        };
-        search(&|known| known == name).or_else(|| search(&|known| known.eq_ignore_ascii_case(name)))
+        let of_table = |(table, curves): (usize, &Curves)| (1..curves.names.len()).map(move |column| (table, column));
+        let all = self.curves.iter().enumerate().flat_map(of_table);
+        let names = all
+            .clone()
+            .map(|(table, column)| self.curves[table].names[column].as_str());
+        all.clone().nth(place_of(names, name)?)
     }
 
-    fn rows(&self, table: usize) -> Result<RowsOf, CompareError> {
+    fn rows(&self, table: usize) -> Result<RowsOf<'_>, CompareError> {
         Ok(RowsOf {
-            path: self.source.path().to_owned(),
-            lines: BufReader::new(Lines::new(self.source.file()?)),
-            headers: self.curves[..=table]
-                .iter()
-                .map(|curves| curves.header.clone())
-                .collect(),
-            columns: self.curves[table].names.len(),
+            lines: Reader::of(&self.source)?,
+            of: &self.curves[table],
             inside: false,
-            text: Vec::new(),
-            line: 0,
         })
     }
 }
 
-/// Takes the number of a line and its words.
-type Take<'a> = dyn FnMut(u64, &[&str]) -> Result<(), CompareError> + 'a;
-
 /// The rows of one table.
-struct RowsOf {
-    path: PathBuf,
-    lines: BufReader<Lines<Place>>,
-    /// Of the tables up to it, which is the last.
-    headers: Vec<String>,
-    columns: usize,
+struct RowsOf<'a> {
+    lines: Reader<'a>,
+    of: &'a Curves,
     inside: bool,
-    text: Vec<u8>,
-    line: u64,
 }
 
-impl RowsOf {
-    /// Gives the words of the next row to `take`; `false` at the end.
-    fn next(&mut self, take: &mut Take<'_>) -> Result<bool, CompareError> {
-        loop {
-            self.text.clear();
-            let count = self.lines.read_until(b'\n', &mut self.text);
-            if count.map_err(|error| CompareError::io(&self.path, &error))? == 0 {
-                return Ok(false);
-            }
-            self.line += 1;
-            let text = String::from_utf8_lossy(&self.text);
-            match Line::of(&text) {
-                Line::Header(names) => self.inside = self.headers.last().is_some_and(|header| header == names),
-                Line::Row(words) if self.inside && words.len() == self.columns => {
-                    take(self.line, &words)?;
-                    return Ok(true);
-                }
+impl RowsOf<'_> {
+    /// Goes to the next row; `false` at the end.
+    fn next(&mut self) -> Result<bool, CompareError> {
+        while self.lines.next()? {
+            match Line::of(&self.lines.text) {
+                Line::Header(names) => self.inside = self.of.header == names,
+                Line::Row(words) if self.inside && words.len() == self.of.names.len() => return Ok(true),
                 _ => {}
             }
         }
+        Ok(false)
+    }
+
+    fn words(&self) -> Vec<&str> {
+        self.lines.text.split_whitespace().collect()
     }
 }
 
@@ -280,127 +267,88 @@ impl Table for XyReport {
         self.named(name).is_some()
     }
 
-    fn has_texts(&self, _: &str) -> bool {
-        false
-    }
-
     fn rounding(&self, name: &str) -> Result<Option<Rounding>, CompareError> {
         let Some((table, column)) = self.find(name) else {
             return Ok(None);
         };
         let mut digits = Digits::default();
         let mut rows = self.rows(table)?;
-        for _ in 0..LOOKED_AT {
-            let more = rows.next(&mut |_, words| {
-                digits.add(words[column]);
-                Ok(())
-            })?;
-            if !more {
-                break;
-            }
+        let mut left = BLOCK;
+        while left > 0 && rows.next()? {
+            digits.add(rows.words()[column]);
+            left -= 1;
         }
         Ok(digits.rounding())
     }
 
-    fn pass(&self, columns: &[String]) -> Result<Box<dyn Pass>, CompareError> {
-        let mut places = Vec::new();
-        for name in columns {
-            let Some(place) = self.find(name) else {
-                let what = format!(
-                    "has no column \"{}\"; there are {}",
-                    shown(name),
-                    super::listed(&self.names())
-                );
-                return Err(CompareError::whole(
-                    self.path(),
-                    what,
-                    "name it with --column or in a mapping",
-                ));
-            };
-            places.push(place);
-        }
+    fn pass(&self, columns: &[String]) -> Result<Pass<'_>, CompareError> {
+        // Of each column: its table, where it is in its rows, and its name.
+        let place = |name: &String| {
+            let (table, column) = self.find(name).ok_or_else(|| absent(self, name))?;
+            Ok((table, column, shown(name)))
+        };
+        let mut places = columns.iter().map(place).collect::<Result<Vec<_>, CompareError>>()?;
+        let mut used: Vec<usize> = places.iter().filter(|place| place.1 > 0).map(|place| place.0).collect();
+        used.sort_unstable();
+        used.dedup();
         // X is that of the first table that is read.
-        let used: Vec<usize> = {
-            let of_columns = places.iter().filter(|place| place.1 > 0).map(|place| place.0);
-            let mut used: Vec<usize> = of_columns.collect();
-            used.sort_unstable();
-            used.dedup();
-            if used.is_empty() { vec![0] } else { used }
-        };
-        let slot = |&(table, column): &(usize, usize)| match column {
-            0 => (0, 0),
-            _ => (used.iter().position(|&known| known == table).unwrap_or(0), column),
-        };
-        Ok(Box::new(XyPass {
-            path: self.path().to_owned(),
-            names: columns.to_vec(),
-            places: places.iter().map(slot).collect(),
-            values: vec![0.0; columns.len()],
-            tables: used.iter().map(|&table| self.rows(table)).collect::<Result<_, _>>()?,
-        }))
-    }
-}
-
-struct XyPass {
-    path: PathBuf,
-    names: Vec<String>,
-    /// Of each column: which of the tables that are read, and where in its rows.
-    places: Vec<(usize, usize)>,
-    values: Vec<f64>,
-    tables: Vec<RowsOf>,
-}
-
-impl Pass for XyPass {
-    fn next(&mut self, columns: &mut [Vec<f64>]) -> Result<(), CompareError> {
-        columns.iter_mut().for_each(Vec::clear);
-        while columns[0].len() < BLOCK {
-            let (mut whole, mut x, mut ended) = (true, None, 0);
-            for (table, rows) in self.tables.iter_mut().enumerate() {
-                let (path, names, places, values) = (&self.path, &self.names, &self.places, &mut self.values);
-                let more = rows.next(&mut |line, words| {
-                    let fault = |what: String, remedy: &str| {
-                        Err(CompareError::content(path, format!("line {line}"), what, remedy))
-                    };
-                    match (x, number(words[0])) {
-                        (None, own) => x = own,
-                        (Some(x), Some(own)) if x == own => {}
-                        _ => {
-                            let what = format!("X is {}, and not that of the table before it", shown(words[0]));
-                            return fault(what, "write curves of the same times into one table");
-                        }
+        let first = *used.first().unwrap_or(&0);
+        places
+            .iter_mut()
+            .filter(|place| place.1 == 0)
+            .for_each(|place| place.0 = first);
+        if used.is_empty() {
+            used.push(first);
+        }
+        let tables = used.into_iter().map(|table| Ok((table, self.rows(table)?)));
+        let mut tables = tables.collect::<Result<Vec<_>, CompareError>>()?;
+        let mut values = vec![0.0; columns.len()];
+        Ok(Box::new(move |columns| {
+            columns.iter_mut().for_each(Vec::clear);
+            while columns[0].len() < BLOCK {
+                let (mut whole, mut x, mut ended) = (true, None, 0);
+                for (table, rows) in &mut tables {
+                    if !rows.next()? {
+                        ended += 1;
+                        continue;
                     }
-                    for (k, &(of, column)) in places.iter().enumerate().filter(|(_, place)| place.0 == table) {
-                        let word = words[column];
+                    let words = rows.words();
+                    let own = number(words[0]);
+                    if x.is_some() && (own.is_none() || x != own) {
+                        let what = format!("X is {}, and not that of the table before it", shown(words[0]));
+                        return rows.lines.fault(what, "write curves of the same times into one table");
+                    }
+                    x = own;
+                    for ((_, column, name), value) in
+                        places.iter().zip(&mut values).filter(|(place, _)| place.0 == *table)
+                    {
+                        let word = words[*column];
                         match number(word) {
-                            Some(value) => values[k] = value,
+                            Some(there) => *value = there,
                             None if word.eq_ignore_ascii_case(NOTHING) => whole = false,
                             None => {
-                                let what = format!("column {}: \"{}\" is no number", shown(&names[k]), shown(word));
-                                return fault(what, "a line that was cut off? write the report again");
+                                let what = format!("column {name}: \"{}\" is no number", shown(word));
+                                return rows.lines.fault(what, REWRITE);
                             }
                         }
-                        debug_assert_eq!(of, table);
                     }
-                    Ok(())
-                })?;
-                ended += usize::from(!more);
-            }
-            if ended == self.tables.len() {
-                break;
-            }
-            if ended > 0 {
-                return Err(CompareError::whole(
-                    &self.path,
-                    "its tables have different numbers of rows",
-                    "write curves of the same times into one table",
-                ));
-            }
-            if whole {
-                for (column, value) in columns.iter_mut().zip(&self.values) {
-                    column.push(*value);
+                }
+                if ended == tables.len() {
+                    break;
+                }
+                if ended > 0 {
+                    let what = "its tables have different numbers of rows";
+                    let remedy = "write curves of the same times into one table";
+                    return Err(CompareError::whole(self.path(), what, remedy));
+                }
+                if whole {
+                    columns
+                        .iter_mut()
+                        .zip(&values)
+                        .for_each(|(column, value)| column.push(*value));
                 }
             }
-        }
-        Ok(())
+            Ok(())
+        }))
     }
 }

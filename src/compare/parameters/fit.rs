@@ -1,6 +1,6 @@
 //! Numbers of a case fitted to the equations that a candidate's samples satisfy.
 
-use super::equations::Equations;
+use super::equations::{Equations, Missed};
 use super::mistake::of_normal_force;
 use super::stretches::Stretch;
 use crate::case::WrittenCase;
@@ -64,14 +64,14 @@ struct Problem<'a> {
 }
 
 /// Numbers with their values, and the sum of the squares that they leave.
-#[derive(Clone)]
-struct Solution {
+struct Solution<'a> {
+    paths: Vec<&'a str>,
     values: Vec<f64>,
     deviations: Vec<f64>,
     left: f64,
 }
 
-impl Problem<'_> {
+impl<'a> Problem<'a> {
     /// What all stretches miss of the equations with these numbers, in parts of their terms; not a number where there are no such
     /// equations.
     fn missed(&self, changes: &[(&str, f64)], coarse: bool) -> Vec<f64> {
@@ -124,7 +124,7 @@ impl Problem<'_> {
     }
 
     /// The values of some numbers that leave least, from those of the case on; `None` if there are none.
-    fn solve(&self, paths: &[&str], mask: &[bool], coarse: bool) -> Option<Solution> {
+    fn solve(&self, paths: &[&'a str], mask: &[bool], coarse: bool) -> Option<Solution<'a>> {
         let mut values: Vec<f64> = paths.iter().map(|path| self.value(path)).collect();
         let named =
             |values: &[f64]| -> Vec<(&str, f64)> { paths.iter().copied().zip(values.iter().copied()).collect() };
@@ -133,39 +133,28 @@ impl Problem<'_> {
         let mut deviations = vec![f64::INFINITY; paths.len()];
         for _ in 0..STEPS {
             let changes = named(&values);
-            let slopes: Vec<Vec<f64>> = (0..paths.len())
-                .map(|which| masked(self.slope(&changes, which, coarse), mask))
-                .collect();
-            let (step, inverse) = least_squares(&slopes, &now)?;
-            let mut shrink = 1.0;
-            let mut better = None;
-            for _ in 0..6 {
-                let moved = values.iter().zip(&step).zip(paths);
-                let moved: Vec<f64> = moved
-                    .map(|((value, step), path)| {
-                        let unit = self.unit(path);
-                        // A term may be missing, but for a force, without which nothing can be read.
-                        let least = if of_normal_force(path) { LEAST_FORCE } else { 0.0 };
-                        (value / unit + (shrink * step).clamp(-1.0, 1.0)).max(least) * unit
-                    })
-                    .collect();
+            let slopes = (0..paths.len()).map(|which| masked(self.slope(&changes, which, coarse), mask));
+            let (step, inverse) = least_squares(&slopes.collect::<Vec<_>>(), &now)?;
+            let better = (0..6).find_map(|times| {
+                let shrink = 0.25f64.powi(times);
+                let moved = values.iter().zip(&step).zip(paths).map(|((value, step), path)| {
+                    let unit = self.unit(path);
+                    // A term may be missing, but for a force, without which nothing can be read.
+                    let least = if of_normal_force(path) { LEAST_FORCE } else { 0.0 };
+                    (value / unit + (shrink * step).clamp(-1.0, 1.0)).max(least) * unit
+                });
+                let moved: Vec<f64> = moved.collect();
                 let missed = masked(self.missed(&named(&moved), coarse), mask);
                 let sum = square(&missed);
-                if sum.is_finite() && sum <= left {
-                    better = Some((moved, missed, sum));
-                    break;
-                }
-                shrink /= 4.0;
+                (sum.is_finite() && sum <= left).then_some((moved, missed, sum))
+            });
+            let settled = better.is_none() || step.iter().all(|step| step.abs() < 1e-12);
+            if let Some(better) = better {
+                (values, now, left) = better;
             }
             let count = mask.iter().filter(|on| **on).count().max(paths.len() + 1);
-            let deviation = |left: f64| (left / (count - paths.len()) as f64).sqrt();
-            let Some((moved, missed, sum)) = better else {
-                deviations = inverse.iter().map(|d| d.sqrt() * deviation(left)).collect();
-                break;
-            };
-            let settled = step.iter().all(|step| step.abs() < 1e-12);
-            (values, now, left) = (moved, missed, sum);
-            deviations = inverse.iter().map(|d| d.sqrt() * deviation(left)).collect();
+            let deviation = (left / (count - paths.len()) as f64).sqrt();
+            deviations = inverse.iter().map(|d| d.sqrt() * deviation).collect();
             if settled {
                 break;
             }
@@ -173,6 +162,7 @@ impl Problem<'_> {
         let deviations = deviations.iter().zip(paths);
         let deviations = deviations.map(|(d, path)| d * self.unit(path).abs()).collect();
         Some(Solution {
+            paths: paths.to_vec(),
             values,
             deviations,
             left,
@@ -222,7 +212,7 @@ fn least_squares(slopes: &[Vec<f64>], now: &[f64]) -> Option<(Vec<f64>, Vec<f64>
 pub(super) fn fit<'a>(
     numbers: &'a WrittenCase,
     places: &[usize],
-    stretches: &[Stretch],
+    stretches: &'a [Stretch],
     paths: &[&'a str],
     absent: &'a [String],
 ) -> Fitted {
@@ -231,40 +221,33 @@ pub(super) fn fit<'a>(
         return Fitted::Nothing;
     };
     let base = Equations::new(case, places, stretches);
-    let mut sizes = vec![(0.0, 0u32); base.count()];
-    for (index, stretch) in stretches.iter().enumerate() {
-        let missed = base.missed(stretch, index, false);
-        for (size, (_, terms)) in sizes
-            .iter_mut()
-            .zip(missed)
-            .filter_map(|(size, missed)| Some((size, missed?)))
-        {
-            *size = (size.0 + terms * terms, size.1 + 1);
-        }
-    }
-    let scale = sizes.iter().map(|&(sum, count)| match sum > 0.0 {
-        true => (f64::from(count) / sum).sqrt(),
-        false => 0.0,
-    });
-    let scale = scale.collect();
-    let mut problem = Problem {
-        numbers,
-        absent: absent.iter().map(|path| (path.as_str(), 1.0)).collect(),
-        stretches,
-        base,
-        scale,
-    };
-    let raw = problem.missed(&[], false);
-    let present: Vec<bool> = stretches
-        .iter()
-        .enumerate()
-        .flat_map(|(index, stretch)| problem.base.missed(stretch, index, false))
-        .map(|missed| missed.is_some())
+    let equations = base.count();
+    let stretch_by_stretch = stretches.iter().enumerate();
+    let missed: Vec<Missed> = stretch_by_stretch
+        .flat_map(|(index, s)| base.missed(s, index, false))
         .collect();
+    let present: Vec<bool> = missed.iter().map(Option::is_some).collect();
     let count = present.iter().filter(|there| **there).count();
     if count < FEWEST {
         return Fitted::Nothing;
     }
+    let scale = (0..equations).map(|equation| {
+        let of_equation = missed.iter().skip(equation).step_by(equations).flatten();
+        let (sum, count) = of_equation.fold((0.0, 0u32), |(sum, count), (_, terms)| (sum + terms * terms, count + 1));
+        if sum > 0.0 {
+            (f64::from(count) / sum).sqrt()
+        } else {
+            0.0
+        }
+    });
+    let mut problem = Problem {
+        numbers,
+        absent: absent.iter().map(|path| (path.as_str(), 1.0)).collect(),
+        stretches,
+        scale: scale.collect(),
+        base,
+    };
+    let raw = problem.missed(&[], false);
     let root = |sum: f64| (sum / count as f64).sqrt();
     // Slopes at the case's own values: which numbers the samples hold, and which may explain them.
     let mut columns: Vec<(&str, Vec<f64>)> = Vec::new();
@@ -285,125 +268,100 @@ pub(super) fn fit<'a>(
             columns.push((path, slope));
         }
     }
-    let held = || {
+    if is_satisfied(&raw, &problem.missed(&[], true), &present, equations) {
         let held = columns[..in_case]
             .iter()
             .filter(|(_, slope)| root(square(slope)) > HELD);
-        held.map(|(path, _)| (*path).to_owned()).collect()
-    };
+        return Fitted::Satisfied(held.map(|(path, _)| (*path).to_owned()).collect());
+    }
     let mut mask = present.clone();
-    let equations = problem.scale.len();
-    if is_satisfied(&raw, &problem.missed(&[], true), &present, equations) {
-        return Fitted::Satisfied(held());
-    }
-    let linear = |slopes: &[Vec<f64>], mask: &[bool]| -> f64 {
+    // Of groups of numbers, by their places, those that leave least by their slopes, solved.
+    let closest = |groups: &mut dyn Iterator<Item = Vec<usize>>, mask: &[bool]| -> Vec<Solution<'a>> {
         let now = masked(raw.clone(), mask);
-        let Some((step, _)) = least_squares(slopes, &now) else {
-            return f64::INFINITY;
-        };
-        let left = now.iter().enumerate().map(|(k, x)| {
-            let moved: f64 = slopes.iter().zip(&step).map(|(slope, step)| slope[k] * step).sum();
-            (x + moved) * (x + moved)
+        let ranked = groups.map(|group| {
+            let slopes = group.iter().map(|&k| masked(columns[k].1.clone(), mask));
+            let left = left_by(&slopes.collect::<Vec<_>>(), &now);
+            (left, group.iter().map(|&k| columns[k].0).collect::<Vec<_>>())
         });
-        left.sum()
+        let mut ranked: Vec<(f64, Vec<&'a str>)> = ranked.collect();
+        ranked.sort_by(|a, b| a.0.total_cmp(&b.0));
+        let solved = ranked.iter().take(CLOSEST);
+        solved
+            .filter_map(|(_, paths)| problem.solve(paths, mask, false))
+            .collect()
     };
-    let mut ranked: Vec<(f64, &str)> = columns
-        .iter()
-        .map(|(path, slope)| {
-            (
-                linear(std::slice::from_ref(&masked(slope.clone(), &mask)), &mask),
-                *path,
-            )
-        })
-        .collect();
-    ranked.sort_by(|a, b| a.0.total_cmp(&b.0));
-    let mut solved: Vec<(&str, Solution)> = Vec::new();
-    for (_, path) in ranked.iter().take(CLOSEST) {
-        solved.extend(problem.solve(&[path], &mask, false).map(|solution| (*path, solution)));
-    }
+    let mut solved = closest(&mut (0..columns.len()).map(|k| vec![k]), &mask);
     // What the best leaves tells accidents from it.
-    if let Some((path, best)) = solved.iter().min_by(|a, b| a.1.left.total_cmp(&b.1.left)) {
-        let left = problem.missed(&[(path, best.values[0])], false);
+    if let Some(best) = solved.iter().min_by(|a, b| a.left.total_cmp(&b.left)) {
+        let left = problem.missed(&[(best.paths[0], best.values[0])], false);
         let fewer = without_accidents(&left, &present, equations);
         let dropped = count - fewer.iter().filter(|on| **on).count();
         if dropped > 0 && dropped as f64 <= ACCIDENTS * count as f64 {
             mask = fewer;
-            let again: Vec<&str> = solved.iter().map(|(path, _)| *path).collect();
-            solved = again
-                .into_iter()
-                .filter_map(|path| Some((path, problem.solve(&[path], &mask, false)?)))
-                .collect();
+            let again = solved
+                .iter()
+                .filter_map(|known| problem.solve(&known.paths, &mask, false));
+            solved = again.collect();
         }
     }
     let before = square(&masked(raw.clone(), &mask));
     let floor = FLOOR * FLOOR * count as f64;
-    let explains = |solution: &Solution, paths: &[&str]| {
-        let known = paths.iter().zip(solution.values.iter().zip(&solution.deviations));
-        let mut known = known.map(|(path, (value, deviation))| {
-            let change = value - problem.value(path);
-            change.abs() > KNOWN * deviation
-        });
-        solution.left <= LEFT * LEFT * before && known.all(|known| known)
+    let as_much = |left: f64, best: f64| left + floor <= AS_MUCH * (best + floor);
+    let explains = |solution: &&Solution| {
+        let values = solution.values.iter().zip(&solution.deviations);
+        let mut known = solution.paths.iter().zip(values);
+        let is_known = known.all(|(path, (value, deviation))| (value - problem.value(path)).abs() > KNOWN * deviation);
+        solution.left <= LEFT * LEFT * before && is_known
     };
     // By the quadrature through fewer samples too: what it makes of the value is what that of all may err by, and more.
-    let with_error = |paths: &[&str], solution: &Solution| -> Vec<(String, f64, f64)> {
-        let coarse = problem.solve(paths, &mask, true);
-        let each = paths.iter().enumerate().map(|(k, path)| {
+    let with_error = |solution: &Solution<'a>| -> Vec<(String, f64, f64)> {
+        let coarse = problem.solve(&solution.paths, &mask, true);
+        let each = solution.paths.iter().enumerate().map(|(k, path)| {
             let (value, deviation) = (solution.values[k], solution.deviations[k]);
             let quadrature = coarse.as_ref().map_or(0.0, |coarse| (coarse.values[k] - value).abs());
             ((*path).to_owned(), value, (3.0 * deviation).max(0.1 * quadrature))
         });
         each.collect()
     };
-    solved.sort_by(|a, b| a.1.left.total_cmp(&b.1.left));
-    // Of those that do as well, the force comes after what it presses on.
-    let least = solved.first().map_or(0.0, |(_, best)| best.left);
-    let last = |(path, solution): &(&str, Solution)| {
-        let as_much = solution.left + floor <= AS_MUCH * (least + floor);
-        (!as_much, as_much && of_normal_force(path))
+    let explained = |best: &Solution<'a>, or: Vec<(String, f64, f64)>| Fitted::Explained {
+        numbers: with_error(best),
+        explained: 1.0 - (best.left / before).sqrt(),
+        or,
     };
-    solved.sort_by_key(last);
-    if let Some((path, best)) = solved.first().filter(|(path, best)| explains(best, &[path])) {
-        let as_much = |other: &&(&str, Solution)| other.1.left + floor <= AS_MUCH * (best.left + floor);
+    solved.sort_by(|a, b| a.left.total_cmp(&b.left));
+    // Of those that do as well, the force comes after what it presses on.
+    let least = solved.first().map_or(0.0, |best| best.left);
+    solved.sort_by_key(|solution| {
+        let as_much = as_much(solution.left, least);
+        (!as_much, as_much && of_normal_force(solution.paths[0]))
+    });
+    if let Some(best) = solved.first().filter(explains) {
         let or = solved[1..]
             .iter()
-            .filter(as_much)
-            .filter(|(path, other)| explains(other, &[path]));
-        return Fitted::Explained {
-            numbers: with_error(&[path], best),
-            explained: 1.0 - (best.left / before).sqrt(),
-            or: or.flat_map(|(path, other)| with_error(&[path], other)).collect(),
-        };
+            .filter(|other| as_much(other.left, best.left))
+            .filter(explains);
+        return explained(best, or.flat_map(with_error).collect());
     }
-    let mut pairs: Vec<(f64, [usize; 2])> = Vec::new();
-    for a in 0..in_case {
-        for b in a + 1..in_case {
-            let slopes = [&columns[a].1, &columns[b].1].map(|slope| masked(slope.clone(), &mask));
-            pairs.push((linear(&slopes, &mask), [a, b]));
-        }
-    }
-    pairs.sort_by(|a, b| a.0.total_cmp(&b.0));
-    let mut solved: Vec<([&str; 2], Solution)> = Vec::new();
-    for (_, pair) in pairs.iter().take(CLOSEST) {
-        let paths = pair.map(|k| columns[k].0);
-        solved.extend(problem.solve(&paths, &mask, false).map(|solution| (paths, solution)));
-    }
-    solved.sort_by(|a, b| a.1.left.total_cmp(&b.1.left));
-    match solved.first().filter(|(paths, best)| explains(best, paths)) {
+    let mut pairs = (0..in_case).flat_map(|a| (a + 1..in_case).map(move |b| vec![a, b]));
+    let mut solved = closest(&mut pairs, &mask);
+    solved.sort_by(|a, b| a.left.total_cmp(&b.left));
+    match solved.first().filter(explains) {
         // Two pairs that do as well say nothing.
-        Some((paths, best))
-            if solved
-                .get(1)
-                .is_none_or(|next| next.1.left + floor > AS_MUCH * (best.left + floor)) =>
-        {
-            Fitted::Explained {
-                numbers: with_error(paths, best),
-                explained: 1.0 - (best.left / before).sqrt(),
-                or: Vec::new(),
-            }
-        }
+        Some(best) if solved.get(1).is_none_or(|next| !as_much(next.left, best.left)) => explained(best, Vec::new()),
         _ => Fitted::Unexplained,
     }
+}
+
+/// What the best step along the slopes leaves of the square of `now`; infinite where there is none.
+fn left_by(slopes: &[Vec<f64>], now: &[f64]) -> f64 {
+    let Some((step, _)) = least_squares(slopes, now) else {
+        return f64::INFINITY;
+    };
+    let left = now.iter().enumerate().map(|(k, x)| {
+        let moved: f64 = slopes.iter().zip(&step).map(|(slope, step)| slope[k] * step).sum();
+        (x + moved) * (x + moved)
+    });
+    left.sum()
 }
 
 /// Whether none of so many equations is missed by more than what the quadrature errs by.

@@ -36,26 +36,21 @@ impl OtherKick {
         let size = (two - one) / (two_r - one_r);
         let absent = |jump: f64| jump.abs() <= OTHER * (two_r - one_r).abs();
         let half = |jump: f64, reference: f64| (jump - size * reference).abs() <= OTHER * (size * reference).abs();
-        let kind = if absent(one) && !absent(two) {
-            format!("is on the rotor's surface alone, of {two:.4e} {unit}")
-        } else if absent(two) && !absent(one) {
-            format!("is on the stator's surface alone, of {one:.4e} {unit}")
-        } else if half(two, two_r) && half(one, one_r) {
-            format!(
-                "is {size:.4} times the reference's, {:.4e} {unit} instead of {:.4e} {unit}",
-                two - one,
-                two_r - one_r
-            )
-        } else {
-            "is split otherwise".to_owned()
+        let kind = match (absent(two), absent(one)) {
+            (false, true) => format!("is on the rotor's surface alone, of {two:.4e} {unit}"),
+            (true, false) => format!("is on the stator's surface alone, of {one:.4e} {unit}"),
+            _ if half(two, two_r) && half(one, one_r) => {
+                let (own, other) = (two - one, two_r - one_r);
+                format!("is {size:.4} times the reference's, {own:.4e} {unit} instead of {other:.4e} {unit}")
+            }
+            _ => "is split otherwise".to_owned(),
         };
         // What is none shows as rounding.
         let jump = |x: f64| if absent(x) { "0".to_owned() } else { format!("{x:.4e}") };
+        let (time, two, one) = (self.time, jump(two), jump(one));
         format!(
-            "the kick at {:.6} s {kind}: phi_2' jumps by {} and phi_1' by {}, the reference's by {two_r:.4e} and {one_r:.4e} {unit}",
-            self.time,
-            jump(two),
-            jump(one)
+            "the kick at {time:.6} s {kind}: phi_2' jumps by {two} and phi_1' by {one}, the reference's by {two_r:.4e} and \
+             {one_r:.4e} {unit}"
         )
     }
 }

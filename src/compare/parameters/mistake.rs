@@ -67,16 +67,16 @@ pub struct Rerun {
 impl Rerun {
     /// Of so many events of a candidate, with how far the two runs agree with them.
     pub(super) fn of(events: usize, before: Agreement, after: Agreement) -> Rerun {
-        let explained = if before.cost > 0.0 {
-            1.0 - after.cost / before.cost
+        let left = if before.cost > 0.0 {
+            after.cost / before.cost
         } else {
-            0.0
+            1.0
         };
         Rerun {
             events,
             before,
             after,
-            explained,
+            explained: 1.0 - left,
         }
     }
 }
@@ -125,37 +125,35 @@ impl OtherNumber {
         }
     }
 
-    /// The value down to the last digit that its error leaves, and the error.
+    /// The value down to the last digit that its error leaves, and the error with one digit.
     pub fn value_and_error(&self) -> (String, String) {
-        with_error(self.value, self.error)
+        // More than nine digits are nobody's.
+        let error = self.error.max(1e-9 * self.value.abs());
+        let one: f64 = format!("{error:.0e}").parse().unwrap_or(error);
+        (digits_like(self.value, error), plain(one, 1e5))
     }
 
     /// "c_t = 20.35 +- 0.02 N m s/rad, reference 22.606".
     pub fn words(&self) -> String {
-        let unit = if self.unit == "1" {
-            String::new()
-        } else {
-            format!(" {}", self.unit)
+        let unit = match self.unit {
+            "1" => String::new(),
+            unit => format!(" {unit}"),
         };
-        let (value, error) = with_error(self.value, self.error);
+        let (value, error) = self.value_and_error();
         let reference = digits_like(self.reference, self.error.max(1e-6 * self.reference.abs()));
         format!("{} = {value} +- {error}{unit}, reference {reference}", self.symbol)
     }
 }
 
-/// A value down to the last digit that its error leaves, and the error with one digit.
-pub(super) fn with_error(value: f64, error: f64) -> (String, String) {
-    // More than nine digits are nobody's.
-    let error = error.max(1e-9 * value.abs());
-    let one: f64 = format!("{error:.0e}").parse().unwrap_or(error);
-    let text = if (1e-4..1e5).contains(&one) {
-        format!("{one}")
-    } else {
-        format!("{one:e}")
-    };
-    (digits_like(value, error), text)
+/// Without an exponent, from 1e-4 up to a limit.
+fn plain(number: f64, limit: f64) -> String {
+    match number.abs() {
+        size if (1e-4..limit).contains(&size) => format!("{number}"),
+        _ => format!("{number:e}"),
+    }
 }
 
+/// Down to the last digit that the error leaves.
 fn digits_like(value: f64, error: f64) -> String {
     if value == 0.0 || error.is_nan() || error <= 0.0 {
         return format!("{value}");
@@ -165,8 +163,5 @@ fn digits_like(value: f64, error: f64) -> String {
     }
     let digits = (value.abs().log10().floor() - error.log10().floor()).clamp(2.0, 9.0) as usize;
     let rounded: f64 = format!("{value:.digits$e}").parse().unwrap_or(value);
-    match rounded.abs() {
-        x if (1e-4..1e7).contains(&x) => format!("{rounded}"),
-        _ => format!("{rounded:e}"),
-    }
+    plain(rounded, 1e7)
 }

@@ -100,12 +100,10 @@ pub(super) fn other_parameters(mut material: Material<'_>, other_kick: bool) -> 
     let absent = absent(material.system);
     let fitted = fit::fit(material.numbers, material.places, &stretches, &in_equations, &absent);
     let satisfied = matches!(fitted, Fitted::Satisfied(_));
-    let numbers = if satisfied && other_kick {
-        None
-    } else {
-        numbers(&material, fitted)
-    };
-    match numbers {
+    if satisfied && other_kick {
+        return Found::Satisfied;
+    }
+    match numbers(&material, fitted) {
         Some(numbers) => Found::Numbers(numbers),
         None if satisfied => Found::Satisfied,
         None => Found::Unknown,
@@ -122,11 +120,11 @@ fn numbers(material: &Material<'_>, fitted: Fitted) -> Option<OtherParameters> {
     let (held, by_channels) = match fitted {
         Fitted::Explained { numbers, explained, or } => {
             let changes: Vec<(&str, f64)> = numbers.iter().map(|(path, value, _)| (path.as_str(), *value)).collect();
-            let rerun = material
+            let reruns = material
                 .starts
                 .iter()
-                .filter_map(|start| confirmed(&trials(start), &changes))
-                .max_by(|a, b| a.explained.total_cmp(&b.explained));
+                .filter_map(|start| confirmed(&trials(start), &changes));
+            let rerun = reruns.max_by(|a, b| a.explained.total_cmp(&b.explained));
             return Some(OtherParameters {
                 numbers: numbers.iter().map(number).collect(),
                 found_by: FoundBy::Equations,
@@ -142,25 +140,20 @@ fn numbers(material: &Material<'_>, fitted: Fitted) -> Option<OtherParameters> {
     if !material.by_events || !material.events_differ {
         return None;
     }
-    let wanted: Vec<(String, Vec<f64>)> = paths(case)
-        .map(str::to_owned)
-        .filter(|path| !held.contains(path))
-        .map(|path| {
-            let guess = material.breakaway.filter(|_| path == BREAKAWAY);
-            (path, guess.map(|(value, _)| value).into_iter().collect())
-        })
-        .collect();
+    let wanted = paths(case).map(str::to_owned).filter(|path| !held.contains(path));
+    let wanted = wanted.map(|path| {
+        let guess = material.breakaway.filter(|_| path == BREAKAWAY);
+        (path, guess.map(|(value, _)| value).into_iter().collect())
+    });
+    let wanted: Vec<(String, Vec<f64>)> = wanted.collect();
     let supported = another_breakaway(material).then_some(BREAKAWAY);
     for start in &material.starts {
         let trials = trials(start);
         // A run that begins later has neither the initial speed nor what came before.
         let later = matches!(start, Start::At(..));
         let of_start = |path: &str| is_initial(path) || past_kick(&material.system.kicks, path, start);
-        let wanted: Vec<_> = wanted
-            .iter()
-            .filter(|(path, _)| !(later && of_start(path)))
-            .cloned()
-            .collect();
+        let wanted = wanted.iter().filter(|(path, _)| !(later && of_start(path)));
+        let wanted: Vec<_> = wanted.cloned().collect();
         // From where the candidate begins its events may be those of the case: then it is in what came before.
         let as_it_is = |found: &Agreement| found.unmatched == 0 && found.rms <= SAME_RUN * material.period;
         let too_long = |steps: u64| steps.saturating_mul(wanted.len() as u64) > MOST_STEPS;
@@ -168,10 +161,8 @@ fn numbers(material: &Material<'_>, fitted: Fitted) -> Option<OtherParameters> {
         if run.is_none_or(|(run, _)| as_it_is(&trials.agreement(&run))) {
             continue;
         }
-        let Some((before, hits)) = search(&trials, &wanted, supported) else {
-            continue;
-        };
-        let Some((best, or)) = hits.split_first() else {
+        let found = search(&trials, &wanted, supported);
+        let Some((before, [best, or @ ..])) = found.as_ref().map(|(before, hits)| (*before, &hits[..])) else {
             continue;
         };
         let to_number = |hit: &search::Hit| OtherNumber::of(case, &hit.path, hit.value, hit.error);
@@ -235,13 +226,14 @@ impl Material<'_> {
     /// The case run from the reference's state just after a kick, and from the candidate's; `None` unless that explains the candidate's
     /// events.
     pub fn confirmed_from(&self, reference: Start, candidate: Start) -> Option<Rerun> {
-        let trials = Trials::new(self.numbers, reference, self.word, self.covered, self.period);
         if self.word.is_empty() {
             return None;
         }
-        let before = trials.agreement(&trials.run(&[])?);
-        let trials = trials.from(candidate);
-        let after = trials.agreement(&trials.run(&[])?);
+        let agreement = |start| {
+            let trials = Trials::new(self.numbers, start, self.word, self.covered, self.period);
+            Some(trials.agreement(&trials.run(&[])?))
+        };
+        let (before, after) = (agreement(reference)?, agreement(candidate)?);
         explains(&before, &after, self.period, true).then(|| Rerun::of(self.word.len(), before, after))
     }
 }

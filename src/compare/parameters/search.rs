@@ -5,7 +5,7 @@
 
 use super::mistake::{Agreement, of_normal_force};
 use super::trials::{Trials, landmarks};
-use crate::record::sequence::SequenceEvent;
+use crate::record::sequence::{Alignment, SequenceEvent};
 use crate::workers::over_processors;
 
 /// Relative step of differences by a number.
@@ -127,7 +127,7 @@ impl Line<'_> {
                 break;
             }
             let related = 0.25 * self.trials.period;
-            let alignment = crate::record::sequence::Alignment::of(&at.word, self.trials.word, self.trials.period);
+            let alignment = Alignment::of(&at.word, self.trials.word, self.trials.period);
             let (mut product, mut square, mut errors, mut count) = (0.0, 0.0, 0.0, 0);
             for (r, c) in alignment.matched() {
                 let error = self.trials.word[c].time - at.word[r].time;
@@ -180,26 +180,14 @@ pub(super) fn search(
         let value = trials.numbers.number(path)?.value;
         let line = Line { trials, path, value };
         // Twice or half of a number is what one mistakes it for most.
-        let mut logarithms = vec![2f64.ln(), 0.5f64.ln()];
-        logarithms.extend(
-            guesses
-                .iter()
-                .map(|guess| guess / value)
-                .filter(|factor| *factor > 0.0)
-                .map(f64::ln),
-        );
+        let factors = guesses.iter().map(|guess| guess / value).filter(|factor| *factor > 0.0);
+        let logarithms: Vec<f64> = [2.0, 0.5].into_iter().chain(factors).map(f64::ln).collect();
         let coarse = line.search(&base, &logarithms)?;
         let (point, deviation) = line.refine(coarse);
-        explains(
-            &base.agreement,
-            &point.agreement,
-            trials.period,
-            supported == Some(path.as_str()),
-        )
+        let supported = supported == Some(path.as_str());
+        let explains = explains(&base.agreement, &point.agreement, trials.period, supported);
         // A single event is met by any number.
-        .then_some(deviation)
-        .filter(|deviation| deviation.is_finite())
-        .map(|deviation| Hit {
+        (explains && deviation.is_finite()).then(|| Hit {
             path: path.clone(),
             value: value * point.s.exp(),
             change: point.s,

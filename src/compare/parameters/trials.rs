@@ -29,7 +29,7 @@ pub(in super::super) enum Start {
 }
 
 /// Runs of a case against the events of a candidate.
-#[derive(Debug, Clone)]
+#[derive(Debug)]
 pub(super) struct Trials<'a> {
     /// The numbers of the case that is run.
     pub numbers: &'a WrittenCase,
@@ -54,24 +54,17 @@ impl<'a> Trials<'a> {
         period: f64,
     ) -> Trials<'a> {
         let last = word.last().map_or(covered.0, |event| event.time);
-        let end = (last + BEYOND * period).min(covered.1);
+        let end = Some((last + BEYOND * period).min(covered.1));
         Trials {
-            end: if end.is_finite() {
-                end
-            } else {
-                numbers.case().output().end_time
-            },
+            end: end
+                .filter(|end| end.is_finite())
+                .unwrap_or(numbers.case().output().end_time),
             numbers,
             start,
             covered,
             word,
             period,
         }
-    }
-
-    /// The same from another start.
-    pub fn from(&self, start: Start) -> Trials<'a> {
-        Trials { start, ..self.clone() }
     }
 
     /// The events of the case with other numbers, as far as the candidate covers them; `None` if there is no such run.
@@ -82,7 +75,6 @@ impl<'a> Trials<'a> {
     /// As [`Self::run`], with how many steps the run took.
     pub fn run_counted(&self, changes: &[(&str, f64)]) -> Option<(Vec<SequenceEvent>, u64)> {
         let case = self.numbers.with_all(changes).ok()?;
-        let case = &case;
         let problem = Problem {
             trains: case.system(),
             threshold: case.threshold(),
@@ -113,25 +105,20 @@ impl<'a> Trials<'a> {
             return None;
         }
         let covered = |time: f64| time >= self.covered.0 && time <= self.end;
-        let events = report
-            .events
-            .iter()
-            .filter(|e| e.kind.in_event_sequence() && covered(e.time));
-        Some((
-            events.map(SequenceEvent::from).collect(),
-            report.work.iter().map(|work| work.steps).sum(),
-        ))
+        let events = report.events.iter();
+        let events = events.filter(|e| e.kind.in_event_sequence() && covered(e.time));
+        let steps = report.work.iter().map(|work| work.steps).sum();
+        Some((events.map(SequenceEvent::from).collect(), steps))
     }
 
     /// How far a run agrees with the candidate.
     pub fn agreement(&self, run: &[SequenceEvent]) -> Agreement {
         let alignment = Alignment::of(run, self.word, self.period);
         let related = RELATED * self.period;
-        let errors: Vec<f64> = alignment
+        let errors = alignment
             .matched()
-            .map(|(r, c)| (self.word[c].time - run[r].time).abs())
-            .filter(|error| *error <= related)
-            .collect();
+            .map(|(r, c)| (self.word[c].time - run[r].time).abs());
+        let errors: Vec<f64> = errors.filter(|error| *error <= related).collect();
         let unmatched = run.len() + self.word.len() - 2 * errors.len();
         let squares: f64 = errors.iter().map(|e| e * e).sum();
         Agreement {
@@ -146,20 +133,12 @@ impl<'a> Trials<'a> {
 
 /// What tells runs apart whose events have no partners: the last event, the first one, and how long a cycle is, s.
 pub(super) fn landmarks(word: &[SequenceEvent]) -> [Option<f64>; 3] {
-    let sticks: Vec<f64> = word
-        .iter()
-        .filter(|e| e.kind == EventKind::Stick)
-        .map(|e| e.time)
-        .collect();
-    let cycle = |sticks: &[f64]| {
-        // The last sticks before the final one are long.
-        let some = &sticks[..sticks.len() - sticks.len() / 4];
-        let (first, last) = (some.first()?, some.last()?);
-        (some.len() > 2).then(|| (last - first) / (some.len() - 1) as f64)
+    let sticks = word.iter().filter(|e| e.kind == EventKind::Stick);
+    let sticks: Vec<f64> = sticks.map(|e| e.time).collect();
+    // The last sticks before the final one are long.
+    let cycle = match &sticks[..sticks.len() - sticks.len() / 4] {
+        some @ [first, _, .., last] if some.len() > 2 => Some((last - first) / (some.len() - 1) as f64),
+        _ => None,
     };
-    [
-        word.last().map(|e| e.time),
-        word.first().map(|e| e.time),
-        (!sticks.is_empty()).then(|| cycle(&sticks)).flatten(),
-    ]
+    [word.last().map(|e| e.time), word.first().map(|e| e.time), cycle]
 }

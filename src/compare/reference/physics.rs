@@ -6,7 +6,7 @@ use crate::case::Case;
 use crate::friction::Law;
 use crate::model::equations::{Engagement, Outside, Side, SystemEquations};
 use crate::model::system::{End, Pressing, System};
-use crate::model::{BreakawayTest, Mode};
+use crate::model::Mode;
 use crate::record::sequence::SequenceEvent;
 use crate::simulation::{Course, Part, Quantity, Which};
 use serde::Serialize;
@@ -45,7 +45,7 @@ pub struct Physics {
     /// The channels that make up the state, in its order.
     pub(crate) state: Vec<Channel>,
     /// Where they are in the state of the equations.
-    places: Vec<usize>,
+    pub(crate) places: Vec<usize>,
     /// Which of them the torques on the surfaces follow from.
     of_torques: Vec<usize>,
     /// The speed (rad/s) that a system begins with which nothing drives, and which slows down by itself: after the first event it
@@ -135,11 +135,6 @@ impl Physics {
         self.coasting.is_some()
     }
 
-    /// Which torque decides between stick and slip.
-    pub(crate) fn breakaway_test(&self) -> BreakawayTest {
-        self.trains.breakaway_test
-    }
-
     /// Whether something else than the normal force acts from outside.
     pub(crate) fn is_driven(&self) -> bool {
         is_driven(&self.trains)
@@ -183,11 +178,6 @@ impl Physics {
     pub(crate) fn columns(&self, channels: &[Channel]) -> Option<Vec<usize>> {
         let place = |channel: &Channel| channels.iter().position(|known| known == channel);
         self.state.iter().map(place).collect()
-    }
-
-    /// Where the state has the channels of [`Self::state`].
-    pub(crate) fn places(&self) -> &[usize] {
-        &self.places
     }
 
     /// What [`Self::torques_by`] takes, in its order.
@@ -327,32 +317,8 @@ impl Physics {
 
     /// What a channel is as a function of time.
     pub(crate) fn quantity(&self, channel: Channel) -> Quantity {
-        use Which::{Rotor, Stator};
-        let part = |of, index| Part { of, index };
-        let outermost = self.system().rotor.inertia.len().saturating_sub(1);
-        match channel {
-            Channel::RelativeVelocity => Quantity::RelativeVelocity,
-            Channel::RotorTwist => Quantity::Twist(part(Rotor, 0)),
-            Channel::RotorTwistRate => Quantity::TwistRate(part(Rotor, 0)),
-            Channel::Twist(part) => Quantity::Twist(part),
-            Channel::TwistRate(part) => Quantity::TwistRate(part),
-            Channel::Speed(part) => Quantity::Speed(part),
-            Channel::Angle(part) => Quantity::Angle(part),
-            Channel::Phi1 => Quantity::Angle(part(Stator, 0)),
-            Channel::Phi1Dot => Quantity::Speed(part(Stator, 0)),
-            Channel::Phi2 => Quantity::Angle(part(Rotor, 0)),
-            Channel::Phi2Dot => Quantity::Speed(part(Rotor, 0)),
-            Channel::Theta => Quantity::Angle(part(Rotor, outermost)),
-            Channel::ThetaDot => Quantity::Speed(part(Rotor, outermost)),
-            Channel::SlipDisplacement => Quantity::Slip,
-            Channel::Deflection => Quantity::Deflection,
-            Channel::NormalForce => Quantity::NormalForce,
-            Channel::FrictionTorque => Quantity::Interface,
-            Channel::Z => Quantity::AxialDisplacement,
-            Channel::ZDot => Quantity::AxialVelocity,
-            // Impulses are integrated from forces and torques.
-            Channel::TransmittedTorque | Channel::NormalImpulse | Channel::FrictionImpulse => Quantity::Transmitted,
-        }
+        let inertias = self.system().rotor.inertia.len();
+        channel.quantity(inertias.saturating_sub(1))
     }
 
     /// The channel of which an attractor states the range; `None` of a slip displacement.

@@ -79,8 +79,8 @@ pub(crate) struct Walk<'a> {
     step: usize,
     /// The one that the course stands at.
     expanded: Option<usize>,
-    /// Steps beyond the first of a gap have been taken.
-    integrated: bool,
+    /// The equations were integrated again between two samples in more than one step.
+    pub integrated: bool,
 }
 
 impl<'a> Walk<'a> {
@@ -293,10 +293,5 @@ impl<'a> Walk<'a> {
         let twists: f64 = (0..stator.shafts()).map(|i| stator.twist(i, &left.y)).sum();
         let outermost = rotor.inertia.len().saturating_sub(1).min(rotor.shafts());
         twists + left.y[system.slip] + (0..outermost).map(|i| rotor.twist(i, &left.y)).sum::<f64>()
-    }
-
-    /// Whether the equations were integrated again between two samples in more than one step.
-    pub fn was_integrated(&self) -> bool {
-        self.integrated
     }
 }
