@@ -55,7 +55,7 @@ fn results_kept_rows_make_the_same_file() -> Outcome {
         let case = case(name, settings)?;
         let (kept_file, recorded_file) = (folder.path().join("kept.h5"), folder.path().join("recorded.h5"));
         let kept = KeptRun::new(&case).start();
-        assert_eq!(kept.end.status, Status::Complete);
+        assert_eq!(kept.end.run.status, Status::Complete);
         kept.end.write(&kept_file, Overwrite::OwnResults, &view(&kept.rows))?;
         recorded(&case, &recorded_file)?;
         // What may differ are texts of one length: the second of the start in /meta and `history`, the wall time, and the
@@ -115,7 +115,7 @@ fn property_events_alone_are_the_same_events() -> Outcome {
 fn property_a_kept_run_ends_when_it_is_told_to() -> Outcome {
     let case = case("paper-si", &[])?;
     let kept = KeptRun::new(&case).control(|| std::ops::ControlFlow::Break(())).start();
-    assert_eq!(kept.end.status, Status::Interrupted);
+    assert_eq!(kept.end.run.status, Status::Interrupted);
     Ok(())
 }
 

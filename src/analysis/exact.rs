@@ -11,8 +11,8 @@ use crate::oracle::{self, Number, OracleProgress, OracleRequest, OracleSolution}
 use crate::record::sequence::{Alignment, SequenceEvent};
 use crate::record::{Event, EventKind};
 use crate::simulation::{OutputOptions, SolverOptions};
+use crate::workers::go_on_unless;
 use num_rational::BigRational;
-use std::ops::ControlFlow;
 use std::time::Duration;
 
 /// Digits that the oracle's event times have, unless more are asked for.
@@ -102,10 +102,7 @@ fn solve(
     };
     let solution = oracle::solve(&exact.system, &request, &mut |now| {
         progress(now);
-        match stop() {
-            true => ControlFlow::Break(()),
-            false => ControlFlow::Continue(()),
-        }
+        go_on_unless(stop())
     });
     solution.map_err(|error| match stop() {
         true => CertifyError::Interrupted,

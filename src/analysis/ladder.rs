@@ -10,7 +10,6 @@ use crate::simulation::{Method, OutputOptions, RunReport, SolverOptions};
 use crate::simulation::{method_without_series, natural_period};
 use crate::workers::over_processors;
 use serde::Serialize;
-use std::ops::ControlFlow;
 use std::time::Instant;
 
 /// Methods and relative tolerances of the ladder. Of each method the last is the finest. `series` is last, as its
@@ -149,17 +148,8 @@ pub(super) fn run(
 ) -> Finished {
     let clock = Instant::now();
     let mut recorder = MemoryRecorder::default();
-    let control = &mut |_| match stop() {
-        true => ControlFlow::Break(()),
-        false => ControlFlow::Continue(()),
-    };
-    let (report, failure) = match Run::new(case)
-        .solver(solver)
-        .output(output)
-        .record(&mut recorder)
-        .control(control)
-        .start()
-    {
+    let run = Run::new(case).solver(solver).output(output).record(&mut recorder);
+    let (report, failure) = match run.stop(stop).start() {
         Ok(report) => (report, None),
         Err(failure) => {
             let text = failure.to_string();

@@ -19,7 +19,6 @@ use crate::run::Run;
 use crate::simulation::OutputOptions;
 use crate::workers::over_processors;
 use serde::Serialize;
-use std::ops::ControlFlow;
 
 /// A number counts as nonlinear where slope and rerun differ by more than this share of the larger of the two shifts.
 pub(crate) const NONLINEAR_SHARE: f64 = 0.1;
@@ -302,15 +301,12 @@ fn run(case: &Case, max_steps: Option<usize>, stop: &dyn Fn() -> bool) -> Result
     let output = OutputOptions::at_the_ends(case.output().end_time);
     let (trains, threshold) = (case.system(), case.threshold());
     let mut times = Times::default();
-    let mut recurrence = Recurrence::new(trains, &mut times);
+    let mut recurrence = Recurrence::new(trains, &mut times, false);
     let ended = Run::new(case)
         .solver(&solver)
         .output(&output)
         .record(&mut recurrence)
-        .control(|_| match stop() {
-            true => ControlFlow::Break(()),
-            false => ControlFlow::Continue(()),
-        })
+        .stop(stop)
         .start();
     let report = match ended {
         Err(failure) if matches!(failure.error, RunError::TooManySteps { .. }) => return Err(NoRun::TooLong),

@@ -1,11 +1,10 @@
 //! `stickslip calibrate`.
 
 use super::arguments::{CalibrateOptions, Common};
-use super::input::{bad_case, bad_file, interrupt_flag, overrides, overwrite, study_source};
-use super::plot::bad;
+use super::input::{interrupt_flag, overrides, overwrite, study_source};
 use super::progress::Bar;
 use super::terminal::lines;
-use super::{CommandError, End, complain, tell};
+use super::{CommandError, End, interrupted, tell};
 use crate::calibrate::{
     Calibration, CalibrationError, CalibrationStudy, Determined, Role, Target, TargetResult, calibrate as find,
     write_file,
@@ -89,7 +88,7 @@ const TRADED: f64 = 0.9;
 
 /// Finds the parameters of a study, and reports them.
 pub(super) fn calibrate(options: &CalibrateOptions, common: &Common) -> Result<End, CommandError> {
-    let study = read_study(options).map_err(bad_case)?;
+    let study = read_study(options)?;
     let name = &study.runs.source.name;
     let path = options
         .output
@@ -97,7 +96,7 @@ pub(super) fn calibrate(options: &CalibrateOptions, common: &Common) -> Result<E
         .unwrap_or_else(|| PathBuf::from(format!("{name}.h5")));
     // Before a file is there: from then on an interruption ends the calibration in good order.
     let stop = interrupt_flag()?;
-    let place = Reservation::take(&path, overwrite(options.force), &study.runs.files).map_err(bad_file)?;
+    let place = Reservation::take(&path, overwrite(options.force), &study.runs.files)?;
     if let Some(case) = &options.case {
         check_case_target(case, &path, &study, options.force)?;
     }
@@ -117,8 +116,7 @@ pub(super) fn calibrate(options: &CalibrateOptions, common: &Common) -> Result<E
     let calibration = match result {
         Ok(calibration) => calibration,
         Err(CalibrationError::NothingRun) => {
-            complain("interrupted before the first run was done; nothing is saved");
-            return Ok(End::Interrupted);
+            return interrupted(common, " before the first run was done; nothing is saved");
         }
         Err(error) => return Err(CommandError::Computation(error.to_string())),
     };
@@ -132,14 +130,9 @@ pub(super) fn calibrate(options: &CalibrateOptions, common: &Common) -> Result<E
         || text_report(&study, &calibration, options, &file, wall_time),
     )?;
     if calibration.interrupted {
-        if !common.quiet {
-            complain(&format!(
-                "interrupted; the {} runs made so far are in {}, and the best of them is shown",
-                calibration.runs.len(),
-                file.display()
-            ));
-        }
-        return Ok(End::Interrupted);
+        let (runs, file) = (calibration.runs.len(), file.display());
+        let how = format!("; the {runs} runs made so far are in {file}, and the best of them is shown");
+        return interrupted(common, &how);
     }
     Ok(End::Done)
 }
@@ -158,7 +151,7 @@ fn check_case_target(case: &Path, result: &Path, study: &CalibrationStudy, force
             case.display()
         )));
     }
-    target::check(case, Product::Case, &study.runs.files, force).map_err(|error| bad(error.into()))
+    Ok(target::check(case, Product::Case, &study.runs.files, force)?)
 }
 
 /// Writes the base case with the calibrated parameters.
@@ -175,7 +168,7 @@ fn write_case(path: &Path, study: &CalibrationStudy, calibration: &Calibration) 
         text += &format!("#   {} = {value:?}\n", axis.keys.join(", "));
     }
     text += &case.resolved();
-    target::write(path, Product::Case, &[text.as_bytes()]).map_err(|error| bad(error.into()))
+    Ok(target::write(path, Product::Case, &[text.as_bytes()])?)
 }
 
 fn document<'a>(

@@ -1,7 +1,6 @@
 //! `stickslip case`.
 
 use super::arguments::{CaseOptions, Common};
-use super::input::bad_case;
 use super::{CommandError, End, builtins, print, print_json, terminal};
 use crate::analysis::work_precision;
 use crate::calibrate::CALIBRATIONS;
@@ -17,7 +16,7 @@ pub(super) fn case(options: &CaseOptions, common: &Common) -> Result<End, Comman
                 text: study.text.to_owned(),
                 origin: Origin::BuiltIn(study.name.to_owned()),
             },
-            None => CaseSource::built_in(name).map_err(bad_case)?,
+            None => CaseSource::built_in(name)?,
         };
         if common.json {
             print_json(&serde_json::json!({ "name": name, "text": source.text }))?;

@@ -1,9 +1,8 @@
 //! `stickslip certify`.
 
-use super::arguments::{CertifyOptions, Common, DPI, Format};
-use super::input::{Given, Scratch, bad_case, bad_file, interrupt_flag, output_of, overrides, overwrite};
-use super::modes::{FIGURE, figure_target};
-use super::plot::{bad, save};
+use super::arguments::{CertifyOptions, Common, Format};
+use super::input::{Given, Scratch, interrupt_flag, output_of, overrides, overwrite};
+use super::plot::{self, figure_target};
 use super::progress::Bar;
 use super::{CommandError, End, certify_report, complain, print, print_json, strictly, wants_json, wants_text};
 use crate::analysis::advice::{DIGITS_OF_DOUBLE, remedy, shortfall};
@@ -14,7 +13,7 @@ use crate::analysis::{Certified, Certify, Deadline, SavedRun, Stage, Warning, Wr
 use crate::case::{Case, CaseSource, Origin};
 use crate::model::margin::resistance;
 use crate::oracle::{self, OracleError};
-use crate::plot::{onset, style, svg};
+use crate::plot::onset;
 use crate::record::{Channels, MemoryRecorder, State};
 use crate::results::{ResultError, ResultFile, Status, check_target, write_certified};
 use std::path::{Path, PathBuf};
@@ -54,10 +53,8 @@ pub(super) fn certify(options: &CertifyOptions, common: &Common) -> Result<End, 
     }
     let given = Given::read(&options.case).map_err(without_case)?;
     let set = options.budget.over(&options.set);
-    let changes = overrides(&set, None).map_err(bad_case)?;
-    let case = &Case::read(&given.source, &changes)
-        .map_err(bad_case)
-        .map_err(without_case)?;
+    let changes = overrides(&set, None)?;
+    let case = &Case::read(&given.source, &changes).map_err(|error| without_case(error.into()))?;
     if matches!(given.source.origin, Origin::Result(_)) && !options.set.is_empty() {
         return Err(CommandError::Input(
             "--set changes a case, but a result file is what it is: certify the case instead, or run it with --set first"
@@ -65,7 +62,7 @@ pub(super) fn certify(options: &CertifyOptions, common: &Common) -> Result<End, 
         ));
     }
     let target = output_of(&given.source, options.output.as_deref(), ".certified.h5")?;
-    check_target(&target, overwrite(options.force), &given.files).map_err(bad_file)?;
+    check_target(&target, overwrite(options.force), &given.files)?;
     if let (Some(_), Err(reason)) = (&options.figure, resistance(case.system())) {
         return Err(CommandError::Input(format!(
             "--figure draws how the first stick of sliding that slows down by itself depends on the tolerance, and this case has no \
@@ -98,7 +95,7 @@ pub(super) fn certify(options: &CertifyOptions, common: &Common) -> Result<End, 
     let outcome = examine((case, &written), &result.record, options, common, deadline, &stop);
     let written = outcome.and_then(|examined| {
         let tables = certify_report::tables(case, &examined);
-        write_certified(&result.path, &target, overwrite(options.force), &tables).map_err(bad_file)?;
+        write_certified(&result.path, &target, overwrite(options.force), &tables)?;
         Ok(examined)
     });
     drop(result.scratch);
@@ -179,7 +176,7 @@ pub(super) fn certify(options: &CertifyOptions, common: &Common) -> Result<End, 
             if !said && doubts.is_empty() {
                 doubts.push(format!("the verdict on the events is {}.", certificate.verdict.name()));
             }
-            strictly(End::Done, options.strict, &doubts, !common.quiet && said, &target)
+            strictly(options.strict, &doubts, !common.quiet && said, &target)
         }
     }
 }
@@ -202,15 +199,13 @@ fn not_certified(certificate: &Certificate) -> String {
 /// Draws the first stick against the tolerance; `None` if it was interrupted.
 fn draw(
     case: &Case,
-    (path, format): (&Path, Format),
+    target: (&Path, Format),
     stop: &(dyn Fn() -> bool + Sync),
 ) -> Result<Option<Vec<Onset>>, CommandError> {
     let Some(onsets) = onsets(case.system(), case.solver(), case.output().end_time, stop) else {
         return Ok(None);
     };
-    let figure = onset::figure(case.title(), &onsets);
-    let text = svg::svg(&figure, style::COLUMN_WIDTH).map_err(bad)?;
-    save(path, FIGURE, &text, &figure.full_title(), format, DPI).map_err(bad)?;
+    plot::draw(&onset::figure(case.title(), &onsets), target)?;
     Ok(Some(onsets))
 }
 
@@ -226,7 +221,7 @@ struct Obtained {
 /// The given result file, or a run of the case beside the target; `None` if it was interrupted.
 fn obtain(given: &Given, case: &Case, target: &Path, stop: &AtomicBool) -> Result<Option<Obtained>, CommandError> {
     if let Origin::Result(path) = &given.source.origin {
-        let file = ResultFile::open(path).map_err(bad_file)?;
+        let file = ResultFile::open(path)?;
         if *file.status() != Status::Complete {
             return Err(CommandError::Input(format!(
                 "{}: the run is {}, and only a complete one can be certified; repeat it with stickslip run {}",
@@ -237,7 +232,7 @@ fn obtain(given: &Given, case: &Case, target: &Path, stop: &AtomicBool) -> Resul
         }
         return Ok(Some(Obtained {
             path: path.clone(),
-            record: read_back(&file, case).map_err(bad_file)?,
+            record: read_back(&file, case)?,
             scratch: None,
         }));
     }
@@ -249,12 +244,11 @@ fn obtain(given: &Given, case: &Case, target: &Path, stop: &AtomicBool) -> Resul
         .text(&given.text)
         .inputs(&given.files)
         .stop(stop)
-        .start()
-        .map_err(bad_file)?;
-    if let Some(failure) = saved.failure {
+        .start()?;
+    if let Some(failure) = saved.run.failure {
         return Err(failed(failure.to_string()));
     }
-    if saved.report.interrupted {
+    if saved.run.report.interrupted {
         return Ok(None);
     }
     if let Some(error) = saved.unsaved {
@@ -315,7 +309,7 @@ fn examine(
 ) -> Result<Certified, CommandError> {
     let bar = Bar::new(common);
     let wanted = options.oracle || oracle_decides(case);
-    let exact = wanted.then(|| written.exact()).transpose().map_err(bad_case)?;
+    let exact = wanted.then(|| written.exact()).transpose()?;
     let certify = Certify::new(case).sensitivities(written).until(deadline).stop(stop);
     let certify = certify.progress(|now| bar.oracle(now));
     let digits = options.digits.unwrap_or(0);

@@ -1,7 +1,6 @@
 //! `stickslip check`.
 
 use super::arguments::{CheckOptions, Common};
-use super::input::bad_file;
 use super::{CommandError, End, tell};
 use crate::results::{CheckReport, ResultError, check as check_file};
 
@@ -11,7 +10,7 @@ pub(super) fn check(options: &CheckOptions, common: &Common) -> Result<End, Comm
     let report = check_file(&options.file).map_err(|error| match error {
         // It is ours by all one can tell, and wrong.
         ResultError::Damaged { .. } | ResultError::BeyondLimits { .. } => CommandError::Computation(error.to_string()),
-        error => bad_file(error),
+        error => error.into(),
     })?;
     tell(common, || &report, || words(&report))?;
     let problems = match report.problems.len() {

@@ -1,9 +1,8 @@
 //! `stickslip export`.
 
 use super::arguments::{Common, ExportOptions};
-use super::input::bad_file;
 use super::{CommandError, End, complain, tell};
-use crate::compare::{CompareError, Reference};
+use crate::compare::Reference;
 use crate::export::{self, Export, ExportError, Format, Request, Times, benchmark};
 use crate::results::{ResultFile, Status, open_sound};
 use serde::Serialize;
@@ -40,7 +39,7 @@ pub(super) fn export(options: &ExportOptions, common: &Common) -> Result<End, Co
     }
     // None: those of the samples.
     let times = match (&options.at, options.rate, options.interval) {
-        (Some(path), ..) => Some(Times::At(export::read_times(path).map_err(bad)?)),
+        (Some(path), ..) => Some(Times::At(export::read_times(path)?)),
         (None, Some(rate), _) => Some(Times::Rate(rate)),
         (None, None, Some(interval)) => Some(Times::Every(interval)),
         (None, None, None) => None,
@@ -52,15 +51,15 @@ pub(super) fn export(options: &ExportOptions, common: &Common) -> Result<End, Co
     };
     let (file, reference);
     let found = if let Some(times) = &times {
-        reference = Reference::open(&options.file).map_err(|error| bad(error.into()))?;
+        reference = Reference::open(&options.file)?;
         tell_status(reference.file(), common);
-        let found = export::evaluated(&reference, &request, times).map_err(bad)?;
+        let found = export::evaluated(&reference, &request, times)?;
         tell_window(reference.file(), options, common)?;
         found
     } else {
-        file = open_sound(&options.file).map_err(bad_file)?;
+        file = open_sound(&options.file)?;
         tell_status(&file, common);
-        let found = export::stored(&file, &request).map_err(bad)?;
+        let found = export::stored(&file, &request)?;
         tell_window(&file, options, common)?;
         found
     };
@@ -71,14 +70,12 @@ pub(super) fn export(options: &ExportOptions, common: &Common) -> Result<End, Co
         return match found.stream(io::stdout().lock()) {
             // A reader that has gone away, as head does, is no error.
             Err(ExportError::Io { source, .. }) if source.kind() == io::ErrorKind::BrokenPipe => Ok(End::Done),
-            other => other.map(|()| End::Done).map_err(bad),
+            other => Ok(other.map(|()| End::Done)?),
         };
     }
     let mut inputs = vec![options.file.clone()];
     inputs.extend(options.at.clone());
-    found
-        .save(&options.output, format, &inputs, options.force)
-        .map_err(bad)?;
+    found.save(&options.output, format, &inputs, options.force)?;
     let document = || ExportDocument {
         file: options.output.display().to_string(),
         format: format.name(),
@@ -134,7 +131,7 @@ fn without(left_out: &[String]) -> String {
 
 /// Says of a window that goes beyond the run how far that goes.
 fn tell_window(file: &ResultFile, options: &ExportOptions, common: &Common) -> Result<(), CommandError> {
-    let (Some((from, to)), Some((start, end))) = (options.window, export::span(file).map_err(bad)?) else {
+    let (Some((from, to)), Some((start, end))) = (options.window, export::span(file)?) else {
         return Ok(());
     };
     let beyond = |asked: f64, past: bool| asked.is_finite() && past;
@@ -166,7 +163,7 @@ fn package(options: &ExportOptions, common: &Common) -> Result<End, CommandError
         author: options.author.clone(),
         license: options.license.clone(),
     };
-    let written = benchmark::write(&options.file, &options.output, &terms, options.force).map_err(bad)?;
+    let written = benchmark::write(&options.file, &options.output, &terms, options.force)?;
     let folder = options.output.display().to_string();
     tell(
         common,
@@ -177,12 +174,4 @@ fn package(options: &ExportOptions, common: &Common) -> Result<End, CommandError
         },
     )?;
     Ok(End::Done)
-}
-
-fn bad(error: ExportError) -> CommandError {
-    match error {
-        ExportError::Result(error) | ExportError::Compare(CompareError::Result(error)) => bad_file(error),
-        ExportError::Io { .. } => CommandError::Computation(error.to_string()),
-        _ => CommandError::Input(error.to_string()),
-    }
 }

@@ -1,7 +1,11 @@
-//! What a failed command says as JSON.
+//! Which errors are wrong input and which failed computations, and what a failed command says as JSON.
 
 use super::{CommandError, DOCUMENT_IS_PRINTED, print_json};
-use crate::case::CaseError;
+use crate::case::{CaseError, Problem};
+use crate::compare::CompareError;
+use crate::export::ExportError;
+use crate::plot::PlotError;
+use crate::plot::target::TargetError;
 use crate::results::ResultError;
 use serde::Serialize;
 use std::sync::atomic::Ordering;
@@ -56,42 +60,85 @@ pub(super) fn document(kind: &str, message: &str, exit_status: u8, places: &[Pla
     let _ = print_json(&Document { error });
 }
 
-/// An error of a case or a study, with the place of each problem.
-pub(super) fn of_case(error: &CaseError) -> CommandError {
-    let place = |problem: &crate::case::Problem| {
-        let set = problem.place.strip_prefix("--set ");
-        let (file, line) = match (set, problem.place.rsplit_once(':')) {
-            (Some(_), _) => (None, None),
-            (None, Some((file, line))) if line.parse::<u64>().is_ok() => (Some(file.to_owned()), line.parse().ok()),
-            (None, _) => (Some(problem.place.clone()).filter(|place| !place.is_empty()), None),
-        };
-        let key = if problem.key.is_empty() {
-            set.unwrap_or_default()
-        } else {
-            &problem.key
-        };
-        Place {
-            file,
-            line,
-            option: set.map(|_| "--set"),
-            key: Some(key.to_owned()).filter(|key| !key.is_empty()),
-            message: Some(problem.message.clone()),
-        }
-    };
-    let places = error.problems.iter().map(place).collect();
-    CommandError::Located(Box::new(CommandError::Input(error.to_string())), places)
+/// With the place of each problem of a case or a study.
+impl From<CaseError> for CommandError {
+    fn from(error: CaseError) -> Self {
+        let places = error.problems.iter().map(place_of).collect();
+        CommandError::Located(Box::new(CommandError::Input(error.to_string())), places)
+    }
 }
 
-/// An error of a result file.
-pub(super) fn of_file(error: &ResultError) -> CommandError {
-    let text = error.to_string();
-    let place = Place {
-        file: Some(error.path().display().to_string()),
-        ..Place::default()
+fn place_of(problem: &Problem) -> Place {
+    let set = problem.place.strip_prefix("--set ");
+    let (file, line) = match (set, problem.place.rsplit_once(':')) {
+        (Some(_), _) => (None, None),
+        (None, Some((file, line))) if line.parse::<u64>().is_ok() => (Some(file.to_owned()), line.parse().ok()),
+        (None, _) => (Some(problem.place.clone()).filter(|place| !place.is_empty()), None),
     };
-    let inner = match error.is_of_the_system() {
-        true => CommandError::Computation(text),
-        false => CommandError::Input(text),
+    let key = match problem.key.is_empty() {
+        true => set.unwrap_or_default(),
+        false => &problem.key,
     };
-    CommandError::Located(Box::new(inner), vec![place])
+    Place {
+        file,
+        line,
+        option: set.map(|_| "--set"),
+        key: Some(key.to_owned()).filter(|key| !key.is_empty()),
+        message: Some(problem.message.clone()),
+    }
+}
+
+/// With the file.
+impl From<ResultError> for CommandError {
+    fn from(error: ResultError) -> Self {
+        let text = error.to_string();
+        let place = Place {
+            file: Some(error.path().display().to_string()),
+            ..Place::default()
+        };
+        let inner = match error.is_of_the_system() {
+            true => CommandError::Computation(text),
+            false => CommandError::Input(text),
+        };
+        CommandError::Located(Box::new(inner), vec![place])
+    }
+}
+
+impl From<CompareError> for CommandError {
+    fn from(error: CompareError) -> Self {
+        match error {
+            CompareError::Result(error) => error.into(),
+            _ => CommandError::Input(error.to_string()),
+        }
+    }
+}
+
+impl From<ExportError> for CommandError {
+    fn from(error: ExportError) -> Self {
+        match error {
+            ExportError::Result(error) => error.into(),
+            ExportError::Compare(error) => error.into(),
+            ExportError::Io { .. } => CommandError::Computation(error.to_string()),
+            _ => CommandError::Input(error.to_string()),
+        }
+    }
+}
+
+impl From<PlotError> for CommandError {
+    fn from(error: PlotError) -> Self {
+        match error {
+            PlotError::Result(error) => error.into(),
+            PlotError::Compare(error) => error.into(),
+            PlotError::Drawing(_) | PlotError::Target(TargetError::Io { .. }) => {
+                CommandError::Computation(error.to_string())
+            }
+            _ => CommandError::Input(error.to_string()),
+        }
+    }
+}
+
+impl From<TargetError> for CommandError {
+    fn from(error: TargetError) -> Self {
+        PlotError::from(error).into()
+    }
 }

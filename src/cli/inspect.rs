@@ -1,14 +1,13 @@
 //! `stickslip inspect`.
 
 use super::arguments::{Common, InspectOptions};
-use super::input::bad_file;
 use super::{CommandError, End, complain, print, print_json, terminal};
 use crate::results::schema::attribute::{LONG_NAME_SUFFIX, UNITS_SUFFIX};
 use crate::results::{AttributeInfo, Contents, VariableInfo};
 
 /// Lists what a file of this program holds: of a run, a sweep or a work-precision study.
 pub(super) fn inspect(options: &InspectOptions, common: &Common) -> Result<End, CommandError> {
-    let contents = Contents::read(&options.file).map_err(bad_file)?;
+    let contents = Contents::read(&options.file)?;
     if contents.growing && !common.quiet {
         complain(&format!(
             "{}: still being written; this is what the last flush left",

@@ -206,16 +206,10 @@ fn refuse_standard_output(command: &Command) -> Result<(), CommandError> {
     }
 }
 
-/// With --strict a warning makes the exit status 1; otherwise the end stands as it is. What was not said before is said now.
-fn strictly(
-    end: End,
-    strict: bool,
-    doubts: &[String],
-    said: bool,
-    file: &std::path::Path,
-) -> Result<End, CommandError> {
-    if !strict || doubts.is_empty() || end != End::Done {
-        return Ok(end);
+/// The end of a command that did what it was asked: with --strict a warning is an error. What was not said before is said now.
+fn strictly(strict: bool, doubts: &[String], said: bool, file: &std::path::Path) -> Result<End, CommandError> {
+    if !strict || doubts.is_empty() {
+        return Ok(End::Done);
     }
     let what = match doubts {
         _ if !said => doubts.join("\n"),
@@ -226,6 +220,14 @@ fn strictly(
         "--strict lets no warning pass: {what}\n{} was written nevertheless",
         file.display()
     )))
+}
+
+/// The end of a command that was interrupted, which says so; with --quiet nothing.
+fn interrupted(common: &Common, how: &str) -> Result<End, CommandError> {
+    if !common.quiet {
+        complain(&format!("interrupted{how}"));
+    }
+    Ok(End::Interrupted)
 }
 
 /// Prints the JSON document of a command, or its report; with --quiet alone neither.

@@ -1,8 +1,8 @@
 //! `stickslip modes`.
 
-use super::arguments::{Common, DPI, Format, ModesOptions};
-use super::input::{Given, bad_case, overrides};
-use super::plot::{bad, check_target, save};
+use super::arguments::{Common, ModesOptions};
+use super::input::{Given, overrides};
+use super::plot::{draw, figure_target};
 use super::{CommandError, End, complain, print, print_json, terminal, wants_json, wants_text};
 use crate::analysis::Modes;
 use crate::analysis::stability::Verdict;
@@ -10,15 +10,9 @@ use crate::analysis::stability::modes::{EffectiveDamping, Instability, OnsetDeci
 use crate::analysis::stability::states::{OperatingPoint, Search, SystemMode, SystemModes};
 use crate::case::{Case, Motion};
 use crate::model::margin;
-use crate::plot::target::Product;
-use crate::plot::{style, svg};
 use serde::Serialize;
 use std::f64::consts::TAU;
 use std::fmt::Write as _;
-use std::path::Path;
-
-/// As `--figure` names it.
-pub(super) const FIGURE: Product = Product::Figure("--figure");
 
 /// The rounding of an eigenvalue, as a share of the largest.
 const ROUNDING: f64 = 1e-13;
@@ -72,8 +66,8 @@ impl Units {
 /// Computes the modes of a case and reports them.
 pub(super) fn modes(options: &ModesOptions, common: &Common) -> Result<End, CommandError> {
     let given = Given::read(&options.case)?;
-    let changes = overrides(&options.set, None).map_err(bad_case)?;
-    let case = Case::read(&given.source, &changes).map_err(bad_case)?;
+    let changes = overrides(&options.set, None)?;
+    let case = Case::read(&given.source, &changes)?;
     let (system, title) = (case.system(), case.title());
     if let (Some(_), Err(reason)) = (&options.figure, margin::resistance(system)) {
         return Err(CommandError::Input(format!(
@@ -101,10 +95,8 @@ pub(super) fn modes(options: &ModesOptions, common: &Common) -> Result<End, Comm
     let Some(slowing) = &modes.slowing else {
         return Ok(End::Done);
     };
-    if let Some((path, format)) = target {
-        let figure = crate::plot::modes::figure(title, case.motion(), slowing);
-        let text = svg::svg(&figure, style::COLUMN_WIDTH).map_err(bad)?;
-        save(path, FIGURE, &text, &figure.full_title(), format, DPI).map_err(bad)?;
+    if let Some(target) = target {
+        draw(&crate::plot::modes::figure(title, case.motion(), slowing), target)?;
     }
     if let (Some(failure), false) = (&slowing.run_failure, common.quiet) {
         complain(&format!(
@@ -113,22 +105,6 @@ pub(super) fn modes(options: &ModesOptions, common: &Common) -> Result<End, Comm
         ));
     }
     Ok(End::Done)
-}
-
-/// The file of the figure, checked before anything is computed.
-pub(super) fn figure_target<'a>(
-    path: &'a Path,
-    force: bool,
-    inputs: &[std::path::PathBuf],
-) -> Result<(&'a Path, Format), CommandError> {
-    let format = Format::of_path(path).ok_or_else(|| {
-        CommandError::Input(format!(
-            "{}: a figure is an SVG, PNG, PDF or EPS file; give it the extension .svg, .png, .pdf or .eps",
-            path.display()
-        ))
-    })?;
-    check_target(path, FIGURE, inputs, force)?;
-    Ok((path, format))
 }
 
 fn report(title: &str, modes: &Modes, units: &Units) -> String {

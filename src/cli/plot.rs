@@ -1,18 +1,19 @@
 //! `stickslip plot`.
 
-use super::arguments::{Common, Format, PlotOptions};
-use super::input::{bad_file, columns};
+use super::arguments::{Common, DPI, Format, PlotOptions};
+use super::input::columns;
 use super::plot_studies::{self, Drawn, Kind};
 use super::{CommandError, End, complain, print, print_json, tell, terminal};
 use crate::analysis::advice::capitalised;
 use crate::case::Motion;
-use crate::compare::{CompareError, Reference};
+use crate::compare::Reference;
 use crate::plot::catalogue::{self, ENTRIES, in_words_of};
 use crate::plot::comparison::Beside;
 use crate::plot::entry::{Entry, Subject};
 use crate::plot::target::{self, Product, TargetError};
 use crate::plot::{
-    Figure, Layout, PlotError, Run, certified, own, page, portraits, raster, studies, svg, vector, work_precision,
+    Figure, Layout, PlotError, Run, certified, own, page, portraits, raster, studies, style, svg, vector,
+    work_precision,
 };
 use crate::results::{ResultError, ResultFile, Status};
 use serde::Serialize;
@@ -78,7 +79,7 @@ pub(super) fn plot(options: &PlotOptions, common: &Common) -> Result<End, Comman
         return beside(options, candidate, common);
     }
     let chosen = options.only.iter().map(|name| catalogue::find(name));
-    let mut chosen: Vec<&Entry> = chosen.collect::<Result<_, _>>().map_err(bad)?;
+    let mut chosen: Vec<&Entry> = chosen.collect::<Result<_, _>>()?;
     let mut names = std::collections::HashSet::new();
     chosen.retain(|entry| names.insert(entry.name));
     let runs = options.files.iter().map(|path| Run::open(path));
@@ -136,7 +137,7 @@ fn refusal(path: &Path, why: &str) -> CommandError {
 fn of_many_runs(options: &PlotOptions) -> Result<Option<Drawn>, CommandError> {
     let choice = plot_studies::choice(options).map_err(CommandError::Input)?;
     for path in &options.files {
-        let kind = plot_studies::kind(path).map_err(bad)?;
+        let kind = plot_studies::kind(path)?;
         if matches!(kind, Kind::Run) {
             continue;
         }
@@ -157,14 +158,12 @@ fn of_many_runs(options: &PlotOptions) -> Result<Option<Drawn>, CommandError> {
             );
         }
         return match &kind {
-            Kind::Sweep(file) => plot_studies::of_sweep(file, &choice, &options.only)
-                .map(Some)
-                .map_err(bad),
+            Kind::Sweep(file) => Ok(Some(plot_studies::of_sweep(file, &choice, &options.only)?)),
             _ if !choice.is_empty() => refused(
                 "a work-precision study, of which one figure is drawn; leave out --quantity, \
                                                 --axes and --at",
             ),
-            _ => plot_studies::of_work_precision(path).map(Some).map_err(bad),
+            _ => Ok(Some(plot_studies::of_work_precision(path)?)),
         };
     }
     if choice.is_empty() {
@@ -195,10 +194,9 @@ fn beside(options: &PlotOptions, candidate: &Path, common: &Common) -> Result<En
                 .to_owned(),
         ));
     }
-    let run = Run::open(file).map_err(bad)?;
-    let of_comparison = |error: CompareError| bad(error.into());
-    let reference = Reference::open(file).map_err(of_comparison)?;
-    let mapping = columns(&reference, options.map.as_deref(), &options.columns).map_err(of_comparison)?;
+    let run = Run::open(file)?;
+    let reference = Reference::open(file)?;
+    let mapping = columns(&reference, options.map.as_deref(), &options.columns)?;
     let beside = Beside {
         reference: &reference,
         run: &run,
@@ -206,11 +204,11 @@ fn beside(options: &PlotOptions, candidate: &Path, common: &Common) -> Result<En
         mapping: &mapping,
     };
     let figures = if options.channels.is_empty() {
-        let comparison = reference.compare(candidate, &mapping).map_err(of_comparison)?;
-        beside.figures(&comparison).map_err(bad)?
+        let comparison = reference.compare(candidate, &mapping)?;
+        beside.figures(&comparison)?
     } else {
-        let window = own::window(std::slice::from_ref(&run), options.from, options.to).map_err(bad)?;
-        beside.channels_over_time(&options.channels, window).map_err(bad)?
+        let window = own::window(std::slice::from_ref(&run), options.from, options.to)?;
+        beside.channels_over_time(&options.channels, window)?
     };
     let mut inputs = options.files.clone();
     inputs.push(candidate.to_owned());
@@ -244,7 +242,7 @@ fn no_run(error: PlotError) -> CommandError {
         error,
         PlotError::Result(ResultError::NotAResult { .. } | ResultError::Newer { .. } | ResultError::AnotherKind { .. })
     );
-    match bad(error) {
+    match error.into() {
         CommandError::Input(text) if known => CommandError::Input(format!("{text}. {CAN_DRAW}")),
         other => other,
     }
@@ -253,7 +251,7 @@ fn no_run(error: PlotError) -> CommandError {
 /// Writes the interactive page of a result file, or of two.
 fn html(options: &PlotOptions, path: &Path, common: &Common) -> Result<End, CommandError> {
     for file in &options.files {
-        match plot_studies::kind(file).map_err(bad)? {
+        match plot_studies::kind(file)? {
             Kind::Run if options.quantities.is_empty() => {}
             Kind::Run => {
                 let why = "--quantity is for the page of a sweep; leave it out, the page of a run has all channels";
@@ -267,7 +265,7 @@ fn html(options: &PlotOptions, path: &Path, common: &Common) -> Result<End, Comm
                 return Err(refusal(file, "a sweep has a page of its own; give one file"));
             }
             Kind::Sweep(sweep) => {
-                let page = studies::page::write(&sweep, &options.quantities, path, options.force).map_err(bad)?;
+                let page = studies::page::write(&sweep, &options.quantities, path, options.force)?;
                 return finish_page(path, &page, common);
             }
         }
@@ -278,16 +276,11 @@ fn html(options: &PlotOptions, path: &Path, common: &Common) -> Result<End, Comm
             page::write(&file, path, options.force)
         }
         [first, second] => {
-            let runs = [Run::open(first).map_err(bad)?, Run::open(second).map_err(bad)?];
+            let runs = [Run::open(first)?, Run::open(second)?];
             one_kind(&runs)?;
             drop(runs);
             let (first, second) = (ResultFile::open(first), ResultFile::open(second));
-            page::write_two(
-                &first.map_err(bad_file)?,
-                &second.map_err(bad_file)?,
-                path,
-                options.force,
-            )
+            page::write_two(&first?, &second?, path, options.force)
         }
         files => {
             return Err(CommandError::Input(format!(
@@ -297,7 +290,7 @@ fn html(options: &PlotOptions, path: &Path, common: &Common) -> Result<End, Comm
             )));
         }
     };
-    let page = page.map_err(bad)?;
+    let page = page?;
     finish_page(path, &page, common)
 }
 
@@ -310,17 +303,6 @@ fn finish_page(path: &Path, page: &impl Serialize, common: &Common) -> Result<En
         || format!("{file}\n"),
     )?;
     Ok(End::Done)
-}
-
-/// The exit status that an error deserves.
-pub(super) fn bad(error: PlotError) -> CommandError {
-    match error {
-        PlotError::Result(error) | PlotError::Compare(CompareError::Result(error)) => bad_file(error),
-        PlotError::Drawing(_) | PlotError::Target(TargetError::Io { .. }) => {
-            CommandError::Computation(error.to_string())
-        }
-        _ => CommandError::Input(error.to_string()),
-    }
 }
 
 /// All figures, each with the kind of file that it is of; with a file those that it can have.
@@ -374,7 +356,7 @@ fn all_listed() -> Vec<Listed> {
 /// The figures that a file can have.
 fn listed_of(path: &Path, options: &PlotOptions) -> Result<Vec<Listed>, CommandError> {
     let choice = plot_studies::choice(options).map_err(CommandError::Input)?;
-    let (drawn, of) = match plot_studies::kind(path).map_err(bad)? {
+    let (drawn, of) = match plot_studies::kind(path)? {
         Kind::Run => {
             let run = Run::open(path).map_err(no_run)?;
             let of = if run.stops() { "run" } else { "run of trains" };
@@ -382,11 +364,8 @@ fn listed_of(path: &Path, options: &PlotOptions) -> Result<Vec<Listed>, CommandE
             let entries = entries.map(|e| listed(e.name, &in_words_of(&run, e.title), e.paper_figure, of));
             return Ok(entries.collect());
         }
-        Kind::Sweep(file) => (plot_studies::of_sweep(&file, &choice, &[]).map_err(bad)?, "sweep"),
-        Kind::WorkPrecision => (
-            plot_studies::of_work_precision(path).map_err(bad)?,
-            "work-precision study",
-        ),
+        Kind::Sweep(file) => (plot_studies::of_sweep(&file, &choice, &[])?, "sweep"),
+        Kind::WorkPrecision => (plot_studies::of_work_precision(path)?, "work-precision study"),
     };
     let figures = drawn.figures.iter();
     Ok(figures.map(|f| listed(&f.name, &f.title, f.paper_figure, of)).collect())
@@ -416,7 +395,7 @@ fn figures(options: &PlotOptions, runs: &[Run], only: &[&Entry]) -> Result<Chose
                 "--from {from} is after --to {to}; a figure goes from an earlier to a later time"
             )));
         }
-        let figures = own_figures(options, runs).map_err(bad)?;
+        let figures = own_figures(options, runs)?;
         return Ok(Chosen {
             figures,
             ..Chosen::default()
@@ -435,7 +414,7 @@ fn figures(options: &PlotOptions, runs: &[Run], only: &[&Entry]) -> Result<Chose
     let all = catalogue::of_run(subject.run);
     let (mut chosen, mut absent) = (Chosen::default(), Vec::new());
     for entry in if only.is_empty() { &all[..] } else { only } {
-        match entry.build(&subject).map_err(bad)? {
+        match entry.build(&subject)? {
             Ok(figure) => chosen.figures.push(figure),
             Err(missing) => absent.push((entry, missing)),
         }
@@ -546,20 +525,18 @@ fn targets(options: &PlotOptions, figures: &[Figure]) -> Result<Vec<(usize, Path
 
 /// Writes the figures of some inputs, which they do not replace.
 fn write(options: &PlotOptions, figures: &[Figure], inputs: &[PathBuf]) -> Result<Vec<Written>, CommandError> {
-    let targets = targets(options, figures).map_err(bad)?;
+    let targets = targets(options, figures)?;
     let layout = layout(options)?;
     if Format::of_path(&options.output).is_none() && !targets.is_empty() {
-        std::fs::create_dir_all(&options.output).map_err(|source| {
-            bad(PlotError::Target(TargetError::Io {
-                path: options.output.clone(),
-                action: "creating the folder",
-                source,
-                product: FIGURE,
-            }))
+        std::fs::create_dir_all(&options.output).map_err(|source| TargetError::Io {
+            path: options.output.clone(),
+            action: "creating the folder",
+            source,
+            product: FIGURE,
         })?;
     }
     for (_, path, _) in &targets {
-        check_target(path, FIGURE, inputs, options.force)?;
+        target::check(path, FIGURE, inputs, options.force)?;
     }
     let mut written = Vec::with_capacity(targets.len());
     let mut drawn: Option<(usize, String)> = None;
@@ -567,9 +544,9 @@ fn write(options: &PlotOptions, figures: &[Figure], inputs: &[PathBuf]) -> Resul
         let figure = &figures[number];
         let text = match drawn.take().filter(|(of, _)| *of == number) {
             Some((_, text)) => text,
-            None => svg::svg(figure, layout).map_err(bad)?,
+            None => svg::svg(figure, layout)?,
         };
-        save(&path, FIGURE, &text, &figure.full_title(), format, options.dpi).map_err(bad)?;
+        save(&path, FIGURE, &text, &figure.full_title(), format, options.dpi)?;
         written.push(Written {
             file: path.display().to_string(),
             figure: figure.name.clone(),
@@ -599,20 +576,33 @@ fn layout(options: &PlotOptions) -> Result<Layout, CommandError> {
     Ok(layout)
 }
 
-/// Also by force an input is never an output.
-pub(super) fn check_target(path: &Path, figure: Product, inputs: &[PathBuf], force: bool) -> Result<(), CommandError> {
-    target::check(path, figure, inputs, force).map_err(|error| bad(error.into()))
+/// The figure of another command, as its `--figure` names it.
+pub(super) const OF_COMMAND: Product = Product::Figure("--figure");
+
+/// The file of the figure of another command, checked before anything is computed.
+pub(super) fn figure_target<'a>(
+    path: &'a Path,
+    force: bool,
+    inputs: &[PathBuf],
+) -> Result<(&'a Path, Format), CommandError> {
+    let format = Format::of_path(path).ok_or_else(|| {
+        refusal(
+            path,
+            "a figure is an SVG, PNG, PDF or EPS file; give it the extension .svg, .png, .pdf or .eps",
+        )
+    })?;
+    target::check(path, OF_COMMAND, inputs, force)?;
+    Ok((path, format))
+}
+
+/// Draws the figure of another command into its file.
+pub(super) fn draw(figure: &Figure, (path, format): (&Path, Format)) -> Result<(), PlotError> {
+    let text = svg::svg(figure, style::COLUMN_WIDTH)?;
+    save(path, OF_COMMAND, &text, &figure.full_title(), format, DPI)
 }
 
 /// Writes one figure in one format.
-pub(super) fn save(
-    path: &Path,
-    figure: Product,
-    svg: &str,
-    title: &str,
-    format: Format,
-    dpi: f64,
-) -> Result<(), PlotError> {
+fn save(path: &Path, figure: Product, svg: &str, title: &str, format: Format, dpi: f64) -> Result<(), PlotError> {
     match format {
         Format::Svg => target::write(path, figure, &[svg.as_bytes()])?,
         Format::Png => target::write(path, figure, &[&raster::png(svg, dpi)?])?,

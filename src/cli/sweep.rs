@@ -5,7 +5,7 @@ use super::input::{interrupt_flag, overrides, overwrite, study_source};
 use super::plot_studies;
 use super::progress::Bar;
 use super::ranks::Ranks;
-use super::{CommandError, End, complain, strictly, tell};
+use super::{CommandError, End, interrupted, strictly, tell};
 use crate::case::CaseError;
 use crate::plot::PlotError;
 use crate::plot::studies::{self, Choice};
@@ -138,14 +138,12 @@ pub(super) fn sweep(options: &SweepOptions, common: &Common) -> Result<End, Comm
         text_report(&study, options.shard, &report, &curves, wall_time)
     })?;
     if report.interrupted {
-        if !common.quiet {
-            complain(&format!(
-                "interrupted; {} points are saved in {}, and --resume goes on from there",
-                report.points,
-                journal_path(&path).display()
-            ));
-        }
-        return Ok(End::Interrupted);
+        let (points, journal) = (report.points, journal_path(&path));
+        let how = format!(
+            "; {points} points are saved in {}, and --resume goes on from there",
+            journal.display()
+        );
+        return interrupted(common, &how);
     }
     // Of a shard the others may have points that did not fail: merge says.
     if options.shard.is_none() && report.failed > 0 && report.failed == report.points {
@@ -166,7 +164,7 @@ pub(super) fn sweep(options: &SweepOptions, common: &Common) -> Result<End, Comm
             report.points
         ));
     }
-    strictly(End::Done, options.strict, &doubts, false, &report.file)
+    strictly(options.strict, &doubts, false, &report.file)
 }
 
 fn default_path(study: &Study, shard: Option<Shard>) -> PathBuf {

@@ -1,18 +1,17 @@
 //! `stickslip work-precision`.
 
-use super::arguments::{Common, DPI, Format, WorkPrecisionOptions};
-use super::input::{bad_case, bad_file, interrupt_flag, overwrite};
-use super::modes::FIGURE;
-use super::plot::{bad, check_target, save};
+use super::arguments::{Common, Format, WorkPrecisionOptions};
+use super::input::{interrupt_flag, overwrite};
+use super::plot;
 use super::progress::Bar;
-use super::{CommandError, End, complain, tell, terminal};
+use super::{CommandError, End, interrupted, tell, terminal};
 use crate::analysis::work_precision::{Errors, Measurement, Study, StudyError, StudyResult, run};
-use crate::plot::{PlotError, style, svg, work_precision as figure};
+use crate::plot::{PlotError, target, work_precision as figure};
 use crate::provenance;
 use crate::results::{ReferenceRow, Reservation, Status, WorkPrecisionFile, WorkPrecisionRow};
 use crate::simulation::Method;
+use crate::workers::go_on_unless;
 use serde::Serialize;
-use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::Ordering;
 
@@ -38,24 +37,20 @@ struct ReferenceDocument<'a> {
 
 /// Runs a study into a file and a table, and a figure on request.
 pub(super) fn work_precision(options: &WorkPrecisionOptions, common: &Common) -> Result<End, CommandError> {
-    let study = Study::find(&options.study).map_err(bad_case)?;
+    let study = Study::find(&options.study)?;
     let path = options
         .output
         .clone()
         .unwrap_or_else(|| PathBuf::from(format!("{}.h5", study.name)));
     // Everything that can be refused is refused before minutes are spent.
     let stop = interrupt_flag()?;
-    let place = Reservation::take(&path, overwrite(options.force), &study.files).map_err(bad_file)?;
+    let place = Reservation::take(&path, overwrite(options.force), &study.files)?;
     let figures = figure_targets(options.figure.as_deref(), options.force, &study.files)?;
     let started = provenance::now();
     let bar = Bar::new(common);
     let result = run(&study, &mut |progress| {
         bar.count(progress.done, progress.of, "runs", progress.method.name());
-        if stop.load(Ordering::Relaxed) {
-            ControlFlow::Break(())
-        } else {
-            ControlFlow::Continue(())
-        }
+        go_on_unless(stop.load(Ordering::Relaxed))
     });
     bar.finish();
     let result = result.map_err(|error| match error {
@@ -63,10 +58,7 @@ pub(super) fn work_precision(options: &WorkPrecisionOptions, common: &Common) ->
         _ => CommandError::Computation(error.to_string()),
     })?;
     let Some(result) = result else {
-        if !common.quiet {
-            complain("interrupted before there was a reference; nothing is saved");
-        }
-        return Ok(End::Interrupted);
+        return interrupted(common, " before there was a reference; nothing is saved");
     };
     let status = if result.interrupted {
         Status::Interrupted
@@ -76,7 +68,7 @@ pub(super) fn work_precision(options: &WorkPrecisionOptions, common: &Common) ->
     let file = contents(&study, &result, &started)
         .write(&place, &status)
         .map_err(|error| CommandError::Computation(error.to_string()))?;
-    let figures = draw(&study, &result, &figures).map_err(bad)?;
+    let figures = draw(&study, &result, &figures)?;
     tell(
         common,
         || document(&study, &result, &status, &file, &figures),
@@ -87,15 +79,9 @@ pub(super) fn work_precision(options: &WorkPrecisionOptions, common: &Common) ->
         },
     )?;
     if result.interrupted {
-        if !common.quiet {
-            complain(&format!(
-                "interrupted after {} of {} runs; they are saved in {}",
-                result.measurements.len(),
-                study.runs.len(),
-                file.display()
-            ));
-        }
-        return Ok(End::Interrupted);
+        let (done, all) = (result.measurements.len(), study.runs.len());
+        let how = format!(" after {done} of {all} runs; they are saved in {}", file.display());
+        return interrupted(common, &how);
     }
     Ok(End::Done)
 }
@@ -118,7 +104,7 @@ fn figure_targets(
     let mut targets = Vec::with_capacity(2);
     for format in [Format::Svg, Format::Png] {
         let path = folder.join(format!("{}.{}", figure::NAME, format.extension()));
-        check_target(&path, FIGURE, inputs, force)?;
+        target::check(&path, plot::OF_COMMAND, inputs, force)?;
         targets.push((path, format));
     }
     Ok(targets)
@@ -129,10 +115,9 @@ fn draw(study: &Study, result: &StudyResult, targets: &[(PathBuf, Format)]) -> R
         return Ok(Vec::new());
     }
     let figure = figure::figure(&study.title, result);
-    let text = svg::svg(&figure, style::COLUMN_WIDTH)?;
     targets
         .iter()
-        .map(|(path, format)| save(path, FIGURE, &text, &figure.full_title(), *format, DPI).map(|()| path.clone()))
+        .map(|(path, format)| plot::draw(&figure, (path, *format)).map(|()| path.clone()))
         .collect()
 }
 

@@ -16,9 +16,9 @@ use crate::record::State;
 use crate::run::Run;
 use crate::simulation::natural_period;
 use crate::simulation::{Following, OutputOptions, RunFailure, RunReport, SolverOptions};
+use crate::workers::go_on_unless;
 use serde::Serialize;
 use std::f64::consts::TAU;
-use std::ops::ControlFlow;
 
 /// Points of the curve of effective damping.
 const CURVE: usize = 201;
@@ -233,13 +233,7 @@ fn run_to_first_stick(trains: &System, solver: &SolverOptions, end_time: f64) ->
         follow: Following::default(),
     };
     let result = Run::of_system(trains, 0.0, solver, &output)
-        .control(|progress| {
-            if progress.mode == Mode::Stick {
-                ControlFlow::Break(())
-            } else {
-                ControlFlow::Continue(())
-            }
-        })
+        .control(|progress| go_on_unless(progress.mode == Mode::Stick))
         .start();
     match result {
         // Smooth sliding is looked at to where the case ends, not to where this run was stopped.

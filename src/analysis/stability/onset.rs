@@ -8,7 +8,6 @@ use crate::simulation::{Method, OutputOptions, SolverOptions};
 use crate::workers::over_processors;
 use serde::Serialize;
 use std::cell::Cell;
-use std::ops::ControlFlow;
 
 /// The methods, of which the first follows sliding without a kick to its exact stop.
 pub(crate) const METHODS: [Method; 5] = [
@@ -76,13 +75,7 @@ pub fn onsets(
         // A failure behind the first stick does not matter, and one before it leaves none.
         let _ = Run::of_system(trains, 0.0, &solver, &output)
             .record(&mut recorder)
-            .control(|_| {
-                if stop() || first.0.get().is_some() {
-                    ControlFlow::Break(())
-                } else {
-                    ControlFlow::Continue(())
-                }
-            })
+            .stop(|| stop() || first.0.get().is_some())
             .start();
         Onset {
             method: method.name(),

@@ -6,7 +6,7 @@ mod render;
 mod target;
 
 use super::arguments::{Common, CompareOptions};
-use super::input::{bad_file, columns};
+use super::input::columns;
 use super::progress::Bar;
 use super::{CommandError, End, print, print_json, wants_json, wants_text};
 use crate::compare::{CompareError, Comparison, Mapping, Reference, Requirement};
@@ -31,19 +31,15 @@ pub(super) fn compare(options: &CompareOptions, common: &Common) -> Result<End, 
         .as_deref()
         .map(|path| target::Target::check(path, options))
         .transpose()?;
-    let input = |error: CompareError| match error {
-        CompareError::Result(error) => bad_file(error),
-        error => CommandError::Input(error.to_string()),
-    };
-    let reference = Reference::open(&options.reference).map_err(input)?;
-    let mapping = mapping(options, &reference).map_err(input)?;
+    let reference = Reference::open(&options.reference)?;
+    let mapping = mapping(options, &reference)?;
     let comparisons = options.candidates.iter().map(|path| {
         let bar = Bar::new(common);
         let comparison = reference.compare_watched(path, &mapping, &mut |progress| bar.comparison(progress, path));
         bar.finish();
-        comparison.map_err(input)
+        Ok(comparison?)
     });
-    let comparisons = comparisons.collect::<Result<Vec<_>, _>>()?;
+    let comparisons = comparisons.collect::<Result<Vec<_>, CommandError>>()?;
     let shortfalls: Vec<String> = comparisons
         .iter()
         .flat_map(|comparison| requirements.iter().filter_map(|r| r.shortfall(comparison)))
