@@ -200,8 +200,8 @@ impl Report<'_> {
                 c.most_digits().map(|n| n.to_string()),
             ),
         ];
-        let rows = rows.map(|(name, value)| vec![name.to_owned(), value.unwrap_or_else(|| "none".to_owned())]);
-        terminal::lines(&[], rows, []).trim_end().to_owned()
+        let rows = rows.map(|(name, value)| (name, value.unwrap_or_else(|| "none".to_owned())));
+        terminal::pairs(rows).trim_end().to_owned()
     }
 
     fn oracle(&self, exact: &OracleSolution) -> String {

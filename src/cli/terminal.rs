@@ -37,6 +37,15 @@ pub(super) fn lines(
     show(&table)
 }
 
+/// Names with their values, below each other.
+pub(super) fn pairs<'a>(rows: impl IntoIterator<Item = (&'a str, String)>) -> String {
+    lines(
+        &[],
+        rows.into_iter().map(|(name, value)| vec![name.to_owned(), value]),
+        [],
+    )
+}
+
 /// Numbers stand below each other by their last digit.
 pub(super) fn align_right(table: &mut Table, columns: impl IntoIterator<Item = usize>) {
     for column in columns {
