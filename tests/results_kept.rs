@@ -7,7 +7,7 @@ use std::sync::Arc;
 use stickslip::SavedRun;
 use stickslip::analysis::KeptRun;
 use stickslip::case::{Case, CaseSource, Override};
-use stickslip::cli::{End, capture};
+use stickslip::cli::{CommandError, End, Said, capture};
 use stickslip::results::{KeptRows, KeptView, Overwrite, ResultFile, Status, Values};
 
 type Outcome = Result<(), Box<dyn Error>>;
@@ -119,26 +119,26 @@ fn property_a_kept_run_ends_when_it_is_told_to() -> Outcome {
     Ok(())
 }
 
-fn captured(arguments: &[&str]) -> stickslip::cli::Captured {
+fn captured(arguments: &[&str]) -> (Said, Result<End, CommandError>) {
     capture(arguments.iter().map(OsString::from), Arc::default())
 }
 
 /// Report and document of one call, nothing on the streams of the process.
 #[test]
 fn cli_a_captured_command_gives_report_and_document() -> Outcome {
-    let modes = captured(&["modes", "paper"]);
-    assert!(matches!(modes.end, Ok(End::Done)));
+    let (modes, end) = captured(&["modes", "paper"]);
+    assert!(matches!(end, Ok(End::Done)));
     assert!(modes.text.contains("natural period T_n"));
     let document: serde_json::Value = serde_json::from_str(&modes.document.ok_or("no document")?)?;
     assert!(document["natural_period"].is_number());
-    let wrong = captured(&["modes", "paper", "--set", "friction.deacy=1"]);
-    let error = wrong.end.expect_err("a misspelt key");
+    let (_, wrong) = captured(&["modes", "paper", "--set", "friction.deacy=1"]);
+    let error = wrong.expect_err("a misspelt key");
     assert!(
         error.is_input() && error.text().contains("friction.decay"),
         "{}",
         error.text()
     );
-    let usage = captured(&["no-such-command"]);
-    assert!(usage.end.is_err_and(|error| error.is_input()));
+    let (_, usage) = captured(&["no-such-command"]);
+    assert!(usage.is_err_and(|error| error.is_input()));
     Ok(())
 }

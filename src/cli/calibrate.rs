@@ -1,7 +1,7 @@
 //! `stickslip calibrate`.
 
 use super::arguments::{CalibrateOptions, Common};
-use super::input::{interrupt_flag, overrides, overwrite, study_source};
+use super::input::{interrupt_flag, overwrite, study_source};
 use super::progress::Bar;
 use super::terminal::lines;
 use super::{CommandError, End, interrupted, tell};
@@ -100,7 +100,7 @@ pub(super) fn calibrate(options: &CalibrateOptions, common: &Common) -> Result<E
     if let Some(case) = &options.case {
         check_case_target(case, &path, &study, options.force)?;
     }
-    let jobs = options.jobs.unwrap_or_else(crate::workers::processors);
+    let jobs = options.runs.jobs.unwrap_or_else(crate::workers::processors);
     let bar = Bar::new(common);
     let clock = Instant::now();
     let result = find(
@@ -139,8 +139,7 @@ pub(super) fn calibrate(options: &CalibrateOptions, common: &Common) -> Result<E
 
 fn read_study(options: &CalibrateOptions) -> Result<CalibrationStudy, CaseError> {
     let source = study_source(&options.study, CalibrationStudy::built_in)?;
-    let overrides = overrides(&options.budget.over(&options.set), options.method.as_deref())?;
-    CalibrationStudy::parse(source, &overrides)
+    CalibrationStudy::parse(source, &options.runs.overrides()?)
 }
 
 /// Whether the case may be written, before anything is computed.

@@ -29,8 +29,8 @@ mod terminal;
 mod work_precision;
 
 pub use arguments::{Arguments, Refusal};
-pub use capture::{Captured, capture};
-pub use captured::Watch;
+pub use capture::capture;
+pub use captured::{Said, Watch};
 pub use completions::complete_if_asked;
 
 use crate::quote;

@@ -3,7 +3,7 @@
 use super::arguments::{Common, ModesOptions};
 use super::input::{Given, overrides};
 use super::plot::{draw, figure_target};
-use super::terminal::{self, pairs};
+use super::terminal::{self, or_none, pairs};
 use super::{CommandError, End, complain, print, print_json, wants_json, wants_text};
 use crate::analysis::Modes;
 use crate::analysis::stability::Verdict;
@@ -151,7 +151,8 @@ fn shape_table(slowing: &SlowingModes, modes: &SystemModes, motion: Motion) -> S
         .flat_map(|mode| mode.shape.iter().map(|part| &*part.coordinate))
         .collect();
     let mut header = vec!["state", "omega_r", "mode", "Hz", "damping", "1/s"];
-    header.extend(&parts);
+    let letters: Vec<String> = parts.iter().map(|part| part.replace("phi", "phi_")).collect();
+    header.extend(letters.iter().map(String::as_str));
     let rows = states()
         .flat_map(|state| state.modes.iter().map(move |mode| (state, mode)))
         .map(|(state, mode)| {
@@ -264,15 +265,12 @@ fn loss(lost: &Instability, modes: &SlowingModes, motion: Motion) -> String {
             format!("{folds:.2}")
         }
     };
-    let folds = |x: Option<f64>| x.map_or_else(|| "none".to_owned(), |x| format!("{x:.2}"));
+    let folds = |x: Option<f64>| or_none(x, |x| format!("{x:.2}"));
     let speed = |x: f64| format!("{x:.6} {}", speed_unit(motion));
     let crossing = lost.eigenvalue_crossing.map_or_else(
         || "none nearby".to_owned(),
         |c| format!("{:.9} s, at {}", c.time, speed(c.relative_velocity)),
     );
-    let onset = lost
-        .onset_time
-        .map_or_else(|| "none".to_owned(), |t| format!("{t:.9} s"));
     let died = lost.kick_above_noise.is_some_and(|above| above < 0.0);
     let above = folds(lost.kick_above_noise) + if died { ", it has died out" } else { "" };
     let decided = match lost.onset_decided_by {
@@ -296,7 +294,7 @@ fn loss(lost: &Instability, modes: &SlowingModes, motion: Motion) -> String {
             format!("{:.3e} s, {:.3} T_n", lost.window(), lost.window() / natural_period),
         ),
         ("growth exponent G", counted(lost.growth_exponent)),
-        ("first stick", onset),
+        ("first stick", or_none(lost.onset_time, |t| format!("{t:.9} s"))),
         ("growth up to the first stick", counted(lost.growth_to_onset)),
         ("e-folds gained from the kick", folds(lost.e_folds_gained)),
         ("kick above rounding, e-folds", above),

@@ -1,7 +1,7 @@
 //! `stickslip sweep`.
 
 use super::arguments::{Common, SweepOptions};
-use super::input::{interrupt_flag, overrides, overwrite, study_source};
+use super::input::{interrupt_flag, overwrite, study_source};
 use super::plot_studies;
 use super::progress::Bar;
 use super::ranks::Ranks;
@@ -80,7 +80,7 @@ pub(super) fn sweep(options: &SweepOptions, common: &Common) -> Result<End, Comm
         .output
         .clone()
         .unwrap_or_else(|| default_path(&study, options.shard));
-    let jobs = options.jobs.unwrap_or_else(|| ranks.default_jobs());
+    let jobs = options.runs.jobs.unwrap_or_else(|| ranks.default_jobs());
     let stop = interrupt_flag()?;
     let bar = Bar::of_points(common);
     let sweep = Sweep::new(&study, &path)
@@ -177,8 +177,7 @@ fn default_path(study: &Study, shard: Option<Shard>) -> PathBuf {
 
 fn read_study(options: &SweepOptions) -> Result<Study, CaseError> {
     let source = study_source(&options.study, StudySource::built_in)?;
-    let overrides = overrides(&options.budget.over(&options.set), options.method.as_deref())?;
-    Study::parse(source, &overrides)
+    Study::parse(source, &options.runs.overrides()?)
 }
 
 fn command_error(error: &SweepError, path: &Path) -> CommandError {

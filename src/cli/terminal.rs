@@ -46,6 +46,11 @@ pub(super) fn pairs<'a>(rows: impl IntoIterator<Item = (&'a str, String)>) -> St
     )
 }
 
+/// A value in words; "none" without one.
+pub(super) fn or_none<T>(value: Option<T>, text: impl Fn(T) -> String) -> String {
+    value.map_or_else(|| "none".to_owned(), text)
+}
+
 /// Numbers stand below each other by their last digit.
 pub(super) fn align_right(table: &mut Table, columns: impl IntoIterator<Item = usize>) {
     for column in columns {
@@ -88,19 +93,16 @@ pub(super) fn distribution(name: &str, units: &str, found: &Distribution) -> Str
     let mut header = vec!["least"];
     header.extend(heads.iter().map(String::as_str));
     header.extend(["largest", "mean"]);
-    let mut percentiles = table(&header);
     let values = std::iter::once(found.least).chain(found.percentiles);
-    percentiles.add_row(values.chain([found.largest, found.mean]).map(number));
-    align_right(&mut percentiles, 0..header.len());
+    let values = values.chain([found.largest, found.mean]).map(number).collect();
     let most = found.bars.iter().map(|bar| bar.2).max().unwrap_or(1).max(1);
-    let mut histogram = table(&["from", "to", "runs", ""]);
-    for &(from, to, count) in &found.bars {
+    let bars = found.bars.iter().map(|&(from, to, count)| {
         // What is there is seen.
         let length = (count * BAR).div_ceil(most);
-        histogram.add_row([number(from), number(to), count.to_string(), "#".repeat(length)]);
-    }
-    align_right(&mut histogram, 0..3);
-    format!("{text}\n{}{}", show(&percentiles), show(&histogram))
+        vec![number(from), number(to), count.to_string(), "#".repeat(length)]
+    });
+    let histogram = lines(&["from", "to", "runs", ""], bars, 0..3);
+    format!("{text}\n{}{histogram}", lines(&header, [values], 0..header.len()))
 }
 
 /// A list that goes on below, so that the paper's numbers stay near.
@@ -131,17 +133,7 @@ pub(super) fn run_report(case: &Case, summary: &Summary, wall_time: f64) -> Stri
             report.add_row([name, &value]);
         }
     }
-    let (title, solver, output) = (case.title(), case.solver(), case.output());
-    let (headline, end) = (&report, summary.end);
-    let header = [
-        "solver",
-        "segments",
-        "simulated s",
-        "steps",
-        "right-hand sides",
-        "Jacobians",
-    ];
-    let rows = summary.work.iter().map(|w| {
+    let work = summary.work.iter().map(|w| {
         vec![
             w.solver.to_owned(),
             w.segments.to_string(),
@@ -151,19 +143,25 @@ pub(super) fn run_report(case: &Case, summary: &Summary, wall_time: f64) -> Stri
             w.jacobian_evaluations.to_string(),
         ]
     });
-    let work = lines(&header, rows, 1..6);
+    let header = [
+        "solver",
+        "segments",
+        "simulated s",
+        "steps",
+        "right-hand sides",
+        "Jacobians",
+    ];
     // As the case has it, unless the run was interrupted.
-    let end = if end == output.end_time {
-        end.to_string()
-    } else {
-        format!("{end:.9}")
+    let end = match summary.end == case.output().end_time {
+        true => summary.end.to_string(),
+        false => format!("{:.9}", summary.end),
     };
     format!(
-        "{title}\nmethod {}, rtol {:e}, t = 0 to {end} s in {:.3} s of wall time\n\n{}\n{}",
-        solver.method.name(),
-        solver.rtol,
-        wall_time,
-        show(headline),
-        work,
+        "{}\nmethod {}, rtol {:e}, t = 0 to {end} s in {wall_time:.3} s of wall time\n\n{}\n{}",
+        case.title(),
+        case.solver().method.name(),
+        case.solver().rtol,
+        show(&report),
+        lines(&header, work, 1..6),
     )
 }

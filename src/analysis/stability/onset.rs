@@ -2,7 +2,7 @@
 
 use crate::model::KickTime;
 use crate::model::system::{Kick, KickSide, System};
-use crate::record::{Event, EventKind, Recorder, RecorderError, Sample, Segment};
+use crate::record::{Event, EventKind, Recorder, RecorderError};
 use crate::run::Run;
 use crate::simulation::{Method, OutputOptions, SolverOptions};
 use crate::workers::over_processors;
@@ -96,16 +96,10 @@ impl Recorder for &FirstStick {
         false
     }
 
-    fn sample(&mut self, _: &Sample) -> Result<(), RecorderError> {
-        Ok(())
-    }
     fn event(&mut self, event: &Event) -> Result<(), RecorderError> {
         if event.kind == EventKind::Stick && self.0.get().is_none() {
             self.0.set(Some(event.time));
         }
-        Ok(())
-    }
-    fn segment(&mut self, _: &Segment) -> Result<(), RecorderError> {
         Ok(())
     }
 }
