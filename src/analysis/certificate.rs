@@ -26,6 +26,7 @@ use crate::record::{Event, EventKind, MemoryRecorder};
 use crate::simulation::Excitation;
 use crate::simulation::{Method, OutputOptions, SolverOptions};
 use serde::Serialize;
+use std::borrow::Cow;
 
 /// Two errors may cross within one event or a few; over so many on each side they do not.
 const NEIGHBOURS: usize = 4;
@@ -131,12 +132,13 @@ pub fn certify(
     result: &MemoryRecorder,
     stop: &(dyn Fn() -> bool + Sync),
 ) -> Result<Certificate, CertifyError> {
-    certify_until(case, result, &Deadline::default(), stop)
+    certify_until(case, None, result, &Deadline::default(), stop)
 }
 
-/// [`certify`], whose runs have to be done by a deadline.
+/// [`certify`], whose runs have to be done by a deadline. Slopes are by the numbers of the case as it is `written`, if that is known.
 pub(super) fn certify_until(
     case: &Case,
+    written: Option<&WrittenCase>,
     result: &MemoryRecorder,
     deadline: &Deadline,
     stop: &(dyn Fn() -> bool + Sync),
@@ -167,7 +169,10 @@ pub(super) fn certify_until(
     let follows = own.is_some();
     let (ladder, linearised) = std::thread::scope(|scope| {
         let linearised = scope.spawn(|| match follows {
-            true => linearise(&WrittenCase::of(case), limited(case.solver()).max_wall_time, stop),
+            true => {
+                let written = written.map_or_else(|| Cow::Owned(WrittenCase::of(case)), Cow::Borrowed);
+                linearise(&written, limited(case.solver()).max_wall_time, stop)
+            }
             false => Ok(Linearised::default()),
         });
         let ladder = climb(case, &result.events, &output, own, many_periods, deadline, stop);

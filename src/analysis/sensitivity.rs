@@ -339,8 +339,8 @@ struct Differentiated<'a> {
 }
 
 /// What the numbers of a case do to the events of a run of it, of which the first `certain` are, and what half a unit of the last
-/// written digit of each does to what the run comes to. `known` is the linearisation of the case, if it has been made. `stop` is
-/// asked now and then: once it says so the slopes come without reruns, if they are known.
+/// written digit of each does to what the run comes to. `known` is the linearisation of the written case, if it has been made.
+/// `stop` is asked now and then: once it says so the slopes come without reruns, if they are known.
 ///
 /// # Errors
 /// In words, why there are no derivatives.
@@ -352,12 +352,8 @@ pub fn sensitivities(
     stop: &(dyn Fn() -> bool + Sync),
 ) -> Result<CaseSensitivities, String> {
     let numbers = written.numbers();
-    let same_numbers = |linearised: &&Linearised| {
-        let paths = |numbers: &[CaseNumber]| numbers.iter().map(|number| number.path.clone()).collect::<Vec<_>>();
-        paths(&linearised.parameters) == paths(numbers)
-    };
     let made;
-    let linearised = match known.filter(same_numbers) {
+    let linearised = match known {
         Some(known) => known,
         None => {
             made = linearise(written, None, stop).map_err(|why| format!("series does not run this case: {why}"))?;

@@ -71,11 +71,7 @@ pub(super) fn certify(options: &CertifyOptions, common: &Common) -> Result<End, 
              such sliding: {reason}; leave it out"
         )));
     }
-    let drawing = options
-        .figure
-        .as_deref()
-        .map(|path| figure_target(path, options.force, &given.files))
-        .transpose()?;
+    let drawing = figure_target(options.figure.as_deref(), options.force, &given.files)?;
     let stop = interrupt_flag()?;
     let interrupted = |when: &str, kept: &str| interrupted(common, &format!(" {when}; {kept}"));
     let (nothing, kept) = ("no certificate was written", target.display());

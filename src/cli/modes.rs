@@ -54,11 +54,7 @@ pub(super) fn modes(options: &ModesOptions, common: &Common) -> Result<End, Comm
              sliding: {reason}; leave it out"
         )));
     }
-    let target = options
-        .figure
-        .as_deref()
-        .map(|path| figure_target(path, options.force, &given.files))
-        .transpose()?;
+    let target = figure_target(options.figure.as_deref(), options.force, &given.files)?;
     let modes = Modes::of_case(system, case.solver(), case.output().end_time);
     if wants_json(common) {
         print_json(&ModesDocument {

@@ -579,12 +579,13 @@ fn layout(options: &PlotOptions) -> Result<Layout, CommandError> {
 /// The figure of another command, as its `--figure` names it.
 pub(super) const OF_COMMAND: Product = Product::Figure("--figure");
 
-/// The file of the figure of another command, checked before anything is computed.
+/// The file of the figure of another command, if there is to be one, checked before anything is computed.
 pub(super) fn figure_target<'a>(
-    path: &'a Path,
+    path: Option<&'a Path>,
     force: bool,
     inputs: &[PathBuf],
-) -> Result<(&'a Path, Format), CommandError> {
+) -> Result<Option<(&'a Path, Format)>, CommandError> {
+    let Some(path) = path else { return Ok(None) };
     let format = Format::of_path(path).ok_or_else(|| {
         refusal(
             path,
@@ -592,7 +593,7 @@ pub(super) fn figure_target<'a>(
         )
     })?;
     target::check(path, OF_COMMAND, inputs, force)?;
-    Ok((path, format))
+    Ok(Some((path, format)))
 }
 
 /// Draws the figure of another command into its file.
