@@ -6,8 +6,8 @@ use super::progress::Bar;
 use super::terminal::lines;
 use super::{CommandError, End, interrupted, tell};
 use crate::calibrate::{
-    Calibration, CalibrationError, CalibrationStudy, Determined, Role, Target, TargetResult, calibrate as find,
-    write_file,
+    Calibration, CalibrationError, CalibrationStudy, Correlation, Determined, Role, Target, TargetResult,
+    calibrate as find, write_file,
 };
 use crate::case::CaseError;
 use crate::plot::target::{self, Product};
@@ -16,72 +16,6 @@ use crate::results::disk::same_file;
 use serde::Serialize;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
-
-/// The JSON document of a calibration.
-#[derive(Serialize)]
-struct CalibrationDocument<'a> {
-    /// complete or interrupted.
-    status: &'a str,
-    file: String,
-    /// The case with the calibrated parameters, where one was asked for.
-    case: Option<String>,
-    study: String,
-    title: &'a str,
-    digest: String,
-    /// Whether every target that is to be met is.
-    consistent: bool,
-    /// In half-widths, at the optimum.
-    largest_residual: f64,
-    /// The same at the compromise, where targets are set aside.
-    largest_residual_of_compromise: Option<f64>,
-    parameters: Vec<ParameterDocument>,
-    targets: Vec<TargetDocument>,
-    correlations: Vec<CorrelationDocument>,
-    runs: usize,
-    failed: usize,
-    jobs: usize,
-    /// s.
-    wall_time: f64,
-}
-
-#[derive(Serialize)]
-struct ParameterDocument {
-    key: String,
-    unit: &'static str,
-    optimum: f64,
-    /// If no target is set aside; only where some are.
-    compromise: Option<f64>,
-    least: Option<f64>,
-    largest: Option<f64>,
-    determined: Option<&'static str>,
-    range: [f64; 2],
-}
-
-#[derive(Serialize)]
-struct TargetDocument {
-    quantity: &'static str,
-    unit: &'static str,
-    value: f64,
-    half_width: f64,
-    weight: f64,
-    /// None where the run has no such quantity.
-    here: Option<f64>,
-    residual: Option<f64>,
-    /// The least residual anywhere in the ranges.
-    nearest: Option<f64>,
-    /// Of a target that contradicts.
-    together: Option<f64>,
-    /// Of a target that contradicts: each of these could be set aside in its place.
-    instead: Vec<&'static str>,
-    role: &'static str,
-}
-
-#[derive(Serialize)]
-struct CorrelationDocument {
-    parameters: [String; 2],
-    /// None where one of them does not vary.
-    coefficient: Option<f64>,
-}
 
 /// From this correlation on, the data give a combination of two parameters rather than either.
 const TRADED: f64 = 0.9;
@@ -170,22 +104,23 @@ fn write_case(path: &Path, study: &CalibrationStudy, calibration: &Calibration) 
     Ok(target::write(path, Product::Case, &[text.as_bytes()])?)
 }
 
-fn document<'a>(
-    study: &'a CalibrationStudy,
+fn document(
+    study: &CalibrationStudy,
     calibration: &Calibration,
     options: &CalibrateOptions,
     file: &Path,
     jobs: usize,
     wall_time: f64,
-) -> CalibrationDocument<'a> {
+) -> impl Serialize {
     let known = |value: f64| value.is_finite().then_some(value);
+    let key = |k: usize| study.runs.axes[k].keys[0].clone();
     let parameter = |k: usize| {
-        let axis = &study.runs.axes[k];
-        let interval = calibration.intervals.get(k);
-        ParameterDocument {
-            key: axis.keys[0].clone(),
+        let (axis, interval) = (&study.runs.axes[k], calibration.intervals.get(k));
+        document! {
+            key: key(k),
             unit: axis.unit.unwrap_or("1"),
             optimum: calibration.parameters[k],
+            // If no target is set aside; only where some are.
             compromise: calibration.compromise.as_ref().map(|point| point.parameters[k]),
             least: interval.map(|interval| interval.least),
             largest: interval.map(|interval| interval.largest),
@@ -193,49 +128,53 @@ fn document<'a>(
             range: axis.range.map_or([f64::NAN; 2], |range| [range.from, range.to]),
         }
     };
+    let target = |(target, result): (&Target, &TargetResult)| {
+        document! {
+            quantity: target.name(),
+            unit: target.unit(),
+            value: target.value,
+            half_width: target.half_width,
+            weight: target.weight,
+            // None where the run has no such quantity.
+            here: known(result.here),
+            residual: known(result.residual),
+            // The least residual anywhere in the ranges.
+            nearest: known(result.nearest),
+            // Of a target that contradicts: the least residual with it, and what could be set aside in its place.
+            together: known(result.together),
+            instead: names(study, &result.instead),
+            role: result.role.name(),
+        }
+    };
+    // None where one of the two does not vary.
+    let correlation = |pair: &Correlation| {
+        document! {
+            parameters: pair.parameters.map(key),
+            coefficient: known(pair.coefficient),
+        }
+    };
     let targets = study.targets.iter().zip(&calibration.targets);
-    CalibrationDocument {
-        status: if calibration.interrupted {
-            "interrupted"
-        } else {
-            "complete"
-        },
+    document! {
+        status: if calibration.interrupted { "interrupted" } else { "complete" },
         file: file.display().to_string(),
+        // With the calibrated parameters, where it was asked for.
         case: options.case.as_ref().map(|path| path.display().to_string()),
         study: study.runs.source.label(),
-        title: &study.runs.title,
+        title: study.runs.title.clone(),
         digest: study.digest(),
+        // Whether every target that is to be met is.
         consistent: is_consistent(calibration),
+        // In half-widths, at the optimum, and at the compromise where targets are set aside.
         largest_residual: calibration.worst,
         largest_residual_of_compromise: calibration.compromise.as_ref().map(|point| point.worst),
-        parameters: (0..study.runs.axes.len()).map(parameter).collect(),
-        targets: targets
-            .map(|(target, result)| TargetDocument {
-                quantity: target.name(),
-                unit: target.unit(),
-                value: target.value,
-                half_width: target.half_width,
-                weight: target.weight,
-                here: known(result.here),
-                residual: known(result.residual),
-                nearest: known(result.nearest),
-                together: known(result.together),
-                instead: names(study, &result.instead),
-                role: result.role.name(),
-            })
-            .collect(),
-        correlations: calibration
-            .correlations
-            .iter()
-            .map(|pair| CorrelationDocument {
-                parameters: pair.parameters.map(|k| study.runs.axes[k].keys[0].clone()),
-                coefficient: known(pair.coefficient),
-            })
-            .collect(),
+        parameters: (0..study.runs.axes.len()).map(parameter).collect::<Vec<_>>(),
+        targets: targets.map(target).collect::<Vec<_>>(),
+        correlations: calibration.correlations.iter().map(correlation).collect::<Vec<_>>(),
         runs: calibration.runs.len(),
         failed: calibration.failed,
-        jobs,
-        wall_time,
+        jobs: jobs,
+        // s.
+        wall_time: wall_time,
     }
 }
 

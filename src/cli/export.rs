@@ -5,25 +5,8 @@ use super::{CommandError, End, complain, tell};
 use crate::compare::Reference;
 use crate::export::{self, Export, ExportError, Format, Request, Times, benchmark};
 use crate::results::{ResultFile, Status, open_sound};
-use serde::Serialize;
 use std::io;
 use std::path::Path;
-
-/// The JSON document of an export.
-#[derive(Serialize)]
-struct ExportDocument<'a> {
-    file: String,
-    format: &'a str,
-    table: &'a str,
-    rows: usize,
-    columns: &'a [export::Column],
-    /// How values between the samples were obtained; absent where the rows are the samples.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    evaluated: Option<&'a str>,
-    /// Columns that are known at the samples alone.
-    #[serde(skip_serializing_if = "<[String]>::is_empty")]
-    left_out: &'a [String],
-}
 
 /// Writes a table of a result file in another format, or a benchmark package.
 pub(super) fn export(options: &ExportOptions, common: &Common) -> Result<End, CommandError> {
@@ -76,14 +59,20 @@ pub(super) fn export(options: &ExportOptions, common: &Common) -> Result<End, Co
     let mut inputs = vec![options.file.clone()];
     inputs.extend(options.at.clone());
     found.save(&options.output, format, &inputs, options.force)?;
-    let document = || ExportDocument {
-        file: options.output.display().to_string(),
-        format: format.name(),
-        table: &found.table.name,
-        rows: found.table.rows,
-        columns: &found.table.columns,
-        evaluated: found.origin.evaluated.as_deref(),
-        left_out: &found.left_out,
+    let left_out = &found.left_out;
+    let document = || {
+        document! {
+            file: options.output.display().to_string(),
+            format: format.name(),
+            table: &found.table.name,
+            rows: found.table.rows,
+            columns: &found.table.columns;
+            optional:
+            // How values between the samples were obtained.
+            evaluated: found.origin.evaluated.as_deref(),
+            // Columns that are known at the samples alone.
+            left_out: Some(left_out).filter(|left_out| !left_out.is_empty()),
+        }
     };
     tell(common, document, || report(&found, &options.output))?;
     Ok(End::Done)

@@ -30,34 +30,15 @@ pub struct Place {
     message: Option<String>,
 }
 
-#[derive(Serialize)]
-struct Document<'a> {
-    error: Failure<'a>,
-}
-
-#[derive(Serialize)]
-struct Failure<'a> {
-    /// usage, input, computation or interrupted.
-    kind: &'a str,
-    message: &'a str,
-    exit_status: u8,
-    /// Empty where the message alone says it.
-    places: &'a [Place],
-}
-
 /// Prints the document of a failure, unless the command has printed its own.
 pub(super) fn document(kind: &str, message: &str, exit_status: u8, places: &[Place]) {
     if DOCUMENT_IS_PRINTED.load(Ordering::Relaxed) {
         return;
     }
-    let error = Failure {
-        kind,
-        message,
-        exit_status,
-        places,
-    };
+    // The kind is usage, input, computation or interrupted; without places the message alone says it.
+    let error = document! { kind: kind, message: message, exit_status: exit_status, places: places };
     // Where standard output cannot be written to, standard error still says it.
-    let _ = print_json(&Document { error });
+    let _ = print_json(&document! { error: error });
 }
 
 /// With the place of each problem of a case or a study.

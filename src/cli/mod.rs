@@ -1,4 +1,20 @@
 //! The command line: arguments to validated options to a call.
+#![expect(
+    non_camel_case_types,
+    reason = "the type of a value of a `document!` is called as its key"
+)]
+
+/// A JSON document with these keys, in this order. Keys that are `optional` are left out where there is no value.
+macro_rules! document {
+    ($($key:ident: $value:expr),+ $(; optional: $($other:ident: $option:expr),+)? $(,)?) => {{
+        #[derive(serde::Serialize)]
+        struct Document<$($key,)+ $($($other),+)?> {
+            $($key: $key,)+
+            $($(#[serde(skip_serializing_if = "Option::is_none")] $other: Option<$other>),+)?
+        }
+        Document { $($key: $value,)+ $($($other: $option),+)? }
+    }};
+}
 
 mod arguments;
 mod builtins;

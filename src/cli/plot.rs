@@ -22,16 +22,6 @@ use std::path::{Path, PathBuf};
 /// As `-o` names it.
 const FIGURE: Product = Product::Figure("-o");
 
-/// The JSON document of a plot.
-#[derive(Serialize)]
-struct PlotDocument<'a> {
-    files: &'a [Written],
-    not_drawn: &'a [NotDrawn],
-    /// What `stickslip run FILE --set ...` needs for what was not drawn, where sampling is what it lacks.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    sampling: Option<&'a str>,
-}
-
 /// What there is to draw, and what a run does not have.
 #[derive(Default)]
 struct Chosen {
@@ -95,10 +85,14 @@ pub(super) fn plot(options: &PlotOptions, common: &Common) -> Result<End, Comman
 /// Writes what was chosen, which does not replace `inputs`, and says so.
 fn finish(options: &PlotOptions, chosen: &Chosen, inputs: &[PathBuf], common: &Common) -> Result<End, CommandError> {
     let written = write(options, &chosen.figures, inputs)?;
-    let document = || PlotDocument {
-        files: &written,
-        not_drawn: &chosen.not_drawn,
-        sampling: chosen.sampling.as_deref(),
+    let document = || {
+        document! {
+            files: &written,
+            not_drawn: &chosen.not_drawn;
+            optional:
+            // What `stickslip run FILE --set ...` needs for what was not drawn, where sampling is what it lacks.
+            sampling: chosen.sampling.as_deref(),
+        }
     };
     tell(common, document, || report(&written, chosen, &options.files))?;
     Ok(End::Done)

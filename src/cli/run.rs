@@ -4,40 +4,10 @@ use super::arguments::{Common, RunOptions};
 use super::input::{Given, interrupt_flag, output_of, overrides, overwrite};
 use super::progress::Bar;
 use super::{CommandError, End, complain, interrupted, print, print_json, strictly, terminal};
-use crate::analysis::{SavedReport, SavedRun, Summary, Warning, Witness};
+use crate::analysis::{SavedReport, SavedRun, Warning};
 use crate::case::{Case, Origin};
 use crate::hybrid::RunError;
-use crate::results::SavedRows;
-use serde::Serialize;
 use std::ops::ControlFlow;
-
-/// The JSON document of a run: complete, interrupted or failed.
-#[derive(Serialize)]
-struct RunDocument<'a> {
-    /// As in the file: complete, interrupted or failed.
-    status: &'a str,
-    /// The result, or the partial file of a run that is not complete.
-    file: String,
-    /// Where the case is from.
-    case: String,
-    title: &'a str,
-    method: &'a str,
-    rtol: f64,
-    /// s.
-    wall_time: f64,
-    /// Of what was computed, be it saved or not.
-    summary: &'a Summary,
-    /// Only where the file could not be written to its end: what it has for certain. It is marked interrupted.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    saved: Option<SavedRows>,
-    /// What another method made of the same case; not of a run that is not complete.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    witness: Option<&'a Witness>,
-    warnings: &'a [String],
-    /// Of a failed run only.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    error: Option<String>,
-}
 
 /// Integrates one case into a result file and reports it.
 pub(super) fn run(options: &RunOptions, common: &Common) -> Result<End, CommandError> {
@@ -89,19 +59,23 @@ pub(super) fn run(options: &RunOptions, common: &Common) -> Result<End, CommandE
         .clone()
         .or_else(|| run.failure.as_ref().map(ToString::to_string));
     if common.json {
-        print_json(&RunDocument {
-            status,
+        print_json(&document! {
+            status: status,
             file: file.display().to_string(),
             case: source.label(),
             title: case.title(),
             method: solver.method.name(),
             rtol: solver.rtol,
+            // s.
             wall_time: run.wall_time,
+            // Of what was computed, be it saved or not.
             summary: &run.summary,
+            warnings: &warnings;
+            optional:
+            // What the file has for certain, where it could not be written to its end.
             saved: (write_error.is_some() || unsaved.is_some()).then_some(saved),
             witness: run.witness.as_ref(),
-            warnings: &warnings,
-            error: error.clone(),
+            error: error.as_ref(),
         })?;
     } else if !common.quiet && error.is_none() {
         print(&terminal::run_report(case, &run.summary, run.wall_time))?;

@@ -17,49 +17,6 @@ use serde::Serialize;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
-/// The JSON document of a sweep.
-#[derive(Serialize)]
-struct SweepDocument<'a> {
-    /// complete or interrupted.
-    status: &'a str,
-    file: String,
-    study: String,
-    title: &'a str,
-    digest: String,
-    #[serde(skip_serializing_if = "Option::is_none")]
-    shard: Option<ShardDocument>,
-    /// Points that are done.
-    points: u64,
-    /// Those of them that were run now.
-    run_now: u64,
-    failed: u64,
-    failures: Vec<Failure>,
-    /// Points whose runs end before it is certain what they come to: a stick that lasts, or a motion that repeats itself.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    unfinished: Option<u64>,
-    jobs: usize,
-    /// Processes of an MPI job.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    ranks: Option<usize>,
-    /// s.
-    wall_time: f64,
-    #[serde(skip_serializing_if = "<[CurveDocument]>::is_empty")]
-    curves: &'a [CurveDocument],
-}
-
-/// Which part of the study, from 1.
-#[derive(Serialize)]
-struct ShardDocument {
-    index: usize,
-    count: usize,
-}
-
-#[derive(Serialize)]
-struct Failure {
-    point: u64,
-    message: String,
-}
-
 /// One connected line of a boundary, in the units of its axes.
 #[derive(Serialize)]
 struct CurveDocument {
@@ -110,29 +67,31 @@ pub(super) fn sweep(options: &SweepOptions, common: &Common) -> Result<End, Comm
         .boundaries
         .as_ref()
         .map_or_else(Vec::new, |found| curve_documents(&study, found));
-    let failure = |(point, message): &(u64, String)| Failure {
-        point: *point,
-        message: message.clone(),
-    };
-    let document = || SweepDocument {
-        status: if report.interrupted { "interrupted" } else { "complete" },
-        file: report.file.display().to_string(),
-        study: study.source.label(),
-        title: &study.title,
-        digest: study.digest(),
-        shard: options.shard.map(|shard| ShardDocument {
-            index: shard.index(),
-            count: shard.count(),
-        }),
-        points: report.points,
-        run_now: report.run_now,
-        failed: report.failed,
-        failures: report.failures.iter().map(failure).collect(),
-        unfinished: report.unfinished,
-        jobs,
-        ranks: ranks.count(),
-        wall_time,
-        curves: &curves,
+    let failure = |(point, message): &(u64, String)| document! { point: *point, message: message.clone() };
+    let shard = |shard: Shard| document! { index: shard.index(), count: shard.count() };
+    let document = || {
+        document! {
+            status: if report.interrupted { "interrupted" } else { "complete" },
+            file: report.file.display().to_string(),
+            study: study.source.label(),
+            title: &study.title,
+            digest: study.digest(),
+            // Points that are done, and those of them that were run now.
+            points: report.points,
+            run_now: report.run_now,
+            failed: report.failed,
+            failures: report.failures.iter().map(failure).collect::<Vec<_>>(),
+            jobs: jobs,
+            // s.
+            wall_time: wall_time;
+            optional:
+            shard: options.shard.map(shard),
+            // Points whose runs end before it is certain what they come to: a stick that lasts, or a motion that repeats itself.
+            unfinished: report.unfinished,
+            // Processes of an MPI job.
+            ranks: ranks.count(),
+            curves: Some(&curves).filter(|curves| !curves.is_empty()),
+        }
     };
     tell(common, document, || {
         text_report(&study, options.shard, &report, &curves, wall_time)

@@ -11,29 +11,8 @@ use crate::provenance;
 use crate::results::{ReferenceRow, Reservation, Status, WorkPrecisionFile, WorkPrecisionRow};
 use crate::simulation::Method;
 use crate::workers::go_on_unless;
-use serde::Serialize;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::Ordering;
-
-/// The JSON document of a study.
-#[derive(Serialize)]
-struct StudyDocument<'a> {
-    status: &'static str,
-    file: String,
-    figures: Vec<String>,
-    title: &'a str,
-    case: &'a str,
-    reference: ReferenceDocument<'a>,
-    runs: &'a [Measurement],
-}
-
-#[derive(Serialize)]
-struct ReferenceDocument<'a> {
-    description: &'a str,
-    events: usize,
-    /// Of each error, s.
-    uncertainty: Errors,
-}
 
 /// Runs a study into a file and a table, and a figure on request.
 pub(super) fn work_precision(options: &WorkPrecisionOptions, common: &Common) -> Result<End, CommandError> {
@@ -71,7 +50,22 @@ pub(super) fn work_precision(options: &WorkPrecisionOptions, common: &Common) ->
     let figures = draw(&study, &result, &figures)?;
     tell(
         common,
-        || document(&study, &result, &status, &file, &figures),
+        || {
+            document! {
+                status: if result.interrupted { "interrupted" } else { "complete" },
+                file: file.display().to_string(),
+                figures: figures.iter().map(|path| path.display().to_string()).collect::<Vec<_>>(),
+                title: &study.title,
+                case: &study.case_label,
+                reference: document! {
+                    description: &result.reference.description,
+                    events: result.reference.events.len(),
+                    // Of each error, s.
+                    uncertainty: result.uncertainty,
+                },
+                runs: &result.measurements,
+            }
+        },
         || {
             let files = std::iter::once(&file).chain(&figures);
             let lines: String = files.map(|path| format!("{}\n", path.display())).collect();
@@ -178,32 +172,6 @@ fn contents(study: &Study, result: &StudyResult, started: &str) -> WorkPrecision
             })
             .collect(),
         uncertainties: [onset, final_stick, largest].map(missing),
-    }
-}
-
-fn document<'a>(
-    study: &'a Study,
-    result: &'a StudyResult,
-    status: &Status,
-    file: &Path,
-    figures: &[PathBuf],
-) -> StudyDocument<'a> {
-    StudyDocument {
-        status: if *status == Status::Complete {
-            "complete"
-        } else {
-            "interrupted"
-        },
-        file: file.display().to_string(),
-        figures: figures.iter().map(|path| path.display().to_string()).collect(),
-        title: &study.title,
-        case: &study.case_label,
-        reference: ReferenceDocument {
-            description: &result.reference.description,
-            events: result.reference.events.len(),
-            uncertainty: result.uncertainty,
-        },
-        runs: &result.measurements,
     }
 }
 

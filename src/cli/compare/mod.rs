@@ -10,14 +10,6 @@ use super::input::columns;
 use super::progress::Bar;
 use super::{CommandError, End, print, print_json, wants_json, wants_text};
 use crate::compare::{CompareError, Comparison, Mapping, Reference, Requirement};
-use serde::Serialize;
-
-#[derive(Serialize)]
-struct Document<'a> {
-    comparisons: &'a [Comparison],
-    /// Requirements that were not met, in words.
-    shortfalls: &'a [String],
-}
 
 /// Holds candidates against a reference.
 pub(super) fn compare(options: &CompareOptions, common: &Common) -> Result<End, CommandError> {
@@ -56,10 +48,8 @@ pub(super) fn compare(options: &CompareOptions, common: &Common) -> Result<End, 
         target.write(&pages, &shortfalls)?;
     }
     if wants_json(common) {
-        print_json(&Document {
-            comparisons: &comparisons,
-            shortfalls: &shortfalls,
-        })?;
+        // Shortfalls are the requirements that were not met, in words.
+        print_json(&document! { comparisons: &comparisons, shortfalls: &shortfalls })?;
     }
     if wants_text(common) {
         let pages: Vec<_> = comparisons
