@@ -323,7 +323,7 @@ fn run(case: &Case, max_steps: Option<usize>, stop: &dyn Fn() -> bool) -> Result
         sticks: report.digest.cycles.stick_count,
         smooth: report.stopped_smoothly,
         kicked: !report.digest.kicks.is_empty(),
-        noise: Summary::of_case(case, &report).noise_determined,
+        noise: Summary::of_run(case.system(), &report).noise_determined,
     })
 }
 
@@ -364,26 +364,22 @@ pub fn sensitivities(
         }
     };
     let own: Vec<_> = events.iter().map(|e| (e.time, e.kind, e.mode_after)).collect();
-    let found: Vec<_> = linearised
-        .events
-        .iter()
-        .map(|e| (e.time, e.kind, e.mode_after))
-        .collect();
+    let found = linearised.events.iter().map(|e| (e.time, e.kind, e.mode_after));
+    let found: Vec<_> = found.collect();
     let same = agreeing(&own, &found);
     if same < certain {
         return Err(format!(
             "series agrees with {same} of the {certain} events that are certain"
         ));
     }
+    let slopes = |event| {
+        (0..numbers.len())
+            .map(|number| linearised.slope(event, number))
+            .collect()
+    };
     Ok(CaseSensitivities {
         parameters: numbers.to_vec(),
-        events: (0..same)
-            .map(|event| {
-                (0..numbers.len())
-                    .map(|number| linearised.slope(event, number))
-                    .collect()
-            })
-            .collect(),
+        events: (0..same).map(slopes).collect(),
         result: of_result(written, linearised, &found[..certain], stop),
     })
 }
@@ -416,16 +412,12 @@ fn of_result(
         last,
         of,
     };
-    let mut rows: Vec<Sensitivity> = written
-        .numbers()
-        .iter()
-        .enumerate()
-        .map(|(index, number)| Sensitivity {
-            parameter: number.clone(),
-            slope: differentiated.slope_of_result(index),
-            reruns: None,
-        })
-        .collect();
+    let row = |(index, number): (usize, &CaseNumber)| Sensitivity {
+        parameter: number.clone(),
+        slope: differentiated.slope_of_result(index),
+        reruns: None,
+    };
+    let mut rows: Vec<Sensitivity> = written.numbers().iter().enumerate().map(row).collect();
     let without_reruns = differentiated.rerun_all(&mut rows);
     Some(Sensitivities {
         of,
@@ -442,26 +434,21 @@ fn in_event_sequence(kinds: impl IntoIterator<Item = EventKind>) -> Vec<EventKin
 
 /// What a change of another number does to the kicks.
 fn held(case: &Case) -> String {
-    let kicks: Vec<String> = case
-        .system()
-        .kicks
-        .iter()
-        .map(|kick| {
-            let size = kick.relative_velocity;
-            let speed = case.motion().dimension(Dimension::AngularVelocity).unit();
-            match kick.time {
-                KickTime::At(time) if case.stops() => format!(
-                    "the kick of {size:e} {speed} stays at {time} s, whatever the changed number does to the loss of \
-                     stability and to the stop"
-                ),
-                KickTime::At(time) => format!("the kick of {size:e} {speed} stays at {time} s"),
-                KickTime::Instability => format!("the kick of {size:e} {speed} goes along with the loss of stability"),
-            }
-        })
-        .collect();
-    match kicks.is_empty() {
-        true => String::new(),
-        false => format!("One number is changed at a time: {}.", kicks.join("; ")),
+    let of_stop = match case.stops() {
+        true => ", whatever the changed number does to the loss of stability and to the stop",
+        false => "",
+    };
+    let speed = case.motion().dimension(Dimension::AngularVelocity).unit();
+    let kicks = case.system().kicks.iter().map(|kick| {
+        let place = match kick.time {
+            KickTime::At(time) => format!("stays at {time} s{of_stop}"),
+            KickTime::Instability => "goes along with the loss of stability".to_owned(),
+        };
+        format!("the kick of {:e} {speed} {place}", kick.relative_velocity)
+    });
+    match kicks.collect::<Vec<_>>().join("; ") {
+        kicks if kicks.is_empty() => kicks,
+        kicks => format!("One number is changed at a time: {kicks}."),
     }
 }
 
@@ -526,10 +513,9 @@ impl Differentiated<'_> {
                 "the run takes more than {MOST_STEPS} steps, and two more runs are needed for each number"
             ));
         }
-        let jobs: Vec<(usize, f64)> = rows
-            .iter()
-            .enumerate()
-            .filter_map(|(index, row)| Some((index, row.parameter.half_last_digit?)))
+        let rows_with = rows.iter().enumerate();
+        let halves = rows_with.filter_map(|(index, row)| Some((index, row.parameter.half_last_digit?)));
+        let jobs: Vec<(usize, f64)> = halves
             .flat_map(|(index, half)| [(index, -half), (index, half)])
             .collect();
         let done = over_processors(jobs.len(), self.stop, |job| {
@@ -542,11 +528,8 @@ impl Differentiated<'_> {
         let Some(done) = done.filter(|done| done.len() == jobs.len()) else {
             return Some(INTERRUPTED.to_owned());
         };
-        let mut done = done.into_iter();
-        for pair in jobs.chunks_exact(2) {
-            if let (Some(below), Some(above)) = (done.next(), done.next()) {
-                rows[pair[0].0].reruns = Some([below, above]);
-            }
+        for (pair, of_pair) in jobs.chunks_exact(2).zip(done.chunks_exact(2)) {
+            rows[pair[0].0].reruns = Some([of_pair[0].clone(), of_pair[1].clone()]);
         }
         None
     }
@@ -639,9 +622,8 @@ impl Differentiated<'_> {
 pub fn columns(found: Option<&Sensitivities>, of: Affected, parameters: usize) -> SensitivityTables {
     let row = |column: usize| found.map(|found| &found.rows[column]);
     let numbers = |of: &dyn Fn(&Sensitivity) -> Option<f64>| -> Vec<f64> {
-        (0..parameters)
-            .map(|column| row(column).and_then(of).unwrap_or(f64::NAN))
-            .collect()
+        let number = |column| row(column).and_then(of).unwrap_or(f64::NAN);
+        (0..parameters).map(number).collect()
     };
     let rerun = |column: usize, side: usize| -> Option<&Rerun> { Some(&row(column)?.reruns.as_ref()?[side]) };
     let codes = |side: usize| -> Vec<i8> {
@@ -649,17 +631,19 @@ pub fn columns(found: Option<&Sensitivities>, of: Affected, parameters: usize) -
         (0..parameters).map(code).collect()
     };
     let sticks = |side: usize| -> Vec<i64> {
-        let count = |column| {
-            rerun(column, side)
-                .and_then(|rerun| rerun.sticks)
-                .map_or(-1, |sticks| sticks as i64)
-        };
-        (0..parameters).map(count).collect()
+        let count = |column| rerun(column, side)?.sticks;
+        (0..parameters)
+            .map(|column| count(column).map_or(-1, |sticks| sticks as i64))
+            .collect()
     };
     let shifts = |side: usize| numbers(&|row| row.reruns.as_ref()?[side].shift);
     let nonlinear = |column| match row(column).and_then(Sensitivity::nonlinear) {
         Some(nonlinear) => i8::from(nonlinear),
         None => SensitivityTables::NONE,
+    };
+    let without_reruns = match found {
+        Some(found) => found.without_reruns.clone().unwrap_or_default(),
+        None => format!("no {} that is converged", of.words().trim_start_matches("the ")),
     };
     SensitivityTables {
         half_last_digit: numbers(&|row| row.parameter.half_last_digit),
@@ -670,14 +654,8 @@ pub fn columns(found: Option<&Sensitivities>, of: Affected, parameters: usize) -
         sticks: [sticks(0), sticks(1)],
         nonlinear: (0..parameters).map(nonlinear).collect(),
         texts: vec![
-            ("held", found.map_or_else(String::new, |found| found.held.clone())),
-            (
-                "without_reruns",
-                found.map_or_else(
-                    || format!("no {} that is converged", of.words().trim_start_matches("the ")),
-                    |found| found.without_reruns.clone().unwrap_or_default(),
-                ),
-            ),
+            ("held", found.map(|found| found.held.clone()).unwrap_or_default()),
+            ("without_reruns", without_reruns),
         ],
     }
 }
@@ -685,17 +663,14 @@ pub fn columns(found: Option<&Sensitivities>, of: Affected, parameters: usize) -
 /// In which count a sequence of events differs from another: "51 sticks instead of 54".
 fn difference(own: &[EventKind], other: &[EventKind]) -> String {
     let count = |word: &[EventKind], kind: EventKind| word.iter().filter(|k| **k == kind).count();
-    EventKind::ALL
-        .into_iter()
-        .map(|kind| (kind, count(own, kind), count(other, kind)))
-        .find(|(_, own, other)| own != other)
-        .map_or_else(
-            || "the same events in another order".to_owned(),
-            |(kind, own, other)| {
-                let plural = if own == 1 { "" } else { "s" };
-                format!("{own} {}{plural} instead of {other}", kind.name())
-            },
-        )
+    for kind in EventKind::ALL {
+        let (own, other) = (count(own, kind), count(other, kind));
+        if own != other {
+            let plural = if own == 1 { "" } else { "s" };
+            return format!("{own} {}{plural} instead of {other}", kind.name());
+        }
+    }
+    "the same events in another order".to_owned()
 }
 
 /// Why a case cannot have a value, in a few words.

@@ -139,37 +139,30 @@ pub struct Witness {
 impl Witness {
     /// The attributes of /witness in a result file.
     pub fn attributes(&self) -> WitnessAttributes {
-        let text = |text: &str| MetaValue::Text(text.to_owned());
-        let number = MetaValue::Number;
+        let text = |name, text: &str| (name, MetaValue::Text(text.to_owned()), None);
+        let number = |name, value: f64, unit, description| (name, MetaValue::Number(value), Some((unit, description)));
+        let agreeing = "events that agree with those of the result, from the first on";
+        let difference = "largest difference of the times of the agreeing events";
+        let from = "time of the first event that is another; NaN: there is none";
         WitnessAttributes(vec![
-            ("method", text(self.method), None),
-            (
-                "rtol",
-                number(self.rtol),
-                Some(("1", "relative tolerance of the witness")),
-            ),
-            ("testimony", text(self.testimony.name()), None),
-            (
+            text("method", self.method),
+            number("rtol", self.rtol, "1", "relative tolerance of the witness"),
+            text("testimony", self.testimony.name()),
+            number(
                 "events",
-                number(self.events as f64),
-                Some(("1", "events in the sequence of the witness")),
+                self.events as f64,
+                "1",
+                "events in the sequence of the witness",
             ),
-            (
-                "agreeing_events",
-                number(self.agreeing_events as f64),
-                Some(("1", "events that agree with those of the result, from the first on")),
-            ),
-            (
+            number("agreeing_events", self.agreeing_events as f64, "1", agreeing),
+            number(
                 "largest_difference",
-                number(self.largest_difference.unwrap_or(f64::NAN)),
-                Some(("s", "largest difference of the times of the agreeing events")),
+                self.largest_difference.unwrap_or(f64::NAN),
+                "s",
+                difference,
             ),
-            (
-                "differs_from",
-                number(self.differs_from.unwrap_or(f64::NAN)),
-                Some(("s", "time of the first event that is another; NaN: there is none")),
-            ),
-            ("statement", text(&self.statement), None),
+            number("differs_from", self.differs_from.unwrap_or(f64::NAN), "s", from),
+            text("statement", &self.statement),
         ])
     }
 

@@ -3,7 +3,7 @@
 use super::arguments::{CalibrateOptions, Common};
 use super::input::{interrupt_flag, overwrite, study_source};
 use super::progress::Bar;
-use super::terminal::lines;
+use super::terminal::{lines, or_none};
 use super::{CommandError, End, interrupted, tell};
 use crate::calibrate::{
     Calibration, CalibrationError, CalibrationStudy, Correlation, Determined, Role, Target, TargetResult,
@@ -198,23 +198,15 @@ fn text_report(
         0 => String::new(),
         failed => format!(", {failed} of them failed"),
     };
-    let mut text = format!(
-        "{}\n{} runs in {wall_time:.1} s{failed}\n\n",
-        study.runs.title,
-        calibration.runs.len()
-    );
-    text += &parameter_table(study, calibration);
-    text.push('\n');
-    text += &target_table(study, calibration);
-    text.push('\n');
-    for line in verdict(study, calibration) {
-        text += &format!("{line}\n");
-    }
-    text += &format!("\n{}\n", file.display());
-    if let Some(case) = &options.case {
-        text += &format!("{}\n", case.display());
-    }
-    text
+    let (title, runs) = (&study.runs.title, calibration.runs.len());
+    let (parameters, targets) = (parameter_table(study, calibration), target_table(study, calibration));
+    let verdict: String = verdict(study, calibration)
+        .iter()
+        .map(|line| format!("{line}\n"))
+        .collect();
+    let files = std::iter::once(file).chain(options.case.as_deref());
+    let files: String = files.map(|path| format!("{}\n", path.display())).collect();
+    format!("{title}\n{runs} runs in {wall_time:.1} s{failed}\n\n{parameters}\n{targets}\n{verdict}\n{files}")
 }
 
 fn parameter_table(study: &CalibrationStudy, calibration: &Calibration) -> String {
@@ -239,20 +231,15 @@ fn target_table(study: &CalibrationStudy, calibration: &Calibration) -> String {
     let row = |(target, result): (&Target, &TargetResult)| {
         // To a hundredth of the interval, so that the residual can be read off; as many digits for each.
         let places = (2.0 - target.half_width.log10().floor()).clamp(0.0, 12.0) as usize;
-        let number = |value: f64| match value.is_finite() {
-            true => format!("{value:.places$}"),
-            false => "none".to_owned(),
-        };
+        let finite = |value: f64| Some(value).filter(|value| value.is_finite());
+        let number = |value: f64| or_none(finite(value), |value| format!("{value:.places$}"));
         vec![
             target.name().to_owned(),
             number(target.value),
             number(target.half_width),
             number(result.here),
             if target.unit() == "1" { "" } else { target.unit() }.to_owned(),
-            match result.residual.is_finite() {
-                true => format!("{:.2}", result.residual),
-                false => "none".to_owned(),
-            },
+            or_none(finite(result.residual), |residual| format!("{residual:.2}")),
             result.role.name().to_owned(),
         ]
     };
@@ -305,16 +292,13 @@ fn verdict(study: &CalibrationStudy, calibration: &Calibration) -> Vec<String> {
     }
     for (axis, interval) in study.runs.axes.iter().zip(&calibration.intervals) {
         let key = &axis.keys[0];
-        match interval.determined {
-            Determined::Both => {}
-            Determined::Not => lines.push(format!("{key} is not determined: both ends of its range will do.")),
-            Determined::FromAboveOnly => lines.push(format!(
-                "{key} is bounded from above only: the lower end of its range will do."
-            )),
-            Determined::FromBelowOnly => lines.push(format!(
-                "{key} is bounded from below only: the upper end of its range will do."
-            )),
-        }
+        let how = match interval.determined {
+            Determined::Both => continue,
+            Determined::Not => "not determined: both ends of its range",
+            Determined::FromAboveOnly => "bounded from above only: the lower end of its range",
+            Determined::FromBelowOnly => "bounded from below only: the upper end of its range",
+        };
+        lines.push(format!("{key} is {how} will do."));
     }
     for pair in &calibration.correlations {
         if pair.coefficient.abs() >= TRADED {

@@ -29,12 +29,12 @@ pub(super) fn case(options: &CaseOptions, common: &Common) -> Result<End, Comman
     if common.json {
         print_json(&listed)?;
     } else {
-        let mut table = terminal::table(&["name", "for stickslip", "title"]);
-        for case in &listed {
-            table.add_row([case.name, case.command, &case.title]);
-        }
+        let rows = listed
+            .iter()
+            .map(|case| [case.name, case.command, &case.title].map(str::to_owned).to_vec());
+        let table = terminal::lines(&["name", "for stickslip", "title"], rows, []);
         let hint = "`stickslip case NAME` prints the text of a case or a study, to start from";
-        print(&format!("{}\n{hint}\n", terminal::show(&table)))?;
+        print(&format!("{table}\n{hint}\n"))?;
     }
     Ok(End::Done)
 }

@@ -2,14 +2,16 @@
 
 use super::arguments::{Common, DPI, Format, PlotOptions};
 use super::input::columns;
-use super::plot_studies::{self, Drawn, Kind};
+use super::plot_studies::{self, Kind};
 use super::{CommandError, End, complain, print, print_json, tell, terminal};
 use crate::analysis::advice::capitalised;
+use crate::analysis::distribution::Distribution;
 use crate::case::Motion;
 use crate::compare::Reference;
 use crate::plot::catalogue::{self, ENTRIES, in_words_of};
 use crate::plot::comparison::Beside;
 use crate::plot::entry::{Entry, Subject};
+use crate::plot::studies::StudyQuantity;
 use crate::plot::target::{self, Product, TargetError};
 use crate::plot::{
     Figure, Layout, PlotError, Run, certified, own, page, portraits, raster, studies, style, svg, vector,
@@ -24,10 +26,22 @@ const FIGURE: Product = Product::Figure("-o");
 
 /// What there is to draw, and what a run does not have.
 #[derive(Default)]
-struct Chosen {
-    figures: Vec<Figure>,
+pub(super) struct Chosen {
+    pub figures: Vec<Figure>,
     not_drawn: Vec<NotDrawn>,
     sampling: Option<String>,
+    /// How the quantities of many runs are spread.
+    pub distributions: Vec<(StudyQuantity, Distribution)>,
+}
+
+impl Chosen {
+    /// These figures.
+    pub fn of(figures: Vec<Figure>) -> Chosen {
+        Chosen {
+            figures,
+            ..Chosen::default()
+        }
+    }
 }
 
 #[derive(Serialize)]
@@ -62,8 +76,8 @@ pub(super) fn plot(options: &PlotOptions, common: &Common) -> Result<End, Comman
     if let Some(path) = &options.html {
         return html(options, path, common);
     }
-    if let Some(drawn) = of_many_runs(options)? {
-        return finish_studies(options, drawn, common);
+    if let Some(chosen) = of_many_runs(options)? {
+        return finish(options, &chosen, &options.files, common);
     }
     if let Some(candidate) = &options.candidate {
         return beside(options, candidate, common);
@@ -92,6 +106,9 @@ fn finish(options: &PlotOptions, chosen: &Chosen, inputs: &[PathBuf], common: &C
             optional:
             // What `stickslip run FILE --set ...` needs for what was not drawn, where sampling is what it lacks.
             sampling: chosen.sampling.as_deref(),
+            distributions: Some(&chosen.distributions)
+                .filter(|of_studies| !of_studies.is_empty())
+                .map(|of_studies| plot_studies::documents(of_studies)),
         }
     };
     tell(common, document, || report(&written, chosen, &options.files))?;
@@ -128,7 +145,7 @@ fn refusal(path: &Path, why: &str) -> CommandError {
 }
 
 /// The figures of a file that holds many runs; `None` if the files are those of single runs.
-fn of_many_runs(options: &PlotOptions) -> Result<Option<Drawn>, CommandError> {
+fn of_many_runs(options: &PlotOptions) -> Result<Option<Chosen>, CommandError> {
     let choice = plot_studies::choice(options).map_err(CommandError::Input)?;
     for path in &options.files {
         let kind = plot_studies::kind(path)?;
@@ -207,27 +224,7 @@ fn beside(options: &PlotOptions, candidate: &Path, common: &Common) -> Result<En
     let mut inputs = options.files.clone();
     inputs.push(candidate.to_owned());
     inputs.extend(options.map.clone());
-    let chosen = Chosen {
-        figures,
-        ..Chosen::default()
-    };
-    finish(options, &chosen, &inputs, common)
-}
-
-/// Writes the figures of many runs, and says how their quantities are spread.
-fn finish_studies(options: &PlotOptions, drawn: Drawn, common: &Common) -> Result<End, CommandError> {
-    let written = write(options, &drawn.figures, &options.files)?;
-    let document = || {
-        let mut document = serde_json::json!({ "files": written, "not_drawn": [] });
-        if !drawn.distributions.is_empty() {
-            document["distributions"] = plot_studies::documents(&drawn.distributions).into();
-        }
-        document
-    };
-    tell(common, document, || {
-        report(&written, &Chosen::default(), &options.files) + &plot_studies::report(&drawn.distributions)
-    })?;
-    Ok(End::Done)
+    finish(options, &Chosen::of(figures), &inputs, common)
 }
 
 /// Says of a file of another kind or of a newer version what can be drawn.
@@ -236,33 +233,28 @@ fn no_run(error: PlotError) -> CommandError {
         error,
         PlotError::Result(ResultError::NotAResult { .. } | ResultError::Newer { .. } | ResultError::AnotherKind { .. })
     );
-    match error.into() {
-        CommandError::Input(text) if known => CommandError::Input(format!("{text}. {CAN_DRAW}")),
-        other => other,
+    let error = CommandError::from(error);
+    if !known {
+        return error;
     }
+    let text = format!("{}. {CAN_DRAW}", error.text());
+    error.saying(text)
 }
 
 /// Writes the interactive page of a result file, or of two.
 fn html(options: &PlotOptions, path: &Path, common: &Common) -> Result<End, CommandError> {
     for file in &options.files {
-        match plot_studies::kind(file)? {
-            Kind::Run if options.quantities.is_empty() => {}
-            Kind::Run => {
-                let why = "--quantity is for the page of a sweep; leave it out, the page of a run has all channels";
-                return Err(refusal(file, why));
-            }
-            Kind::WorkPrecision => {
-                let why = "a work-precision study has no page; leave out --html to draw its figure";
-                return Err(refusal(file, why));
-            }
-            Kind::Sweep(_) if options.files.len() > 1 => {
-                return Err(refusal(file, "a sweep has a page of its own; give one file"));
-            }
+        let why = match plot_studies::kind(file)? {
+            Kind::Run if options.quantities.is_empty() => continue,
+            Kind::Run => "--quantity is for the page of a sweep; leave it out, the page of a run has all channels",
+            Kind::WorkPrecision => "a work-precision study has no page; leave out --html to draw its figure",
+            Kind::Sweep(_) if options.files.len() > 1 => "a sweep has a page of its own; give one file",
             Kind::Sweep(sweep) => {
                 let page = studies::page::write(&sweep, &options.quantities, path, options.force)?;
                 return finish_page(path, &page, common);
             }
-        }
+        };
+        return Err(refusal(file, why));
     }
     let page = match &options.files[..] {
         [file] => {
@@ -270,11 +262,13 @@ fn html(options: &PlotOptions, path: &Path, common: &Common) -> Result<End, Comm
             page::write(&file, path, options.force)
         }
         [first, second] => {
-            let runs = [Run::open(first)?, Run::open(second)?];
-            one_kind(&runs)?;
-            drop(runs);
-            let (first, second) = (ResultFile::open(first), ResultFile::open(second));
-            page::write_two(&first?, &second?, path, options.force)
+            one_kind(&[Run::open(first)?, Run::open(second)?])?;
+            page::write_two(
+                &ResultFile::open(first)?,
+                &ResultFile::open(second)?,
+                path,
+                options.force,
+            )
         }
         files => {
             return Err(CommandError::Input(format!(
@@ -284,18 +278,13 @@ fn html(options: &PlotOptions, path: &Path, common: &Common) -> Result<End, Comm
             )));
         }
     };
-    let page = page?;
-    finish_page(path, &page, common)
+    finish_page(path, &page?, common)
 }
 
 /// Says what page was written.
 fn finish_page(path: &Path, page: &impl Serialize, common: &Common) -> Result<End, CommandError> {
     let file = path.display().to_string();
-    tell(
-        common,
-        || serde_json::json!({ "file": file, "page": page }),
-        || format!("{file}\n"),
-    )?;
+    tell(common, || document! { file: &file, page: page }, || format!("{file}\n"))?;
     Ok(End::Done)
 }
 
@@ -332,19 +321,16 @@ fn all_listed() -> Vec<Listed> {
         (portraits::ENTRIES, "run of trains"),
         (certified::ENTRIES, "certified run"),
     ];
-    let of_kind = |(entries, of): (&[Entry], &'static str)| -> Vec<Listed> {
-        let listed = entries.iter().map(|e| listed(e.name, e.title, e.paper_figure, of));
-        listed.collect()
-    };
-    let mut all: Vec<Listed> = of_runs.into_iter().flat_map(of_kind).collect();
-    all.extend(
-        studies::ENTRIES
-            .iter()
-            .map(|e| listed(e.name, e.title, e.paper_figure, e.of)),
-    );
+    let of_runs = of_runs
+        .into_iter()
+        .flat_map(|(entries, of)| entries.iter().map(move |e| (e, of)));
+    let of_runs = of_runs.map(|(e, of)| listed(e.name, e.title, e.paper_figure, of));
+    let of_studies = studies::ENTRIES
+        .iter()
+        .map(|e| listed(e.name, e.title, e.paper_figure, e.of));
     let title = "Error against work, by method";
-    all.push(listed(work_precision::NAME, title, None, "work-precision study"));
-    all
+    let last = listed(work_precision::NAME, title, None, "work-precision study");
+    of_runs.chain(of_studies).chain([last]).collect()
 }
 
 /// The figures that a file can have.
@@ -389,11 +375,7 @@ fn figures(options: &PlotOptions, runs: &[Run], only: &[&Entry]) -> Result<Chose
                 "--from {from} is after --to {to}; a figure goes from an earlier to a later time"
             )));
         }
-        let figures = own_figures(options, runs)?;
-        return Ok(Chosen {
-            figures,
-            ..Chosen::default()
-        });
+        return Ok(Chosen::of(own_figures(options, runs)?));
     }
     if options.from.is_some() || options.to.is_some() {
         return Err(CommandError::Input(
@@ -487,24 +469,14 @@ const OTHER_FORMATS: [&str; 6] = ["ps", "jpg", "jpeg", "tif", "tiff", "gif"];
 
 /// Where each figure goes, in which format.
 fn targets(options: &PlotOptions, figures: &[Figure]) -> Result<Vec<(usize, PathBuf, Format)>, PlotError> {
-    if let Some(format) = Format::of_path(&options.output) {
-        if figures.len() != 1 {
-            return Err(PlotError::NoFolder {
-                path: options.output.clone(),
-            });
-        }
-        return Ok(vec![(0, options.output.clone(), format)]);
-    }
-    let extension = options.output.extension().unwrap_or_default().to_ascii_lowercase();
-    if OTHER_FORMATS.iter().any(|other| extension == *other) {
-        return Err(PlotError::Format {
-            path: options.output.clone(),
-        });
-    }
-    if options.output.is_file() {
-        return Err(PlotError::NoFolder {
-            path: options.output.clone(),
-        });
+    let path = options.output.clone();
+    let extension = path.extension().unwrap_or_default().to_ascii_lowercase();
+    match Format::of_path(&path) {
+        Some(format) if figures.len() == 1 => return Ok(vec![(0, path, format)]),
+        Some(_) => return Err(PlotError::NoFolder { path }),
+        None if OTHER_FORMATS.iter().any(|other| extension == *other) => return Err(PlotError::Format { path }),
+        None if path.is_file() => return Err(PlotError::NoFolder { path }),
+        None => {}
     }
     let formats: &[Format] = match &options.format {
         Some(format) => std::slice::from_ref(format),
@@ -618,5 +590,5 @@ fn report(written: &[Written], chosen: &Chosen, files: &[PathBuf]) -> String {
     if let (Some(sampling), Some(path)) = (&chosen.sampling, files.first()) {
         lines += &format!("\n{}\n", remedy(sampling, path));
     }
-    lines
+    lines + &plot_studies::report(&chosen.distributions)
 }

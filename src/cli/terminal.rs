@@ -1,12 +1,18 @@
 //! Tables for the terminal.
 
 use crate::analysis::distribution::{Distribution, PERCENTILES};
+pub(super) use crate::analysis::headline::or_none;
 use crate::analysis::{HeadlineRow, Summary, headline};
 use crate::case::Case;
 use comfy_table::{CellAlignment, ContentArrangement, Table, presets};
 
-/// A table in the program's style.
-pub(super) fn table(header: &[&str]) -> Table {
+/// A table of these rows as lines, without a margin and without blanks at their ends. The columns `right` are numbers, which stand
+/// below each other by their last digit.
+pub(super) fn lines(
+    header: &[&str],
+    rows: impl IntoIterator<Item = Vec<String>>,
+    right: impl IntoIterator<Item = usize>,
+) -> String {
     let mut table = Table::new();
     table
         .load_style(presets::NOTHING)
@@ -14,27 +20,14 @@ pub(super) fn table(header: &[&str]) -> Table {
     if !header.is_empty() {
         table.set_header(header);
     }
-    table
-}
-
-/// A table as lines without a margin and without blanks at their ends.
-pub(super) fn show(table: &Table) -> String {
-    table
-        .lines()
-        .map(|line| format!("{}\n", line.strip_prefix(' ').unwrap_or(&line).trim_end()))
-        .collect()
-}
-
-/// A table of these rows as lines; the columns `right` are numbers.
-pub(super) fn lines(
-    header: &[&str],
-    rows: impl IntoIterator<Item = Vec<String>>,
-    right: impl IntoIterator<Item = usize>,
-) -> String {
-    let mut table = table(header);
     table.add_rows(rows);
-    align_right(&mut table, right);
-    show(&table)
+    for column in right {
+        if let Some(column) = table.column_mut(column) {
+            column.set_cell_alignment(CellAlignment::Right);
+        }
+    }
+    let of_line = |line: String| format!("{}\n", line.strip_prefix(' ').unwrap_or(&line).trim_end());
+    table.lines().map(of_line).collect()
 }
 
 /// Names with their values, below each other.
@@ -44,20 +37,6 @@ pub(super) fn pairs<'a>(rows: impl IntoIterator<Item = (&'a str, String)>) -> St
         rows.into_iter().map(|(name, value)| vec![name.to_owned(), value]),
         [],
     )
-}
-
-/// A value in words; "none" without one.
-pub(super) fn or_none<T>(value: Option<T>, text: impl Fn(T) -> String) -> String {
-    value.map_or_else(|| "none".to_owned(), text)
-}
-
-/// Numbers stand below each other by their last digit.
-pub(super) fn align_right(table: &mut Table, columns: impl IntoIterator<Item = usize>) {
-    for column in columns {
-        if let Some(column) = table.column_mut(column) {
-            column.set_cell_alignment(CellAlignment::Right);
-        }
-    }
 }
 
 /// Columns of a value beside the paper's.
@@ -125,14 +104,14 @@ fn below(list: &str) -> String {
 pub(super) fn run_report(case: &Case, summary: &Summary, wall_time: f64) -> String {
     let rows = headline(case, summary);
     let beside_paper = rows.iter().any(|row| !row.paper.is_empty());
-    let mut report = table(if beside_paper { &["", "this run", "paper"] } else { &[] });
-    for HeadlineRow { name, value, paper } in rows {
-        if beside_paper {
-            report.add_row([name, &below(&value), paper]);
-        } else {
-            report.add_row([name, &value]);
-        }
-    }
+    let header: &[&str] = if beside_paper { &["", "this run", "paper"] } else { &[] };
+    let report = rows
+        .into_iter()
+        .map(|HeadlineRow { name, value, paper }| match beside_paper {
+            true => vec![name.to_owned(), below(&value), paper.to_owned()],
+            false => vec![name.to_owned(), value],
+        });
+    let report = lines(header, report, []);
     let work = summary.work.iter().map(|w| {
         vec![
             w.solver.to_owned(),
@@ -161,7 +140,7 @@ pub(super) fn run_report(case: &Case, summary: &Summary, wall_time: f64) -> Stri
         case.title(),
         case.solver().method.name(),
         case.solver().rtol,
-        show(&report),
+        report,
         lines(&header, work, 1..6),
     )
 }

@@ -4,10 +4,12 @@ use super::arguments::{Common, Format, WorkPrecisionOptions};
 use super::input::{interrupt_flag, overwrite};
 use super::plot;
 use super::progress::Bar;
-use super::{CommandError, End, interrupted, tell, terminal};
+use super::terminal::{self, or_none};
+use super::{CommandError, End, interrupted, tell};
 use crate::analysis::work_precision::{Errors, Measurement, Study, StudyError, StudyResult, run};
 use crate::plot::{PlotError, target, work_precision as figure};
 use crate::provenance;
+use crate::record::EventKind;
 use crate::results::{ReferenceRow, Reservation, Status, WorkPrecisionFile, WorkPrecisionRow};
 use crate::simulation::Method;
 use crate::workers::go_on_unless;
@@ -123,14 +125,11 @@ fn contents(study: &Study, result: &StudyResult, started: &str) -> WorkPrecision
         }
     }
     let missing = |value: Option<f64>| value.unwrap_or(f64::NAN);
-    let runs = result.measurements.iter().map(|m| {
+    let run = |m: &Measurement| {
         let (rtol, fixed_step) = m.knob.rtol_and_step();
-        let method = methods
-            .iter()
-            .position(|&method| method == m.method)
-            .unwrap_or_default();
+        let method = methods.iter().position(|&method| method == m.method);
         WorkPrecisionRow {
-            method: i8::try_from(method).unwrap_or(i8::MAX),
+            method: i8::try_from(method.unwrap_or_default()).unwrap_or(i8::MAX),
             rtol: missing(rtol),
             fixed_step: missing(fixed_step),
             failed: m.failure.is_some(),
@@ -144,13 +143,14 @@ fn contents(study: &Study, result: &StudyResult, started: &str) -> WorkPrecision
             jacobian_evaluations: m.jacobian_evaluations,
             wall_time: m.wall_time,
         }
-    });
-    let reference = &result.reference;
-    let Errors {
-        onset,
-        final_stick,
-        largest,
-    } = result.uncertainty;
+    };
+    let (reference, unsure) = (&result.reference, &result.uncertainty);
+    let events = reference.events.iter().zip(&reference.uncertainties);
+    let event = |(&(kind, time), &uncertainty): (&(EventKind, f64), &f64)| ReferenceRow {
+        kind: kind.code(),
+        time,
+        uncertainty,
+    };
     WorkPrecisionFile {
         title: study.title.clone(),
         source: provenance::source(),
@@ -158,20 +158,11 @@ fn contents(study: &Study, result: &StudyResult, started: &str) -> WorkPrecision
         study: study.text.clone(),
         resolved: study.runs.first().map(|run| run.2.resolved()).unwrap_or_default(),
         meta: provenance::program(started),
-        runs: runs.collect(),
+        runs: result.measurements.iter().map(run).collect(),
         methods: methods.iter().map(|method| method.name()).collect(),
         reference: reference.description.clone(),
-        events: reference
-            .events
-            .iter()
-            .zip(&reference.uncertainties)
-            .map(|(&(kind, time), &uncertainty)| ReferenceRow {
-                kind: kind.code(),
-                time,
-                uncertainty,
-            })
-            .collect(),
-        uncertainties: [onset, final_stick, largest].map(missing),
+        events: events.map(event).collect(),
+        uncertainties: [unsure.onset, unsure.final_stick, unsure.largest].map(missing),
     }
 }
 
@@ -181,12 +172,8 @@ fn report(study: &Study, result: &StudyResult) -> String {
     ];
     let rows = result.measurements.iter().map(|m| row(m, &result.uncertainty));
     let table = terminal::lines(&header, rows, 1..9);
-    let uncertainty = |error: Option<f64>| error.map_or_else(|| "none".to_owned(), |e| format!("{e:.0e} s"));
-    let Errors {
-        onset,
-        final_stick,
-        largest,
-    } = result.uncertainty;
+    let uncertainty = |error: Option<f64>| or_none(error, |e| format!("{e:.0e} s"));
+    let unsure = &result.uncertainty;
     format!(
         "{}\n{}, {} events\n\n{}\nonset, final, all: errors of the first stick, of the last and the largest of all events, s; \
          calls of the\nright-hand side; time in s. Another sequence of events than the reference's is marked *, and has \
@@ -196,9 +183,9 @@ fn report(study: &Study, result: &StudyResult) -> String {
         result.reference.events.len(),
         table,
         result.reference.description,
-        uncertainty(onset),
-        uncertainty(final_stick),
-        uncertainty(largest),
+        uncertainty(unsure.onset),
+        uncertainty(unsure.final_stick),
+        uncertainty(unsure.largest),
     )
 }
 

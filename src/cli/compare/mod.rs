@@ -13,16 +13,12 @@ use crate::compare::{CompareError, Comparison, Mapping, Reference, Requirement};
 
 /// Holds candidates against a reference.
 pub(super) fn compare(options: &CompareOptions, common: &Common) -> Result<End, CommandError> {
-    let requirements = options
-        .require
-        .iter()
-        .map(|text| Requirement::parse(text).map_err(CommandError::Input));
-    let requirements = requirements.collect::<Result<Vec<_>, _>>()?;
-    let report = options
-        .report
-        .as_deref()
-        .map(|path| target::Target::check(path, options))
-        .transpose()?;
+    let requirements = options.require.iter().map(|text| Requirement::parse(text));
+    let requirements = requirements
+        .collect::<Result<Vec<_>, _>>()
+        .map_err(CommandError::Input)?;
+    let report = options.report.as_deref();
+    let report = report.map(|path| target::Target::check(path, options)).transpose()?;
     let reference = Reference::open(&options.reference)?;
     let mapping = mapping(options, &reference)?;
     let comparisons = options.candidates.iter().map(|path| {
@@ -52,16 +48,12 @@ pub(super) fn compare(options: &CompareOptions, common: &Common) -> Result<End, 
         print_json(&document! { comparisons: &comparisons, shortfalls: &shortfalls })?;
     }
     if wants_text(common) {
-        let pages: Vec<_> = comparisons
-            .iter()
-            .map(|c| pages::page(c, pages::Length::Screen))
-            .collect();
-        print(&render::terminal(&pages))?;
+        let pages = comparisons.iter().map(|c| pages::page(c, pages::Length::Screen));
+        print(&render::terminal(&pages.collect::<Vec<_>>()))?;
     }
-    if shortfalls.is_empty() {
-        Ok(End::Done)
-    } else {
-        Err(CommandError::Computation(shortfalls.join("; ")))
+    match shortfalls.is_empty() {
+        true => Ok(End::Done),
+        false => Err(CommandError::Computation(shortfalls.join("; "))),
     }
 }
 
