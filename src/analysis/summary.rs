@@ -202,7 +202,8 @@ impl Summary {
     /// What the result file of a case says of the run beside its rows: attributes of /stick_slip.
     pub(super) fn table(&self, case: &Case) -> StickSlipTable {
         let missing = |value: Option<f64>| value.unwrap_or(f64::NAN);
-        let mut extras = vec![turnover(self.energy_turnover)];
+        let turnover = "energy turned over: the largest of kinetic + elastic + dissipated energy, and of the work";
+        let mut extras = vec![extra(TURNOVER, "J", turnover, Some(self.energy_turnover))];
         let growth = case.words().lists_growth();
         if growth || self.growth_exponent.is_some() {
             extras.extend(self.of_growth());
@@ -315,16 +316,6 @@ impl Summary {
 /// The name of the energy turned over among the attributes of /stick_slip.
 pub(super) const TURNOVER: &str = "energy_turnover";
 
-/// The energy turned over, J, as an attribute of /stick_slip.
-pub(super) fn turnover(energy: f64) -> Extra {
-    extra(
-        TURNOVER,
-        "J",
-        "energy turned over: the largest of kinetic + elastic + dissipated energy, and of the work",
-        Some(energy),
-    )
-}
-
 /// A residual as a share of the energy turned over; 0 where nothing moved, `None` where the energy is not known.
 pub(super) fn share_of(residual: f64, turnover: f64) -> Option<f64> {
     (!turnover.is_nan()).then(|| if turnover > 0.0 { residual / turnover } else { 0.0 })
@@ -337,7 +328,7 @@ pub(super) fn residual_row(residual: f64, relative: Option<f64>) -> String {
 }
 
 /// A further attribute of /stick_slip; NaN where there is no value.
-pub(super) fn extra(name: &str, unit: &str, description: &str, value: Option<f64>) -> Extra {
+fn extra(name: &str, unit: &str, description: &str, value: Option<f64>) -> Extra {
     Extra {
         name: name.to_owned(),
         unit: unit.to_owned(),

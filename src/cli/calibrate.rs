@@ -52,9 +52,9 @@ pub(super) fn calibrate(options: &CalibrateOptions, common: &Common) -> Result<E
         Err(CalibrationError::NothingRun) => {
             return interrupted(common, " before the first run was done; nothing is saved");
         }
-        Err(error) => return Err(CommandError::Computation(error.to_string())),
+        Err(error) => return Err(CommandError::computation(error)),
     };
-    let file = write_file(&study, &calibration, place).map_err(|error| CommandError::Computation(error.to_string()))?;
+    let file = write_file(&study, &calibration, place).map_err(CommandError::computation)?;
     if let Some(case) = &options.case {
         write_case(case, &study, &calibration)?;
     }
@@ -79,7 +79,7 @@ fn read_study(options: &CalibrateOptions) -> Result<CalibrationStudy, CaseError>
 /// Whether the case may be written, before anything is computed.
 fn check_case_target(case: &Path, result: &Path, study: &CalibrationStudy, force: bool) -> Result<(), CommandError> {
     if same_file(case, result) {
-        return Err(CommandError::Input(format!(
+        return Err(CommandError::input(format!(
             "{}: is the result file, too; choose another name with --case or -o",
             case.display()
         )));
@@ -90,7 +90,7 @@ fn check_case_target(case: &Path, result: &Path, study: &CalibrationStudy, force
 /// Writes the base case with the calibrated parameters.
 fn write_case(path: &Path, study: &CalibrationStudy, calibration: &Calibration) -> Result<(), CommandError> {
     let case = study.case_at(&calibration.shares).map_err(|error| {
-        CommandError::Computation(format!("{}: the case cannot be written: {error}", path.display()))
+        CommandError::computation(format!("{}: the case cannot be written: {error}", path.display()))
     })?;
     let mut text = format!(
         "# Calibrated by stickslip {} from {}; free parameters:\n",

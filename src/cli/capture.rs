@@ -20,7 +20,7 @@ fn ended(arguments: impl IntoIterator<Item = OsString>) -> Result<End, CommandEr
     let program = std::iter::once(OsString::from("stickslip"));
     let arguments = Arguments::try_parse_from(program.chain(arguments)).map_err(|error| {
         let text = error.to_string();
-        CommandError::Input(text.strip_prefix("error: ").unwrap_or(&text).trim_end().to_owned())
+        CommandError::input(text.strip_prefix("error: ").unwrap_or(&text).trim_end().to_owned())
     })?;
     let Arguments { command, mut common } = arguments;
     common.json = true;

@@ -49,7 +49,7 @@ pub(super) fn certify(options: &CertifyOptions, common: &Common) -> Result<End, 
         ),
     };
     if let Some(digits) = options.digits.filter(|digits| !(1..=most).contains(digits)) {
-        return Err(CommandError::Input(format!(
+        return Err(CommandError::input(format!(
             "--digits {digits}: from 1 to {most} digits can be asked for; {remedy}"
         )));
     }
@@ -58,15 +58,14 @@ pub(super) fn certify(options: &CertifyOptions, common: &Common) -> Result<End, 
     let changes = overrides(&set, None)?;
     let case = &Case::read(&given.source, &changes).map_err(|error| without_case(error.into()))?;
     if matches!(given.source.origin, Origin::Result(_)) && !options.set.is_empty() {
-        return Err(CommandError::Input(
-            "--set changes a case, but a result file is what it is: certify the case instead, or run it with --set first"
-                .to_owned(),
+        return Err(CommandError::input(
+            "--set changes a case, but a result file is what it is: certify the case instead, or run it with --set first",
         ));
     }
     let target = output_of(&given.source, options.output.as_deref(), ".certified.h5")?;
     check_target(&target, overwrite(options.force), &given.files)?;
     if let (Some(_), Err(reason)) = (&options.figure, resistance(case.system())) {
-        return Err(CommandError::Input(format!(
+        return Err(CommandError::input(format!(
             "--figure draws how the first stick of sliding that slows down by itself depends on the tolerance, and this case has no \
              such sliding: {reason}; leave it out"
         )));
@@ -138,9 +137,8 @@ pub(super) fn certify(options: &CertifyOptions, common: &Common) -> Result<End, 
         }
     }
     if late {
-        return Err(CommandError::Computation(
-            "there is no figure: the wall time was over before its runs were done; allow more (--max-wall-time)"
-                .to_owned(),
+        return Err(CommandError::computation(
+            "there is no figure: the wall time was over before its runs were done; allow more (--max-wall-time)",
         ));
     }
     let exact = certified.exact.as_ref();
@@ -150,9 +148,9 @@ pub(super) fn certify(options: &CertifyOptions, common: &Common) -> Result<End, 
             "while other settings were tried for the digits that are missing",
             &format!("{kept} has the certificate"),
         ),
-        Some(text) => Err(CommandError::Computation(text)),
+        Some(text) => Err(CommandError::computation(text)),
         None if oracle_decides(case) && certificate.verdict != Verdict::Converged => {
-            Err(CommandError::Computation(not_certified(certificate)))
+            Err(CommandError::computation(not_certified(certificate)))
         }
         None => {
             let warnings = certificate.warnings.iter().map(Warning::to_string);
@@ -209,7 +207,7 @@ fn obtain(given: &Given, case: &Case, target: &Path, stop: &AtomicBool) -> Resul
     if let Origin::Result(path) = &given.source.origin {
         let file = ResultFile::open(path)?;
         if *file.status() != Status::Complete {
-            return Err(CommandError::Input(format!(
+            return Err(CommandError::input(format!(
                 "{}: the run is {}, and only a complete one can be certified; repeat it with stickslip run {}",
                 path.display(),
                 file.status().name(),
@@ -228,13 +226,13 @@ fn obtain(given: &Given, case: &Case, target: &Path, stop: &AtomicBool) -> Resul
     let saved = SavedRun::new(case, &path).text(&given.text).inputs(&given.files);
     let saved = saved.stop(stop).start()?;
     if let Some(failure) = saved.run.failure {
-        return Err(CommandError::Computation(failure.to_string()));
+        return Err(CommandError::computation(failure.to_string()));
     }
     if saved.run.report.interrupted {
         return Ok(None);
     }
     // The user did not name this file.
-    let failed = |error: ResultError| CommandError::Computation(error.to_string());
+    let failed = |error: ResultError| CommandError::computation(error);
     saved.unsaved.map_or(Ok(()), Err).map_err(failed)?;
     let record = ResultFile::open(&path).and_then(|file| read_back(&file, case));
     Ok(Some(Obtained {
@@ -298,22 +296,19 @@ fn examine(
     let certified = certify.progress(|now| bar.oracle(now)).start(record);
     bar.finish();
     certified.map_err(|error| match error {
-        CertifyError::Run(text) => CommandError::Computation(text),
+        CertifyError::Run(text) => CommandError::computation(text),
         CertifyError::Oracle(error @ (OracleError::BreakawayTest | OracleError::Digits { .. })) => {
-            CommandError::Input(error.to_string())
+            CommandError::input(error)
         }
-        error => CommandError::Computation(error.to_string()),
+        error => CommandError::computation(error),
     })
 }
 
 /// What is missing for a certificate in a file that has lost its case.
-fn without_case(error: CommandError) -> CommandError {
-    if !error.text().contains("/input") {
-        return error;
+fn without_case(mut error: CommandError) -> CommandError {
+    if error.text.contains("/input") {
+        error.text +=
+            ". A result is certified by runs of its case, which this file no longer holds: certify the case itself";
     }
-    let text = format!(
-        "{}. A result is certified by runs of its case, which this file no longer holds: certify the case itself",
-        error.text()
-    );
-    error.saying(text)
+    error
 }

@@ -467,22 +467,29 @@ pub(super) fn tables(case: &Case, certified: &Certified) -> CertificateTables {
         .variables
         .into_iter()
         .find(|variable| variable.name == "mode");
+    let rung = |rung: &Rung| {
+        let (agreeing, distance) = (rung.agreeing as i64, missing(rung.distance));
+        (rung.method.to_owned(), rung.rtol, agreeing, distance)
+    };
+    let stretches = &c.bands.stretches;
+    let of_column = |(column, channel): (usize, &ChannelBand)| BandColumns {
+        name: channel.name.clone(),
+        unit: channel.unit.clone(),
+        band: stretches.iter().map(|s| s.bands[column]).collect(),
+        rate: stretches.iter().map(|s| s.rates[column]).collect(),
+    };
+    let of_events = |of: &dyn Fn(&CertifiedEvent) -> f64| -> Vec<f64> { c.events.iter().map(of).collect() };
+    let oracle = certified.exact.as_ref().map(|exact| csv(case.words(), exact));
     CertificateTables {
-        time_uncertainty: c.events.iter().map(|e| finite(e.uncertainty)).collect(),
+        time_uncertainty: of_events(&|e| finite(e.uncertainty)),
         verdict: c.events.iter().map(|e| e.verdict.code()).collect(),
-        ladder_uncertainty: c.events.iter().map(|e| finite(e.ladder_uncertainty)).collect(),
+        ladder_uncertainty: of_events(&|e| finite(e.ladder_uncertainty)),
         ladder_verdict: c.events.iter().map(|e| e.ladder_verdict.code()).collect(),
-        true_error: c
-            .by_oracle
-            .then(|| c.events.iter().map(|e| missing(e.true_error)).collect()),
+        true_error: c.by_oracle.then(|| of_events(&|e| missing(e.true_error))),
         verdicts: Verdict::ALL.map(|v| (v.code(), v.name())).to_vec(),
-        rounding: c.events.iter().map(|e| finite(e.rounding)).collect(),
-        growth: c.events.iter().map(|e| missing(e.growth)).collect(),
-        ladder: c
-            .ladder
-            .iter()
-            .map(|r| (r.method.to_owned(), r.rtol, r.agreeing as i64, missing(r.distance)))
-            .collect(),
+        rounding: of_events(&|e| finite(e.rounding)),
+        growth: of_events(&|e| missing(e.growth)),
+        ladder: c.ladder.iter().map(rung).collect(),
         texts: vec![
             ("verdict_of_all", c.verdict.name().to_owned()),
             ("uncertainty_by", uncertainty_by(c).to_owned()),
@@ -497,30 +504,13 @@ pub(super) fn tables(case: &Case, certified: &Certified) -> CertificateTables {
             ("kick_above_noise", missing(c.kick_above_noise)),
             ("kick_above_methods", missing(c.kick_above_methods)),
         ],
-        stretches: c
-            .bands
-            .stretches
+        stretches: stretches
             .iter()
             .map(|s| (s.start, s.end, s.mode.code(), s.time_uncertainty))
             .collect(),
         modes: mode.map(|mode| mode.flags).unwrap_or_default(),
-        bands: c
-            .bands
-            .channels
-            .iter()
-            .enumerate()
-            .map(|(column, channel)| BandColumns {
-                name: channel.name.clone(),
-                unit: channel.unit.clone(),
-                band: c.bands.stretches.iter().map(|s| s.bands[column]).collect(),
-                rate: c.bands.stretches.iter().map(|s| s.rates[column]).collect(),
-            })
-            .collect(),
-        oracle: certified
-            .exact
-            .as_ref()
-            .map(|exact| csv(case.words(), exact))
-            .unwrap_or_default(),
+        bands: c.bands.channels.iter().enumerate().map(of_column).collect(),
+        oracle: oracle.unwrap_or_default(),
         parameters: parameters.iter().map(|p| (p.path.clone(), p.unit.to_owned())).collect(),
         sensitivities,
         sensitivity: matrix(|slope| slope.value),

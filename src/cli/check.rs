@@ -9,7 +9,7 @@ pub(super) fn check(options: &CheckOptions, common: &Common) -> Result<End, Comm
     let path = options.file.display();
     let report = check_file(&options.file).map_err(|error| match error {
         // It is ours by all one can tell, and wrong.
-        ResultError::Damaged { .. } | ResultError::BeyondLimits { .. } => CommandError::Computation(error.to_string()),
+        ResultError::Damaged { .. } | ResultError::BeyondLimits { .. } => CommandError::computation(error),
         error => error.into(),
     })?;
     tell(common, || &report, || words(&report))?;
@@ -19,7 +19,7 @@ pub(super) fn check(options: &CheckOptions, common: &Common) -> Result<End, Comm
         many => format!("{many} problems"),
     };
     let text = format!("{path}: {problems}; copy it again, or repeat the run");
-    Err(CommandError::Computation(text))
+    Err(CommandError::computation(text))
 }
 
 fn words(report: &CheckReport) -> String {

@@ -16,8 +16,8 @@ pub(super) fn export(options: &ExportOptions, common: &Common) -> Result<End, Co
     let streams = options.output.as_os_str() == "-";
     let format = format(options, streams)?;
     if streams && common.json {
-        return Err(CommandError::Input(
-            "-o - writes CSV to standard output, where --json has its document; leave one of them out".to_owned(),
+        return Err(CommandError::input(
+            "-o - writes CSV to standard output, where --json has its document; leave one of them out",
         ));
     }
     // None: those of the samples.
@@ -83,14 +83,14 @@ fn format(options: &ExportOptions, streams: bool) -> Result<Format, CommandError
     if streams {
         return match named {
             None | Some(Format::Csv) => Ok(Format::Csv),
-            Some(other) => Err(CommandError::Input(format!(
+            Some(other) => Err(CommandError::input(format!(
                 "-o - writes CSV, and {} is written to a file only; name one with -o",
                 other.name()
             ))),
         };
     }
     named.or_else(|| Format::of_path(&options.output)).ok_or_else(|| {
-        CommandError::Input(format!(
+        CommandError::input(format!(
             "{}: its extension names no format; give it .csv, .npz, .mat or .parquet, or say which with --format",
             options.output.display()
         ))

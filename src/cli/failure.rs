@@ -44,8 +44,10 @@ pub(super) fn document(kind: &str, message: &str, exit_status: u8, places: &[Pla
 /// With the place of each problem of a case or a study.
 impl From<CaseError> for CommandError {
     fn from(error: CaseError) -> Self {
-        let places = error.problems.iter().map(place_of).collect();
-        CommandError::Located(Box::new(CommandError::Input(error.to_string())), places)
+        CommandError {
+            places: error.problems.iter().map(place_of).collect(),
+            ..CommandError::input(error)
+        }
     }
 }
 
@@ -72,16 +74,15 @@ fn place_of(problem: &Problem) -> Place {
 /// With the file.
 impl From<ResultError> for CommandError {
     fn from(error: ResultError) -> Self {
-        let text = error.to_string();
         let place = Place {
             file: Some(error.path().display().to_string()),
             ..Place::default()
         };
-        let inner = match error.is_of_the_system() {
-            true => CommandError::Computation(text),
-            false => CommandError::Input(text),
-        };
-        CommandError::Located(Box::new(inner), vec![place])
+        CommandError {
+            is_input: !error.is_of_the_system(),
+            text: error.to_string(),
+            places: vec![place],
+        }
     }
 }
 
@@ -89,7 +90,7 @@ impl From<CompareError> for CommandError {
     fn from(error: CompareError) -> Self {
         match error {
             CompareError::Result(error) => error.into(),
-            _ => CommandError::Input(error.to_string()),
+            _ => CommandError::input(error),
         }
     }
 }
@@ -99,8 +100,8 @@ impl From<ExportError> for CommandError {
         match error {
             ExportError::Result(error) => error.into(),
             ExportError::Compare(error) => error.into(),
-            ExportError::Io { .. } => CommandError::Computation(error.to_string()),
-            _ => CommandError::Input(error.to_string()),
+            ExportError::Io { .. } => CommandError::computation(error),
+            _ => CommandError::input(error),
         }
     }
 }
@@ -110,10 +111,8 @@ impl From<PlotError> for CommandError {
         match error {
             PlotError::Result(error) => error.into(),
             PlotError::Compare(error) => error.into(),
-            PlotError::Drawing(_) | PlotError::Target(TargetError::Io { .. }) => {
-                CommandError::Computation(error.to_string())
-            }
-            _ => CommandError::Input(error.to_string()),
+            PlotError::Drawing(_) | PlotError::Target(TargetError::Io { .. }) => CommandError::computation(error),
+            _ => CommandError::input(error),
         }
     }
 }

@@ -81,10 +81,9 @@ pub(super) fn study_source(
 pub(super) fn output_of(source: &CaseSource, named: Option<&Path>, suffix: &str) -> Result<PathBuf, CommandError> {
     match (named, &source.origin) {
         (Some(path), _) => Ok(path.to_owned()),
-        (None, Origin::StandardInput) => Err(CommandError::Input(
+        (None, Origin::StandardInput) => Err(CommandError::input(
             "a case from standard input has no name after which its result could be called; name the file with -o, for \
-             example -o result.h5"
-                .to_owned(),
+             example -o result.h5",
         )),
         (None, _) => Ok(PathBuf::from(format!("{}{suffix}", source.name()))),
     }
@@ -116,7 +115,7 @@ pub(super) fn interrupt_flag() -> Result<Arc<AtomicBool>, CommandError> {
     let flag = Arc::new(AtomicBool::new(false));
     let setter = flag.clone();
     ctrlc::set_handler(move || setter.store(true, Ordering::Relaxed))
-        .map_err(|error| CommandError::Computation(format!("the signal handler could not be set: {error}")))?;
+        .map_err(|error| CommandError::computation(format!("the signal handler could not be set: {error}")))?;
     Ok(flag)
 }
 

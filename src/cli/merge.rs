@@ -39,7 +39,7 @@ pub(super) fn merge(options: &MergeOptions, common: &Common) -> Result<End, Comm
         format!("{points} points{failed} of {shards} shards{where_they_are}\n{file}\n")
     })?;
     if report.failed == report.points {
-        return Err(CommandError::Computation(format!(
+        return Err(CommandError::computation(format!(
             "all {} points failed. The messages are in /failures of {}",
             report.points,
             report.file.display()
@@ -50,7 +50,7 @@ pub(super) fn merge(options: &MergeOptions, common: &Common) -> Result<End, Comm
 
 fn command_error(error: &MergeError) -> CommandError {
     match error {
-        MergeError::File(inner) if inner.is_of_the_system() => CommandError::Computation(error.to_string()),
-        _ => CommandError::Input(error.to_string()),
+        MergeError::File(inner) if inner.is_of_the_system() => CommandError::computation(error),
+        _ => CommandError::input(error),
     }
 }

@@ -49,7 +49,7 @@ pub(super) fn modes(options: &ModesOptions, common: &Common) -> Result<End, Comm
     let case = Case::read(&given.source, &changes)?;
     let (system, title) = (case.system(), case.title());
     if let (Some(_), Err(reason)) = (&options.figure, margin::resistance(system)) {
-        return Err(CommandError::Input(format!(
+        return Err(CommandError::input(format!(
             "--figure draws the effective damping of sliding that slows down by itself over its speed, and this case has no such \
              sliding: {reason}; leave it out"
         )));

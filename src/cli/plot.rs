@@ -124,7 +124,7 @@ fn one_kind(runs: &[Run]) -> Result<(), CommandError> {
     };
     let Some(first) = runs.first() else { return Ok(()) };
     match runs.iter().find(|run| motion(run) != motion(first)) {
-        Some(other) => Err(CommandError::Input(format!(
+        Some(other) => Err(CommandError::input(format!(
             "{} is {}, and {} is {}: they have no axes in common; draw each by itself",
             first.path().display(),
             name(first),
@@ -141,12 +141,12 @@ const CAN_DRAW: &str = "plot draws the results of `stickslip run` and `certify`,
 
 /// Why a file is not drawn.
 fn refusal(path: &Path, why: &str) -> CommandError {
-    CommandError::Input(format!("{}: {why}", path.display()))
+    CommandError::input(format!("{}: {why}", path.display()))
 }
 
 /// The figures of a file that holds many runs; `None` if the files are those of single runs.
 fn of_many_runs(options: &PlotOptions) -> Result<Option<Chosen>, CommandError> {
-    let choice = plot_studies::choice(options).map_err(CommandError::Input)?;
+    let choice = plot_studies::choice(options).map_err(CommandError::input)?;
     for path in &options.files {
         let kind = plot_studies::kind(path)?;
         if matches!(kind, Kind::Run) {
@@ -185,7 +185,7 @@ fn of_many_runs(options: &PlotOptions) -> Result<Option<Chosen>, CommandError> {
         .first()
         .map(|path| format!("{}: ", path.display()))
         .unwrap_or_default();
-    Err(CommandError::Input(format!(
+    Err(CommandError::input(format!(
         "{file}--quantity, --axes and --at are for the file of a sweep; of a run draw a channel with --channel NAME"
     )))
 }
@@ -193,16 +193,15 @@ fn of_many_runs(options: &PlotOptions) -> Result<Option<Chosen>, CommandError> {
 /// Draws a candidate beside a result: what there is to see of their comparison, or the channels that are asked for.
 fn beside(options: &PlotOptions, candidate: &Path, common: &Common) -> Result<End, CommandError> {
     let [file] = &options.files[..] else {
-        return Err(CommandError::Input(format!(
+        return Err(CommandError::input(format!(
             "--candidate is drawn beside one result, and {} files are given; name one, or leave out --candidate to draw \
              them over each other",
             options.files.len()
         )));
     };
     if options.channels.is_empty() && (options.from.is_some() || options.to.is_some()) {
-        return Err(CommandError::Input(
-            "--from and --to are for channels that are named; name what to draw beside the candidate with --channel NAME"
-                .to_owned(),
+        return Err(CommandError::input(
+            "--from and --to are for channels that are named; name what to draw beside the candidate with --channel NAME",
         ));
     }
     let run = Run::open(file)?;
@@ -233,12 +232,11 @@ fn no_run(error: PlotError) -> CommandError {
         error,
         PlotError::Result(ResultError::NotAResult { .. } | ResultError::Newer { .. } | ResultError::AnotherKind { .. })
     );
-    let error = CommandError::from(error);
-    if !known {
-        return error;
+    let mut error = CommandError::from(error);
+    if known {
+        error.text += &format!(". {CAN_DRAW}");
     }
-    let text = format!("{}. {CAN_DRAW}", error.text());
-    error.saying(text)
+    error
 }
 
 /// Writes the interactive page of a result file, or of two.
@@ -271,7 +269,7 @@ fn html(options: &PlotOptions, path: &Path, common: &Common) -> Result<End, Comm
             )
         }
         files => {
-            return Err(CommandError::Input(format!(
+            return Err(CommandError::input(format!(
                 "--html shows one run on a page, or two, and {} files are given; make a page of each or of two at a time, or leave \
                  out --html to draw them over each other",
                 files.len()
@@ -335,7 +333,7 @@ fn all_listed() -> Vec<Listed> {
 
 /// The figures that a file can have.
 fn listed_of(path: &Path, options: &PlotOptions) -> Result<Vec<Listed>, CommandError> {
-    let choice = plot_studies::choice(options).map_err(CommandError::Input)?;
+    let choice = plot_studies::choice(options).map_err(CommandError::input)?;
     let (drawn, of) = match plot_studies::kind(path)? {
         Kind::Run => {
             let run = Run::open(path).map_err(no_run)?;
@@ -371,17 +369,16 @@ fn figures(options: &PlotOptions, runs: &[Run], only: &[&Entry]) -> Result<Chose
         if let (Some(from), Some(to)) = (options.from, options.to)
             && from > to
         {
-            return Err(CommandError::Input(format!(
+            return Err(CommandError::input(format!(
                 "--from {from} is after --to {to}; a figure goes from an earlier to a later time"
             )));
         }
         return Ok(Chosen::of(own_figures(options, runs)?));
     }
     if options.from.is_some() || options.to.is_some() {
-        return Err(CommandError::Input(
+        return Err(CommandError::input(
             "--from and --to are for figures of one's own; the figures of the paper find their windows by the events. \
-             Name what to draw with --channel NAME or --phase A B"
-                .to_owned(),
+             Name what to draw with --channel NAME or --phase A B",
         ));
     }
     let Some(subject) = Subject::new(runs) else {
@@ -401,7 +398,7 @@ fn figures(options: &PlotOptions, runs: &[Run], only: &[&Entry]) -> Result<Chose
     if let (Some((entry, missing)), false) = (absent.first(), only.is_empty()) {
         let path = subject.run.path().display();
         let remedy = chosen.sampling.as_deref().map(|text| remedy(text, subject.run.path()));
-        return Err(CommandError::Input(format!(
+        return Err(CommandError::input(format!(
             "{path}: {} cannot be drawn: {}{}",
             entry.name,
             missing.why,
@@ -532,7 +529,7 @@ fn layout(options: &PlotOptions) -> Result<Layout, CommandError> {
         title: !options.no_title,
     };
     if layout.width < layout.least_width() {
-        return Err(CommandError::Input(format!(
+        return Err(CommandError::input(format!(
             "--width {:.1}mm has no room for axes with letters of {} points; give at least {:.1}mm, or a smaller --font-size",
             layout.width,
             layout.font_size,

@@ -93,7 +93,7 @@ pub(super) fn run(options: &RunOptions, common: &Common) -> Result<End, CommandE
     match error {
         // An error of the result file names the file itself.
         Some(error) => {
-            Err(CommandError::Computation(unsaved.or(write_error).unwrap_or_else(
+            Err(CommandError::computation(unsaved.or(write_error).unwrap_or_else(
                 || format!("{error}. What was computed until then is in {path}"),
             )))
         }

@@ -107,7 +107,7 @@ pub(super) fn sweep(options: &SweepOptions, common: &Common) -> Result<End, Comm
     // Of a shard the others may have points that did not fail: merge says.
     if options.shard.is_none() && report.failed > 0 && report.failed == report.points {
         let (point, message) = &report.failures[0];
-        return Err(CommandError::Computation(format!(
+        return Err(CommandError::computation(format!(
             "all {} points failed, point {point} with: {message}. The messages are in /failures of {}",
             report.points,
             report.file.display()
@@ -146,20 +146,20 @@ fn command_error(error: &SweepError, path: &Path) -> CommandError {
         SweepError::OtherStudy { .. }
         | SweepError::OtherShard { .. }
         | SweepError::Shard(_)
-        | SweepError::NoFolder { .. } => CommandError::Input(text),
+        | SweepError::NoFolder { .. } => CommandError::input(text),
         SweepError::Journal(JournalError::File(inner)) | SweepError::File(inner) => match inner {
-            ResultError::NoReader { .. } | ResultError::NotCreated { .. } => CommandError::Computation(text),
+            ResultError::NoReader { .. } | ResultError::NotCreated { .. } => CommandError::computation(text),
             _ if inner.is_of_the_system() => {
                 let journal = journal_path(path);
-                CommandError::Computation(format!(
+                CommandError::computation(format!(
                     "{text}. What was computed is in {}; --resume goes on from there",
                     journal.display()
                 ))
             }
-            _ => CommandError::Input(text),
+            _ => CommandError::input(text),
         },
-        SweepError::Journal(_) => CommandError::Input(text),
-        _ => CommandError::Computation(text),
+        SweepError::Journal(_) => CommandError::input(text),
+        _ => CommandError::computation(text),
     }
 }
 
@@ -180,16 +180,13 @@ fn curve_documents(study: &Study, boundaries: &Boundaries) -> Vec<CurveDocument>
                 [low.min(v), high.max(v)]
             })
         };
+        let nose = curve.points.iter().find(|point| point.branch == Branch::Fold);
         CurveDocument {
             plane: plane(curve.plane),
             points: curve.points.len(),
             x_range: range(0),
             y_range: range(1),
-            nose: curve
-                .points
-                .iter()
-                .find(|point| point.branch == Branch::Fold)
-                .map(|point| point.middle()),
+            nose: nose.map(|point| point.middle()),
         }
     });
     documents.collect()
@@ -253,17 +250,10 @@ fn text_report(
         let header = ["curve", "points", "x from", "to", "y from", "to", "fold x", "y"];
         let row = |curve: &CurveDocument| {
             let number = |x: f64| format!("{x:.6}");
-            let [fold_x, fold_y] = curve.nose.map(|fold| fold.map(number)).unwrap_or_default();
-            vec![
-                curve.plane.clone(),
-                curve.points.to_string(),
-                number(curve.x_range[0]),
-                number(curve.x_range[1]),
-                number(curve.y_range[0]),
-                number(curve.y_range[1]),
-                fold_x,
-                fold_y,
-            ]
+            let mut row = vec![curve.plane.clone(), curve.points.to_string()];
+            row.extend([curve.x_range, curve.y_range].into_iter().flatten().map(number));
+            row.extend(curve.nose.map(|fold| fold.map(number)).unwrap_or_default());
+            row
         };
         text += &format!("\n{}", super::terminal::lines(&header, curves.iter().map(row), 1..8));
     }

@@ -35,8 +35,8 @@ pub(super) fn work_precision(options: &WorkPrecisionOptions, common: &Common) ->
     });
     bar.finish();
     let result = result.map_err(|error| match error {
-        StudyError::Truth(_) => CommandError::Input(error.to_string()),
-        _ => CommandError::Computation(error.to_string()),
+        StudyError::Truth(_) => CommandError::input(error),
+        _ => CommandError::computation(error),
     })?;
     let Some(result) = result else {
         return interrupted(common, " before there was a reference; nothing is saved");
@@ -48,7 +48,7 @@ pub(super) fn work_precision(options: &WorkPrecisionOptions, common: &Common) ->
     };
     let file = contents(&study, &result, &started)
         .write(&place, &status)
-        .map_err(|error| CommandError::Computation(error.to_string()))?;
+        .map_err(CommandError::computation)?;
     let figures = draw(&study, &result, &figures)?;
     tell(
         common,
@@ -92,7 +92,7 @@ fn figure_targets(
         return Ok(Vec::new());
     };
     std::fs::create_dir_all(folder).map_err(|source| {
-        CommandError::Computation(format!(
+        CommandError::computation(format!(
             "{}: creating the folder of the figure failed: {source}; choose another with --figure",
             folder.display()
         ))

@@ -16,7 +16,7 @@ pub(super) fn compare(options: &CompareOptions, common: &Common) -> Result<End, 
     let requirements = options.require.iter().map(|text| Requirement::parse(text));
     let requirements = requirements
         .collect::<Result<Vec<_>, _>>()
-        .map_err(CommandError::Input)?;
+        .map_err(CommandError::input)?;
     let report = options.report.as_deref();
     let report = report.map(|path| target::Target::check(path, options)).transpose()?;
     let reference = Reference::open(&options.reference)?;
@@ -53,7 +53,7 @@ pub(super) fn compare(options: &CompareOptions, common: &Common) -> Result<End, 
     }
     match shortfalls.is_empty() {
         true => Ok(End::Done),
-        false => Err(CommandError::Computation(shortfalls.join("; "))),
+        false => Err(CommandError::computation(shortfalls.join("; "))),
     }
 }
 

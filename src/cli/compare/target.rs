@@ -22,7 +22,7 @@ impl Target {
             Some("html" | "htm") => true,
             Some("md") => false,
             _ => {
-                return Err(CommandError::Input(format!(
+                return Err(CommandError::input(format!(
                     "{}: a report is written as HTML or Markdown; give it the extension .html or .md",
                     path.display()
                 )));
