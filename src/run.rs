@@ -4,6 +4,7 @@ use crate::case::Case;
 use crate::model::system::System;
 use crate::record::{NoRecorder, Recorder};
 use crate::simulation::{self, Method, OutputOptions, Progress, RunFailure, RunReport, SolverOptions, procedure};
+use crate::workers::go_on_unless;
 use std::ops::ControlFlow;
 
 /// A run that is being prepared; [`Run::start`] computes it.
@@ -83,6 +84,11 @@ impl<'a> Run<'a> {
     pub fn control(mut self, control: impl FnMut(Progress) -> ControlFlow<()> + 'a) -> Self {
         self.control = Some(Box::new(control));
         self
+    }
+
+    /// Asked now and then while the run goes on; `true` ends it in good order.
+    pub fn stop(self, stop: impl Fn() -> bool + 'a) -> Self {
+        self.control(move |_| go_on_unless(stop()))
     }
 
     /// Computes the run from t = 0 to the end time of its output.

@@ -1,5 +1,6 @@
 //! The pool of threads on which independent jobs are done: runs of a ladder, points of a study, reruns.
 
+use std::ops::ControlFlow;
 use std::sync::{Mutex, PoisonError, mpsc};
 
 /// Results that may wait for the one who takes them, unless the caller says how many.
@@ -8,6 +9,14 @@ const WAITING: usize = 256;
 /// As many threads as there are processors.
 pub(crate) fn processors() -> usize {
     std::thread::available_parallelism().map_or(1, usize::from)
+}
+
+/// What a computation that is asked now and then is told.
+pub(crate) fn go_on_unless(stop: bool) -> ControlFlow<()> {
+    match stop {
+        true => ControlFlow::Break(()),
+        false => ControlFlow::Continue(()),
+    }
 }
 
 /// Does `job` with each of `items`, begun in their order, on `threads` threads. What comes of them is sent, in the order of

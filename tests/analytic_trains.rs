@@ -66,8 +66,8 @@ fn summary(name: &str, method: &str, settings: &[&str]) -> Summary {
     let folder = tempfile::tempdir().unwrap();
     let case = built_in(name, &settings);
     let saved = SavedRun::new(&case, &folder.path().join("run.h5")).start().unwrap();
-    assert!(saved.failure.is_none());
-    saved.summary
+    assert!(saved.run.failure.is_none());
+    saved.run.summary
 }
 
 #[track_caller]

@@ -18,8 +18,8 @@ fn run(text: &str, changes: &[&str]) -> (Summary, Option<Witness>) {
         .witness(true)
         .start()
         .unwrap();
-    assert!(saved.failure.is_none(), "{:?}", saved.failure);
-    (saved.summary, saved.witness)
+    assert!(saved.run.failure.is_none(), "{:?}", saved.run.failure);
+    (saved.run.summary, saved.run.witness)
 }
 
 /// An oscillator on the ground or a belt, in translation.

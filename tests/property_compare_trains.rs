@@ -21,7 +21,7 @@ fn run(path: &Path, case: &str, overrides: &[&str]) {
         .collect();
     let case = Case::read(&source, &overrides).unwrap();
     let report = SavedRun::new(&case, path).overwrite(Overwrite::Force).start().unwrap();
-    assert!(report.failure.is_none() && report.unsaved.is_none());
+    assert!(report.run.failure.is_none() && report.unsaved.is_none());
 }
 
 /// A run that is made once in this program.

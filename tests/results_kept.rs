@@ -7,7 +7,7 @@ use std::sync::Arc;
 use stickslip::SavedRun;
 use stickslip::analysis::KeptRun;
 use stickslip::case::{Case, CaseSource, Override};
-use stickslip::cli::{End, capture};
+use stickslip::cli::{CommandError, End, Said, capture};
 use stickslip::results::{KeptRows, KeptView, Overwrite, ResultFile, Status, Values};
 
 type Outcome = Result<(), Box<dyn Error>>;
@@ -55,7 +55,7 @@ fn results_kept_rows_make_the_same_file() -> Outcome {
         let case = case(name, settings)?;
         let (kept_file, recorded_file) = (folder.path().join("kept.h5"), folder.path().join("recorded.h5"));
         let kept = KeptRun::new(&case).start();
-        assert_eq!(kept.end.status, Status::Complete);
+        assert_eq!(kept.end.run.status, Status::Complete);
         kept.end.write(&kept_file, Overwrite::OwnResults, &view(&kept.rows))?;
         recorded(&case, &recorded_file)?;
         // What may differ are texts of one length: the second of the start in /meta and `history`, the wall time, and the
@@ -115,30 +115,30 @@ fn property_events_alone_are_the_same_events() -> Outcome {
 fn property_a_kept_run_ends_when_it_is_told_to() -> Outcome {
     let case = case("paper-si", &[])?;
     let kept = KeptRun::new(&case).control(|| std::ops::ControlFlow::Break(())).start();
-    assert_eq!(kept.end.status, Status::Interrupted);
+    assert_eq!(kept.end.run.status, Status::Interrupted);
     Ok(())
 }
 
-fn captured(arguments: &[&str]) -> stickslip::cli::Captured {
+fn captured(arguments: &[&str]) -> (Said, Result<End, CommandError>) {
     capture(arguments.iter().map(OsString::from), Arc::default())
 }
 
 /// Report and document of one call, nothing on the streams of the process.
 #[test]
 fn cli_a_captured_command_gives_report_and_document() -> Outcome {
-    let modes = captured(&["modes", "paper"]);
-    assert!(matches!(modes.end, Ok(End::Done)));
+    let (modes, end) = captured(&["modes", "paper"]);
+    assert!(matches!(end, Ok(End::Done)));
     assert!(modes.text.contains("natural period T_n"));
     let document: serde_json::Value = serde_json::from_str(&modes.document.ok_or("no document")?)?;
     assert!(document["natural_period"].is_number());
-    let wrong = captured(&["modes", "paper", "--set", "friction.deacy=1"]);
-    let error = wrong.end.expect_err("a misspelt key");
+    let (_, wrong) = captured(&["modes", "paper", "--set", "friction.deacy=1"]);
+    let error = wrong.expect_err("a misspelt key");
     assert!(
         error.is_input() && error.text().contains("friction.decay"),
         "{}",
         error.text()
     );
-    let usage = captured(&["no-such-command"]);
-    assert!(usage.end.is_err_and(|error| error.is_input()));
+    let (_, usage) = captured(&["no-such-command"]);
+    assert!(usage.is_err_and(|error| error.is_input()));
     Ok(())
 }

@@ -158,7 +158,7 @@ fn results_page_of_trains_says_what_the_run_comes_to() {
     let case = Case::read(&source("belt-leine"), &[]).unwrap();
     let report = SavedRun::new(&case, &path).start().unwrap();
     let (_, page) = read(&path);
-    let said = headline(&case, &report.summary);
+    let said = headline(&case, &report.run.summary);
     let shown: Vec<(&str, &str)> = page.run["headline"]
         .as_array()
         .unwrap()

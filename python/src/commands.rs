@@ -4,7 +4,7 @@ use crate::errors::of_command;
 use crate::waiting::interruptible;
 use pyo3::prelude::*;
 use std::ffi::OsString;
-use stickslip::cli::{Captured, capture};
+use stickslip::cli::{Said, capture};
 
 /// The report of a command, its JSON document, what it said on standard error, and why it fell short.
 type Outcome = (String, Option<String>, Vec<String>, Option<String>);
@@ -19,13 +19,12 @@ pub fn command(
     keeps: bool,
     progress: Option<Py<PyAny>>,
 ) -> PyResult<Outcome> {
-    let captured = interruptible(py, progress, |watch| capture(arguments, watch))?;
-    let Captured {
+    let (said, end) = interruptible(py, progress, |watch| capture(arguments, watch))?;
+    let Said {
         text,
         document,
         messages,
-        end,
-    } = captured;
+    } = said;
     match end {
         Err(error) if !keeps || document.is_none() => Err(of_command(py, &error)),
         Err(error) => Ok((text, document, messages, Some(error.text().to_owned()))),

@@ -86,7 +86,7 @@ impl Run {
     #[getter]
     fn report(&self, py: Python<'_>) -> PyResult<Option<String>> {
         match &self.rows {
-            Rows::Kept { end, .. } => json(py, &end.summary).map(Some),
+            Rows::Kept { end, .. } => json(py, &end.run.summary).map(Some),
             Rows::File { .. } => Ok(None),
         }
     }
@@ -284,7 +284,7 @@ pub fn run(
     if let Some(raised) = signals.raised {
         return Err(raised);
     }
-    let KeptReport { rows, end, failure } = computed.map_err(|_| internal(py))?;
+    let KeptReport { rows, end } = computed.map_err(|_| internal(py))?;
     let event_count = rows.tables.get(1).map_or(0, KeptTable::rows);
     let mut tables = Vec::new();
     let mut columns = HashMap::new();
@@ -299,17 +299,17 @@ pub fn run(
         tables.push((group.to_owned(), described));
     }
     Ok(Run {
-        title: end.title().to_owned(),
-        case_text: end.case_text().to_owned(),
-        resolved: end.resolved().to_owned(),
-        status: end.status.name(),
-        failure: failure.map(|failure| failure.to_string()),
-        warnings: end.warnings.clone(),
-        witness: end.witness.as_ref().map(|witness| json(py, witness)).transpose()?,
-        quantities: end.stick_slip().attributes.iter().cloned().map(quantity).collect(),
+        title: end.header.title.clone(),
+        case_text: end.header.case_text.clone(),
+        resolved: end.header.resolved.clone(),
+        status: end.run.status.name(),
+        failure: end.run.failure.as_ref().map(ToString::to_string),
+        warnings: end.run.warnings.iter().map(ToString::to_string).collect(),
+        witness: end.run.witness.as_ref().map(|witness| json(py, witness)).transpose()?,
+        quantities: end.run.table.attributes.iter().cloned().map(quantity).collect(),
         tables,
         event_count,
-        meta: end.meta().to_vec(),
+        meta: end.header.meta.clone(),
         arrays: Mutex::default(),
         rows: Rows::Kept {
             end: Box::new(end),

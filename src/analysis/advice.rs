@@ -23,10 +23,9 @@ pub fn remedy(certificate: &Certificate) -> String {
              above rounding, such as {KICK_OPTION}",
             certificate.growth_to_onset.unwrap_or(0.0),
             certificate.growth_exponent.unwrap_or(0.0),
-            but = if certificate.by_oracle {
-                "; series alone can follow the exact solution, which has no deviation"
-            } else {
-                ""
+            but = match certificate.by_oracle {
+                true => "; series alone can follow the exact solution, which has no deviation",
+                false => "",
             },
         ),
         Verdict::SequenceDiffers if certificate.by_oracle => {
@@ -56,10 +55,8 @@ pub fn remedy(certificate: &Certificate) -> String {
 fn too_few_runs(certificate: &Certificate) -> bool {
     let own = [Method::Auto.name(), certificate.solver.method.name()];
     let finished = certificate.ladder.iter().filter(|rung| rung.failure.is_none());
-    let mut methods: Vec<&str> = finished
-        .map(|rung| rung.method)
-        .filter(|method| !own.contains(method))
-        .collect();
+    let others = finished.map(|rung| rung.method).filter(|method| !own.contains(method));
+    let mut methods: Vec<&str> = others.collect();
     methods.dedup();
     methods.len() < LEAST_WITNESSES
 }
@@ -120,8 +117,7 @@ pub fn shortfall(
         }
         tried.push((setting, reached));
     }
-    let best = tried.iter().max_by_key(|(_, reached)| *reached);
-    let others = match best {
+    let others = match tried.iter().max_by_key(|(_, reached)| *reached) {
         Some((setting, reached)) if *reached > least => {
             format!("nothing that was tried has so many; the most is {reached}, with {setting}")
         }
@@ -130,11 +126,9 @@ pub fn shortfall(
             format!("{} have no more", names.join(", "))
         }
     };
-    let remedy = remedy(certificate);
-    let remedy = if remedy.is_empty() {
-        remedy
-    } else {
-        format!(". {}", capitalised(&remedy))
+    let remedy = match remedy(certificate) {
+        none if none.is_empty() => none,
+        remedy => format!(". {}", capitalised(&remedy)),
     };
     Some(format!("{asked}, and {others}{remedy}"))
 }
@@ -155,10 +149,9 @@ fn candidates(own: &SolverOptions) -> Vec<SolverOptions> {
         ..own.clone()
     };
     // A method that is not meant to be accurate is not made so by a tolerance.
-    let method = if own.method == Method::Paper {
-        Method::Auto
-    } else {
-        own.method
+    let method = match own.method {
+        Method::Paper => Method::Auto,
+        other => other,
     };
     let mut candidates = vec![
         with(Method::Series, own.rtol.min(1e-9)),
@@ -208,11 +201,8 @@ fn digits_of(case: &Case, solution: Option<&OracleSolution>, stop: &(dyn Fn() ->
     if missing > 0 {
         return 0;
     }
-    let word = events
-        .iter()
-        .zip(partners)
-        .filter(|(event, _)| event.kind.in_event_sequence());
-    let digits =
-        word.map(|(event, partner)| partner.map_or(0, |partner| significant(event.time, partner.uncertainty())));
-    digits.min().unwrap_or(0)
+    let pairs = events.iter().zip(partners);
+    let pairs = pairs.filter(|(event, _)| event.kind.in_event_sequence());
+    let digits = pairs.map(|(event, partner)| Some(significant(event.time, partner?.uncertainty())));
+    digits.map(Option::unwrap_or_default).min().unwrap_or(0)
 }

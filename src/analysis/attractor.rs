@@ -4,6 +4,7 @@
 //! most [`LONGEST_PERIOD`] sections apart, whose states agree, and by which every harmonic that drives the trains has gone through
 //! whole turns. It is looked for anew after a kick and after a corner of a signal. Sliding that slows down by itself repeats nothing.
 
+use super::witness::Sequence;
 use crate::model::Mode;
 use crate::model::margin::twice_resistance;
 use crate::model::system::System;
@@ -79,17 +80,19 @@ struct Hit {
     sticks: u64,
 }
 
-/// Looks for the attractor in the events of a run, and passes the run on.
+/// Looks for the attractor in the events of a run, keeps their sequence, and passes the run on.
 pub(super) struct Recurrence<'a> {
     inner: &'a mut dyn Recorder,
+    /// The report of the run keeps the events whether or not `inner` stores them.
+    keeps_events: bool,
+    /// What has happened.
+    pub sequence: Sequence,
     /// The motion comes to a stop.
     stops: bool,
     further: Vec<f64>,
     hits: VecDeque<Hit>,
     /// Of each component, what it is measured with: the angles, the speeds, or the bristles.
     groups: Vec<usize>,
-    /// When the contact last changed what it did, s.
-    last: Option<f64>,
     /// What the contact did last.
     mode: Mode,
     sticks: u64,
@@ -120,9 +123,11 @@ fn frequencies<'d>(drives: impl IntoIterator<Item = &'d Drive>) -> Vec<(f64, f64
 }
 
 impl<'a> Recurrence<'a> {
-    pub fn new(trains: &System, inner: &'a mut dyn Recorder) -> Self {
+    pub fn new(trains: &System, inner: &'a mut dyn Recorder, keeps_events: bool) -> Self {
         Recurrence {
             inner,
+            keeps_events,
+            sequence: Sequence::default(),
             stops: twice_resistance(trains).is_some(),
             further: Vec::new(),
             hits: VecDeque::new(),
@@ -133,7 +138,6 @@ impl<'a> Recurrence<'a> {
                     _ => usize::from(one.is_rate),
                 })
                 .collect(),
-            last: None,
             mode: Mode::Separated,
             sticks: 0,
             frequencies: frequencies(trains.drives()),
@@ -240,7 +244,7 @@ impl<'a> Recurrence<'a> {
 
     /// When the contact last changed what it did, s, and what it did at the end.
     pub fn end(&self) -> (Option<f64>, Mode) {
-        (self.last, self.mode)
+        (self.sequence.last().map(|event| event.1), self.mode)
     }
 
     /// The attractor that the run has come to by its end, if it has.
@@ -320,9 +324,7 @@ impl Recorder for Recurrence<'_> {
     }
 
     fn event(&mut self, event: &Event) -> Result<(), RecorderError> {
-        if event.kind.in_event_sequence() {
-            self.last = Some(event.time);
-        }
+        self.sequence.event(event)?;
         match event.kind {
             EventKind::Slip | EventKind::Reversal if !self.stops => self.hit(event),
             EventKind::Stick => self.sticks += 1,
@@ -336,6 +338,7 @@ impl Recorder for Recurrence<'_> {
     }
 
     fn segment(&mut self, segment: &Segment) -> Result<(), RecorderError> {
+        self.sequence.segment(segment)?;
         self.inner.segment(segment)
     }
 
@@ -352,6 +355,6 @@ impl Recorder for Recurrence<'_> {
     }
 
     fn stores_events(&self) -> bool {
-        self.inner.stores_events()
+        !self.keeps_events && self.inner.stores_events()
     }
 }

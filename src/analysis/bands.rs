@@ -133,7 +133,7 @@ pub fn compared_output(output: &OutputOptions) -> OutputOptions {
         follow: Following::default(),
         ..output.clone()
     };
-    let rows = Times::new(&plain).count();
+    let rows = times(&plain).count();
     let share = rows.div_ceil(MOST_ROWS).max(1) as f64;
     let mut thinned = plain;
     thinned.interval *= share;
@@ -143,21 +143,14 @@ pub fn compared_output(output: &OutputOptions) -> OutputOptions {
     thinned
 }
 
-struct Times(SampleTimes);
-
-impl Times {
-    fn new(output: &OutputOptions) -> Times {
-        Times(SampleTimes::new(output))
-    }
-}
-
-impl Iterator for Times {
-    type Item = f64;
-    fn next(&mut self) -> Option<f64> {
-        let time = Some(self.0.next).filter(|time| time.is_finite());
-        self.0.advance();
-        time
-    }
+/// When samples are due, s.
+fn times(output: &OutputOptions) -> Box<dyn Iterator<Item = f64>> {
+    let mut due = SampleTimes::new(output);
+    Box::new(std::iter::from_fn(move || {
+        let time = due.next;
+        due.advance();
+        time.is_finite().then_some(time)
+    }))
 }
 
 /// Two times of the same row: origins and intervals are multiplied out in different ways.
@@ -167,15 +160,14 @@ pub(super) fn same_row(a: f64, b: f64) -> bool {
 
 /// Picks the rows of [`compared_output`] from those of a file, in order of time.
 pub struct Compared {
-    times: std::iter::Peekable<Times>,
+    times: std::iter::Peekable<Box<dyn Iterator<Item = f64>>>,
 }
 
 impl Compared {
     /// Of these settings.
     pub fn new(compared: &OutputOptions) -> Compared {
-        Compared {
-            times: Times::new(compared).peekable(),
-        }
+        let times = times(compared).peekable();
+        Compared { times }
     }
 
     /// Whether the row of this time (s), later than all before, is one of them.
@@ -201,14 +193,10 @@ fn spans<'a>(events: &[Option<&'a Event>], no_more: bool, end: f64) -> Vec<Optio
             if index == events.len() && !no_more {
                 return None;
             }
-            let first = match index {
-                0 => None,
-                _ => Some(events[index - 1]?),
-            };
-            let last = match events.get(index) {
-                None => None,
-                Some(event) => Some((*event)?),
-            };
+            let first = index
+                .checked_sub(1)
+                .map_or(Some(None), |before| events[before].map(Some))?;
+            let last = events.get(index).map_or(Some(None), |event| event.map(Some))?;
             Some(Span {
                 start: first.map_or(0.0, |event| event.time),
                 end: last.map_or(end, |event| event.time),
@@ -437,59 +425,55 @@ pub(super) fn bands(case: &Case, result: &MemoryRecorder, ladder: &[Finished], e
         .collect();
     let auto = finest_auto(ladder).map(cut);
     let first_mode = result.samples.first().map_or(Mode::SlipForward, |row| row.mode);
-    let stretches: Vec<Stretch> = compare
-        .result
-        .spans
-        .iter()
-        .flatten()
-        .enumerate()
-        .map(|(index, span)| {
-            let ends = || events[index.saturating_sub(1)..events.len().min(index + 1)].iter();
-            // The run up to the first event that is not converged, and no further.
-            let known = |event: &CertifiedEvent| event.verdict == Verdict::Converged && event.uncertainty.is_finite();
-            let mut stretch = Stretch {
-                start: span.start,
-                end: span.end,
-                mode: span.first.map_or(first_mode, |event| event.mode_after),
-                converged: span.end > span.start && events.iter().take(index + 1).all(known),
-                time_uncertainty: ends().map(|event| event.uncertainty).fold(0.0, f64::max),
-                bands: vec![f64::NAN; names.len()],
-                rates: vec![f64::NAN; names.len()],
+    let unknown = || vec![f64::NAN; names.len()];
+    // The bands and the rates of a stretch; `None` where too few runs have all of it.
+    let measured = |index: usize, span: &Span, mode: Mode, rounding: f64| {
+        let against = |other: &Cut| compare.difference(index, span, other);
+        let seen: Vec<(bool, Difference)> = witnesses
+            .iter()
+            .filter_map(|(independent, other)| Some((*independent, against(other)?)))
+            .collect();
+        let finer = auto
+            .as_ref()
+            .and_then(against)
+            .filter(|_| seen.len() >= LEAST_WITNESSES)?;
+        let rates = compare.rates(index, span, mode);
+        let band = |(column, least): (usize, &f64)| {
+            let distance = |d: &Difference| {
+                let is_compared = column < State::COUNT || d.rows > 0;
+                is_compared.then(|| d.largest[column])
             };
-            if !stretch.converged {
-                stretch.time_uncertainty = f64::NAN;
-                return stretch;
-            }
-            let against = |other: &Cut| compare.difference(index, span, other);
-            let seen: Vec<(bool, Difference)> = witnesses
+            let distances = seen
                 .iter()
-                .filter_map(|(independent, other)| Some((*independent, against(other)?)))
-                .collect();
-            let finer = auto.as_ref().and_then(against);
-            stretch.converged &= seen.len() >= LEAST_WITNESSES && finer.is_some();
-            if !stretch.converged {
-                stretch.time_uncertainty = f64::NAN;
-                return stretch;
-            }
-            let rounding = ends().map(|event| event.rounding).fold(0.0, f64::max);
-            stretch.rates = compare.rates(index, span, stretch.mode);
-            for (column, least) in least.iter().enumerate() {
-                let compared = |d: &&Difference| column < State::COUNT || d.rows > 0;
-                let two_nearest = two_nearest(
-                    seen.iter()
-                        .filter(|(_, d)| compared(&d))
-                        .map(|(independent, d)| (*independent, d.largest[column])),
-                );
-                let finer = finer
-                    .iter()
-                    .find(|d| compared(d))
-                    .map_or(f64::NAN, |d| d.largest[column]);
-                let rounding = stretch.rates[column] * rounding + least;
-                stretch.bands[column] = two_nearest + finer + rounding;
-            }
-            stretch
-        })
-        .collect();
+                .filter_map(|(independent, d)| Some((*independent, distance(d)?)));
+            two_nearest(distances) + distance(&finer).unwrap_or(f64::NAN) + (rates[column] * rounding + least)
+        };
+        let bands = least.iter().enumerate().map(band).collect();
+        Some((bands, rates))
+    };
+    let stretch = |(index, span): (usize, &Span)| {
+        let ends = || events[index.saturating_sub(1)..events.len().min(index + 1)].iter();
+        // The run up to the first event that is not converged, and no further.
+        let known = |event: &CertifiedEvent| event.verdict == Verdict::Converged && event.uncertainty.is_finite();
+        let converged = span.end > span.start && events.iter().take(index + 1).all(known);
+        let mode = span.first.map_or(first_mode, |event| event.mode_after);
+        let rounding = ends().map(|event| event.rounding).fold(0.0, f64::max);
+        let found = converged.then(|| measured(index, span, mode, rounding)).flatten();
+        let converged = found.is_some();
+        let (bands, rates) = found.unwrap_or_else(|| (unknown(), unknown()));
+        let of_ends = ends().map(|event| event.uncertainty).fold(0.0, f64::max);
+        Stretch {
+            start: span.start,
+            end: span.end,
+            mode,
+            converged,
+            time_uncertainty: if converged { of_ends } else { f64::NAN },
+            bands,
+            rates,
+        }
+    };
+    let spans = compare.result.spans.iter().flatten().enumerate();
+    let stretches: Vec<Stretch> = spans.map(stretch).collect();
     let channels = names.into_iter().enumerate().map(|(column, (name, unit))| ChannelBand {
         name,
         unit,

@@ -26,6 +26,7 @@ use crate::record::{Event, EventKind, MemoryRecorder};
 use crate::simulation::Excitation;
 use crate::simulation::{Method, OutputOptions, SolverOptions};
 use serde::Serialize;
+use std::borrow::Cow;
 
 /// Two errors may cross within one event or a few; over so many on each side they do not.
 const NEIGHBOURS: usize = 4;
@@ -131,12 +132,13 @@ pub fn certify(
     result: &MemoryRecorder,
     stop: &(dyn Fn() -> bool + Sync),
 ) -> Result<Certificate, CertifyError> {
-    certify_until(case, result, &Deadline::default(), stop)
+    certify_until(case, None, result, &Deadline::default(), stop)
 }
 
-/// [`certify`], whose runs have to be done by a deadline.
+/// [`certify`], whose runs have to be done by a deadline. Slopes are by the numbers of the case as it is `written`, if that is known.
 pub(super) fn certify_until(
     case: &Case,
+    written: Option<&WrittenCase>,
     result: &MemoryRecorder,
     deadline: &Deadline,
     stop: &(dyn Fn() -> bool + Sync),
@@ -157,17 +159,17 @@ pub(super) fn certify_until(
     if let Some(failure) = own.as_ref().and_then(|own| own.rung.failure.clone()) {
         return Err(CertifyError::Run(failure));
     }
-    let summary = own.as_ref().map(|own| Summary::of_case(case, &own.report));
-    let warnings = summary
-        .as_ref()
-        .map(|summary| warnings(case, summary))
-        .unwrap_or_default();
+    let summary = own.as_ref().map(|own| Summary::of_run(case.system(), &own.report));
+    let warnings = summary.iter().flat_map(|summary| warnings(case, summary)).collect();
     let summary = summary.unwrap_or_default();
     let many_periods = own.as_ref().and_then(|own| many_periods(case, own, deadline, stop));
     let follows = own.is_some();
     let (ladder, linearised) = std::thread::scope(|scope| {
         let linearised = scope.spawn(|| match follows {
-            true => linearise(&WrittenCase::of(case), limited(case.solver()).max_wall_time, stop),
+            true => {
+                let written = written.map_or_else(|| Cow::Owned(WrittenCase::of(case)), Cow::Borrowed);
+                linearise(&written, limited(case.solver()).max_wall_time, stop)
+            }
             false => Ok(Linearised::default()),
         });
         let ladder = climb(case, &result.events, &output, own, many_periods, deadline, stop);
@@ -184,7 +186,7 @@ pub(super) fn certify_until(
     };
     // A run of `series` can be free of the noise that the onset of every other method belongs to: `auto` decides as well.
     let noise = summary.noise_determined
-        || finest_auto(&ladder).is_some_and(|auto| Summary::of_case(case, &auto.report).noise_determined);
+        || finest_auto(&ladder).is_some_and(|auto| Summary::of_run(case.system(), &auto.report).noise_determined);
     let events = judge(case, &result.events, &ladder, &linearised, noise);
     let witnesses = witnesses(&ladder, case.solver().method);
     // Where the others go on, the result lacks an event that grazes.
@@ -247,24 +249,19 @@ fn judge(
     let mut of_zeros: f64 = 0.0;
     let onset = result.iter().position(|event| event.kind == EventKind::Stick);
     let single = |run: &Finished| -> Vec<f64> {
-        let times = matched(result, run);
-        times
-            .iter()
-            .zip(result)
-            .map(|(t, event)| (t - event.time).abs())
-            .collect()
+        let pairs = matched(result, run).into_iter().zip(result);
+        pairs.map(|(t, event)| (t - event.time).abs()).collect()
     };
     let around = |single: &Vec<f64>| -> Vec<f64> {
-        (0..single.len())
-            .map(|index| {
-                // What comes before the first stick is not judged by what has grown until then.
-                let before = onset.filter(|onset| index < *onset).unwrap_or(single.len());
-                let neighbours = &single[index.saturating_sub(NEIGHBOURS)..before.min(index + NEIGHBOURS + 1)];
-                // A distance without a counterpart is left out of its neighbours'.
-                let largest = neighbours.iter().copied().fold(0.0, f64::max);
-                if single[index].is_nan() { f64::NAN } else { largest }
-            })
-            .collect()
+        let largest = |(index, own): (usize, &f64)| {
+            // What comes before the first stick is not judged by what has grown until then.
+            let before = onset.filter(|onset| index < *onset).unwrap_or(single.len());
+            let neighbours = &single[index.saturating_sub(NEIGHBOURS)..before.min(index + NEIGHBOURS + 1)];
+            // A distance without a counterpart is left out of its neighbours'.
+            let largest = neighbours.iter().copied().fold(0.0, f64::max);
+            if own.is_nan() { f64::NAN } else { largest }
+        };
+        single.iter().enumerate().map(largest).collect()
     };
     let witnesses = witnesses(ladder, case.solver().method);
     let times: Vec<Vec<f64>> = witnesses.iter().map(|run| matched(result, run)).collect();
@@ -273,10 +270,8 @@ fn judge(
         let near = |a: &Vec<f64>, b: &Vec<f64>| (a[index] - b[index]).abs() <= LARGEST_SHARE * period;
         (1..times.len()).any(|k| times[..k].iter().any(|other| near(&times[k], other)))
     };
-    let independent: Vec<bool> = witnesses
-        .iter()
-        .map(|run| !shares_errors(run, case.solver().method))
-        .collect();
+    let of = case.solver().method;
+    let independent: Vec<bool> = witnesses.iter().map(|run| !shares_errors(run, of)).collect();
     let by_series = witnesses.iter().position(|run| run.method == Method::Series);
     let distances: Vec<Vec<f64>> = witnesses.into_iter().map(single).collect();
     let around_witnesses: Vec<Vec<f64>> = distances.iter().map(around).collect();
@@ -298,12 +293,8 @@ fn judge(
             };
             let not_followed = ROUNDING * f64::EPSILON * event.time + of_zeros;
             let seen = around_witnesses.iter().filter(|d| !d[index].is_nan()).count();
-            let nearest = around_witnesses
-                .iter()
-                .zip(&independent)
-                .filter(|(_, independent)| **independent)
-                .map(|(d, _)| d[index])
-                .fold(f64::INFINITY, f64::min);
+            let of_independent = around_witnesses.iter().zip(&independent).filter(|pair| *pair.1);
+            let nearest = of_independent.map(|(d, _)| d[index]).fold(f64::INFINITY, f64::min);
             let own = auto.as_ref().map_or(0.0, |d| d[index]);
             let own = if own.is_nan() { f64::INFINITY } else { own };
             // Another witness may be near by chance; `series` is the finest, and has its say.

@@ -195,8 +195,10 @@ impl<'a> Certify<'a> {
             case, deadline, stop, ..
         } = self;
         let stopped = || stop.is_some_and(|stop| stop.load(Ordering::Relaxed));
+        let written = self.written.map(Written::case);
+        let readable = written.as_ref().and_then(|written| written.as_ref().ok());
         let mut certified = Certified {
-            certificate: certify_until(case, result, &deadline, &stopped)?,
+            certificate: certify_until(case, readable, result, &deadline, &stopped)?,
             sensitivities: None,
             exact: None,
             interrupted: None,
@@ -233,9 +235,10 @@ impl<'a> Certify<'a> {
             }
         }
         let certificate = &certified.certificate;
-        certified.sensitivities = self
-            .written
-            .map(|written| of_written(written, certificate, &result.events, &deadline, &stopped));
+        certified.sensitivities = written.map(|written| {
+            let written = written.map_err(|error| error.to_string())?;
+            of_written(&written, certificate, &result.events, &deadline, &stopped)
+        });
         certified.interrupted = stopped().then_some(Stage::Sensitivities);
         Ok(certified)
     }
@@ -243,7 +246,7 @@ impl<'a> Certify<'a> {
 
 /// What the numbers of a case, as it is written, do to the events of a result, of which the first that are converged are certain.
 fn of_written(
-    written: &Written,
+    written: &WrittenCase,
     certificate: &Certificate,
     events: &[Event],
     deadline: &Deadline,
@@ -251,11 +254,10 @@ fn of_written(
 ) -> Result<CaseSensitivities, String> {
     let given_up = || stopped() || deadline.is_over();
     let explain = |why| deadline.explain(why, stopped());
-    let case = written.case().map_err(|error| error.to_string())?;
     let converged = |event: &&CertifiedEvent| event.verdict == Verdict::Converged;
     let count = certificate.events.iter().take_while(converged).count();
-    let known = Some(&certificate.linearised);
-    let mut found = sensitivities(&case, known, events, count, &given_up).map_err(explain)?;
+    let known = Some(&certificate.linearised).filter(|known| !known.parameters.is_empty());
+    let mut found = sensitivities(written, known, events, count, &given_up).map_err(explain)?;
     if let Some(result) = &mut found.result {
         result.without_reruns = result.without_reruns.take().map(explain);
     }
@@ -281,7 +283,7 @@ mod tests {
         let short = settings.map(|setting| Override::parse(setting).unwrap());
         let source = CaseSource::built_in("paper").unwrap();
         let case = Case::read(&source, &short).unwrap();
-        let written = Written::new(&case, None, &source, &short);
+        let written = WrittenCase::read(&source, &short).unwrap();
         let mut result = MemoryRecorder::default();
         Run::new(&case).record(&mut result).start().unwrap();
         let certificate = certify(&case, &result, &|| false).unwrap();

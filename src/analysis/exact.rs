@@ -11,8 +11,8 @@ use crate::oracle::{self, Number, OracleProgress, OracleRequest, OracleSolution}
 use crate::record::sequence::{Alignment, SequenceEvent};
 use crate::record::{Event, EventKind};
 use crate::simulation::{OutputOptions, SolverOptions};
+use crate::workers::go_on_unless;
 use num_rational::BigRational;
-use std::ops::ControlFlow;
 use std::time::Duration;
 
 /// Digits that the oracle's event times have, unless more are asked for.
@@ -102,10 +102,7 @@ fn solve(
     };
     let solution = oracle::solve(&exact.system, &request, &mut |now| {
         progress(now);
-        match stop() {
-            true => ControlFlow::Break(()),
-            false => ControlFlow::Continue(()),
-        }
+        go_on_unless(stop())
     });
     solution.map_err(|error| match stop() {
         true => CertifyError::Interrupted,
@@ -139,17 +136,14 @@ pub(super) fn partners(case: &Case, result: &[Event], solution: &OracleSolution)
     let theirs: Vec<usize> = (0..exact.len()).filter(|k| in_word(exact[*k].kind)).collect();
     let own: Vec<usize> = (0..result.len()).filter(|k| in_word(result[*k].kind)).collect();
     let word = |time: f64, kind| SequenceEvent { time, kind };
-    let reference: Vec<SequenceEvent> = theirs
-        .iter()
-        .map(|k| word(exact[*k].time.to_f64(), exact[*k].kind))
-        .collect();
+    let reference = theirs.iter().map(|k| word(exact[*k].time.to_f64(), exact[*k].kind));
+    let reference: Vec<SequenceEvent> = reference.collect();
     let candidate: Vec<SequenceEvent> = own.iter().map(|k| word(result[*k].time, result[*k].kind)).collect();
     // Equal sequences are matched event by event, however far they are apart.
     let equal = reference.len() == candidate.len() && reference.iter().zip(&candidate).all(|(a, b)| a.kind == b.kind);
-    let pairs: Vec<(usize, usize)> = if equal {
-        (0..own.len()).map(|k| (k, k)).collect()
-    } else {
-        Alignment::of(&reference, &candidate, period).matched().collect()
+    let pairs: Vec<(usize, usize)> = match equal {
+        true => (0..own.len()).map(|k| (k, k)).collect(),
+        false => Alignment::of(&reference, &candidate, period).matched().collect(),
     };
     let mut partner: Vec<Option<usize>> = vec![None; result.len()];
     for (reference, candidate) in pairs {
@@ -165,20 +159,17 @@ pub(super) fn partners(case: &Case, result: &[Event], solution: &OracleSolution)
         let distance = |k: &usize| (exact[*k].time.to_f64() - event.time).abs();
         partner[index] = same.min_by(|a, b| distance(a).total_cmp(&distance(b)));
     }
-    let partners: Vec<Option<Partner>> = partner
-        .iter()
-        .zip(result)
-        .map(|(partner, event)| {
-            let index = (*partner)?;
-            let partner = Partner {
-                exact: index,
-                distance: Number::from_f64(event.time, 64).minus(&exact[index].time),
-                error: solution.errors[index],
-            };
-            // Further off it is another event.
-            (partner.distance.abs() <= LARGEST_SHARE * period).then_some(partner)
-        })
-        .collect();
+    let near = |(partner, event): (Option<usize>, &Event)| {
+        let index = partner?;
+        let partner = Partner {
+            exact: index,
+            distance: Number::from_f64(event.time, 64).minus(&exact[index].time),
+            error: solution.errors[index],
+        };
+        // Further off it is another event.
+        (partner.distance.abs() <= LARGEST_SHARE * period).then_some(partner)
+    };
+    let partners: Vec<Option<Partner>> = partner.into_iter().zip(result).map(near).collect();
     let found = own.iter().filter(|k| partners[**k].is_some()).count();
     (partners, theirs.len() - found)
 }
@@ -201,11 +192,9 @@ pub fn last_word(certificate: &mut Certificate, case: &Case, result: &[Event], s
             solution.report.events[partner.exact].time.to_decimal(digits)
         });
     }
-    let spurious = partners
-        .iter()
-        .zip(result)
-        .filter(|(partner, event)| partner.is_none() && event.kind.in_event_sequence())
-        .count();
+    let is_spurious =
+        |(partner, event): &(&Option<Partner>, &Event)| partner.is_none() && event.kind.in_event_sequence();
+    let spurious = partners.iter().zip(result).filter(is_spurious).count();
     certificate.verdict = match (missing + spurious, ladder) {
         (0, _) => Verdict::Converged,
         (_, Verdict::NoiseDetermined) => Verdict::NoiseDetermined,

@@ -8,30 +8,6 @@ use crate::results::{ResultError, ResultFile, Status, StickSlipTable};
 use crate::simulation::{natural_period, position_of};
 use serde::Serialize;
 
-/// The paper's own numbers (its sections 4.2 to 4.5), beside which the built-in case is put.
-pub mod paper {
-    /// Onset of stick-slip.
-    pub(crate) const ONSET: &str = "6.975 s";
-    /// Stick for good.
-    pub(crate) const FINAL_STICK: &str = "6.9896 s";
-    /// Duration of the first stick.
-    pub(crate) const FIRST_STICK: &str = "50 us";
-    /// Duration of the last stick that ends.
-    pub const LAST_STICK: &str = "530 us";
-    /// Duration of a slip.
-    pub const SLIP: &str = "190 us";
-    /// How the duration of the slips changes.
-    pub(crate) const SLIP_RANGE: &str = "nearly constant";
-    /// T_n.
-    pub(crate) const NATURAL_PERIOD: &str = "240 us";
-    /// T_i / T_n.
-    pub(crate) const FIRST_PERIOD: &str = "1";
-    /// T_f / T_n.
-    pub(crate) const LAST_PERIOD: &str = "3";
-    /// Axial displacement under the full force.
-    pub const AXIAL: &str = "0.04 mm";
-}
-
 /// One line of the headline.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize)]
 pub struct HeadlineRow {
@@ -146,58 +122,49 @@ fn instability_of(case: &Case, events: &[Event]) -> Option<f64> {
     digest.instability.map(|event| event.time)
 }
 
-/// The lines of a run that slows down to a stop, or whose case is not known.
+/// The lines of a run that slows down to a stop, or whose case is not known, with the numbers of the paper's sections 4.2 to 4.5.
 fn of_stop(summary: &Summary) -> Vec<HeadlineRow> {
-    let residual = match summary.energy_residual {
-        unknown if unknown.is_nan() => none(),
-        residual => residual_row(residual, summary.energy_residual_relative),
+    let residual = Some(summary.energy_residual).filter(|residual| !residual.is_nan());
+    let residual = or_none(residual, |joules| {
+        residual_row(joules, summary.energy_residual_relative)
+    });
+    let time = |t: Option<f64>| or_none(t, |t| format!("{t:.9} s"));
+    let microseconds = |t: Option<f64>| or_none(t, |t| format!("{:.2} us", t * 1e6));
+    let range = |bounds: Option<(f64, f64)>| {
+        or_none(bounds, |(low, high)| {
+            format!("{:.2} to {:.2} us", low * 1e6, high * 1e6)
+        })
     };
-    let slips = pair(summary.first_slip_duration, summary.last_slip_duration);
-    let period = |period: Option<f64>| ratio(period, summary.natural_period);
-    let axial = summary.axial_displacement;
+    let number = |x: Option<f64>| or_none(x, |x| format!("{x:.2}"));
+    let natural = |period: Option<f64>| {
+        let both = period.zip(summary.natural_period);
+        or_none(both, |(period, natural)| format!("{:.4}", period / natural))
+    };
+    let slips = summary.first_slip_duration.zip(summary.last_slip_duration);
+    let slips = or_none(slips, |(first, last)| {
+        format!("{:.2} / {:.2} us", first * 1e6, last * 1e6)
+    });
+    let axial = or_none(summary.axial_displacement, |z| format!("{:.4} mm", z * 1e3));
     let died = summary.kick_above_noise.is_some_and(|above| above < 0.0);
-    let above = format!(
-        "{}{}",
-        number(summary.kick_above_noise),
-        if died { ", it has died out" } else { "" }
-    );
+    let above = number(summary.kick_above_noise) + if died { ", it has died out" } else { "" };
+    let (first_stick, last_stick) = (summary.first_stick_duration, summary.last_stick_duration);
     [
         ("events", events(&summary.stick_slip), ""),
-        ("onset of stick-slip", time(summary.onset_time), paper::ONSET),
-        ("final stick", time(summary.final_stick_time), paper::FINAL_STICK),
-        ("slip duration, first / last", slips, paper::SLIP),
+        ("onset of stick-slip", time(summary.onset_time), "6.975 s"),
+        ("final stick", time(summary.final_stick_time), "6.9896 s"),
+        ("slip duration, first / last", slips, "190 us"),
         (
             "slip duration, range",
             range(summary.slip_duration_range),
-            paper::SLIP_RANGE,
+            "nearly constant",
         ),
-        (
-            "stick duration, first",
-            microseconds(summary.first_stick_duration),
-            paper::FIRST_STICK,
-        ),
-        (
-            "stick duration, last",
-            microseconds(summary.last_stick_duration),
-            paper::LAST_STICK,
-        ),
+        ("stick duration, first", microseconds(first_stick), "50 us"),
+        ("stick duration, last", microseconds(last_stick), "530 us"),
         ("stick duration, range", range(summary.stick_duration_range), ""),
-        (
-            "natural period T_n",
-            microseconds(summary.natural_period),
-            paper::NATURAL_PERIOD,
-        ),
-        (
-            "first period T_i / T_n",
-            period(summary.first_period),
-            paper::FIRST_PERIOD,
-        ),
-        ("last period T_f / T_n", period(summary.last_period), paper::LAST_PERIOD),
-        (
-            "axial displacement, static",
-            axial.map_or_else(none, |z| format!("{:.4} mm", z * 1e3)),
-            paper::AXIAL,
-        ),
+        ("natural period T_n", microseconds(summary.natural_period), "240 us"),
+        ("first period T_i / T_n", natural(summary.first_period), "1"),
+        ("last period T_f / T_n", natural(summary.last_period), "3"),
+        ("axial displacement, static", axial, "0.04 mm"),
         ("loss of stability", time(summary.instability_time), ""),
         ("growth exponent G", number(summary.growth_exponent), ""),
         ("e-folds gained from the kick", number(summary.e_folds_gained), ""),
@@ -236,12 +203,11 @@ fn known(value: f64, uncertainty: f64) -> String {
 /// The lines of a motion that may repeat itself.
 fn of_motion(motion: Motion, summary: &Summary) -> Vec<HeadlineRow> {
     let (angle, speed) = units(motion);
-    let seconds =
-        |range: Option<(f64, f64)>| range.map_or_else(none, |(least, most)| format!("{least:.9} to {most:.9} s"));
+    let seconds = |range: Option<(f64, f64)>| or_none(range, |(least, most)| format!("{least:.9} to {most:.9} s"));
     let mut rows = Vec::new();
     let mut row = |name: &'static str, value: String| rows.push(HeadlineRow { name, value, paper: "" });
     row("events", events(&summary.stick_slip));
-    row("first stick", time(summary.onset_time));
+    row("first stick", or_none(summary.onset_time, |t| format!("{t:.9} s")));
     row("slip duration, range", seconds(summary.slip_duration_range));
     row("stick duration, range", seconds(summary.stick_duration_range));
     match &summary.outcome {
@@ -255,6 +221,10 @@ fn of_motion(motion: Motion, summary: &Summary) -> Vec<HeadlineRow> {
             ..
         })) => {
             let known = |value: f64, size: f64| known(value, size * distance);
+            let known_range = |(least, most): (f64, f64)| {
+                let size = least.abs().max(most.abs());
+                format!("{} to {}", known(least, size), known(most, size))
+            };
             row("motion", format!("periodic since {since:.6} s"));
             row("period", format!("{} s", known(*period, *period)));
             // Without a stick, a bounce across the threshold is one as well.
@@ -262,22 +232,20 @@ fn of_motion(motion: Motion, summary: &Summary) -> Vec<HeadlineRow> {
             let name = summary.stick_threshold.map_or("sticks in a period", |_| crossings);
             row(name, sticks.to_string());
             if let Some(extremes) = extremes {
-                let (least, most) = extremes.position;
-                let size = least.abs().max(most.abs());
-                let (least, most) = (known(least, size), known(most, size));
+                let position = known_range(extremes.position);
                 row(
                     "position over a period",
-                    format!("{least} to {most} {angle} ({})", extremes.of),
+                    format!("{position} {angle} ({})", extremes.of),
                 );
                 if let Some(amplitude) = extremes.amplitude {
+                    let size = extremes.position.0.abs().max(extremes.position.1.abs());
                     row("amplitude", format!("{} {angle}", known(amplitude, size)));
                 }
-                let (least, most) = extremes.relative_velocity;
                 // Files of earlier versions do not have it.
+                let (least, most) = extremes.relative_velocity;
                 if !(least.is_nan() || most.is_nan()) {
-                    let size = least.abs().max(most.abs());
-                    let (least, most) = (known(least, size), known(most, size));
-                    row("relative velocity over a period", format!("{least} to {most} {speed}"));
+                    let velocity = known_range(extremes.relative_velocity);
+                    row("relative velocity over a period", format!("{velocity} {speed}"));
                 }
             }
             row(
@@ -341,36 +309,7 @@ pub(crate) fn events(statistics: &CycleStatistics) -> String {
     format!("{} ({})", statistics.count(&EventKind::ALL), kinds.join(", "))
 }
 
-fn time(t: Option<f64>) -> String {
-    t.map_or_else(none, |t| format!("{t:.9} s"))
-}
-
-fn microseconds(t: Option<f64>) -> String {
-    t.map_or_else(none, |t| format!("{:.2} us", t * 1e6))
-}
-
-fn pair(first: Option<f64>, last: Option<f64>) -> String {
-    match (first, last) {
-        (Some(first), Some(last)) => format!("{:.2} / {:.2} us", first * 1e6, last * 1e6),
-        _ => none(),
-    }
-}
-
-fn range(bounds: Option<(f64, f64)>) -> String {
-    bounds.map_or_else(none, |(low, high)| format!("{:.2} to {:.2} us", low * 1e6, high * 1e6))
-}
-
-fn ratio(period: Option<f64>, natural: Option<f64>) -> String {
-    match (period, natural) {
-        (Some(period), Some(natural)) => format!("{:.4}", period / natural),
-        _ => none(),
-    }
-}
-
-fn number(x: Option<f64>) -> String {
-    x.map_or_else(none, |x| format!("{x:.2}"))
-}
-
-fn none() -> String {
-    "none".to_owned()
+/// A value in words; "none" without one.
+pub(crate) fn or_none<T>(value: Option<T>, text: impl Fn(T) -> String) -> String {
+    value.map_or_else(|| "none".to_owned(), text)
 }

@@ -1,19 +1,14 @@
-//! A run of a case of either form that is kept in memory, and what it comes to.
+//! A run of a case that is kept in memory, and what it comes to.
 
-use super::Summary;
 use super::headline::{HeadlineRow, headline};
 use super::recorded::{Recorded, recorded};
 use super::witness::Witness;
 use crate::case::Case;
-use crate::provenance;
-use crate::results::{
-    AttributeValue, Header, KeptEnd, KeptRows, KeptView, Overwrite, ResultError, ResultWriter, Status, StickSlipTable,
-};
-use crate::simulation::{Progress, RunFailure};
+use crate::results::{Header, KeptEnd, KeptRows, KeptView, Overwrite, ResultError, ResultWriter};
+use crate::workers::go_on_unless;
 use std::cell::RefCell;
 use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
-use std::time::Instant;
 
 /// A run in memory that is being prepared; [`KeptRun::start`] computes it.
 ///
@@ -40,59 +35,24 @@ pub struct KeptRun<'a> {
 pub struct KeptReport {
     /// Every row.
     pub rows: KeptRows,
-    /// How it ended, and what a file says of it beside its rows.
+    /// What it comes to.
     pub end: KeptReportEnd,
-    /// Why the run failed.
-    pub failure: Option<Box<RunFailure>>,
 }
 
 /// How a run ended, and what a file says of it beside its rows.
 #[derive(Debug)]
 pub struct KeptReportEnd {
-    /// How it ended.
-    pub status: Status,
-    /// In numbers.
-    pub summary: Summary,
-    /// What a reader of the numbers has to know.
-    pub warnings: Vec<String>,
-    /// If it was asked for; none beside a run that is not complete.
-    pub witness: Option<Witness>,
-    /// s.
-    pub wall_time: f64,
+    /// The run.
+    pub run: Recorded,
+    /// What its file says at its begin.
+    pub header: Header,
     case: Case,
-    header: Header,
-    table: StickSlipTable,
 }
 
 impl KeptReportEnd {
     /// The run as a reader sees it. The numbers of the paper stand beside those of its own case.
     pub fn headline(&self) -> Vec<HeadlineRow> {
-        headline(&self.case, &self.summary)
-    }
-
-    /// The case as it was given.
-    pub fn case_text(&self) -> &str {
-        &self.header.case_text
-    }
-
-    /// The case in SI, which repeats the run.
-    pub fn resolved(&self) -> &str {
-        &self.header.resolved
-    }
-
-    /// The attributes of /stick_slip in a file.
-    pub fn stick_slip(&self) -> &StickSlipTable {
-        &self.table
-    }
-
-    /// Attributes of /meta in a file: program, platform, method, tolerances.
-    pub fn meta(&self) -> &[(String, AttributeValue)] {
-        &self.header.meta
-    }
-
-    /// Of the case.
-    pub fn title(&self) -> &str {
-        &self.header.title
+        headline(&self.case, &self.run.summary)
     }
 
     /// Writes the result file of the run, with its rows: the bytes are those of the file that
@@ -102,12 +62,13 @@ impl KeptReportEnd {
     /// # Errors
     /// Another file is there that may not be replaced, or a failure to write.
     pub fn write(&self, path: &Path, overwrite: Overwrite, rows: &KeptView<'_>) -> Result<PathBuf, ResultError> {
-        let witness = self.witness.as_ref().map(Witness::attributes);
+        let run = &self.run;
+        let witness = run.witness.as_ref().map(Witness::attributes);
         let end = KeptEnd {
-            status: &self.status,
-            stick_slip: &self.table,
+            status: &run.status,
+            stick_slip: &run.table,
             witness: witness.as_deref(),
-            wall_time: self.wall_time,
+            wall_time: run.wall_time,
         };
         ResultWriter::write_kept(path, overwrite, &self.header, rows, &end)
     }
@@ -153,51 +114,25 @@ impl<'a> KeptRun<'a> {
 
     /// Computes the run, to its end or as far as it comes.
     pub fn start(self) -> KeptReport {
-        let KeptRun {
-            case: any,
-            header,
-            witness: wants_witness,
-            events_alone,
-            control,
-        } = self;
-        let clock = Instant::now();
-        let mut control = control;
-        let mut stopped = false;
-        let mut go_on = move || {
+        let KeptRun { case, header, .. } = self;
+        let (mut control, mut stopped) = (self.control, false);
+        let asked = RefCell::new(move || {
             if !stopped && let Some(control) = &mut control {
                 stopped = control().is_break();
             }
-            if stopped {
-                ControlFlow::Break(())
-            } else {
-                ControlFlow::Continue(())
-            }
-        };
-        let mut rows = KeptRows::new(&provenance::extension(any));
-        if events_alone {
+            stopped
+        });
+        let stop = || (asked.borrow_mut())();
+        let stop_of_witness: Option<&dyn Fn() -> bool> = if self.witness { Some(&stop) } else { None };
+        let mut rows = KeptRows::new(&header.extension);
+        if self.events_alone {
             rows = rows.events_alone();
         }
-        let run = recorded(any, &mut rows, false, &mut |_: Progress| go_on());
-        let asks = RefCell::new(&mut go_on);
-        let stop = || (asks.borrow_mut())().is_break();
-        let witness = if wants_witness { run.witness(&stop) } else { None };
-        let (warnings, table) = (run.warnings(witness.as_ref()), run.table());
-        let Recorded {
-            summary,
-            status,
-            failure,
-            ..
-        } = run;
-        let end = KeptReportEnd {
-            status,
-            case: any.clone(),
-            warnings: warnings.iter().map(ToString::to_string).collect(),
-            witness,
-            wall_time: clock.elapsed().as_secs_f64(),
-            header,
-            table,
-            summary,
-        };
-        KeptReport { rows, end, failure }
+        let run = recorded(case, &mut rows, false, stop_of_witness, &mut |_| go_on_unless(stop()));
+        let case = case.clone();
+        KeptReport {
+            rows,
+            end: KeptReportEnd { run, header, case },
+        }
     }
 }

@@ -4,13 +4,12 @@ use super::deadline::Deadline;
 use super::verdict::LEAST_WITNESSES;
 use crate::case::Case;
 use crate::model::margin;
-use crate::record::{Event, EventKind, FurtherColumns, MemoryRecorder};
+use crate::record::{Event, FurtherColumns, MemoryRecorder};
 use crate::run::Run;
 use crate::simulation::{Method, OutputOptions, RunReport, SolverOptions};
 use crate::simulation::{method_without_series, natural_period};
 use crate::workers::over_processors;
 use serde::Serialize;
-use std::ops::ControlFlow;
 use std::time::Instant;
 
 /// Methods and relative tolerances of the ladder. Of each method the last is the finest. `series` is last, as its
@@ -71,10 +70,8 @@ pub(super) fn time_scale(case: &Case) -> f64 {
 /// How many natural periods a run has to resolve.
 fn resolved_periods(case: &Case, run: &MemoryRecorder) -> f64 {
     let period = time_scale(case);
-    let resolved = run
-        .segments
-        .iter()
-        .filter(|segment| segment.mode.sense() != 0 && segment.resolved == Some(true));
+    let segments = run.segments.iter();
+    let resolved = segments.filter(|segment| segment.mode.sense() != 0 && segment.resolved == Some(true));
     resolved.map(|segment| segment.end - segment.start).sum::<f64>() / period
 }
 
@@ -149,17 +146,8 @@ pub(super) fn run(
 ) -> Finished {
     let clock = Instant::now();
     let mut recorder = MemoryRecorder::default();
-    let control = &mut |_| match stop() {
-        true => ControlFlow::Break(()),
-        false => ControlFlow::Continue(()),
-    };
-    let (report, failure) = match Run::new(case)
-        .solver(solver)
-        .output(output)
-        .record(&mut recorder)
-        .control(control)
-        .start()
-    {
+    let run = Run::new(case).solver(solver).output(output).record(&mut recorder);
+    let (report, failure) = match run.stop(stop).start() {
         Ok(report) => (report, None),
         Err(failure) => {
             let text = failure.to_string();
@@ -173,11 +161,7 @@ pub(super) fn run(
             agreeing: 0,
             events: 0,
             distance: None,
-            onset: recorder
-                .events
-                .iter()
-                .find(|e| e.kind == EventKind::Stick)
-                .map(|e| e.time),
+            onset: report.digest.cycles.onset_time,
             smooth_stop: report.stopped_smoothly,
             seconds: clock.elapsed().as_secs_f64(),
             failure,
@@ -256,10 +240,8 @@ pub(super) fn climb(
         false => method_without_series(case.system()),
     };
     let events = word(result).len();
-    let alike = witnesses(&runs, of)
-        .iter()
-        .filter(|run| run.rung.agreeing == events && run.rung.events == events)
-        .count();
+    let is_alike = |run: &&&Finished| run.rung.agreeing == events && run.rung.events == events;
+    let alike = witnesses(&runs, of).iter().filter(is_alike).count();
     let missing = !runs.iter().any(|run| run.method == stand_in);
     if missing && alike < LEAST_WITNESSES && !stop() {
         let mut run = run((stand_in, STAND_IN));
@@ -284,12 +266,8 @@ fn compare(run: &mut Finished, result: &[Event]) {
     let agreeing = own.iter().zip(&result).take_while(same).count();
     run.rung.events = own.len();
     run.rung.agreeing = agreeing;
-    run.rung.distance = own
-        .iter()
-        .zip(&result)
-        .take(agreeing)
-        .map(|(a, b)| (a.time - b.time).abs())
-        .reduce(f64::max);
+    let distances = own.iter().zip(&result).take(agreeing);
+    run.rung.distance = distances.map(|(a, b)| (a.time - b.time).abs()).reduce(f64::max);
 }
 
 /// Whether two runs have the same sequence of events, each event within `distance` (s).

@@ -9,7 +9,7 @@ use crate::model::Mode;
 use crate::record::{Event, EventKind, Recorder, RecorderError};
 use crate::simulation::{Excitation, MovedCases, MovedSystem, variation};
 use crate::simulation::{Method, OutputOptions, RunFailure, SolverOptions};
-use std::ops::ControlFlow;
+use crate::workers::go_on_unless;
 
 /// Relative tolerance of the run.
 pub(super) const RTOL: f64 = 1e-13;
@@ -145,10 +145,7 @@ pub fn linearise(
         },
         &OutputOptions::at_the_ends(case.output().end_time),
         &mut times,
-        &mut |_| match stop() {
-            true => ControlFlow::Break(()),
-            false => ControlFlow::Continue(()),
-        },
+        &mut |_| go_on_unless(stop()),
     )?;
     let excitation = Excitation::new(system);
     let mut largest = vec![0.0f64; numbers.len()];

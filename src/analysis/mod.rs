@@ -31,6 +31,7 @@ pub use certification::{Certified, Certify, Stage, Written};
 pub use deadline::Deadline;
 pub use headline::{HeadlineRow, headline};
 pub use kept_run::{KeptReport, KeptReportEnd, KeptRun};
+pub use recorded::Recorded;
 pub(crate) use recorded::recorded;
 pub use saved_run::{SavedReport, SavedRun};
 pub use stability::Growth;

@@ -2,38 +2,48 @@
 
 use super::Summary;
 use super::attractor::Recurrence;
-use super::warning::{self, Warning};
-use super::witness::{Remembering, Sequence, Witness, witness};
+use super::warning::{Warning, warnings};
+use super::witness::{Witness, witness};
 use crate::case::Case;
 use crate::record::Recorder;
 use crate::results::{Status, StickSlipTable};
 use crate::run::Run;
 use crate::simulation::{Progress, RunFailure, RunReport};
 use std::ops::ControlFlow;
+use std::time::Instant;
 
-/// A run that is over.
-pub(crate) struct Recorded<'a> {
-    case: &'a Case,
+/// A run that is over, and what it comes to.
+#[derive(Debug)]
+pub struct Recorded {
+    /// How it ended.
+    pub status: Status,
     /// Of what was computed.
     pub report: RunReport,
     /// The same in numbers.
     pub summary: Summary,
-    /// How it ended.
-    pub status: Status,
-    /// Why it failed.
+    /// What a reader of the numbers has to know.
+    pub warnings: Vec<Warning>,
+    /// What another method makes of the case, if that was asked for; none beside a run that is not complete.
+    pub witness: Option<Witness>,
+    /// Why the run failed; its report is [`Self::report`].
     pub failure: Option<Box<RunFailure>>,
-    events: Sequence,
+    /// Attributes of /stick_slip in a file.
+    pub table: StickSlipTable,
+    /// Of the run, without its witness, s.
+    pub wall_time: f64,
 }
 
-/// Runs a case into a recorder. The report keeps the events, too, if it is to.
-pub(crate) fn recorded<'a>(
-    case: &'a Case,
+/// Runs a case into a recorder. With `keeps_events` the report has the events, too. A witness runs beside a complete run if
+/// `witness_until` is there; it is given up where that says so.
+pub(crate) fn recorded(
+    case: &Case,
     recorder: &mut dyn Recorder,
     keeps_events: bool,
+    witness_until: Option<&dyn Fn() -> bool>,
     control: &mut dyn FnMut(Progress) -> ControlFlow<()>,
-) -> Recorded<'a> {
-    let mut recorder = Remembering::new(recorder, keeps_events);
-    let mut recurrence = Recurrence::new(case.system(), &mut recorder);
+) -> Recorded {
+    let clock = Instant::now();
+    let mut recurrence = Recurrence::new(case.system(), recorder, keeps_events);
     let (report, failure) = match Run::new(case).record(&mut recurrence).control(control).start() {
         Ok(report) => (report, None),
         Err(mut failure) => {
@@ -43,43 +53,27 @@ pub(crate) fn recorded<'a>(
             (report, Some(failure))
         }
     };
+    let wall_time = clock.elapsed().as_secs_f64();
     let summary = Summary::of_motion(case, &report, &recurrence);
-    let events = recorder.into_sequence();
     let status = match &failure {
         Some(error) => Status::Failed(error.to_string()),
         None if report.interrupted => Status::Interrupted,
         None => Status::Complete,
     };
+    let noise = summary.noise_determined;
+    let witness = witness_until
+        .filter(|_| status == Status::Complete)
+        .and_then(|stop| witness(case, &recurrence.sequence, noise, stop));
+    let mut warnings = warnings(case, &summary);
+    warnings.extend(witness.as_ref().and_then(Witness::warning));
     Recorded {
-        case,
+        table: summary.table(case),
+        status,
         report,
         summary,
-        status,
+        warnings,
+        witness,
         failure,
-        events,
-    }
-}
-
-impl Recorded<'_> {
-    /// What another method makes of the case: beside a complete run only, and never a reason for it to fail. `None` where `stop`
-    /// says so.
-    pub fn witness(&self, stop: &dyn Fn() -> bool) -> Option<Witness> {
-        let complete = self.status == Status::Complete;
-        let noise = self.summary.noise_determined;
-        complete
-            .then(|| witness(self.case, &self.events, noise, stop))
-            .flatten()
-    }
-
-    /// What a reader of the numbers has to know.
-    pub fn warnings(&self, witness: Option<&Witness>) -> Vec<Warning> {
-        let mut warnings = warning::warnings(self.case, &self.summary);
-        warnings.extend(witness.and_then(Witness::warning));
-        warnings
-    }
-
-    /// What a file says of the run beside its rows.
-    pub fn table(&self) -> StickSlipTable {
-        self.summary.table(self.case)
+        wall_time,
     }
 }

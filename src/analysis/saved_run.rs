@@ -1,11 +1,10 @@
 //! A run of a case into its result file.
 
 use super::recorded::{Recorded, recorded};
-use super::witness::Witness;
-use super::{Summary, Warning};
 use crate::case::Case;
-use crate::results::{Header, Overwrite, ResultError, ResultWriter, SavedRows, Status};
-use crate::simulation::{Progress, RunFailure, RunReport};
+use crate::results::{Header, Overwrite, ResultError, ResultWriter, SavedRows};
+use crate::simulation::Progress;
+use crate::workers::go_on_unless;
 use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -20,8 +19,8 @@ use std::sync::atomic::{AtomicBool, Ordering};
 /// # let path = folder.path().join("paper-si.h5");
 /// let case = Case::read(&CaseSource::built_in("paper-si")?, &[])?;
 /// let saved = SavedRun::new(&case, &path).start()?;
-/// println!("{} sticks, in {}", saved.summary.sticks, saved.file.display());
-/// # assert_eq!(stickslip::results::ResultFile::open(&path)?.events()?.len(), saved.summary.events);
+/// println!("{} sticks, in {}", saved.run.summary.sticks, saved.file.display());
+/// # assert_eq!(stickslip::results::ResultFile::open(&path)?.events()?.len(), saved.run.summary.events);
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 #[must_use = "nothing is computed before `start`"]
@@ -42,28 +41,16 @@ pub struct SavedRun<'a> {
 pub struct SavedReport {
     /// The result, or the partial file of a run that is not complete.
     pub file: PathBuf,
-    /// As the run ended; that of the file, unless there is something [`Self::unsaved`].
-    pub status: Status,
-    /// Of what was computed, be it saved or not.
-    pub report: RunReport,
-    /// The same in numbers.
-    pub summary: Summary,
-    /// What a reader of the numbers has to know.
-    pub warnings: Vec<Warning>,
-    /// What another method makes of the case, if that was asked for; none beside a run that is not complete.
-    pub witness: Option<Witness>,
-    /// Why the run failed; its report is [`Self::report`].
-    pub failure: Option<Box<RunFailure>>,
+    /// The run. Its status is that of the file, unless there is something [`Self::unsaved`].
+    pub run: Recorded,
     /// Why the file could not be written to its end: then it is marked interrupted.
     pub unsaved: Option<ResultError>,
     /// Rows that the file had for certain before its end was written.
     pub saved: SavedRows,
-    /// Of the run, s.
-    pub wall_time: f64,
 }
 
 impl<'a> SavedRun<'a> {
-    /// The run that a case of either form describes, into a file that replaces no other but a result of this program.
+    /// The run that a case describes, into a file that replaces no other but a result of this program.
     pub fn new(case: &'a Case, path: &'a Path) -> Self {
         let mut header = Header::new(case, String::new());
         header.case_text.clone_from(&header.resolved);
@@ -143,42 +130,25 @@ impl<'a> SavedRun<'a> {
             if let Some(control) = &mut control {
                 control(progress)?;
             }
-            match stopped() {
-                true => ControlFlow::Break(()),
-                false => ControlFlow::Continue(()),
-            }
+            go_on_unless(stopped())
         };
-        let run = recorded(case, &mut writer, self.keeps_events, &mut asked);
+        let stop_of_witness: Option<&dyn Fn() -> bool> = if self.witness { Some(&stopped) } else { None };
+        let run = recorded(case, &mut writer, self.keeps_events, stop_of_witness, &mut asked);
         let saved = writer.saved();
-        let wall_time = writer.elapsed();
-        let witness = if self.witness { run.witness(&stopped) } else { None };
-        let (warnings, table) = (run.warnings(witness.as_ref()), run.table());
-        let Recorded {
-            report,
-            summary,
-            status,
-            failure,
-            ..
-        } = run;
-        let said = witness
-            .as_ref()
-            .map_or(Ok(()), |witness| writer.witness(&witness.attributes()));
-        let finished = said.and_then(|()| writer.finish(status.clone(), &table, wall_time));
+        let said = match &run.witness {
+            Some(witness) => writer.witness(&witness.attributes()),
+            None => Ok(()),
+        };
+        let finished = said.and_then(|()| writer.finish(run.status.clone(), &run.table, run.wall_time));
         let (file, unsaved) = match finished {
             Ok(file) => (file, None),
             Err(error) => (partial, Some(error)),
         };
         Ok(SavedReport {
             file,
-            status,
-            warnings,
-            report,
-            summary,
-            witness,
-            failure,
+            run,
             unsaved,
             saved,
-            wall_time,
         })
     }
 }

@@ -19,7 +19,6 @@ use crate::run::Run;
 use crate::simulation::OutputOptions;
 use crate::workers::over_processors;
 use serde::Serialize;
-use std::ops::ControlFlow;
 
 /// A number counts as nonlinear where slope and rerun differ by more than this share of the larger of the two shifts.
 pub(crate) const NONLINEAR_SHARE: f64 = 0.1;
@@ -302,15 +301,12 @@ fn run(case: &Case, max_steps: Option<usize>, stop: &dyn Fn() -> bool) -> Result
     let output = OutputOptions::at_the_ends(case.output().end_time);
     let (trains, threshold) = (case.system(), case.threshold());
     let mut times = Times::default();
-    let mut recurrence = Recurrence::new(trains, &mut times);
+    let mut recurrence = Recurrence::new(trains, &mut times, false);
     let ended = Run::new(case)
         .solver(&solver)
         .output(&output)
         .record(&mut recurrence)
-        .control(|_| match stop() {
-            true => ControlFlow::Break(()),
-            false => ControlFlow::Continue(()),
-        })
+        .stop(stop)
         .start();
     let report = match ended {
         Err(failure) if matches!(failure.error, RunError::TooManySteps { .. }) => return Err(NoRun::TooLong),
@@ -327,7 +323,7 @@ fn run(case: &Case, max_steps: Option<usize>, stop: &dyn Fn() -> bool) -> Result
         sticks: report.digest.cycles.stick_count,
         smooth: report.stopped_smoothly,
         kicked: !report.digest.kicks.is_empty(),
-        noise: Summary::of_case(case, &report).noise_determined,
+        noise: Summary::of_run(case.system(), &report).noise_determined,
     })
 }
 
@@ -343,8 +339,8 @@ struct Differentiated<'a> {
 }
 
 /// What the numbers of a case do to the events of a run of it, of which the first `certain` are, and what half a unit of the last
-/// written digit of each does to what the run comes to. `known` is the linearisation of the case, if it has been made. `stop` is
-/// asked now and then: once it says so the slopes come without reruns, if they are known.
+/// written digit of each does to what the run comes to. `known` is the linearisation of the written case, if it has been made.
+/// `stop` is asked now and then: once it says so the slopes come without reruns, if they are known.
 ///
 /// # Errors
 /// In words, why there are no derivatives.
@@ -356,12 +352,8 @@ pub fn sensitivities(
     stop: &(dyn Fn() -> bool + Sync),
 ) -> Result<CaseSensitivities, String> {
     let numbers = written.numbers();
-    let same_numbers = |linearised: &&Linearised| {
-        let paths = |numbers: &[CaseNumber]| numbers.iter().map(|number| number.path.clone()).collect::<Vec<_>>();
-        paths(&linearised.parameters) == paths(numbers)
-    };
     let made;
-    let linearised = match known.filter(same_numbers) {
+    let linearised = match known {
         Some(known) => known,
         None => {
             made = linearise(written, None, stop).map_err(|why| format!("series does not run this case: {why}"))?;
@@ -372,26 +364,22 @@ pub fn sensitivities(
         }
     };
     let own: Vec<_> = events.iter().map(|e| (e.time, e.kind, e.mode_after)).collect();
-    let found: Vec<_> = linearised
-        .events
-        .iter()
-        .map(|e| (e.time, e.kind, e.mode_after))
-        .collect();
+    let found = linearised.events.iter().map(|e| (e.time, e.kind, e.mode_after));
+    let found: Vec<_> = found.collect();
     let same = agreeing(&own, &found);
     if same < certain {
         return Err(format!(
             "series agrees with {same} of the {certain} events that are certain"
         ));
     }
+    let slopes = |event| {
+        (0..numbers.len())
+            .map(|number| linearised.slope(event, number))
+            .collect()
+    };
     Ok(CaseSensitivities {
         parameters: numbers.to_vec(),
-        events: (0..same)
-            .map(|event| {
-                (0..numbers.len())
-                    .map(|number| linearised.slope(event, number))
-                    .collect()
-            })
-            .collect(),
+        events: (0..same).map(slopes).collect(),
         result: of_result(written, linearised, &found[..certain], stop),
     })
 }
@@ -424,16 +412,12 @@ fn of_result(
         last,
         of,
     };
-    let mut rows: Vec<Sensitivity> = written
-        .numbers()
-        .iter()
-        .enumerate()
-        .map(|(index, number)| Sensitivity {
-            parameter: number.clone(),
-            slope: differentiated.slope_of_result(index),
-            reruns: None,
-        })
-        .collect();
+    let row = |(index, number): (usize, &CaseNumber)| Sensitivity {
+        parameter: number.clone(),
+        slope: differentiated.slope_of_result(index),
+        reruns: None,
+    };
+    let mut rows: Vec<Sensitivity> = written.numbers().iter().enumerate().map(row).collect();
     let without_reruns = differentiated.rerun_all(&mut rows);
     Some(Sensitivities {
         of,
@@ -450,26 +434,21 @@ fn in_event_sequence(kinds: impl IntoIterator<Item = EventKind>) -> Vec<EventKin
 
 /// What a change of another number does to the kicks.
 fn held(case: &Case) -> String {
-    let kicks: Vec<String> = case
-        .system()
-        .kicks
-        .iter()
-        .map(|kick| {
-            let size = kick.relative_velocity;
-            let speed = case.motion().dimension(Dimension::AngularVelocity).unit();
-            match kick.time {
-                KickTime::At(time) if case.stops() => format!(
-                    "the kick of {size:e} {speed} stays at {time} s, whatever the changed number does to the loss of \
-                     stability and to the stop"
-                ),
-                KickTime::At(time) => format!("the kick of {size:e} {speed} stays at {time} s"),
-                KickTime::Instability => format!("the kick of {size:e} {speed} goes along with the loss of stability"),
-            }
-        })
-        .collect();
-    match kicks.is_empty() {
-        true => String::new(),
-        false => format!("One number is changed at a time: {}.", kicks.join("; ")),
+    let of_stop = match case.stops() {
+        true => ", whatever the changed number does to the loss of stability and to the stop",
+        false => "",
+    };
+    let speed = case.motion().dimension(Dimension::AngularVelocity).unit();
+    let kicks = case.system().kicks.iter().map(|kick| {
+        let place = match kick.time {
+            KickTime::At(time) => format!("stays at {time} s{of_stop}"),
+            KickTime::Instability => "goes along with the loss of stability".to_owned(),
+        };
+        format!("the kick of {:e} {speed} {place}", kick.relative_velocity)
+    });
+    match kicks.collect::<Vec<_>>().join("; ") {
+        kicks if kicks.is_empty() => kicks,
+        kicks => format!("One number is changed at a time: {kicks}."),
     }
 }
 
@@ -534,10 +513,9 @@ impl Differentiated<'_> {
                 "the run takes more than {MOST_STEPS} steps, and two more runs are needed for each number"
             ));
         }
-        let jobs: Vec<(usize, f64)> = rows
-            .iter()
-            .enumerate()
-            .filter_map(|(index, row)| Some((index, row.parameter.half_last_digit?)))
+        let rows_with = rows.iter().enumerate();
+        let halves = rows_with.filter_map(|(index, row)| Some((index, row.parameter.half_last_digit?)));
+        let jobs: Vec<(usize, f64)> = halves
             .flat_map(|(index, half)| [(index, -half), (index, half)])
             .collect();
         let done = over_processors(jobs.len(), self.stop, |job| {
@@ -550,11 +528,8 @@ impl Differentiated<'_> {
         let Some(done) = done.filter(|done| done.len() == jobs.len()) else {
             return Some(INTERRUPTED.to_owned());
         };
-        let mut done = done.into_iter();
-        for pair in jobs.chunks_exact(2) {
-            if let (Some(below), Some(above)) = (done.next(), done.next()) {
-                rows[pair[0].0].reruns = Some([below, above]);
-            }
+        for (pair, of_pair) in jobs.chunks_exact(2).zip(done.chunks_exact(2)) {
+            rows[pair[0].0].reruns = Some([of_pair[0].clone(), of_pair[1].clone()]);
         }
         None
     }
@@ -714,17 +689,14 @@ pub fn add_sensitivities(group: &mut Addition, found: Option<&Sensitivities>, of
 /// In which count a sequence of events differs from another: "51 sticks instead of 54".
 fn difference(own: &[EventKind], other: &[EventKind]) -> String {
     let count = |word: &[EventKind], kind: EventKind| word.iter().filter(|k| **k == kind).count();
-    EventKind::ALL
-        .into_iter()
-        .map(|kind| (kind, count(own, kind), count(other, kind)))
-        .find(|(_, own, other)| own != other)
-        .map_or_else(
-            || "the same events in another order".to_owned(),
-            |(kind, own, other)| {
-                let plural = if own == 1 { "" } else { "s" };
-                format!("{own} {}{plural} instead of {other}", kind.name())
-            },
-        )
+    for kind in EventKind::ALL {
+        let (own, other) = (count(own, kind), count(other, kind));
+        if own != other {
+            let plural = if own == 1 { "" } else { "s" };
+            return format!("{own} {}{plural} instead of {other}", kind.name());
+        }
+    }
+    "the same events in another order".to_owned()
 }
 
 /// Why a case cannot have a value, in a few words.

@@ -112,18 +112,24 @@ impl Summary {
     pub fn of_run(trains: &System, report: &RunReport) -> Summary {
         let growth = Growth::of_digest(trains, &report.digest, report.end);
         Summary {
+            end: report.end,
+            events: report.digest.count,
+            instability_time: report.digest.instability.map(|event| event.time),
             growth_exponent: growth.map(|g| g.exponent),
             growth_to_onset: growth.map(|g| g.to_first_stick),
             e_folds_gained: growth.and_then(|g| g.from_kick),
+            energy_residual: report.energy_residual,
+            energy_turnover: report.energy_turnover,
+            energy_residual_relative: share_of(report.energy_residual, report.energy_turnover),
+            grazing: report.grazing,
             noise_determined: !report.stopped_smoothly && growth.is_some_and(|g| g.amplifies_rounding()),
             kick_above_noise: growth.and_then(|g| g.above_noise),
-            ..Summary::of_report(report)
+            kicks_never_given: report.kicks_never_given,
+            kicks_without_instability: report.kicks_without_instability,
+            interrupted: report.interrupted,
+            work: report.work.clone(),
+            ..Summary::of_cycles(report.digest.cycles.clone())
         }
-    }
-
-    /// Of a run of a case.
-    pub(super) fn of_case(case: &Case, report: &RunReport) -> Summary {
-        Summary::of_run(case.system(), report)
     }
 
     /// Of a run whose sections `recurrence` has seen.
@@ -132,7 +138,7 @@ impl Summary {
         let (last_event_time, mode) = recurrence.end();
         Summary {
             last_event_time,
-            ..Summary::of_case(case, report)
+            ..Summary::of_run(case.system(), report)
         }
         .with_statics(case)
         .coming_to(attractor, mode.name())
@@ -162,23 +168,6 @@ impl Summary {
             _ => Outcome::NotPeriodic,
         });
         self
-    }
-
-    pub(super) fn of_report(report: &RunReport) -> Summary {
-        Summary {
-            end: report.end,
-            events: report.digest.count,
-            energy_residual: report.energy_residual,
-            energy_turnover: report.energy_turnover,
-            energy_residual_relative: share_of(report.energy_residual, report.energy_turnover),
-            instability_time: report.digest.instability.map(|event| event.time),
-            grazing: report.grazing,
-            kicks_never_given: report.kicks_never_given,
-            kicks_without_instability: report.kicks_without_instability,
-            interrupted: report.interrupted,
-            work: report.work.clone(),
-            ..Summary::of_cycles(report.digest.cycles.clone())
-        }
     }
 
     /// What the cycles of a run say.
@@ -228,7 +217,9 @@ impl Summary {
         ] {
             table.set(name, value);
         }
-        table.attributes.push(turnover(self.energy_turnover));
+        let turnover = "energy turned over: the largest of kinetic + elastic + dissipated energy, and of the work";
+        let turnover = Extra::new(TURNOVER, "J", turnover, Some(self.energy_turnover));
+        table.attributes.push(turnover);
         let growth = case.words().lists_growth();
         if growth || self.growth_exponent.is_some() {
             table.attributes.extend(self.of_growth());
@@ -240,31 +231,16 @@ impl Summary {
     }
 
     fn of_growth(&self) -> Vec<Extra> {
+        let instability = "when steady sliding loses its stability";
+        let to_onset = "the part of growth_exponent up to the first stick";
+        let above = "by how many e-folds the kick stands above rounding at the first stick; negative: it has died out";
+        let noise = "1 if the stick-slip is amplified rounding, which converges with no tolerance; else 0";
+        let is_noise = Some(f64::from(u8::from(self.noise_determined)));
         vec![
-            Extra::new(
-                "instability_time",
-                "s",
-                "when steady sliding loses its stability",
-                self.instability_time,
-            ),
-            Extra::new(
-                "growth_to_onset",
-                "1",
-                "the part of growth_exponent up to the first stick",
-                self.growth_to_onset,
-            ),
-            Extra::new(
-                "kick_above_noise",
-                "1",
-                "by how many e-folds the kick stands above rounding at the first stick; negative: it has died out",
-                self.kick_above_noise,
-            ),
-            Extra::new(
-                "noise_determined",
-                "1",
-                "1 if the stick-slip is amplified rounding, which converges with no tolerance; else 0",
-                Some(f64::from(u8::from(self.noise_determined))),
-            ),
+            Extra::new("instability_time", "s", instability, self.instability_time),
+            Extra::new("growth_to_onset", "1", to_onset, self.growth_to_onset),
+            Extra::new("kick_above_noise", "1", above, self.kick_above_noise),
+            Extra::new("noise_determined", "1", noise, is_noise),
         ]
     }
 
@@ -275,91 +251,72 @@ impl Summary {
         };
         let attractor = self.attractor();
         let extremes = attractor.and_then(|attractor| attractor.extremes.as_ref());
-        let of =
-            |value: Option<f64>, name: &str, unit: &str, description: &str| Extra::new(name, unit, description, value);
-        vec![
-            of(
-                attractor.map(|a| a.period),
-                "attractor_period",
-                "s",
-                "period of the motion that the run has come to, NaN where it does not repeat itself",
-            ),
-            of(
-                attractor.map(|a| a.sticks as f64),
-                "attractor_sticks",
+        let of = |of: fn(&Attractor) -> f64| attractor.map(of);
+        let position = extremes.map(|extremes| extremes.position);
+        let velocity = extremes.map(|extremes| extremes.relative_velocity);
+        let (least, largest) = (|bounds: (f64, f64)| bounds.0, |bounds: (f64, f64)| bounds.1);
+        let threshold = "speed below which a contact without stick counts as stuck; NaN of one that sticks";
+        let period = "period of the motion that the run has come to, NaN where it does not repeat itself";
+        let distance =
+            "relative distance of the last cycle from the periodic motion, by the pace at which cycles come together";
+        let position_max =
+            "largest position over a period, of the surface beside its train's far end or of the twist of a free train";
+        [
+            ("period", "s", of(|a| a.period), period),
+            (
+                "sticks",
                 "1",
+                of(|a| a.sticks as f64),
                 "sticks in a period of that motion",
             ),
-            of(
-                attractor.map(|a| a.agreement),
-                "attractor_agreement",
+            (
+                "agreement",
                 "1",
+                of(|a| a.agreement),
                 "relative difference of its last two cycles",
             ),
-            of(
-                attractor.map(|a| a.distance),
-                "attractor_distance",
-                "1",
-                "relative distance of the last cycle from the periodic motion, by the pace at which cycles come together",
-            ),
-            of(
-                attractor.map(|a| a.since),
-                "attractor_since",
+            ("distance", "1", of(|a| a.distance), distance),
+            (
+                "since",
                 "s",
+                of(|a| a.since),
                 "when two successive cycles had come to agree",
             ),
-            of(
-                extremes.and_then(|e| e.amplitude),
-                "attractor_amplitude",
+            (
+                "amplitude",
                 angle,
+                extremes.and_then(|e| e.amplitude),
                 "half of the range of the position over a period",
             ),
-            of(
-                extremes.map(|e| e.position.1),
-                "attractor_position_max",
+            ("position_max", angle, position.map(largest), position_max),
+            (
+                "position_min",
                 angle,
-                "largest position over a period, of the surface beside its train's far end or of the twist of a free train",
-            ),
-            of(
-                extremes.map(|e| e.position.0),
-                "attractor_position_min",
-                angle,
+                position.map(least),
                 "least position over a period",
             ),
-            of(
-                extremes.map(|e| e.relative_velocity.1),
-                "attractor_relative_velocity_max",
+            (
+                "relative_velocity_max",
                 speed,
+                velocity.map(largest),
                 "largest relative velocity over a period",
             ),
-            of(
-                extremes.map(|e| e.relative_velocity.0),
-                "attractor_relative_velocity_min",
+            (
+                "relative_velocity_min",
                 speed,
+                velocity.map(least),
                 "least relative velocity over a period",
             ),
-            of(
-                self.stick_threshold,
-                "stick_threshold",
-                speed,
-                "speed below which a contact without stick counts as stuck; NaN of one that sticks",
-            ),
         ]
+        .into_iter()
+        .map(|(name, unit, value, description)| Extra::new(&format!("attractor_{name}"), unit, description, value))
+        .chain([Extra::new("stick_threshold", speed, threshold, self.stick_threshold)])
+        .collect()
     }
 }
 
 /// The name of the energy turned over among the attributes of /stick_slip.
 pub(super) const TURNOVER: &str = "energy_turnover";
-
-/// The energy turned over, J, as an attribute of /stick_slip.
-pub(super) fn turnover(energy: f64) -> Extra {
-    Extra::new(
-        TURNOVER,
-        "J",
-        "energy turned over: the largest of kinetic + elastic + dissipated energy, and of the work",
-        Some(energy),
-    )
-}
 
 /// A residual as a share of the energy turned over; 0 where nothing moved, `None` where the energy is not known.
 pub(super) fn share_of(residual: f64, turnover: f64) -> Option<f64> {

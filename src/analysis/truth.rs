@@ -79,44 +79,33 @@ impl Truth {
             })
         })?;
         let json: Value = serde_json::from_str(&text).map_err(|error| form(format!("not JSON: {error}")))?;
+        let text_of = |of: &Value, key: &str| of.get(key).and_then(Value::as_str).map(str::to_owned);
         let events = json.get("events").and_then(Value::as_array);
         let events = events.ok_or_else(|| form("it has no list \"events\"".to_owned()))?;
         if events.is_empty() {
             return Err(form("its list \"events\" is empty".to_owned()));
         }
-        let events = events.iter().enumerate().map(|(index, event)| {
-            let kind = event.get("kind").and_then(Value::as_str).unwrap_or_default();
-            let kind = EventKind::ALL
-                .into_iter()
-                .find(|k| k.name() == kind && k.in_event_sequence());
-            let time = event.get("time").and_then(decimal);
-            kind.zip(time).ok_or_else(|| {
-                form(format!(
-                    "event {index} has no kind of the event sequence, or no time that is a decimal text"
-                ))
-            })
-        });
-        let events: Vec<(EventKind, f64)> = events.collect::<Result<_, _>>()?;
+        let event = |(index, event): (usize, &Value)| {
+            let name = text_of(event, "kind");
+            let kinds = EventKind::ALL.into_iter().filter(|kind| kind.in_event_sequence());
+            let kind = kinds.into_iter().find(|kind| Some(kind.name()) == name.as_deref());
+            let wrong = format!("event {index} has no kind of the event sequence, or no time that is a decimal text");
+            kind.zip(event.get("time").and_then(decimal)).ok_or_else(|| form(wrong))
+        };
+        let events: Vec<(EventKind, f64)> = events.iter().enumerate().map(event).collect::<Result<_, _>>()?;
         if let Some(index) = events.windows(2).position(|pair| pair[1].1 < pair[0].1) {
             return Err(form(format!("event {} comes before event {index}", index + 1)));
         }
         let parameters = json.get("parameters").and_then(Value::as_object);
         let parameters = parameters.ok_or_else(|| form("it has no object \"parameters\"".to_owned()))?;
-        let parameters = parameters
-            .iter()
-            .map(|(name, value)| {
-                let value = decimal(value).ok_or_else(|| form(format!("parameter {name} is no decimal text")))?;
-                Ok((name.clone(), value))
-            })
-            .collect::<Result<_, _>>()?;
+        let parameter = |(name, value): (&String, &Value)| {
+            let value = decimal(value).ok_or_else(|| form(format!("parameter {name} is no decimal text")))?;
+            Ok((name.clone(), value))
+        };
         Ok(Truth {
-            method: json
-                .get("method")
-                .and_then(Value::as_str)
-                .unwrap_or("not said")
-                .to_owned(),
+            method: text_of(&json, "method").unwrap_or_else(|| "not said".to_owned()),
             events,
-            parameters,
+            parameters: parameters.iter().map(parameter).collect::<Result<_, _>>()?,
             path: path.to_owned(),
         })
     }
@@ -154,66 +143,61 @@ fn decimal(value: &Value) -> Option<f64> {
 
 /// The parameters under the names of such a file; NaN for what the case does not have. What such a file cannot say has a
 /// name that none of its parameters bears.
-fn symbols(case: &System) -> Vec<(&'static str, f64)> {
-    const NONE: f64 = f64::NAN;
-    let (mass, stiffness, damping, ramp) = match &case.pressing {
-        Pressing::Axial { axial, actuation } => (axial.mass, axial.stiffness, axial.damping, actuation.as_ramp()),
-        Pressing::Force(_) => (NONE, NONE, NONE, None),
+fn symbols(case: &System) -> [(&'static str, f64); 19] {
+    let one = |value: Option<f64>| value.unwrap_or(f64::NAN);
+    let (axial, ramp) = match &case.pressing {
+        Pressing::Axial { axial, actuation } => (Some(axial), actuation.as_ramp()),
+        Pressing::Force(_) => (None, None),
     };
-    let (force, rise_time) = ramp.map_or((NONE, NONE), |ramp| (ramp.value, ramp.rise_time));
     let (rotor, stator) = (&case.rotor, &case.stator);
     // What both trains have alike.
     let alike = |of_rotor: &[f64], of_stator: &[f64]| match (of_rotor, of_stator) {
-        ([one], [other]) if one == other => *one,
-        _ => NONE,
+        ([one], [other]) if one == other => Some(*one),
+        _ => None,
     };
     let surfaces = alike(&rotor.inertia[..rotor.inertia.len().min(1)], &stator.inertia);
     let undisturbed = rotor.viscous.iter().chain(&stator.viscous).all(|d| *d == 0.0);
     let disk = match rotor.inertia.as_slice() {
-        [_, disk] if undisturbed => *disk,
-        _ => NONE,
+        [_, disk] if undisturbed => Some(*disk),
+        _ => None,
     };
     let speed = match case.initial.rotor_speed.as_slice() {
-        [one, other] if one == other => *one,
-        _ => NONE,
+        [one, other] if one == other => Some(*one),
+        _ => None,
     };
-    let (kick_time, kick) = match case.kicks.as_slice() {
-        [kick] => match kick.time {
-            KickTime::At(time) => (time, kick.relative_velocity),
-            KickTime::Instability => (f64::INFINITY, kick.relative_velocity),
-        },
-        _ => (f64::NAN, f64::NAN),
+    let kick = match case.kicks.as_slice() {
+        [kick] => Some(kick),
+        _ => None,
     };
-    let several = if case.kicks.len() > 1 {
-        case.kicks.len() as f64
-    } else {
-        f64::NAN
-    };
+    let kick_time = kick.map(|kick| match kick.time {
+        KickTime::At(time) => time,
+        KickTime::Instability => f64::INFINITY,
+    });
+    let several = (case.kicks.len() > 1).then_some(case.kicks.len() as f64);
     let law = case.law.as_exponential();
-    let test = if case.breakaway_test == BreakawayTest::Transmitted {
-        f64::NAN
-    } else {
-        1.0
-    };
-    vec![
-        ("k_e", stiffness),
-        ("c_a", damping),
-        ("m", mass),
-        ("F_0", force),
-        ("t_0", rise_time),
+    [
+        ("k_e", axial.map(|axial| axial.stiffness)),
+        ("c_a", axial.map(|axial| axial.damping)),
+        ("m", axial.map(|axial| axial.mass)),
+        ("F_0", ramp.map(|ramp| ramp.value)),
+        ("t_0", ramp.map(|ramp| ramp.rise_time)),
         ("k_t", alike(&rotor.stiffness, &stator.stiffness)),
         ("c_t", alike(&rotor.damping, &stator.damping)),
-        ("r", case.radius),
+        ("r", Some(case.radius)),
         ("I", disk),
         ("J", surfaces),
-        ("mu_0", case.breakaway),
-        ("mu_s", law.map_or(f64::NAN, |law| law.low_speed)),
-        ("mu_d", law.map_or(f64::NAN, |law| law.high_speed)),
-        ("alpha", law.map_or(f64::NAN, |law| law.decay)),
+        ("mu_0", Some(case.breakaway)),
+        ("mu_s", law.map(|law| law.low_speed)),
+        ("mu_d", law.map(|law| law.high_speed)),
+        ("alpha", law.map(|law| law.decay)),
         ("omega_0", speed),
         ("kick_time", kick_time),
-        ("kick_relative_velocity", kick),
+        ("kick_relative_velocity", kick.map(|kick| kick.relative_velocity)),
         ("number of kicks", several),
-        ("breakaway test", test),
+        (
+            "breakaway test",
+            (case.breakaway_test != BreakawayTest::Transmitted).then_some(1.0),
+        ),
     ]
+    .map(|(name, value)| (name, one(value)))
 }

@@ -6,12 +6,11 @@
 use super::warning::Warning;
 use crate::case::Case;
 use crate::hybrid::RunError;
-use crate::record::{Cycle, Event, EventKind, NoRecorder, Piece, Recorder, RecorderError, Sample, Segment};
+use crate::record::{Event, EventKind, Recorder, RecorderError, Segment};
 use crate::results::{AttributeValue, quantity};
 use crate::run::Run;
 use crate::simulation::{Method, OutputOptions, SolverOptions, natural_period};
 use serde::Serialize;
-use std::ops::ControlFlow;
 
 /// Steps after which the witness is given up: a second or two of a brake. Unlike a time, this is the same on every machine, so that
 /// identical runs say the same. The witness of a run that resolved so many periods that it would take more is not begun.
@@ -41,15 +40,16 @@ pub struct Sequence {
 impl Sequence {
     /// Of events that are all at hand, in order.
     pub fn of_events<'a>(events: impl IntoIterator<Item = &'a Event>) -> Self {
-        let mut sequence = Sequence::default();
-        events.into_iter().for_each(|event| sequence.push(event));
-        sequence
+        let of_sequence = events.into_iter().filter(|event| event.kind.in_event_sequence());
+        Sequence {
+            events: of_sequence.map(|event| (event.kind, event.time)).collect(),
+            resolved: 0.0,
+        }
     }
 
-    fn push(&mut self, event: &Event) {
-        if event.kind.in_event_sequence() {
-            self.events.push((event.kind, event.time));
-        }
+    /// The last event: its kind and its time (s).
+    pub(super) fn last(&self) -> Option<&(EventKind, f64)> {
+        self.events.last()
     }
 
     /// How many events agree with those of `result`, from the first on: in kind and, by [`SAME`], in time.
@@ -65,64 +65,24 @@ impl Sequence {
     }
 }
 
-/// Passes a run on to its recorder, and keeps its sequence of events.
-pub(crate) struct Remembering<'a> {
-    recorder: &'a mut dyn Recorder,
-    keeps_events: bool,
-    sequence: Sequence,
-}
-
-impl<'a> Remembering<'a> {
-    /// For a run into `recorder`, whose report keeps the events whether or not the recorder stores them.
-    pub(crate) fn new(recorder: &'a mut dyn Recorder, keeps_events: bool) -> Self {
-        Remembering {
-            recorder,
-            keeps_events,
-            sequence: Sequence::default(),
-        }
-    }
-
-    /// What has been kept.
-    pub(crate) fn into_sequence(self) -> Sequence {
-        self.sequence
-    }
-}
-
-impl Recorder for Remembering<'_> {
-    fn further(&mut self, values: &[f64]) -> Result<(), RecorderError> {
-        self.recorder.further(values)
-    }
-
-    fn sample(&mut self, sample: &Sample) -> Result<(), RecorderError> {
-        self.recorder.sample(sample)
-    }
-
+/// What is kept of a run of which nothing but its sequence matters.
+impl Recorder for Sequence {
     fn event(&mut self, event: &Event) -> Result<(), RecorderError> {
-        self.sequence.push(event);
-        self.recorder.event(event)
+        if event.kind.in_event_sequence() {
+            self.events.push((event.kind, event.time));
+        }
+        Ok(())
     }
 
     fn segment(&mut self, segment: &Segment) -> Result<(), RecorderError> {
         if segment.mode.sense() != 0 && segment.resolved == Some(true) {
-            self.sequence.resolved += segment.end - segment.start;
+            self.resolved += segment.end - segment.start;
         }
-        self.recorder.segment(segment)
-    }
-
-    fn piece(&mut self, piece: &Piece<'_>) -> Result<(), RecorderError> {
-        self.recorder.piece(piece)
-    }
-
-    fn cycle(&mut self, cycle: &Cycle) -> Result<(), RecorderError> {
-        self.recorder.cycle(cycle)
+        Ok(())
     }
 
     fn stores_motion(&self) -> bool {
-        self.recorder.stores_motion()
-    }
-
-    fn stores_events(&self) -> bool {
-        !self.keeps_events && self.recorder.stores_events()
+        false
     }
 }
 
@@ -252,8 +212,7 @@ pub fn witness(case: &Case, result: &Sequence, noise_determined: bool, stop: &dy
         ..SolverOptions::default()
     };
     let output = OutputOptions::at_the_ends(case.output().end_time);
-    let mut nobody = NoRecorder;
-    let mut own = Remembering::new(&mut nobody, false);
+    let mut own = Sequence::default();
     let testimony = if takes_too_long(case, method, result) {
         Testimony::LeftOut
     } else {
@@ -261,10 +220,7 @@ pub fn witness(case: &Case, result: &Sequence, noise_determined: bool, stop: &dy
             .solver(&solver)
             .output(&output)
             .record(&mut own)
-            .control(|_| match stop() {
-                true => ControlFlow::Break(()),
-                false => ControlFlow::Continue(()),
-            })
+            .stop(stop)
             .start();
         match ended {
             Ok(report) if report.interrupted => return None,
@@ -273,7 +229,6 @@ pub fn witness(case: &Case, result: &Sequence, noise_determined: bool, stop: &dy
             Err(_) => Testimony::Failed,
         }
     };
-    let own = own.into_sequence();
     let agreeing = own.agreeing(result);
     let time = |sequence: &Sequence| sequence.events.get(agreeing).map(|event| event.1);
     let differs_from = match (time(&own), time(result)) {
@@ -295,7 +250,7 @@ pub fn witness(case: &Case, result: &Sequence, noise_determined: bool, stop: &dy
     let detail = match testimony {
         Testimony::LeftOut => TOO_LONG.to_owned(),
         Testimony::Failed => {
-            let last = own.events.last().map_or(0.0, |event| event.1);
+            let last = own.last().map_or(0.0, |event| event.1);
             format!("it failed after {found} events, the last at {last:.6} s")
         }
         Testimony::NoiseDetermined => {

@@ -4,11 +4,12 @@ use super::candidates::{
     cases_and_results, channels, columns, figures, keys, methods, names, quantities, requirements, results, studies,
 };
 use super::failure;
+use super::input::overrides;
+use crate::case::{CaseError, Override};
 use crate::export;
 use crate::provenance;
 use crate::simulation::Method;
 use crate::sweep::Shard;
-use clap::builder::PossibleValue;
 use clap::{ArgAction, Args, CommandFactory, FromArgMatches, Parser, Subcommand, ValueEnum};
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
@@ -56,6 +57,29 @@ impl Budget {
     pub fn over(&self, set: &[String]) -> Vec<String> {
         let budget = self.max_wall_time.iter().map(|t| format!("solver.max_wall_time={t}"));
         set.iter().cloned().chain(budget).collect()
+    }
+}
+
+/// How a study makes its runs.
+#[derive(Debug, Args)]
+pub(super) struct StudyRuns {
+    /// Threads [default: one for each processor; in an MPI job one for each rank].
+    #[arg(short = 'j', long = "jobs", value_name = "N", value_parser = jobs)]
+    pub jobs: Option<usize>,
+    /// Integration method, the same as --set solver.method=M; series is the fastest, and that of a calibration.
+    #[arg(long, value_name = "M", add = methods())]
+    method: Option<String>,
+    /// Override a key of the base case, such as torsion.damping=20 or stator.damping.0=2.
+    #[arg(long = "set", value_name = "KEY=VALUE", add = keys())]
+    set: Vec<String>,
+    #[command(flatten)]
+    budget: Budget,
+}
+
+impl StudyRuns {
+    /// The overrides of the base case.
+    pub fn overrides(&self) -> Result<Vec<Override>, CaseError> {
+        overrides(&self.budget.over(&self.set), self.method.as_deref())
     }
 }
 
@@ -247,17 +271,8 @@ pub(super) struct SweepOptions {
     /// Exit with 1 if a point failed or ended too early.
     #[arg(long)]
     pub strict: bool,
-    /// Threads [default: one for each processor; one for each rank].
-    #[arg(short = 'j', long = "jobs", value_name = "N", value_parser = jobs)]
-    pub jobs: Option<usize>,
-    /// Integration method, the same as --set solver.method=M; series is the fastest.
-    #[arg(long, value_name = "M", add = methods())]
-    pub method: Option<String>,
-    /// Override a key of the base case, such as torsion.damping=20 or, of trains, stator.damping.0=2.
-    #[arg(long = "set", value_name = "KEY=VALUE", add = keys())]
-    pub set: Vec<String>,
     #[command(flatten)]
-    pub budget: Budget,
+    pub runs: StudyRuns,
     /// Replace any file, and start anew.
     #[arg(long)]
     pub force: bool,
@@ -290,17 +305,8 @@ pub(super) struct CalibrateOptions {
     /// Write the case with the calibrated parameters, ready to run (TOML).
     #[arg(long, value_name = "FILE")]
     pub case: Option<PathBuf>,
-    /// Threads [default: one for each processor].
-    #[arg(short = 'j', long = "jobs", value_name = "N", value_parser = jobs)]
-    pub jobs: Option<usize>,
-    /// Integration method, the same as --set solver.method=M [default: series].
-    #[arg(long, value_name = "M", add = methods())]
-    pub method: Option<String>,
-    /// Override a key of the base case.
-    #[arg(long = "set", value_name = "KEY=VALUE", add = keys())]
-    pub set: Vec<String>,
     #[command(flatten)]
-    pub budget: Budget,
+    pub runs: StudyRuns,
     /// Replace any file, not only a result of this program.
     #[arg(long)]
     pub force: bool,
@@ -332,29 +338,6 @@ pub(super) struct InspectOptions {
     /// A result file.
     #[arg(value_name = "FILE", add = results())]
     pub file: PathBuf,
-}
-
-impl ValueEnum for export::Format {
-    fn value_variants<'a>() -> &'a [Self] {
-        &Self::ALL
-    }
-
-    fn to_possible_value(&self) -> Option<PossibleValue> {
-        Some(PossibleValue::new(self.name()))
-    }
-}
-
-impl ValueEnum for export::Which {
-    fn value_variants<'a>() -> &'a [Self] {
-        use export::Which::{Events, Segments, StickSlip, Trajectory};
-        &[Trajectory, Events, Segments, StickSlip]
-    }
-
-    fn to_possible_value(&self) -> Option<PossibleValue> {
-        let value = PossibleValue::new(self.name());
-        let is_joined = *self == export::Which::StickSlip;
-        Some(if is_joined { value.alias("stick-slip") } else { value })
-    }
 }
 
 #[derive(Debug, Args)]
@@ -495,8 +478,6 @@ pub(super) enum Format {
 }
 
 impl Format {
-    const ALL: [Format; 4] = [Format::Svg, Format::Png, Format::Pdf, Format::Eps];
-
     pub fn extension(self) -> &'static str {
         match self {
             Format::Svg => "svg",
@@ -507,9 +488,8 @@ impl Format {
     }
 
     /// By the extension of a file name.
-    pub(crate) fn of_path(path: &std::path::Path) -> Option<Format> {
-        let extension = path.extension()?.to_str()?.to_ascii_lowercase();
-        Format::ALL.into_iter().find(|f| f.extension() == extension)
+    pub(crate) fn of_path(path: &Path) -> Option<Format> {
+        <Format as ValueEnum>::from_str(path.extension()?.to_str()?, true).ok()
     }
 }
 

@@ -1,7 +1,6 @@
 //! The built-in cases and studies, with the commands that take them.
 
 use super::CommandError;
-use super::input::bad_case;
 use crate::analysis::work_precision;
 use crate::calibrate::{CALIBRATIONS, CalibrationStudy};
 use crate::case::{Case, CaseSource, builtin};
@@ -31,22 +30,22 @@ pub(super) fn listed() -> Result<Vec<Listed>, CommandError> {
         });
     };
     for case in builtin::all() {
-        let source = CaseSource::built_in(case.name).map_err(bad_case)?;
-        let read = Case::read(&source, &[]).map_err(bad_case)?;
+        let source = CaseSource::built_in(case.name)?;
+        let read = Case::read(&source, &[])?;
         add(case.name, "case", "run", read.title);
     }
     for study in STUDIES {
-        let source = StudySource::built_in(study.name).map_err(bad_case)?;
-        let title = Study::parse(source, &[]).map_err(bad_case)?.title;
+        let source = StudySource::built_in(study.name)?;
+        let title = Study::parse(source, &[])?.title;
         add(study.name, "study", "sweep", title);
     }
     for study in CALIBRATIONS {
-        let source = CalibrationStudy::built_in(study.name).map_err(bad_case)?;
-        let title = CalibrationStudy::parse(source, &[]).map_err(bad_case)?.runs.title;
+        let source = CalibrationStudy::built_in(study.name)?;
+        let title = CalibrationStudy::parse(source, &[])?.runs.title;
         add(study.name, "study", "calibrate", title);
     }
     for study in work_precision::STUDIES {
-        let title = work_precision::Study::find(study.name).map_err(bad_case)?.title;
+        let title = work_precision::Study::find(study.name)?.title;
         add(study.name, "study", "work-precision", title);
     }
     Ok(listed)

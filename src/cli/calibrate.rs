@@ -1,14 +1,13 @@
 //! `stickslip calibrate`.
 
 use super::arguments::{CalibrateOptions, Common};
-use super::input::{bad_case, bad_file, interrupt_flag, overrides, overwrite, study_source};
-use super::plot::bad;
+use super::input::{interrupt_flag, overwrite, study_source};
 use super::progress::Bar;
-use super::terminal::lines;
-use super::{CommandError, End, complain, tell};
+use super::terminal::{lines, or_none};
+use super::{CommandError, End, interrupted, tell};
 use crate::calibrate::{
-    Calibration, CalibrationError, CalibrationStudy, Determined, Role, Target, TargetResult, calibrate as find,
-    write_file,
+    Calibration, CalibrationError, CalibrationStudy, Correlation, Determined, Role, Target, TargetResult,
+    calibrate as find, write_file,
 };
 use crate::case::CaseError;
 use crate::plot::target::{self, Product};
@@ -18,78 +17,12 @@ use serde::Serialize;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
-/// The JSON document of a calibration.
-#[derive(Serialize)]
-struct CalibrationDocument<'a> {
-    /// complete or interrupted.
-    status: &'a str,
-    file: String,
-    /// The case with the calibrated parameters, where one was asked for.
-    case: Option<String>,
-    study: String,
-    title: &'a str,
-    digest: String,
-    /// Whether every target that is to be met is.
-    consistent: bool,
-    /// In half-widths, at the optimum.
-    largest_residual: f64,
-    /// The same at the compromise, where targets are set aside.
-    largest_residual_of_compromise: Option<f64>,
-    parameters: Vec<ParameterDocument>,
-    targets: Vec<TargetDocument>,
-    correlations: Vec<CorrelationDocument>,
-    runs: usize,
-    failed: usize,
-    jobs: usize,
-    /// s.
-    wall_time: f64,
-}
-
-#[derive(Serialize)]
-struct ParameterDocument {
-    key: String,
-    unit: &'static str,
-    optimum: f64,
-    /// If no target is set aside; only where some are.
-    compromise: Option<f64>,
-    least: Option<f64>,
-    largest: Option<f64>,
-    determined: Option<&'static str>,
-    range: [f64; 2],
-}
-
-#[derive(Serialize)]
-struct TargetDocument {
-    quantity: &'static str,
-    unit: &'static str,
-    value: f64,
-    half_width: f64,
-    weight: f64,
-    /// None where the run has no such quantity.
-    here: Option<f64>,
-    residual: Option<f64>,
-    /// The least residual anywhere in the ranges.
-    nearest: Option<f64>,
-    /// Of a target that contradicts.
-    together: Option<f64>,
-    /// Of a target that contradicts: each of these could be set aside in its place.
-    instead: Vec<&'static str>,
-    role: &'static str,
-}
-
-#[derive(Serialize)]
-struct CorrelationDocument {
-    parameters: [String; 2],
-    /// None where one of them does not vary.
-    coefficient: Option<f64>,
-}
-
 /// From this correlation on, the data give a combination of two parameters rather than either.
 const TRADED: f64 = 0.9;
 
 /// Finds the parameters of a study, and reports them.
 pub(super) fn calibrate(options: &CalibrateOptions, common: &Common) -> Result<End, CommandError> {
-    let study = read_study(options).map_err(bad_case)?;
+    let study = read_study(options)?;
     let name = &study.runs.source.name;
     let path = options
         .output
@@ -97,11 +30,11 @@ pub(super) fn calibrate(options: &CalibrateOptions, common: &Common) -> Result<E
         .unwrap_or_else(|| PathBuf::from(format!("{name}.h5")));
     // Before a file is there: from then on an interruption ends the calibration in good order.
     let stop = interrupt_flag()?;
-    let place = Reservation::take(&path, overwrite(options.force), &study.runs.files).map_err(bad_file)?;
+    let place = Reservation::take(&path, overwrite(options.force), &study.runs.files)?;
     if let Some(case) = &options.case {
         check_case_target(case, &path, &study, options.force)?;
     }
-    let jobs = options.jobs.unwrap_or_else(crate::workers::processors);
+    let jobs = options.runs.jobs.unwrap_or_else(crate::workers::processors);
     let bar = Bar::new(common);
     let clock = Instant::now();
     let result = find(
@@ -117,12 +50,11 @@ pub(super) fn calibrate(options: &CalibrateOptions, common: &Common) -> Result<E
     let calibration = match result {
         Ok(calibration) => calibration,
         Err(CalibrationError::NothingRun) => {
-            complain("interrupted before the first run was done; nothing is saved");
-            return Ok(End::Interrupted);
+            return interrupted(common, " before the first run was done; nothing is saved");
         }
-        Err(error) => return Err(CommandError::Computation(error.to_string())),
+        Err(error) => return Err(CommandError::computation(error)),
     };
-    let file = write_file(&study, &calibration, place).map_err(|error| CommandError::Computation(error.to_string()))?;
+    let file = write_file(&study, &calibration, place).map_err(CommandError::computation)?;
     if let Some(case) = &options.case {
         write_case(case, &study, &calibration)?;
     }
@@ -132,39 +64,33 @@ pub(super) fn calibrate(options: &CalibrateOptions, common: &Common) -> Result<E
         || text_report(&study, &calibration, options, &file, wall_time),
     )?;
     if calibration.interrupted {
-        if !common.quiet {
-            complain(&format!(
-                "interrupted; the {} runs made so far are in {}, and the best of them is shown",
-                calibration.runs.len(),
-                file.display()
-            ));
-        }
-        return Ok(End::Interrupted);
+        let (runs, file) = (calibration.runs.len(), file.display());
+        let how = format!("; the {runs} runs made so far are in {file}, and the best of them is shown");
+        return interrupted(common, &how);
     }
     Ok(End::Done)
 }
 
 fn read_study(options: &CalibrateOptions) -> Result<CalibrationStudy, CaseError> {
     let source = study_source(&options.study, CalibrationStudy::built_in)?;
-    let overrides = overrides(&options.budget.over(&options.set), options.method.as_deref())?;
-    CalibrationStudy::parse(source, &overrides)
+    CalibrationStudy::parse(source, &options.runs.overrides()?)
 }
 
 /// Whether the case may be written, before anything is computed.
 fn check_case_target(case: &Path, result: &Path, study: &CalibrationStudy, force: bool) -> Result<(), CommandError> {
     if same_file(case, result) {
-        return Err(CommandError::Input(format!(
+        return Err(CommandError::input(format!(
             "{}: is the result file, too; choose another name with --case or -o",
             case.display()
         )));
     }
-    target::check(case, Product::Case, &study.runs.files, force).map_err(|error| bad(error.into()))
+    Ok(target::check(case, Product::Case, &study.runs.files, force)?)
 }
 
 /// Writes the base case with the calibrated parameters.
 fn write_case(path: &Path, study: &CalibrationStudy, calibration: &Calibration) -> Result<(), CommandError> {
     let case = study.case_at(&calibration.shares).map_err(|error| {
-        CommandError::Computation(format!("{}: the case cannot be written: {error}", path.display()))
+        CommandError::computation(format!("{}: the case cannot be written: {error}", path.display()))
     })?;
     let mut text = format!(
         "# Calibrated by stickslip {} from {}; free parameters:\n",
@@ -175,25 +101,26 @@ fn write_case(path: &Path, study: &CalibrationStudy, calibration: &Calibration) 
         text += &format!("#   {} = {value:?}\n", axis.keys.join(", "));
     }
     text += &case.resolved();
-    target::write(path, Product::Case, &[text.as_bytes()]).map_err(|error| bad(error.into()))
+    Ok(target::write(path, Product::Case, &[text.as_bytes()])?)
 }
 
-fn document<'a>(
-    study: &'a CalibrationStudy,
+fn document(
+    study: &CalibrationStudy,
     calibration: &Calibration,
     options: &CalibrateOptions,
     file: &Path,
     jobs: usize,
     wall_time: f64,
-) -> CalibrationDocument<'a> {
+) -> impl Serialize {
     let known = |value: f64| value.is_finite().then_some(value);
+    let key = |k: usize| study.runs.axes[k].keys[0].clone();
     let parameter = |k: usize| {
-        let axis = &study.runs.axes[k];
-        let interval = calibration.intervals.get(k);
-        ParameterDocument {
-            key: axis.keys[0].clone(),
+        let (axis, interval) = (&study.runs.axes[k], calibration.intervals.get(k));
+        document! {
+            key: key(k),
             unit: axis.unit.unwrap_or("1"),
             optimum: calibration.parameters[k],
+            // If no target is set aside; only where some are.
             compromise: calibration.compromise.as_ref().map(|point| point.parameters[k]),
             least: interval.map(|interval| interval.least),
             largest: interval.map(|interval| interval.largest),
@@ -201,49 +128,53 @@ fn document<'a>(
             range: axis.range.map_or([f64::NAN; 2], |range| [range.from, range.to]),
         }
     };
+    let target = |(target, result): (&Target, &TargetResult)| {
+        document! {
+            quantity: target.name(),
+            unit: target.unit(),
+            value: target.value,
+            half_width: target.half_width,
+            weight: target.weight,
+            // None where the run has no such quantity.
+            here: known(result.here),
+            residual: known(result.residual),
+            // The least residual anywhere in the ranges.
+            nearest: known(result.nearest),
+            // Of a target that contradicts: the least residual with it, and what could be set aside in its place.
+            together: known(result.together),
+            instead: names(study, &result.instead),
+            role: result.role.name(),
+        }
+    };
+    // None where one of the two does not vary.
+    let correlation = |pair: &Correlation| {
+        document! {
+            parameters: pair.parameters.map(key),
+            coefficient: known(pair.coefficient),
+        }
+    };
     let targets = study.targets.iter().zip(&calibration.targets);
-    CalibrationDocument {
-        status: if calibration.interrupted {
-            "interrupted"
-        } else {
-            "complete"
-        },
+    document! {
+        status: if calibration.interrupted { "interrupted" } else { "complete" },
         file: file.display().to_string(),
+        // With the calibrated parameters, where it was asked for.
         case: options.case.as_ref().map(|path| path.display().to_string()),
         study: study.runs.source.label(),
-        title: &study.runs.title,
+        title: study.runs.title.clone(),
         digest: study.digest(),
+        // Whether every target that is to be met is.
         consistent: is_consistent(calibration),
+        // In half-widths, at the optimum, and at the compromise where targets are set aside.
         largest_residual: calibration.worst,
         largest_residual_of_compromise: calibration.compromise.as_ref().map(|point| point.worst),
-        parameters: (0..study.runs.axes.len()).map(parameter).collect(),
-        targets: targets
-            .map(|(target, result)| TargetDocument {
-                quantity: target.name(),
-                unit: target.unit(),
-                value: target.value,
-                half_width: target.half_width,
-                weight: target.weight,
-                here: known(result.here),
-                residual: known(result.residual),
-                nearest: known(result.nearest),
-                together: known(result.together),
-                instead: names(study, &result.instead),
-                role: result.role.name(),
-            })
-            .collect(),
-        correlations: calibration
-            .correlations
-            .iter()
-            .map(|pair| CorrelationDocument {
-                parameters: pair.parameters.map(|k| study.runs.axes[k].keys[0].clone()),
-                coefficient: known(pair.coefficient),
-            })
-            .collect(),
+        parameters: (0..study.runs.axes.len()).map(parameter).collect::<Vec<_>>(),
+        targets: targets.map(target).collect::<Vec<_>>(),
+        correlations: calibration.correlations.iter().map(correlation).collect::<Vec<_>>(),
         runs: calibration.runs.len(),
         failed: calibration.failed,
-        jobs,
-        wall_time,
+        jobs: jobs,
+        // s.
+        wall_time: wall_time,
     }
 }
 
@@ -267,23 +198,15 @@ fn text_report(
         0 => String::new(),
         failed => format!(", {failed} of them failed"),
     };
-    let mut text = format!(
-        "{}\n{} runs in {wall_time:.1} s{failed}\n\n",
-        study.runs.title,
-        calibration.runs.len()
-    );
-    text += &parameter_table(study, calibration);
-    text.push('\n');
-    text += &target_table(study, calibration);
-    text.push('\n');
-    for line in verdict(study, calibration) {
-        text += &format!("{line}\n");
-    }
-    text += &format!("\n{}\n", file.display());
-    if let Some(case) = &options.case {
-        text += &format!("{}\n", case.display());
-    }
-    text
+    let (title, runs) = (&study.runs.title, calibration.runs.len());
+    let (parameters, targets) = (parameter_table(study, calibration), target_table(study, calibration));
+    let verdict: String = verdict(study, calibration)
+        .iter()
+        .map(|line| format!("{line}\n"))
+        .collect();
+    let files = std::iter::once(file).chain(options.case.as_deref());
+    let files: String = files.map(|path| format!("{}\n", path.display())).collect();
+    format!("{title}\n{runs} runs in {wall_time:.1} s{failed}\n\n{parameters}\n{targets}\n{verdict}\n{files}")
 }
 
 fn parameter_table(study: &CalibrationStudy, calibration: &Calibration) -> String {
@@ -308,20 +231,15 @@ fn target_table(study: &CalibrationStudy, calibration: &Calibration) -> String {
     let row = |(target, result): (&Target, &TargetResult)| {
         // To a hundredth of the interval, so that the residual can be read off; as many digits for each.
         let places = (2.0 - target.half_width.log10().floor()).clamp(0.0, 12.0) as usize;
-        let number = |value: f64| match value.is_finite() {
-            true => format!("{value:.places$}"),
-            false => "none".to_owned(),
-        };
+        let finite = |value: f64| Some(value).filter(|value| value.is_finite());
+        let number = |value: f64| or_none(finite(value), |value| format!("{value:.places$}"));
         vec![
             target.name().to_owned(),
             number(target.value),
             number(target.half_width),
             number(result.here),
             if target.unit() == "1" { "" } else { target.unit() }.to_owned(),
-            match result.residual.is_finite() {
-                true => format!("{:.2}", result.residual),
-                false => "none".to_owned(),
-            },
+            or_none(finite(result.residual), |residual| format!("{residual:.2}")),
             result.role.name().to_owned(),
         ]
     };
@@ -374,16 +292,13 @@ fn verdict(study: &CalibrationStudy, calibration: &Calibration) -> Vec<String> {
     }
     for (axis, interval) in study.runs.axes.iter().zip(&calibration.intervals) {
         let key = &axis.keys[0];
-        match interval.determined {
-            Determined::Both => {}
-            Determined::Not => lines.push(format!("{key} is not determined: both ends of its range will do.")),
-            Determined::FromAboveOnly => lines.push(format!(
-                "{key} is bounded from above only: the lower end of its range will do."
-            )),
-            Determined::FromBelowOnly => lines.push(format!(
-                "{key} is bounded from below only: the upper end of its range will do."
-            )),
-        }
+        let how = match interval.determined {
+            Determined::Both => continue,
+            Determined::Not => "not determined: both ends of its range",
+            Determined::FromAboveOnly => "bounded from above only: the lower end of its range",
+            Determined::FromBelowOnly => "bounded from below only: the upper end of its range",
+        };
+        lines.push(format!("{key} is {how} will do."));
     }
     for pair in &calibration.correlations {
         if pair.coefficient.abs() >= TRADED {

@@ -4,9 +4,9 @@ use std::cell::RefCell;
 use std::sync::atomic::AtomicBool;
 use std::sync::{Arc, Mutex};
 
-/// What a command has said so far.
+/// What a command has said.
 #[derive(Debug, Default)]
-pub(super) struct Said {
+pub struct Said {
     /// Its report, as on standard output; of the commands that have one beside their document.
     pub text: String,
     /// Its JSON document.

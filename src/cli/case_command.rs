@@ -1,7 +1,6 @@
 //! `stickslip case`.
 
 use super::arguments::{CaseOptions, Common};
-use super::input::bad_case;
 use super::{CommandError, End, builtins, print, print_json, terminal};
 use crate::analysis::work_precision;
 use crate::calibrate::CALIBRATIONS;
@@ -17,7 +16,7 @@ pub(super) fn case(options: &CaseOptions, common: &Common) -> Result<End, Comman
                 text: study.text.to_owned(),
                 origin: Origin::BuiltIn(study.name.to_owned()),
             },
-            None => CaseSource::built_in(name).map_err(bad_case)?,
+            None => CaseSource::built_in(name)?,
         };
         if common.json {
             print_json(&serde_json::json!({ "name": name, "text": source.text }))?;
@@ -30,12 +29,12 @@ pub(super) fn case(options: &CaseOptions, common: &Common) -> Result<End, Comman
     if common.json {
         print_json(&listed)?;
     } else {
-        let mut table = terminal::table(&["name", "for stickslip", "title"]);
-        for case in &listed {
-            table.add_row([case.name, case.command, &case.title]);
-        }
+        let rows = listed
+            .iter()
+            .map(|case| [case.name, case.command, &case.title].map(str::to_owned).to_vec());
+        let table = terminal::lines(&["name", "for stickslip", "title"], rows, []);
         let hint = "`stickslip case NAME` prints the text of a case or a study, to start from";
-        print(&format!("{}\n{hint}\n", terminal::show(&table)))?;
+        print(&format!("{table}\n{hint}\n"))?;
     }
     Ok(End::Done)
 }

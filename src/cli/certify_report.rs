@@ -1,6 +1,6 @@
 //! What `stickslip certify` prints and stores.
 
-use super::terminal;
+use super::terminal::{self, or_none};
 use crate::analysis::Certified;
 use crate::analysis::advice::remedy;
 use crate::analysis::bands::{ChannelBand, Stretch};
@@ -8,7 +8,7 @@ use crate::analysis::certificate::{Certificate, CertifiedEvent, Verdict};
 use crate::analysis::ladder::Rung;
 use crate::analysis::linearised::Slope;
 use crate::analysis::sensitivity::{
-    Affected, CaseSensitivities, Outcome, Sensitivities, Sensitivity, add_sensitivities,
+    Affected, CaseSensitivities, Outcome, Rerun, Sensitivities, Sensitivity, add_sensitivities,
 };
 use crate::analysis::stability::onset::Onset;
 use crate::case::{Case, CaseNumber, Words};
@@ -59,42 +59,33 @@ impl Report<'_> {
                     (None, Some(d)) => format!("{d:.1e} s"),
                     (None, None) => "none".to_owned(),
                 },
-                rung.onset.map_or_else(
-                    || "none".to_owned(),
-                    |t| format!("{t:.12}{}", if rung.smooth_stop { " (smooth)" } else { "" }),
-                ),
+                or_none(rung.onset, |t| {
+                    format!("{t:.12}{}", if rung.smooth_stop { " (smooth)" } else { "" })
+                }),
                 format!("{:.2} s", rung.seconds),
             ]
         };
         let ladder = terminal::lines(&header, c.ladder.iter().map(rung), 1..7);
+        let left_out = c.left_out.iter().map(|text| format!("\n{text}."));
         let mut parts = vec![
             format!("{}\n{}", self.case.title(), self.heading()),
             format!(
                 "{}{}{}",
                 ladder.trim_end(),
                 self.smooth_stop(),
-                c.left_out
-                    .as_ref()
-                    .map_or_else(String::new, |text| format!("\n{text}."))
+                left_out.collect::<String>()
             ),
-            terminal::show(&self.events()).trim_end().to_owned(),
+            self.events(),
             self.channels(),
         ];
         parts.extend(self.result().map(sensitivities));
         parts.extend(without_sensitivities(self.certified).map(|why| format!("No sensitivities: {why}.")));
-        parts.extend(
-            c.growth_exponent
-                .or(c.most_digits().map(f64::from))
-                .map(|_| self.conditioning()),
-        );
-        if let Some(exact) = &self.certified.exact {
-            parts.push(self.oracle(exact));
+        if c.growth_exponent.is_some() || c.most_digits().is_some() {
+            parts.push(self.conditioning());
         }
+        parts.extend(self.certified.exact.as_ref().map(|exact| self.oracle(exact)));
         parts.push(self.verdict());
-        let figure = self
-            .figure
-            .as_ref()
-            .map_or_else(String::new, |path| format!("{path}\n"));
+        let figure: String = self.figure.iter().map(|path| format!("{path}\n")).collect();
         format!("{}\n\n{}\n{figure}", parts.join("\n\n"), self.file)
     }
 
@@ -131,7 +122,7 @@ impl Report<'_> {
          other methods is noise, that is the model without any deviation, and no witness for a run that has one."
     }
 
-    fn events(&self) -> comfy_table::Table {
+    fn events(&self) -> String {
         let events = &self.certified.certificate.events;
         let exact = self.certified.certificate.by_oracle;
         let mut header = vec!["event", "time, s", "verdict", "uncertainty, s", "digits"];
@@ -142,31 +133,34 @@ impl Report<'_> {
         if exact {
             header.extend(["by the methods, s", "true error, s"]);
         }
-        let mut table = terminal::table(&header);
-        for (index, event) in events.iter().enumerate() {
-            if events.len() > MOST_ROWS && index >= MOST_ROWS / 2 && index + MOST_ROWS / 2 < events.len() {
-                if index == MOST_ROWS / 2 {
-                    table.add_row(["...", &format!("{} more", events.len() - MOST_ROWS)]);
-                }
-                continue;
-            }
-            let mut row = row(event);
+        let row = |event: &CertifiedEvent| {
+            let mut row = vec![
+                event.kind.to_owned(),
+                format!("{:.15}", event.time),
+                event.verdict.name().to_owned(),
+                known(event.uncertainty),
+                event.digits().to_string(),
+            ];
             if followed {
-                row.push(known(event.rounding));
-                row.push(event.growth.map_or_else(|| "none".to_owned(), |g| format!("{g:.1}")));
+                row.extend([known(event.rounding), or_none(event.growth, |g| format!("{g:.1}"))]);
             }
             if exact {
-                row.push(known(event.ladder_uncertainty));
-                row.push(
-                    event
-                        .true_error
-                        .map_or_else(|| "none".to_owned(), |e| format!("{e:.1e}")),
-                );
+                let error = or_none(event.true_error, |e| format!("{e:.1e}"));
+                row.extend([known(event.ladder_uncertainty), error]);
             }
-            table.add_row(row);
-        }
-        terminal::align_right(&mut table, [1, 3, 4, 5, 6, 7, 8]);
-        table
+            row
+        };
+        let left_out = events.len().saturating_sub(MOST_ROWS);
+        let (first, last) = match left_out {
+            0 => (events.len(), events.len()),
+            _ => (MOST_ROWS / 2, events.len() - MOST_ROWS / 2),
+        };
+        let more = (left_out > 0).then(|| vec!["...".to_owned(), format!("{left_out} more")]);
+        let rows = events[..first].iter().map(row).chain(more);
+        let rows = rows.chain(events[last..].iter().map(row));
+        terminal::lines(&header, rows, [1, 3, 4, 5, 6, 7, 8])
+            .trim_end()
+            .to_owned()
     }
 
     fn channels(&self) -> String {
@@ -186,7 +180,7 @@ impl Report<'_> {
 
     fn conditioning(&self) -> String {
         let c = &self.certified.certificate;
-        let number = |x: Option<f64>| x.map(|x| format!("{x:.2}"));
+        let number = |x: Option<f64>| or_none(x, |x| format!("{x:.2}"));
         let rows = [
             ("growth exponent G", number(c.growth_exponent)),
             ("of it up to the first stick", number(c.growth_to_onset)),
@@ -197,11 +191,10 @@ impl Report<'_> {
             ),
             (
                 "digits that double precision can hold",
-                c.most_digits().map(|n| n.to_string()),
+                or_none(c.most_digits(), |n| n.to_string()),
             ),
         ];
-        let rows = rows.map(|(name, value)| vec![name.to_owned(), value.unwrap_or_else(|| "none".to_owned())]);
-        terminal::lines(&[], rows, []).trim_end().to_owned()
+        terminal::pairs(rows).trim_end().to_owned()
     }
 
     fn oracle(&self, exact: &OracleSolution) -> String {
@@ -229,9 +222,8 @@ impl Report<'_> {
         let verdict = match c.verdict {
             Verdict::Converged => {
                 let worst = c.events.iter().map(|e| e.uncertainty).fold(0.0, f64::max);
-                let digits = c
-                    .least_digits()
-                    .map_or_else(String::new, |n| format!(", {n} digits of the least known"));
+                let digits = c.least_digits().map(|n| format!(", {n} digits of the least known"));
+                let digits = digits.unwrap_or_default();
                 let by = if c.by_oracle { " of the exact one" } else { "" };
                 format!("converged: every event within {worst:.1e} s{by}{digits}")
             }
@@ -279,7 +271,7 @@ impl Report<'_> {
         let row = |(column, parameter): (usize, &CaseNumber)| {
             let events = known.map_or(&[][..], |known| &known.events);
             let of = |of: fn(&Slope) -> f64| events.iter().map(|row| of(&row[column])).collect::<Vec<f64>>();
-            let row = self.result().map(|result| &result.rows[column]);
+            let row = result.map(|result| &result.rows[column]);
             let influence = row.map(influence);
             json!({
                 "parameter": parameter.path,
@@ -292,10 +284,8 @@ impl Report<'_> {
                 "result": influence,
             })
         };
-        let sensitivity: Vec<Value> = known
-            .iter()
-            .flat_map(|known| known.parameters.iter().enumerate().map(row))
-            .collect();
+        let parameters = known.iter().flat_map(|known| known.parameters.iter().enumerate());
+        let sensitivity: Vec<Value> = parameters.map(row).collect();
         json!({
             "file": self.file,
             "figure": self.figure,
@@ -341,58 +331,54 @@ pub(super) fn sensitivities(found: &Sensitivities) -> String {
     rows.sort_by(|a, b| b.largest().total_cmp(&a.largest()));
     let left_out = rows.len().saturating_sub(MOST_ROWS);
     rows.truncate(MOST_ROWS);
-    let mut table = terminal::table(&[
-        &format!("what moves {}", found.of.words()),
+    let what = format!("what moves {}", found.of.words());
+    let header = [
+        &*what,
         "s per unit",
         "half a last digit",
         "by slope, s",
         "rerun -, s",
         "rerun +, s",
         "",
-    ]);
+    ];
     let number = |x: Option<f64>| x.map_or_else(|| "unknown".to_owned(), |x| format!("{x:.1e}"));
+    let rerun = |rerun: &Rerun| match (rerun.shift, rerun.outcome) {
+        (Some(shift), Outcome::SameEvents) => format!("{shift:+.1e} "),
+        (Some(shift), _) => format!("{shift:+.1e}*"),
+        (None, outcome) => format!("{}*", outcome.name()),
+    };
+    let cells = |row: &&Sensitivity| {
+        let [below, above] = row
+            .reruns
+            .as_ref()
+            .map(|[below, above]| [rerun(below), rerun(above)])
+            .unwrap_or_default();
+        vec![
+            format!("{}, {}", row.parameter.path, row.parameter.unit),
+            or_none(row.slope, |slope| format!("{slope:.2e}")),
+            number(row.parameter.half_last_digit),
+            number(row.predicted()),
+            below,
+            above,
+            if row.nonlinear() == Some(true) { "nonlinear" } else { "" }.to_owned(),
+        ]
+    };
+    let more = (left_out > 0).then(|| vec![format!("... {left_out} more, which move it less")]);
+    let mut text = terminal::lines(&header, rows.iter().map(cells).chain(more), 1..6)
+        .trim_end()
+        .to_owned();
     // Each remark once, with the reruns that it is about.
     let mut remarks: Vec<(&str, Vec<String>)> = Vec::new();
     for row in rows {
-        let rerun = |side: usize| {
-            let Some(reruns) = &row.reruns else {
-                return String::new();
-            };
-            match (reruns[side].shift, reruns[side].outcome) {
-                (Some(shift), Outcome::SameEvents) => format!("{shift:+.1e} "),
-                (Some(shift), _) => format!("{shift:+.1e}*"),
-                (None, outcome) => format!("{}*", outcome.name()),
-            }
-        };
-        table.add_row([
-            format!("{}, {}", row.parameter.path, row.parameter.unit),
-            row.slope
-                .map_or_else(|| "none".to_owned(), |slope| format!("{slope:.2e}")),
-            number(row.parameter.half_last_digit),
-            number(row.predicted()),
-            rerun(0),
-            rerun(1),
-            row.nonlinear()
-                .filter(|not| *not)
-                .map_or("", |_| "nonlinear")
-                .to_owned(),
-        ]);
         for (rerun, sign) in row.reruns.iter().flatten().zip(["-", "+"]) {
-            if rerun.remark.is_empty() {
-                continue;
-            }
-            let what = format!("{} {sign}", row.parameter.path);
+            let about = format!("{} {sign}", row.parameter.path);
             match remarks.iter_mut().find(|remark| remark.0 == rerun.remark) {
-                Some((_, about)) => about.push(what),
-                None => remarks.push((&rerun.remark, vec![what])),
+                _ if rerun.remark.is_empty() => {}
+                Some((_, others)) => others.push(about),
+                None => remarks.push((&rerun.remark, vec![about])),
             }
         }
     }
-    terminal::align_right(&mut table, 1..6);
-    if left_out > 0 {
-        table.add_row([format!("... {left_out} more, which move it less")]);
-    }
-    let mut text = terminal::show(&table).trim_end().to_owned();
     for (remark, about) in remarks {
         text += &format!("\n* {}: {remark}", about.join(", "));
     }
@@ -439,16 +425,6 @@ fn known(x: f64) -> String {
     } else {
         "unknown".to_owned()
     }
-}
-
-fn row(event: &CertifiedEvent) -> Vec<String> {
-    vec![
-        event.kind.to_owned(),
-        format!("{:.15}", event.time),
-        event.verdict.name().to_owned(),
-        known(event.uncertainty),
-        event.digits().to_string(),
-    ]
 }
 
 fn known_sensitivities(certified: &Certified) -> Option<&CaseSensitivities> {
@@ -688,7 +664,8 @@ fn expected(case: &Case) -> Affected {
 
 /// The oracle's events, a line each: with the state behind them where the paper has letters for it, else with the mode.
 fn csv(words: Words, exact: &OracleSolution) -> String {
-    let line = |index: usize, event: &OracleEvent| -> Vec<(&str, String)> {
+    let mut text = String::new();
+    for (index, event) in exact.report.events.iter().enumerate() {
         let digits = exact.digits_of_event(index).max(1) as usize;
         let mut line = vec![
             ("time", event.time.to_decimal(digits)),
@@ -701,21 +678,11 @@ fn csv(words: Words, exact: &OracleSolution) -> String {
             }
             false => line.push(("mode_after", event.mode_after.name().to_owned())),
         }
-        line
-    };
-    let lines: Vec<_> = exact
-        .report
-        .events
-        .iter()
-        .enumerate()
-        .map(|(index, event)| line(index, event))
-        .collect();
-    let names = lines
-        .first()
-        .map(|line| line.iter().map(|(name, _)| (*name).to_owned()).collect());
-    let values = lines
-        .into_iter()
-        .map(|line| line.into_iter().map(|(_, value)| value).collect());
-    let rows = names.into_iter().chain(values);
-    rows.map(|row: Vec<String>| row.join(",") + "\n").collect()
+        let (names, values): (Vec<&str>, Vec<String>) = line.into_iter().unzip();
+        if index == 0 {
+            text += &(names.join(",") + "\n");
+        }
+        text += &(values.join(",") + "\n");
+    }
+    text
 }

@@ -1,7 +1,6 @@
 //! `stickslip check`.
 
 use super::arguments::{CheckOptions, Common};
-use super::input::bad_file;
 use super::{CommandError, End, tell};
 use crate::results::{CheckReport, Reason, check as check_file};
 
@@ -10,8 +9,8 @@ pub(super) fn check(options: &CheckOptions, common: &Common) -> Result<End, Comm
     let path = options.file.display();
     let report = check_file(&options.file).map_err(|error| match error.reason {
         // It is ours by all one can tell, and wrong.
-        Reason::Damaged(_) | Reason::BeyondLimits(_) => CommandError::Computation(error.to_string()),
-        _ => bad_file(error),
+        Reason::Damaged(_) | Reason::BeyondLimits(_) => CommandError::computation(error),
+        _ => error.into(),
     })?;
     tell(common, || &report, || words(&report))?;
     let problems = match report.problems.len() {
@@ -20,7 +19,7 @@ pub(super) fn check(options: &CheckOptions, common: &Common) -> Result<End, Comm
         many => format!("{many} problems"),
     };
     let text = format!("{path}: {problems}; copy it again, or repeat the run");
-    Err(CommandError::Computation(text))
+    Err(CommandError::computation(text))
 }
 
 fn words(report: &CheckReport) -> String {

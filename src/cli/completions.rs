@@ -36,7 +36,7 @@ pub(super) fn completions(options: &CompletionsOptions, common: &Common) -> Resu
     let mut script = Vec::new();
     shell
         .write_registration(ASKED, NAME, NAME, NAME, &mut script)
-        .map_err(|error| CommandError::Computation(format!("writing the script failed: {error}")))?;
+        .map_err(|error| CommandError::computation(format!("writing the script failed: {error}")))?;
     let script = String::from_utf8_lossy(&script).trim_start().to_owned() + last;
     if common.json {
         print_json(&serde_json::json!({ "shell": shell.name(), "script": script }))?;

@@ -1,30 +1,12 @@
 //! `stickslip export`.
 
 use super::arguments::{Common, ExportOptions};
-use super::input::bad_file;
 use super::{CommandError, End, complain, tell};
-use crate::compare::{CompareError, Reference};
+use crate::compare::Reference;
 use crate::export::{self, Export, ExportError, Format, Request, Times, benchmark};
 use crate::results::{ResultFile, Status, open_sound};
-use serde::Serialize;
 use std::io;
 use std::path::Path;
-
-/// The JSON document of an export.
-#[derive(Serialize)]
-struct ExportDocument<'a> {
-    file: String,
-    format: &'a str,
-    table: &'a str,
-    rows: usize,
-    columns: &'a [export::Column],
-    /// How values between the samples were obtained; absent where the rows are the samples.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    evaluated: Option<&'a str>,
-    /// Columns that are known at the samples alone.
-    #[serde(skip_serializing_if = "<[String]>::is_empty")]
-    left_out: &'a [String],
-}
 
 /// Writes a table of a result file in another format, or a benchmark package.
 pub(super) fn export(options: &ExportOptions, common: &Common) -> Result<End, CommandError> {
@@ -34,13 +16,13 @@ pub(super) fn export(options: &ExportOptions, common: &Common) -> Result<End, Co
     let streams = options.output.as_os_str() == "-";
     let format = format(options, streams)?;
     if streams && common.json {
-        return Err(CommandError::Input(
-            "-o - writes CSV to standard output, where --json has its document; leave one of them out".to_owned(),
+        return Err(CommandError::input(
+            "-o - writes CSV to standard output, where --json has its document; leave one of them out",
         ));
     }
     // None: those of the samples.
     let times = match (&options.at, options.rate, options.interval) {
-        (Some(path), ..) => Some(Times::At(export::read_times(path).map_err(bad)?)),
+        (Some(path), ..) => Some(Times::At(export::read_times(path)?)),
         (None, Some(rate), _) => Some(Times::Rate(rate)),
         (None, None, Some(interval)) => Some(Times::Every(interval)),
         (None, None, None) => None,
@@ -52,15 +34,15 @@ pub(super) fn export(options: &ExportOptions, common: &Common) -> Result<End, Co
     };
     let (file, reference);
     let found = if let Some(times) = &times {
-        reference = Reference::open(&options.file).map_err(|error| bad(error.into()))?;
+        reference = Reference::open(&options.file)?;
         tell_status(reference.file(), common);
-        let found = export::evaluated(&reference, &request, times).map_err(bad)?;
+        let found = export::evaluated(&reference, &request, times)?;
         tell_window(reference.file(), options, common)?;
         found
     } else {
-        file = open_sound(&options.file).map_err(bad_file)?;
+        file = open_sound(&options.file)?;
         tell_status(&file, common);
-        let found = export::stored(&file, &request).map_err(bad)?;
+        let found = export::stored(&file, &request)?;
         tell_window(&file, options, common)?;
         found
     };
@@ -71,22 +53,26 @@ pub(super) fn export(options: &ExportOptions, common: &Common) -> Result<End, Co
         return match found.stream(io::stdout().lock()) {
             // A reader that has gone away, as head does, is no error.
             Err(ExportError::Io { source, .. }) if source.kind() == io::ErrorKind::BrokenPipe => Ok(End::Done),
-            other => other.map(|()| End::Done).map_err(bad),
+            other => Ok(other.map(|()| End::Done)?),
         };
     }
     let mut inputs = vec![options.file.clone()];
     inputs.extend(options.at.clone());
-    found
-        .save(&options.output, format, &inputs, options.force)
-        .map_err(bad)?;
-    let document = || ExportDocument {
-        file: options.output.display().to_string(),
-        format: format.name(),
-        table: &found.table.name,
-        rows: found.table.rows,
-        columns: &found.table.columns,
-        evaluated: found.origin.evaluated.as_deref(),
-        left_out: &found.left_out,
+    found.save(&options.output, format, &inputs, options.force)?;
+    let left_out = &found.left_out;
+    let document = || {
+        document! {
+            file: options.output.display().to_string(),
+            format: format.name(),
+            table: &found.table.name,
+            rows: found.table.rows,
+            columns: &found.table.columns;
+            optional:
+            // How values between the samples were obtained.
+            evaluated: found.origin.evaluated.as_deref(),
+            // Columns that are known at the samples alone.
+            left_out: Some(left_out).filter(|left_out| !left_out.is_empty()),
+        }
     };
     tell(common, document, || report(&found, &options.output))?;
     Ok(End::Done)
@@ -97,14 +83,14 @@ fn format(options: &ExportOptions, streams: bool) -> Result<Format, CommandError
     if streams {
         return match named {
             None | Some(Format::Csv) => Ok(Format::Csv),
-            Some(other) => Err(CommandError::Input(format!(
+            Some(other) => Err(CommandError::input(format!(
                 "-o - writes CSV, and {} is written to a file only; name one with -o",
                 other.name()
             ))),
         };
     }
     named.or_else(|| Format::of_path(&options.output)).ok_or_else(|| {
-        CommandError::Input(format!(
+        CommandError::input(format!(
             "{}: its extension names no format; give it .csv, .npz, .mat or .parquet, or say which with --format",
             options.output.display()
         ))
@@ -134,7 +120,7 @@ fn without(left_out: &[String]) -> String {
 
 /// Says of a window that goes beyond the run how far that goes.
 fn tell_window(file: &ResultFile, options: &ExportOptions, common: &Common) -> Result<(), CommandError> {
-    let (Some((from, to)), Some((start, end))) = (options.window, export::span(file).map_err(bad)?) else {
+    let (Some((from, to)), Some((start, end))) = (options.window, export::span(file)?) else {
         return Ok(());
     };
     let beyond = |asked: f64, past: bool| asked.is_finite() && past;
@@ -166,7 +152,7 @@ fn package(options: &ExportOptions, common: &Common) -> Result<End, CommandError
         author: options.author.clone(),
         license: options.license.clone(),
     };
-    let written = benchmark::write(&options.file, &options.output, &terms, options.force).map_err(bad)?;
+    let written = benchmark::write(&options.file, &options.output, &terms, options.force)?;
     let folder = options.output.display().to_string();
     tell(
         common,
@@ -177,12 +163,4 @@ fn package(options: &ExportOptions, common: &Common) -> Result<End, CommandError
         },
     )?;
     Ok(End::Done)
-}
-
-fn bad(error: ExportError) -> CommandError {
-    match error {
-        ExportError::Result(error) | ExportError::Compare(CompareError::Result(error)) => bad_file(error),
-        ExportError::Io { .. } => CommandError::Computation(error.to_string()),
-        _ => CommandError::Input(error.to_string()),
-    }
 }

@@ -1,7 +1,11 @@
-//! What a failed command says as JSON.
+//! Which errors are wrong input and which failed computations, and what a failed command says as JSON.
 
 use super::{CommandError, DOCUMENT_IS_PRINTED, print_json};
-use crate::case::CaseError;
+use crate::case::{CaseError, Problem};
+use crate::compare::CompareError;
+use crate::export::ExportError;
+use crate::plot::PlotError;
+use crate::plot::target::TargetError;
 use crate::results::ResultError;
 use serde::Serialize;
 use std::sync::atomic::Ordering;
@@ -26,72 +30,95 @@ pub struct Place {
     message: Option<String>,
 }
 
-#[derive(Serialize)]
-struct Document<'a> {
-    error: Failure<'a>,
-}
-
-#[derive(Serialize)]
-struct Failure<'a> {
-    /// usage, input, computation or interrupted.
-    kind: &'a str,
-    message: &'a str,
-    exit_status: u8,
-    /// Empty where the message alone says it.
-    places: &'a [Place],
-}
-
 /// Prints the document of a failure, unless the command has printed its own.
 pub(super) fn document(kind: &str, message: &str, exit_status: u8, places: &[Place]) {
     if DOCUMENT_IS_PRINTED.load(Ordering::Relaxed) {
         return;
     }
-    let error = Failure {
-        kind,
-        message,
-        exit_status,
-        places,
-    };
+    // The kind is usage, input, computation or interrupted; without places the message alone says it.
+    let error = document! { kind: kind, message: message, exit_status: exit_status, places: places };
     // Where standard output cannot be written to, standard error still says it.
-    let _ = print_json(&Document { error });
+    let _ = print_json(&document! { error: error });
 }
 
-/// An error of a case or a study, with the place of each problem.
-pub(super) fn of_case(error: &CaseError) -> CommandError {
-    let place = |problem: &crate::case::Problem| {
-        let set = problem.place.strip_prefix("--set ");
-        let (file, line) = match (set, problem.place.rsplit_once(':')) {
-            (Some(_), _) => (None, None),
-            (None, Some((file, line))) if line.parse::<u64>().is_ok() => (Some(file.to_owned()), line.parse().ok()),
-            (None, _) => (Some(problem.place.clone()).filter(|place| !place.is_empty()), None),
-        };
-        let key = if problem.key.is_empty() {
-            set.unwrap_or_default()
-        } else {
-            &problem.key
-        };
-        Place {
-            file,
-            line,
-            option: set.map(|_| "--set"),
-            key: Some(key.to_owned()).filter(|key| !key.is_empty()),
-            message: Some(problem.message.clone()),
+/// With the place of each problem of a case or a study.
+impl From<CaseError> for CommandError {
+    fn from(error: CaseError) -> Self {
+        CommandError {
+            places: error.problems.iter().map(place_of).collect(),
+            ..CommandError::input(error)
         }
-    };
-    let places = error.problems.iter().map(place).collect();
-    CommandError::Located(Box::new(CommandError::Input(error.to_string())), places)
+    }
 }
 
-/// An error of a result file.
-pub(super) fn of_file(error: &ResultError) -> CommandError {
-    let text = error.to_string();
-    let place = Place {
-        file: Some(error.path.display().to_string()),
-        ..Place::default()
+fn place_of(problem: &Problem) -> Place {
+    let set = problem.place.strip_prefix("--set ");
+    let (file, line) = match (set, problem.place.rsplit_once(':')) {
+        (Some(_), _) => (None, None),
+        (None, Some((file, line))) if line.parse::<u64>().is_ok() => (Some(file.to_owned()), line.parse().ok()),
+        (None, _) => (Some(problem.place.clone()).filter(|place| !place.is_empty()), None),
     };
-    let inner = match error.is_of_the_system() {
-        true => CommandError::Computation(text),
-        false => CommandError::Input(text),
+    let key = match problem.key.is_empty() {
+        true => set.unwrap_or_default(),
+        false => &problem.key,
     };
-    CommandError::Located(Box::new(inner), vec![place])
+    Place {
+        file,
+        line,
+        option: set.map(|_| "--set"),
+        key: Some(key.to_owned()).filter(|key| !key.is_empty()),
+        message: Some(problem.message.clone()),
+    }
+}
+
+/// With the file.
+impl From<ResultError> for CommandError {
+    fn from(error: ResultError) -> Self {
+        let place = Place {
+            file: Some(error.path.display().to_string()),
+            ..Place::default()
+        };
+        CommandError {
+            is_input: !error.is_of_the_system(),
+            text: error.to_string(),
+            places: vec![place],
+        }
+    }
+}
+
+impl From<CompareError> for CommandError {
+    fn from(error: CompareError) -> Self {
+        match error {
+            CompareError::Result(error) => error.into(),
+            _ => CommandError::input(error),
+        }
+    }
+}
+
+impl From<ExportError> for CommandError {
+    fn from(error: ExportError) -> Self {
+        match error {
+            ExportError::Result(error) => error.into(),
+            ExportError::Compare(error) => error.into(),
+            ExportError::Io { .. } => CommandError::computation(error),
+            _ => CommandError::input(error),
+        }
+    }
+}
+
+impl From<PlotError> for CommandError {
+    fn from(error: PlotError) -> Self {
+        match error {
+            PlotError::Result(error) => error.into(),
+            PlotError::Compare(error) => error.into(),
+            PlotError::Drawing(_) | PlotError::Target(TargetError::Io { .. }) => CommandError::computation(error),
+            _ => CommandError::input(error),
+        }
+    }
+}
+
+impl From<TargetError> for CommandError {
+    fn from(error: TargetError) -> Self {
+        PlotError::from(error).into()
+    }
 }

@@ -1,52 +1,13 @@
-//! What the commands share: the case or file that they are given, where its result goes, and how they end.
+//! What the commands share: the case or file that they are given, and where its result goes.
 
-use super::{CommandError, End, complain, failure};
+use super::CommandError;
 use crate::case::{CaseError, CaseSource, Origin, Override};
 use crate::compare::{CompareError, Mapping, Reference};
-use crate::hybrid::RunError;
-use crate::results::{Overwrite, ResultError, is_hdf5, open_sound};
-use crate::simulation::{RunFailure, RunReport};
+use crate::results::{Overwrite, is_hdf5, open_sound};
 use crate::sweep::StudySource;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
-
-pub(super) fn finish(
-    failure: Option<&RunFailure>,
-    report: &RunReport,
-    file: &Path,
-    quiet: bool,
-) -> Result<End, CommandError> {
-    match failure {
-        // An error of the result file names the file itself.
-        Some(RunFailure {
-            error: RunError::Observer(error),
-            ..
-        }) => Err(CommandError::Computation(error.to_string())),
-        Some(failure) => Err(CommandError::Computation(format!(
-            "{failure}. What was computed until then is in {}",
-            file.display()
-        ))),
-        None if report.interrupted => {
-            if !quiet {
-                let (end, file) = (report.end, file.display());
-                complain(&format!(
-                    "interrupted at t = {end:.9} s; what was computed is saved in {file}"
-                ));
-            }
-            Ok(End::Interrupted)
-        }
-        None => Ok(End::Done),
-    }
-}
-
-pub(super) fn bad_case(error: CaseError) -> CommandError {
-    failure::of_case(&error)
-}
-
-pub(super) fn bad_file(error: ResultError) -> CommandError {
-    failure::of_file(&error)
-}
 
 /// As a case: what comes through standard input.
 const STANDARD_INPUT: &str = "-";
@@ -66,15 +27,15 @@ impl Given {
         let path = Path::new(case);
         let mut text = None;
         let source = if case == STANDARD_INPUT {
-            CaseSource::standard_input().map_err(bad_case)?
+            CaseSource::standard_input()?
         } else if path.is_file() && (is_hdf5(path) || path.extension().is_some_and(|e| e == "h5")) {
-            let file = open_sound(path).map_err(bad_file)?;
-            text = Some(file.case_text().map_err(bad_file)?);
-            CaseSource::result(path, file.resolved().map_err(bad_file)?)
+            let file = open_sound(path)?;
+            text = Some(file.case_text()?);
+            CaseSource::result(path, file.resolved()?)
         } else if path.exists() || looks_like_a_path(case) {
-            CaseSource::file(path).map_err(bad_case)?
+            CaseSource::file(path)?
         } else {
-            CaseSource::built_in(case).map_err(bad_case)?
+            CaseSource::built_in(case)?
         };
         Ok(Given {
             text: text.unwrap_or_else(|| source.text.clone()),
@@ -120,25 +81,12 @@ pub(super) fn study_source(
 pub(super) fn output_of(source: &CaseSource, named: Option<&Path>, suffix: &str) -> Result<PathBuf, CommandError> {
     match (named, &source.origin) {
         (Some(path), _) => Ok(path.to_owned()),
-        (None, Origin::StandardInput) => Err(CommandError::Input(
+        (None, Origin::StandardInput) => Err(CommandError::input(
             "a case from standard input has no name after which its result could be called; name the file with -o, for \
-             example -o result.h5"
-                .to_owned(),
+             example -o result.h5",
         )),
         (None, _) => Ok(PathBuf::from(format!("{}{suffix}", source.name()))),
     }
-}
-
-/// Where the result of `run` goes.
-///
-/// # Errors
-/// Those of [`output_of`].
-pub(super) fn run_output(source: &CaseSource, named: Option<&Path>) -> Result<PathBuf, CommandError> {
-    let suffix = match source.origin {
-        Origin::Result(_) => ".repeat.h5",
-        _ => ".h5",
-    };
-    output_of(source, named, suffix)
 }
 
 /// What a result may replace: with `force` any file but an input.
@@ -167,7 +115,7 @@ pub(super) fn interrupt_flag() -> Result<Arc<AtomicBool>, CommandError> {
     let flag = Arc::new(AtomicBool::new(false));
     let setter = flag.clone();
     ctrlc::set_handler(move || setter.store(true, Ordering::Relaxed))
-        .map_err(|error| CommandError::Computation(format!("the signal handler could not be set: {error}")))?;
+        .map_err(|error| CommandError::computation(format!("the signal handler could not be set: {error}")))?;
     Ok(flag)
 }
 

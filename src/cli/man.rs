@@ -12,7 +12,7 @@ use std::path::{Path, PathBuf};
 pub(super) fn man(options: &ManOptions, common: &Common) -> Result<End, CommandError> {
     let folder = &options.folder;
     let written = pages(folder).map_err(|(path, error)| {
-        CommandError::Computation(format!(
+        CommandError::computation(format!(
             "{}: the manual pages could not be written: {error}; check the folder and its disk, or name another",
             path.display()
         ))

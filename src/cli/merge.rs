@@ -3,19 +3,6 @@
 use super::arguments::{Common, MergeOptions};
 use super::{CommandError, End, tell};
 use crate::results::MergeError;
-use serde::Serialize;
-
-/// The JSON document of a merger.
-#[derive(Serialize)]
-struct MergeDocument<'a> {
-    file: String,
-    digest: &'a str,
-    shards: usize,
-    points: usize,
-    failed: usize,
-    /// Whether the points stay in the shards.
-    r#virtual: bool,
-}
 
 /// Puts the shards of a study together and reports it.
 pub(super) fn merge(options: &MergeOptions, common: &Common) -> Result<End, CommandError> {
@@ -26,13 +13,16 @@ pub(super) fn merge(options: &MergeOptions, common: &Common) -> Result<End, Comm
         by_reference: options.by_reference,
     })
     .map_err(|error| command_error(&error))?;
-    let document = || MergeDocument {
-        file: report.file.display().to_string(),
-        digest: &report.digest,
-        shards: report.shards,
-        points: report.points,
-        failed: report.failed,
-        r#virtual: options.by_reference,
+    let document = || {
+        document! {
+            file: report.file.display().to_string(),
+            digest: &report.digest,
+            shards: report.shards,
+            points: report.points,
+            failed: report.failed,
+            // Whether the points stay in the shards.
+            r#virtual: options.by_reference,
+        }
     };
     tell(common, document, || {
         let where_they_are = if options.by_reference {
@@ -49,7 +39,7 @@ pub(super) fn merge(options: &MergeOptions, common: &Common) -> Result<End, Comm
         format!("{points} points{failed} of {shards} shards{where_they_are}\n{file}\n")
     })?;
     if report.failed == report.points {
-        return Err(CommandError::Computation(format!(
+        return Err(CommandError::computation(format!(
             "all {} points failed. The messages are in /failures of {}",
             report.points,
             report.file.display()
@@ -60,7 +50,7 @@ pub(super) fn merge(options: &MergeOptions, common: &Common) -> Result<End, Comm
 
 fn command_error(error: &MergeError) -> CommandError {
     match error {
-        MergeError::File(inner) if inner.is_of_the_system() => CommandError::Computation(error.to_string()),
-        _ => CommandError::Input(error.to_string()),
+        MergeError::File(inner) if inner.is_of_the_system() => CommandError::computation(error),
+        _ => CommandError::input(error),
     }
 }

@@ -1,4 +1,20 @@
 //! The command line: arguments to validated options to a call.
+#![expect(
+    non_camel_case_types,
+    reason = "the type of a value of a `document!` is called as its key"
+)]
+
+/// A JSON document with these keys, in this order. Keys that are `optional` are left out where there is no value.
+macro_rules! document {
+    ($($key:ident: $value:expr),+ $(; optional: $($other:ident: $option:expr),+)? $(,)?) => {{
+        #[derive(serde::Serialize)]
+        struct Document<$($key,)+ $($($other),+)?> {
+            $($key: $key,)+
+            $($(#[serde(skip_serializing_if = "Option::is_none")] $other: Option<$other>),+)?
+        }
+        Document { $($key: $value,)+ $($($other: $option),+)? }
+    }};
+}
 
 mod arguments;
 mod builtins;
@@ -29,8 +45,8 @@ mod terminal;
 mod work_precision;
 
 pub use arguments::{Arguments, Refusal};
-pub use capture::{Captured, capture};
-pub use captured::Watch;
+pub use capture::capture;
+pub use captured::{Said, Watch};
 pub use completions::complete_if_asked;
 
 use crate::quote;
@@ -65,30 +81,41 @@ impl End {
 
 /// Why a command failed; what is printed is one short paragraph.
 #[derive(Debug)]
-pub enum CommandError {
-    /// Wrong usage or input: exit status 2.
-    Input(String),
-    /// The computation failed: exit status 1.
-    Computation(String),
-    /// One of the two, with where it went wrong.
-    Located(Box<CommandError>, Vec<Place>),
+pub struct CommandError {
+    is_input: bool,
+    text: String,
+    /// Where it went wrong, as far as that is known.
+    places: Vec<Place>,
 }
 
 impl CommandError {
+    /// Wrong usage or input: exit status 2.
+    fn input(text: impl ToString) -> CommandError {
+        CommandError {
+            is_input: true,
+            text: text.to_string(),
+            places: Vec::new(),
+        }
+    }
+
+    /// The computation failed: exit status 1.
+    fn computation(text: impl ToString) -> CommandError {
+        CommandError {
+            is_input: false,
+            ..CommandError::input(text)
+        }
+    }
+
     /// Writes the message to stderr, and with `json` a document to stdout if none is there yet; returns the exit status of
     /// the process.
     pub fn report(&self, json: bool) -> ExitCode {
-        let (error, places) = match self {
-            CommandError::Located(error, places) => (&**error, &places[..]),
-            error => (error, &[][..]),
+        let (kind, status) = match self.is_input {
+            true => ("input", 2),
+            false => ("computation", 1),
         };
-        let (kind, status) = match error {
-            CommandError::Computation(_) => ("computation", 1),
-            _ => ("input", 2),
-        };
-        let text = quote::lines(error.text());
+        let text = quote::lines(&self.text);
         if json {
-            failure::document(kind, &text, status, places);
+            failure::document(kind, &text, status, &self.places);
         }
         complain(&text);
         ExitCode::from(status)
@@ -96,28 +123,12 @@ impl CommandError {
 
     /// Whether it is wrong usage or input.
     pub fn is_input(&self) -> bool {
-        match self {
-            CommandError::Input(_) => true,
-            CommandError::Computation(_) => false,
-            CommandError::Located(error, _) => error.is_input(),
-        }
+        self.is_input
     }
 
     /// The message: one short paragraph.
     pub fn text(&self) -> &str {
-        match self {
-            CommandError::Input(text) | CommandError::Computation(text) => text,
-            CommandError::Located(error, _) => error.text(),
-        }
-    }
-
-    /// The same with another text.
-    fn saying(self, text: String) -> CommandError {
-        match self {
-            CommandError::Input(_) => CommandError::Input(text),
-            CommandError::Computation(_) => CommandError::Computation(text),
-            CommandError::Located(error, places) => CommandError::Located(Box::new(error.saying(text)), places),
-        }
+        &self.text
     }
 }
 
@@ -141,7 +152,7 @@ pub fn execute(arguments: Arguments) -> Result<End, CommandError> {
     // Else a limit on the size of files would end the program without a word; so it is an error of the write.
     #[cfg(unix)]
     signal_hook::flag::register(signal_hook::consts::SIGXFSZ, std::sync::Arc::default())
-        .map_err(|error| CommandError::Computation(format!("the signal handler could not be set: {error}")))?;
+        .map_err(|error| CommandError::computation(format!("the signal handler could not be set: {error}")))?;
     crate::results::follow_external(common.follow_external);
     dispatch(command, &common)
 }
@@ -174,7 +185,7 @@ fn print(text: &str) -> Result<(), CommandError> {
         return Ok(());
     }
     match std::io::stdout().write_all(quote::for_terminal(text).as_bytes()) {
-        Err(error) if error.kind() != std::io::ErrorKind::BrokenPipe => Err(CommandError::Computation(format!(
+        Err(error) if error.kind() != std::io::ErrorKind::BrokenPipe => Err(CommandError::computation(format!(
             "writing to standard output failed: {error}"
         ))),
         _ => Ok(()),
@@ -198,7 +209,7 @@ fn say(text: &str) {
 /// Refuses what would be a file named `-` where others would expect standard output.
 fn refuse_standard_output(command: &Command) -> Result<(), CommandError> {
     match command.files().into_iter().find(|(_, path)| path.as_os_str() == "-") {
-        Some((option, _)) => Err(CommandError::Input(format!(
+        Some((option, _)) => Err(CommandError::input(format!(
             "{option} -: the file is not written to standard output; name it, such as {option} ./- if it is to have that \
              name. The command that streams is stickslip export FILE -o -, as CSV"
         ))),
@@ -206,26 +217,28 @@ fn refuse_standard_output(command: &Command) -> Result<(), CommandError> {
     }
 }
 
-/// With --strict a warning makes the exit status 1; otherwise the end stands as it is. What was not said before is said now.
-fn strictly(
-    end: End,
-    strict: bool,
-    doubts: &[String],
-    said: bool,
-    file: &std::path::Path,
-) -> Result<End, CommandError> {
-    if !strict || doubts.is_empty() || end != End::Done {
-        return Ok(end);
+/// The end of a command that did what it was asked: with --strict a warning is an error. What was not said before is said now.
+fn strictly(strict: bool, doubts: &[String], said: bool, file: &std::path::Path) -> Result<End, CommandError> {
+    if !strict || doubts.is_empty() {
+        return Ok(End::Done);
     }
     let what = match doubts {
         _ if !said => doubts.join("\n"),
         [_] => "there is a warning".to_owned(),
         all => format!("there are {} warnings", all.len()),
     };
-    Err(CommandError::Computation(format!(
+    Err(CommandError::computation(format!(
         "--strict lets no warning pass: {what}\n{} was written nevertheless",
         file.display()
     )))
+}
+
+/// The end of a command that was interrupted, which says so; with --quiet nothing.
+fn interrupted(common: &Common, how: &str) -> Result<End, CommandError> {
+    if !common.quiet {
+        complain(&format!("interrupted{how}"));
+    }
+    Ok(End::Interrupted)
 }
 
 /// Prints the JSON document of a command, or its report; with --quiet alone neither.
@@ -257,7 +270,7 @@ static DOCUMENT_IS_PRINTED: AtomicBool = AtomicBool::new(false);
 /// One JSON document on standard output.
 fn print_json(document: &impl serde::Serialize) -> Result<(), CommandError> {
     let text = serde_json::to_string_pretty(document)
-        .map_err(|error| CommandError::Computation(format!("writing JSON failed: {error}")))?;
+        .map_err(|error| CommandError::computation(format!("writing JSON failed: {error}")))?;
     if captured::document(&text) {
         return Ok(());
     }

@@ -1,24 +1,20 @@
 //! `stickslip modes`.
 
-use super::arguments::{Common, DPI, Format, ModesOptions};
-use super::input::{Given, bad_case, overrides};
-use super::plot::{bad, check_target, save};
-use super::{CommandError, End, complain, print, print_json, terminal, wants_json, wants_text};
+use super::arguments::{Common, ModesOptions};
+use super::input::{Given, overrides};
+use super::plot::{draw, figure_target};
+use super::terminal::{self, or_none, pairs};
+use super::{CommandError, End, complain, print, print_json, wants_json, wants_text};
 use crate::analysis::Modes;
 use crate::analysis::stability::Verdict;
-use crate::analysis::stability::modes::{EffectiveDamping, Instability, OnsetDecision, SlowingModes, Stability};
-use crate::analysis::stability::states::{OperatingPoint, Search, SystemMode, SystemModes};
+use crate::analysis::stability::modes::{Instability, OnsetDecision, SlowingModes, Stability};
+use crate::analysis::stability::states::{OperatingPoint, SystemMode, SystemModes};
+use crate::case::quantity::Dimension;
 use crate::case::{Case, Motion};
 use crate::model::margin;
-use crate::plot::target::Product;
-use crate::plot::{style, svg};
 use serde::Serialize;
 use std::f64::consts::TAU;
 use std::fmt::Write as _;
-use std::path::Path;
-
-/// As `--figure` names it.
-pub(super) const FIGURE: Product = Product::Figure("--figure");
 
 /// The rounding of an eigenvalue, as a share of the largest.
 const ROUNDING: f64 = 1e-13;
@@ -38,54 +34,27 @@ struct ModesDocument<'a> {
     modes: &'a Modes,
 }
 
-/// What quantities are called in the units of a motion.
-struct Units {
-    angle: &'static str,
-    speed: &'static str,
-    torque: &'static str,
-    damping: &'static str,
-    /// The frequency of a surface on its shaft.
-    frequency: &'static str,
+fn speed_unit(motion: Motion) -> &'static str {
+    motion.dimension(Dimension::AngularVelocity).unit()
 }
 
-impl Units {
-    fn of(motion: Motion) -> Units {
-        match motion {
-            Motion::Rotation => Units {
-                angle: "rad",
-                speed: "rad/s",
-                torque: "N m",
-                damping: "N m s/rad",
-                frequency: "torsional frequency sqrt(k_t/J)",
-            },
-            Motion::Translation => Units {
-                angle: "m",
-                speed: "m/s",
-                torque: "N",
-                damping: "N s/m",
-                frequency: "frequency of a surface sqrt(k/m)",
-            },
-        }
-    }
+fn torque_unit(motion: Motion) -> &'static str {
+    motion.dimension(Dimension::Torque).unit()
 }
 
 /// Computes the modes of a case and reports them.
 pub(super) fn modes(options: &ModesOptions, common: &Common) -> Result<End, CommandError> {
     let given = Given::read(&options.case)?;
-    let changes = overrides(&options.set, None).map_err(bad_case)?;
-    let case = Case::read(&given.source, &changes).map_err(bad_case)?;
+    let changes = overrides(&options.set, None)?;
+    let case = Case::read(&given.source, &changes)?;
     let (system, title) = (case.system(), case.title());
     if let (Some(_), Err(reason)) = (&options.figure, margin::resistance(system)) {
-        return Err(CommandError::Input(format!(
+        return Err(CommandError::input(format!(
             "--figure draws the effective damping of sliding that slows down by itself over its speed, and this case has no such \
              sliding: {reason}; leave it out"
         )));
     }
-    let target = options
-        .figure
-        .as_deref()
-        .map(|path| figure_target(path, options.force, &given.files))
-        .transpose()?;
+    let target = figure_target(options.figure.as_deref(), options.force, &given.files)?;
     let modes = Modes::of_case(system, case.solver(), case.output().end_time);
     if wants_json(common) {
         print_json(&ModesDocument {
@@ -96,15 +65,13 @@ pub(super) fn modes(options: &ModesOptions, common: &Common) -> Result<End, Comm
         })?;
     }
     if wants_text(common) {
-        print(&report(title, &modes, &Units::of(case.motion())))?;
+        print(&report(title, &modes, case.motion()))?;
     }
     let Some(slowing) = &modes.slowing else {
         return Ok(End::Done);
     };
-    if let Some((path, format)) = target {
-        let figure = crate::plot::modes::figure(title, case.motion(), slowing);
-        let text = svg::svg(&figure, style::COLUMN_WIDTH).map_err(bad)?;
-        save(path, FIGURE, &text, &figure.full_title(), format, DPI).map_err(bad)?;
+    if let Some(target) = target {
+        draw(&crate::plot::modes::figure(title, case.motion(), slowing), target)?;
     }
     if let (Some(failure), false) = (&slowing.run_failure, common.quiet) {
         complain(&format!(
@@ -115,107 +82,101 @@ pub(super) fn modes(options: &ModesOptions, common: &Common) -> Result<End, Comm
     Ok(End::Done)
 }
 
-/// The file of the figure, checked before anything is computed.
-pub(super) fn figure_target<'a>(
-    path: &'a Path,
-    force: bool,
-    inputs: &[std::path::PathBuf],
-) -> Result<(&'a Path, Format), CommandError> {
-    let format = Format::of_path(path).ok_or_else(|| {
-        CommandError::Input(format!(
-            "{}: a figure is an SVG, PNG, PDF or EPS file; give it the extension .svg, .png, .pdf or .eps",
-            path.display()
-        ))
-    })?;
-    check_target(path, FIGURE, inputs, force)?;
-    Ok((path, format))
-}
-
-fn report(title: &str, modes: &Modes, units: &Units) -> String {
+fn report(title: &str, modes: &Modes, motion: Motion) -> String {
     match &modes.slowing {
         Some(slowing) => format!(
             "{title}\n\n{}\n{}\n{}\n{}",
-            headline(slowing, units),
-            shape_table(slowing, &modes.general, units),
-            damping_table(slowing, units),
-            loss_of_stability(slowing, units)
+            headline(slowing, motion),
+            shape_table(slowing, &modes.general, motion),
+            damping_table(slowing, motion),
+            loss_of_stability(slowing, motion)
         ),
         None => {
             let general = &modes.general;
-            let points: Vec<String> = general
-                .operating_points
-                .iter()
-                .map(|point| operating(point, units))
-                .collect();
+            let points = general.operating_points.iter().map(|point| operating(point, motion));
             format!(
                 "{title}\n\n{}\n{}\n{}\n{}{}",
-                driving(general, units),
-                points.join("\n"),
-                mode_table(general, units),
-                changes_of_stability(general, units),
+                driving(general, motion),
+                points.collect::<Vec<_>>().join("\n"),
+                mode_table(general, motion),
+                changes_of_stability(general, motion),
                 absent(general)
             )
         }
     }
 }
 
-fn headline(modes: &SlowingModes, units: &Units) -> String {
-    let mut table = terminal::table(&[]);
+fn headline(modes: &SlowingModes, motion: Motion) -> String {
     let critical = match (modes.critical_speed, modes.critical_speeds.as_slice()) {
         (None, _) => "none".to_owned(),
-        (Some(x), []) => format!("{x:.6} {}", units.speed),
+        (Some(x), []) => format!("{x:.6} {}", speed_unit(motion)),
         (_, several) => {
             let all: Vec<String> = several.iter().map(|x| format!("{x:.6}")).collect();
-            format!("{} {}", all.join(", "), units.speed)
+            format!("{} {}", all.join(", "), speed_unit(motion))
         }
     };
+    let of_surface = match motion {
+        Motion::Rotation => "torsional frequency sqrt(k_t/J)",
+        Motion::Translation => "frequency of a surface sqrt(k/m)",
+    };
+    let mut rows = Vec::new();
     if let (Some(frequency), Some(ratio)) = (modes.axial_frequency, modes.axial_damping_ratio) {
-        table.add_row(["axial frequency sqrt(k_e/m)", &hertz(frequency)]);
-        table.add_row(["axial damping ratio c_a/(2 sqrt(k_e m))", &format!("{ratio:.4}")]);
+        rows.push(("axial frequency sqrt(k_e/m)", hertz(frequency)));
+        rows.push(("axial damping ratio c_a/(2 sqrt(k_e m))", format!("{ratio:.4}")));
     }
-    for (name, value) in [
-        (units.frequency, hertz(modes.torsional_frequency)),
+    rows.extend([
+        (of_surface, hertz(modes.torsional_frequency)),
         ("natural period T_n", period(modes.natural_period)),
         (
             "contact force of the slip below",
             format!("{:.1} N", modes.normal_force),
         ),
         ("critical speed under that force", critical),
-    ] {
-        table.add_row([name, &value]);
-    }
-    terminal::show(&table)
+    ]);
+    pairs(rows)
 }
 
-/// The modes with the velocities of the rotor's outermost inertia and of both surfaces. Without contact they are those of slip at a
-/// speed at which friction does not fall.
-fn shape_table(slowing: &SlowingModes, modes: &SystemModes, units: &Units) -> String {
-    let mut table = terminal::table(&[
-        "state", "omega_r", "mode", "Hz", "damping", "1/s", "theta", "phi_2", "phi_1",
-    ]);
-    for state in modes.states.iter().filter(|state| state.state != "separated") {
-        for mode in &state.modes {
-            let part = |coordinate| shape(mode, coordinate);
-            table.add_row([
+/// The modes with the velocities of all inertias. Without contact they are those of slip at a speed at which friction does not fall.
+fn shape_table(slowing: &SlowingModes, modes: &SystemModes, motion: Motion) -> String {
+    let states = || modes.states.iter().filter(|state| state.state != "separated");
+    let of_chains = states()
+        .filter(|state| state.state != "axial")
+        .flat_map(|state| &state.modes);
+    let parts: Vec<&str> = of_chains
+        .take(1)
+        .flat_map(|mode| mode.shape.iter().map(|part| &*part.coordinate))
+        .collect();
+    let mut header = vec!["state", "omega_r", "mode", "Hz", "damping", "1/s"];
+    let letters: Vec<String> = parts.iter().map(|part| part.replace("phi", "phi_")).collect();
+    header.extend(letters.iter().map(String::as_str));
+    let rows = states()
+        .flat_map(|state| state.modes.iter().map(move |mode| (state, mode)))
+        .map(|(state, mode)| {
+            let mut row = vec![
                 state.state.to_owned(),
                 state.relative_velocity.map(|x| format!("{x:.3}")).unwrap_or_default(),
                 mode.name.clone(),
-                mode.frequency.map_or_else(|| "-".to_owned(), |f| format!("{f:.1}")),
-                mode.damping_ratio.map_or_else(|| "-".to_owned(), |d| format!("{d:.4}")),
+                or_dash(mode.frequency, |f| format!("{f:.1}")),
+                or_dash(mode.damping_ratio, |d| format!("{d:.4}")),
                 growth(slowing, state.relative_velocity, mode.growth_rate),
-                part("theta"),
-                part("phi2"),
-                part("phi1"),
-            ]);
-        }
-    }
-    terminal::align_right(&mut table, [1, 3, 4, 5, 6, 7, 8]);
+            ];
+            row.extend(parts.iter().map(|coordinate| shape(mode, coordinate)));
+            row
+        });
     format!(
         "omega_r in {}; damping as a ratio; 1/s: Re of the eigenvalue, positive where\n\
          the mode grows; then the velocities of its shape\n{}",
-        units.speed,
-        terminal::show(&table)
+        speed_unit(motion),
+        terminal::lines(
+            &header,
+            rows,
+            (0..header.len()).filter(|column| ![0, 2].contains(column))
+        )
     )
+}
+
+fn or_dash(number: Option<f64>, text: impl Fn(f64) -> String) -> String {
+    number.map_or_else(|| "-".to_owned(), text)
 }
 
 /// Whether sliding is unstable for less than one oscillation. Quasi-steady friction, along which growth is counted, means
@@ -252,36 +213,29 @@ fn shape(mode: &SystemMode, coordinate: &str) -> String {
 }
 
 /// Rows of the curve beside the fractions of the critical speed that matter.
-fn damping_table(modes: &SlowingModes, units: &Units) -> String {
-    let [speed, damping] = [
-        format!("omega_r {}", units.speed),
-        format!("effective damping {}", units.damping),
-    ];
-    let mut table = terminal::table(&[&speed, &damping, "ratio", "growth 1/s"]);
-    let count = modes.effective_damping.len();
-    for k in 0..=8 {
-        let EffectiveDamping {
-            relative_velocity,
-            damping,
-            damping_ratio,
-            growth_rate,
-        } = modes.effective_damping[k * (count - 1) / 8];
-        table.add_row([
-            format!("{relative_velocity:.4}"),
-            format!("{damping:.4}"),
-            format!("{damping_ratio:.4}"),
-            growth(modes, Some(relative_velocity), growth_rate),
-        ]);
-    }
-    terminal::align_right(&mut table, 0..4);
-    terminal::show(&table)
+fn damping_table(modes: &SlowingModes, motion: Motion) -> String {
+    let speed = format!("omega_r {}", speed_unit(motion));
+    let damping = format!(
+        "effective damping {}",
+        motion.dimension(Dimension::TorsionalDamping).unit()
+    );
+    let curve = &modes.effective_damping;
+    let rows = (0..=8).map(|k| &curve[k * (curve.len() - 1) / 8]).map(|point| {
+        vec![
+            format!("{:.4}", point.relative_velocity),
+            format!("{:.4}", point.damping),
+            format!("{:.4}", point.damping_ratio),
+            growth(modes, Some(point.relative_velocity), point.growth_rate),
+        ]
+    });
+    terminal::lines(&[&speed, &damping, "ratio", "growth 1/s"], rows, 0..4)
 }
 
-fn loss_of_stability(modes: &SlowingModes, units: &Units) -> String {
+fn loss_of_stability(modes: &SlowingModes, motion: Motion) -> String {
     let sentence = match modes.stability {
         Stability::Lost => {
             let lost = modes.instability.as_ref();
-            return lost.map(|lost| loss(lost, modes, units)).unwrap_or_default();
+            return lost.map(|lost| loss(lost, modes, motion)).unwrap_or_default();
         }
         Stability::FrictionDoesNotFall => {
             "Steady sliding is stable at every speed and force: friction does not fall with speed ([friction] \
@@ -298,7 +252,7 @@ fn loss_of_stability(modes: &SlowingModes, units: &Units) -> String {
     format!("{sentence}\n")
 }
 
-fn loss(lost: &Instability, modes: &SlowingModes, units: &Units) -> String {
+fn loss(lost: &Instability, modes: &SlowingModes, motion: Motion) -> String {
     let natural_period = modes.natural_period;
     let counted = |folds: f64| {
         if is_brief(modes) {
@@ -307,16 +261,12 @@ fn loss(lost: &Instability, modes: &SlowingModes, units: &Units) -> String {
             format!("{folds:.2}")
         }
     };
-    let mut table = terminal::table(&[]);
-    let folds = |x: Option<f64>| x.map_or_else(|| "none".to_owned(), |x| format!("{x:.2}"));
-    let speed = |x: f64| format!("{x:.6} {}", units.speed);
+    let folds = |x: Option<f64>| or_none(x, |x| format!("{x:.2}"));
+    let speed = |x: f64| format!("{x:.6} {}", speed_unit(motion));
     let crossing = lost.eigenvalue_crossing.map_or_else(
         || "none nearby".to_owned(),
         |c| format!("{:.9} s, at {}", c.time, speed(c.relative_velocity)),
     );
-    let onset = lost
-        .onset_time
-        .map_or_else(|| "none".to_owned(), |t| format!("{t:.9} s"));
     let died = lost.kick_above_noise.is_some_and(|above| above < 0.0);
     let above = folds(lost.kick_above_noise) + if died { ", it has died out" } else { "" };
     let decided = match lost.onset_decided_by {
@@ -328,7 +278,7 @@ fn loss(lost: &Instability, modes: &SlowingModes, units: &Units) -> String {
         }
         OnsetDecision::SmoothSliding => "neither perturbation nor rounding: smooth sliding stops by itself",
     };
-    for (name, value) in [
+    let table = pairs([
         (
             "loss of stability (zero of the margin)",
             format!("{:.9} s, at {}", lost.time, speed(lost.relative_velocity)),
@@ -340,21 +290,19 @@ fn loss(lost: &Instability, modes: &SlowingModes, units: &Units) -> String {
             format!("{:.3e} s, {:.3} T_n", lost.window(), lost.window() / natural_period),
         ),
         ("growth exponent G", counted(lost.growth_exponent)),
-        ("first stick", onset),
+        ("first stick", or_none(lost.onset_time, |t| format!("{t:.9} s"))),
         ("growth up to the first stick", counted(lost.growth_to_onset)),
         ("e-folds gained from the kick", folds(lost.e_folds_gained)),
         ("kick above rounding, e-folds", above),
         ("the onset is decided by", decided.to_owned()),
-    ] {
-        table.add_row([name.to_owned(), value]);
-    }
+    ]);
     let note = if is_brief(modes) {
         "The unstable window is shorter than one oscillation: nothing can swing up in it, and a\n\
          rate or a number of e-folds of its growth would say nothing.\n"
     } else {
         ""
     };
-    format!("{}{note}", terminal::show(&table))
+    table + note
 }
 
 fn hertz(frequency: f64) -> String {
@@ -390,26 +338,21 @@ fn significant(value: f64, digits: usize) -> String {
     }
 }
 
-fn driving(modes: &SystemModes, units: &Units) -> String {
-    let mut table = terminal::table(&[]);
-    for driven in &modes.driving {
-        let unit = match driven.key {
-            "rotor.speed" | "stator.speed" => units.speed,
-            "rotor.torque" | "stator.torque" => units.torque,
-            _ => "N",
+fn driving(modes: &SystemModes, motion: Motion) -> String {
+    pairs(modes.driving.iter().map(|driven| {
+        let (name, unit) = match driven.key {
+            "contact.normal_force" => ("normal force", "N"),
+            "actuation" => ("actuating force", "N"),
+            "rotor.speed" => ("driven speed of the rotor", speed_unit(motion)),
+            "stator.speed" => ("driven speed of the stator", speed_unit(motion)),
+            "rotor.torque" => ("torque on the rotor", torque_unit(motion)),
+            _ => ("torque on the stator", torque_unit(motion)),
         };
-        let name = match driven.key {
-            "contact.normal_force" => "normal force",
-            "actuation" => "actuating force",
-            "rotor.speed" => "driven speed of the rotor",
-            "stator.speed" => "driven speed of the stator",
-            "rotor.torque" => "torque on the rotor",
-            _ => "torque on the stator",
-        };
-        let value = format!("{} {unit} ({})", significant(driven.value, 9), driven.taken);
-        table.add_row([name.to_owned(), value]);
-    }
-    terminal::show(&table)
+        (
+            name,
+            format!("{} {unit} ({})", significant(driven.value, 9), driven.taken),
+        )
+    }))
 }
 
 fn word(verdict: Verdict) -> &'static str {
@@ -420,77 +363,58 @@ fn word(verdict: Verdict) -> &'static str {
     }
 }
 
-fn operating(point: &OperatingPoint, units: &Units) -> String {
-    let mut table = terminal::table(&[]);
-    let speed = |w: f64| format!("{} {}", significant(w, 9), units.speed);
-    let steady = if point.steady {
-        "steady sliding at"
-    } else {
-        "sliding, not steady, at"
+fn operating(point: &OperatingPoint, motion: Motion) -> String {
+    let speed = |w: f64| format!("{} {}", significant(w, 9), speed_unit(motion));
+    let [of_rotor, of_stator, interface] = match motion {
+        Motion::Rotation => ["rotor turns with", "stator turns with", "friction torque"],
+        Motion::Translation => ["rotor moves with", "stator moves with", "friction force"],
     };
-    let verdict = word(point.stability).to_owned();
-    table.add_row([steady.to_owned(), speed(point.relative_velocity)]);
-    table.add_row(["stability".to_owned(), verdict]);
-    for (name, value) in [
-        ("rotor turns with", point.rotor_speed),
-        ("stator turns with", point.stator_speed),
-    ] {
-        if let Some(value) = value {
-            let name = if units.angle == "m" {
-                name.replace("turns", "moves")
-            } else {
-                name.to_owned()
-            };
-            table.add_row([name, speed(value)]);
-        }
-    }
-    let interface = if units.angle == "m" {
-        "friction force"
-    } else {
-        "friction torque"
+    let steady = match point.steady {
+        true => "steady sliding at",
+        false => "sliding, not steady, at",
     };
-    table.add_row([
-        interface.to_owned(),
-        format!("{} {}", significant(point.interface_torque, 9), units.torque),
-    ]);
-    for (name, twist) in [
-        ("rotor twist", &point.rotor_twist),
-        ("stator twist", &point.stator_twist),
-    ] {
-        if !twist.is_empty() {
-            let all: Vec<String> = twist.iter().map(|&q| significant(q, 9)).collect();
-            table.add_row([name.to_owned(), format!("{} {}", all.join(", "), units.angle)]);
-        }
-    }
-    terminal::show(&table)
+    let torque = format!("{} {}", significant(point.interface_torque, 9), torque_unit(motion));
+    let twist = |twist: &[f64]| {
+        let all: Vec<String> = twist.iter().map(|&q| significant(q, 9)).collect();
+        let unit = motion.dimension(Dimension::Angle).unit();
+        (!all.is_empty()).then(|| format!("{} {unit}", all.join(", ")))
+    };
+    let rows = [
+        (steady, Some(speed(point.relative_velocity))),
+        ("stability", Some(word(point.stability).to_owned())),
+        (of_rotor, point.rotor_speed.map(speed)),
+        (of_stator, point.stator_speed.map(speed)),
+        (interface, Some(torque)),
+        ("rotor twist", twist(&point.rotor_twist)),
+        ("stator twist", twist(&point.stator_twist)),
+    ];
+    pairs(rows.into_iter().filter_map(|(name, value)| Some((name, value?))))
 }
 
 /// The modes with the inertia that moves most.
-fn mode_table(modes: &SystemModes, units: &Units) -> String {
-    let mut table = terminal::table(&["state", "omega_r", "Hz", "damping", "decay 1/s", "moves most"]);
-    for state in &modes.states {
+fn mode_table(modes: &SystemModes, motion: Motion) -> String {
+    let header = ["state", "omega_r", "Hz", "damping", "decay 1/s", "moves most"];
+    let rows = modes.states.iter().flat_map(|state| {
         let size = |mode: &SystemMode| mode.frequency.map_or(mode.decay.abs(), |f| TAU * f);
         let largest = state.modes.iter().map(size).fold(0.0, f64::max);
-        for mode in &state.modes {
+        state.modes.iter().map(move |mode| {
             // Rounding is a share of the state's fastest eigenvalue.
             let digits = |most: usize| ((mode.decay.abs() / (ROUNDING * largest)).log10().max(1.0) as usize).min(most);
-            table.add_row([
+            vec![
                 state.state.to_owned(),
                 state.relative_velocity.map(|w| significant(w, 6)).unwrap_or_default(),
-                mode.frequency.map_or_else(|| "-".to_owned(), |f| significant(f, 6)),
-                mode.damping_ratio
-                    .map_or_else(|| "-".to_owned(), |d| significant(d, digits(4))),
+                or_dash(mode.frequency, |f| significant(f, 6)),
+                or_dash(mode.damping_ratio, |d| significant(d, digits(4))),
                 significant(mode.decay, digits(6)),
                 mode.moves.clone().unwrap_or_default(),
-            ]);
-        }
-    }
-    terminal::align_right(&mut table, [1, 2, 3, 4]);
+            ]
+        })
+    });
     format!(
         "omega_r in {}; Hz without damping; decay: -Re of the eigenvalue, negative where\nthe mode grows; inertia 0 is the \
          surface\n{}",
-        units.speed,
-        terminal::show(&table)
+        speed_unit(motion),
+        terminal::lines(&header, rows, 1..5)
     )
 }
 
@@ -504,9 +428,16 @@ fn rough(value: f64) -> String {
 }
 
 /// Where stability changes, a row for each place.
-fn changes_of_stability(modes: &SystemModes, units: &Units) -> String {
-    let mut table = terminal::table(&["critical", "value", "unstable", "Hz", "at omega_r", "searched"]);
-    let mut say = |what: String, search: &Search| {
+fn changes_of_stability(modes: &SystemModes, motion: Motion) -> String {
+    let of_speed = format!("omega_r, {}", speed_unit(motion));
+    let searches = [
+        (&*of_speed, Some(&modes.critical_relative_velocities)),
+        ("normal force, N", modes.critical_normal_forces.as_ref()),
+        ("rotor damping x", modes.critical_rotor_damping.as_ref()),
+        ("stator damping x", modes.critical_stator_damping.as_ref()),
+    ];
+    let mut rows = Vec::new();
+    for (what, search) in searches.into_iter().filter_map(|(what, search)| Some((what, search?))) {
         let range = format!("{} to {}", rough(search.from), rough(search.to));
         if search.changes.is_empty() {
             let holds = match search.throughout {
@@ -514,35 +445,24 @@ fn changes_of_stability(modes: &SystemModes, units: &Units) -> String {
                 Some(Verdict::Neutral) => "nowhere (neutral)",
                 _ => "nowhere",
             };
-            table.add_row([&what, "none", holds, "", "", &range]);
+            rows.push([what, "none", holds, "", "", &range].map(str::to_owned).to_vec());
         }
-        for change in &search.changes {
-            table.add_row([
-                what.clone(),
+        rows.extend(search.changes.iter().map(|change| {
+            vec![
+                what.to_owned(),
                 significant(change.value, CRITICAL),
                 if change.unstable_above { "above" } else { "below" }.to_owned(),
                 change.frequency.map_or_else(|| "0".to_owned(), |f| significant(f, 6)),
                 significant(change.relative_velocity, 6),
                 range.clone(),
-            ]);
-        }
-    };
-    say(format!("omega_r, {}", units.speed), &modes.critical_relative_velocities);
-    let others = [
-        ("normal force, N", &modes.critical_normal_forces),
-        ("rotor damping x", &modes.critical_rotor_damping),
-        ("stator damping x", &modes.critical_stator_damping),
-    ];
-    for (what, search) in others {
-        if let Some(search) = search {
-            say(what.to_owned(), search);
-        }
+            ]
+        }));
     }
-    terminal::align_right(&mut table, [1, 3, 4, 5]);
+    let header = ["critical", "value", "unstable", "Hz", "at omega_r", "searched"];
     format!(
         "Where steady sliding loses its stability, and the frequency that then grows (0: it\ncreeps away); damping: all \
          shafts of a train, times this\n{}",
-        terminal::show(&table)
+        terminal::lines(&header, rows, [1, 3, 4, 5])
     )
 }
 

@@ -1,18 +1,21 @@
 //! `stickslip plot`.
 
-use super::arguments::{Common, Format, PlotOptions};
-use super::input::{bad_file, columns};
-use super::plot_studies::{self, Drawn, Kind};
+use super::arguments::{Common, DPI, Format, PlotOptions};
+use super::input::columns;
+use super::plot_studies::{self, Kind};
 use super::{CommandError, End, complain, print, print_json, tell, terminal};
 use crate::analysis::advice::capitalised;
+use crate::analysis::distribution::Distribution;
 use crate::case::Motion;
-use crate::compare::{CompareError, Reference};
+use crate::compare::Reference;
 use crate::plot::catalogue::{self, ENTRIES, in_words_of};
 use crate::plot::comparison::Beside;
 use crate::plot::entry::{Entry, Subject};
+use crate::plot::studies::StudyQuantity;
 use crate::plot::target::{self, Product, TargetError};
 use crate::plot::{
-    Figure, Layout, PlotError, Run, certified, own, page, portraits, raster, studies, svg, vector, work_precision,
+    Figure, Layout, PlotError, Run, certified, own, page, portraits, raster, studies, style, svg, vector,
+    work_precision,
 };
 use crate::results::{Reason, ResultFile, Status};
 use serde::Serialize;
@@ -21,22 +24,24 @@ use std::path::{Path, PathBuf};
 /// As `-o` names it.
 const FIGURE: Product = Product::Figure("-o");
 
-/// The JSON document of a plot.
-#[derive(Serialize)]
-struct PlotDocument<'a> {
-    files: &'a [Written],
-    not_drawn: &'a [NotDrawn],
-    /// What `stickslip run FILE --set ...` needs for what was not drawn, where sampling is what it lacks.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    sampling: Option<&'a str>,
-}
-
 /// What there is to draw, and what a run does not have.
 #[derive(Default)]
-struct Chosen {
-    figures: Vec<Figure>,
+pub(super) struct Chosen {
+    pub figures: Vec<Figure>,
     not_drawn: Vec<NotDrawn>,
     sampling: Option<String>,
+    /// How the quantities of many runs are spread.
+    pub distributions: Vec<(StudyQuantity, Distribution)>,
+}
+
+impl Chosen {
+    /// These figures.
+    pub fn of(figures: Vec<Figure>) -> Chosen {
+        Chosen {
+            figures,
+            ..Chosen::default()
+        }
+    }
 }
 
 #[derive(Serialize)]
@@ -71,14 +76,14 @@ pub(super) fn plot(options: &PlotOptions, common: &Common) -> Result<End, Comman
     if let Some(path) = &options.html {
         return html(options, path, common);
     }
-    if let Some(drawn) = of_many_runs(options)? {
-        return finish_studies(options, drawn, common);
+    if let Some(chosen) = of_many_runs(options)? {
+        return finish(options, &chosen, &options.files, common);
     }
     if let Some(candidate) = &options.candidate {
         return beside(options, candidate, common);
     }
     let chosen = options.only.iter().map(|name| catalogue::find(name));
-    let mut chosen: Vec<&Entry> = chosen.collect::<Result<_, _>>().map_err(bad)?;
+    let mut chosen: Vec<&Entry> = chosen.collect::<Result<_, _>>()?;
     let mut names = std::collections::HashSet::new();
     chosen.retain(|entry| names.insert(entry.name));
     let runs = options.files.iter().map(|path| Run::open(path));
@@ -94,10 +99,17 @@ pub(super) fn plot(options: &PlotOptions, common: &Common) -> Result<End, Comman
 /// Writes what was chosen, which does not replace `inputs`, and says so.
 fn finish(options: &PlotOptions, chosen: &Chosen, inputs: &[PathBuf], common: &Common) -> Result<End, CommandError> {
     let written = write(options, &chosen.figures, inputs)?;
-    let document = || PlotDocument {
-        files: &written,
-        not_drawn: &chosen.not_drawn,
-        sampling: chosen.sampling.as_deref(),
+    let document = || {
+        document! {
+            files: &written,
+            not_drawn: &chosen.not_drawn;
+            optional:
+            // What `stickslip run FILE --set ...` needs for what was not drawn, where sampling is what it lacks.
+            sampling: chosen.sampling.as_deref(),
+            distributions: Some(&chosen.distributions)
+                .filter(|of_studies| !of_studies.is_empty())
+                .map(|of_studies| plot_studies::documents(of_studies)),
+        }
     };
     tell(common, document, || report(&written, chosen, &options.files))?;
     Ok(End::Done)
@@ -112,7 +124,7 @@ fn one_kind(runs: &[Run]) -> Result<(), CommandError> {
     };
     let Some(first) = runs.first() else { return Ok(()) };
     match runs.iter().find(|run| motion(run) != motion(first)) {
-        Some(other) => Err(CommandError::Input(format!(
+        Some(other) => Err(CommandError::input(format!(
             "{} is {}, and {} is {}: they have no axes in common; draw each by itself",
             first.path().display(),
             name(first),
@@ -129,14 +141,14 @@ const CAN_DRAW: &str = "plot draws the results of `stickslip run` and `certify`,
 
 /// Why a file is not drawn.
 fn refusal(path: &Path, why: &str) -> CommandError {
-    CommandError::Input(format!("{}: {why}", path.display()))
+    CommandError::input(format!("{}: {why}", path.display()))
 }
 
 /// The figures of a file that holds many runs; `None` if the files are those of single runs.
-fn of_many_runs(options: &PlotOptions) -> Result<Option<Drawn>, CommandError> {
-    let choice = plot_studies::choice(options).map_err(CommandError::Input)?;
+fn of_many_runs(options: &PlotOptions) -> Result<Option<Chosen>, CommandError> {
+    let choice = plot_studies::choice(options).map_err(CommandError::input)?;
     for path in &options.files {
-        let kind = plot_studies::kind(path).map_err(bad)?;
+        let kind = plot_studies::kind(path)?;
         if matches!(kind, Kind::Run) {
             continue;
         }
@@ -157,14 +169,12 @@ fn of_many_runs(options: &PlotOptions) -> Result<Option<Drawn>, CommandError> {
             );
         }
         return match &kind {
-            Kind::Sweep(file) => plot_studies::of_sweep(file, &choice, &options.only)
-                .map(Some)
-                .map_err(bad),
+            Kind::Sweep(file) => Ok(Some(plot_studies::of_sweep(file, &choice, &options.only)?)),
             _ if !choice.is_empty() => refused(
                 "a work-precision study, of which one figure is drawn; leave out --quantity, \
                                                 --axes and --at",
             ),
-            _ => plot_studies::of_work_precision(path).map(Some).map_err(bad),
+            _ => Ok(Some(plot_studies::of_work_precision(path)?)),
         };
     }
     if choice.is_empty() {
@@ -175,7 +185,7 @@ fn of_many_runs(options: &PlotOptions) -> Result<Option<Drawn>, CommandError> {
         .first()
         .map(|path| format!("{}: ", path.display()))
         .unwrap_or_default();
-    Err(CommandError::Input(format!(
+    Err(CommandError::input(format!(
         "{file}--quantity, --axes and --at are for the file of a sweep; of a run draw a channel with --channel NAME"
     )))
 }
@@ -183,22 +193,20 @@ fn of_many_runs(options: &PlotOptions) -> Result<Option<Drawn>, CommandError> {
 /// Draws a candidate beside a result: what there is to see of their comparison, or the channels that are asked for.
 fn beside(options: &PlotOptions, candidate: &Path, common: &Common) -> Result<End, CommandError> {
     let [file] = &options.files[..] else {
-        return Err(CommandError::Input(format!(
+        return Err(CommandError::input(format!(
             "--candidate is drawn beside one result, and {} files are given; name one, or leave out --candidate to draw \
              them over each other",
             options.files.len()
         )));
     };
     if options.channels.is_empty() && (options.from.is_some() || options.to.is_some()) {
-        return Err(CommandError::Input(
-            "--from and --to are for channels that are named; name what to draw beside the candidate with --channel NAME"
-                .to_owned(),
+        return Err(CommandError::input(
+            "--from and --to are for channels that are named; name what to draw beside the candidate with --channel NAME",
         ));
     }
-    let run = Run::open(file).map_err(bad)?;
-    let of_comparison = |error: CompareError| bad(error.into());
-    let reference = Reference::open(file).map_err(of_comparison)?;
-    let mapping = columns(&reference, options.map.as_deref(), &options.columns).map_err(of_comparison)?;
+    let run = Run::open(file)?;
+    let reference = Reference::open(file)?;
+    let mapping = columns(&reference, options.map.as_deref(), &options.columns)?;
     let beside = Beside {
         reference: &reference,
         run: &run,
@@ -206,36 +214,16 @@ fn beside(options: &PlotOptions, candidate: &Path, common: &Common) -> Result<En
         mapping: &mapping,
     };
     let figures = if options.channels.is_empty() {
-        let comparison = reference.compare(candidate, &mapping).map_err(of_comparison)?;
-        beside.figures(&comparison).map_err(bad)?
+        let comparison = reference.compare(candidate, &mapping)?;
+        beside.figures(&comparison)?
     } else {
-        let window = own::window(std::slice::from_ref(&run), options.from, options.to).map_err(bad)?;
-        beside.channels_over_time(&options.channels, window).map_err(bad)?
+        let window = own::window(std::slice::from_ref(&run), options.from, options.to)?;
+        beside.channels_over_time(&options.channels, window)?
     };
     let mut inputs = options.files.clone();
     inputs.push(candidate.to_owned());
     inputs.extend(options.map.clone());
-    let chosen = Chosen {
-        figures,
-        ..Chosen::default()
-    };
-    finish(options, &chosen, &inputs, common)
-}
-
-/// Writes the figures of many runs, and says how their quantities are spread.
-fn finish_studies(options: &PlotOptions, drawn: Drawn, common: &Common) -> Result<End, CommandError> {
-    let written = write(options, &drawn.figures, &options.files)?;
-    let document = || {
-        let mut document = serde_json::json!({ "files": written, "not_drawn": [] });
-        if !drawn.distributions.is_empty() {
-            document["distributions"] = plot_studies::documents(&drawn.distributions).into();
-        }
-        document
-    };
-    tell(common, document, || {
-        report(&written, &Chosen::default(), &options.files) + &plot_studies::report(&drawn.distributions)
-    })?;
-    Ok(End::Done)
+    finish(options, &Chosen::of(figures), &inputs, common)
 }
 
 /// Says of a file of another kind or of a newer version what can be drawn.
@@ -244,33 +232,27 @@ fn no_run(error: PlotError) -> CommandError {
         error.reason,
         Reason::NotAResult(_) | Reason::Newer { .. } | Reason::AnotherKind(_)
     ));
-    match bad(error) {
-        CommandError::Input(text) if known => CommandError::Input(format!("{text}. {CAN_DRAW}")),
-        other => other,
+    let mut error = CommandError::from(error);
+    if known {
+        error.text += &format!(". {CAN_DRAW}");
     }
+    error
 }
 
 /// Writes the interactive page of a result file, or of two.
 fn html(options: &PlotOptions, path: &Path, common: &Common) -> Result<End, CommandError> {
     for file in &options.files {
-        match plot_studies::kind(file).map_err(bad)? {
-            Kind::Run if options.quantities.is_empty() => {}
-            Kind::Run => {
-                let why = "--quantity is for the page of a sweep; leave it out, the page of a run has all channels";
-                return Err(refusal(file, why));
-            }
-            Kind::WorkPrecision => {
-                let why = "a work-precision study has no page; leave out --html to draw its figure";
-                return Err(refusal(file, why));
-            }
-            Kind::Sweep(_) if options.files.len() > 1 => {
-                return Err(refusal(file, "a sweep has a page of its own; give one file"));
-            }
+        let why = match plot_studies::kind(file)? {
+            Kind::Run if options.quantities.is_empty() => continue,
+            Kind::Run => "--quantity is for the page of a sweep; leave it out, the page of a run has all channels",
+            Kind::WorkPrecision => "a work-precision study has no page; leave out --html to draw its figure",
+            Kind::Sweep(_) if options.files.len() > 1 => "a sweep has a page of its own; give one file",
             Kind::Sweep(sweep) => {
-                let page = studies::page::write(&sweep, &options.quantities, path, options.force).map_err(bad)?;
+                let page = studies::page::write(&sweep, &options.quantities, path, options.force)?;
                 return finish_page(path, &page, common);
             }
-        }
+        };
+        return Err(refusal(file, why));
     }
     let page = match &options.files[..] {
         [file] => {
@@ -278,49 +260,30 @@ fn html(options: &PlotOptions, path: &Path, common: &Common) -> Result<End, Comm
             page::write(&file, path, options.force)
         }
         [first, second] => {
-            let runs = [Run::open(first).map_err(bad)?, Run::open(second).map_err(bad)?];
-            one_kind(&runs)?;
-            drop(runs);
-            let (first, second) = (ResultFile::open(first), ResultFile::open(second));
+            one_kind(&[Run::open(first)?, Run::open(second)?])?;
             page::write_two(
-                &first.map_err(bad_file)?,
-                &second.map_err(bad_file)?,
+                &ResultFile::open(first)?,
+                &ResultFile::open(second)?,
                 path,
                 options.force,
             )
         }
         files => {
-            return Err(CommandError::Input(format!(
+            return Err(CommandError::input(format!(
                 "--html shows one run on a page, or two, and {} files are given; make a page of each or of two at a time, or leave \
                  out --html to draw them over each other",
                 files.len()
             )));
         }
     };
-    let page = page.map_err(bad)?;
-    finish_page(path, &page, common)
+    finish_page(path, &page?, common)
 }
 
 /// Says what page was written.
 fn finish_page(path: &Path, page: &impl Serialize, common: &Common) -> Result<End, CommandError> {
     let file = path.display().to_string();
-    tell(
-        common,
-        || serde_json::json!({ "file": file, "page": page }),
-        || format!("{file}\n"),
-    )?;
+    tell(common, || document! { file: &file, page: page }, || format!("{file}\n"))?;
     Ok(End::Done)
-}
-
-/// The exit status that an error deserves.
-pub(super) fn bad(error: PlotError) -> CommandError {
-    match error {
-        PlotError::Result(error) | PlotError::Compare(CompareError::Result(error)) => bad_file(error),
-        PlotError::Drawing(_) | PlotError::Target(TargetError::Io { .. }) => {
-            CommandError::Computation(error.to_string())
-        }
-        _ => CommandError::Input(error.to_string()),
-    }
 }
 
 /// All figures, each with the kind of file that it is of; with a file those that it can have.
@@ -356,25 +319,22 @@ fn all_listed() -> Vec<Listed> {
         (portraits::ENTRIES, "run of trains"),
         (certified::ENTRIES, "certified run"),
     ];
-    let of_kind = |(entries, of): (&[Entry], &'static str)| -> Vec<Listed> {
-        let listed = entries.iter().map(|e| listed(e.name, e.title, e.paper_figure, of));
-        listed.collect()
-    };
-    let mut all: Vec<Listed> = of_runs.into_iter().flat_map(of_kind).collect();
-    all.extend(
-        studies::ENTRIES
-            .iter()
-            .map(|e| listed(e.name, e.title, e.paper_figure, e.of)),
-    );
+    let of_runs = of_runs
+        .into_iter()
+        .flat_map(|(entries, of)| entries.iter().map(move |e| (e, of)));
+    let of_runs = of_runs.map(|(e, of)| listed(e.name, e.title, e.paper_figure, of));
+    let of_studies = studies::ENTRIES
+        .iter()
+        .map(|e| listed(e.name, e.title, e.paper_figure, e.of));
     let title = "Error against work, by method";
-    all.push(listed(work_precision::NAME, title, None, "work-precision study"));
-    all
+    let last = listed(work_precision::NAME, title, None, "work-precision study");
+    of_runs.chain(of_studies).chain([last]).collect()
 }
 
 /// The figures that a file can have.
 fn listed_of(path: &Path, options: &PlotOptions) -> Result<Vec<Listed>, CommandError> {
-    let choice = plot_studies::choice(options).map_err(CommandError::Input)?;
-    let (drawn, of) = match plot_studies::kind(path).map_err(bad)? {
+    let choice = plot_studies::choice(options).map_err(CommandError::input)?;
+    let (drawn, of) = match plot_studies::kind(path)? {
         Kind::Run => {
             let run = Run::open(path).map_err(no_run)?;
             let of = if run.stops() { "run" } else { "run of trains" };
@@ -382,11 +342,8 @@ fn listed_of(path: &Path, options: &PlotOptions) -> Result<Vec<Listed>, CommandE
             let entries = entries.map(|e| listed(e.name, &in_words_of(&run, e.title), e.paper_figure, of));
             return Ok(entries.collect());
         }
-        Kind::Sweep(file) => (plot_studies::of_sweep(&file, &choice, &[]).map_err(bad)?, "sweep"),
-        Kind::WorkPrecision => (
-            plot_studies::of_work_precision(path).map_err(bad)?,
-            "work-precision study",
-        ),
+        Kind::Sweep(file) => (plot_studies::of_sweep(&file, &choice, &[])?, "sweep"),
+        Kind::WorkPrecision => (plot_studies::of_work_precision(path)?, "work-precision study"),
     };
     let figures = drawn.figures.iter();
     Ok(figures.map(|f| listed(&f.name, &f.title, f.paper_figure, of)).collect())
@@ -412,21 +369,16 @@ fn figures(options: &PlotOptions, runs: &[Run], only: &[&Entry]) -> Result<Chose
         if let (Some(from), Some(to)) = (options.from, options.to)
             && from > to
         {
-            return Err(CommandError::Input(format!(
+            return Err(CommandError::input(format!(
                 "--from {from} is after --to {to}; a figure goes from an earlier to a later time"
             )));
         }
-        let figures = own_figures(options, runs).map_err(bad)?;
-        return Ok(Chosen {
-            figures,
-            ..Chosen::default()
-        });
+        return Ok(Chosen::of(own_figures(options, runs)?));
     }
     if options.from.is_some() || options.to.is_some() {
-        return Err(CommandError::Input(
+        return Err(CommandError::input(
             "--from and --to are for figures of one's own; the figures of the paper find their windows by the events. \
-             Name what to draw with --channel NAME or --phase A B"
-                .to_owned(),
+             Name what to draw with --channel NAME or --phase A B",
         ));
     }
     let Some(subject) = Subject::new(runs) else {
@@ -435,7 +387,7 @@ fn figures(options: &PlotOptions, runs: &[Run], only: &[&Entry]) -> Result<Chose
     let all = catalogue::of_run(subject.run);
     let (mut chosen, mut absent) = (Chosen::default(), Vec::new());
     for entry in if only.is_empty() { &all[..] } else { only } {
-        match entry.build(&subject).map_err(bad)? {
+        match entry.build(&subject)? {
             Ok(figure) => chosen.figures.push(figure),
             Err(missing) => absent.push((entry, missing)),
         }
@@ -446,7 +398,7 @@ fn figures(options: &PlotOptions, runs: &[Run], only: &[&Entry]) -> Result<Chose
     if let (Some((entry, missing)), false) = (absent.first(), only.is_empty()) {
         let path = subject.run.path().display();
         let remedy = chosen.sampling.as_deref().map(|text| remedy(text, subject.run.path()));
-        return Err(CommandError::Input(format!(
+        return Err(CommandError::input(format!(
             "{path}: {} cannot be drawn: {}{}",
             entry.name,
             missing.why,
@@ -514,24 +466,14 @@ const OTHER_FORMATS: [&str; 6] = ["ps", "jpg", "jpeg", "tif", "tiff", "gif"];
 
 /// Where each figure goes, in which format.
 fn targets(options: &PlotOptions, figures: &[Figure]) -> Result<Vec<(usize, PathBuf, Format)>, PlotError> {
-    if let Some(format) = Format::of_path(&options.output) {
-        if figures.len() != 1 {
-            return Err(PlotError::NoFolder {
-                path: options.output.clone(),
-            });
-        }
-        return Ok(vec![(0, options.output.clone(), format)]);
-    }
-    let extension = options.output.extension().unwrap_or_default().to_ascii_lowercase();
-    if OTHER_FORMATS.iter().any(|other| extension == *other) {
-        return Err(PlotError::Format {
-            path: options.output.clone(),
-        });
-    }
-    if options.output.is_file() {
-        return Err(PlotError::NoFolder {
-            path: options.output.clone(),
-        });
+    let path = options.output.clone();
+    let extension = path.extension().unwrap_or_default().to_ascii_lowercase();
+    match Format::of_path(&path) {
+        Some(format) if figures.len() == 1 => return Ok(vec![(0, path, format)]),
+        Some(_) => return Err(PlotError::NoFolder { path }),
+        None if OTHER_FORMATS.iter().any(|other| extension == *other) => return Err(PlotError::Format { path }),
+        None if path.is_file() => return Err(PlotError::NoFolder { path }),
+        None => {}
     }
     let formats: &[Format] = match &options.format {
         Some(format) => std::slice::from_ref(format),
@@ -546,20 +488,18 @@ fn targets(options: &PlotOptions, figures: &[Figure]) -> Result<Vec<(usize, Path
 
 /// Writes the figures of some inputs, which they do not replace.
 fn write(options: &PlotOptions, figures: &[Figure], inputs: &[PathBuf]) -> Result<Vec<Written>, CommandError> {
-    let targets = targets(options, figures).map_err(bad)?;
+    let targets = targets(options, figures)?;
     let layout = layout(options)?;
     if Format::of_path(&options.output).is_none() && !targets.is_empty() {
-        std::fs::create_dir_all(&options.output).map_err(|source| {
-            bad(PlotError::Target(TargetError::Io {
-                path: options.output.clone(),
-                action: "creating the folder",
-                source,
-                product: FIGURE,
-            }))
+        std::fs::create_dir_all(&options.output).map_err(|source| TargetError::Io {
+            path: options.output.clone(),
+            action: "creating the folder",
+            source,
+            product: FIGURE,
         })?;
     }
     for (_, path, _) in &targets {
-        check_target(path, FIGURE, inputs, options.force)?;
+        target::check(path, FIGURE, inputs, options.force)?;
     }
     let mut written = Vec::with_capacity(targets.len());
     let mut drawn: Option<(usize, String)> = None;
@@ -567,9 +507,9 @@ fn write(options: &PlotOptions, figures: &[Figure], inputs: &[PathBuf]) -> Resul
         let figure = &figures[number];
         let text = match drawn.take().filter(|(of, _)| *of == number) {
             Some((_, text)) => text,
-            None => svg::svg(figure, layout).map_err(bad)?,
+            None => svg::svg(figure, layout)?,
         };
-        save(&path, FIGURE, &text, &figure.full_title(), format, options.dpi).map_err(bad)?;
+        save(&path, FIGURE, &text, &figure.full_title(), format, options.dpi)?;
         written.push(Written {
             file: path.display().to_string(),
             figure: figure.name.clone(),
@@ -589,7 +529,7 @@ fn layout(options: &PlotOptions) -> Result<Layout, CommandError> {
         title: !options.no_title,
     };
     if layout.width < layout.least_width() {
-        return Err(CommandError::Input(format!(
+        return Err(CommandError::input(format!(
             "--width {:.1}mm has no room for axes with letters of {} points; give at least {:.1}mm, or a smaller --font-size",
             layout.width,
             layout.font_size,
@@ -599,20 +539,34 @@ fn layout(options: &PlotOptions) -> Result<Layout, CommandError> {
     Ok(layout)
 }
 
-/// Also by force an input is never an output.
-pub(super) fn check_target(path: &Path, figure: Product, inputs: &[PathBuf], force: bool) -> Result<(), CommandError> {
-    target::check(path, figure, inputs, force).map_err(|error| bad(error.into()))
+/// The figure of another command, as its `--figure` names it.
+pub(super) const OF_COMMAND: Product = Product::Figure("--figure");
+
+/// The file of the figure of another command, if there is to be one, checked before anything is computed.
+pub(super) fn figure_target<'a>(
+    path: Option<&'a Path>,
+    force: bool,
+    inputs: &[PathBuf],
+) -> Result<Option<(&'a Path, Format)>, CommandError> {
+    let Some(path) = path else { return Ok(None) };
+    let format = Format::of_path(path).ok_or_else(|| {
+        refusal(
+            path,
+            "a figure is an SVG, PNG, PDF or EPS file; give it the extension .svg, .png, .pdf or .eps",
+        )
+    })?;
+    target::check(path, OF_COMMAND, inputs, force)?;
+    Ok(Some((path, format)))
+}
+
+/// Draws the figure of another command into its file.
+pub(super) fn draw(figure: &Figure, (path, format): (&Path, Format)) -> Result<(), PlotError> {
+    let text = svg::svg(figure, style::COLUMN_WIDTH)?;
+    save(path, OF_COMMAND, &text, &figure.full_title(), format, DPI)
 }
 
 /// Writes one figure in one format.
-pub(super) fn save(
-    path: &Path,
-    figure: Product,
-    svg: &str,
-    title: &str,
-    format: Format,
-    dpi: f64,
-) -> Result<(), PlotError> {
+fn save(path: &Path, figure: Product, svg: &str, title: &str, format: Format, dpi: f64) -> Result<(), PlotError> {
     match format {
         Format::Svg => target::write(path, figure, &[svg.as_bytes()])?,
         Format::Png => target::write(path, figure, &[&raster::png(svg, dpi)?])?,
@@ -633,5 +587,5 @@ fn report(written: &[Written], chosen: &Chosen, files: &[PathBuf]) -> String {
     if let (Some(sampling), Some(path)) = (&chosen.sampling, files.first()) {
         lines += &format!("\n{}\n", remedy(sampling, path));
     }
-    lines
+    lines + &plot_studies::report(&chosen.distributions)
 }

@@ -1,6 +1,7 @@
 //! `stickslip plot` of files that hold many runs: sweeps, calibrations, work-precision studies.
 
 use super::arguments::PlotOptions;
+use super::plot::Chosen;
 use super::terminal;
 use crate::analysis::distribution::{Distribution, PERCENTILES};
 use crate::plot::studies::{self, Choice, ENTRIES, StudyQuantity};
@@ -16,12 +17,6 @@ pub(super) enum Kind {
     Sweep(SweepFile),
     /// Methods by tolerances.
     WorkPrecision,
-}
-
-/// What is drawn of such a file.
-pub(super) struct Drawn {
-    pub figures: Vec<Figure>,
-    pub distributions: Vec<(StudyQuantity, Distribution)>,
 }
 
 /// What `path` holds, which is to be drawn.
@@ -43,22 +38,19 @@ pub(super) fn kind(path: &Path) -> Result<Kind, PlotError> {
 
 /// The choice that the options make; an error of wrong usage for what is not about such files.
 pub(super) fn choice(options: &PlotOptions) -> Result<Choice, String> {
-    let mut at = Vec::new();
-    for text in &options.at {
-        let Some((name, value)) = text.split_once('=') else {
-            return Err(format!("--at {text}: expected AXIS=VALUE, such as torsion.damping=22"));
-        };
-        at.push((name.trim().to_owned(), value.trim().to_owned()));
-    }
+    let place = |text: &String| match text.split_once('=') {
+        Some((name, value)) => Ok((name.trim().to_owned(), value.trim().to_owned())),
+        None => Err(format!("--at {text}: expected AXIS=VALUE, such as torsion.damping=22")),
+    };
     Ok(Choice {
         quantities: options.quantities.clone(),
         axes: <[String; 2]>::try_from(options.axes.clone()).ok(),
-        at,
+        at: options.at.iter().map(place).collect::<Result<_, _>>()?,
     })
 }
 
 /// The figures of a sweep or a calibration: those of the names that are asked for, or all.
-pub(super) fn of_sweep(file: &SweepFile, choice: &Choice, only: &[String]) -> Result<Drawn, PlotError> {
+pub(super) fn of_sweep(file: &SweepFile, choice: &Choice, only: &[String]) -> Result<Chosen, PlotError> {
     let mut figures = studies::figures(file, choice)?;
     if !only.is_empty() {
         figures.retain(|figure| only.iter().any(|name| is_named(figure, name)));
@@ -71,10 +63,9 @@ pub(super) fn of_sweep(file: &SweepFile, choice: &Choice, only: &[String]) -> Re
             });
         }
     }
-    Ok(Drawn {
-        figures,
-        distributions: studies::distributions(file, choice)?,
-    })
+    let mut chosen = Chosen::of(figures);
+    chosen.distributions = studies::distributions(file, choice)?;
+    Ok(chosen)
 }
 
 /// By its whole name, the name of its kind, or its number in the paper.
@@ -86,23 +77,16 @@ fn is_named(figure: &Figure, name: &str) -> bool {
 }
 
 /// The figure of a work-precision study.
-pub(super) fn of_work_precision(path: &Path) -> Result<Drawn, PlotError> {
-    Ok(Drawn {
-        figures: vec![work_precision::of_file(path)?],
-        distributions: Vec::new(),
-    })
+pub(super) fn of_work_precision(path: &Path) -> Result<Chosen, PlotError> {
+    Ok(Chosen::of(vec![work_precision::of_file(path)?]))
 }
 
 /// Percentiles as a table, and a histogram, of every quantity.
 pub(super) fn report(distributions: &[(StudyQuantity, Distribution)]) -> String {
-    let mut text = String::new();
-    for (quantity, distribution) in distributions {
-        text += &format!(
-            "\n{}",
-            terminal::distribution(&quantity.name, &quantity.units, distribution)
-        );
-    }
-    text
+    let shown = |(quantity, found): &(StudyQuantity, Distribution)| {
+        format!("\n{}", terminal::distribution(&quantity.name, &quantity.units, found))
+    };
+    distributions.iter().map(shown).collect()
 }
 
 /// A distribution as JSON.

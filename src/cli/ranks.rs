@@ -36,18 +36,16 @@ impl Ranks {
     #[cfg(feature = "mpi")]
     fn join() -> Result<Self, CommandError> {
         mpi::Session::start().map(Ranks::Job).ok_or_else(|| {
-            CommandError::Computation(
+            CommandError::computation(
                 "MPI cannot be used: the library does not let one thread of several call it; use another MPI library, or --shard"
-                    .to_owned(),
             )
         })
     }
 
     #[cfg(not(feature = "mpi"))]
     fn join() -> Result<Self, CommandError> {
-        Err(CommandError::Input(
-            "this build of the program has no MPI, and ranks of an MPI job would all compute the same; build it with `cargo build --release --features mpi`, or give every process a part of the study with --shard"
-                .to_owned(),
+        Err(CommandError::input(
+            "this build of the program has no MPI, and ranks of an MPI job would all compute the same; build it with `cargo build --release --features mpi`, or give every process a part of the study with --shard",
         ))
     }
 
@@ -62,9 +60,8 @@ impl Ranks {
 
     /// The study, if every rank has read the same. `Ok(None)` on a rank that has nothing to say of the error.
     pub(super) fn agree(&self, study: Result<Study, CaseError>) -> Result<Option<Study>, CommandError> {
-        let input = super::input::bad_case;
         match self {
-            Ranks::Alone => study.map(Some).map_err(input),
+            Ranks::Alone => Ok(Some(study?)),
             #[cfg(feature = "mpi")]
             Ranks::Job(session) => {
                 let digests = session.digests(study.as_ref().ok().map(Study::digest).as_deref());
@@ -72,8 +69,8 @@ impl Ranks {
                 match study {
                     Ok(study) if different.is_empty() => Ok(Some(study)),
                     // The same everywhere, or the one that nobody else has: said once.
-                    Err(error) if session.rank() == 0 || digests[0].is_some() => Err(input(error)),
-                    Ok(_) if session.rank() == 0 => Err(CommandError::Input(format!(
+                    Err(error) if session.rank() == 0 || digests[0].is_some() => Err(error.into()),
+                    Ok(_) if session.rank() == 0 => Err(CommandError::input(format!(
                         "rank {} has not read the study that rank 0 has; see to it that all machines have the same files and the same version of the program",
                         different[0]
                     ))),

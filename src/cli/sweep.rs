@@ -1,11 +1,11 @@
 //! `stickslip sweep`.
 
 use super::arguments::{Common, SweepOptions};
-use super::input::{interrupt_flag, overrides, overwrite, study_source};
+use super::input::{interrupt_flag, overwrite, study_source};
 use super::plot_studies;
 use super::progress::Bar;
 use super::ranks::Ranks;
-use super::{CommandError, End, complain, strictly, tell};
+use super::{CommandError, End, interrupted, strictly, tell};
 use crate::case::CaseError;
 use crate::plot::PlotError;
 use crate::plot::studies::{self, Choice};
@@ -16,49 +16,6 @@ use crate::sweep::{
 use serde::Serialize;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
-
-/// The JSON document of a sweep.
-#[derive(Serialize)]
-struct SweepDocument<'a> {
-    /// complete or interrupted.
-    status: &'a str,
-    file: String,
-    study: String,
-    title: &'a str,
-    digest: String,
-    #[serde(skip_serializing_if = "Option::is_none")]
-    shard: Option<ShardDocument>,
-    /// Points that are done.
-    points: u64,
-    /// Those of them that were run now.
-    run_now: u64,
-    failed: u64,
-    failures: Vec<Failure>,
-    /// Points whose runs end before it is certain what they come to: a stick that lasts, or a motion that repeats itself.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    unfinished: Option<u64>,
-    jobs: usize,
-    /// Processes of an MPI job.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    ranks: Option<usize>,
-    /// s.
-    wall_time: f64,
-    #[serde(skip_serializing_if = "<[CurveDocument]>::is_empty")]
-    curves: &'a [CurveDocument],
-}
-
-/// Which part of the study, from 1.
-#[derive(Serialize)]
-struct ShardDocument {
-    index: usize,
-    count: usize,
-}
-
-#[derive(Serialize)]
-struct Failure {
-    point: u64,
-    message: String,
-}
 
 /// One connected line of a boundary, in the units of its axes.
 #[derive(Serialize)]
@@ -80,7 +37,7 @@ pub(super) fn sweep(options: &SweepOptions, common: &Common) -> Result<End, Comm
         .output
         .clone()
         .unwrap_or_else(|| default_path(&study, options.shard));
-    let jobs = options.jobs.unwrap_or_else(|| ranks.default_jobs());
+    let jobs = options.runs.jobs.unwrap_or_else(|| ranks.default_jobs());
     let stop = interrupt_flag()?;
     let bar = Bar::of_points(common);
     let sweep = Sweep::new(&study, &path)
@@ -110,47 +67,47 @@ pub(super) fn sweep(options: &SweepOptions, common: &Common) -> Result<End, Comm
         .boundaries
         .as_ref()
         .map_or_else(Vec::new, |found| curve_documents(&study, found));
-    let failure = |(point, message): &(u64, String)| Failure {
-        point: *point,
-        message: message.clone(),
-    };
-    let document = || SweepDocument {
-        status: if report.interrupted { "interrupted" } else { "complete" },
-        file: report.file.display().to_string(),
-        study: study.source.label(),
-        title: &study.title,
-        digest: study.digest(),
-        shard: options.shard.map(|shard| ShardDocument {
-            index: shard.index(),
-            count: shard.count(),
-        }),
-        points: report.points,
-        run_now: report.run_now,
-        failed: report.failed,
-        failures: report.failures.iter().map(failure).collect(),
-        unfinished: report.unfinished,
-        jobs,
-        ranks: ranks.count(),
-        wall_time,
-        curves: &curves,
+    let failure = |(point, message): &(u64, String)| document! { point: *point, message: message.clone() };
+    let shard = |shard: Shard| document! { index: shard.index(), count: shard.count() };
+    let document = || {
+        document! {
+            status: if report.interrupted { "interrupted" } else { "complete" },
+            file: report.file.display().to_string(),
+            study: study.source.label(),
+            title: &study.title,
+            digest: study.digest(),
+            // Points that are done, and those of them that were run now.
+            points: report.points,
+            run_now: report.run_now,
+            failed: report.failed,
+            failures: report.failures.iter().map(failure).collect::<Vec<_>>(),
+            jobs: jobs,
+            // s.
+            wall_time: wall_time;
+            optional:
+            shard: options.shard.map(shard),
+            // Points whose runs end before it is certain what they come to: a stick that lasts, or a motion that repeats itself.
+            unfinished: report.unfinished,
+            // Processes of an MPI job.
+            ranks: ranks.count(),
+            curves: Some(&curves).filter(|curves| !curves.is_empty()),
+        }
     };
     tell(common, document, || {
         text_report(&study, options.shard, &report, &curves, wall_time)
     })?;
     if report.interrupted {
-        if !common.quiet {
-            complain(&format!(
-                "interrupted; {} points are saved in {}, and --resume goes on from there",
-                report.points,
-                journal_path(&path).display()
-            ));
-        }
-        return Ok(End::Interrupted);
+        let (points, journal) = (report.points, journal_path(&path));
+        let how = format!(
+            "; {points} points are saved in {}, and --resume goes on from there",
+            journal.display()
+        );
+        return interrupted(common, &how);
     }
     // Of a shard the others may have points that did not fail: merge says.
     if options.shard.is_none() && report.failed > 0 && report.failed == report.points {
         let (point, message) = &report.failures[0];
-        return Err(CommandError::Computation(format!(
+        return Err(CommandError::computation(format!(
             "all {} points failed, point {point} with: {message}. The messages are in /failures of {}",
             report.points,
             report.file.display()
@@ -166,7 +123,7 @@ pub(super) fn sweep(options: &SweepOptions, common: &Common) -> Result<End, Comm
             report.points
         ));
     }
-    strictly(End::Done, options.strict, &doubts, false, &report.file)
+    strictly(options.strict, &doubts, false, &report.file)
 }
 
 fn default_path(study: &Study, shard: Option<Shard>) -> PathBuf {
@@ -179,8 +136,7 @@ fn default_path(study: &Study, shard: Option<Shard>) -> PathBuf {
 
 fn read_study(options: &SweepOptions) -> Result<Study, CaseError> {
     let source = study_source(&options.study, StudySource::built_in)?;
-    let overrides = overrides(&options.budget.over(&options.set), options.method.as_deref())?;
-    Study::parse(source, &overrides)
+    Study::parse(source, &options.runs.overrides()?)
 }
 
 fn command_error(error: &SweepError, path: &Path) -> CommandError {
@@ -190,20 +146,20 @@ fn command_error(error: &SweepError, path: &Path) -> CommandError {
         SweepError::OtherStudy { .. }
         | SweepError::OtherShard { .. }
         | SweepError::Shard(_)
-        | SweepError::NoFolder { .. } => CommandError::Input(text),
+        | SweepError::NoFolder { .. } => CommandError::input(text),
         SweepError::Journal(JournalError::File(inner)) | SweepError::File(inner) => match inner.reason {
-            Reason::NoReader(_) | Reason::NotCreated(_) => CommandError::Computation(text),
+            Reason::NoReader(_) | Reason::NotCreated(_) => CommandError::computation(text),
             _ if inner.is_of_the_system() => {
                 let journal = journal_path(path);
-                CommandError::Computation(format!(
+                CommandError::computation(format!(
                     "{text}. What was computed is in {}; --resume goes on from there",
                     journal.display()
                 ))
             }
-            _ => CommandError::Input(text),
+            _ => CommandError::input(text),
         },
-        SweepError::Journal(_) => CommandError::Input(text),
-        _ => CommandError::Computation(text),
+        SweepError::Journal(_) => CommandError::input(text),
+        _ => CommandError::computation(text),
     }
 }
 
@@ -224,16 +180,13 @@ fn curve_documents(study: &Study, boundaries: &Boundaries) -> Vec<CurveDocument>
                 [low.min(v), high.max(v)]
             })
         };
+        let nose = curve.points.iter().find(|point| point.branch == Branch::Fold);
         CurveDocument {
             plane: plane(curve.plane),
             points: curve.points.len(),
             x_range: range(0),
             y_range: range(1),
-            nose: curve
-                .points
-                .iter()
-                .find(|point| point.branch == Branch::Fold)
-                .map(|point| point.middle()),
+            nose: nose.map(|point| point.middle()),
         }
     });
     documents.collect()
@@ -297,17 +250,10 @@ fn text_report(
         let header = ["curve", "points", "x from", "to", "y from", "to", "fold x", "y"];
         let row = |curve: &CurveDocument| {
             let number = |x: f64| format!("{x:.6}");
-            let [fold_x, fold_y] = curve.nose.map(|fold| fold.map(number)).unwrap_or_default();
-            vec![
-                curve.plane.clone(),
-                curve.points.to_string(),
-                number(curve.x_range[0]),
-                number(curve.x_range[1]),
-                number(curve.y_range[0]),
-                number(curve.y_range[1]),
-                fold_x,
-                fold_y,
-            ]
+            let mut row = vec![curve.plane.clone(), curve.points.to_string()];
+            row.extend([curve.x_range, curve.y_range].into_iter().flatten().map(number));
+            row.extend(curve.nose.map(|fold| fold.map(number)).unwrap_or_default());
+            row
         };
         text += &format!("\n{}", super::terminal::lines(&header, curves.iter().map(row), 1..8));
     }

@@ -1,12 +1,18 @@
 //! Tables for the terminal.
 
 use crate::analysis::distribution::{Distribution, PERCENTILES};
+pub(super) use crate::analysis::headline::or_none;
 use crate::analysis::{HeadlineRow, Summary, headline};
 use crate::case::Case;
 use comfy_table::{CellAlignment, ContentArrangement, Table, presets};
 
-/// A table in the program's style.
-pub(super) fn table(header: &[&str]) -> Table {
+/// A table of these rows as lines, without a margin and without blanks at their ends. The columns `right` are numbers, which stand
+/// below each other by their last digit.
+pub(super) fn lines(
+    header: &[&str],
+    rows: impl IntoIterator<Item = Vec<String>>,
+    right: impl IntoIterator<Item = usize>,
+) -> String {
     let mut table = Table::new();
     table
         .load_style(presets::NOTHING)
@@ -14,36 +20,23 @@ pub(super) fn table(header: &[&str]) -> Table {
     if !header.is_empty() {
         table.set_header(header);
     }
-    table
-}
-
-/// A table as lines without a margin and without blanks at their ends.
-pub(super) fn show(table: &Table) -> String {
-    table
-        .lines()
-        .map(|line| format!("{}\n", line.strip_prefix(' ').unwrap_or(&line).trim_end()))
-        .collect()
-}
-
-/// A table of these rows as lines; the columns `right` are numbers.
-pub(super) fn lines(
-    header: &[&str],
-    rows: impl IntoIterator<Item = Vec<String>>,
-    right: impl IntoIterator<Item = usize>,
-) -> String {
-    let mut table = table(header);
     table.add_rows(rows);
-    align_right(&mut table, right);
-    show(&table)
-}
-
-/// Numbers stand below each other by their last digit.
-pub(super) fn align_right(table: &mut Table, columns: impl IntoIterator<Item = usize>) {
-    for column in columns {
+    for column in right {
         if let Some(column) = table.column_mut(column) {
             column.set_cell_alignment(CellAlignment::Right);
         }
     }
+    let of_line = |line: String| format!("{}\n", line.strip_prefix(' ').unwrap_or(&line).trim_end());
+    table.lines().map(of_line).collect()
+}
+
+/// Names with their values, below each other.
+pub(super) fn pairs<'a>(rows: impl IntoIterator<Item = (&'a str, String)>) -> String {
+    lines(
+        &[],
+        rows.into_iter().map(|(name, value)| vec![name.to_owned(), value]),
+        [],
+    )
 }
 
 /// Columns of a value beside the paper's.
@@ -79,19 +72,16 @@ pub(super) fn distribution(name: &str, units: &str, found: &Distribution) -> Str
     let mut header = vec!["least"];
     header.extend(heads.iter().map(String::as_str));
     header.extend(["largest", "mean"]);
-    let mut percentiles = table(&header);
     let values = std::iter::once(found.least).chain(found.percentiles);
-    percentiles.add_row(values.chain([found.largest, found.mean]).map(number));
-    align_right(&mut percentiles, 0..header.len());
+    let values = values.chain([found.largest, found.mean]).map(number).collect();
     let most = found.bars.iter().map(|bar| bar.2).max().unwrap_or(1).max(1);
-    let mut histogram = table(&["from", "to", "runs", ""]);
-    for &(from, to, count) in &found.bars {
+    let bars = found.bars.iter().map(|&(from, to, count)| {
         // What is there is seen.
         let length = (count * BAR).div_ceil(most);
-        histogram.add_row([number(from), number(to), count.to_string(), "#".repeat(length)]);
-    }
-    align_right(&mut histogram, 0..3);
-    format!("{text}\n{}{}", show(&percentiles), show(&histogram))
+        vec![number(from), number(to), count.to_string(), "#".repeat(length)]
+    });
+    let histogram = lines(&["from", "to", "runs", ""], bars, 0..3);
+    format!("{text}\n{}{histogram}", lines(&header, [values], 0..header.len()))
 }
 
 /// A list that goes on below, so that the paper's numbers stay near.
@@ -114,25 +104,15 @@ fn below(list: &str) -> String {
 pub(super) fn run_report(case: &Case, summary: &Summary, wall_time: f64) -> String {
     let rows = headline(case, summary);
     let beside_paper = rows.iter().any(|row| !row.paper.is_empty());
-    let mut report = table(if beside_paper { &["", "this run", "paper"] } else { &[] });
-    for HeadlineRow { name, value, paper } in rows {
-        if beside_paper {
-            report.add_row([name, &below(&value), paper]);
-        } else {
-            report.add_row([name, &value]);
-        }
-    }
-    let (title, solver, output) = (case.title(), case.solver(), case.output());
-    let (headline, end) = (&report, summary.end);
-    let header = [
-        "solver",
-        "segments",
-        "simulated s",
-        "steps",
-        "right-hand sides",
-        "Jacobians",
-    ];
-    let rows = summary.work.iter().map(|w| {
+    let header: &[&str] = if beside_paper { &["", "this run", "paper"] } else { &[] };
+    let report = rows
+        .into_iter()
+        .map(|HeadlineRow { name, value, paper }| match beside_paper {
+            true => vec![name.to_owned(), below(&value), paper.to_owned()],
+            false => vec![name.to_owned(), value],
+        });
+    let report = lines(header, report, []);
+    let work = summary.work.iter().map(|w| {
         vec![
             w.solver.to_owned(),
             w.segments.to_string(),
@@ -142,19 +122,25 @@ pub(super) fn run_report(case: &Case, summary: &Summary, wall_time: f64) -> Stri
             w.jacobian_evaluations.to_string(),
         ]
     });
-    let work = lines(&header, rows, 1..6);
+    let header = [
+        "solver",
+        "segments",
+        "simulated s",
+        "steps",
+        "right-hand sides",
+        "Jacobians",
+    ];
     // As the case has it, unless the run was interrupted.
-    let end = if end == output.end_time {
-        end.to_string()
-    } else {
-        format!("{end:.9}")
+    let end = match summary.end == case.output().end_time {
+        true => summary.end.to_string(),
+        false => format!("{:.9}", summary.end),
     };
     format!(
-        "{title}\nmethod {}, rtol {:e}, t = 0 to {end} s in {:.3} s of wall time\n\n{}\n{}",
-        solver.method.name(),
-        solver.rtol,
-        wall_time,
-        show(headline),
-        work,
+        "{}\nmethod {}, rtol {:e}, t = 0 to {end} s in {wall_time:.3} s of wall time\n\n{}\n{}",
+        case.title(),
+        case.solver().method.name(),
+        case.solver().rtol,
+        report,
+        lines(&header, work, 1..6),
     )
 }

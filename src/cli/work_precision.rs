@@ -1,72 +1,44 @@
 //! `stickslip work-precision`.
 
-use super::arguments::{Common, DPI, Format, WorkPrecisionOptions};
-use super::input::{bad_case, bad_file, interrupt_flag, overwrite};
-use super::modes::FIGURE;
-use super::plot::{bad, check_target, save};
+use super::arguments::{Common, Format, WorkPrecisionOptions};
+use super::input::{interrupt_flag, overwrite};
+use super::plot;
 use super::progress::Bar;
-use super::{CommandError, End, complain, tell, terminal};
+use super::terminal::{self, or_none};
+use super::{CommandError, End, interrupted, tell};
 use crate::analysis::work_precision::{Errors, Measurement, Study, StudyError, StudyResult, run};
-use crate::plot::{PlotError, style, svg, work_precision as figure};
+use crate::plot::{PlotError, target, work_precision as figure};
 use crate::provenance;
 use crate::results::{Reservation, Status, WorkPrecisionFile, WorkPrecisionRow};
 use crate::simulation::Method;
-use serde::Serialize;
-use std::ops::ControlFlow;
+use crate::workers::go_on_unless;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::Ordering;
 
-/// The JSON document of a study.
-#[derive(Serialize)]
-struct StudyDocument<'a> {
-    status: &'static str,
-    file: String,
-    figures: Vec<String>,
-    title: &'a str,
-    case: &'a str,
-    reference: ReferenceDocument<'a>,
-    runs: &'a [Measurement],
-}
-
-#[derive(Serialize)]
-struct ReferenceDocument<'a> {
-    description: &'a str,
-    events: usize,
-    /// Of each error, s.
-    uncertainty: Errors,
-}
-
 /// Runs a study into a file and a table, and a figure on request.
 pub(super) fn work_precision(options: &WorkPrecisionOptions, common: &Common) -> Result<End, CommandError> {
-    let study = Study::find(&options.study).map_err(bad_case)?;
+    let study = Study::find(&options.study)?;
     let path = options
         .output
         .clone()
         .unwrap_or_else(|| PathBuf::from(format!("{}.h5", study.name)));
     // Everything that can be refused is refused before minutes are spent.
     let stop = interrupt_flag()?;
-    let place = Reservation::take(&path, overwrite(options.force), &study.files).map_err(bad_file)?;
+    let place = Reservation::take(&path, overwrite(options.force), &study.files)?;
     let figures = figure_targets(options.figure.as_deref(), options.force, &study.files)?;
     let started = provenance::now();
     let bar = Bar::new(common);
     let result = run(&study, &mut |progress| {
         bar.count(progress.done, progress.of, "runs", progress.method.name());
-        if stop.load(Ordering::Relaxed) {
-            ControlFlow::Break(())
-        } else {
-            ControlFlow::Continue(())
-        }
+        go_on_unless(stop.load(Ordering::Relaxed))
     });
     bar.finish();
     let result = result.map_err(|error| match error {
-        StudyError::Truth(_) => CommandError::Input(error.to_string()),
-        _ => CommandError::Computation(error.to_string()),
+        StudyError::Truth(_) => CommandError::input(error),
+        _ => CommandError::computation(error),
     })?;
     let Some(result) = result else {
-        if !common.quiet {
-            complain("interrupted before there was a reference; nothing is saved");
-        }
-        return Ok(End::Interrupted);
+        return interrupted(common, " before there was a reference; nothing is saved");
     };
     let status = if result.interrupted {
         Status::Interrupted
@@ -75,11 +47,26 @@ pub(super) fn work_precision(options: &WorkPrecisionOptions, common: &Common) ->
     };
     let file = contents(&study, &result, &started)
         .write(&place, &status)
-        .map_err(|error| CommandError::Computation(error.to_string()))?;
-    let figures = draw(&study, &result, &figures).map_err(bad)?;
+        .map_err(CommandError::computation)?;
+    let figures = draw(&study, &result, &figures)?;
     tell(
         common,
-        || document(&study, &result, &status, &file, &figures),
+        || {
+            document! {
+                status: if result.interrupted { "interrupted" } else { "complete" },
+                file: file.display().to_string(),
+                figures: figures.iter().map(|path| path.display().to_string()).collect::<Vec<_>>(),
+                title: &study.title,
+                case: &study.case_label,
+                reference: document! {
+                    description: &result.reference.description,
+                    events: result.reference.events.len(),
+                    // Of each error, s.
+                    uncertainty: result.uncertainty,
+                },
+                runs: &result.measurements,
+            }
+        },
         || {
             let files = std::iter::once(&file).chain(&figures);
             let lines: String = files.map(|path| format!("{}\n", path.display())).collect();
@@ -87,15 +74,9 @@ pub(super) fn work_precision(options: &WorkPrecisionOptions, common: &Common) ->
         },
     )?;
     if result.interrupted {
-        if !common.quiet {
-            complain(&format!(
-                "interrupted after {} of {} runs; they are saved in {}",
-                result.measurements.len(),
-                study.runs.len(),
-                file.display()
-            ));
-        }
-        return Ok(End::Interrupted);
+        let (done, all) = (result.measurements.len(), study.runs.len());
+        let how = format!(" after {done} of {all} runs; they are saved in {}", file.display());
+        return interrupted(common, &how);
     }
     Ok(End::Done)
 }
@@ -110,7 +91,7 @@ fn figure_targets(
         return Ok(Vec::new());
     };
     std::fs::create_dir_all(folder).map_err(|source| {
-        CommandError::Computation(format!(
+        CommandError::computation(format!(
             "{}: creating the folder of the figure failed: {source}; choose another with --figure",
             folder.display()
         ))
@@ -118,7 +99,7 @@ fn figure_targets(
     let mut targets = Vec::with_capacity(2);
     for format in [Format::Svg, Format::Png] {
         let path = folder.join(format!("{}.{}", figure::NAME, format.extension()));
-        check_target(&path, FIGURE, inputs, force)?;
+        target::check(&path, plot::OF_COMMAND, inputs, force)?;
         targets.push((path, format));
     }
     Ok(targets)
@@ -129,10 +110,9 @@ fn draw(study: &Study, result: &StudyResult, targets: &[(PathBuf, Format)]) -> R
         return Ok(Vec::new());
     }
     let figure = figure::figure(&study.title, result);
-    let text = svg::svg(&figure, style::COLUMN_WIDTH)?;
     targets
         .iter()
-        .map(|(path, format)| save(path, FIGURE, &text, &figure.full_title(), *format, DPI).map(|()| path.clone()))
+        .map(|(path, format)| plot::draw(&figure, (path, *format)).map(|()| path.clone()))
         .collect()
 }
 
@@ -144,14 +124,11 @@ fn contents(study: &Study, result: &StudyResult, started: &str) -> WorkPrecision
         }
     }
     let missing = |value: Option<f64>| value.unwrap_or(f64::NAN);
-    let runs = result.measurements.iter().map(|m| {
+    let run = |m: &Measurement| -> WorkPrecisionRow {
         let (rtol, fixed_step) = m.knob.rtol_and_step();
-        let method = methods
-            .iter()
-            .position(|&method| method == m.method)
-            .unwrap_or_default();
-        let row: WorkPrecisionRow = [
-            method as f64,
+        let method = methods.iter().position(|&method| method == m.method);
+        [
+            method.unwrap_or_default() as f64,
             missing(rtol),
             missing(fixed_step),
             m.failure.is_some().into(),
@@ -164,15 +141,10 @@ fn contents(study: &Study, result: &StudyResult, started: &str) -> WorkPrecision
             m.rhs_evaluations as f64,
             m.jacobian_evaluations as f64,
             m.wall_time,
-        ];
-        row
-    });
-    let reference = &result.reference;
-    let Errors {
-        onset,
-        final_stick,
-        largest,
-    } = result.uncertainty;
+        ]
+    };
+    let (reference, unsure) = (&result.reference, &result.uncertainty);
+    let events = reference.events.iter().zip(&reference.uncertainties);
     WorkPrecisionFile {
         title: study.title.clone(),
         source: provenance::source(),
@@ -180,42 +152,13 @@ fn contents(study: &Study, result: &StudyResult, started: &str) -> WorkPrecision
         study: study.text.clone(),
         resolved: study.runs.first().map(|run| run.2.resolved()).unwrap_or_default(),
         meta: provenance::program(started),
-        runs: runs.collect(),
+        runs: result.measurements.iter().map(run).collect(),
         methods: methods.iter().map(|method| method.name().to_owned()).collect(),
         reference: reference.description.clone(),
-        events: reference
-            .events
-            .iter()
-            .zip(&reference.uncertainties)
+        events: events
             .map(|(&(kind, time), &uncertainty)| [kind.code().into(), time, uncertainty])
             .collect(),
-        uncertainties: [onset, final_stick, largest].map(missing),
-    }
-}
-
-fn document<'a>(
-    study: &'a Study,
-    result: &'a StudyResult,
-    status: &Status,
-    file: &Path,
-    figures: &[PathBuf],
-) -> StudyDocument<'a> {
-    StudyDocument {
-        status: if *status == Status::Complete {
-            "complete"
-        } else {
-            "interrupted"
-        },
-        file: file.display().to_string(),
-        figures: figures.iter().map(|path| path.display().to_string()).collect(),
-        title: &study.title,
-        case: &study.case_label,
-        reference: ReferenceDocument {
-            description: &result.reference.description,
-            events: result.reference.events.len(),
-            uncertainty: result.uncertainty,
-        },
-        runs: &result.measurements,
+        uncertainties: [unsure.onset, unsure.final_stick, unsure.largest].map(missing),
     }
 }
 
@@ -225,12 +168,8 @@ fn report(study: &Study, result: &StudyResult) -> String {
     ];
     let rows = result.measurements.iter().map(|m| row(m, &result.uncertainty));
     let table = terminal::lines(&header, rows, 1..9);
-    let uncertainty = |error: Option<f64>| error.map_or_else(|| "none".to_owned(), |e| format!("{e:.0e} s"));
-    let Errors {
-        onset,
-        final_stick,
-        largest,
-    } = result.uncertainty;
+    let uncertainty = |error: Option<f64>| or_none(error, |e| format!("{e:.0e} s"));
+    let unsure = &result.uncertainty;
     format!(
         "{}\n{}, {} events\n\n{}\nonset, final, all: errors of the first stick, of the last and the largest of all events, s; \
          calls of the\nright-hand side; time in s. Another sequence of events than the reference's is marked *, and has \
@@ -240,9 +179,9 @@ fn report(study: &Study, result: &StudyResult) -> String {
         result.reference.events.len(),
         table,
         result.reference.description,
-        uncertainty(onset),
-        uncertainty(final_stick),
-        uncertainty(largest),
+        uncertainty(unsure.onset),
+        uncertainty(unsure.final_stick),
+        uncertainty(unsure.largest),
     )
 }
 

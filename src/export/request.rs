@@ -18,7 +18,7 @@ const MOST_TIMES: usize = 1 << 26;
 const MOST_ROWS: f64 = 1e9;
 
 /// The tables of a run.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
 pub enum Which {
     /// The samples, or the channels at other times.
     Trajectory,
@@ -27,6 +27,7 @@ pub enum Which {
     /// Every stretch between restarts, with what it cost.
     Segments,
     /// Every cycle.
+    #[value(name = "stick_slip", alias = "stick-slip")]
     StickSlip,
 }
 

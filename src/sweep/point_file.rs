@@ -38,8 +38,8 @@ pub(super) fn into_a_file(
         .control(control)
         .start()
         .map_err(|error| IntegrateError::Storage(error.to_string()))?;
-    let integrated = Integrated::new(case, saved.report, &saved.summary);
-    why_not(saved.unsaved, saved.failure).map_or(Ok(integrated), Err)
+    let integrated = Integrated::new(case, saved.run.report, &saved.run.summary);
+    why_not(saved.unsaved, saved.run.failure).map_or(Ok(integrated), Err)
 }
 
 /// Why a run into a file is none.

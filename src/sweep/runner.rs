@@ -53,7 +53,7 @@ pub fn without_a_file(
     case: &Case,
     control: &mut dyn FnMut(Progress) -> ControlFlow<()>,
 ) -> Result<Integrated, IntegrateError> {
-    let run = recorded(case, &mut NoRecorder, false, control);
+    let run = recorded(case, &mut NoRecorder, false, None, control);
     match run.failure {
         Some(failure) => Err(IntegrateError::Run(failure)),
         None => Ok(Integrated::new(case, run.report, &run.summary)),

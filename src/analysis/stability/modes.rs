@@ -15,10 +15,10 @@ use crate::model::system::{Pressing, System};
 use crate::record::State;
 use crate::run::Run;
 use crate::simulation::natural_period;
-use crate::simulation::{Following, OutputOptions, RunFailure, RunReport, SolverOptions};
+use crate::simulation::{OutputOptions, RunReport, SolverOptions};
+use crate::workers::go_on_unless;
 use serde::Serialize;
 use std::f64::consts::TAU;
-use std::ops::ControlFlow;
 
 /// Points of the curve of effective damping.
 const CURVE: usize = 201;
@@ -225,35 +225,17 @@ fn damping_curve(
 
 /// The events of a run up to its first stick, and the error of a run that failed before.
 fn run_to_first_stick(trains: &System, solver: &SolverOptions, end_time: f64) -> (RunReport, Option<RunError>) {
-    let output = OutputOptions {
-        end_time,
-        interval: end_time,
-        windows: Vec::new(),
-        steps: false,
-        follow: Following::default(),
-    };
+    let output = OutputOptions::at_the_ends(end_time);
     let result = Run::of_system(trains, 0.0, solver, &output)
-        .control(|progress| {
-            if progress.mode == Mode::Stick {
-                ControlFlow::Break(())
-            } else {
-                ControlFlow::Continue(())
-            }
-        })
+        .control(|progress| go_on_unless(progress.mode == Mode::Stick))
         .start();
     match result {
         // Smooth sliding is looked at to where the case ends, not to where this run was stopped.
-        Ok(report) => (
-            RunReport {
-                end: end_time,
-                ..report
-            },
-            None,
-        ),
-        Err(failure) => {
-            let RunFailure { error, report } = *failure;
-            (report, Some(error))
+        Ok(mut report) => {
+            report.end = end_time;
+            (report, None)
         }
+        Err(failure) => (failure.report, Some(failure.error)),
     }
 }
 

@@ -2,13 +2,12 @@
 
 use crate::model::KickTime;
 use crate::model::system::{Kick, KickSide, System};
-use crate::record::{Event, EventKind, Recorder, RecorderError, Sample, Segment};
+use crate::record::{Event, EventKind, Recorder, RecorderError};
 use crate::run::Run;
 use crate::simulation::{Method, OutputOptions, SolverOptions};
 use crate::workers::over_processors;
 use serde::Serialize;
 use std::cell::Cell;
-use std::ops::ControlFlow;
 
 /// The methods, of which the first follows sliding without a kick to its exact stop.
 pub(crate) const METHODS: [Method; 5] = [
@@ -76,13 +75,7 @@ pub fn onsets(
         // A failure behind the first stick does not matter, and one before it leaves none.
         let _ = Run::of_system(trains, 0.0, &solver, &output)
             .record(&mut recorder)
-            .control(|_| {
-                if stop() || first.0.get().is_some() {
-                    ControlFlow::Break(())
-                } else {
-                    ControlFlow::Continue(())
-                }
-            })
+            .stop(|| stop() || first.0.get().is_some())
             .start();
         Onset {
             method: method.name(),
@@ -103,16 +96,10 @@ impl Recorder for &FirstStick {
         false
     }
 
-    fn sample(&mut self, _: &Sample) -> Result<(), RecorderError> {
-        Ok(())
-    }
     fn event(&mut self, event: &Event) -> Result<(), RecorderError> {
         if event.kind == EventKind::Stick && self.0.get().is_none() {
             self.0.set(Some(event.time));
         }
-        Ok(())
-    }
-    fn segment(&mut self, _: &Segment) -> Result<(), RecorderError> {
         Ok(())
     }
 }

@@ -29,18 +29,15 @@ pub(super) struct Base {
 
 impl Base {
     pub(super) fn new(train: &Train, speed: f64, torque: f64) -> Base {
-        if !matches!(train.end, End::Free) {
-            return Base {
-                speed: Some(speed),
-                yielding: 0.0,
-                torque,
-            };
-        }
         let ground: f64 = train.viscous.iter().sum();
-        let held = ground > 0.0;
+        let (speed, yielding) = match train.end {
+            End::Free if ground > 0.0 => (Some(torque / ground), 1.0 / ground),
+            End::Free => (None, 0.0),
+            End::Driven(_) | End::Fixed => (Some(speed), 0.0),
+        };
         Base {
-            speed: held.then_some(torque / ground),
-            yielding: if held { 1.0 / ground } else { 0.0 },
+            speed,
+            yielding,
             torque,
         }
     }
@@ -211,11 +208,8 @@ impl<'a> Sliding<'a> {
             2.0 * sliding,
         ];
         let zeros = self.zeros(force).into_iter().map(|x| 2.0 * x);
-        let most = known
-            .into_iter()
-            .chain(zeros)
-            .filter(|x| x.is_finite())
-            .fold(0.0, f64::max);
+        let known = known.into_iter().chain(zeros).filter(|x| x.is_finite());
+        let most = known.fold(0.0, f64::max);
         let most = if most > 0.0 { most } else { 1.0 };
         // Of a law that ends, its last speed is none of it.
         most.min(law.ends_at() * (1.0 - f64::EPSILON))
@@ -317,7 +311,7 @@ impl Sliding<'_> {
             Balance::Speed { speed, yielding } if yielding > 0.0 => speed,
             Balance::Torque(_) => self.reach(force, x),
             _ => {
-                let grid: Vec<f64> = multiples().into_iter().map(|k| k * force).collect();
+                let grid: Vec<f64> = multiples().map(|k| k * force).collect();
                 let found = changes(&grid, |force| self.verdict(x, force));
                 return search(range, found, |value| (x, frequency(x, value)));
             }
@@ -342,7 +336,9 @@ impl Sliding<'_> {
             let (rotor, stator) = scale(k);
             self.damped(rotor, stator)
         };
-        let found = changes(&multiples_coarse(), |k| {
+        // Each point takes other equations.
+        let coarse: Vec<f64> = multiples().step_by(4).collect();
+        let found = changes(&coarse, |k| {
             let (system, crossings) = with(k);
             self.verdict_of(&system, &crossings, x, force)
         });
@@ -396,12 +392,10 @@ fn turn(mut below: f64, mut above: f64, holds: impl Fn(f64) -> bool) -> f64 {
 fn changes(grid: &[f64], verdict: impl Fn(f64) -> Verdict) -> Found {
     let known: Vec<(f64, Verdict)> = grid.iter().map(|&value| (value, verdict(value))).collect();
     let is_unstable = |value: f64| verdict(value).is_unstable();
-    let pairs = known
-        .windows(2)
-        .filter(|pair| pair[0].1.is_unstable() != pair[1].1.is_unstable());
-    let found: Vec<(f64, bool)> = pairs
-        .map(|pair| (turn(pair[0].0, pair[1].0, is_unstable), pair[1].1.is_unstable()))
-        .collect();
+    let pairs = known.windows(2).map(|pair| (pair[0], pair[1]));
+    let pairs = pairs.filter(|(a, b)| a.1.is_unstable() != b.1.is_unstable());
+    let found = pairs.map(|(a, b)| (turn(a.0, b.0, is_unstable), b.1.is_unstable()));
+    let found: Vec<(f64, bool)> = found.collect();
     let throughout = match (found.is_empty(), known.first()) {
         // A stretch without any slope amid others is neutral: it is the least that holds throughout.
         (true, Some(first)) if known.iter().all(|(_, verdict)| *verdict == first.1) => Some(first.1),
@@ -411,16 +405,9 @@ fn changes(grid: &[f64], verdict: impl Fn(f64) -> Verdict) -> Found {
     (found, throughout)
 }
 
-fn multiples() -> Vec<f64> {
+fn multiples() -> impl Iterator<Item = f64> {
     let count = 6 * POINTS;
-    (0..=count)
-        .map(|k| MULTIPLES.powf(2.0 * f64::from(k) / f64::from(count) - 1.0))
-        .collect()
-}
-
-/// As [`multiples`], for what takes longer.
-fn multiples_coarse() -> Vec<f64> {
-    multiples().into_iter().step_by(4).collect()
+    (0..=count).map(move |k| MULTIPLES.powf(2.0 * f64::from(k) / f64::from(count) - 1.0))
 }
 
 /// Of the shafts under steady torques, rad.

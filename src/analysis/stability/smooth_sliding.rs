@@ -264,7 +264,7 @@ impl SmoothSliding<'_> {
         let mut corners = self.corners_between(start.0, until).into_iter().peekable();
         let (mut point, mut rates) = (start, Vec::new());
         if self.time_scale_ratio(start.0, start_speed) > LARGEST_TIME_SCALE_RATIO {
-            let (time, speed) = self.rigid_back(&mut rates, start.0, start_speed, until);
+            let (time, speed) = self.rigid(&mut rates, start.0, start_speed, until);
             if time <= until {
                 return rates;
             }
@@ -301,21 +301,36 @@ impl SmoothSliding<'_> {
         (of_speed * x).max(of_friction / self.law().steepness_rate(x))
     }
 
-    /// Adds (t, Re lambda) on the way back from `time`, excluded, to `until` or to where steady sliding is slow against its
-    /// twists, with the free train as one inertia; returns the time and the speed there.
-    fn rigid_back(&self, rates: &mut Vec<(f64, f64)>, time: f64, speed: f64, until: f64) -> (f64, f64) {
-        let inertia = self.of.inertia();
+    /// Adds (t, Re lambda) from `time`, excluded, with the free train as one inertia, slowed by steady friction: on to the stop or
+    /// `until`, or back to `until` or to where steady sliding is slow against its twists. Returns the time and the speed there. On, it
+    /// is what sliding without the fast mode comes to where nothing is slow against that mode.
+    fn rigid(&self, rates: &mut Vec<(f64, f64)>, time: f64, speed: f64, until: f64) -> (f64, f64) {
+        let (inertia, back) = (self.of.inertia(), until < time);
+        let way = if back { -1.0 } else { 1.0 };
+        let goes_on = |t: f64, x: f64| match back {
+            true => t > until && self.time_scale_ratio(t, x) > LARGEST_TIME_SCALE_RATIO,
+            false => t < until && x > 0.0,
+        };
         let (mut t, mut x) = (time, speed);
-        while t > until && self.time_scale_ratio(t, x) > LARGEST_TIME_SCALE_RATIO {
-            let fall = self.fall_back(x);
-            let step = self.longest_step(t, x, inertia * fall);
-            let step = step.max(least_step(rates.len(), t - until)).min(t - until);
-            if t - step >= t {
+        while goes_on(t, x) {
+            let left = (until - t).abs();
+            let fall = if back {
+                inertia * self.fall_back(x)
+            } else {
+                inertia * speed / STEPS
+            };
+            let step = self
+                .longest_step(t, x, fall)
+                .max(least_step(rates.len(), left))
+                .min(left);
+            if t + way * step == t {
                 break;
             }
-            let middle = x + 0.5 * step * self.rigid_slowing(t, x);
-            x += step * self.rigid_slowing(t - 0.5 * step, middle);
-            t -= step;
+            let middle = x - 0.5 * way * step * self.rigid_slowing(t, x);
+            let drop = way * step * self.rigid_slowing(t + 0.5 * way * step, middle);
+            // The last step ends at the stop.
+            let part = if drop > x { x / drop } else { 1.0 };
+            (t, x) = (t + part * way * step, (x - drop).max(0.0));
             rates.push((t, self.rate(t, x)));
         }
         (t, x)
@@ -346,7 +361,7 @@ impl SmoothSliding<'_> {
         if let Some((point, speed)) = at
             && let Some((time, speed)) = self.steps_to_stop(&mut rates, point, speed, end)
         {
-            self.rigid_to_stop(&mut rates, time, speed, end);
+            self.rigid(&mut rates, time, speed, end);
         }
         rates
     }
@@ -373,14 +388,7 @@ impl SmoothSliding<'_> {
     /// and the speed that are returned, where steady sliding changes too fast for its slow manifold.
     fn steps_to_stop(&self, rates: &mut Vec<(f64, f64)>, start: Point, speed: f64, end: f64) -> Option<(f64, f64)> {
         let fall = start.1.abs() / STEPS;
-        let mut corners = self
-            .of
-            .excitation
-            .corners()
-            .iter()
-            .copied()
-            .filter(|c| *c < end)
-            .peekable();
+        let mut corners = self.corners_between(start.0, end).into_iter().peekable();
         let (mut point, mut x) = (start, speed);
         while point.0 < end && x > 0.0 {
             if self.time_scale_ratio(point.0, x) > LARGEST_TIME_SCALE_RATIO {
@@ -405,25 +413,6 @@ impl SmoothSliding<'_> {
             rates.push((point.0, self.rate(point.0, x)));
         }
         None
-    }
-
-    /// Adds (t, Re lambda) from `time`, excluded, to the stop or `end`, with the free train as one inertia, slowed
-    /// by steady friction: what sliding without the fast mode comes to where nothing is slow against that mode.
-    fn rigid_to_stop(&self, rates: &mut Vec<(f64, f64)>, time: f64, speed: f64, end: f64) {
-        let (mut t, mut x) = (time, speed);
-        while t < end && x > 0.0 {
-            let inertia = self.of.inertia();
-            let step = self.longest_step(t, x, inertia * speed / STEPS);
-            let step = step.max(least_step(rates.len(), end - t)).min(end - t);
-            let middle = x - 0.5 * step * self.rigid_slowing(t, x);
-            let drop = step * self.rigid_slowing(t + 0.5 * step, middle);
-            if t + step <= t {
-                break;
-            }
-            let part = if drop > x { x / drop } else { 1.0 };
-            (t, x) = (t + part * step, (x - drop).max(0.0));
-            rates.push((t, self.rate(t, x)));
-        }
     }
 
     fn rate(&self, t: f64, x: f64) -> f64 {
@@ -496,7 +485,10 @@ impl SmoothSliding<'_> {
             let edge = edge.copied().unwrap_or(if back { f64::INFINITY } else { 0.0 });
             match (path.steps_on_piece(rates, point, edge, until), next) {
                 (PieceEnd::Left(left), Some(next)) => (point, piece) = (left, next),
-                (PieceEnd::TooFast(time, speed), _) => return self.rigid_to_stop(rates, time, speed, until),
+                (PieceEnd::TooFast(time, speed), _) => {
+                    self.rigid(rates, time, speed, until);
+                    return;
+                }
                 _ => return,
             }
         }
@@ -543,14 +535,8 @@ impl SmoothSliding<'_> {
     /// The corners of the force from the time `from` to `until` (s), in the order in which a path that way comes to them.
     fn corners_between(&self, from: f64, until: f64) -> Vec<f64> {
         let within = from.min(until)..from.max(until);
-        let mut corners: Vec<f64> = self
-            .of
-            .excitation
-            .corners()
-            .iter()
-            .copied()
-            .filter(|c| within.contains(c))
-            .collect();
+        let corners = self.of.excitation.corners().iter().copied();
+        let mut corners: Vec<f64> = corners.filter(|c| within.contains(c)).collect();
         if until < from {
             corners.reverse();
         }

@@ -34,25 +34,31 @@ fn settled(drive: &Drive) -> (f64, &'static str) {
 impl SystemModes {
     /// Of a case.
     pub fn of_case(trains: &System) -> SystemModes {
-        let sliding = Sliding::new(trains);
+        let settled = Settled::new(trains);
+        let Settled {
+            ref sliding,
+            force,
+            start,
+            ..
+        } = settled;
         let system = &sliding.system;
         let mut absent = Vec::new();
-        let mut driving = Vec::new();
-        let rotor = base(&trains.rotor, ["rotor.speed", "rotor.torque"], &mut driving);
-        let stator = base(&trains.stator, ["stator.speed", "stator.torque"], &mut driving);
-        let force = pressing(trains, &mut driving);
+        let mut lacks = |what: &'static str, why: &str| {
+            let why = why.to_owned();
+            absent.push(Absent { what, why });
+        };
 
         let mut states = Vec::new();
+        let mut add = |state: &'static str, relative_velocity: Option<f64>, modes: Vec<SystemMode>| {
+            states.push(SystemState {
+                state,
+                relative_velocity,
+                modes,
+            });
+        };
         match &trains.pressing {
-            Pressing::Axial { axial, .. } => states.push(SystemState {
-                state: "axial",
-                relative_velocity: None,
-                modes: axial_modes(axial),
-            }),
-            Pressing::Force(_) => absent.push(Absent {
-                what: "axial mode",
-                why: "the normal force is given directly".to_owned(),
-            }),
+            Pressing::Axial { axial, .. } => add("axial", None, axial_modes(axial)),
+            Pressing::Force(_) => lacks("axial mode", "the normal force is given directly"),
         }
         let rest = vec![0.0; system.dimension];
         let pressed = Outside {
@@ -62,58 +68,34 @@ impl SystemModes {
         let of = |mode: Mode, sense: f64, outside: &Outside, y: &[f64], basis: Option<&DMatrix<f64>>| {
             modes_of(system, &jacobian(system, mode, sense, outside, y), basis)
         };
-        states.push(SystemState {
-            state: "separated",
-            relative_velocity: None,
-            modes: of(Mode::Separated, 1.0, &pressed, &rest, None),
-        });
+        add("separated", None, of(Mode::Separated, 1.0, &pressed, &rest, None));
         if sliding.is_engaged() {
-            absent.push(Absent {
-                what: "stick mode",
-                why: "the contact has none, it creeps; engaged at omega_r = 0 is its rest".to_owned(),
-            });
-            states.push(SystemState {
-                state: "engaged",
-                relative_velocity: Some(0.0),
-                modes: of(Mode::Engaged, 1.0, &pressed, &rest, None),
-            });
+            lacks(
+                "stick mode",
+                "the contact has none, it creeps; engaged at omega_r = 0 is its rest",
+            );
+            add("engaged", Some(0.0), of(Mode::Engaged, 1.0, &pressed, &rest, None));
         } else {
             let modes = of(Mode::Stick, 1.0, &pressed, &rest, Some(&stuck(system)));
-            if modes.is_empty() {
-                absent.push(Absent {
-                    what: "stick mode",
-                    why: "in stick everything moves as it is driven, and no mode is left".to_owned(),
-                });
-            } else {
-                states.push(SystemState {
-                    state: "stick",
-                    relative_velocity: None,
-                    modes,
-                });
+            match modes.is_empty() {
+                true => lacks(
+                    "stick mode",
+                    "in stick everything moves as it is driven, and no mode is left",
+                ),
+                false => add("stick", None, modes),
             }
         }
 
-        let start = at_start(trains);
-        let balances = [1.0, -1.0].map(|sense| (sense, balance(&rotor, &stator, sense)));
-        let mut operating_points = Vec::new();
-        for (sense, balance) in balances {
-            for x in sliding.steady(balance, force, start.abs()) {
-                operating_points.push(sliding.operating(sense, x, force, Some((&rotor, &stator))));
-            }
-        }
-        operating_points.sort_by(|a, b| b.relative_velocity.abs().total_cmp(&a.relative_velocity.abs()));
+        let mut operating_points = settled.steady();
         if operating_points.is_empty() {
             let why = if force <= 0.0 {
-                "the contact is open: its normal force is not positive".to_owned()
+                "the contact is open: its normal force is not positive"
             } else if start == 0.0 {
-                "no relative velocity balances what drives the trains, and at t = 0 there is none".to_owned()
+                "no relative velocity balances what drives the trains, and at t = 0 there is none"
             } else {
-                "not steady: no relative velocity balances what drives the trains; that of t = 0 is taken".to_owned()
+                "not steady: no relative velocity balances what drives the trains; that of t = 0 is taken"
             };
-            absent.push(Absent {
-                what: "steady sliding",
-                why,
-            });
+            lacks("steady sliding", why);
             if force > 0.0 && start != 0.0 {
                 operating_points.push(sliding.operating(start.signum(), start.abs(), force, None));
             }
@@ -124,31 +106,23 @@ impl SystemModes {
         };
         for w in speeds {
             let (outside, y) = state(system, w, force);
-            let mode = sliding.mode(w);
-            states.push(SystemState {
-                state: if sliding.is_engaged() { "engaged" } else { "slip" },
-                relative_velocity: Some(w),
-                modes: of(mode, w.signum(), &outside, &y, None),
-            });
+            let name = if sliding.is_engaged() { "engaged" } else { "slip" };
+            add(name, Some(w), of(sliding.mode(w), w.signum(), &outside, &y, None));
         }
 
         let first = operating_points.first();
         let x = first.map(|point| point.relative_velocity.abs());
         let critical_relative_velocities = sliding.critical_velocities(force, x.unwrap_or(0.0));
         let critical_normal_forces = first.filter(|_| force > 0.0).map(|point| {
-            let balance = if point.steady {
-                balance(&rotor, &stator, point.relative_velocity.signum())
-            } else {
-                Balance::Never
+            let balance = match point.steady {
+                true => settled.balance(point.relative_velocity.signum()),
+                false => Balance::Never,
             };
             sliding.critical_forces(force, point.relative_velocity.abs(), balance)
         });
         let mut damping = |what: &'static str, train: &Train, scale: fn(f64) -> (f64, f64)| {
             if !train.damping.iter().any(|&c| c > 0.0) {
-                absent.push(Absent {
-                    what,
-                    why: "its shafts have no damping".to_owned(),
-                });
+                lacks(what, "its shafts have no damping");
                 return None;
             }
             x.map(|x| sliding.critical_damping(force, x, scale))
@@ -156,7 +130,7 @@ impl SystemModes {
         let critical_rotor_damping = damping("critical damping of the rotor", &trains.rotor, |k| (k, 1.0));
         let critical_stator_damping = damping("critical damping of the stator", &trains.stator, |k| (1.0, k));
         SystemModes {
-            driving,
+            driving: settled.driving,
             operating_points,
             states,
             critical_relative_velocities,
@@ -170,18 +144,51 @@ impl SystemModes {
 
 /// What becomes of a small disturbance of the fastest steady sliding of a case; `None` where there is no steady sliding.
 pub fn steady_stability(trains: &System) -> Option<Verdict> {
-    let sliding = Sliding::new(trains);
-    let mut driving = Vec::new();
-    let rotor = base(&trains.rotor, ["rotor.speed", "rotor.torque"], &mut driving);
-    let stator = base(&trains.stator, ["stator.speed", "stator.torque"], &mut driving);
-    let force = pressing(trains, &mut driving);
-    let start = at_start(trains).abs();
-    let found = [1.0, -1.0].into_iter().flat_map(|sense| {
-        let steady = sliding.steady(balance(&rotor, &stator, sense), force, start);
-        steady.into_iter().map(move |x| (sense, x))
-    });
-    let (sense, x) = found.max_by(|a, b| a.1.total_cmp(&b.1))?;
-    Some(sliding.operating(sense, x, force, Some((&rotor, &stator))).stability)
+    Settled::new(trains).steady().first().map(|point| point.stability)
+}
+
+/// A case with its signals as numbers.
+struct Settled<'a> {
+    sliding: Sliding<'a>,
+    rotor: Base,
+    stator: Base,
+    /// F_n, N: of sliding that slows down by itself the largest, of other what it comes to.
+    force: f64,
+    /// omega_r at t = 0, rad/s.
+    start: f64,
+    driving: Vec<Driven>,
+}
+
+impl<'a> Settled<'a> {
+    fn new(trains: &'a System) -> Settled<'a> {
+        let mut driving = Vec::new();
+        Settled {
+            sliding: Sliding::new(trains),
+            rotor: base(&trains.rotor, ["rotor.speed", "rotor.torque"], &mut driving),
+            stator: base(&trains.stator, ["stator.speed", "stator.torque"], &mut driving),
+            force: pressing(trains, &mut driving),
+            start: at_start(trains),
+            driving,
+        }
+    }
+
+    fn balance(&self, sense: f64) -> Balance {
+        balance(&self.rotor, &self.stator, sense)
+    }
+
+    /// Steady sliding, the fastest first.
+    fn steady(&self) -> Vec<OperatingPoint> {
+        let bases = Some((&self.rotor, &self.stator));
+        let of_sense = |sense: f64| {
+            let speeds = self.sliding.steady(self.balance(sense), self.force, self.start.abs());
+            speeds
+                .into_iter()
+                .map(move |x| self.sliding.operating(sense, x, self.force, bases))
+        };
+        let mut points: Vec<OperatingPoint> = [1.0, -1.0].into_iter().flat_map(of_sense).collect();
+        points.sort_by(|a, b| b.relative_velocity.abs().total_cmp(&a.relative_velocity.abs()));
+        points
+    }
 }
 
 /// What holds a train, with its signals as numbers.
@@ -202,7 +209,7 @@ fn base(train: &Train, keys: [&'static str; 2], driving: &mut Vec<Driven>) -> Ba
     Base::new(train, speed, torque)
 }
 
-/// F_n, N: of sliding that slows down by itself the largest, of other what it comes to.
+/// The normal force as a number, N.
 fn pressing(trains: &System, driving: &mut Vec<Driven>) -> f64 {
     let (key, (value, taken), largest) = match &trains.pressing {
         Pressing::Force(force) => ("contact.normal_force", settled(force), force.largest()),

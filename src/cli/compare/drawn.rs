@@ -3,7 +3,7 @@
 use super::pages::{Drawn, Part};
 use crate::compare::{Comparison, Mapping, Reference};
 use crate::plot::comparison::Beside;
-use crate::plot::{PlotError, Run, svg};
+use crate::plot::{Figure, PlotError, Run, svg};
 use std::path::Path;
 
 /// Width of a figure of a report, mm.
@@ -25,20 +25,18 @@ pub(super) fn figures(
             path,
             mapping,
         };
-        let mut parts = Vec::new();
-        for figure in beside.figures(comparison)? {
-            let place = if number == 0 {
-                String::new()
-            } else {
-                format!("-{}", number + 1)
-            };
-            parts.push(Part::Figure(Drawn {
+        let place = match number {
+            0 => String::new(),
+            _ => format!("-{}", number + 1),
+        };
+        let part = |figure: &Figure| {
+            Ok(Part::Figure(Drawn {
                 file: format!("{stem}{place}-{}.svg", figure.name),
                 title: figure.full_title(),
-                svg: svg::svg(&figure, WIDTH)?,
-            }));
-        }
-        Ok(parts)
+                svg: svg::svg(figure, WIDTH)?,
+            }))
+        };
+        beside.figures(comparison)?.iter().map(part).collect()
     };
     drawn().unwrap_or_else(|error| vec![Part::Text(format!("no figure: {error}"))])
 }

@@ -6,44 +6,28 @@ mod render;
 mod target;
 
 use super::arguments::{Common, CompareOptions};
-use super::input::{bad_file, columns};
+use super::input::columns;
 use super::progress::Bar;
 use super::{CommandError, End, print, print_json, wants_json, wants_text};
 use crate::compare::{CompareError, Comparison, Mapping, Reference, Requirement};
-use serde::Serialize;
-
-#[derive(Serialize)]
-struct Document<'a> {
-    comparisons: &'a [Comparison],
-    /// Requirements that were not met, in words.
-    shortfalls: &'a [String],
-}
 
 /// Holds candidates against a reference.
 pub(super) fn compare(options: &CompareOptions, common: &Common) -> Result<End, CommandError> {
-    let requirements = options
-        .require
-        .iter()
-        .map(|text| Requirement::parse(text).map_err(CommandError::Input));
-    let requirements = requirements.collect::<Result<Vec<_>, _>>()?;
-    let report = options
-        .report
-        .as_deref()
-        .map(|path| target::Target::check(path, options))
-        .transpose()?;
-    let input = |error: CompareError| match error {
-        CompareError::Result(error) => bad_file(error),
-        error => CommandError::Input(error.to_string()),
-    };
-    let reference = Reference::open(&options.reference).map_err(input)?;
-    let mapping = mapping(options, &reference).map_err(input)?;
+    let requirements = options.require.iter().map(|text| Requirement::parse(text));
+    let requirements = requirements
+        .collect::<Result<Vec<_>, _>>()
+        .map_err(CommandError::input)?;
+    let report = options.report.as_deref();
+    let report = report.map(|path| target::Target::check(path, options)).transpose()?;
+    let reference = Reference::open(&options.reference)?;
+    let mapping = mapping(options, &reference)?;
     let comparisons = options.candidates.iter().map(|path| {
         let bar = Bar::new(common);
         let comparison = reference.compare_watched(path, &mapping, &mut |progress| bar.comparison(progress, path));
         bar.finish();
-        comparison.map_err(input)
+        Ok(comparison?)
     });
-    let comparisons = comparisons.collect::<Result<Vec<_>, _>>()?;
+    let comparisons = comparisons.collect::<Result<Vec<_>, CommandError>>()?;
     let shortfalls: Vec<String> = comparisons
         .iter()
         .flat_map(|comparison| requirements.iter().filter_map(|r| r.shortfall(comparison)))
@@ -60,22 +44,16 @@ pub(super) fn compare(options: &CompareOptions, common: &Common) -> Result<End, 
         target.write(&pages, &shortfalls)?;
     }
     if wants_json(common) {
-        print_json(&Document {
-            comparisons: &comparisons,
-            shortfalls: &shortfalls,
-        })?;
+        // Shortfalls are the requirements that were not met, in words.
+        print_json(&document! { comparisons: &comparisons, shortfalls: &shortfalls })?;
     }
     if wants_text(common) {
-        let pages: Vec<_> = comparisons
-            .iter()
-            .map(|c| pages::page(c, pages::Length::Screen))
-            .collect();
-        print(&render::terminal(&pages))?;
+        let pages = comparisons.iter().map(|c| pages::page(c, pages::Length::Screen));
+        print(&render::terminal(&pages.collect::<Vec<_>>()))?;
     }
-    if shortfalls.is_empty() {
-        Ok(End::Done)
-    } else {
-        Err(CommandError::Computation(shortfalls.join("; ")))
+    match shortfalls.is_empty() {
+        true => Ok(End::Done),
+        false => Err(CommandError::computation(shortfalls.join("; "))),
     }
 }
 

@@ -1,6 +1,6 @@
 //! What a report says, whatever it is written in.
 
-use crate::compare::{Comparison, Statistic};
+use crate::compare::{ChannelErrors, Comparison, Statistic};
 use crate::record::sequence::{Difference, Fault};
 
 /// How much of a comparison is told.
@@ -46,6 +46,22 @@ pub(super) struct Table {
     pub texts: usize,
 }
 
+impl Table {
+    fn new(
+        title: impl Into<String>,
+        texts: usize,
+        header: &[&'static str],
+        rows: impl IntoIterator<Item = Vec<String>>,
+    ) -> Table {
+        Table {
+            title: title.into(),
+            header: header.to_vec(),
+            rows: rows.into_iter().collect(),
+            texts,
+        }
+    }
+}
+
 pub(super) fn page(c: &Comparison, length: Length) -> Page {
     // What can be seen at all comes first.
     let mut parts: Vec<Part> = resolution(c).into_iter().map(Part::Text).collect();
@@ -89,10 +105,8 @@ pub(super) fn page(c: &Comparison, length: Length) -> Page {
     }
     if !c.absent.is_empty() {
         let why = c.absent.iter().map(|absent| format!("{}: {}", absent.what, absent.why));
-        parts.push(Part::Text(format!(
-            "not compared: {}",
-            why.collect::<Vec<_>>().join("; ")
-        )));
+        let why = why.collect::<Vec<_>>().join("; ");
+        parts.push(Part::Text(format!("not compared: {why}")));
     }
     if length == Length::Whole && e.matched > 0 {
         parts.push(Part::Table(events(c)));
@@ -104,12 +118,14 @@ pub(super) fn page(c: &Comparison, length: Length) -> Page {
     }
     if !c.case_differences.is_empty() {
         let row = |d: &crate::compare::CaseDifference| vec![d.key.clone(), d.reference.clone(), d.candidate.clone()];
-        parts.push(Part::Table(Table {
-            title: "keys of the case that differ".to_owned(),
-            header: vec!["key", "reference", "candidate"],
-            rows: c.case_differences.iter().map(row).collect(),
-            texts: 3,
-        }));
+        let header = ["key", "reference", "candidate"];
+        let rows = c.case_differences.iter().map(row);
+        parts.push(Part::Table(Table::new(
+            "keys of the case that differ",
+            3,
+            &header,
+            rows,
+        )));
     }
     Page {
         title: format!("{} against {}", c.candidate, c.reference),
@@ -131,12 +147,9 @@ fn numbers(found: &crate::compare::OtherParameters) -> Table {
             unit.to_owned(),
         ]
     };
-    Table {
-        title: "numbers of the case that it has otherwise".to_owned(),
-        header: vec!["number", "reference", "candidate", "error", "unit"],
-        rows: found.numbers.iter().chain(&found.or).map(row).collect(),
-        texts: 1,
-    }
+    let header = ["number", "reference", "candidate", "error", "unit"];
+    let rows = found.numbers.iter().chain(&found.or).map(row);
+    Table::new("numbers of the case that it has otherwise", 1, &header, rows)
 }
 
 /// What its times resolve.
@@ -170,17 +183,10 @@ fn impulses(c: &Comparison) -> Table {
         ]
     };
     let first = &c.impulses[0];
-    Table {
-        title: format!(
-            "impulses from {} to {} s: {} samples",
-            short(first.from),
-            short(first.to),
-            first.samples
-        ),
-        header: vec!["impulse", "reference", "candidate", "max error", "at, s", "rms"],
-        rows: c.impulses.iter().map(row).collect(),
-        texts: 1,
-    }
+    let (from, to, samples) = (short(first.from), short(first.to), first.samples);
+    let title = format!("impulses from {from} to {to} s: {samples} samples");
+    let header = ["impulse", "reference", "candidate", "max error", "at, s", "rms"];
+    Table::new(title, 1, &header, c.impulses.iter().map(row))
 }
 
 fn impulse_notes(c: &Comparison) -> Vec<String> {
@@ -276,12 +282,7 @@ fn statistics(c: &Comparison) -> Table {
         let name = s.name.replace('_', " ");
         vec![name, number(s.unit, s.reference), number(s.unit, s.candidate), error(s)]
     }));
-    Table {
-        title: String::new(),
-        header: vec!["", "reference", "candidate", "error"],
-        rows,
-        texts: 1,
-    }
+    Table::new("", 1, &["", "reference", "candidate", "error"], rows)
 }
 
 fn sequence(differences: &[Difference], shown: usize) -> Table {
@@ -300,45 +301,31 @@ fn sequence(differences: &[Difference], shown: usize) -> Table {
             format!("{:.9}", d.time),
         ]
     };
-    Table {
-        title: String::new(),
-        header: vec!["sequence", "kind", "event", "time, s"],
-        rows: differences.iter().take(shown).map(row).collect(),
-        texts: 2,
-    }
+    let rows = differences.iter().take(shown).map(row);
+    Table::new("", 2, &["sequence", "kind", "event", "time, s"], rows)
 }
 
 /// A table for each phase.
 fn channels(c: &Comparison) -> Vec<Table> {
     let digits = |d: Option<f64>| d.map_or_else(String::new, |d| format!("{d:.1}"));
-    let mut tables = Vec::new();
-    let mut rows = c.channels.as_slice();
-    while let Some(first) = rows.first() {
-        let count = rows.iter().take_while(|row| row.phase == first.phase).count();
-        let line = |row: &crate::compare::ChannelErrors| {
-            vec![
-                row.channel.clone().into_owned(),
-                format!("{:.2e} {}", row.max, row.unit),
-                // Where there is no error, there is no time of the largest.
-                if row.max > 0.0 {
-                    format!("{:.6}", row.max_at)
-                } else {
-                    String::new()
-                },
-                format!("{:.1e}", row.rms),
-                digits(row.scd),
-                digits(row.mescd),
-            ]
-        };
-        tables.push(Table {
-            title: format!("{}: {} samples", first.phase.name(), first.samples),
-            header: vec!["channel", "max error", "at, s", "rms", "scd", "mescd"],
-            rows: rows[..count].iter().map(line).collect(),
-            texts: 1,
-        });
-        rows = &rows[count..];
-    }
-    tables
+    // Where there is no error, there is no time of the largest.
+    let largest_at = |row: &ChannelErrors| Some(row.max_at).filter(|_| row.max > 0.0);
+    let line = |row: &ChannelErrors| {
+        vec![
+            row.channel.clone().into_owned(),
+            format!("{:.2e} {}", row.max, row.unit),
+            largest_at(row).map(|at| format!("{at:.6}")).unwrap_or_default(),
+            format!("{:.1e}", row.rms),
+            digits(row.scd),
+            digits(row.mescd),
+        ]
+    };
+    let header = ["channel", "max error", "at, s", "rms", "scd", "mescd"];
+    let table = |rows: &[ChannelErrors]| {
+        let title = format!("{}: {} samples", rows[0].phase.name(), rows[0].samples);
+        Table::new(title, 1, &header, rows.iter().map(line))
+    };
+    c.channels.chunk_by(|a, b| a.phase == b.phase).map(table).collect()
 }
 
 fn samples(c: &Comparison) -> Option<String> {
@@ -367,10 +354,7 @@ fn events(c: &Comparison) -> Table {
             format!("{:.2e}", e.error),
         ]
     };
-    Table {
-        title: "matched events".to_owned(),
-        header: vec!["kind", "event", "time in the reference, s", "error, s"],
-        rows: c.event_errors.events.iter().take(most_events(c)).map(row).collect(),
-        texts: 1,
-    }
+    let header = ["kind", "event", "time in the reference, s", "error, s"];
+    let rows = c.event_errors.events.iter().take(most_events(c)).map(row);
+    Table::new("matched events", 1, &header, rows)
 }

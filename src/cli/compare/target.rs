@@ -2,10 +2,9 @@
 
 use super::super::CommandError;
 use super::super::arguments::CompareOptions;
-use super::super::plot::bad;
 use super::pages::{Page, Part};
 use super::render;
-use crate::plot::target::{self, Product, TargetError};
+use crate::plot::target::{self, Product};
 use std::path::{Path, PathBuf};
 
 /// A file that a report may be written to.
@@ -23,7 +22,7 @@ impl Target {
             Some("html" | "htm") => true,
             Some("md") => false,
             _ => {
-                return Err(CommandError::Input(format!(
+                return Err(CommandError::input(format!(
                     "{}: a report is written as HTML or Markdown; give it the extension .html or .md",
                     path.display()
                 )));
@@ -36,7 +35,7 @@ impl Target {
             .chain(&options.map)
             .chain(&options.events);
         let inputs: Vec<PathBuf> = inputs.cloned().collect();
-        target::check(path, Product::Report, &inputs, options.force).map_err(failed)?;
+        target::check(path, Product::Report, &inputs, options.force)?;
         Ok(Target {
             path: path.to_owned(),
             html,
@@ -58,24 +57,18 @@ impl Target {
             self.write_figures(pages)?;
             render::markdown(pages, shortfalls)
         };
-        target::write(&self.path, Product::Report, &[text.as_bytes()]).map_err(failed)
+        Ok(target::write(&self.path, Product::Report, &[text.as_bytes()])?)
     }
-}
 
-impl Target {
     fn write_figures(&self, pages: &[Page]) -> Result<(), CommandError> {
         let figures = pages.iter().flat_map(|page| &page.parts);
         for part in figures {
             let Part::Figure(figure) = part else { continue };
             let path = self.path.with_file_name(&figure.file);
             let figures = Product::Figure(Product::Report.option());
-            target::check(&path, figures, &[], self.force).map_err(failed)?;
-            target::write(&path, figures, &[figure.svg.as_bytes()]).map_err(failed)?;
+            target::check(&path, figures, &[], self.force)?;
+            target::write(&path, figures, &[figure.svg.as_bytes()])?;
         }
         Ok(())
     }
-}
-
-fn failed(error: TargetError) -> CommandError {
-    bad(error.into())
 }
