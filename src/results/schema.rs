@@ -377,8 +377,8 @@ pub fn tables() -> [Table; 4] {
 pub struct Extension {
     /// Further columns of /trajectory, and twice (before, after) of /events: name, whether it is a speed, description.
     pub further: Vec<(String, bool, String)>,
-    /// The run is one of two trains: what some columns are is said in their words.
-    pub trains: bool,
+    /// The case numbers its parts: some columns are described in the words of chains.
+    pub numbers_parts: bool,
     /// The case is one of translation: metres stand for radians, and forces for torques.
     pub translation: bool,
     /// The motion is there as polynomials, too.
@@ -436,7 +436,7 @@ pub(crate) fn extended_tables(extension: &Extension) -> [Table; 4] {
             events.variables.push(column(name, *is_rate, long_name));
         }
     }
-    if extension.trains {
+    if extension.numbers_parts {
         let (brake, all) = (mode_flags(), all_mode_flags());
         for variable in tables.iter_mut().flat_map(|table| &mut table.variables) {
             if variable.flags == brake {

@@ -84,7 +84,7 @@ impl<'a> Trials<'a> {
         let case = self.numbers.with_all(changes).ok()?;
         let case = &case;
         let problem = Problem {
-            trains: case.system(),
+            system: case.system(),
             threshold: case.threshold(),
             further: false,
         };

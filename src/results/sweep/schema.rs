@@ -74,8 +74,8 @@ pub(crate) struct SweepVariable {
 /// In what words the events of a study are.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub(crate) struct EventForm {
-    /// Of trains, whose contact may be engaged.
-    pub trains: bool,
+    /// The cases number their parts; their contact may be engaged.
+    pub numbers_parts: bool,
     /// Metres for radians.
     pub translation: bool,
 }
@@ -83,7 +83,7 @@ pub(crate) struct EventForm {
 impl EventForm {
     /// The table of the events of all points, one point after the other.
     pub(super) fn table(self) -> Table {
-        let modes = match self.trains {
+        let modes = match self.numbers_parts {
             true => schema::all_mode_flags(),
             false => schema::mode_flags(),
         };
