@@ -175,7 +175,7 @@ pub(crate) fn extension(case: &Case) -> Extension {
     let further = simulation::further(&case.system).into_iter();
     Extension {
         further: further.map(|one| (one.name, one.is_rate, one.long_name)).collect(),
-        trains: true,
+        numbers_parts: true,
         translation: case.motion() == Motion::Translation,
         dense,
     }

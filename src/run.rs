@@ -33,7 +33,7 @@ impl<'a> Run<'a> {
     /// The run that a case describes.
     pub fn new(case: &'a Case) -> Self {
         let problem = simulation::Problem {
-            trains: &case.system,
+            system: &case.system,
             threshold: case.threshold(),
             further: case.words().numbers_parts(),
         };
@@ -44,7 +44,7 @@ impl<'a> Run<'a> {
     /// (rad/s) is the speed below which a contact without stick counts as stuck; others do not use it.
     pub fn of_system(system: &'a System, threshold: f64, solver: &'a SolverOptions, output: &'a OutputOptions) -> Self {
         let problem = simulation::Problem {
-            trains: system,
+            system,
             threshold,
             further: true,
         };

@@ -201,7 +201,7 @@ fn moved(written: &WrittenCase, number: &CaseNumber, width: f64) -> Vec<MovedSys
         let (trains, threshold) = written.moved(&number.path, number.value + steps * h)?;
         Some(MovedSystem {
             threshold,
-            trains,
+            system: trains,
             weight: weight / h,
             bend,
         })

@@ -68,9 +68,9 @@ pub(crate) struct AbsoluteModel {
 impl AbsoluteModel {
     /// Of a system, if it is two disks with nothing but the axial motion and kicks to both surfaces acting on them, which begin without
     /// twist.
-    pub fn new(trains: &System) -> Option<Self> {
-        let (rotor, stator, initial) = (&trains.rotor, &trains.stator, &trains.initial);
-        let Pressing::Axial { axial, actuation } = &trains.pressing else {
+    pub fn new(system: &System) -> Option<Self> {
+        let (rotor, stator, initial) = (&system.rotor, &system.stator, &system.initial);
+        let Pressing::Axial { axial, actuation } = &system.pressing else {
             return None;
         };
         let ([surface_inertia, rotor_inertia], [of_stator]) = (&rotor.inertia[..], &stator.inertia[..]) else {
@@ -87,8 +87,8 @@ impl AbsoluteModel {
             && (&rotor.stiffness, &rotor.damping) == (&stator.stiffness, &stator.damping)
             && undriven(rotor)
             && undriven(stator)
-            && trains.contact == ContactLaw::StickSlip
-            && trains.kicks.iter().all(|kick| kick.on == KickSide::Both)
+            && system.contact == ContactLaw::StickSlip
+            && system.kicks.iter().all(|kick| kick.on == KickSide::Both)
             && initial.rotor_speed.iter().all(|&other| other == speed)
             && [&initial.rotor_twist, &initial.stator_twist, &initial.stator_speed].map(|values| rest(values))
                 == [true; 3];
@@ -97,10 +97,10 @@ impl AbsoluteModel {
             surface_inertia: *surface_inertia,
             stiffness: *stiffness,
             damping: *damping,
-            radius: trains.radius,
-            breakaway: trains.breakaway,
-            breakaway_test: trains.breakaway_test,
-            law: trains.law.clone(),
+            radius: system.radius,
+            breakaway: system.breakaway,
+            breakaway_test: system.breakaway_test,
+            law: system.law.clone(),
             axial: *axial,
             force: actuation.pieces(),
             speed,
@@ -279,9 +279,9 @@ mod tests {
     #[test]
     fn property_same_accelerations_as_in_twist_coordinates() {
         let source = CaseSource::built_in("paper").unwrap();
-        let trains = Case::read(&source, &[]).unwrap().system;
-        let model = AbsoluteModel::new(&trains).unwrap();
-        let system = SystemEquations::new(&trains);
+        let system = Case::read(&source, &[]).unwrap().system;
+        let model = AbsoluteModel::new(&system).unwrap();
+        let system = SystemEquations::new(&system);
         let speed = system.rotor.speed.unwrap();
         let (rotor, stator) = (system.rotor.twists, system.stator.twists);
         let twists = |y: &AbsoluteState| {
@@ -339,8 +339,8 @@ mod tests {
     #[test]
     fn analytic_the_state_of_the_contact_is_that_of_equation_9() {
         let source = CaseSource::built_in("paper").unwrap();
-        let trains = Case::read(&source, &[]).unwrap().system;
-        let model = AbsoluteModel::new(&trains).unwrap();
+        let system = Case::read(&source, &[]).unwrap().system;
+        let model = AbsoluteModel::new(&system).unwrap();
         let mut y = [0.0; DIMENSION];
         y[Z] = -4e-5;
         let limit = model.breakaway_torque(model.pressing_force(&y));

@@ -1,4 +1,4 @@
-//! Two trains as chains of bodies, in the coordinates of their linear motions.
+//! A system as chains of bodies, in the coordinates of its linear motions.
 //!
 //! The bodies are the inertias; in stick both surfaces are one body, or at rest where one of them is. The coordinates are the
 //! twists, scaled to the size of their rates, and one of two sets of speeds. A chain that is tied to the ground, or that has
@@ -502,7 +502,7 @@ impl<'a> Chains<'a> {
         body.map(|body| self.turning(body))
     }
 
-    /// What the stator's outermost inertia turns by, where both trains are free.
+    /// What the stator's outermost inertia turns by, where both chains are free.
     pub fn outermost(&self) -> Option<Turning> {
         let free = self.sides.iter().all(|side| side.speed.is_some());
         let body = self.of_inertia[1].last().copied().flatten();

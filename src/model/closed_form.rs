@@ -1,4 +1,4 @@
-//! Stick and separation of two trains in closed form, where the ends rest and the torques are constant.
+//! Stick and separation in closed form, where the ends rest and the torques are constant.
 //!
 //! The matrix exponential is exact at any time, and its energy proves when a stick can never break away again. Coordinates
 //! are those of `Chains`.
@@ -15,7 +15,7 @@ use nalgebra::{DMatrix, DVector};
 /// Taylor series in proportion to it, which then costs less.
 const MOST: usize = 16;
 
-/// Both linear motions of two trains; each is made when it is first asked for.
+/// Both linear motions of a system; each is made when it is first asked for.
 pub type ClosedForm = OfLinearModes<Motion>;
 
 impl ClosedForm {
@@ -46,7 +46,7 @@ pub struct Motion {
     driven: [Option<Turning>; 2],
     /// What rotor and stator surface turn by.
     surfaces: [Option<Turning>; 2],
-    /// What the stator's outermost inertia turns by, where both trains are free.
+    /// What the stator's outermost inertia turns by, where both chains are free.
     outermost: Option<Turning>,
     /// The coordinates in which a motion comes to rest are this by those in which it starts; `None` where they are zero.
     rest: Option<DMatrix<f64>>,

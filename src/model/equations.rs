@@ -1,4 +1,4 @@
-//! The equations of two trains, in twist coordinates.
+//! The equations of a system, in twist coordinates.
 //!
 //! On the side `s` (+1 rotor, -1 stator) the twist of shaft i is q_i = s (outer angle - inner angle), its torque
 //! S_i = k_i q_i + c_i q_i', and inertia i obeys
@@ -31,7 +31,7 @@ pub struct Driving<T = f64> {
     pub torque: T,
 }
 
-/// What acts on the trains from outside at a time.
+/// What acts on the system from outside at a time.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Outside<T = f64> {
     /// On the rotor's side.
@@ -349,7 +349,7 @@ pub struct SystemEquations<T = f64> {
     pieces: Vec<FrictionLaw>,
     /// Stick, or none.
     pub engagement: Engagement<T>,
-    /// Quadratures: slip displacement, friction loss, damping loss, work of the drives, and with two free trains the angle of the
+    /// Quadratures: slip displacement, friction loss, damping loss, work of the drives, and with two free chains the angle of the
     /// stator's outermost inertia.
     pub slip: usize,
     /// Components of the state.
@@ -372,7 +372,7 @@ pub const FRICTION_LOSS: usize = 1;
 pub const DAMPING_LOSS: usize = 2;
 /// Index of the work of all drives.
 pub const WORK: usize = 3;
-/// Index of the angle of the stator's outermost inertia, where both trains are free.
+/// Index of the angle of the stator's outermost inertia, where both chains are free.
 pub const ANGLE: usize = 4;
 
 impl<T: Number> SystemEquations<T> {
@@ -461,11 +461,11 @@ impl<T: Number> SystemEquations<T> {
 
 impl SystemEquations {
     /// Of a case.
-    pub fn new(trains: &System) -> SystemEquations {
-        let rotor = Side::new(&trains.rotor, 1.0, 0);
-        let stator = Side::new(&trains.stator, -1.0, rotor.length());
+    pub fn new(system: &System) -> SystemEquations {
+        let rotor = Side::new(&system.rotor, 1.0, 0);
+        let stator = Side::new(&system.stator, -1.0, rotor.length());
         let mut next = stator.twists + stator.length();
-        let engagement = match &trains.contact {
+        let engagement = match &system.contact {
             ContactLaw::StickSlip => Engagement::StickSlip,
             ContactLaw::Regularised(Regularisation { function, speed }) => Engagement::Regularised(*function, *speed),
             ContactLaw::Bristles(Bristles {
@@ -480,23 +480,23 @@ impl SystemEquations {
         let slip = next;
         let both_free = rotor.speed.is_some() && stator.speed.is_some();
         let dimension = slip + 4 + usize::from(both_free);
-        let count = match trains.law.knots().len() {
+        let count = match system.law.knots().len() {
             0 => 0,
             knots => knots + 1,
         };
         let system = SystemEquations {
-            pieces: (0..count).map(|piece| trains.law.continued(piece)).collect(),
+            pieces: (0..count).map(|piece| system.law.continued(piece)).collect(),
             rotor,
             stator,
-            radius: trains.radius,
-            breakaway: trains.breakaway,
-            breakaway_test: trains.breakaway_test,
-            twice_resistance: twice_resistance(trains).filter(|resistance| {
+            radius: system.radius,
+            breakaway: system.breakaway,
+            breakaway_test: system.breakaway_test,
+            twice_resistance: twice_resistance(system).filter(|resistance| {
                 // Without damping and under constant friction the margin is zero throughout.
-                let slopes = trains.law.slope_bounds(0.0, f64::INFINITY);
+                let slopes = system.law.slope_bounds(0.0, f64::INFINITY);
                 *resistance != 0.0 || slopes.least != 0.0 || slopes.most != 0.0
             }),
-            law: trains.law.clone(),
+            law: system.law.clone(),
             engagement,
             slip,
             dimension,
@@ -878,7 +878,7 @@ impl SystemEquations {
         -of(&self.rotor) - of(&self.stator)
     }
 
-    /// Turns the surfaces of two tied trains by `angle` (rad) against each other, by the shares of [`Self::shares`].
+    /// Turns the surfaces of two tied chains by `angle` (rad) against each other, by the shares of [`Self::shares`].
     pub fn turn(&self, angle: f64, y: &mut [f64]) {
         let (rotor, stator) = self.shares();
         for (side, share) in [(&self.rotor, rotor), (&self.stator, stator)] {

@@ -42,8 +42,8 @@ impl Surface {
 }
 
 /// 2 R, N m s/rad; `None` where there is no margin, which [`resistance`] says the reason of.
-pub fn twice_resistance(trains: &System) -> Option<f64> {
-    resistance(trains).ok()
+pub fn twice_resistance(system: &System) -> Option<f64> {
+    resistance(system).ok()
 }
 
 /// 2 R, N m s/rad.
@@ -51,12 +51,12 @@ pub fn twice_resistance(trains: &System) -> Option<f64> {
 /// # Errors
 /// Why there is no margin: sliding does not slow down by itself, which takes one free train and no drive; no swing of the surfaces
 /// can become unstable; or the contact has no stick, at which the watch over the margin could end.
-pub fn resistance(trains: &System) -> Result<f64, &'static str> {
-    if trains.contact != ContactLaw::StickSlip {
+pub fn resistance(system: &System) -> Result<f64, &'static str> {
+    if system.contact != ContactLaw::StickSlip {
         return Err("a contact without stick is not watched for it");
     }
-    slowing(trains)?;
-    let twice = match [&trains.rotor, &trains.stator].map(Surface::of) {
+    slowing(system)?;
+    let twice = match [&system.rotor, &system.stator].map(Surface::of) {
         [Some(rotor), Some(stator)] => of_both(&rotor, &stator),
         [Some(one), None] | [None, Some(one)] => (one.stiffness > 0.0).then_some(2.0 * one.damping),
         [None, None] => None,
@@ -68,8 +68,8 @@ pub fn resistance(trains: &System) -> Result<f64, &'static str> {
 ///
 /// # Errors
 /// Why it does not.
-pub fn slowing(trains: &System) -> Result<(), &'static str> {
-    let sides = [&trains.rotor, &trains.stator];
+pub fn slowing(system: &System) -> Result<(), &'static str> {
+    let sides = [&system.rotor, &system.stator];
     let free = sides.iter().filter(|train| train.end == End::Free && !train.is_rigid());
     if sides.iter().any(|train| matches!(train.end, End::Driven(_))) {
         return Err("an end is driven, and sliding that is watched slows down by itself");

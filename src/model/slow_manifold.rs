@@ -1,6 +1,6 @@
-//! Sliding of two trains without their fast oscillations, at one instant, to rounding.
+//! Sliding of a system without its fast oscillations, at one instant, to rounding.
 //!
-//! The fast modes of trains that have slid undisturbed for long enough are gone: the exact state lies on the slow manifold,
+//! The fast modes of a system that has slid undisturbed for long enough are gone: the exact state lies on the slow manifold,
 //! where the twists follow the interface's torque T with all their derivatives. Where that manifold is unstable an integrator
 //! leaves it, by its rounding and the growth since. The manifold itself can be computed without integrating. On the side `s`
 //! (+1 rotor, -1 stator), with L_j = J_j w_j' + d_j w_j - M_j, the shafts carry
@@ -63,7 +63,7 @@ pub struct Slip<'a> {
 }
 
 impl<'a> Slip<'a> {
-    /// Of trains without drives and external torques.
+    /// Of a system without drives and external torques.
     pub fn undriven(sense: f64, piece: usize, pressing: &'a [f64]) -> Self {
         Slip {
             sense,
@@ -74,7 +74,7 @@ impl<'a> Slip<'a> {
     }
 }
 
-/// Momenta of the free trains, rotor and stator, N m s; of a tied train 0. What the slow motion depends on.
+/// Momenta of the free chains, rotor and stator, N m s; of a tied chain 0. What the slow motion depends on.
 pub(crate) type Momenta = [f64; 2];
 
 /// Whether the slips of a system have a slow manifold: it sticks and slips, and a spring holds each of its shafts.
@@ -457,7 +457,7 @@ mod tests {
     use crate::numerics::taylor;
     use crate::signal::Drive;
 
-    /// The equations of trains, an independent code, hold along the motion: with a free rotor, a free stator, bearings, an
+    /// The equations of the system, an independent code, hold along the motion: with a free rotor, a free stator, bearings, an
     /// external torque, a driven end, and a force that bends.
     #[test]
     fn analytic_the_motion_of_chains_solves_their_equations() {
@@ -522,7 +522,7 @@ mod tests {
             let w = system.relative_velocity(&now, &y);
             assert!((taylor::value(&series.relative_velocity(), tau) - w).abs() <= 1e-13 * w.abs());
             let torque = system.interface_torque(mode, slip.sense, 0, &now, &y);
-            assert!((taylor::value(series.torque(), tau) - torque).abs() <= 1e-13 * torque.abs());
+            assert!((taylor::value(&series.torque, tau) - torque).abs() <= 1e-13 * torque.abs());
             let slope = system.law.coefficient_and_slope(w.abs()).1;
             let damping = taylor::value(&series.contact_damping(&system, &pressing), tau);
             let expected = system.radius * now.normal_force * slope;

@@ -262,7 +262,7 @@ pub(crate) struct Forecast {
 impl Forecast {
     /// Of the slip at `t` (s) with this relative velocity (rad/s), as far as `until` (s). `force` gives the force that presses at
     /// a time, `next_corner` its first corner after a time (s). `None` unless exactly one train is free; that nothing drives
-    /// the trains is for the caller to know.
+    /// the system is for the caller to know.
     pub fn of_slip(
         system: &SystemEquations,
         modes: &mut FastModes,
@@ -378,7 +378,7 @@ pub(crate) struct QuietStretch {
 
 impl QuietStretch {
     /// Of the slip at `t` (s) with this relative velocity (rad/s), under a normal force (N) between these bounds from `t` on.
-    /// `None` unless exactly one train is free; that nothing drives the trains is for the caller to know.
+    /// `None` unless exactly one train is free; that nothing drives the system is for the caller to know.
     pub fn of_slip(
         system: &SystemEquations,
         modes: &mut FastModes,

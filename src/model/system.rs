@@ -1,4 +1,4 @@
-//! What defines two trains at one contact, in SI units and radians; in translation metres, newtons and kilograms stand for
+//! What defines a system, two chains at one contact, in SI units and radians; in translation metres, newtons and kilograms stand for
 //! radians, newton metres and kilogram square metres, and the radius is 1.
 
 use crate::friction::FrictionLaw;
@@ -135,7 +135,7 @@ pub struct Initial<T = f64> {
     pub rotor_twist: Vec<T>,
     /// Of the inertias of the rotor, rad/s.
     pub rotor_speed: Vec<T>,
-    /// Of the shafts of the stator, rad: inner less outer angle, so that friction of forward slip twists both trains positively.
+    /// Of the shafts of the stator, rad: inner less outer angle, so that friction of forward slip twists both chains positively.
     pub stator_twist: Vec<T>,
     /// Of the inertias of the stator, rad/s.
     pub stator_speed: Vec<T>,
@@ -180,7 +180,7 @@ impl<T> Train<T> {
 }
 
 impl<T, L> System<T, L> {
-    /// Every signal that drives the trains or presses the surfaces together, and is not an actuation of the axial mode.
+    /// Every signal that drives the chains or presses the surfaces together, and is not an actuation of the axial mode.
     pub fn drives(&self) -> Vec<&Drive<T>> {
         let mut found = Vec::new();
         for train in [&self.rotor, &self.stator] {

@@ -17,7 +17,7 @@ use super::steps::largest_order;
 use crate::model::system::{End, ExactSystem, Pressing, Train};
 use num_rational::BigRational;
 
-/// Places of the trains.
+/// Places of the chains.
 pub(super) const ROTOR: usize = 0;
 pub(super) const STATOR: usize = 1;
 

@@ -45,15 +45,15 @@ impl Surface {
 /// 2 R, N m s/rad. `None` where sliding does not slow down by itself, which takes one free train and no drive, and where no
 /// swing of the surfaces can become unstable.
 pub(super) fn twice_resistance<const N: usize>(exact: &ExactSystem) -> Option<Float<N>> {
-    let trains = [&exact.rotor, &exact.stator];
-    let free = trains
+    let chains = [&exact.rotor, &exact.stator];
+    let free = chains
         .iter()
         .filter(|train| train.end == End::Free && !train.is_rigid());
     let driven = |train: &&Train<BigRational>| matches!(train.end, End::Driven(_)) || train.torque.is_some();
-    if free.count() != 1 || trains.iter().any(driven) {
+    if free.count() != 1 || chains.iter().any(driven) {
         return None;
     }
-    match trains.map(Surface::of) {
+    match chains.map(Surface::of) {
         [Some(rotor), Some(stator)] => of_both(&rotor, &stator),
         [Some(one), None] | [None, Some(one)] => {
             let swings = one.stiffness.is_positive();

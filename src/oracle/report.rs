@@ -55,7 +55,7 @@ impl OracleState {
             .collect()
     }
 
-    /// With the speeds of the inertias, and of the surface, of both trains.
+    /// With the speeds of the inertias, and of the surface, of both chains.
     pub(super) fn new<const N: usize>(
         state: &State<N>,
         [rotor, stator]: &[(Vec<Float<N>>, Float<N>); 2],

@@ -46,11 +46,11 @@ pub(super) fn scales<const N: usize>(exact: &ExactSystem, courses: &[Course<N>])
     };
     let (mut torque, mut speed) = (0.0_f64, 0.0_f64);
     let initial = &exact.initial;
-    let trains = [
+    let chains = [
         (&exact.rotor, &initial.rotor_twist, &initial.rotor_speed),
         (&exact.stator, &initial.stator_twist, &initial.stator_speed),
     ];
-    for (train, twists, speeds) in trains {
+    for (train, twists, speeds) in chains {
         if let End::Driven(_) = train.end {
             speed = speed.max(next());
         }

@@ -292,7 +292,7 @@ impl Check {
         let meta = file.meta()?;
         let motion = meta.iter().find(|(name, _)| name == schema::META_MOTION);
         let extension = Extension {
-            trains: motion.is_some(),
+            numbers_parts: motion.is_some(),
             translation: motion.is_some_and(|(_, value)| value.to_string() == schema::TRANSLATION),
             dense: self.source.dataset(&format!("{}/piece", group::DENSE))?.is_some(),
             ..Extension::default()

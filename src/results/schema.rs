@@ -403,8 +403,8 @@ pub fn tables() -> [Table; 4] {
 pub struct Extension {
     /// Further columns of /trajectory, and twice (before, after) of /events: name, whether it is a speed, description.
     pub further: Vec<(String, bool, String)>,
-    /// The run is one of two trains: what some columns are is said in their words.
-    pub trains: bool,
+    /// The case numbers its parts: some columns are described in the words of chains.
+    pub numbers_parts: bool,
     /// The case is one of translation: metres stand for radians, and forces for torques.
     pub translation: bool,
     /// The motion is there as polynomials, too.
@@ -481,7 +481,7 @@ pub(crate) fn extended_tables(extension: &Extension) -> [Table; 4] {
     trajectory.variables.extend(further("", ""));
     events.variables.extend(further("_before", ", before the event"));
     events.variables.extend(further("_after", ", after the event"));
-    if extension.trains {
+    if extension.numbers_parts {
         for (name, long_name) in OF_TRAINS {
             for variable in trajectory.variables.iter_mut().filter(|variable| variable.name == name) {
                 long_name.clone_into(&mut variable.long_name);

@@ -1,4 +1,4 @@
-//! Stick and separation of two trains in closed form.
+//! Stick and separation in closed form, for the automaton.
 
 use super::dynamics::{GUARD_FORWARD, SystemDynamics, SystemLocation};
 use crate::hybrid::{ClosedEnd, ClosedForm};
@@ -88,7 +88,7 @@ mod tests {
         })
     }
 
-    fn trains(rotor: Train, stator: Train, force: Drive) -> System {
+    fn of_chains(rotor: Train, stator: Train, force: Drive) -> System {
         System {
             initial: Initial {
                 rotor_twist: vec![0.0; rotor.shafts()],
@@ -222,7 +222,7 @@ mod tests {
             prop_assume!(!rotor.is_rigid() || !stator.is_rigid());
             let mode = if stuck { Mode::Stick } else { Mode::Separated };
             let force = if stuck { 1e9 } else { -1.0 };
-            let dynamics = Arc::new(SystemDynamics::new(&trains(rotor, stator, Drive::Value(force)), 0.0));
+            let dynamics = Arc::new(SystemDynamics::new(&of_chains(rotor, stator, Drive::Value(force)), 0.0));
             let system = &dynamics.system;
             let y = state(&dynamics, mode, &draws, common);
             if !dynamics.has_closed_form(&SystemLocation::new(mode, 0), 0.0, &y) {
@@ -285,7 +285,7 @@ mod tests {
             ripple in prop_oneof![Just(0.0), 0.0..0.5f64], test in 0..3usize,
         ) {
             prop_assume!(!rotor.is_rigid() || !stator.is_rigid());
-            let mut system = trains(rotor, stator, Drive::Value(1.0));
+            let mut system = of_chains(rotor, stator, Drive::Value(1.0));
             let probe = SystemDynamics::new(&system, 0.0);
             let y = state(&probe, Mode::Stick, &draws, 0.0);
             let outside = probe.outside(&SystemLocation::new(Mode::Stick, 0), 0.0);
@@ -373,7 +373,7 @@ mod tests {
             from: None,
             to: None,
         });
-        let two = trains(block.clone(), block, force);
+        let two = of_chains(block.clone(), block, force);
         let dynamics = Arc::new(SystemDynamics::new(&two, 0.0));
         // Between two walls, with 4e-6 rad as the sum of their twists; both torques push the joined blocks one way.
         let y = [3e-6, 0.0, 1e-6, 0.0, 0.0, 0.0, 0.0, 0.0];

@@ -98,26 +98,26 @@ pub(crate) struct Course {
     in_columns: bool,
 }
 
-/// Whether trains are those of the short form: a rotor of surface and inertia on one shaft, free, and a surface on a fixed shaft.
-pub(crate) fn is_short(trains: &System) -> bool {
-    let (rotor, stator) = (&trains.rotor, &trains.stator);
+/// Whether a system is one of the short form: a rotor of surface and inertia on one shaft, free, and a surface on a fixed shaft.
+pub(crate) fn is_short(system: &System) -> bool {
+    let (rotor, stator) = (&system.rotor, &system.stator);
     let ends = matches!((&rotor.end, &stator.end), (End::Free, End::Fixed));
     ends && rotor.inertia.len() == 2 && stator.inertia.len() == 1
 }
 
 impl Course {
     /// Of a case; `threshold` (rad/s) as for a run.
-    pub fn new(trains: &System, threshold: f64, solver: &SolverOptions) -> Course {
-        let dynamics = Arc::new(SystemDynamics::new(trains, threshold));
-        let start = super::simulate::start(trains, &dynamics);
-        let plan = SystemPlan::new(trains, &dynamics, &start, solver);
+    pub fn new(system: &System, threshold: f64, solver: &SolverOptions) -> Course {
+        let dynamics = Arc::new(SystemDynamics::new(system, threshold));
+        let start = super::simulate::start(system, &dynamics);
+        let plan = SystemPlan::new(system, &dynamics, &start, solver);
         Course {
             expansion: Expansion::new(&dynamics.system, &dynamics.excitation),
             location: SystemLocation::new(Mode::Separated, 0),
             time: 0.0,
             y: vec![0.0; dynamics.system.dimension],
             sizes: plan.sizes,
-            in_columns: is_short(trains) && !matches!(dynamics.system.engagement, Engagement::Bristles(..)),
+            in_columns: is_short(system) && !matches!(dynamics.system.engagement, Engagement::Bristles(..)),
             dynamics,
         }
     }
@@ -515,7 +515,7 @@ impl Course {
                 }
                 end
             }
-            // Of the stator of two free trains its outermost inertia is integrated.
+            // Of the stator of two free chains its outermost inertia is integrated.
             Some(_) if of == Which::Stator && system.rotor.speed.is_some() => self.expansion.state[system.slip + ANGLE],
             Some(_) => {
                 let other = Which::BOTH[1 - of as usize];

@@ -1,4 +1,4 @@
-//! Two trains as a hybrid system: its locations, guards and smooth equations.
+//! A system for the automaton: its locations, guards and smooth equations.
 
 use super::excitation::{Excitation, OutsideSeries};
 use crate::friction::Law;
@@ -24,7 +24,7 @@ pub enum Watch {
     Off,
 }
 
-/// The discrete state of the trains.
+/// The discrete state of the system.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct SystemLocation {
     /// What the contact does.
@@ -79,13 +79,13 @@ pub struct SystemDynamics {
     slow_motions: SlowMotions,
 }
 
-/// How fast the trains move by themselves, from the eigenvalues of their modes under the largest force.
+/// How fast the system moves by itself, from the eigenvalues of its modes under the largest force.
 #[derive(Debug, Clone, Copy, Default)]
 pub(super) struct Rates {
     /// The largest magnitude in any mode, 1/s; 0 where nothing moves by itself.
     pub fastest: f64,
     /// The fastest damping where friction slides, over the slowest motion that steps have to resolve. Of a contact without stick
-    /// that is the slowest motion of the open trains: at rest the contact's own damping makes the slowest motion slower by as
+    /// that is the slowest motion of the open system: at rest the contact's own damping makes the slowest motion slower by as
     /// much as it is fast, and no event follows that creep. Of sliding that slows down by itself it is the slowest of the fast
     /// modes: where these have died the method is another.
     pub stiffness: f64,
@@ -230,8 +230,8 @@ macro_rules! watches {
 
 impl SystemDynamics {
     /// Of a case; `threshold` is in rad/s.
-    pub fn new(trains: &System, threshold: f64) -> SystemDynamics {
-        let (system, excitation) = (SystemEquations::new(trains), Excitation::new(trains));
+    pub fn new(system: &System, threshold: f64) -> SystemDynamics {
+        let (system, excitation) = (SystemEquations::new(system), Excitation::new(system));
         SystemDynamics {
             rates: Rates::new(&system, &excitation),
             closed_form: closed_form::ClosedForm::default(),

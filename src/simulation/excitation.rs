@@ -1,4 +1,4 @@
-//! What acts on the trains from outside as functions of time: drives, external torques, and the normal force.
+//! What acts on a system from outside as functions of time: drives, external torques, and the normal force.
 
 use crate::model::axial::{AxialMotion, ChangeCause, ContactChange, Ringing};
 use crate::model::breakaway::Bounded;
@@ -112,7 +112,7 @@ impl<T: Number, const N: usize> OutsideSeries<T, N> {
 
 impl Excitation {
     /// Of a case.
-    pub fn new(trains: &System) -> Excitation {
+    pub fn new(system: &System) -> Excitation {
         // In the order of `System::drives`.
         let mut count = 0;
         let mut next = |is_there: bool| {
@@ -121,20 +121,20 @@ impl Excitation {
                 count - 1
             })
         };
-        let [rotor, stator] = [&trains.rotor, &trains.stator].map(|train| Places {
+        let [rotor, stator] = [&system.rotor, &system.stator].map(|train| Places {
             speed: next(matches!(train.end, End::Driven(_))),
             torque: next(train.torque.is_some()),
         });
         let direct = count;
-        let actuation = match &trains.pressing {
+        let actuation = match &system.pressing {
             Pressing::Force(_) => None,
             Pressing::Axial { actuation, .. } => Some(Drive::Linear(actuation.clone())),
         };
         // The last is the force that presses, or what actuates it.
-        let mut drives = trains.drives();
+        let mut drives = system.drives();
         drives.extend(&actuation);
         let timeline = Timeline::new(&drives);
-        let (normal_force, largest_force) = match &trains.pressing {
+        let (normal_force, largest_force) = match &system.pressing {
             Pressing::Force(force) => (
                 NormalForce::Direct(direct, bounds_after(&timeline, direct)),
                 force.largest(),

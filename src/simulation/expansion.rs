@@ -1,6 +1,6 @@
 //! The Taylor series of a motion: all coefficients of the state in time, from the start of a step, in any type of [`Number`].
 //!
-//! The equations of [`SystemEquations`] hold coefficient by coefficient. What drives the trains has its own series, the friction
+//! The equations of [`SystemEquations`] hold coefficient by coefficient. What drives the system has its own series, the friction
 //! law gives its coefficients from those of omega_r ([`LawSeries`]), and the smooth functions of a contact without stick follow
 //! from their differential equations: t' = (1 - t^2) v' for tanh, a' = v'/(1 + v^2) for arctan.
 //!
@@ -15,8 +15,8 @@
 //! use stickslip::simulation::expansion::Expansion;
 //! use stickslip::simulation::{SystemDynamics, SystemLocation};
 //!
-//! # fn example(trains: &stickslip::model::system::System) {
-//! let SystemDynamics { system, excitation, .. } = &SystemDynamics::new(trains, 0.0);
+//! # fn example(system: &stickslip::model::system::System) {
+//! let SystemDynamics { system, excitation, .. } = &SystemDynamics::new(system, 0.0);
 //! let mut expansion: Expansion = Expansion::new(system, excitation);
 //! let (t, unit, state) = (0.5, 0.1, vec![0.0; system.dimension]);
 //! let location = SystemLocation::new(Mode::SlipForward, excitation.stretch(t));
@@ -568,7 +568,7 @@ impl<T: Number> Engaged<T> {
 /// What only a run in doubles needs.
 impl Expansion {
     /// Takes the motion along the slow manifold, from the quadratures of `y` on, for the one that it holds; by powers of time in
-    /// s. Nothing drives the trains.
+    /// s. Nothing drives the system.
     pub(super) fn follow(
         &mut self,
         system: &SystemEquations,

@@ -1,4 +1,4 @@
-//! Which solver integrates which location of two trains, and how accurately.
+//! Which solver integrates which location of a system, and how accurately.
 
 use super::dynamics::{SystemDynamics, SystemLocation, VELOCITY_NOISE};
 use super::expansion::Expansion;
@@ -136,8 +136,8 @@ pub(super) struct SystemPlan {
 }
 
 /// The method by which `auto` takes what is not linear; it takes nothing by series.
-pub(crate) fn method_without_series(trains: &System) -> Method {
-    match SystemDynamics::new(trains, 0.0).rates.stiffness > STIFF {
+pub(crate) fn method_without_series(system: &System) -> Method {
+    match SystemDynamics::new(system, 0.0).rates.stiffness > STIFF {
         true => Method::Esdirk,
         false => Method::Erk,
     }
@@ -153,8 +153,8 @@ fn bdf_of_order_2() -> SolverKind {
 }
 
 /// The largest speeds and torques that the signals of a side come to.
-fn largest(trains: &System, rotor: bool) -> Driving {
-    let train = if rotor { &trains.rotor } else { &trains.stator };
+fn largest(system: &System, rotor: bool) -> Driving {
+    let train = if rotor { &system.rotor } else { &system.stator };
     let speed = match &train.end {
         End::Driven(speed) => speed.largest(),
         _ => 0.0,
@@ -229,13 +229,13 @@ fn quiet_sizes(dynamics: &SystemDynamics, sizes: &[f64], start: &[f64]) -> Vec<f
 }
 
 impl SystemPlan {
-    pub fn new(trains: &System, dynamics: &Arc<SystemDynamics>, start: &[f64], options: &SolverOptions) -> SystemPlan {
-        let system = &dynamics.system;
+    pub fn new(system: &System, dynamics: &Arc<SystemDynamics>, start: &[f64], options: &SolverOptions) -> SystemPlan {
         let outside = Outside {
-            rotor: largest(trains, true),
-            stator: largest(trains, false),
+            rotor: largest(system, true),
+            stator: largest(system, false),
             normal_force: dynamics.excitation.largest_force(),
         };
+        let system = &dynamics.system;
         let mut sizes = sizes(dynamics, dynamics.excitation.stretch(0.0), &outside, start);
         for size in &mut sizes {
             if !(*size > 0.0 && size.is_finite()) {

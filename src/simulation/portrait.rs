@@ -82,8 +82,8 @@ pub(super) fn shown(dynamics: &SystemDynamics) -> Option<(&Side, &'static str, u
 }
 
 /// What [`Portrait::of`] is of a case.
-pub(crate) fn position_of(trains: &System) -> &'static str {
-    shown(&SystemDynamics::new(trains, 0.0)).map_or("slip", |shown| shown.1)
+pub(crate) fn position_of(system: &System) -> &'static str {
+    shown(&SystemDynamics::new(system, 0.0)).map_or("slip", |shown| shown.1)
 }
 
 impl Points<'_> {
@@ -182,8 +182,8 @@ const INTERVALS: (f64, f64) = (4000.0, 400_000.0);
 ///
 /// # Errors
 /// As a run.
-pub(crate) fn portrait(trains: &System, threshold: f64, section: &Section, period: f64) -> Result<Portrait, RunError> {
-    let dynamics = Arc::new(SystemDynamics::new(trains, threshold));
+pub(crate) fn portrait(system: &System, threshold: f64, section: &Section, period: f64) -> Result<Portrait, RunError> {
+    let dynamics = Arc::new(SystemDynamics::new(system, threshold));
     let state = state_of(&dynamics, &section.further);
     let stretch = dynamics.excitation.stretch(section.time);
     let fastest = dynamics.rates.fastest.max(dynamics.excitation.fastest(stretch));
@@ -193,9 +193,9 @@ pub(crate) fn portrait(trains: &System, threshold: f64, section: &Section, perio
         method: Method::Series,
         ..SolverOptions::default()
     };
-    let plan = SystemPlan::new(trains, &dynamics, &state, &options);
+    let plan = SystemPlan::new(system, &dynamics, &state, &options);
     let end = section.time + period;
-    let mut rules = SystemRules::new(dynamics.clone(), trains, plan, section.time, end);
+    let mut rules = SystemRules::new(dynamics.clone(), system, plan, section.time, end);
     let mut location = SystemLocation {
         sense: section.sense,
         ..SystemLocation::new(section.mode, stretch)

@@ -84,8 +84,8 @@ pub(crate) fn run(
     recorder: &mut dyn Recorder,
     control: &mut dyn FnMut(Progress) -> ControlFlow<()>,
 ) -> Result<RunReport, Box<RunFailure>> {
-    let trains = problem.trains;
-    let Some(model) = AbsoluteModel::new(trains) else {
+    let system = problem.system;
+    let Some(model) = AbsoluteModel::new(system) else {
         let error = RunError::Refused(FOREIGN);
         let report = RunReport::default();
         return Err(Box::new(RunFailure { error, report }));
@@ -101,7 +101,7 @@ pub(crate) fn run(
         further: problem.further,
     };
     let (mut kicks, mut waiting_kicks) = (Vec::new(), Vec::new());
-    for kick in &trains.kicks {
+    for kick in &system.kicks {
         match kick.time {
             KickTime::At(time) => kicks.push((time, kick.relative_velocity)),
             KickTime::Instability => waiting_kicks.push(kick.relative_velocity),
@@ -142,7 +142,7 @@ pub(crate) fn run(
     let waiting = run.waiting_kicks.len();
     let end = run.time;
     let mut report = run.recording.into_report();
-    report.count_kicks(trains.kicks.len(), waiting);
+    report.count_kicks(system.kicks.len(), waiting);
     match result {
         Ok(interrupted) => {
             report.end = end;

@@ -1,4 +1,4 @@
-//! What happens at the guards and time events of two trains.
+//! What happens at the guards and time events of a system.
 
 use super::dynamics::{GUARD_FORWARD, SystemDynamics, SystemLocation, VELOCITY_NOISE, Watch, Watched};
 use super::plan::SystemPlan;
@@ -40,11 +40,11 @@ type SystemTransition = Transition<EventKind, SystemLocation>;
 
 impl SystemRules {
     /// Of a run that starts at `start` (s).
-    pub fn new(dynamics: Arc<SystemDynamics>, trains: &System, plan: SystemPlan, start: f64, end_time: f64) -> Self {
+    pub fn new(dynamics: Arc<SystemDynamics>, system: &System, plan: SystemPlan, start: f64, end_time: f64) -> Self {
         let timed = |kick: &Kick| Some((*kick.time.at()?, kick.clone()));
-        let mut kicks: Vec<_> = trains.kicks.iter().filter_map(timed).collect();
+        let mut kicks: Vec<_> = system.kicks.iter().filter_map(timed).collect();
         kicks.sort_by(|a, b| a.0.total_cmp(&b.0));
-        let waiting = trains.kicks.iter().filter(|kick| kick.time == KickTime::Instability);
+        let waiting = system.kicks.iter().filter(|kick| kick.time == KickTime::Instability);
         let corners = dynamics.excitation.corners();
         SystemRules {
             // A motion from later than t = 0 on has been through its loss of stability.

@@ -18,13 +18,13 @@ use std::ops::ControlFlow;
 use std::sync::Arc;
 
 /// What the state of a case has beyond [`State`](crate::record::State), in the order in which a recorder gets it.
-pub(crate) fn further(trains: &System) -> Vec<Further> {
-    state_readings::further_names(&SystemEquations::new(trains))
+pub(crate) fn further(system: &System) -> Vec<Further> {
+    state_readings::further_names(&SystemEquations::new(system))
 }
 
 /// The shorter period of a surface on its shaft, or else of the fastest thing that moves, s; `None` where nothing moves by itself.
-pub fn natural_period(trains: &System) -> Option<f64> {
-    SystemDynamics::new(trains, 0.0).natural_period()
+pub fn natural_period(system: &System) -> Option<f64> {
+    SystemDynamics::new(system, 0.0).natural_period()
 }
 
 /// What a solver is given in slip.
@@ -36,7 +36,7 @@ pub(crate) struct SolverSettings {
     pub twist: f64,
     /// See `twist`.
     pub rate: f64,
-    /// Absolute tolerance of the free train's speed, rad/s; 0 of tied trains.
+    /// Absolute tolerance of the free chain's speed, rad/s; 0 of tied chains.
     pub speed: f64,
     /// Longest step, s.
     pub max_step: Option<f64>,
@@ -44,10 +44,10 @@ pub(crate) struct SolverSettings {
 
 /// What the solvers of a case are given in slip with the speed of its start, after the last corner of its signals: where steps stride
 /// over the fast modes, if the method does anywhere, and where they resolve them.
-pub(crate) fn solver_settings(trains: &System, solver: &SolverOptions) -> [SolverSettings; 2] {
-    let dynamics = Arc::new(SystemDynamics::new(trains, 0.0));
-    let start = start(trains, &dynamics);
-    let plan = SystemPlan::new(trains, &dynamics, &start, solver);
+pub(crate) fn solver_settings(system: &System, solver: &SolverOptions) -> [SolverSettings; 2] {
+    let dynamics = Arc::new(SystemDynamics::new(system, 0.0));
+    let start = start(system, &dynamics);
+    let plan = SystemPlan::new(system, &dynamics, &start, solver);
     let (system, corners) = (&dynamics.system, dynamics.excitation.corners());
     let strides = plan.regimes(0.0).is_some();
     [false, true].map(|resolved| {
@@ -69,11 +69,11 @@ pub(crate) fn solver_settings(trains: &System, solver: &SolverOptions) -> [Solve
 }
 
 /// The state at t = 0.
-pub(super) fn start(trains: &System, dynamics: &SystemDynamics) -> Vec<f64> {
+pub(super) fn start(system: &System, dynamics: &SystemDynamics) -> Vec<f64> {
+    let initial = &system.initial;
     let system = &dynamics.system;
     let mut y = vec![0.0; system.dimension];
     let outside = dynamics.excitation.at(dynamics.excitation.stretch(0.0), 0.0);
-    let initial = &trains.initial;
     let sides = [
         (
             &system.rotor,
@@ -109,7 +109,7 @@ pub(super) fn start(trains: &System, dynamics: &SystemDynamics) -> Vec<f64> {
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Problem<'a> {
     /// The system.
-    pub trains: &'a System,
+    pub system: &'a System,
     /// What counts as a stick of a contact without one, rad/s.
     pub threshold: f64,
     /// Rows have what the state has beyond [`State`](crate::record::State), too ([`further`]).
@@ -119,18 +119,18 @@ pub(crate) struct Problem<'a> {
 /// The equations of a system with the threshold of its contact (rad/s), what happens to it, and where it starts: at t = 0, or as
 /// [`simulate_from`] has it.
 pub(super) fn prepared(
-    (trains, threshold): (&System, f64),
+    (system, threshold): (&System, f64),
     from: Option<(f64, &[f64])>,
     solver: &SolverOptions,
     end: f64,
 ) -> (Arc<SystemDynamics>, SystemRules, Start<SystemLocation>) {
-    let dynamics = Arc::new(SystemDynamics::new(trains, threshold));
+    let dynamics = Arc::new(SystemDynamics::new(system, threshold));
     let (time, mut state) = match from {
         Some((time, state)) => (time, state.to_vec()),
-        None => (0.0, start(trains, &dynamics)),
+        None => (0.0, start(system, &dynamics)),
     };
-    let plan = SystemPlan::new(trains, &dynamics, &state, solver);
-    let mut rules = SystemRules::new(dynamics.clone(), trains, plan, time, end);
+    let plan = SystemPlan::new(system, &dynamics, &state, solver);
+    let mut rules = SystemRules::new(dynamics.clone(), system, plan, time, end);
     let location = match from {
         Some(_) => rules.location_at(time, &mut state),
         None => rules.initial_location(&mut state),
@@ -189,8 +189,8 @@ pub(crate) fn simulate_from(
     recorder: &mut dyn Recorder,
     control: &mut dyn FnMut(Progress) -> ControlFlow<()>,
 ) -> Result<RunReport, Box<RunFailure>> {
-    let trains = problem.trains;
-    let (dynamics, mut rules, start) = prepared((trains, problem.threshold), from, solver, output.end_time);
+    let system = problem.system;
+    let (dynamics, mut rules, start) = prepared((system, problem.threshold), from, solver, output.end_time);
     let time = start.time;
     let readings = StateReadings {
         dynamics: &dynamics,
@@ -211,7 +211,7 @@ pub(crate) fn simulate_from(
     recording.begin_at(time);
     let (result, mut report) = automaton(&dynamics, &mut rules, start, solver, output, recording);
     report.stopped_smoothly = rules.stopped_smoothly;
-    report.one_sided_test = trains.breakaway_test != BreakawayTest::Transmitted;
-    report.count_kicks(trains.kicks.len(), rules.waiting_kicks.len());
+    report.one_sided_test = system.breakaway_test != BreakawayTest::Transmitted;
+    report.count_kicks(system.kicks.len(), rules.waiting_kicks.len());
     report.ended(result)
 }

@@ -1,4 +1,4 @@
-//! What numbers of a case do to the events of its run: [`hybrid::Carried`](crate::hybrid::Carried) for trains.
+//! What numbers of a case do to the events of its run: [`hybrid::Carried`](crate::hybrid::Carried) for a system.
 
 use super::dynamics::{SystemDynamics, SystemLocation};
 use super::simulate::prepared;
@@ -17,10 +17,10 @@ use nalgebra::DVector;
 use std::ops::ControlFlow;
 use std::sync::{Arc, Mutex, PoisonError};
 
-/// The trains of a case in which a number is moved.
+/// The system of a case in which a number is moved.
 pub(crate) struct MovedSystem {
     /// With the number moved.
-    pub trains: System,
+    pub system: System,
     /// As in [`Run::of_system`](crate::Run::of_system), rad/s.
     pub threshold: f64,
     /// Per unit of the number. Over all copies the weights add up to zero, and weight times value to the derivative of a value.
@@ -122,12 +122,12 @@ fn alike_between_events(one: &System, other: &System) -> bool {
     *one == other
 }
 
-/// Runs the trains by `series`, into `recorder`, and gives what each of the numbers does.
+/// Runs the system by `series`, into `recorder`, and gives what each of the numbers does.
 ///
 /// # Errors
 /// Those of a run.
 pub(crate) fn variation(
-    (trains, threshold): (&System, f64),
+    (system, threshold): (&System, f64),
     numbers: &[MovedCases],
     solver: &SolverOptions,
     output: &OutputOptions,
@@ -139,7 +139,7 @@ pub(crate) fn variation(
         ..solver.clone()
     };
     let prepared = |of: (&System, f64)| prepared(of, None, &solver, output.end_time);
-    let (dynamics, rules, start) = prepared((trains, threshold));
+    let (dynamics, rules, start) = prepared((system, threshold));
     let mut alike = vec![true; numbers.len()];
     let mut columns = Vec::with_capacity(numbers.len());
     for (moved, alike) in numbers.iter().zip(&mut alike) {
@@ -147,9 +147,9 @@ pub(crate) fn variation(
         let in_equations = moved
             .copies
             .iter()
-            .any(|copy| !alike_between_events(trains, &copy.trains));
+            .any(|copy| !alike_between_events(system, &copy.system));
         for moved in &moved.copies {
-            let (dynamics, rules, begins) = prepared((&moved.trains, moved.threshold));
+            let (dynamics, rules, begins) = prepared((&moved.system, moved.threshold));
             *alike &= begins.location.mode == start.location.mode;
             copies.push(MovedCopy {
                 dynamics,
@@ -219,7 +219,7 @@ mod tests {
                 let copies = [h, -h].map(|h| moved(&number.path, number.value + h).map(|case| (case, 0.5 / h)));
                 let copies = copies.into_iter().flatten().map(|(case, weight)| MovedSystem {
                     threshold: case.threshold(),
-                    trains: case.system,
+                    system: case.system,
                     weight,
                     bend: 1.0,
                 });

@@ -165,7 +165,7 @@ pub(super) fn write(
 /// In what words the events of a study are.
 pub(crate) fn event_form(study: &Study) -> EventForm {
     EventForm {
-        trains: study.words.numbers_parts(),
+        numbers_parts: study.words.numbers_parts(),
         translation: study.words.motion() == Motion::Translation,
     }
 }

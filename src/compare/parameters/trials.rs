@@ -76,7 +76,7 @@ impl<'a> Trials<'a> {
     pub fn run_counted(&self, changes: &[(&str, f64)]) -> Option<(Vec<SequenceEvent>, u64)> {
         let case = self.numbers.with_all(changes).ok()?;
         let problem = Problem {
-            trains: case.system(),
+            system: case.system(),
             threshold: case.threshold(),
             further: false,
         };

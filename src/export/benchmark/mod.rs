@@ -61,7 +61,8 @@ struct About {
     /// Those whose time has an uncertainty.
     certain: usize,
     largest_uncertainty: f64,
-    trains: bool,
+    /// The case numbers its parts.
+    numbers_parts: bool,
     /// A script that repeats the run belongs to it.
     example: bool,
 }
@@ -180,7 +181,7 @@ fn examine<'a>(file: &'a ResultFile, terms: &Terms) -> Result<(About, Table<'a>)
             events: rows,
             certain,
             largest_uncertainty: largest,
-            trains: Words::of(&source, &[]).numbers_parts(),
+            numbers_parts: Words::of(&source, &[]).numbers_parts(),
             example: false,
         },
         Table::of_file(group::EVENTS, file, of_events, 0..rows),
@@ -209,7 +210,7 @@ fn fill(
     let kicked_later = found
         .iter()
         .any(|event| event.kind == EventKind::Kick && onset.is_some_and(|onset| event.time > onset));
-    about.example = !about.trains && !kicked_later && pages::has_example(&parameters);
+    about.example = !about.numbers_parts && !kicked_later && pages::has_example(&parameters);
     let rows = file.table_rows(group::TRAJECTORY)?;
     let samples = Table::of_file("samples", file, columns(file, Which::Trajectory)?, 0..rows);
 

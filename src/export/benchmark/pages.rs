@@ -98,7 +98,7 @@ hundreds of radians while u stays near 1e-5 rad, so that differences of absolute
 /// The text of `equations.md`.
 pub(super) fn equations(about: &About) -> String {
     let mut parts = vec!["# Equations\n\nSI units and radians throughout.".to_owned()];
-    if about.trains {
+    if about.numbers_parts {
         parts.push(section(MODEL, "## Trains").replace(" (keys)", ""));
         parts.push(
             "This benchmark is of two trains; parameters.json has their inertias, shafts and ends, and the law of friction. Where it has \

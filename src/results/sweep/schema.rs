@@ -69,8 +69,8 @@ impl SweepAxis {
 /// In what words the events of a study are.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub(crate) struct EventForm {
-    /// Of trains, whose contact may be engaged.
-    pub trains: bool,
+    /// The cases number their parts; their contact may be engaged.
+    pub numbers_parts: bool,
     /// Metres for radians.
     pub translation: bool,
 }
@@ -86,7 +86,11 @@ impl EventForm {
             Variable::count(POINT, "number of the point that the event belongs to"),
             number("time", "s", "time of the event"),
             Variable::code("kind", "what happened", &schema::kind_flags()),
-            Variable::code("mode_after", "mode after the event", &schema::mode_flags(self.trains)),
+            Variable::code(
+                "mode_after",
+                "mode after the event",
+                &schema::mode_flags(self.numbers_parts),
+            ),
             number("relative_velocity", speed, "relative velocity omega_r before the event"),
             number("internal_force", "N", "T_f / r just before the event"),
         ];

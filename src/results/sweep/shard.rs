@@ -199,7 +199,7 @@ impl ShardFile {
             _ => None,
         };
         Ok(Some(EventForm {
-            trains: motion.is_some(),
+            numbers_parts: motion.is_some(),
             translation: motion.as_deref() == Some(schema::TRANSLATION),
         }))
     }

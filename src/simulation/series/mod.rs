@@ -88,7 +88,7 @@ pub(super) struct TaylorEngine {
     first: bool,
     /// The slip has begun against its sense, see [`Dynamics::starts_beyond`], and has not turned yet.
     beyond: bool,
-    /// In a stick of two tied trains, [`SystemEquations::twisted`](crate::model::equations::SystemEquations::twisted) at its start.
+    /// In a stick of two tied chains, [`SystemEquations::twisted`](crate::model::equations::SystemEquations::twisted) at its start.
     held: Option<f64>,
     counters: Counters,
     radau: Radau<STAGES>,
