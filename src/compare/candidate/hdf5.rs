@@ -194,9 +194,9 @@ impl Pass for ForeignPass {
         for ((source, part), column) in self.columns.iter().zip(columns) {
             let read: Result<Vec<f64>, ResultError> = match *part {
                 _ if range.is_empty() => Ok(Vec::new()),
-                Part::Whole => source.read(range.clone()),
-                Part::Row(row) => source.read_row(row, range.clone()),
-                Part::Column(k) => source.read_column(k, range.clone()),
+                Part::Whole => source.read(std::slice::from_ref(&range)),
+                Part::Row(row) => source.read(&[row..row + 1, range.clone()]),
+                Part::Column(k) => source.read(&[range.clone(), k..k + 1]),
             };
             *column = read?;
         }
