@@ -321,7 +321,10 @@ fn multiprecision_random_trains() {
             let mut case = case.clone();
             case.solver = solver;
             let certify = Certify::new(&case).oracle_within(&exact, 18, Duration::from_secs(60));
-            let certified = certify.start(&MemoryRecorder::of_events(recorder.events.clone()));
+            let certified = certify.start(&MemoryRecorder {
+                events: recorder.events.clone(),
+                ..MemoryRecorder::default()
+            });
             let certified = certified.unwrap();
             let certificate = &certified.certificate;
             if let Some(why) = &certificate.without_oracle {

@@ -139,42 +139,29 @@ pub struct Witness {
 impl Witness {
     /// The attributes of /witness in a result file.
     pub fn attributes(&self) -> Vec<(String, AttributeValue)> {
-        let missing = |value: Option<f64>| value.unwrap_or(f64::NAN);
-        let numbers = [
-            ("rtol", self.rtol, "1", "relative tolerance of the witness"),
-            (
+        let text = |name: &str, text: &str| vec![(name.to_owned(), text.into())];
+        let number = |name: &str, value: Option<f64>, units: &str, long_name: &str| {
+            quantity(name, value.unwrap_or(f64::NAN), units, long_name).to_vec()
+        };
+        let agreeing = "events that agree with those of the result, from the first on";
+        let difference = "largest difference of the times of the agreeing events";
+        let other = "time of the first event that is another; NaN: there is none";
+        [
+            text("method", self.method),
+            number("rtol", Some(self.rtol), "1", "relative tolerance of the witness"),
+            text("testimony", self.testimony.name()),
+            number(
                 "events",
-                self.events as f64,
+                Some(self.events as f64),
                 "1",
                 "events in the sequence of the witness",
             ),
-            (
-                "agreeing_events",
-                self.agreeing_events as f64,
-                "1",
-                "events that agree with those of the result, from the first on",
-            ),
-            (
-                "largest_difference",
-                missing(self.largest_difference),
-                "s",
-                "largest difference of the times of the agreeing events",
-            ),
-            (
-                "differs_from",
-                missing(self.differs_from),
-                "s",
-                "time of the first event that is another; NaN: there is none",
-            ),
-        ];
-        let texts = [
-            ("method", self.method),
-            ("testimony", self.testimony.name()),
-            ("statement", &self.statement),
-        ];
-        let texts = texts.map(|(name, text)| (name.to_owned(), text.into()));
-        let numbers = numbers.map(|(name, value, units, long_name)| quantity(name, value, units, long_name));
-        texts.into_iter().chain(numbers.into_iter().flatten()).collect()
+            number("agreeing_events", Some(self.agreeing_events as f64), "1", agreeing),
+            number("largest_difference", self.largest_difference, "s", difference),
+            number("differs_from", self.differs_from, "s", other),
+            text("statement", &self.statement),
+        ]
+        .concat()
     }
 
     /// What a reader of the result has to know of it: that its events are others, where nothing else says so.

@@ -6,10 +6,18 @@ use super::table::{Column, Kind, Table};
 use std::io::{BufWriter, Write};
 use std::path::Path;
 
-/// The first line of a table, with its end.
+/// The first line of a table, with its end: the names of the columns, and their units.
 pub(super) fn header(columns: &[Column]) -> String {
-    let names: Vec<String> = columns.iter().map(|column| quoted(&column.header())).collect();
-    names.join(",") + "\n"
+    line(columns.iter().map(Column::header))
+}
+
+/// The same without units.
+pub(super) fn plain_header(columns: &[Column]) -> String {
+    line(columns.iter().map(|column| column.name.clone()))
+}
+
+fn line(fields: impl Iterator<Item = String>) -> String {
+    fields.map(|field| quoted(&field)).collect::<Vec<_>>().join(",") + "\n"
 }
 
 /// A text as a field.
@@ -33,24 +41,11 @@ fn push(line: &mut String, column: &Column, value: f64) {
     };
 }
 
-/// Writes a table.
+/// Writes a table below its first line.
 ///
 /// # Errors
 /// The table cannot be read, or the sink not be written to.
-pub(super) fn write(table: &Table, sink: impl Write, path: &Path) -> Result<(), ExportError> {
-    write_below(&header(&table.columns), table, sink, path)
-}
-
-/// Writes a table whose header has the names alone.
-///
-/// # Errors
-/// Those of [`write`].
-pub(super) fn write_plain(table: &Table, sink: impl Write, path: &Path) -> Result<(), ExportError> {
-    let names: Vec<String> = table.columns.iter().map(|column| quoted(&column.name)).collect();
-    write_below(&(names.join(",") + "\n"), table, sink, path)
-}
-
-fn write_below(header: &str, table: &Table, sink: impl Write, path: &Path) -> Result<(), ExportError> {
+pub(super) fn write(header: &str, table: &Table, sink: impl Write, path: &Path) -> Result<(), ExportError> {
     let failed = |error| ExportError::io(path, "writing", error);
     let mut sink = BufWriter::new(sink);
     sink.write_all(header.as_bytes()).map_err(failed)?;

@@ -68,7 +68,7 @@ impl Format {
     /// The table cannot be read, or the file not be written, or the format has no room for so many rows.
     pub(super) fn write(self, table: &Table, origin: &Origin, file: &File, path: &Path) -> Result<(), ExportError> {
         match self {
-            Format::Csv => csv::write(table, file, path),
+            Format::Csv => csv::write(&csv::header(&table.columns), table, file, path),
             Format::Npz => npz::write(table, origin, file, path),
             Format::Mat => mat::write(table, origin, file, path),
             Format::Parquet => parquet::write(table, origin, file, path),

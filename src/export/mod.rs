@@ -65,7 +65,8 @@ impl Export<'_> {
     /// # Errors
     /// Of the file or the sink.
     pub fn stream(&self, sink: impl Write) -> Result<(), ExportError> {
-        csv::write(&self.table, sink, Path::new("standard output"))
+        let header = csv::header(&self.table.columns);
+        csv::write(&header, &self.table, sink, Path::new("standard output"))
     }
 }
 

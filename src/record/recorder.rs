@@ -85,14 +85,6 @@ fn part(list: &[f64], index: usize, count: usize) -> &[f64] {
 }
 
 impl MemoryRecorder {
-    /// Of events alone.
-    pub fn of_events(events: Vec<Event>) -> MemoryRecorder {
-        MemoryRecorder {
-            events,
-            ..MemoryRecorder::default()
-        }
-    }
-
     /// Takes a sample with its further numbers.
     pub fn push(&mut self, sample: &Sample, further: &[f64]) {
         self.samples.push(*sample);

@@ -136,17 +136,17 @@ impl EventKind {
 
     /// The name in result files and reports.
     pub fn name(self) -> &'static str {
-        match self {
-            EventKind::Stick => "stick",
-            EventKind::Slip => "slip",
-            EventKind::Reversal => "reversal",
-            EventKind::Separation => "separation",
-            EventKind::Contact => "contact",
-            EventKind::Kick => "kick",
-            EventKind::Corner => "corner",
-            EventKind::Destabilised => "destabilised",
-            EventKind::Restabilised => "restabilised",
-        }
+        [
+            "stick",
+            "slip",
+            "reversal",
+            "separation",
+            "contact",
+            "kick",
+            "corner",
+            "destabilised",
+            "restabilised",
+        ][self as usize]
     }
 
     /// Whether it belongs to the event sequence; the others are information.

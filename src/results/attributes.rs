@@ -6,7 +6,7 @@ use serde::{Deserialize, Serialize, Serializer};
 
 use super::raw;
 use super::schema::{self, Variable};
-use super::values::Values;
+use super::values::{Values, each};
 
 /// The value of an attribute.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -151,7 +151,14 @@ pub(super) fn write_attribute(location: &Location, name: &str, value: impl Into<
     }
 }
 
-pub(super) fn write_array<T: H5Type>(location: &Location, name: &str, list: &[T]) -> hdf5::Result<()> {
+impl Values<'_> {
+    /// Writes all values as an attribute.
+    pub(super) fn write_attribute(&self, location: &Location, name: &str) -> hdf5::Result<()> {
+        each!(self, list => write_array(location, name, list))
+    }
+}
+
+fn write_array<T: H5Type>(location: &Location, name: &str, list: &[T]) -> hdf5::Result<()> {
     location.new_attr_builder().with_data(list).create(name).map(drop)
 }
 

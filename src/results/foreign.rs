@@ -142,27 +142,11 @@ pub struct ForeignColumn {
 }
 
 impl ForeignColumn {
-    /// Elements `range` of a variable of one dimension.
+    /// A part of the variable: a range of each of its dimensions, the last one fastest.
     ///
     /// # Errors
     /// If the file is damaged there.
-    pub fn read(&self, range: Range<usize>) -> Result<Vec<f64>, ResultError> {
-        self.source.read_rows(&self.name, range)
-    }
-
-    /// Elements `range` of row `row` of a variable of two dimensions.
-    ///
-    /// # Errors
-    /// If the file is damaged there.
-    pub(crate) fn read_row(&self, row: usize, range: Range<usize>) -> Result<Vec<f64>, ResultError> {
-        self.source.read(&self.name, &[row..row + 1, range])
-    }
-
-    /// Elements `range` of column `column` of a variable of two dimensions.
-    ///
-    /// # Errors
-    /// If the file is damaged there.
-    pub(crate) fn read_column(&self, column: usize, range: Range<usize>) -> Result<Vec<f64>, ResultError> {
-        self.source.read(&self.name, &[range, column..column + 1])
+    pub fn read(&self, part: &[Range<usize>]) -> Result<Vec<f64>, ResultError> {
+        self.source.read(&self.name, part)
     }
 }

@@ -26,7 +26,6 @@ mod stick_slip;
 mod sweep;
 mod table;
 pub(crate) mod target;
-mod times;
 mod values;
 mod work_precision;
 mod writer;

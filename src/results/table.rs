@@ -3,18 +3,50 @@
 use std::path::Path;
 
 use hdf5::dataset::DatasetBuilder;
-use hdf5::plist::file_access::LibraryVersion;
+pub(super) use hdf5::plist::file_access::LibraryVersion;
 use hdf5::plist::file_create::{FileSpaceStrategy, LinkCreationOrder};
-use hdf5::{Dataset, Extents, Group};
+use hdf5::{Dataset, Extents, Group, Selection};
+use ndarray::{ArrayViewD, IxDyn};
 
 use super::attributes::describe;
 use super::checksums::{Known, Sums};
 use super::raw;
 use super::schema::{Kind, Table, Variable};
-use super::values::{Number, Values, with_type};
+use super::values::{Number, Values, each, with_type};
 
 /// gzip: the smallest level does nearly all that can be done to shuffled doubles, at a third of the time.
 const DEFLATE_LEVEL: u8 = 1;
+
+impl Values<'_> {
+    /// Writes all values to a dataset of their size.
+    pub(super) fn write(&self, dataset: &Dataset) -> hdf5::Result<()> {
+        each!(self, list => dataset.write_raw(&list[..]))
+    }
+
+    /// Adds the values to `dataset`, which has `start` rows, and forgets them.
+    pub(super) fn append(&mut self, dataset: &Dataset, start: usize, sums: &mut Sums) -> hdf5::Result<()> {
+        let end = start + self.len();
+        dataset.resize([end])?;
+        self.write_block(dataset, &[end - start], (start..end).into(), sums)
+    }
+
+    /// Writes the values to a part of `dataset` that has this shape, and forgets them.
+    pub(super) fn write_block(
+        &mut self,
+        dataset: &Dataset,
+        shape: &[usize],
+        part: Selection,
+        sums: &mut Sums,
+    ) -> hdf5::Result<()> {
+        each!(self, list => {
+            sums.add(dataset, list);
+            let block = ArrayViewD::from_shape(IxDyn(shape), &list[..]).map_err(|error| error.to_string())?;
+            dataset.write_slice(block, part)?;
+            list.to_mut().clear();
+        });
+        Ok(())
+    }
+}
 
 /// A group of columns that grow together.
 pub(super) struct TableWriter {
@@ -85,13 +117,8 @@ impl TableWriter {
     }
 }
 
-/// A new file with variables in their own order, not the alphabet's.
-pub(super) fn create_file(path: &Path) -> hdf5::Result<hdf5::File> {
-    create_file_since(path, LibraryVersion::Earliest)
-}
-
-/// The same in the formats that readers from this version of HDF5 on know.
-pub(super) fn create_file_since(path: &Path, version: LibraryVersion) -> hdf5::Result<hdf5::File> {
+/// A new file with variables in their own order, not the alphabet's, in the formats that readers from a version of HDF5 on know.
+pub(super) fn create_file(path: &Path, version: LibraryVersion) -> hdf5::Result<hdf5::File> {
     hdf5::File::with_options()
         // No lock of HDF5's own, which would keep readers out; `WriteLock` keeps writers out.
         .with_fapl(|access| {

@@ -2,13 +2,10 @@
 
 use std::borrow::Cow;
 
+use hdf5::H5Type;
 use hdf5::types::OwnedDynValue;
-use hdf5::{Dataset, H5Type, Location, Selection};
-use ndarray::{ArrayViewD, IxDyn};
 use serde::{Deserialize, Serialize};
 
-use super::attributes::write_array;
-use super::checksums::Sums;
 use super::schema::{Kind, Variable};
 
 /// A type of the values of columns.
@@ -92,6 +89,8 @@ macro_rules! each {
     };
 }
 
+pub(super) use each;
+
 impl Values<'_> {
     pub(super) fn new(kind: Kind, capacity: usize) -> Self {
         match kind {
@@ -135,40 +134,6 @@ impl Values<'_> {
     /// Adds a value. A number that the type does not have becomes the nearest that it has.
     pub(super) fn push(&mut self, value: f64) {
         each!(self, list => list.to_mut().push(Number::of(value)));
-    }
-
-    /// Writes all values to a dataset of their size.
-    pub(super) fn write(&self, dataset: &Dataset) -> hdf5::Result<()> {
-        each!(self, list => dataset.write_raw(&list[..]))
-    }
-
-    /// Writes all values as an attribute.
-    pub(super) fn write_attribute(&self, location: &Location, name: &str) -> hdf5::Result<()> {
-        each!(self, list => write_array(location, name, list))
-    }
-
-    /// Adds the values to `dataset`, which has `start` rows, and forgets them.
-    pub(super) fn append(&mut self, dataset: &Dataset, start: usize, sums: &mut Sums) -> hdf5::Result<()> {
-        let end = start + self.len();
-        dataset.resize([end])?;
-        self.write_block(dataset, &[end - start], (start..end).into(), sums)
-    }
-
-    /// Writes the values to a part of `dataset` that has this shape, and forgets them.
-    pub(super) fn write_block(
-        &mut self,
-        dataset: &Dataset,
-        shape: &[usize],
-        part: Selection,
-        sums: &mut Sums,
-    ) -> hdf5::Result<()> {
-        each!(self, list => {
-            sums.add(dataset, list);
-            let block = ArrayViewD::from_shape(IxDyn(shape), &list[..]).map_err(|error| error.to_string())?;
-            dataset.write_slice(block, part)?;
-            list.to_mut().clear();
-        });
-        Ok(())
     }
 }
 

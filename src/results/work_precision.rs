@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 
 use super::attributes::{quantity, write_attribute, write_attributes, write_input, write_root};
 use super::source::Source;
-use super::table::{self, TableWriter};
+use super::table::{LibraryVersion, TableWriter, create_file, create_group};
 use super::target::{self, Reservation};
 use super::{AttributeValue, Reason, ResultError, Status, schema};
 
@@ -112,7 +112,7 @@ impl WorkPrecisionFile {
     }
 
     fn store(&self, path: &Path, status: &Status) -> hdf5::Result<()> {
-        let file = table::create_file(path)?;
+        let file = create_file(path, LibraryVersion::Earliest)?;
         let texts = [
             (schema::root::CONVENTIONS, schema::CONVENTIONS),
             (schema::root::TITLE, &self.title),
@@ -137,11 +137,11 @@ impl WorkPrecisionFile {
         for ((name, units, long_name), value) in schema::WORK_PRECISION_UNCERTAINTIES.iter().zip(self.uncertainties) {
             write_attributes(&reference, &quantity(name, value, units, long_name))?;
         }
-        let input = table::create_group(&file, schema::group::INPUT)?;
+        let input = create_group(&file, schema::group::INPUT)?;
         write_input(&input, "study", &self.study, "the study as it was given (TOML)")?;
         let resolved = "every parameter of the first run in SI units (TOML)";
         write_input(&input, schema::INPUT_RESOLVED, &self.resolved, resolved)?;
-        write_attributes(&table::create_group(&file, schema::group::META)?, &self.meta)?;
+        write_attributes(&create_group(&file, schema::group::META)?, &self.meta)?;
         super::checksums::write(&file, &super::checksums::Known::new())?;
         file.flush()
     }

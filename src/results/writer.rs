@@ -9,7 +9,7 @@ use super::kept::{KeptEnd, KeptView};
 use super::lock::WriteLock;
 use super::rows::{EVENTS, PIECE_COEFFICIENTS, PIECES, STICK_SLIP, TRAJECTORY, TableRows};
 use super::schema;
-use super::table::{TableWriter, create_file, create_group};
+use super::table::{LibraryVersion, TableWriter, create_file, create_group};
 use super::target::{self, Overwrite, Reservation};
 use super::{AttributeValue, Extra, Header, Reason, ResultError, Status, StickSlipTable, checksums};
 use crate::numerics::chebyshev::COEFFICIENTS;
@@ -262,7 +262,7 @@ struct Open {
 
 impl Open {
     fn create(path: &Path, header: &Header) -> hdf5::Result<Self> {
-        let file = create_file(path)?;
+        let file = create_file(path, LibraryVersion::Earliest)?;
         let texts = [
             (schema::root::CONVENTIONS, schema::CONVENTIONS),
             (schema::root::TITLE, &header.title),

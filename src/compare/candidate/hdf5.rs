@@ -121,9 +121,9 @@ impl Table for ForeignTable {
             for ((source, part), column) in parts.iter().zip(columns) {
                 *column = match *part {
                     _ if range.is_empty() => Vec::new(),
-                    Part::Whole => source.read(range.clone())?,
-                    Part::Row(row) => source.read_row(row, range.clone())?,
-                    Part::Column(k) => source.read_column(k, range.clone())?,
+                    Part::Whole => source.read(std::slice::from_ref(&range))?,
+                    Part::Row(row) => source.read(&[row..row + 1, range.clone()])?,
+                    Part::Column(k) => source.read(&[range.clone(), k..k + 1])?,
                 };
             }
             Ok(())

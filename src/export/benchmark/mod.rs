@@ -315,7 +315,7 @@ impl Package<'_> {
     fn table(&mut self, name: &str, title: &str, table: &Table, key: &[&'static str]) -> Result<(), ExportError> {
         let schema = describe::schema(&table.columns, key);
         self.write(name, title, "text/csv", Some(schema), |file, path| {
-            csv::write_plain(table, file, path)
+            csv::write(&csv::plain_header(&table.columns), table, file, path)
         })
     }
 

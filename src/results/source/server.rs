@@ -428,18 +428,9 @@ impl Server {
             return refused(format!("/{path} has more than {TEXTS} texts"));
         }
         check_text(&dataset, path)?;
-        let lossy = |bytes: &[u8]| String::from_utf8_lossy(bytes).into_owned();
-        let (class, _) = raw::class_of(&dataset)?;
-        let texts: Vec<String> = match class {
+        let texts: Vec<String> = match raw::class_of(&dataset)?.0 {
             Class::Text { length: Some(_), .. } => raw::read_texts(&dataset)?,
-            Class::Text { unicode: true, .. } => {
-                let texts = dataset.read_raw::<VarLenUnicode>()?;
-                texts.iter().map(|text| lossy(text.as_bytes())).collect()
-            }
-            Class::Text { unicode: false, .. } => {
-                let texts = dataset.read_raw::<VarLenAscii>()?;
-                texts.iter().map(|text| lossy(text.as_bytes())).collect()
-            }
+            Class::Text { unicode, .. } => varying_texts(&dataset, unicode)?,
             _ => return Err(Fault::Hdf5(format!("/{path} holds no texts"))),
         };
         if texts.iter().map(String::len).sum::<usize>() > TEXT_BYTES {
@@ -599,17 +590,12 @@ fn value_of(attribute: &Attribute) -> Answered<Option<AttributeValue>> {
         ));
     }
     let scalar = attribute.is_scalar();
-    let lossy = |bytes: &[u8]| AttributeValue::Text(String::from_utf8_lossy(bytes).into_owned());
     // An attribute that cannot be read counts as one that is not there.
     Ok(match class {
         Class::Text { length: Some(_), .. } if scalar => raw::read_text_lossy(attribute).ok().map(AttributeValue::Text),
-        Class::Text { unicode: true, .. } if scalar => {
-            let text = attribute.read_scalar::<VarLenUnicode>().ok();
-            text.map(|text| lossy(text.as_bytes()))
-        }
-        Class::Text { unicode: false, .. } if scalar => {
-            let text = attribute.read_scalar::<VarLenAscii>().ok();
-            text.map(|text| lossy(text.as_bytes()))
+        Class::Text { unicode, .. } if scalar => {
+            let text = varying_texts(attribute, unicode).ok().and_then(|mut texts| texts.pop());
+            text.map(AttributeValue::Text)
         }
         Class::Integer { .. } => attribute.read_raw::<i64>().ok().map(|values| match &values[..] {
             [value] if scalar => AttributeValue::Integer(*value),
@@ -620,6 +606,23 @@ fn value_of(attribute: &Attribute) -> Answered<Option<AttributeValue>> {
             _ => AttributeValue::Numbers(values),
         }),
         _ => None,
+    })
+}
+
+/// Texts of any length; what is not UTF-8 is replaced.
+fn varying_texts(object: &Container, unicode: bool) -> hdf5::Result<Vec<String>> {
+    let lossy = |bytes: &[u8]| String::from_utf8_lossy(bytes).into_owned();
+    Ok(match unicode {
+        true => object
+            .read_raw::<VarLenUnicode>()?
+            .iter()
+            .map(|text| lossy(text.as_bytes()))
+            .collect(),
+        false => object
+            .read_raw::<VarLenAscii>()?
+            .iter()
+            .map(|text| lossy(text.as_bytes()))
+            .collect(),
     })
 }
 

@@ -3,15 +3,13 @@
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use hdf5::plist::file_access::LibraryVersion;
-
 use super::columns::{Columns, write_columns};
 use super::schema::{DIGEST, INPUT_CASE, INPUT_STUDY, SweepHeader, SweepPlan, SweepRow};
 use super::shard;
 use super::storage::Shards;
 use crate::results::attributes::{write_attribute, write_attributes, write_input, write_root};
 use crate::results::schema;
-use crate::results::table::{self, create_group};
+use crate::results::table::{LibraryVersion, create_file as create_hdf5, create_group};
 use crate::results::target::{self, Reservation};
 use crate::results::{Column, ResultError, Status, checksums};
 
@@ -139,12 +137,14 @@ impl SweepWriter {
 }
 
 fn create_file(path: &Path, header: &SweepHeader, format: &str, shards: Option<&Shards>) -> hdf5::Result<hdf5::File> {
-    let file = match shards {
-        None => table::create_file(path)?,
-        // Virtual datasets need HDF5 1.10 in any case. Its own form of a selection is a rule; the earlier one lists every
-        // block, in a time that grows with the square of their number.
-        Some(_) => table::create_file_since(path, LibraryVersion::V110)?,
+    // Virtual datasets need HDF5 1.10 in any case. Its own form of a selection is a rule; the earlier one lists every
+    // block, in a time that grows with the square of their number.
+    let version = if shards.is_some() {
+        LibraryVersion::V110
+    } else {
+        LibraryVersion::Earliest
     };
+    let file = create_hdf5(path, version)?;
     let texts = [
         (schema::root::CONVENTIONS, schema::CONVENTIONS),
         (schema::root::TITLE, &header.title),
