@@ -305,7 +305,7 @@ impl Reference {
         };
         diagnosis::add_case(&mut causes, candidate.differences());
 
-        let mut statistics = statistics(&reference_word, &word, span, uncovered);
+        let mut statistics = statistics(&reference_word, &word, (span.from_start, span.to_end), uncovered);
         if let Some(attractors) = &attractors {
             // In a cycle there is no last stick.
             statistics.retain(|statistic| attractors[0].is_none() || statistic.name != "final_stick");
