@@ -557,7 +557,7 @@ impl Reference {
         let mut finder = match (given, physics.threshold()) {
             (Some(events), _) => Finder::Given(TorqueWatch::new(events)),
             (None, Some(_)) => Finder::Crossings(Crossings::new(detection.velocity_tolerance)),
-            (None, None) => Finder::Detector(Detector::new(detection)),
+            (None, None) => Finder::Detector(Box::new(Detector::new(detection))),
         };
         let mut rows = candidate.rows(&channels, physics)?;
         let mut block = Block::default();
@@ -790,7 +790,7 @@ enum Finder {
     /// It states them, and its samples have the torques before them.
     Given(TorqueWatch),
     /// Its relative velocity, of a contact that sticks, and of one that does not.
-    Detector(Detector),
+    Detector(Box<Detector>),
     Crossings(Crossings),
 }
 
