@@ -4,8 +4,8 @@ mod compare_common;
 mod unlocked;
 
 use compare_common::{compare, csv, events_csv, paper, rows_of, run, word_of, write};
-use stickslip::compare::detect::{Detector, Point};
-use stickslip::compare::{Comparison, Detection, Mapping, Reference};
+
+use stickslip::compare::{Comparison, Detection, Detector, Mapping, Point, Reference};
 use stickslip::record::sequence::Fault;
 use stickslip::results::ResultFile;
 

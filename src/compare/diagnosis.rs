@@ -279,9 +279,11 @@ fn unperturbed(e: &Evidence<'_>) -> Option<String> {
     }
     let (delta, unit, time) = (e.jump()?, e.unit(), e.kick?.time);
     let coasts = e.physics.coasts();
-    let onset = coasts
-        .then_some(": its onset is amplified rounding")
-        .unwrap_or_default();
+    let onset = if coasts {
+        ": its onset is amplified rounding"
+    } else {
+        ""
+    };
     Some(format!(
         "the reference is kicked by {delta:.1e} {unit} at {time:.6} s, the candidate is not{onset}"
     ))

@@ -34,15 +34,13 @@ pub struct EventError {
 impl EventErrors {
     /// Of two aligned words.
     pub fn of(reference: &[SequenceEvent], candidate: &[SequenceEvent], alignment: &Alignment) -> EventErrors {
-        let events: Vec<EventError> = alignment
-            .matched()
-            .map(|(r, c)| EventError {
-                position: r,
-                kind: reference[r].kind.name(),
-                time: reference[r].time,
-                error: candidate[c].time - reference[r].time,
-            })
-            .collect();
+        let error = |(r, c): (usize, usize)| EventError {
+            position: r,
+            kind: reference[r].kind.name(),
+            time: reference[r].time,
+            error: candidate[c].time - reference[r].time,
+        };
+        let events: Vec<EventError> = alignment.matched().map(error).collect();
         let worst = events.iter().max_by(|a, b| a.error.abs().total_cmp(&b.error.abs()));
         let squares: f64 = events.iter().map(|e| e.error * e.error).sum();
         EventErrors {

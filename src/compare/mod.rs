@@ -1,22 +1,14 @@
 //! How far a run of any solver agrees with a reference: the event sequence, the times of the events, then the states.
 //!
 //! A `Candidate` is a result file, any HDF5, NPZ or CSV file with a time column and channels, or a table of events; a
-//! [`Mapping`] says what its columns are. Events that it does not state are found in its relative velocity ([`detect`]).
-//! The event sequences are aligned first ([`crate::record::sequence`]); what matches gives event errors and the stretches ([`windows`]) in which
-//! both runs are in the same segment; there the channels are compared sample by sample ([`states`]) with the reference
-//! as a function of time ([`mod@reference`]). Nothing is compared across an event. What differs is explained where the
-//! candidate's numbers are evidence for a cause ([`diagnosis`]).
-
-pub(crate) mod candidate;
-pub(crate) mod detect;
-pub(crate) mod diagnosis;
-pub(crate) mod energy;
-pub(crate) mod event_errors;
-pub(crate) mod reference;
-pub(crate) mod states;
-pub(crate) mod windows;
+//! [`Mapping`] says what its columns are. Events that it does not state are found in its relative velocity (`detect`).
+//! The event sequences are aligned first ([`crate::record::sequence`]); what matches gives event errors and the stretches (`windows`) in which
+//! both runs are in the same segment; there the channels are compared sample by sample (`states`) with the reference
+//! as a function of time (`reference`). Nothing is compared across an event. What differs is explained where the
+//! candidate's numbers are evidence for a cause (`diagnosis`).
 
 mod attractor;
+mod candidate;
 mod case_differences;
 mod channel;
 mod clock;
@@ -24,18 +16,25 @@ mod comparison;
 mod creep;
 mod crossings;
 mod cycles;
+mod detect;
+mod diagnosis;
+mod energy;
 mod error;
 mod evaluate;
+mod event_errors;
 mod impulse;
 mod parameters;
 mod range;
+pub(crate) mod reference;
 mod requirement;
 mod resolution;
+mod states;
 mod statistics;
 mod torques;
 mod trace;
 mod units;
 mod vocabulary;
+mod windows;
 
 pub(crate) use candidate::Candidate;
 
@@ -46,10 +45,11 @@ pub use channel::Channel;
 pub use clock::{FoundOffset, OtherClock};
 pub use comparison::{Absent, ChannelErrors, Comparison, Span};
 pub use cycles::CycleErrors;
-pub use detect::{Detection, Found};
+pub use detect::{Detection, Detector, Found, Point};
 pub use diagnosis::{Cause, Diagnosis};
 pub use error::CompareError;
 pub use evaluate::Evaluator;
+pub use event_errors::EventError;
 pub use impulse::ImpulseErrors;
 pub use parameters::{Agreement, FoundBy, OtherKick, OtherNumber, OtherParameters, Rerun as TriedAgain};
 pub use requirement::Requirement;
@@ -67,7 +67,7 @@ use candidate::Block;
 use comparison::channel_errors;
 use creep::{Creep, CreepPass};
 use crossings::Crossings;
-use detect::{DEFAULT_HYSTERESIS, DEFAULT_TOLERANCE, Detector, Point};
+use detect::{DEFAULT_HYSTERESIS, DEFAULT_TOLERANCE};
 use diagnosis::Evidence;
 use energy::{EnergyDrift, EnergyPass};
 use event_errors::EventErrors;
@@ -305,7 +305,7 @@ impl Reference {
         };
         diagnosis::add_case(&mut causes, candidate.differences());
 
-        let mut statistics = statistics(&reference_word, &word, span, uncovered);
+        let mut statistics = statistics(&reference_word, &word, (span.from_start, span.to_end), uncovered);
         if let Some(attractors) = &attractors {
             // In a cycle there is no last stick.
             statistics.retain(|statistic| attractors[0].is_none() || statistic.name != "final_stick");
@@ -557,7 +557,7 @@ impl Reference {
         let mut finder = match (given, physics.threshold()) {
             (Some(events), _) => Finder::Given(TorqueWatch::new(events)),
             (None, Some(_)) => Finder::Crossings(Crossings::new(detection.velocity_tolerance)),
-            (None, None) => Finder::Detector(Detector::new(detection)),
+            (None, None) => Finder::Detector(Box::new(Detector::new(detection))),
         };
         let mut rows = candidate.rows(&channels, physics)?;
         let mut block = Block::default();
@@ -790,7 +790,7 @@ enum Finder {
     /// It states them, and its samples have the torques before them.
     Given(TorqueWatch),
     /// Its relative velocity, of a contact that sticks, and of one that does not.
-    Detector(Detector),
+    Detector(Box<Detector>),
     Crossings(Crossings),
 }
 

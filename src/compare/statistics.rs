@@ -1,6 +1,5 @@
 //! The paper's numbers of both runs, side by side.
 
-use super::Span;
 use super::attractor::Attractor;
 use crate::record::CycleStatistics;
 use crate::record::sequence::SequenceEvent;
@@ -78,7 +77,7 @@ pub(super) fn of_attractors(attractors: &[Option<Attractor>; 2], unit: &'static 
 pub(super) fn statistics(
     reference: &[SequenceEvent],
     candidate: &[SequenceEvent],
-    span: Span,
+    (from_start, to_end): (bool, bool),
     uncovered: usize,
 ) -> Vec<Statistic> {
     let of = |word: &[SequenceEvent]| CycleStatistics::of_events(word.iter().map(|e| (e.time, e.kind))).0;
@@ -87,7 +86,7 @@ pub(super) fn statistics(
         let of_start = name == "onset" || name.starts_with("first");
         let of_end = name == "final_stick" || name.starts_with("last");
         let any = uncovered == 0 || !reference.is_empty();
-        any && (span.from_start || !of_start) && (span.to_end || !of_end)
+        any && (from_start || !of_start) && (to_end || !of_end)
     };
     let statistic = |&(name, unit, quantity): &(&'static str, &'static str, Quantity)| Statistic {
         name,

@@ -346,7 +346,7 @@ fn samples(c: &Comparison) -> Option<String> {
 }
 
 fn events(c: &Comparison) -> Table {
-    let row = |e: &crate::compare::event_errors::EventError| {
+    let row = |e: &crate::compare::EventError| {
         vec![
             e.kind.to_owned(),
             e.position.to_string(),

@@ -67,23 +67,24 @@ fn balance(terms: &[f64]) -> Missed {
 impl Equations {
     /// Of a system, to be asked about `stretches`, whose motion stands at `places` of the state.
     pub fn new(trains: System, places: &[usize], stretches: &[Stretch]) -> Equations {
-        Equations {
-            system: SystemEquations::new(&trains),
-            places: places.to_vec(),
-            acting: acting(&trains, stretches),
-            trains,
-        }
+        let acting = acting(&trains, stretches);
+        Equations::under(trains, places, acting)
     }
 
     /// The same with other numbers of the system.
     pub fn with(&self, trains: System, stretches: &[Stretch]) -> Equations {
+        let acting = match alike(&trains, &self.trains) {
+            true => self.acting.clone(),
+            false => acting(&trains, stretches),
+        };
+        Equations::under(trains, &self.places, acting)
+    }
+
+    fn under(trains: System, places: &[usize], acting: Rc<[[Acting; POINTS]]>) -> Equations {
         Equations {
             system: SystemEquations::new(&trains),
-            places: self.places.clone(),
-            acting: match alike(&trains, &self.trains) {
-                true => self.acting.clone(),
-                false => acting(&trains, stretches),
-            },
+            places: places.to_vec(),
+            acting,
             trains,
         }
     }
@@ -181,10 +182,8 @@ impl Equations {
             let Engagement::Bristles(.., at) = system.engagement else {
                 return None;
             };
-            let (deflection, rate) = (
-                each(&|k| states[k][at]),
-                each(&|k| self.engaged(stretch, k, &states[k]).1),
-            );
+            let deflection = each(&|k| states[k][at]);
+            let rate = each(&|k| self.engaged(stretch, k, &states[k]).1);
             balance(&[change(&deflection), -integral(&rate)])
         }));
         missed.extend(match axial {

@@ -36,21 +36,19 @@ pub(crate) fn states_at_events(
     events: &[Event],
 ) -> Result<Vec<BeforeAndAfter>, ResultError> {
     let names = course.further();
-    let side = |side: &str| -> Result<Vec<Vec<f64>>, ResultError> {
-        names
+    let side = |side: &str| {
+        let columns = names
             .iter()
-            .map(|one| file.event_column(&format!("{}_{side}", one.name)))
-            .collect()
+            .map(|one| file.event_column(&format!("{}_{side}", one.name)));
+        columns.collect::<Result<Vec<Vec<f64>>, ResultError>>()
     };
     let (before, after) = (side("before")?, side("after")?);
     let y = |state: &State, columns: &[Vec<f64>], row: usize| {
         let further: Vec<f64> = columns.iter().map(|column| column[row]).collect();
         course.state(state, &further)
     };
-    let states = events.iter().enumerate();
-    Ok(states
-        .map(|(row, event)| (y(&event.before, &before, row), y(&event.after, &after, row)))
-        .collect())
+    let sides = |(row, event): (usize, &Event)| (y(&event.before, &before, row), y(&event.after, &after, row));
+    Ok(events.iter().enumerate().map(sides).collect())
 }
 
 /// See the module.
@@ -104,17 +102,16 @@ impl<'a> Nodes<'a> {
         let column = |name: &String| self.file.column(name, rows.clone());
         let columns = self.further.iter().map(column).collect::<Result<Vec<_>, _>>()?;
         let states = self.file.states(rows.clone())?.into_iter().enumerate();
-        Ok(states
-            .map(|(row, (time, mode, state))| {
-                let further: Vec<f64> = columns.iter().map(|column| column[row]).collect();
-                Node {
-                    time,
-                    mode,
-                    closes: false,
-                    y: self.physics.course.state(&state, &further),
-                }
-            })
-            .collect())
+        let node = |(row, (time, mode, state))| {
+            let further: Vec<f64> = columns.iter().map(|column: &Vec<f64>| column[row]).collect();
+            Node {
+                time,
+                mode,
+                closes: false,
+                y: self.physics.course.state(&state, &further),
+            }
+        };
+        Ok(states.map(node).collect())
     }
 
     fn sample(&mut self) -> Result<Option<Node>, ResultError> {
@@ -136,26 +133,25 @@ impl<'a> Nodes<'a> {
         if let Some(after) = self.after.take() {
             return Ok(Some(after));
         }
-        loop {
-            let sample = self.sample()?;
-            let event = self.breaks.get(self.next_break);
-            match (sample, event) {
-                (Some(s), Some(e)) if s.time == e.0 => self.row += 1,
-                (Some(s), Some(e)) if s.time < e.0 => {
-                    self.row += 1;
-                    return Ok(Some(s));
-                }
-                (_, Some((_, before, after))) => {
-                    self.next_break += 1;
-                    self.after = Some(after.clone());
-                    return Ok(Some(before.clone()));
-                }
-                (Some(s), None) => {
-                    self.row += 1;
-                    return Ok(Some(s));
-                }
-                (None, None) => return Ok(None),
-            }
+        // A sample at the time of an event.
+        let at = self
+            .breaks
+            .get(self.next_break)
+            .map_or(f64::INFINITY, |(time, ..)| *time);
+        let mut sample = self.sample()?;
+        while sample.as_ref().is_some_and(|sample| sample.time == at) {
+            self.row += 1;
+            sample = self.sample()?;
         }
+        if sample.as_ref().is_some_and(|sample| sample.time < at) {
+            self.row += 1;
+            return Ok(sample);
+        }
+        let Some((_, before, after)) = self.breaks.get(self.next_break) else {
+            return Ok(None);
+        };
+        self.next_break += 1;
+        self.after = Some(after.clone());
+        Ok(Some(before.clone()))
     }
 }

@@ -6,7 +6,7 @@ use crate::case::Case;
 use crate::friction::Law;
 use crate::model::Mode;
 use crate::model::equations::{Engagement, Outside, Side, SystemEquations};
-use crate::model::system::{End, Pressing, System};
+use crate::model::system::{End, Pressing, System, Train};
 use crate::record::sequence::SequenceEvent;
 use crate::simulation::{Course, Part, Quantity, Which};
 use serde::Serialize;
@@ -55,10 +55,8 @@ pub struct Physics {
 
 /// Whether an end is driven, or a torque acts from outside.
 fn is_driven(trains: &System) -> bool {
-    let sides = [&trains.rotor, &trains.stator];
-    sides
-        .iter()
-        .any(|train| matches!(train.end, End::Driven(_)) || train.torque.is_some())
+    let is_driven = |train: &Train| matches!(train.end, End::Driven(_)) || train.torque.is_some();
+    is_driven(&trains.rotor) || is_driven(&trains.stator)
 }
 
 /// Of two trains of which one is free, and which nothing drives.
@@ -71,10 +69,8 @@ fn coasting(trains: &System) -> Option<f64> {
         (&trains.stator, &trains.initial.stator_speed),
     ];
     let mut free = sides.iter().filter(|(train, _)| matches!(train.end, End::Free));
-    let (_, speeds) = free.next()?;
-    free.next()
-        .is_none()
-        .then(|| speeds.last().map_or(0.0, |speed| speed.abs()))
+    let (_, speeds) = free.next().filter(|_| free.next().is_none())?;
+    Some(speeds.last().map_or(0.0, |speed| speed.abs()))
 }
 
 impl Physics {
@@ -101,10 +97,8 @@ impl Physics {
             state.push(Channel::Deflection);
             places.push(place);
         }
-        let state = state
-            .into_iter()
-            .map(|channel| vocabulary.canonical(channel).unwrap_or(channel))
-            .collect();
+        let named = |channel| vocabulary.canonical(channel).unwrap_or(channel);
+        let state = state.into_iter().map(named).collect();
         let acts = |place: &usize| {
             let mut y = vec![0.0; system.dimension];
             y[*place] = 1.0;

@@ -55,11 +55,9 @@ fn run(physics: &Physics, events: &[Event]) -> Option<Vec<Node>> {
         return None;
     }
     let of_file: Vec<&Event> = events.iter().filter(|e| breaks_segment(e.kind)).collect();
-    let same = kept.events.len() == of_file.len()
-        && of_file
-            .iter()
-            .zip(&kept.events)
-            .all(|(a, b)| a.kind == b.kind && (a.time - b.time).abs() <= SAME);
+    let mut pairs = of_file.iter().zip(&kept.events);
+    let same = pairs.all(|(a, b)| a.kind == b.kind && (a.time - b.time).abs() <= SAME);
+    let same = same && kept.events.len() == of_file.len();
     if !same {
         log::warn!(
             "this program does not repeat the reference's run as it is in the file; where its samples are sparse, states are left \
