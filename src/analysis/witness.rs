@@ -38,15 +38,6 @@ pub struct Sequence {
 }
 
 impl Sequence {
-    /// Of events that are all at hand, in order.
-    pub fn of_events<'a>(events: impl IntoIterator<Item = &'a Event>) -> Self {
-        let of_sequence = events.into_iter().filter(|event| event.kind.in_event_sequence());
-        Sequence {
-            events: of_sequence.map(|event| (event.kind, event.time)).collect(),
-            resolved: 0.0,
-        }
-    }
-
     /// The last event: its kind and its time (s).
     pub(super) fn last(&self) -> Option<&(EventKind, f64)> {
         self.events.last()
