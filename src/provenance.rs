@@ -146,16 +146,16 @@ fn meta(case: &Case, started: &str) -> Attributes {
 }
 
 impl Header {
-    /// Of a run of `case`, which starts now; `text` is the case as it was given.
-    pub fn new(case: &Case, text: String) -> Self {
-        let started = now();
+    /// Of a run of `case`, which starts now. The resolved case stands for the text as it was given.
+    pub fn new(case: &Case) -> Self {
+        let (started, resolved) = (now(), case.resolved());
         Header {
             title: case.title.clone(),
             source: source(),
             references: case.words().references().to_owned(),
             history: format!("{started} {}", command_line()),
-            case_text: text,
-            resolved: case.resolved(),
+            case_text: resolved.clone(),
+            resolved,
             meta: meta(case, &started),
             events: events(case.solver().method),
             extension: extension(case),

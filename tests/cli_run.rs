@@ -580,7 +580,10 @@ fn cli_run_leaves_a_long_witness_out() {
     use stickslip::case::{Case, CaseSource, Override};
     let overrides = [undamped[1], undamped[3]].map(|text| Override::parse(text).unwrap());
     let case = Case::read(&CaseSource::built_in("paper-si").unwrap(), &overrides).unwrap();
-    let sequence = Sequence::of_events(&folder.result("paper-si.h5").events().unwrap());
+    let mut sequence = Sequence::default();
+    for event in folder.result("paper-si.h5").events().unwrap() {
+        stickslip::record::Recorder::event(&mut sequence, &event).unwrap();
+    }
     let given_up = witness(&case, &sequence, false, &|| false).expect("nobody stops it");
     assert_eq!(given_up.testimony, Testimony::LeftOut);
     assert_eq!(given_up.statement, said["statement"].as_str().unwrap());

@@ -4,7 +4,7 @@
 //! most [`LONGEST_PERIOD`] sections apart, whose states agree, and by which every harmonic that drives the trains has gone through
 //! whole turns. It is looked for anew after a kick and after a corner of a signal. Sliding that slows down by itself repeats nothing.
 
-use super::witness::Sequence;
+use super::sequence::Sequence;
 use crate::model::Mode;
 use crate::model::margin::twice_resistance;
 use crate::model::system::System;

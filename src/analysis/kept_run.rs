@@ -77,11 +77,9 @@ impl KeptReportEnd {
 impl<'a> KeptRun<'a> {
     /// The run that a case describes.
     pub fn new(case: &'a Case) -> Self {
-        let mut header = Header::new(case, String::new());
-        header.case_text.clone_from(&header.resolved);
         KeptRun {
             case,
-            header,
+            header: Header::new(case),
             witness: false,
             events_alone: false,
             control: None,

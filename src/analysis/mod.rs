@@ -16,6 +16,7 @@ pub mod linearised;
 mod recorded;
 mod saved_run;
 pub mod sensitivity;
+mod sequence;
 pub mod stability;
 pub mod summary;
 pub mod truth;

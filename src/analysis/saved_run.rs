@@ -52,12 +52,10 @@ pub struct SavedReport {
 impl<'a> SavedRun<'a> {
     /// The run that a case describes, into a file that replaces no other but a result of this program.
     pub fn new(case: &'a Case, path: &'a Path) -> Self {
-        let mut header = Header::new(case, String::new());
-        header.case_text.clone_from(&header.resolved);
         SavedRun {
             case,
             path,
-            header,
+            header: Header::new(case),
             overwrite: Overwrite::OwnResults,
             inputs: &[],
             keeps_events: false,

@@ -3,10 +3,10 @@
 //! It is no certificate: one method at one tolerance, without the rounding that all methods share. It does tell a result
 //! that two solvers agree on from one that is a solver's own.
 
+pub use super::sequence::Sequence;
 use super::warning::Warning;
 use crate::case::Case;
 use crate::hybrid::RunError;
-use crate::record::{Event, EventKind, Recorder, RecorderError, Segment};
 use crate::results::{AttributeValue, quantity};
 use crate::run::Run;
 use crate::simulation::{Method, OutputOptions, SolverOptions, natural_period};
@@ -19,72 +19,8 @@ const MOST_STEPS: usize = 1_500_000;
 /// Steps of `cvode` in a natural period of sliding where nothing damps the fast mode: 57 in `paper-si` with c_t = 0.
 const STEPS_PER_PERIOD: f64 = 56.0;
 
-/// Events of two methods agree if they are no farther apart than this share of the time since the event before: beyond,
-/// something has grown between the two runs.
-const SAME: f64 = 1e-3;
-
-/// Events that are no farther apart than this (s) agree in any case: short sticks follow their slip by less than a method's error.
-const AT_ONCE: f64 = 1e-9;
-
 /// What is said where it is given up, or not begun.
 const TOO_LONG: &str = "left out, as it takes more than a second";
-
-/// The sequence of events of a run.
-#[derive(Debug, Clone, Default, PartialEq)]
-pub struct Sequence {
-    events: Vec<(EventKind, f64)>,
-    /// For how long sliding had to resolve the fast mode, s, as far as segments told of it.
-    resolved: f64,
-}
-
-impl Sequence {
-    /// Of events that are all at hand, in order.
-    pub fn of_events<'a>(events: impl IntoIterator<Item = &'a Event>) -> Self {
-        let of_sequence = events.into_iter().filter(|event| event.kind.in_event_sequence());
-        Sequence {
-            events: of_sequence.map(|event| (event.kind, event.time)).collect(),
-            resolved: 0.0,
-        }
-    }
-
-    /// The last event: its kind and its time (s).
-    pub(super) fn last(&self) -> Option<&(EventKind, f64)> {
-        self.events.last()
-    }
-
-    /// How many events agree with those of `result`, from the first on: in kind and, by [`SAME`], in time.
-    fn agreeing(&self, result: &Sequence) -> usize {
-        let mut before = 0.0;
-        let agrees = |(own, other): &(&(EventKind, f64), &(EventKind, f64))| {
-            let apart = (own.1 - other.1).abs();
-            let near = apart <= AT_ONCE.max(SAME * (other.1 - before));
-            before = other.1;
-            own.0 == other.0 && near
-        };
-        self.events.iter().zip(&result.events).take_while(agrees).count()
-    }
-}
-
-/// What is kept of a run of which nothing but its sequence matters.
-impl Recorder for Sequence {
-    fn event(&mut self, event: &Event) -> Result<(), RecorderError> {
-        if event.kind.in_event_sequence() {
-            self.events.push((event.kind, event.time));
-        }
-        Ok(())
-    }
-
-    fn segment(&mut self, segment: &Segment) -> Result<(), RecorderError> {
-        if segment.mode.sense() != 0 && segment.resolved == Some(true) {
-            self.resolved += segment.end - segment.start;
-        }
-        Ok(())
-    }
-
-    fn stores_motion(&self) -> bool {
-        false
-    }
-}
 
 /// What a witness says of a run.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]

@@ -2,16 +2,14 @@
 
 use super::arguments::{Common, DPI, Format, PlotOptions};
 use super::input::columns;
-use super::plot_studies::{self, Kind};
+use super::plot_studies::{self, Chosen, Kind, NotDrawn};
 use super::{CommandError, End, complain, print, print_json, tell, terminal};
 use crate::analysis::advice::capitalised;
-use crate::analysis::distribution::Distribution;
 use crate::case::Motion;
 use crate::compare::Reference;
 use crate::plot::catalogue::{self, ENTRIES, in_words_of};
 use crate::plot::comparison::Beside;
 use crate::plot::entry::{Entry, Subject};
-use crate::plot::studies::StudyQuantity;
 use crate::plot::target::{self, Product, TargetError};
 use crate::plot::{
     Figure, Layout, PlotError, Run, certified, own, page, portraits, raster, studies, style, svg, vector,
@@ -24,26 +22,6 @@ use std::path::{Path, PathBuf};
 /// As `-o` names it.
 const FIGURE: Product = Product::Figure("-o");
 
-/// What there is to draw, and what a run does not have.
-#[derive(Default)]
-pub(super) struct Chosen {
-    pub figures: Vec<Figure>,
-    not_drawn: Vec<NotDrawn>,
-    sampling: Option<String>,
-    /// How the quantities of many runs are spread.
-    pub distributions: Vec<(StudyQuantity, Distribution)>,
-}
-
-impl Chosen {
-    /// These figures.
-    pub fn of(figures: Vec<Figure>) -> Chosen {
-        Chosen {
-            figures,
-            ..Chosen::default()
-        }
-    }
-}
-
 #[derive(Serialize)]
 struct Written {
     file: String,
@@ -51,12 +29,6 @@ struct Written {
     title: String,
     /// Number in the paper, where it is known.
     paper_figure: Option<u32>,
-}
-
-#[derive(Serialize)]
-struct NotDrawn {
-    figure: &'static str,
-    why: String,
 }
 
 #[derive(Serialize)]

@@ -1,12 +1,12 @@
 //! `stickslip plot` of files that hold many runs: sweeps, calibrations, work-precision studies.
 
 use super::arguments::PlotOptions;
-use super::plot::Chosen;
 use super::terminal;
 use crate::analysis::distribution::{Distribution, PERCENTILES};
 use crate::plot::studies::{self, Choice, ENTRIES, StudyQuantity};
 use crate::plot::{Figure, PlotError, work_precision};
 use crate::results::{Reason, ResultFile, SweepFile, WorkPrecisionFile, check_sound};
+use serde::Serialize;
 use std::path::Path;
 
 /// What a file holds, as far as drawing it is concerned.
@@ -17,6 +17,32 @@ pub(super) enum Kind {
     Sweep(SweepFile),
     /// Methods by tolerances.
     WorkPrecision,
+}
+
+/// What there is to draw, and what a run does not have.
+#[derive(Default)]
+pub(super) struct Chosen {
+    pub figures: Vec<Figure>,
+    pub not_drawn: Vec<NotDrawn>,
+    pub sampling: Option<String>,
+    /// How the quantities of many runs are spread.
+    pub distributions: Vec<(StudyQuantity, Distribution)>,
+}
+
+impl Chosen {
+    /// These figures.
+    pub fn of(figures: Vec<Figure>) -> Chosen {
+        Chosen {
+            figures,
+            ..Chosen::default()
+        }
+    }
+}
+
+#[derive(Serialize)]
+pub(super) struct NotDrawn {
+    pub figure: &'static str,
+    pub why: String,
 }
 
 /// What `path` holds, which is to be drawn.

@@ -149,13 +149,10 @@ fn command_error(error: &SweepError, path: &Path) -> CommandError {
         | SweepError::NoFolder { .. } => CommandError::input(text),
         SweepError::Journal(JournalError::File(inner)) | SweepError::File(inner) => match inner.reason {
             Reason::NoReader(_) | Reason::NotCreated(_) => CommandError::computation(text),
-            _ if inner.is_of_the_system() => {
-                let journal = journal_path(path);
-                CommandError::computation(format!(
-                    "{text}. What was computed is in {}; --resume goes on from there",
-                    journal.display()
-                ))
-            }
+            _ if inner.is_of_the_system() => CommandError::computation(format!(
+                "{text}. What was computed is in {}; --resume goes on from there",
+                journal_path(path).display()
+            )),
             _ => CommandError::input(text),
         },
         SweepError::Journal(_) => CommandError::input(text),

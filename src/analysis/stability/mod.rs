@@ -9,7 +9,6 @@
 //! | `linear` | the equations about a state as matrices, and their eigenvalues |
 //! | `impedance` | how much negative damping of the contact the chains can bear |
 //! | `smooth_sliding` | sliding without oscillation |
-//! | `stability_path` | where along it the eigenvalues become unstable |
 //! | `growth_rate`, `growth` | how fast the fast oscillation grows, and how far |
 //! | `onset` | the onset of stick-slip against the tolerance |
 
@@ -22,7 +21,6 @@ mod modes_report;
 pub mod onset;
 mod sliding;
 mod smooth_sliding;
-pub mod stability_path;
 pub mod states;
 
 pub use growth::Growth;
