@@ -275,19 +275,15 @@ fn html(options: &PlotOptions, path: &Path, common: &Common) -> Result<End, Comm
     let page = match &options.files[..] {
         [file] => {
             let file = ResultFile::open(file).map_err(|error| no_run(error.into()))?;
-            page::write(&file, path, options.force)
+            page::write(&file, None, path, options.force)
         }
         [first, second] => {
             let runs = [Run::open(first).map_err(bad)?, Run::open(second).map_err(bad)?];
             one_kind(&runs)?;
             drop(runs);
             let (first, second) = (ResultFile::open(first), ResultFile::open(second));
-            page::write_two(
-                &first.map_err(bad_file)?,
-                &second.map_err(bad_file)?,
-                path,
-                options.force,
-            )
+            let (first, second) = (first.map_err(bad_file)?, second.map_err(bad_file)?);
+            page::write(&first, Some(&second), path, options.force)
         }
         files => {
             return Err(CommandError::Input(format!(
@@ -316,9 +312,8 @@ fn finish_page(path: &Path, page: &impl Serialize, common: &Common) -> Result<En
 pub(super) fn bad(error: PlotError) -> CommandError {
     match error {
         PlotError::Result(error) | PlotError::Compare(CompareError::Result(error)) => bad_file(error),
-        PlotError::Drawing(_) | PlotError::Target(TargetError::Io { .. }) => {
-            CommandError::Computation(error.to_string())
-        }
+        PlotError::Drawing(_) => CommandError::Computation(error.to_string()),
+        PlotError::Target(target) if target.is_failure() => CommandError::Computation(target.to_string()),
         _ => CommandError::Input(error.to_string()),
     }
 }
@@ -549,13 +544,9 @@ fn write(options: &PlotOptions, figures: &[Figure], inputs: &[PathBuf]) -> Resul
     let targets = targets(options, figures).map_err(bad)?;
     let layout = layout(options)?;
     if Format::of_path(&options.output).is_none() && !targets.is_empty() {
-        std::fs::create_dir_all(&options.output).map_err(|source| {
-            bad(PlotError::Target(TargetError::Io {
-                path: options.output.clone(),
-                action: "creating the folder",
-                source,
-                product: FIGURE,
-            }))
+        std::fs::create_dir_all(&options.output).map_err(|error| {
+            let failed = TargetError::failed(&options.output, FIGURE, "creating the folder", error);
+            bad(failed.into())
         })?;
     }
     for (_, path, _) in &targets {
