@@ -124,16 +124,12 @@ fn color(number: usize) -> RGBColor {
 
 fn series(measurements: &[Measurement]) -> Vec<Series<'_>> {
     let mut series: Vec<Series> = Vec::new();
-    let mut methods: Vec<Method> = Vec::new();
     for m in measurements {
-        let color = methods
-            .iter()
-            .position(|&method| method == m.method)
-            .unwrap_or_else(|| {
-                methods.push(m.method);
-                methods.len() - 1
-            });
         let fixed = matches!(m.knob, Knob::FixedStep(_));
+        // Of the method, or the next.
+        let known = series.iter().find(|s| s.runs[0].method == m.method);
+        let next = || series.iter().map(|s| s.color + 1).max().unwrap_or(0);
+        let color = known.map_or_else(next, |s| s.color);
         match series.iter_mut().find(|s| s.color == color && s.fixed == fixed) {
             Some(s) => s.runs.push(m),
             None => series.push(Series {
