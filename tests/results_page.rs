@@ -20,7 +20,7 @@ use tempfile::TempDir;
 fn page_of(path: &Path) -> (ResultFile, page::Page, Page) {
     let file = ResultFile::open(path).unwrap();
     let target = path.with_extension("html");
-    let made = page::write(&file, &target, false).unwrap();
+    let made = page::write(&file, None, &target, false).unwrap();
     assert_eq!(std::fs::metadata(&target).unwrap().len(), made.bytes);
     (file, made, Page::read(&target))
 }
@@ -291,7 +291,7 @@ fn results_two_runs_are_on_one_page_with_their_difference() {
     let second = run(&folder, &["friction.decay=4.99"]);
     let (first, second) = (ResultFile::open(&first).unwrap(), ResultFile::open(&second).unwrap());
     let target = folder.path().join("pair.html");
-    let made = page::write_two(&first, &second, &target, false).unwrap();
+    let made = page::write(&first, Some(&second), &target, false).unwrap();
     assert!(made.bytes < SIZE_LIMIT_OF_TWO as u64);
     assert_eq!(made.samples, made.samples_kept);
     let page = Page::read(&target);
@@ -464,7 +464,7 @@ fn results_a_file_without_samples_has_no_page() {
     write(&path, 0);
     let file = ResultFile::open(&path).unwrap();
     let target = folder.path().join("empty.html");
-    let error = page::write(&file, &target, false).unwrap_err();
+    let error = page::write(&file, None, &target, false).unwrap_err();
     assert!(matches!(error, PlotError::NoSamples { .. }), "{error}");
     assert!(error.to_string().contains("empty.h5: has no trajectory"), "{error}");
     assert!(!target.exists());

@@ -66,7 +66,7 @@ fn page_of(folder: &TempDir, name: &str, overrides: &[&str]) -> (Case, ResultFil
 fn read(path: &Path) -> (ResultFile, Page) {
     let file = ResultFile::open(path).unwrap();
     let target = path.with_extension("html");
-    page::write(&file, &target, false).unwrap_or_else(|error| panic!("{error}"));
+    page::write(&file, None, &target, false).unwrap_or_else(|error| panic!("{error}"));
     (file, Page::read(&target))
 }
 
@@ -110,7 +110,9 @@ fn results_page_of_trains_has_every_channel() {
             let name = channel["name"].as_str().unwrap();
             let stored = file.column(name, 0..rows).unwrap();
             assert_decoded(name, &page.channel(name).0, &stored, page.block());
-            assert!(page.html.contains(&format!("[\"{name}\", ")), "{name} is in no panel");
+            let panels = page.run["panels"].as_array().unwrap();
+            let mut curves = panels.iter().flat_map(|panel| panel["curves"].as_array().unwrap());
+            assert!(curves.any(|curve| curve["name"] == name), "{name} is in no panel");
             let unit = channel["unit"].as_str().unwrap();
             assert_eq!(
                 unit.contains("rad") || unit == "N m",
@@ -339,13 +341,55 @@ fn regression_page_of_a_brake_has_its_words() {
     let path = folder.path().join("paper.h5");
     SavedRun::new(&case, &path).start().unwrap();
     let (_, page) = read(&path);
+    let panels = page.run["panels"].as_array().unwrap();
+    // Title, curves as (channel, legend, colour, limit), and what the panel is at first.
+    let said = |number: usize| {
+        let (panel, curves) = (&panels[number], panels[number]["curves"].as_array().unwrap());
+        let curve = |curve: &serde_json::Value| {
+            let text = |key: &str| curve[key].as_str().unwrap().to_owned();
+            format!(
+                "{}: {}, {}, {}",
+                text("name"),
+                text("label"),
+                text("colour"),
+                curve["limit"]
+            )
+        };
+        let (title, shown, change) = (panel["title"].as_str().unwrap(), &panel["shown"], &panel["change"]);
+        format!(
+            "{title}; {}; {shown}, {change}",
+            curves.iter().map(curve).collect::<Vec<_>>().join("; ")
+        )
+    };
+    assert_eq!(
+        said(0),
+        "Speed; theta_dot: rotor, blue, false; phi2_dot: rotor surface, vermillion, false; phi1_dot: stator surface, green, false; \
+         true, false"
+    );
+    assert!(
+        said(3).ends_with("; breakaway_torque_backward: −μ₀ r F_n, purple, true; true, false"),
+        "{}",
+        said(3)
+    );
+    assert!(
+        said(5).ends_with("; work_applied: work of F, purple, false; true, true"),
+        "{}",
+        said(5)
+    );
+    assert_eq!(
+        said(panels.len() - 1),
+        "Slip displacement; slip_displacement: φ₂ − φ₁, blue, false; false, false"
+    );
+    let friction = &page.run["portraits"][2];
+    assert_eq!(
+        (&friction["x"]["name"], &friction["x"]["label"]),
+        (&"relative_velocity".into(), &"ω_r".into())
+    );
+    assert_eq!(
+        (&friction["y"]["label"], &friction["y"]["jumps"]),
+        (&"torque".into(), &true.into())
+    );
     for words in [
-        "const PANELS = [\n  { title: \"Speed\", curves: [[\"theta_dot\", \"rotor\", BLUE], [\"phi2_dot\", \"rotor surface\", VERMILLION], \
-         [\"phi1_dot\", \"stator surface\", GREEN]], shown: true },\n",
-        "[\"breakaway_torque_backward\", \"−μ₀ r F_n\", PURPLE, \"limit\"]], shown: true },\n",
-        "[\"work_applied\", \"work of F\", PURPLE]], shown: true, change: true },\n",
-        "curves: [[\"slip_displacement\", \"φ₂ − φ₁\", BLUE]], shown: false },\n];\n",
-        "{ name: \"relative_velocity\", label: \"ω_r\" }, { name: \"friction_torque\", label: \"torque\", jumps: true }),\n];\n",
         "\"slip-backward\": \"backward\", ",
         "--backward: #f4e2ec;",
         "<section class=\"card\"><h2>Rotor twist</h2><div class=\"figure\" id=\"portrait-rotor\"></div>",

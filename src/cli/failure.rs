@@ -111,7 +111,8 @@ impl From<PlotError> for CommandError {
         match error {
             PlotError::Result(error) => error.into(),
             PlotError::Compare(error) => error.into(),
-            PlotError::Drawing(_) | PlotError::Target(TargetError::Io { .. }) => CommandError::computation(error),
+            PlotError::Drawing(_) => CommandError::computation(error),
+            PlotError::Target(target) if target.is_failure() => CommandError::computation(target),
             _ => CommandError::input(error),
         }
     }

@@ -229,13 +229,13 @@ fn html(options: &PlotOptions, path: &Path, common: &Common) -> Result<End, Comm
     let page = match &options.files[..] {
         [file] => {
             let file = ResultFile::open(file).map_err(|error| no_run(error.into()))?;
-            page::write(&file, path, options.force)
+            page::write(&file, None, path, options.force)
         }
         [first, second] => {
             one_kind(&[Run::open(first)?, Run::open(second)?])?;
-            page::write_two(
+            page::write(
                 &ResultFile::open(first)?,
-                &ResultFile::open(second)?,
+                Some(&ResultFile::open(second)?),
                 path,
                 options.force,
             )
@@ -463,12 +463,8 @@ fn write(options: &PlotOptions, figures: &[Figure], inputs: &[PathBuf]) -> Resul
     let targets = targets(options, figures)?;
     let layout = layout(options)?;
     if Format::of_path(&options.output).is_none() && !targets.is_empty() {
-        std::fs::create_dir_all(&options.output).map_err(|source| TargetError::Io {
-            path: options.output.clone(),
-            action: "creating the folder",
-            source,
-            product: FIGURE,
-        })?;
+        std::fs::create_dir_all(&options.output)
+            .map_err(|error| TargetError::failed(&options.output, FIGURE, "creating the folder", error))?;
     }
     for (_, path, _) in &targets {
         target::check(path, FIGURE, inputs, options.force)?;

@@ -1,7 +1,7 @@
 //! The figures of a run, or of several: each knows its window of time by the events, and which systems have it.
 
 use super::certified;
-use super::entry::{Absent, Entry, NO_CYCLE, Outcome, PORTRAIT, Subject, View};
+use super::entry::{Absent, Drawn, Entry, NO_CYCLE, Outcome, PORTRAIT, Subject, Undrawn, View, entry};
 use super::error::{PlotError, hint};
 use super::figure::{Axis, Curve, CurveStyle, Figure, Panel};
 use super::labels::in_translation;
@@ -22,21 +22,18 @@ const OF_A_RUN: std::ops::RangeInclusive<u32> = 4..=24;
 
 /// Every figure, in the order of the paper.
 pub const ENTRIES: &[Entry] = &[
-    entry("friction-law", "Friction law", Some(4), law::friction_law),
-    entry("axial-displacement", "Axial displacement", Some(5), axial_displacement),
+    entry("friction-law", "Friction law", law::friction_law).in_paper(4),
+    entry("axial-displacement", "Axial displacement", axial_displacement).in_paper(5),
     entry(
         "axial-settling",
         "Axial displacement after the last corner of F(t)",
-        None,
         |e, s| close_up(e, s, &[&["z"]], settling(s)),
     ),
-    entry("rotor-speed", "Rotor speed", None, |e, s| {
-        whole(e, s, &[&["theta_dot"]])
-    }),
-    entry("rotor-speed-stop", "Rotor speed before the stop", None, |e, s| {
+    entry("rotor-speed", "Rotor speed", |e, s| whole(e, s, &[&["theta_dot"]])),
+    entry("rotor-speed-stop", "Rotor speed before the stop", |e, s| {
         close_up(e, s, &[&["theta_dot"]], stop(s))
     }),
-    entry("surface-speeds", "Speeds of the contact surfaces", None, |e, s| {
+    entry("surface-speeds", "Speeds of the contact surfaces", |e, s| {
         // Surfaces that stick together and slide apart belong into common axes; those of a brake are too far apart.
         let apart: &[&[&str]] = &[&["phi2_dot"], &["phi1_dot"]];
         let common: &[&[&str]] = &[&["phi2_dot", "phi1_dot"]];
@@ -45,94 +42,70 @@ pub const ENTRIES: &[Entry] = &[
     entry(
         "surface-speeds-stop",
         "Speeds of the contact surfaces before the stop",
-        None,
         |e, s| close_up(e, s, &[&["phi2_dot"], &["phi1_dot"]], stop(s)),
     ),
     entry(
         "surface-speeds-close-up",
         "Speeds of the contact surfaces, first sticks",
-        None,
         |e, s| close_up(e, s, &[&["phi2_dot", "phi1_dot"]], first_cycles(s)),
     ),
-    entry("relative-velocity", "Relative velocity", None, |e, s| {
+    entry("relative-velocity", "Relative velocity", |e, s| {
         whole(e, s, RELATIVE_VELOCITY)
     }),
     entry(
         "relative-velocity-growth",
         "Relative velocity before the first stick",
-        None,
         |e, s| close_up(e, s, RELATIVE_VELOCITY, growth(s)),
     ),
-    entry("stick-slip-transition", "Stick-slip", None, |e, s| {
+    entry("stick-slip-transition", "Stick-slip", |e, s| {
         close_up(e, s, RELATIVE_VELOCITY, transition(s))
     }),
     entry(
         "stick-slip-close-up",
         "First sticks: relative velocity and torques",
-        None,
         |e, s| close_up(e, s, WITH_TORQUES, first_cycles(s)),
     ),
     entry(
         "stick-slip-end",
         "Last sticks: relative velocity and torques",
-        None,
         |e, s| close_up(e, s, WITH_TORQUES, last_cycles(s)),
     ),
-    entry("durations", "Durations of the sticks and slips", Some(15), durations),
-    entry(
-        "phase-axial",
-        "Axial motion after the last corner of F(t)",
-        None,
-        |e, s| portraits::after_corner(e, s, ("z", "z_dot"), s.axial_period),
-    ),
+    entry("durations", "Durations of the sticks and slips", durations).in_paper(15),
+    entry("phase-axial", "Axial motion after the last corner of F(t)", |e, s| {
+        portraits::after_corner(e, s, ("z", "z_dot"), s.axial_period)
+    }),
     entry(
         "phase-plateau",
         "Stator surface after the last corner of F(t)",
-        None,
         |e, s| portraits::after_corner(e, s, STATOR, s.period),
     ),
     entry(
         "phase-growth-stator",
         "Stator surface before the first stick",
-        None,
         |e, s| portraits::before_onset(e, s, STATOR),
     ),
-    entry(
-        "phase-growth-rotor",
-        "Rotor surface before the first stick",
-        None,
-        |e, s| portraits::before_onset(e, s, ROTOR),
-    ),
-    entry(
-        "phase-stick-slip-stator",
-        "Stator surface during stick-slip",
-        None,
-        |e, s| portraits::during(e, s, STATOR),
-    ),
-    entry(
-        "phase-stick-slip-rotor",
-        "Rotor surface during stick-slip",
-        None,
-        |e, s| portraits::during(e, s, ROTOR),
-    ),
+    entry("phase-growth-rotor", "Rotor surface before the first stick", |e, s| {
+        portraits::before_onset(e, s, ROTOR)
+    }),
+    entry("phase-stick-slip-stator", "Stator surface during stick-slip", |e, s| {
+        portraits::during(e, s, STATOR)
+    }),
+    entry("phase-stick-slip-rotor", "Rotor surface during stick-slip", |e, s| {
+        portraits::during(e, s, ROTOR)
+    }),
     entry(
         "phase-stick-slip-torque",
         "Torque and relative velocity during stick-slip",
-        None,
         |e, s| portraits::during(e, s, ("relative_velocity", "transmitted_torque")),
     ),
     entry(
         "phase-final-stick-stator",
         "Stator surface in the last stick",
-        None,
         |e, s| portraits::final_stick(e, s, STATOR),
     ),
-    entry(
-        "phase-final-stick-rotor",
-        "Rotor surface in the last stick",
-        None,
-        |e, s| portraits::final_stick(e, s, ROTOR),
-    ),
+    entry("phase-final-stick-rotor", "Rotor surface in the last stick", |e, s| {
+        portraits::final_stick(e, s, ROTOR)
+    }),
 ];
 
 /// Those, and the figures of a motion that does not stop.
@@ -203,16 +176,18 @@ impl Entry {
         if let Some(why) = reason(self.name, run) {
             let has = of_runs().filter(|other| reason(other.name, run).is_none());
             let has: Vec<&str> = has.map(|other| other.name).collect();
-            return Ok(Err(format!("{why}; this run has {}, and any channel", has.join(", "))
-                .as_str()
-                .into()));
+            let why = format!("{why}; this run has {}, and any channel", has.join(", "));
+            return Ok(Err(why.as_str().into()));
         }
-        let outcome = (self.draw)(self, subject)?;
-        Ok(outcome.map(|figure| Figure {
-            title: in_words_of(run, &figure.title),
-            paper_figure: self.paper_figure.filter(|_| is_paper_case(&run.case)),
-            ..figure
-        }))
+        match (self.draw)(self, subject) {
+            Ok(figure) => Ok(Ok(Figure {
+                title: in_words_of(run, &figure.title),
+                paper_figure: self.paper_figure.filter(|_| is_paper_case(&run.case)),
+                ..figure
+            })),
+            Err(Undrawn::Absent(absent)) => Ok(Err(absent)),
+            Err(Undrawn::Failed(error)) => Err(error),
+        }
     }
 }
 
@@ -223,20 +198,6 @@ pub fn of_run(run: &Run) -> Vec<&'static Entry> {
         found.extend(certified::ENTRIES);
     }
     found
-}
-
-const fn entry(
-    name: &'static str,
-    title: &'static str,
-    paper_figure: Option<u32>,
-    draw: fn(&Entry, &Subject) -> Result<Outcome, PlotError>,
-) -> Entry {
-    Entry {
-        name,
-        title,
-        paper_figure,
-        draw,
-    }
 }
 
 /// The figure of a name or of a number in the paper.
@@ -286,29 +247,30 @@ pub fn sampling(run: &Run, absent: &[&Absent]) -> Option<String> {
     (!needed.is_empty()).then(|| format!("output.window=[{list}]"))
 }
 
-fn whole(entry: &Entry, subject: &Subject, panels: &[&[&str]]) -> Result<Outcome, PlotError> {
+fn whole(entry: &Entry, subject: &Subject, panels: &[&[&str]]) -> Drawn {
     // One pass over the file for all figures of the whole run.
     let channels = ["theta_dot", "phi2_dot", "phi1_dot", "relative_velocity"];
     for run in subject.runs {
         run.curves(&channels, subject.run.times)?;
     }
-    over_time(subject.runs, entry.name, entry.title, panels, subject.run.times).map(Ok)
+    shown(entry, subject, panels, subject.run.times)
 }
 
 /// A figure over a window in which a motion is to be seen.
-fn close_up(entry: &Entry, subject: &Subject, panels: &[&[&str]], view: View) -> Result<Outcome, PlotError> {
-    match subject.resolved(view)? {
-        Ok(window) => over_time(subject.runs, entry.name, entry.title, panels, window).map(Ok),
-        Err(reason) => Ok(Err(reason)),
-    }
+fn close_up(entry: &Entry, subject: &Subject, panels: &[&[&str]], view: View) -> Drawn {
+    shown(entry, subject, panels, subject.resolved(view)?)
+}
+
+fn shown(entry: &Entry, subject: &Subject, panels: &[&[&str]], window: (f64, f64)) -> Drawn {
+    Ok(over_time(subject.runs, entry.name, entry.title, panels, window)?)
 }
 
 /// As long again as F(t) changes.
-fn axial_displacement(entry: &Entry, subject: &Subject) -> Result<Outcome, PlotError> {
+fn axial_displacement(entry: &Entry, subject: &Subject) -> Drawn {
     let (first, last) = subject.run.times;
     let end = subject.corner.map_or(last, |corner| (2.0 * corner).min(last));
     let end = if end > first { end } else { last };
-    over_time(subject.runs, entry.name, entry.title, &[&["z"]], (first, end)).map(Ok)
+    shown(entry, subject, &[&["z"]], (first, end))
 }
 
 fn settling(subject: &Subject) -> View {
@@ -394,9 +356,9 @@ impl ExponentialFit {
     }
 }
 
-fn durations(entry: &Entry, subject: &Subject) -> Result<Outcome, PlotError> {
+fn durations(entry: &Entry, subject: &Subject) -> Drawn {
     if subject.run.cycles.is_empty() {
-        return Ok(Err(NO_CYCLE.into()));
+        return Err(NO_CYCLE.into());
     }
     let several = subject.runs.len() > 1;
     let mut curves = Vec::new();
@@ -423,17 +385,9 @@ fn durations(entry: &Entry, subject: &Subject) -> Result<Outcome, PlotError> {
             }
         }
     }
-    let longest = curves.iter().flat_map(Curve::points).map(|p| p.1).fold(0.0, f64::max);
-    let count = curves.iter().flat_map(Curve::points).map(|p| p.0).fold(0.0, f64::max);
-    let panel = Panel::new(
-        Axis::new("index of the cycle", "1").ranging(-0.03 * count - 0.5, 1.03 * count + 0.5),
-        Axis::new("duration", "s").ranging(0.0, 1.08 * longest),
-        curves,
-    );
-    Ok(Ok(Figure {
-        name: entry.name.to_owned(),
-        title: entry.title.to_owned(),
-        paper_figure: None,
-        panels: vec![panel],
-    }))
+    let largest = |of: fn((f64, f64)) -> f64| curves.iter().flat_map(Curve::points).map(of).fold(0.0, f64::max);
+    let (count, longest) = (largest(|point| point.0), largest(|point| point.1));
+    let x = Axis::new("index of the cycle", "1").ranging(-0.03 * count - 0.5, 1.03 * count + 0.5);
+    let y = Axis::new("duration", "s").ranging(0.0, 1.08 * longest);
+    Ok(entry.figure(vec![Panel::new(x, y, curves)]))
 }

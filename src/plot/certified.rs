@@ -1,26 +1,15 @@
 //! What a certificate says: how far the events can be off, and the channels between them.
 
-use super::PlotError;
-use super::entry::{Absent, CERTIFIED, Entry, Outcome, Subject};
-use super::figure::{Area, Axis, Curve, CurveStyle, Figure, Panel};
+use super::entry::{Drawn, Entry, Subject, entry};
+use super::figure::{Area, Axis, Curve, CurveStyle, Figure, Panel, drawn};
 use super::own::time_axis;
 use super::style::{BLACK, BLUE, ORANGE, SKY, VERMILLION, line_color};
 use crate::results::AddedGroup;
 
 /// Figures of a certified file.
 pub const ENTRIES: &[Entry] = &[
-    Entry {
-        name: CERTIFIED[0],
-        title: "Uncertainty of the events, certified",
-        paper_figure: None,
-        draw: events,
-    },
-    Entry {
-        name: CERTIFIED[1],
-        title: "Error bands of the channels, certified",
-        paper_figure: None,
-        draw: bands,
-    },
+    entry("event-uncertainties", "Uncertainty of the events, certified", events),
+    entry("error-bands", "Error bands of the channels, certified", bands),
 ];
 
 /// An uncertainty of nothing has no logarithm: it is drawn here, s, which is about the spacing of times as doubles.
@@ -29,11 +18,7 @@ const LEAST: f64 = 1e-16;
 /// Channels whose bands are drawn, of a brake and of trains.
 const CHANNELS: [&str; 2] = ["relative_velocity", "friction_torque"];
 
-fn without() -> Outcome {
-    Err(Absent::from(
-        "the file has no certificate: `stickslip certify FILE` writes a copy with one",
-    ))
-}
+const WITHOUT: &str = "the file has no certificate: `stickslip certify FILE` writes a copy with one";
 
 fn column<'a>(group: &'a AddedGroup, name: &str) -> Option<&'a [f64]> {
     let found = group.columns.iter().find(|(column, _)| column.name == name);
@@ -41,10 +26,10 @@ fn column<'a>(group: &'a AddedGroup, name: &str) -> Option<&'a [f64]> {
 }
 
 /// For every event, from what rounding alone does up to its uncertainty; and the true error, where the oracle has it.
-fn events(entry: &Entry, subject: &Subject) -> Result<Outcome, PlotError> {
+fn events(entry: &Entry, subject: &Subject) -> Drawn {
     let run = subject.run;
     let (Some(group), Some(uncertainty)) = (run.certificate()?, run.time_uncertainty()) else {
-        return Ok(without());
+        return Err(WITHOUT.into());
     };
     let numbered = |values: &[f64]| -> Vec<(f64, f64)> {
         let numbers = values.iter().enumerate().filter(|(_, value)| value.is_finite());
@@ -52,9 +37,7 @@ fn events(entry: &Entry, subject: &Subject) -> Result<Outcome, PlotError> {
     };
     let points = numbered(&uncertainty);
     if points.is_empty() {
-        return Ok(Err(
-            "no event of its certificate is converged, so none has an uncertainty".into(),
-        ));
+        return Err("no event of its certificate is converged, so none has an uncertainty".into());
     }
     let mut curves = Vec::new();
     if let Some(rounding) = column(&group, "rounding") {
@@ -62,36 +45,24 @@ fn events(entry: &Entry, subject: &Subject) -> Result<Outcome, PlotError> {
             let low = rounding.get(k as usize).filter(|low| low.is_finite())?.abs().max(LEAST);
             (low < high).then(|| vec![(k, low), (k, high)])
         });
-        curves.push(Curve {
-            label: "from what rounding alone does".to_owned(),
-            color: SKY,
-            style: CurveStyle::Solid,
-            pieces: bars.collect(),
-        });
+        curves.push(Curve::pieces("from what rounding alone does", SKY, bars.collect()));
     }
-    let style = if points.len() > 200 {
-        CurveStyle::Dots
-    } else {
-        CurveStyle::Points
-    };
+    let style = CurveStyle::of_many(points.len(), 200, CurveStyle::Points);
     curves.push(Curve::line("uncertainty of the time", BLUE, points).styled(style));
     if let Some(errors) = column(&group, "true_error") {
         let points = numbered(errors);
         curves.push(Curve::line("true error, by the oracle", VERMILLION, points).styled(CurveStyle::OpenPoints));
     }
-    let unconverged: Vec<(f64, f64)> = uncertainty
-        .iter()
-        .enumerate()
-        .filter(|(_, value)| !value.is_finite())
-        .map(|(k, _)| (k as f64, LEAST))
-        .collect();
-    if !unconverged.is_empty() {
-        curves.push(Curve::line("not converged", ORANGE, unconverged).styled(CurveStyle::OpenPoints));
-    }
-    curves.retain(|curve| curve.points().next().is_some());
+    let unconverged = (0..uncertainty.len()).filter(|&k| !uncertainty[k].is_finite());
+    let unconverged = unconverged.map(|k| (k as f64, LEAST)).collect();
+    curves.push(Curve::line("not converged", ORANGE, unconverged).styled(CurveStyle::OpenPoints));
     let last = run.events.len().max(2) as f64;
     let x = || Axis::new("event, from 0", "1").ranging(-1.0, last);
-    let mut panels = vec![Panel::new(x(), Axis::new("uncertainty", "s").by_powers(), curves)];
+    let mut panels = vec![Panel::new(
+        x(),
+        Axis::new("uncertainty", "s").by_powers(),
+        drawn(curves),
+    )];
     // What has made them so large: a deviation grows from the loss of stability on.
     let growth = column(&group, "growth").unwrap_or_default().iter().enumerate();
     let growth: Vec<(f64, f64)> = growth
@@ -103,12 +74,8 @@ fn events(entry: &Entry, subject: &Subject) -> Result<Outcome, PlotError> {
         let growth = Curve::line("", BLACK, growth).styled(CurveStyle::Dots);
         panels.push(Panel::new(x(), folds, vec![growth]));
     }
-    Ok(Ok(Figure {
-        name: entry.name.to_owned(),
-        title: format!("{}: {}", entry.title, verdict(&group)),
-        paper_figure: None,
-        panels,
-    }))
+    let title = format!("{}: {}", entry.title, verdict(&group));
+    Ok(Figure::new(entry.name, title, panels))
 }
 
 /// The verdict of the whole in words.
@@ -128,17 +95,17 @@ fn verdict(group: &AddedGroup) -> String {
 type Pieces = Vec<Vec<(f64, f64)>>;
 
 /// Each channel with its band over the stick-slip, and below it how wide the band is at a fixed time.
-fn bands(entry: &Entry, subject: &Subject) -> Result<Outcome, PlotError> {
+fn bands(entry: &Entry, subject: &Subject) -> Drawn {
     let run = subject.run;
     let Some(group) = run.certificate()? else {
-        return Ok(without());
+        return Err(WITHOUT.into());
     };
     let (Some(start), Some(end), Some(uncertainty)) = (
         column(&group, "stretch_start"),
         column(&group, "stretch_end"),
         column(&group, "stretch_time_uncertainty"),
     ) else {
-        return Ok(Err("its certificate has no bands".into()));
+        return Err("its certificate has no bands".into());
     };
     let window = match (subject.onset, subject.final_stick) {
         (Some(from), Some(to)) if to > from => {
@@ -187,39 +154,19 @@ fn bands(entry: &Entry, subject: &Subject) -> Result<Outcome, PlotError> {
         steps.retain(|piece| !piece.is_empty());
         let color = line_color(number);
         let mut panel = Panel::new(time_axis(window), axis.clone(), vec![Curve::line("", color, points)]);
-        panel.areas = vec![Area {
-            label: String::new(),
-            color: SKY,
-            pieces,
-        }];
+        panel.areas = vec![Area::unnamed(SKY, pieces)];
         panels.push(panel);
         widths.push((axis, steps));
     }
     if panels.is_empty() {
-        return Ok(Err("its certificate has no band of a channel that is drawn here".into()));
+        return Err("its certificate has no band of a channel that is drawn here".into());
     }
     for (number, (axis, steps)) in widths.into_iter().enumerate() {
-        let name = if axis.symbol.is_empty() { axis.name } else { axis.symbol };
-        let drawn = Axis::new("half-width of the band", &axis.unit).with_symbol(&format!("± {name}"));
-        panels.push(Panel::new(
-            time_axis(window),
-            drawn.by_powers(),
-            vec![Curve {
-                label: String::new(),
-                color: line_color(number),
-                style: CurveStyle::Solid,
-                pieces: steps,
-            }],
-        ));
+        let width = Axis::new("half-width of the band", &axis.unit).with_symbol(&format!("± {}", axis.short()));
+        let steps = Curve::pieces("", line_color(number), steps);
+        panels.push(Panel::new(time_axis(window), width.by_powers(), vec![steps]));
     }
-    Ok(Ok(Figure {
-        name: entry.name.to_owned(),
-        title: format!(
-            "{}: {}; each curve is drawn with its band",
-            entry.title,
-            verdict(&group)
-        ),
-        paper_figure: None,
-        panels,
-    }))
+    let (title, verdict) = (entry.title, verdict(&group));
+    let title = format!("{title}: {verdict}; each curve is drawn with its band");
+    Ok(Figure::new(entry.name, title, panels))
 }

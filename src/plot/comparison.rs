@@ -3,10 +3,11 @@
 
 use super::decimate::MinMax;
 use super::error::PlotError;
-use super::figure::{Axis, Curve, CurveStyle, Figure, Panel};
+use super::figure::{Axis, Curve, CurveStyle, Figure, Panel, drawn};
 use super::own::{over_time, time_axis};
 use super::run::Run;
 use super::style::{BLACK, BLUE, VERMILLION};
+use crate::compare::EventError;
 use crate::compare::{Comparison, Mapping, Reference};
 use crate::record::sequence::Fault;
 use std::path::Path;
@@ -217,11 +218,10 @@ impl Beside<'_> {
         }
         let (points, label, ground) = (traced.candidate.finish(), self.label(), panel.modes.clone());
         let line = |label: &str| Curve::line(label, VERMILLION, points.clone());
+        let thin = if few { "" } else { &label };
+        panel.curves.push(line(thin).styled(CurveStyle::Thin));
         if few {
-            panel.curves.push(line("").styled(CurveStyle::Thin));
             panel.curves.push(line(&label).styled(CurveStyle::Points));
-        } else {
-            panel.curves.push(line(&label).styled(CurveStyle::Thin));
         }
         if error.is_empty() {
             let why = match traced.compared {
@@ -231,12 +231,8 @@ impl Beside<'_> {
             figure.title = format!("{}; {why}", figure.title);
             return Ok(figure);
         }
-        let curve = Curve {
-            label: "|error| at the same time".to_owned(),
-            color: BLACK,
-            style: if few { CurveStyle::Points } else { CurveStyle::Solid },
-            pieces: error,
-        };
+        let style = if few { CurveStyle::Points } else { CurveStyle::Solid };
+        let curve = Curve::pieces("|error| at the same time", BLACK, error).styled(style);
         let size = Axis::new(&format!("error of {}", axis.short()), &axis.unit)
             .with_symbol("")
             .by_powers();
@@ -251,24 +247,25 @@ impl Beside<'_> {
 /// Part of the period by which an event has to be off to be called wrong: so much is seen in a figure of some periods.
 const WRONG: f64 = 0.01;
 
+/// An event that is off: in words, its time and its error, s.
+fn off(what: &str, event: &EventError) -> (String, f64, f64) {
+    let (time, error) = (event.time, event.error);
+    let which = format!("event {}, a {} at {time:.6} s", event.position, event.kind);
+    (format!("{what}: {which}, is off by {error:.1e} s"), time, error.abs())
+}
+
 /// The first event that is wrong: where the sequences part, or before that the first that is off by more than a hundredth of a
 /// period (s), and by more than the candidate's file resolves. In words, its time and its error, s.
 fn first_wrong(comparison: &Comparison, period: f64) -> Option<(String, f64, f64)> {
-    let resolved = comparison
-        .resolution
-        .as_ref()
-        .map_or(0.0, |resolution| resolution.event_error);
+    let resolution = comparison.resolution.as_ref();
+    let resolved = resolution.map_or(0.0, |resolution| resolution.event_error);
     let detected = comparison.detection.as_ref().and(comparison.interval).unwrap_or(0.0);
     let wrong = (WRONG * period).max(resolved).max(detected);
     let mut events = comparison.event_errors.events.iter();
-    let off = events.find(|event| event.error.abs() > wrong);
+    let first = events.find(|event| event.error.abs() > wrong);
     let parted = comparison.sequence.first();
-    if let Some(off) = off.filter(|off| parted.is_none_or(|parted| off.time < parted.time)) {
-        let title = format!(
-            "First wrong event: event {}, a {} at {:.6} s, is off by {:.1e} s",
-            off.position, off.kind, off.time, off.error
-        );
-        return Some((title, off.time, off.error.abs()));
+    if let Some(event) = first.filter(|event| parted.is_none_or(|parted| event.time < parted.time)) {
+        return Some(off("First wrong event", event));
     }
     parted.map(|first| {
         let what = match first.fault {
@@ -283,15 +280,11 @@ fn first_wrong(comparison: &Comparison, period: f64) -> Option<(String, f64, f64
     })
 }
 
-/// The event with the largest error, where none is wrong. In words, its time and its error, s.
+/// The event with the largest error, where none is wrong.
 fn largest_error(comparison: &Comparison) -> Option<(String, f64, f64)> {
     let events = comparison.event_errors.events.iter();
     let worst = events.max_by(|a, b| a.error.abs().total_cmp(&b.error.abs()))?;
-    let title = format!(
-        "The event with the largest error: event {}, a {} at {:.6} s, is off by {:.1e} s",
-        worst.position, worst.kind, worst.time, worst.error
-    );
-    Some((title, worst.time, worst.error.abs()))
+    Some(off("The event with the largest error", worst))
 }
 
 /// The error of each event by its number; `None` without a matched event.
@@ -314,7 +307,7 @@ fn by_event(comparison: &Comparison) -> Option<Figure> {
             .filter(|difference| faults.contains(&difference.fault));
         there.map(|difference| (difference.position as f64, largest)).collect()
     };
-    let mut curves = vec![
+    let curves = drawn([
         Curve::line("the candidate is late", VERMILLION, late).styled(CurveStyle::Points),
         Curve::line("the candidate is early", BLUE, early).styled(CurveStyle::Points),
         Curve::line(
@@ -323,15 +316,14 @@ fn by_event(comparison: &Comparison) -> Option<Figure> {
             of_fault(&[Fault::Missing, Fault::Spurious]),
         )
         .styled(CurveStyle::OpenPoints),
-    ];
-    curves.retain(|curve| curve.points().next().is_some());
+    ]);
     let last = events.iter().map(|event| event.position).max().unwrap_or(0) as f64;
     let x = Axis::new("event of the reference", "1").ranging(-0.03 * last - 0.5, 1.03 * last + 0.5);
     let y = Axis::new("error of the time", "s").by_powers();
-    Some(Figure {
-        name: "comparison-events".to_owned(),
-        title: "Error of the time of each event".to_owned(),
-        paper_figure: None,
-        panels: vec![Panel::new(x, y, curves)],
-    })
+    let panels = vec![Panel::new(x, y, curves)];
+    Some(Figure::new(
+        "comparison-events",
+        "Error of the time of each event",
+        panels,
+    ))
 }

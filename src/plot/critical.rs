@@ -1,68 +1,58 @@
 //! The critical curve: the boundaries of a sweep in their plane, with the linear limit and contours of G (Fig. 25).
 
 use super::error::PlotError;
-use super::figure::{Curve, CurveStyle, Figure, Panel};
-use super::studies::data::{drawn_axis, short};
+use super::figure::{Curve, CurveStyle, Figure, Panel, drawn, extent};
+use super::studies::data::{drawn_axis, levels, short};
 use super::style::{BLACK, GREY, PALETTE};
 use crate::case::{Case, CaseSource};
 use crate::model::system::System;
 use crate::results::{Reason, ResultError, SweepFile};
+use serde::Serialize;
 
 /// The figure of a sweep file that has boundaries.
 ///
 /// # Errors
 /// If the file has none, or cannot be read.
 pub fn figure(file: &SweepFile) -> Result<Figure, PlotError> {
-    let boundary = |name: &str| file.text(&format!("boundary/{name}"));
-    let (Some(x), Some(y)) = (boundary("x"), boundary("y")) else {
-        return Err(Reason::NoBoundary(file.path().to_owned()).of(file.path()).into());
-    };
-    let mut curves = Vec::new();
+    let none = || Reason::NoBoundary(file.path().to_owned()).of(file.path());
+    let Boundary { x, y, curves: traced } = boundary(file)?.ok_or_else(none)?;
     let contours = lines(file, "growth_contours", "line", &x, &y)?;
-    for contour in &contours {
-        curves.push(Curve::line("growth exponent G", GREY, contour.points.clone()).styled(CurveStyle::Thin));
-    }
-    merge_by_label(&mut curves);
-    for limit in lines(file, "linear_limit", "line", &x, &y)? {
-        curves.push(Curve::line("stable at every speed", BLACK, limit.points).styled(CurveStyle::Dashed));
-    }
-    merge_by_label(&mut curves);
-    curves.extend(boundary_curves(file, &x, &y)?);
-    let spacing = |name: &str| boundary(name).as_deref() == Some("log");
-    let labels = contour_labels(&contours, &curves, (spacing("x_spacing"), spacing("y_spacing")));
-    let axis = |name: &str, spacing: &str| {
-        let units = file
-            .attribute(&format!("boundary/{name}"), "units")
-            .unwrap_or_else(|| "1".to_owned());
-        let axis = drawn_axis(name, &units, "");
-        if boundary(spacing).as_deref() == Some("log") {
-            axis.by_powers()
-        } else {
-            axis
-        }
+    let limit = lines(file, "linear_limit", "line", &x, &y)?;
+    let pieces = |lines: &[Line]| lines.iter().map(|line| line.points.clone()).collect();
+    let mut curves = drawn([
+        Curve::pieces("growth exponent G", GREY, pieces(&contours)).styled(CurveStyle::Thin),
+        Curve::pieces("stable at every speed", BLACK, pieces(&limit)).styled(CurveStyle::Dashed),
+    ]);
+    curves.extend(traced);
+    let spacing = |name: &str| file.text(&format!("boundary/{name}_spacing")).as_deref() == Some("log");
+    let labels = contour_labels(&contours, &curves, (spacing("x"), spacing("y")));
+    let axis = |name: &str, side: &str| {
+        let units = file.attribute(&format!("boundary/{name}"), "units");
+        drawn_axis(name, units.as_deref().unwrap_or("1"), "").logarithmic(spacing(side))
     };
     let is_the_papers = x == "friction_decay" && y == "torsion_damping";
+    let title = match file.text("boundary/criterion") {
+        Some(criterion) if !is_the_papers => format!("Where {criterion} ends"),
+        _ => "Critical curve: where stick-slip ends".to_owned(),
+    };
+    let panel = Panel {
+        labels,
+        ..Panel::new(axis(&x, "x"), axis(&y, "y"), curves)
+    };
     Ok(Figure {
-        name: "critical-curve".to_owned(),
-        title: match boundary("criterion") {
-            Some(criterion) if !is_the_papers => format!("Where {criterion} ends"),
-            _ => "Critical curve: where stick-slip ends".to_owned(),
-        },
         paper_figure: (is_the_papers && of_the_papers_case(file)).then_some(25),
-        panels: vec![Panel {
-            labels,
-            ..Panel::new(axis(&x, "x_spacing"), axis(&y, "y_spacing"), curves)
-        }],
+        ..Figure::new("critical-curve", title, vec![panel])
     })
 }
 
 /// The boundaries of a sweep and the names of the axes of their plane.
+#[derive(Serialize)]
 pub(super) struct Boundary {
     /// Name of the variable of the horizontal axis.
     pub x: String,
     /// Of the vertical one.
     pub y: String,
-    /// One for each plane.
+    /// One for each plane, named by the axes outside the plane.
     pub curves: Vec<Curve>,
 }
 
@@ -71,56 +61,41 @@ pub(super) fn boundary(file: &SweepFile) -> Result<Option<Boundary>, PlotError> 
     let (Some(x), Some(y)) = (file.text("boundary/x"), file.text("boundary/y")) else {
         return Ok(None);
     };
-    let curves = boundary_curves(file, &x, &y)?;
-    Ok(Some(Boundary { x, y, curves }))
-}
-
-fn boundary_curves(file: &SweepFile, x: &str, y: &str) -> Result<Vec<Curve>, PlotError> {
-    // One colour for each plane, named by the axes outside the plane.
     let known = ["boundary_point", "curve", "plane", "branch"];
-    let outside: Vec<String> = file
-        .variables("boundary")
-        .into_iter()
-        .filter(|name| !known.contains(&name.as_str()) && !name.starts_with(x) && !name.starts_with(y))
-        .collect();
-    let mut values = Vec::new();
-    for name in &outside {
-        values.push(file.numbers(&format!("boundary/{name}"))?);
-    }
-    let mut boundaries: Vec<Curve> = Vec::new();
-    for line in lines(file, "boundary", "curve", x, y)? {
-        let words = outside.iter().zip(&values).map(|(name, values)| {
+    let mut outside = Vec::new();
+    for name in file.variables("boundary") {
+        if !known.contains(&name.as_str()) && !name.starts_with(&x) && !name.starts_with(&y) {
+            let values = file.numbers(&format!("boundary/{name}"))?;
             let units = file.attribute(&format!("boundary/{name}"), "units").unwrap_or_default();
-            format!("{} = {} {units}", short(name), written(values[line.first]))
-        });
-        let label = words.collect::<Vec<_>>().join(", ");
-        let label = if label.is_empty() {
-            file.text("boundary/criterion").unwrap_or_default()
-        } else {
-            label
-        };
-        let color = PALETTE[line.plane % PALETTE.len()];
-        boundaries.push(Curve::line(&label, color, line.points));
+            outside.push((short(&name).to_owned(), units, values));
+        }
     }
-    merge_by_label(&mut boundaries);
-    Ok(boundaries)
+    let mut curves: Vec<Curve> = Vec::new();
+    for line in lines(file, "boundary", "curve", &x, &y)? {
+        let said = |(name, units, values): &(String, String, Vec<f64>)| {
+            format!("{name} = {} {units}", written(values[line.first]))
+        };
+        let label = match &outside[..] {
+            [] => file.text("boundary/criterion").unwrap_or_default(),
+            _ => outside.iter().map(said).collect::<Vec<_>>().join(", "),
+        };
+        // The legend names it once.
+        match curves.iter_mut().find(|curve| curve.label == label) {
+            Some(curve) => curve.pieces.push(line.points),
+            None => curves.push(Curve::line(&label, PALETTE[line.plane % PALETTE.len()], line.points)),
+        }
+    }
+    Ok(Some(Boundary { x, y, curves }))
 }
 
 /// Whether the base case of a sweep is the paper's, whatever its kick: the study sets that.
 fn of_the_papers_case(file: &SweepFile) -> bool {
-    let system = |source: CaseSource| -> Option<System> {
-        let case = Case::read(&source, &[]).ok()?;
-        Some(case.system)
-    };
-    let base = file.case_text();
-    let base = base.and_then(|text| system(CaseSource::result(file.path(), text)));
+    let system = |source| Case::read(&source, &[]).ok().map(|case| case.system);
+    let base = file.case_text().map(|text| CaseSource::result(file.path(), text));
     let papers = CaseSource::built_in("paper").ok().and_then(system);
-    base.zip(papers).is_some_and(|(base, papers)| {
-        let kicked = System {
-            kicks: base.kicks.clone(),
-            ..papers
-        };
-        base == kicked
+    base.and_then(system).zip(papers).is_some_and(|(base, papers)| {
+        let kicks = base.kicks.clone();
+        base == System { kicks, ..papers }
     })
 }
 
@@ -132,12 +107,7 @@ fn contour_labels(contours: &[Line], curves: &[Curve], by_powers: (bool, bool)) 
     };
     let all: Vec<(f64, f64)> = curves.iter().flat_map(Curve::points).map(place).collect();
     let range = |of: fn(&(f64, f64)) -> f64| {
-        let (low, high) = all
-            .iter()
-            .map(of)
-            .fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), v| {
-                (low.min(v), high.max(v))
-            });
+        let (low, high) = extent(all.iter().map(of)).unwrap_or((0.0, 0.0));
         (low, (high - low).max(f64::MIN_POSITIVE))
     };
     let (x, y) = (range(|point| point.0), range(|point| point.1));
@@ -147,11 +117,8 @@ fn contour_labels(contours: &[Line], curves: &[Curve], by_powers: (bool, bool)) 
         (2.0 * (a - x.0) / x.1, (b - y.0) / y.1)
     };
     let distance = |a: (f64, f64), b: (f64, f64)| (a.0 - b.0).hypot(a.1 - b.1);
-    let mut levels: Vec<f64> = contours.iter().map(|contour| contour.level).collect();
-    levels.sort_by(f64::total_cmp);
-    levels.dedup();
     let mut labels: Vec<((f64, f64), String)> = Vec::new();
-    for level in levels {
+    for level in levels(contours.iter().map(|contour| contour.level)) {
         let of_level = contours.iter().filter(|contour| contour.level == level);
         let Some(longest) = of_level.max_by_key(|contour| contour.points.len()) else {
             continue;
@@ -210,10 +177,9 @@ fn lines(file: &SweepFile, group: &str, by: &str, x: &str, y: &str) -> Result<Ve
     }
     let column = |name: &str| file.numbers(&format!("{group}/{name}"));
     let (which, plane, x, y) = (column(by)?, column("plane")?, column(x)?, column(y)?);
-    let level = if names.iter().any(|name| name == "level") {
-        column("level")?
-    } else {
-        vec![0.0; x.len()]
+    let level = match names.iter().any(|name| name == "level") {
+        true => column("level")?,
+        false => vec![0.0; x.len()],
     };
     let mut lines: Vec<Line> = Vec::new();
     for row in 0..x.len() {
@@ -230,16 +196,4 @@ fn lines(file: &SweepFile, group: &str, by: &str, x: &str, y: &str) -> Result<Ve
         }
     }
     Ok(lines)
-}
-
-/// Lines of one name become the pieces of one curve, so that the legend names it once.
-fn merge_by_label(curves: &mut Vec<Curve>) {
-    let mut merged: Vec<Curve> = Vec::new();
-    for curve in curves.drain(..) {
-        match merged.iter_mut().find(|other| other.label == curve.label) {
-            Some(other) => other.pieces.extend(curve.pieces),
-            None => merged.push(curve),
-        }
-    }
-    *curves = merged;
 }

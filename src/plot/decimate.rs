@@ -13,45 +13,41 @@ pub struct MinMax {
     kept: Vec<(f64, f64)>,
 }
 
-/// Points by their number in the bucket, so that they come out in order.
+/// Points by their number in the bucket, so that they come out in order: the first, least, largest and last.
 #[derive(Debug, Clone, Copy)]
 struct Bucket {
     count: u64,
-    first: (f64, f64),
-    least: (u64, (f64, f64)),
-    largest: (u64, (f64, f64)),
-    last: (f64, f64),
+    points: [(u64, (f64, f64)); 4],
 }
 
 impl Bucket {
     fn new(point: (f64, f64)) -> Self {
         Bucket {
             count: 1,
-            first: point,
-            least: (0, point),
-            largest: (0, point),
-            last: point,
+            points: [(0, point); 4],
         }
     }
 
     fn push(&mut self, point: (f64, f64)) {
-        if point.1 < self.least.1.1 {
-            self.least = (self.count, point);
+        let (own, [_, least, largest, last]) = ((self.count, point), &mut self.points);
+        if point.1 < least.1.1 {
+            *least = own;
         }
-        if point.1 > self.largest.1.1 {
-            self.largest = (self.count, point);
+        if point.1 > largest.1.1 {
+            *largest = own;
         }
-        self.last = point;
+        *last = own;
         self.count += 1;
     }
 
-    fn points(&self) -> impl Iterator<Item = (f64, f64)> {
-        let mut points = [(0, self.first), self.least, self.largest, (self.count - 1, self.last)];
-        points.sort_by_key(|point| point.0);
+    fn points(mut self) -> impl Iterator<Item = (f64, f64)> {
+        self.points.sort_by_key(|point| point.0);
         let mut previous = None;
-        points
+        let new = self
+            .points
             .into_iter()
-            .filter_map(move |(number, point)| (previous.replace(number) != Some(number)).then_some(point))
+            .filter(move |point| previous.replace(point.0) != Some(point.0));
+        new.map(|point| point.1)
     }
 }
 
@@ -139,24 +135,23 @@ impl Portrait {
             ((x - self.from.0) * self.per_unit.0) as i32,
             ((y - self.from.1) * self.per_unit.1) as i32,
         );
-        match self.cell {
-            Some(before) if before == cell => {}
-            Some(before) => {
-                if self.drawn.insert([before.0, before.1, cell.0, cell.1]) {
-                    if self.broken {
-                        self.lines.push(vec![self.last]);
-                    }
-                    if let Some(line) = self.lines.last_mut() {
-                        line.push((x, y));
-                    }
-                    self.broken = false;
-                } else {
-                    self.broken = true;
-                }
-                (self.cell, self.last) = (Some(cell), (x, y));
-            }
-            None => (self.cell, self.last) = (Some(cell), (x, y)),
+        let before = self.cell.replace(cell);
+        if before == Some(cell) {
+            return;
         }
+        if let Some(before) = before {
+            let is_new = self.drawn.insert([before.0, before.1, cell.0, cell.1]);
+            if is_new {
+                if self.broken {
+                    self.lines.push(vec![self.last]);
+                }
+                if let Some(line) = self.lines.last_mut() {
+                    line.push((x, y));
+                }
+            }
+            self.broken = !is_new;
+        }
+        self.last = (x, y);
     }
 
     /// Ends the line: the next point begins another.

@@ -1,7 +1,7 @@
 //! A figure of a run: its name, what it is drawn from, and why a run may not have it.
 
 use super::error::PlotError;
-use super::figure::Figure;
+use super::figure::{Figure, Panel};
 use super::run::{Run, SAMPLES_PER_PERIOD};
 use crate::model::system::Pressing;
 use crate::record::EventKind;
@@ -29,6 +29,27 @@ impl From<&str> for Absent {
     }
 }
 
+/// A figure; or why the run does not have it, or what failed.
+pub(super) type Drawn = Result<Figure, Undrawn>;
+
+/// Why there is no figure.
+pub(super) enum Undrawn {
+    Absent(Absent),
+    Failed(PlotError),
+}
+
+impl<T: Into<Absent>> From<T> for Undrawn {
+    fn from(absent: T) -> Self {
+        Undrawn::Absent(absent.into())
+    }
+}
+
+impl From<PlotError> for Undrawn {
+    fn from(error: PlotError) -> Self {
+        Undrawn::Failed(error)
+    }
+}
+
 /// One figure of the catalogue.
 #[derive(Debug, Clone, Copy)]
 pub struct Entry {
@@ -38,14 +59,35 @@ pub struct Entry {
     pub title: &'static str,
     /// Number in the paper, where it is known.
     pub paper_figure: Option<u32>,
-    pub(super) draw: fn(&Entry, &Subject) -> Result<Outcome, PlotError>,
+    pub(super) draw: fn(&Entry, &Subject) -> Drawn,
+}
+
+impl Entry {
+    /// The same with its number in the paper.
+    pub(super) const fn in_paper(self, number: u32) -> Entry {
+        Entry {
+            paper_figure: Some(number),
+            ..self
+        }
+    }
+
+    /// The figure with these panels.
+    pub(super) fn figure(&self, panels: Vec<Panel>) -> Figure {
+        Figure::new(self.name, self.title, panels)
+    }
+}
+
+pub(super) const fn entry(name: &'static str, title: &'static str, draw: fn(&Entry, &Subject) -> Drawn) -> Entry {
+    Entry {
+        name,
+        title,
+        paper_figure: None,
+        draw,
+    }
 }
 
 /// The figure of the motion that a run comes to.
 pub(super) const PORTRAIT: &str = "phase-portrait";
-
-/// The figures of a certificate.
-pub(super) const CERTIFIED: [&str; 2] = ["event-uncertainties", "error-bands"];
 
 /// A window of time (s), and the period (s) of the motion that is to be seen in it; or why there is none.
 pub(super) type View = Result<((f64, f64), f64), Absent>;
@@ -111,24 +153,21 @@ impl<'a> Subject<'a> {
     }
 
     /// The part of a view that the first run covers, if its samples there resolve the motion; or why not.
-    pub(super) fn resolved(&self, view: View) -> Result<Result<(f64, f64), Absent>, PlotError> {
-        let ((from, to), period) = match view {
-            Ok(view) => view,
-            Err(absent) => return Ok(Err(absent)),
-        };
+    pub(super) fn resolved(&self, view: View) -> Result<(f64, f64), Undrawn> {
+        let ((from, to), period) = view?;
         let window = (from.max(self.run.times.0), to.min(self.run.times.1));
         if self.run.is_dense(window) {
-            return Ok(Ok(window));
+            return Ok(window);
         }
         let count = match self.run.rows_in(window) {
             Ok(rows) => rows.len() as f64,
             Err(PlotError::NothingInRange { .. }) => 0.0,
-            Err(error) => return Err(error),
+            Err(error) => return Err(error.into()),
         };
         if window.1 > window.0 && count * period >= SAMPLES_PER_PERIOD * (window.1 - window.0) {
-            return Ok(Ok(window));
+            return Ok(window);
         }
-        Ok(Err(too_sparse((from, to), period)))
+        Err(too_sparse((from, to), period).into())
     }
 }
 

@@ -3,6 +3,7 @@
 use crate::model::Mode;
 use crate::record::EventKind;
 use plotters::style::RGBColor;
+use serde::{Serialize, Serializer};
 
 /// One figure: panels below each other.
 #[derive(Debug, Clone, PartialEq)]
@@ -106,16 +107,27 @@ pub struct Axis {
 }
 
 /// One line or set of points.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Curve {
     /// In the legend; empty: not there.
     pub label: String,
     /// Of line and markers.
+    #[serde(serialize_with = "as_hex")]
     pub color: RGBColor,
     /// Line or markers.
+    #[serde(skip)]
     pub style: CurveStyle,
     /// Pieces of (x, y), each drawn without a gap.
     pub pieces: Vec<Vec<(f64, f64)>>,
+}
+
+/// A colour as HTML has it.
+pub(super) fn hex(RGBColor(r, g, b): RGBColor) -> String {
+    format!("#{r:02x}{g:02x}{b:02x}")
+}
+
+fn as_hex<S: Serializer>(color: &RGBColor, serializer: S) -> Result<S::Ok, S::Error> {
+    serializer.serialize_str(&hex(*color))
 }
 
 /// How a curve is drawn.
@@ -135,7 +147,25 @@ pub enum CurveStyle {
     Dots,
 }
 
+impl CurveStyle {
+    /// Whether it joins its points.
+    pub(super) fn is_line(self) -> bool {
+        matches!(self, CurveStyle::Solid | CurveStyle::Thin | CurveStyle::Dashed)
+    }
+
+    /// Of that many points: `few` up to a limit, dots beyond it.
+    pub(super) fn of_many(count: usize, limit: usize, few: CurveStyle) -> CurveStyle {
+        if count > limit { CurveStyle::Dots } else { few }
+    }
+}
+
 impl Area {
+    /// An area that the legend leaves out.
+    pub(super) fn unnamed(color: RGBColor, pieces: Vec<Vec<(f64, f64, f64)>>) -> Area {
+        let label = String::new();
+        Area { label, color, pieces }
+    }
+
     /// All points of both of its lines.
     pub fn points(&self) -> impl Iterator<Item = (f64, f64)> + '_ {
         let both = |&(x, low, high): &(f64, f64, f64)| [(x, low), (x, high)];
@@ -146,11 +176,16 @@ impl Area {
 impl Curve {
     /// A line through all of `points`.
     pub fn line(label: &str, color: RGBColor, points: Vec<(f64, f64)>) -> Curve {
+        Curve::pieces(label, color, vec![points])
+    }
+
+    /// A line for each of `pieces`.
+    pub(crate) fn pieces(label: &str, color: RGBColor, pieces: Vec<Vec<(f64, f64)>>) -> Curve {
         Curve {
             label: label.to_owned(),
             color,
             style: CurveStyle::Solid,
-            pieces: vec![points],
+            pieces,
         }
     }
 
@@ -201,10 +236,12 @@ impl Axis {
 
     /// With powers of ten.
     pub(crate) fn by_powers(self) -> Axis {
-        Axis {
-            logarithmic: true,
-            ..self
-        }
+        self.logarithmic(true)
+    }
+
+    /// With powers of ten, or evenly.
+    pub(crate) fn logarithmic(self, logarithmic: bool) -> Axis {
+        Axis { logarithmic, ..self }
     }
 
     /// With a fixed range.
@@ -236,21 +273,40 @@ impl Panel {
 
     /// Least and largest x or y of the curves that are finite; (0, 1) where there are none.
     pub(super) fn extent(&self, coordinate: impl Fn((f64, f64)) -> f64) -> (f64, f64) {
-        let (low, high) = self
-            .curves
-            .iter()
-            .flat_map(Curve::points)
-            .chain(self.areas.iter().flat_map(Area::points))
-            .map(coordinate)
-            .filter(|v| v.is_finite())
-            .fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), v| {
-                (low.min(v), high.max(v))
-            });
-        if low <= high { (low, high) } else { (0.0, 1.0) }
+        let of_curves = self.curves.iter().flat_map(Curve::points);
+        let of_areas = self.areas.iter().flat_map(Area::points);
+        extent(of_curves.chain(of_areas).map(coordinate)).unwrap_or((0.0, 1.0))
     }
 }
 
+/// The curves that have a point: the others have no place in a legend.
+pub(super) fn drawn(curves: impl IntoIterator<Item = Curve>) -> Vec<Curve> {
+    curves
+        .into_iter()
+        .filter(|curve| curve.points().next().is_some())
+        .collect()
+}
+
+/// Least and largest of the values that are finite; `None` without any.
+pub(super) fn extent(values: impl IntoIterator<Item = f64>) -> Option<(f64, f64)> {
+    let finite = values.into_iter().filter(|value| value.is_finite());
+    finite.fold(None, |found, value| {
+        let (low, high) = found.unwrap_or((value, value));
+        Some((low.min(value), high.max(value)))
+    })
+}
+
 impl Figure {
+    /// A figure that is not the paper's.
+    pub fn new(name: impl Into<String>, title: impl Into<String>, panels: Vec<Panel>) -> Figure {
+        Figure {
+            name: name.into(),
+            title: title.into(),
+            paper_figure: None,
+            panels,
+        }
+    }
+
     /// The title, with the paper's number where it is known.
     pub fn full_title(&self) -> String {
         match self.paper_figure {

@@ -5,33 +5,32 @@ use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
 use serde::{Serialize, Serializer};
 
-/// A text with what stands for the names in double braces; other braces stay.
-pub(super) fn filled(template: &str, part: impl Fn(&str) -> Option<String>) -> String {
+/// A text with these parts, (name, text), for their names in double braces; other braces stay.
+pub(super) fn filled(template: &str, parts: &[(&str, &str)]) -> String {
     let mut text = String::with_capacity(template.len());
     let mut rest = template;
     while let Some((before, after)) = rest.split_once("{{") {
         text.push_str(before);
-        let known = after
-            .split_once("}}")
-            .and_then(|(name, after)| Some((part(name)?, after)));
-        match known {
-            Some((part, after)) => {
-                text.push_str(&part);
-                rest = after;
-            }
-            None => {
-                text.push_str("{{");
-                rest = after;
-            }
-        }
+        let known = after.split_once("}}").and_then(|(name, after)| {
+            let part = parts.iter().find(|part| part.0 == name)?;
+            Some((part.1, after))
+        });
+        let (part, after) = known.unwrap_or(("{{", after));
+        text.push_str(part);
+        rest = after;
     }
     text.push_str(rest);
     text
 }
 
-/// What stands for `generator` in a template.
-pub(super) fn generator() -> String {
-    format!("{} {}\">", signature::PAGE, env!("CARGO_PKG_VERSION"))
+/// A whole page with this title and these parts.
+pub(super) fn page(template: &str, title: &str, parts: &[(&str, &str)]) -> String {
+    let generator = format!("{} {}\">", signature::PAGE, env!("CARGO_PKG_VERSION"));
+    let title = escaped(title);
+    filled(
+        template,
+        &[&[("generator", &*generator), ("title", &title)], parts].concat(),
+    )
 }
 
 /// JSON that can stand in a script element: no text in it ends the element or opens a comment, or would steer a terminal on
@@ -56,11 +55,26 @@ pub(super) fn encoded(bytes: impl Iterator<Item = u8>) -> String {
 }
 
 /// Doubles, exactly: base64 of little-endian numbers.
-pub(super) fn doubles(values: &[f64]) -> String {
-    encoded(values.iter().flat_map(|value| value.to_le_bytes()))
+#[derive(Debug, Default, Serialize)]
+pub(super) struct Doubles(String);
+
+impl FromIterator<f64> for Doubles {
+    fn from_iter<I: IntoIterator<Item = f64>>(values: I) -> Self {
+        Doubles(encoded(values.into_iter().flat_map(f64::to_le_bytes)))
+    }
 }
 
-/// The same, for serde.
+/// Codes: base64 of bytes.
+#[derive(Debug, Serialize)]
+pub(super) struct Codes(String);
+
+impl FromIterator<i8> for Codes {
+    fn from_iter<I: IntoIterator<Item = i8>>(values: I) -> Self {
+        Codes(encoded(values.into_iter().map(i8::cast_unsigned)))
+    }
+}
+
+/// [`Doubles`] of a column that stays one, for serde.
 pub(super) fn as_doubles<S: Serializer>(values: &[f64], serializer: S) -> Result<S::Ok, S::Error> {
-    serializer.serialize_str(&doubles(values))
+    values.iter().copied().collect::<Doubles>().serialize(serializer)
 }

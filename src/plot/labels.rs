@@ -34,17 +34,10 @@ const LABELS: &[(&str, &str, &str)] = &[
     ("energy_residual", "energy residual", ""),
 ];
 
-/// The axis of a variable of /trajectory as every run has it; `None` if there is no such variable.
-pub fn axis(channel: &str) -> Option<Axis> {
-    let variables = schema::trajectory().variables;
-    let variable = variables.iter().find(|v| v.name == channel)?;
-    Some(of_variable(variable, Motion::Rotation, true))
-}
-
 /// What words of rotation are called in translation.
 pub(super) fn in_translation(words: &str) -> String {
-    let words = words.replace("angle", "position").replace("torque", "force");
-    words.replace("Torque", "Force")
+    let words = words.replace("angle", "position").replace("Angle", "Position");
+    words.replace("torque", "force").replace("Torque", "Force")
 }
 
 /// The axis of a variable of /trajectory, in a run with that motion, whose rotor is one shaft between two inertias or another chain.
@@ -64,13 +57,7 @@ pub(super) fn of_variable(variable: &schema::Variable, motion: Motion, one_shaft
             symbol = symbol.replace(angular, linear);
         }
     }
-    Axis {
-        name,
-        symbol,
-        unit: variable.units.to_owned(),
-        range: None,
-        logarithmic: false,
-    }
+    Axis::new(&name, &variable.units).with_symbol(&symbol)
 }
 
 /// What several channels in one panel have in common: the words that all of their names end with.
@@ -116,7 +103,12 @@ mod tests {
 
     #[test]
     fn analytic_common_words() {
-        let name = |channels: &[&str]| common(&channels.iter().filter_map(|c| axis(c)).collect::<Vec<_>>()).name;
+        let variables = schema::trajectory().variables;
+        let axis = |channel: &&str| {
+            let variable = variables.iter().find(|variable| variable.name == *channel).unwrap();
+            of_variable(variable, Motion::Rotation, true)
+        };
+        let name = |channels: &[&str]| common(&channels.iter().map(axis).collect::<Vec<_>>()).name;
         assert_eq!(name(&["phi2_dot", "phi1_dot"]), "surface speed");
         assert_eq!(name(&["transmitted_torque", "friction_torque"]), "torque");
         assert_eq!(name(&["theta"]), "rotor angle");

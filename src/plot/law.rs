@@ -1,8 +1,7 @@
 //! The figure of the friction law.
 
-use super::entry::{Entry, Outcome, Subject};
-use super::error::PlotError;
-use super::figure::{Axis, Curve, CurveStyle, Figure, Panel};
+use super::entry::{Drawn, Entry, Subject};
+use super::figure::{Axis, Curve, CurveStyle, Panel, drawn};
 use super::run::Run;
 use super::style::{BLACK, VERMILLION, line_color};
 use crate::analysis::stability::SystemModes;
@@ -30,7 +29,7 @@ fn coefficient(trains: &System, x: f64) -> f64 {
 /// The speeds (rad/s) at which steady sliding loses its stability: of a run that stops by its margin under the largest force, of others
 /// by the impedance of the trains.
 fn critical_speeds(run: &Run) -> Vec<f64> {
-    let (system, force) = (run.course().system(), run.course().largest_force());
+    let (system, force) = (run.course.system(), run.course.largest_force());
     match system.twice_resistance {
         Some(resistance) => system.law.damping_zeros(resistance, system.slope_weight(force)),
         None => {
@@ -41,7 +40,7 @@ fn critical_speeds(run: &Run) -> Vec<f64> {
 }
 
 /// mu(x), from rest to where friction has ceased to change, with the critical speeds.
-pub(super) fn friction_law(entry: &Entry, subject: &Subject) -> Result<Outcome, PlotError> {
+pub(super) fn friction_law(entry: &Entry, subject: &Subject) -> Drawn {
     let (run, several) = (subject.run, subject.runs.len() > 1);
     let trains = &run.system;
     let extent = trains.law.extent().min(trains.law.ends_at());
@@ -75,10 +74,8 @@ pub(super) fn friction_law(entry: &Entry, subject: &Subject) -> Result<Outcome, 
     }
     if !several {
         let within = critical_speeds(run).into_iter().filter(|&x| x <= end);
-        let points: Vec<(f64, f64)> = within.map(|x| (x, coefficient(trains, x))).collect();
-        if !points.is_empty() {
-            curves.push(Curve::line("critical speed", BLACK, points).styled(CurveStyle::OpenPoints));
-        }
+        let points = within.map(|x| (x, coefficient(trains, x))).collect();
+        curves.push(Curve::line("critical speed", BLACK, points).styled(CurveStyle::OpenPoints));
     }
     let x = Axis::new("relative velocity", units)
         .with_symbol(&format!("|{symbol}|"))
@@ -86,10 +83,5 @@ pub(super) fn friction_law(entry: &Entry, subject: &Subject) -> Result<Outcome, 
     let y = Axis::new("friction coefficient", "1")
         .with_symbol("μ")
         .ranging(0.0, 1.1 * largest);
-    Ok(Ok(Figure {
-        name: entry.name.to_owned(),
-        title: entry.title.to_owned(),
-        paper_figure: None,
-        panels: vec![Panel::new(x, y, curves)],
-    }))
+    Ok(entry.figure(vec![Panel::new(x, y, drawn(curves))]))
 }

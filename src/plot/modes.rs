@@ -32,28 +32,15 @@ pub fn figure(title: &str, motion: Motion, modes: &SlowingModes) -> Figure {
             curves.push(point.styled(CurveStyle::OpenPoints));
         }
     }
-    let x = || {
-        Axis::new(
-            "relative velocity",
-            match motion {
-                Motion::Rotation => "rad s-1",
-                Motion::Translation => "m s-1",
-            },
-        )
-        .with_symbol("|ωᵣ|")
-        .ranging(0.0, end)
+    let unit = match motion {
+        Motion::Rotation => "rad s-1",
+        Motion::Translation => "m s-1",
     };
-    Figure {
-        name: "modes".to_owned(),
-        title: format!("Steady sliding: {title}"),
-        paper_figure: None,
-        panels: vec![
-            Panel::new(
-                x(),
-                Axis::new("effective damping", damping_unit).with_symbol("c"),
-                damping,
-            ),
-            Panel::new(x(), Axis::new("growth rate", "1/s").with_symbol("Re λ"), growth),
-        ],
-    }
+    let x = Axis::new("relative velocity", unit)
+        .with_symbol("|ωᵣ|")
+        .ranging(0.0, end);
+    let y = Axis::new("effective damping", damping_unit).with_symbol("c");
+    let rate = Axis::new("growth rate", "1/s").with_symbol("Re λ");
+    let panels = vec![Panel::new(x.clone(), y, damping), Panel::new(x, rate, growth)];
+    Figure::new("modes", format!("Steady sliding: {title}"), panels)
 }

@@ -1,6 +1,6 @@
 //! The figure of `stickslip certify --figure`.
 
-use super::figure::{Axis, Curve, CurveStyle, Figure, Panel};
+use super::figure::{Axis, Curve, CurveStyle, Figure, Panel, drawn, extent};
 use super::style::PALETTE;
 use crate::analysis::stability::onset::{METHODS, Onset};
 
@@ -13,12 +13,7 @@ const LEAST: f64 = 1e-15;
 /// The first stick against the tolerance, without and with a kick on one scale; and with it the distance from the first
 /// stick of the first method at its finest tolerance.
 pub fn figure(title: &str, onsets: &[Onset]) -> Figure {
-    let times = || onsets.iter().filter_map(|onset| onset.first_stick);
-    let (low, high) = times().fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), t| {
-        (low.min(t), high.max(t))
-    });
-    // A twentieth on each side, as where no range is set.
-    let margin = ((high - low) / 20.0).max(f64::EPSILON * high.abs());
+    let times = extent(onsets.iter().filter_map(|onset| onset.first_stick));
     let reference = onsets
         .iter()
         .filter(|onset| onset.kicked && onset.method == METHODS[0].name())
@@ -32,34 +27,29 @@ pub fn figure(title: &str, onsets: &[Onset]) -> Figure {
                 .filter(|onset| onset.kicked == kicked && onset.method == method.name())
                 .filter_map(|onset| Some((onset.rtol, value(onset.first_stick?)?)))
                 .collect();
-            if !points.is_empty() {
-                curves.push(Curve::line(method.name(), color, points.clone()));
-                curves.push(Curve::line("", color, points).styled(CurveStyle::Points));
-            }
+            curves.push(Curve::line(method.name(), color, points.clone()));
+            curves.push(Curve::line("", color, points).styled(CurveStyle::Points));
         }
-        curves
+        drawn(curves)
     };
     let panel = |y: Axis, curves| Panel::new(Axis::new("rtol", "1").by_powers(), y, curves);
     let first_stick = |name: &str| {
-        let axis = Axis::new(name, "s");
-        if low <= high {
-            axis.ranging(low - margin, high + margin)
-        } else {
-            axis
+        let range = times.map(|(low, high)| {
+            // A twentieth on each side, as where no range is set.
+            let margin = ((high - low) / 20.0).max(f64::EPSILON * high.abs());
+            (low - margin, high + margin)
+        });
+        Axis {
+            range,
+            ..Axis::new(name, "s")
         }
     };
     let distance = |time: f64| Some((time - reference?).abs().max(LEAST));
-    Figure {
-        name: NAME.to_owned(),
-        title: format!("First stick against tolerance: {title}"),
-        paper_figure: None,
-        panels: vec![
-            panel(first_stick("no kick"), curves(false, &Some, 0)),
-            panel(first_stick("kicked"), curves(true, &Some, 0)),
-            panel(
-                Axis::new("kicked, distance", "s").by_powers(),
-                curves(true, &distance, 1),
-            ),
-        ],
-    }
+    let distances = Axis::new("kicked, distance", "s").by_powers();
+    let panels = vec![
+        panel(first_stick("no kick"), curves(false, &Some, 0)),
+        panel(first_stick("kicked"), curves(true, &Some, 0)),
+        panel(distances, curves(true, &distance, 1)),
+    ];
+    Figure::new(NAME, format!("First stick against tolerance: {title}"), panels)
 }

@@ -40,8 +40,7 @@ pub(crate) fn over_time(
 ) -> Result<Figure, PlotError> {
     let mut drawn = Vec::with_capacity(panels.len());
     let mut first_color = 0;
-    let undersampled = runs.iter().map(|run| run.undersampled(window));
-    let undersampled: Vec<Undersampled> = undersampled.collect::<Result<_, _>>()?;
+    let undersampled = undersampled(runs, window)?;
     let mut named = false;
     for channels in panels {
         let mut curves = Vec::new();
@@ -58,19 +57,10 @@ pub(crate) fn over_time(
                 let color = line_color(first_color + number * channels.len() + k);
                 let style = style_of(number);
                 let (pieces, broken) = split(points, &undersampled[number].seen(window));
-                curves.push(Curve {
-                    label,
-                    color,
-                    style,
-                    pieces,
-                });
+                curves.push(Curve::pieces(&label, color, pieces).styled(style));
                 if !broken.is_empty() {
-                    curves.push(Curve {
-                        label: if named { String::new() } else { UNDERSAMPLED.to_owned() },
-                        color,
-                        style: CurveStyle::Dashed,
-                        pieces: broken,
-                    });
+                    let label = if named { "" } else { UNDERSAMPLED };
+                    curves.push(Curve::pieces(label, color, broken).styled(CurveStyle::Dashed));
                     named = true;
                 }
                 if number == 0 {
@@ -91,12 +81,12 @@ pub(crate) fn over_time(
         }
         drawn.push(panel);
     }
-    Ok(Figure {
-        name: name.to_owned(),
-        title: with_gaps(title, &undersampled),
-        paper_figure: None,
-        panels: drawn,
-    })
+    Ok(Figure::new(name, with_gaps(title, &undersampled), drawn))
+}
+
+/// Of each run the stretches that have too few samples.
+fn undersampled(runs: &[Run], window: (f64, f64)) -> Result<Vec<Undersampled>, PlotError> {
+    runs.iter().map(|run| run.undersampled(window)).collect()
 }
 
 /// What the legend says of lines through too few samples.
@@ -170,47 +160,33 @@ pub fn phase(
     window: (f64, f64),
 ) -> Result<Figure, PlotError> {
     let mut curves = Vec::new();
-    let mut axes = None;
     for (number, run) in runs.iter().enumerate() {
         for (mode, pieces) in run.portrait(x, y, window)? {
-            let (label, color) = if runs.len() == 1 {
-                (mode.name().to_owned(), of_mode(mode))
-            } else {
-                (run.label(), line_color(number))
+            let (label, color) = match runs.len() {
+                1 => (mode.name().to_owned(), of_mode(mode)),
+                _ => (run.label(), line_color(number)),
             };
-            let style = style_of(number);
-            curves.push(Curve {
-                label,
-                color,
-                style,
-                pieces,
-            });
-        }
-        if axes.is_none() {
-            axes = Some((run.axis(x)?, run.axis(y)?));
+            curves.push(Curve::pieces(&label, color, pieces).styled(style_of(number)));
         }
     }
-    let start = match runs {
-        [run] => Some(run.start(x, y, window)?),
-        _ => None,
+    if let [run] = runs {
+        // One mode throughout needs no name.
+        if let [curve] = &mut curves[..]
+            && curve.label == Mode::SlipForward.name()
+        {
+            curve.label.clear();
+        }
+        let start = Curve::line("start", BLACK, vec![run.start(x, y, window)?]);
+        curves.push(start.styled(CurveStyle::Points));
+    }
+    let axis = |channel: &str| {
+        runs.first()
+            .map_or_else(|| Ok(Axis::new("", "1")), |run| run.axis(channel))
     };
-    let (x, y) = axes.unwrap_or_else(|| (Axis::new("", "1"), Axis::new("", "1")));
-    // One mode throughout needs no name.
-    if runs.len() == 1 && curves.len() == 1 && curves[0].label == Mode::SlipForward.name() {
-        curves[0].label.clear();
-    }
-    let start = start.map(|point| Curve::line("start", BLACK, vec![point]).styled(CurveStyle::Points));
-    curves.extend(start);
     let panel = Panel {
         square: true,
-        ..Panel::new(x, y, curves)
+        ..Panel::new(axis(x)?, axis(y)?, curves)
     };
-    let undersampled = runs.iter().map(|run| run.undersampled(window));
-    let undersampled: Vec<Undersampled> = undersampled.collect::<Result<_, _>>()?;
-    Ok(Figure {
-        name: name.to_owned(),
-        title: with_gaps(title, &undersampled),
-        paper_figure: None,
-        panels: vec![panel],
-    })
+    let undersampled = undersampled(runs, window)?;
+    Ok(Figure::new(name, with_gaps(title, &undersampled), vec![panel]))
 }

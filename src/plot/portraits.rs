@@ -1,6 +1,6 @@
 //! Phase portraits, each in the window that the events give it.
 
-use super::entry::{Entry, NO_CYCLE, Outcome, PORTRAIT, Subject, View, too_sparse};
+use super::entry::{Drawn, Entry, NO_CYCLE, PORTRAIT, Subject, entry, too_sparse};
 use super::error::PlotError;
 use super::own::phase;
 use super::run::{Run, SAMPLES_PER_PERIOD};
@@ -24,7 +24,7 @@ pub fn turn_amplitudes(run: &Run, channel: &str, window: (f64, f64)) -> Result<V
 }
 
 /// A portrait of a spiral: of a single run, whether it converges stands in its title.
-fn spiral(entry: &Entry, subject: &Subject, axes: (&str, &str), window: (f64, f64)) -> Result<Outcome, PlotError> {
+fn spiral(entry: &Entry, subject: &Subject, axes: (&str, &str), window: (f64, f64)) -> Drawn {
     let factor = match subject.runs {
         [run] => factor_per_turn(&turn_amplitudes(run, axes.1, window)?),
         _ => None,
@@ -34,78 +34,49 @@ fn spiral(entry: &Entry, subject: &Subject, axes: (&str, &str), window: (f64, f6
         Some(factor) => format!("{}: converges, ×{factor:.3} per turn", entry.title),
         None => entry.title.to_owned(),
     };
-    phase(subject.runs, entry.name, &title, axes, window).map(Ok)
+    Ok(phase(subject.runs, entry.name, &title, axes, window)?)
 }
 
-fn in_window(entry: &Entry, subject: &Subject, axes: (&str, &str), view: View) -> Result<Outcome, PlotError> {
-    match subject.resolved(view)? {
-        Ok(window) => spiral(entry, subject, axes, window),
-        Err(reason) => Ok(Err(reason)),
-    }
+pub(super) fn after_corner(entry: &Entry, subject: &Subject, axes: (&str, &str), period: f64) -> Drawn {
+    let corner = subject.last_corner()?;
+    let window = (corner, corner + 6.0 * subject.axial_period);
+    spiral(entry, subject, axes, subject.resolved(Ok((window, period)))?)
 }
 
-pub(super) fn after_corner(
-    entry: &Entry,
-    subject: &Subject,
-    axes: (&str, &str),
-    period: f64,
-) -> Result<Outcome, PlotError> {
-    let corner = subject.last_corner();
-    let view = corner.map(|corner| ((corner, corner + 6.0 * subject.axial_period), period));
-    in_window(entry, subject, axes, view)
-}
-
-pub(super) fn before_onset(entry: &Entry, subject: &Subject, axes: (&str, &str)) -> Result<Outcome, PlotError> {
-    let (onset, period) = (subject.first_stick(), subject.period);
-    in_window(
-        entry,
-        subject,
-        axes,
-        onset.map(|onset| ((onset - TURNS * period, onset), period)),
-    )
+pub(super) fn before_onset(entry: &Entry, subject: &Subject, axes: (&str, &str)) -> Drawn {
+    let (onset, period) = (subject.first_stick()?, subject.period);
+    let window = (onset - TURNS * period, onset);
+    spiral(entry, subject, axes, subject.resolved(Ok((window, period)))?)
 }
 
 /// From the first stick to the last: no spiral, but an orbit for each cycle.
-pub(super) fn during(entry: &Entry, subject: &Subject, axes: (&str, &str)) -> Result<Outcome, PlotError> {
-    let end = subject.end();
-    let view = subject.first_stick().and_then(|onset| match end <= onset {
-        true => Err(NO_CYCLE.into()),
-        false => Ok(((onset, end), subject.period)),
-    });
-    match subject.resolved(view)? {
-        Ok(window) => phase(subject.runs, entry.name, entry.title, axes, window).map(Ok),
-        Err(reason) => Ok(Err(reason)),
+pub(super) fn during(entry: &Entry, subject: &Subject, axes: (&str, &str)) -> Drawn {
+    let (onset, end) = (subject.first_stick()?, subject.end());
+    if end <= onset {
+        return Err(NO_CYCLE.into());
     }
+    let window = subject.resolved(Ok(((onset, end), subject.period)))?;
+    Ok(phase(subject.runs, entry.name, entry.title, axes, window)?)
 }
 
 /// The last stick, as long as the samples resolve the swing of the rotor on both springs, which is some twenty times
 /// slower than the surfaces' own mode and decays as slowly; two turns at least.
-pub(super) fn final_stick(entry: &Entry, subject: &Subject, axes: (&str, &str)) -> Result<Outcome, PlotError> {
-    let Some(start) = subject.final_stick else {
-        return Ok(Err("the run does not end in a stick".into()));
-    };
+pub(super) fn final_stick(entry: &Entry, subject: &Subject, axes: (&str, &str)) -> Drawn {
+    let start = subject.final_stick.ok_or("the run does not end in a stick")?;
     let states = SystemModes::of_case(&subject.run.system).states;
     let in_stick = states.iter().filter(|state| state.state == "stick");
-    let frequencies = in_stick
-        .flat_map(|state| &state.modes)
-        .filter_map(|mode| mode.frequency);
-    let Some(slow) = frequencies.reduce(f64::min) else {
-        return Ok(Err("the rotor does not swing: it is overdamped".into()));
-    };
+    let modes = in_stick.flat_map(|state| &state.modes);
+    let slowest = modes.filter_map(|mode| mode.frequency).reduce(f64::min);
+    let slow = slowest.ok_or("the rotor does not swing: it is overdamped")?;
     let window = (start, start + SWINGS / slow);
     match subject.run.dense_until(window, 1.0 / (slow * SAMPLES_PER_PERIOD))? {
         Some(end) if end - start > 2.0 / slow => spiral(entry, subject, axes, (start, end)),
-        _ => Ok(Err(too_sparse(window, 1.0 / slow))),
+        _ => Err(too_sparse(window, 1.0 / slow).into()),
     }
 }
 
 /// The figures of a motion that does not stop.
-pub const ENTRIES: &[Entry] = &[Entry {
-    name: PORTRAIT,
-    title: "Relative velocity over position",
-    paper_figure: None,
-    draw: portrait,
-}];
+pub const ENTRIES: &[Entry] = &[entry(PORTRAIT, "Relative velocity over position", portrait)];
 
 /// The bounded position of a surface, beside the far end of its train: the stator's if that has shafts.
 fn position(trains: &System) -> &'static str {
@@ -124,14 +95,14 @@ fn position(trains: &System) -> &'static str {
 }
 
 /// Over the last period of a motion that repeats itself, else over the whole run.
-fn portrait(entry: &Entry, subject: &Subject) -> Result<Outcome, PlotError> {
+fn portrait(entry: &Entry, subject: &Subject) -> Drawn {
     let Shown { axes, window, periodic } = shown(subject.run);
     let over = format!("Relative velocity over {}", subject.run.axis(axes.0)?.name);
     let mut title = if periodic { format!("{over}, last period") } else { over };
     if let Some(few) = few_samples(subject.run, window)? {
         title = format!("{title}; {few}");
     }
-    phase(subject.runs, entry.name, &title, axes, window).map(Ok)
+    Ok(phase(subject.runs, entry.name, &title, axes, window)?)
 }
 
 /// What the phase portrait of a run shows.
@@ -158,18 +129,12 @@ pub(super) fn few_samples(run: &Run, window: (f64, f64)) -> Result<Option<String
 /// What the phase portrait of a run shows.
 pub(super) fn shown(run: &Run) -> Shown {
     let (first, last) = run.times;
-    let axes = (position(&run.system), "relative_velocity");
-    match run.attractor_period {
-        Some(period) if period < last - first => Shown {
-            axes,
-            // One sample more, so that it closes.
-            window: ((last - period - run.case.output().interval).max(first), last),
-            periodic: true,
-        },
-        _ => Shown {
-            axes,
-            window: (first, last),
-            periodic: false,
-        },
+    let period = run.attractor_period.filter(|period| *period < last - first);
+    // One sample more, so that it closes.
+    let begin = |period: f64| (last - period - run.case.output().interval).max(first);
+    Shown {
+        axes: (position(&run.system), "relative_velocity"),
+        window: (period.map_or(first, begin), last),
+        periodic: period.is_some(),
     }
 }

@@ -1,7 +1,7 @@
 //! A result file as figures need it: columns thinned block by block, events, and where the modes change.
 
 use super::decimate::{MinMax, Portrait};
-use super::error::PlotError;
+use super::error::{PlotError, hint};
 use super::figure::Axis;
 use super::labels;
 use super::sides::Sides;
@@ -15,7 +15,7 @@ use crate::simulation::{Course, further, is_short};
 use std::cell::RefCell;
 use std::collections::HashMap;
 use std::ops::Range;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::rc::Rc;
 
 /// Rows read at a time: a few megabytes for all columns of a figure.
@@ -84,7 +84,7 @@ pub struct Run {
     /// The system that it describes.
     pub system: System,
     /// Its equations and signals.
-    course: Course,
+    pub(super) course: Course,
     /// Period of the motion that the run has come to, s; `None` of one that does not repeat itself.
     pub attractor_period: Option<f64>,
     /// Of the surfaces on their shafts, s; `None` where nothing moves by itself.
@@ -94,7 +94,7 @@ pub struct Run {
     /// (start, end, mode), joined where the mode goes on.
     stretches: Vec<(f64, f64, Mode)>,
     /// The variables of /trajectory.
-    variables: Vec<schema::Variable>,
+    pub(super) variables: Vec<schema::Variable>,
     /// Curves that several figures use, by channel and window.
     cache: RefCell<HashMap<(String, u64, u64), Points>>,
     /// Channels on both sides of every event, as far as they have been asked for; `None` of those that are not there.
@@ -119,6 +119,30 @@ impl Undersampled {
     }
 }
 
+/// The number of samples of a file that has some, in order of time.
+///
+/// # Errors
+/// It has none, or they are not in order.
+pub(super) fn samples(file: &ResultFile) -> Result<usize, PlotError> {
+    let samples = file.sample_count()?;
+    if samples == 0 {
+        return Err(PlotError::NoSamples {
+            path: file.path().to_owned(),
+            interrupted: *file.status() != Status::Complete,
+        });
+    }
+    file.check_times()?;
+    Ok(samples)
+}
+
+/// What is met in order of time.
+enum Moment<'a> {
+    /// The values of the channels.
+    Sample(&'a [f64]),
+    /// The index of an event.
+    Event(usize),
+}
+
 impl Run {
     /// Opens a result file that has a trajectory, complete or not.
     ///
@@ -126,14 +150,7 @@ impl Run {
     /// No result file of this program, damaged, in use, or without a sample.
     pub fn open(path: &Path) -> Result<Run, PlotError> {
         let file = ResultFile::open(path)?;
-        let rows = file.sample_count()?;
-        if rows == 0 {
-            return Err(PlotError::NoSamples {
-                path: path.to_owned(),
-                interrupted: *file.status() != Status::Complete,
-            });
-        }
-        file.check_times()?;
+        let rows = samples(&file)?;
         let first = |row: usize| file.column("time", row..row + 1).map(|v| v[0]);
         let times = (first(0)?, first(rows - 1)?);
         let events = file.events()?;
@@ -193,11 +210,6 @@ impl Run {
         matches!(self.system.pressing, Pressing::Axial { .. })
     }
 
-    /// The equations and signals of the case.
-    pub(super) fn course(&self) -> &Course {
-        &self.course
-    }
-
     /// How the run ended.
     pub fn status(&self) -> &Status {
         self.file.status()
@@ -223,18 +235,8 @@ impl Run {
 
     /// What a legend calls it: the file's name without extension.
     pub fn label(&self) -> String {
-        let stem = PathBuf::from(self.path().file_stem().unwrap_or_default());
-        stem.display().to_string()
-    }
-
-    /// Samples in the file.
-    pub fn sample_count(&self) -> usize {
-        self.rows
-    }
-
-    /// The variables of /trajectory.
-    pub(super) fn variables(&self) -> &[schema::Variable] {
-        &self.variables
+        let stem = self.path().file_stem().unwrap_or_default();
+        stem.to_string_lossy().into_owned()
     }
 
     /// The end of a window, from where on it has at most so many samples and events.
@@ -260,27 +262,15 @@ impl Run {
     /// # Errors
     /// If there is no such variable; the text lists those there are.
     pub fn axis(&self, channel: &str) -> Result<Axis, PlotError> {
+        let names = || self.variables.iter().map(|variable| variable.name.as_str());
         let variable = self.variables.iter().find(|variable| variable.name == channel);
-        let motion = self.case.motion();
-        let one_shaft = self.is_short();
-        let axis = variable.map(|variable| labels::of_variable(variable, motion, one_shaft));
-        axis.ok_or_else(|| {
-            let names: Vec<String> = self.variables.iter().map(|v| v.name.clone()).collect();
-            PlotError::UnknownChannel {
-                path: self.path().to_owned(),
-                name: channel.to_owned(),
-                hint: super::error::hint(channel, names.iter().map(String::as_str)),
-                known: names.join(", "),
-            }
+        let axis = variable.map(|variable| labels::of_variable(variable, self.case.motion(), self.is_short()));
+        axis.ok_or_else(|| PlotError::UnknownChannel {
+            path: self.path().to_owned(),
+            name: channel.to_owned(),
+            hint: hint(channel, names()),
+            known: names().collect::<Vec<_>>().join(", "),
         })
-    }
-
-    /// The first row whose time is not below `t`.
-    fn row_at(&self, t: f64) -> Result<usize, PlotError> {
-        let rows = 0..self.rows;
-        Ok(self
-            .file
-            .first_row(schema::group::TRAJECTORY, "time", rows, |time| time >= t)?)
     }
 
     /// The rows of a window of time, both ends included.
@@ -288,23 +278,23 @@ impl Run {
     /// # Errors
     /// If there is none.
     pub(crate) fn rows_in(&self, (from, to): (f64, f64)) -> Result<Range<usize>, PlotError> {
-        let start = self.row_at(from)?;
-        let end = if to >= self.times.1 {
-            self.rows
-        } else {
-            self.row_at(to.next_up())?
+        let (table, rows, (first, last)) = (schema::group::TRAJECTORY, 0..self.rows, self.times);
+        let start = self.file.first_row(table, "time", rows.clone(), |time| time >= from)?;
+        let end = match to >= last {
+            true => self.rows,
+            false => self.file.first_row(table, "time", rows, |time| time > to)?,
         };
         if start < end {
-            Ok(start..end)
-        } else {
-            Err(PlotError::NothingInRange {
-                path: self.path().to_owned(),
-                from,
-                to,
-                first: self.times.0,
-                last: self.times.1,
-            })
+            return Ok(start..end);
         }
+        let path = self.path().to_owned();
+        Err(PlotError::NothingInRange {
+            path,
+            from,
+            to,
+            first,
+            last,
+        })
     }
 
     /// Whether the dense output covers a window, as far as the run goes: then it is drawn from that.
@@ -316,11 +306,8 @@ impl Run {
     /// Times inside of the pieces of the dense output in a window: as close as the buckets of a figure, and 16 in each piece.
     fn dense_times(&self, (from, to): (f64, f64)) -> Result<Vec<f64>, PlotError> {
         let window = (from.max(self.times.0), to.min(self.times.1));
-        let dense = self.file.dense()?;
-        Ok(dense.map_or_else(
-            || vec![window.0],
-            |dense| dense_points(&dense, window, 4.0 * BUCKETS as f64),
-        ))
+        let times = |dense: DenseOutput| dense_points(&dense, window, 4.0 * BUCKETS as f64);
+        Ok(self.file.dense()?.map_or_else(|| vec![window.0], times))
     }
 
     /// The columns of a window from the dense output.
@@ -335,34 +322,6 @@ impl Run {
         channels.iter().map(column).collect()
     }
 
-    /// Hands the columns of a window to `take`, block by block.
-    fn blocks(
-        &self,
-        channels: &[&str],
-        window: (f64, f64),
-        mut take: impl FnMut(&[Vec<f64>]),
-    ) -> Result<(), PlotError> {
-        for channel in channels {
-            self.axis(channel)?;
-        }
-        if self.is_dense(window) {
-            for block in self.dense_times(window)?.chunks(BLOCK) {
-                take(&self.dense_columns(channels, block)?);
-            }
-            return Ok(());
-        }
-        let rows = self.rows_in(window)?;
-        for start in rows.clone().step_by(BLOCK) {
-            let block = start..rows.end.min(start + BLOCK);
-            let columns = channels
-                .iter()
-                .map(|channel| self.file.column(channel, block.clone()))
-                .collect::<Result<Vec<_>, _>>()?;
-            take(&columns);
-        }
-        Ok(())
-    }
-
     /// Calls `take` with the values of the channels at every sample of a window of time.
     ///
     /// # Errors
@@ -373,15 +332,31 @@ impl Run {
         window: (f64, f64),
         mut take: impl FnMut(&[f64]),
     ) -> Result<(), PlotError> {
+        for channel in channels {
+            self.axis(channel)?;
+        }
         let mut row = vec![0.0; channels.len()];
-        self.blocks(channels, window, |columns| {
+        let mut each_row = |columns: &[Vec<f64>]| {
             for k in 0..columns.first().map_or(0, Vec::len) {
                 for (value, column) in row.iter_mut().zip(columns) {
                     *value = column[k];
                 }
                 take(&row);
             }
-        })
+        };
+        if self.is_dense(window) {
+            for block in self.dense_times(window)?.chunks(BLOCK) {
+                each_row(&self.dense_columns(channels, block)?);
+            }
+            return Ok(());
+        }
+        let rows = self.rows_in(window)?;
+        for start in rows.clone().step_by(BLOCK) {
+            let block = start..rows.end.min(start + BLOCK);
+            let columns = channels.iter().map(|channel| self.file.column(channel, block.clone()));
+            each_row(&columns.collect::<Result<Vec<_>, _>>()?);
+        }
+        Ok(())
     }
 
     /// A channel on both sides of every event: as the file has it, or as the equations give it for the state there; `None` of
@@ -394,10 +369,7 @@ impl Run {
         let further = || known(channel) && further(&self.system).iter().any(|one| one.name == channel);
         let is_state = State::DESCRIPTIONS.iter().any(|state| state.0 == channel);
         let sides = if is_state || further() {
-            Some(Sides {
-                before: self.file.event_column(&format!("{channel}_before"))?,
-                after: self.file.event_column(&format!("{channel}_after"))?,
-            })
+            Some(Sides::of_file(&self.file, channel)?)
         } else {
             let first = self.stretches.first().map(|stretch| stretch.2);
             Sides::of(&self.course, &self.file, &self.events, first, channel)?
@@ -509,31 +481,22 @@ impl Run {
             let mut thinned = vec![MinMax::new(from, to, BUCKETS); new.len()];
             let sides = new.iter().map(|channel| self.at_events(channel));
             let sides: Vec<Option<Rc<Sides>>> = sides.collect::<Result<_, _>>()?;
-            let events = self.events_in(window);
-            let mut pending = vec![events.clone(); new.len()];
-            // The events up to a time that come before it.
-            let pass = |thin: &mut MinMax, pending: &mut Range<usize>, sides: &Option<Rc<Sides>>, t: f64| {
-                let Some(sides) = sides else { return };
-                while pending.start < pending.end && self.events[pending.start].time <= t {
-                    let event = self.events[pending.start].time;
-                    thin.push(event, sides.before[pending.start]);
-                    thin.push(event, sides.after[pending.start]);
-                    pending.start += 1;
-                }
-            };
             let columns: Vec<&str> = std::iter::once("time").chain(new.iter().copied()).collect();
-            self.blocks(&columns, window, |columns| {
-                let curves = thinned.iter_mut().zip(&mut pending).zip(&sides);
-                for (((thin, pending), sides), column) in curves.zip(&columns[1..]) {
-                    for (&t, &value) in columns[0].iter().zip(column) {
-                        pass(thin, pending, sides, t);
-                        thin.push(t, value);
+            self.in_order(&columns, window, self.events_in(window), |moment| match moment {
+                Moment::Sample(row) => {
+                    for (thin, value) in thinned.iter_mut().zip(&row[1..]) {
+                        thin.push(row[0], *value);
+                    }
+                }
+                Moment::Event(k) => {
+                    for (thin, sides) in thinned.iter_mut().zip(&sides) {
+                        if let Some(sides) = sides {
+                            thin.push(self.events[k].time, sides.before[k]);
+                            thin.push(self.events[k].time, sides.after[k]);
+                        }
                     }
                 }
             })?;
-            for ((thin, pending), sides) in thinned.iter_mut().zip(&mut pending).zip(&sides) {
-                pass(thin, pending, sides, window.1);
-            }
             let mut cache = self.cache.borrow_mut();
             for (channel, thin) in new.iter().zip(thinned) {
                 cache.insert(key(channel), thin.finish());
@@ -546,6 +509,25 @@ impl Run {
             .collect())
     }
 
+    /// Hands the samples of a window to `take` in order, with the time as first channel, and between them the indices of events.
+    fn in_order(
+        &self,
+        channels: &[&str],
+        window: (f64, f64),
+        mut events: Range<usize>,
+        mut take: impl FnMut(Moment),
+    ) -> Result<(), PlotError> {
+        self.each_sample(channels, window, |row| {
+            while !events.is_empty() && self.events[events.start].time <= row[0] {
+                take(Moment::Event(events.start));
+                events.start += 1;
+            }
+            take(Moment::Sample(row));
+        })?;
+        events.for_each(|k| take(Moment::Event(k)));
+        Ok(())
+    }
+
     /// Hands two channels to `take`, with the code of the mode: each sample of a window and, where both are known there, the
     /// states on both sides of each event.
     fn each_state(
@@ -555,37 +537,26 @@ impl Run {
         mut take: impl FnMut(usize, f64, f64),
     ) -> Result<(), PlotError> {
         let sides = self.at_events(x)?.zip(self.at_events(y)?);
-        let mut events = match sides {
-            // A window that ends with an event shows what is before it.
-            Some(_) => self.events_in((window.0.next_up(), window.1.next_down())),
-            None => 0..0,
-        };
-        let mut current = self.events[..events.start]
-            .last()
-            .map(|event| event.mode_after as usize);
-        let mut pass = |current: &mut Option<usize>, t: f64, next: usize, take: &mut dyn FnMut(usize, f64, f64)| {
-            let Some((x, y)) = &sides else { return };
-            while !events.is_empty() && self.events[events.start].time <= t {
-                let k = events.start;
-                events.start += 1;
-                // The other kinds are no turn of the motion, and a kick is a jump.
-                if !self.events[k].kind.in_event_sequence() {
-                    continue;
+        // A window that ends with an event shows what is before it.
+        let inside = self.events_in((window.0.next_up(), window.1.next_down()));
+        let before = self.events[..inside.start].last().map(|event| event.mode_after);
+        let first = self.stretches.first().map(|stretch| stretch.2);
+        let mut mode = before.or(first).map_or(0, |mode| mode as usize);
+        self.in_order(&["time", "mode", x, y], window, inside, |moment| {
+            match (moment, &sides) {
+                (Moment::Sample(row), _) => {
+                    mode = row[1] as usize;
+                    take(mode, row[2], row[3]);
                 }
-                take(current.unwrap_or(next), x.before[k], y.before[k]);
-                take(self.events[k].mode_after as usize, x.after[k], y.after[k]);
-                *current = Some(self.events[k].mode_after as usize);
+                // The other kinds are no turn of the motion, and a kick is a jump.
+                (Moment::Event(k), Some((x, y))) if self.events[k].kind.in_event_sequence() => {
+                    take(mode, x.before[k], y.before[k]);
+                    mode = self.events[k].mode_after as usize;
+                    take(mode, x.after[k], y.after[k]);
+                }
+                _ => {}
             }
-        };
-        self.each_sample(&["time", "mode", x, y], window, |row| {
-            let mode = row[1] as usize;
-            pass(&mut current, row[0], mode, &mut take);
-            take(mode, row[2], row[3]);
-            current = Some(mode);
-        })?;
-        let last = current.unwrap_or_default();
-        pass(&mut current, window.1, last, &mut take);
-        Ok(())
+        })
     }
 
     /// One channel against another in a window of time, thinned: the lines of each mode that occurs.

@@ -93,12 +93,10 @@ impl Scale {
 
     /// The name of the axis with offset and unit.
     pub fn title(&self, label: &str) -> String {
-        let unit = if self.unit.is_empty() {
-            String::new()
-        } else {
-            format!(" ({})", self.unit)
-        };
-        format!("{label}{}{unit}", self.off)
+        match &*self.unit {
+            "" => format!("{label}{}", self.off),
+            unit => format!("{label}{} ({unit})", self.off),
+        }
     }
 
     /// At most `count` round values, and with how many decimals they are written.
@@ -112,9 +110,7 @@ impl Scale {
         let decimals = (0..12).find(|&d| whole(d)).unwrap_or(12);
         (ticks, decimals)
     }
-}
 
-impl Scale {
     /// The most ticks up to `count` that stand at values fit to be named: of powers of ten only whole ones are.
     pub(crate) fn best_count(&self, count: usize) -> usize {
         let whole = |n: &usize| self.ticks(*n).0.iter().all(|tick| (tick - tick.round()).abs() < 1e-9);
@@ -140,21 +136,17 @@ impl Scale {
 /// The offset as a sum, with the digits that its grid has.
 fn offset_text(offset: f64, grid: f64, base: &str) -> String {
     let sign = if offset < 0.0 { '+' } else { '−' };
-    let power = if base.is_empty() {
-        0
-    } else {
-        // From a tenth of a unit on without a prefix: 0.99 s.
-        ((offset.abs().log10() + 1.0) / 3.0 + 1e-9).floor().clamp(-5.0, 0.0) as i32
-    };
-    let prefix = PREFIXES[(power + 5) as usize];
+    // From a tenth of a unit on without a prefix: 0.99 s.
+    let power = ((offset.abs().log10() + 1.0) / 3.0 + 1e-9).floor().clamp(-5.0, 0.0);
+    let power = if base.is_empty() { 0 } else { power as i32 };
     let factor = 10f64.powi(-3 * power);
     let decimals = (-(grid * factor).log10()).round().max(0.0) as usize;
-    let unit = if base.is_empty() {
-        String::new()
-    } else {
-        format!(" {prefix}{base}")
-    };
-    format!(" {sign} {:.decimals$}{unit}", offset.abs() * factor)
+    let text = format!(
+        " {sign} {:.decimals$} {}{base}",
+        offset.abs() * factor,
+        PREFIXES[(power + 5) as usize]
+    );
+    text.trim_end().to_owned()
 }
 
 /// A range that is not empty and not absurd.

@@ -14,20 +14,18 @@ pub(super) struct Sides {
     pub(super) after: Vec<f64>,
 }
 
-/// The value of a channel that follows from the state; `None` of those that take the whole history.
-fn of_state(channel: &str) -> Option<fn(&Channels) -> f64> {
-    Some(match channel {
-        "applied_force" => |at| at.applied_force,
-        "normal_force" => |at| at.normal_force,
-        "friction_torque" => |at| at.friction_torque,
-        "transmitted_torque" => |at| at.transmitted_torque,
-        "energy_kinetic" => |at| at.energy_kinetic,
-        "energy_elastic" => |at| at.energy_elastic,
-        _ => return None,
-    })
-}
+/// So many of the first of [`Channels`] follow from the state; the others take the whole history.
+const OF_STATE: usize = 6;
 
 impl Sides {
+    /// As the file has them.
+    pub(super) fn of_file(file: &ResultFile, channel: &str) -> Result<Sides, PlotError> {
+        Ok(Sides {
+            before: file.event_column(&format!("{channel}_before"))?,
+            after: file.event_column(&format!("{channel}_after"))?,
+        })
+    }
+
     /// A force, torque or energy of a run that begins in the mode `first`, or its mode; `None` of what depends on more than the
     /// state.
     pub(super) fn of(
@@ -37,13 +35,14 @@ impl Sides {
         first: Option<Mode>,
         channel: &str,
     ) -> Result<Option<Sides>, PlotError> {
-        let of_state = of_state(channel);
+        let of_state = &Channels::DESCRIPTIONS[..OF_STATE];
+        let of_state = of_state.iter().position(|description| description.0 == channel);
         if of_state.is_none() && channel != "mode" {
             return Ok(None);
         }
         let states = states_at_events(file, course, events)?;
         let value = |t: f64, mode: Mode, y: &[f64]| match of_state {
-            Some(of_state) => of_state(&course.channels(mode, t, y)),
+            Some(place) => course.channels(mode, t, y).values()[place],
             None => f64::from(mode as u8),
         };
         let (mut before, mut after) = (Vec::with_capacity(events.len()), Vec::with_capacity(events.len()));

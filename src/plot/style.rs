@@ -84,28 +84,19 @@ pub(crate) const NOTHING: RGBColor = RGBColor(214, 214, 214);
 
 /// The colours of Okabe and Ito, told apart with every kind of colour vision; in the order of use for lines.
 pub(crate) const PALETTE: [RGBColor; 7] = [BLUE, VERMILLION, GREEN, PURPLE, ORANGE, SKY, BLACK];
-/// Okabe-Ito black.
 pub(crate) const BLACK: RGBColor = RGBColor(0, 0, 0);
-/// Okabe-Ito orange.
 pub(crate) const ORANGE: RGBColor = RGBColor(230, 159, 0);
-/// Okabe-Ito sky blue.
 pub(crate) const SKY: RGBColor = RGBColor(86, 180, 233);
-/// Okabe-Ito bluish green.
 pub(crate) const GREEN: RGBColor = RGBColor(0, 158, 115);
 /// Okabe-Ito blue.
 pub const BLUE: RGBColor = RGBColor(0, 114, 178);
-/// Okabe-Ito vermillion.
 pub(crate) const VERMILLION: RGBColor = RGBColor(213, 94, 0);
-/// Okabe-Ito reddish purple.
 pub(crate) const PURPLE: RGBColor = RGBColor(204, 121, 167);
+pub(crate) const YELLOW: RGBColor = RGBColor(240, 228, 66);
 /// Grid and separated contact.
 pub(crate) const GREY: RGBColor = RGBColor(120, 120, 120);
-
-/// Okabe-Ito yellow.
-pub(crate) const YELLOW: RGBColor = RGBColor(240, 228, 66);
 /// Dark enough to be seen on the ground of every mode.
 pub(crate) const WINE: RGBColor = RGBColor(136, 34, 85);
-/// Dark enough to be seen on the ground of every mode.
 pub(crate) const OLIVE: RGBColor = RGBColor(105, 105, 0);
 
 /// Colours of curves over the ground of modes, none of which is that of a ground.

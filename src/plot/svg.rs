@@ -12,8 +12,9 @@ use super::signature;
 use super::style::*;
 use super::typeset;
 use crate::record::EventKind;
-use plotters::coord::Shift;
 use plotters::coord::types::RangedCoordf64;
+use plotters::coord::{CoordTranslate, Shift};
+use plotters::drawing::DrawingAreaErrorKind;
 use plotters::element::DashedPathElement;
 use plotters::prelude::{
     Cartesian2d, ChartBuilder, ChartContext, Circle, DrawingArea, IntoDrawingArea, LabelAreaPosition, PathElement,
@@ -45,8 +46,13 @@ const LEAST_HEIGHT: f64 = 1300.0;
 /// Room above the largest and below the least value, as a share of the range.
 const HEADROOM: f64 = 0.05;
 
-type Ground<'a> = DrawingArea<SVGBackend<'a>, Shift>;
-type Chart<'a, 'b> = ChartContext<'a, SVGBackend<'b>, Cartesian2d<RangedCoordf64, RangedCoordf64>>;
+/// Where elements are drawn, in coordinates of the kind `C`.
+type Sheet<'a, C> = DrawingArea<SVGBackend<'a>, C>;
+/// In drawing units.
+type Ground<'a> = Sheet<'a, Shift>;
+/// In what is shown at the axes.
+type Axes = Cartesian2d<RangedCoordf64, RangedCoordf64>;
+type Plane<'a> = Sheet<'a, Axes>;
 
 /// What stands beside a name in the legend.
 #[derive(Clone, PartialEq)]
@@ -69,7 +75,8 @@ struct Measured<'a> {
     y_title: String,
     last: bool,
     marks: Vec<(f64, EventKind)>,
-    colors: Option<Scale>,
+    /// The scale of a map's colours.
+    colors: Option<(&'a Axis, Scale)>,
 }
 
 /// The figure as an SVG document, laid out as is asked for, or in a column of that width in mm.
@@ -88,7 +95,8 @@ pub fn svg(figure: &Figure, layout: impl Into<Layout>) -> Result<String, PlotErr
     };
     let (measured, left, right) = measure(figure, width);
     let legend = legend_rows(&legend(&measured), width - 2.0 * MARGIN);
-    let bar = measured.iter().find_map(color_bar);
+    // The panels of a figure share one.
+    let bar = measured.iter().find_map(|m| m.colors.as_ref());
     let bar_height = if bar.is_some() { BAR_HEIGHT } else { 0.0 };
     let top = MARGIN + (title.len() + legend.len()) as f64 * LINE_HEIGHT + bar_height + 0.3 * LINE_HEIGHT;
     let height = top + measured.iter().map(panel_height).sum::<f64>() + 0.4 * MARGIN;
@@ -96,7 +104,7 @@ pub fn svg(figure: &Figure, layout: impl Into<Layout>) -> Result<String, PlotErr
     let size = (width.round() as u32, height.round() as u32);
     {
         let root = SVGBackend::with_string(&mut text, size).into_drawing_area();
-        root.fill(&WHITE).map_err(failed)?;
+        root.fill(&WHITE)?;
         let mut y = MARGIN;
         for line in &title {
             write(&root, line, TITLE_SIZE, (MARGIN, y))?;
@@ -117,13 +125,15 @@ pub fn svg(figure: &Figure, layout: impl Into<Layout>) -> Result<String, PlotErr
             rest = below;
             above = panel_height(panel);
         }
-        root.present().map_err(failed)?;
+        root.present()?;
     }
     Ok(with_header(&text, figure, size, layout.units_per_mm()))
 }
 
-fn failed(error: impl std::fmt::Display) -> PlotError {
-    PlotError::Drawing(error.to_string())
+impl<E: std::error::Error + Send + Sync> From<DrawingAreaErrorKind<E>> for PlotError {
+    fn from(error: DrawingAreaErrorKind<E>) -> Self {
+        PlotError::Drawing(error.to_string())
+    }
 }
 
 /// The document with its physical size, and with what it shows for those who do not see it.
@@ -138,7 +148,7 @@ fn with_header(text: &str, figure: &Figure, (width, height): (u32, u32), units_p
         mm(width),
         mm(height),
         escaped(&figure.full_title()),
-        signature::SVG,
+        signature::FIGURE,
         escaped(&figure.name),
     )
 }
@@ -194,18 +204,13 @@ fn measure(figure: &Figure, width: f64) -> (Vec<Measured<'_>>, f64, f64) {
                     let margin = room * (high - low);
                     (low - margin, high + margin)
                 });
-                if axis.logarithmic {
-                    Scale::by_powers(range, &axis.unit)
-                } else {
-                    Scale::new(range, &axis.unit)
+                match axis.logarithmic {
+                    true => Scale::by_powers(range, &axis.unit),
+                    false => Scale::new(range, &axis.unit),
                 }
             };
-            let room = if panel.square || panel.x.logarithmic {
-                HEADROOM
-            } else {
-                0.0
-            };
-            let x = scale(&panel.x, |p| p.0, room);
+            let with_room = panel.square || panel.x.logarithmic;
+            let x = scale(&panel.x, |p| p.0, if with_room { HEADROOM } else { 0.0 });
             let y = scale(&panel.y, |p| p.1, HEADROOM);
             Measured {
                 panel,
@@ -219,7 +224,7 @@ fn measure(figure: &Figure, width: f64) -> (Vec<Measured<'_>>, f64, f64) {
                 last: k + 1 == count || figure.panels[k + 1].x != panel.x,
                 marks: Vec::new(),
                 colors: panel.map.as_ref().and_then(|map| match &map.key {
-                    ColorKey::Scale(axis) => Some(scale(axis, |p| p.1, 0.0)),
+                    ColorKey::Scale(axis) => Some((axis, scale(axis, |p| p.1, 0.0))),
                     ColorKey::Codes(_) => None,
                 }),
             }
@@ -247,14 +252,7 @@ fn measure(figure: &Figure, width: f64) -> (Vec<Measured<'_>>, f64, f64) {
         if m.panel.square {
             m.height = plot_width;
         }
-        // As many ticks as have a letter's width between their labels.
-        m.x_ticks = (2..=15)
-            .rev()
-            .find(|&n| {
-                let gaps = m.x.ticks(n).0.len().max(2) - 1;
-                m.x.best_count(n) == n && widest_label(&m.x, n) + LABEL_SIZE < plot_width / (gaps + 1) as f64
-            })
-            .unwrap_or(2);
+        m.x_ticks = fitting_ticks(&m.x, plot_width, 15);
         m.y_title = fitting_title(&m.y, &m.panel.y, m.height);
         let per_x = plot_width / (m.x.shown.1 - m.x.shown.0);
         m.marks = marks(&m.panel.events, |t| m.x.show(t) * per_x);
@@ -269,6 +267,15 @@ fn fitting_title(scale: &Scale, axis: &Axis, room: f64) -> String {
     fits.or(titles.iter().min_by_key(|title| title.len()))
         .cloned()
         .unwrap_or_default()
+}
+
+/// As many ticks, up to `most`, as have a letter's width between their labels.
+fn fitting_ticks(scale: &Scale, width: f64, most: usize) -> usize {
+    let fits = |n: &usize| {
+        let gaps = scale.ticks(*n).0.len().max(2) - 1;
+        scale.best_count(*n) == *n && widest_label(scale, *n) + LABEL_SIZE < width / (gaps + 1) as f64
+    };
+    (2..=most).rev().find(fits).unwrap_or(2)
 }
 
 fn widest_label(scale: &Scale, count: usize) -> f64 {
@@ -381,48 +388,76 @@ fn text_style(size: f64, pos: Pos) -> TextStyle<'static> {
 
 fn write(area: &Ground, text: &str, size: f64, (x, y): (f64, f64)) -> Result<(), PlotError> {
     let style = text_style(size, Pos::new(HPos::Left, VPos::Top));
-    area.draw_text(text, &style, (x.round() as i32, y.round() as i32))
-        .map_err(failed)
+    Ok(area.draw_text(text, &style, (x.round() as i32, y.round() as i32))?)
 }
 
 fn draw_legend(area: &Ground, row: &[(f64, String, Swatch)], y: f64) -> Result<(), PlotError> {
     let middle = (y + 0.4 * LABEL_SIZE).round() as i32;
     for (x, name, swatch) in row {
         let (left, right) = (x.round() as i32, (x + SWATCH).round() as i32);
-        let center = ((x + SWATCH / 2.0).round() as i32, middle);
-        let line = [(left, middle), (right, middle)];
+        let center = (x + SWATCH / 2.0).round() as i32;
         let corners = [(left, middle - 90), (right, middle + 90)];
-        match swatch {
-            Swatch::Curve(color, CurveStyle::Solid) => area.draw(&PathElement::new(line, stroke(*color, CURVE_STROKE))),
-            Swatch::Curve(color, CurveStyle::Thin) => {
-                area.draw(&PathElement::new(line, stroke(*color, CURVE_STROKE / 2)))
-            }
-            Swatch::Curve(color, CurveStyle::Dashed) => {
-                area.draw(&DashedPathElement::new(line, 90, 60, stroke(*color, CURVE_STROKE)))
-            }
-            Swatch::Curve(color, CurveStyle::Points | CurveStyle::Dots) => {
-                area.draw(&Circle::new(center, POINT_RADIUS, color.filled()))
+        match *swatch {
+            Swatch::Curve(color, style) if style.is_line() => {
+                draw_piece(area, vec![(left, middle), (right, middle)], color, style)?;
             }
             Swatch::Curve(color, CurveStyle::OpenPoints) => {
-                area.draw(&Circle::new(center, POINT_RADIUS, stroke(*color, THIN_STROKE)))
+                area.draw(&Circle::new((center, middle), POINT_RADIUS, stroke(color, THIN_STROKE)))?;
             }
-            Swatch::Ground(color, opacity) => area.draw(&Rectangle::new(corners, color.mix(*opacity).filled())),
+            Swatch::Curve(color, _) => draw_piece(area, vec![(center, middle)], color, CurveStyle::Points)?,
+            Swatch::Ground(color, opacity) => area.draw(&Rectangle::new(corners, color.mix(opacity).filled()))?,
             Swatch::Event(color) => {
-                let line = [(center.0, middle - 110), (center.0, middle + 110)];
-                area.draw(&PathElement::new(line, stroke(*color, THIN_STROKE + 4)))
+                let line = [(center, middle - 110), (center, middle + 110)];
+                area.draw(&PathElement::new(line, stroke(color, THIN_STROKE + 4)))?;
             }
             Swatch::Cell(cell) => {
-                let (ground, lines) = unlike_a_value(*cell, corners);
-                area.draw(&Rectangle::new(corners, ground.filled())).map_err(failed)?;
-                for line in lines {
-                    area.draw(&PathElement::new(line, stroke(BLACK, THIN_STROKE)))
-                        .map_err(failed)?;
-                }
-                area.draw(&Rectangle::new(corners, stroke(GREY, THIN_STROKE)))
+                draw_cell(area, cell, corners)?;
+                area.draw(&Rectangle::new(corners, stroke(GREY, THIN_STROKE)))?;
             }
         }
-        .map_err(failed)?;
         write(area, name, LABEL_SIZE, (x + SWATCH + SWATCH_GAP, y))?;
+    }
+    Ok(())
+}
+
+/// A line, or a circle at each of its points.
+fn draw_piece<C: CoordTranslate<From: Clone + 'static>>(
+    area: &Sheet<C>,
+    points: Vec<C::From>,
+    color: RGBColor,
+    style: CurveStyle,
+) -> Result<(), PlotError> {
+    let line = stroke(color, CURVE_STROKE);
+    let (radius, circle) = match style {
+        CurveStyle::Solid => return Ok(area.draw(&PathElement::new(points, line))?),
+        CurveStyle::Thin => return Ok(area.draw(&PathElement::new(points, stroke(color, CURVE_STROKE / 2)))?),
+        CurveStyle::Dashed => return Ok(area.draw(&DashedPathElement::new(points, 90, 60, line))?),
+        CurveStyle::Points => (POINT_RADIUS, color.filled()),
+        CurveStyle::OpenPoints => (POINT_RADIUS, stroke(color, THIN_STROKE + 4)),
+        CurveStyle::Dots => (DOT_RADIUS, color.filled()),
+    };
+    for point in points {
+        area.draw(&Circle::new(point, radius, circle))?;
+    }
+    Ok(())
+}
+
+/// A cell without a value: grey, crossed out where the run failed, struck through where there is none. It does not depend on colour.
+fn draw_cell<X: Copy + 'static, C: CoordTranslate<From = (X, X)>>(
+    area: &Sheet<C>,
+    cell: Cell,
+    corners: [(X, X); 2],
+) -> Result<(), PlotError> {
+    let [(left, low), (right, high)] = corners;
+    let (up, down) = ([(left, low), (right, high)], [(left, high), (right, low)]);
+    let (ground, lines) = match cell {
+        Cell::Failed => (WHITE, &[up, down][..]),
+        Cell::Missing => (WHITE, &[up][..]),
+        Cell::Nothing | Cell::Value(_) => (NOTHING, &[][..]),
+    };
+    area.draw(&Rectangle::new(corners, ground.filled()))?;
+    for line in lines {
+        area.draw(&PathElement::new(*line, stroke(BLACK, THIN_STROKE)))?;
     }
     Ok(())
 }
@@ -439,58 +474,56 @@ fn draw_panel(area: &Ground, m: &Measured, (left, right): (f64, f64)) -> Result<
         .margin_right(right.round() as i32)
         .set_label_area_size(LabelAreaPosition::Left, (left - MARGIN).round() as i32)
         .set_label_area_size(LabelAreaPosition::Bottom, label_height(m).round() as i32)
-        .build_cartesian_2d(x.0..x.1, y.0..y.1)
-        .map_err(failed)?;
+        .build_cartesian_2d(x.0..x.1, y.0..y.1)?;
+    draw_ground(chart.plotting_area(), m)?;
+    draw_mesh(&mut chart, m)?;
+    draw_content(&own, chart.plotting_area(), m)
+}
+
+/// What is below the grid.
+fn draw_ground(plane: &Plane, m: &Measured) -> Result<(), PlotError> {
+    let (x, y) = (m.x.shown, m.y.shown);
     for &(from, to, mode) in &m.panel.modes {
         let (color, opacity) = ground(mode);
         let corners = [(m.x.show(from).max(x.0), y.0), (m.x.show(to).min(x.1), y.1)];
-        draw(&chart, &Rectangle::new(corners, color.mix(opacity).filled()))?;
-    }
-    draw_mesh(&mut chart, m)?;
-    if let Some(map) = &m.panel.map {
-        draw_map(&chart, m, map)?;
-    }
-    for area in &m.panel.areas {
-        draw_area(&chart, m, area)?;
-    }
-    for &(at, kind) in &m.marks {
-        let at = m.x.show(at);
-        let line = [(at, y.0), (at, y.1)];
-        let style = stroke(of_event(kind), THIN_STROKE);
-        draw(&chart, &PathElement::new(line, style))?;
-    }
-    m.panel
-        .curves
-        .iter()
-        .try_for_each(|curve| draw_curve(&chart, m, curve))?;
-    for (at, text) in &m.panel.labels {
-        let (x, y) = chart.backend_coord(&(m.x.show(at.0), m.y.show(at.1)));
-        let (half, high) = (
-            (text_width(text, LABEL_SIZE) / 2.0 + 40.0) as i32,
-            (0.55 * LABEL_SIZE) as i32,
-        );
-        let origin = area.get_base_pixel();
-        let (x, y) = (x - origin.0, y - origin.1);
-        area.draw(&Rectangle::new(
-            [(x - half, y - high), (x + half, y + high)],
-            WHITE.filled(),
-        ))
-        .map_err(failed)?;
-        let style = text_style(LABEL_SIZE, Pos::new(HPos::Center, VPos::Center));
-        area.draw_text(text, &style, (x, y)).map_err(failed)?;
+        plane.draw(&Rectangle::new(corners, color.mix(opacity).filled()))?;
     }
     Ok(())
 }
 
-fn draw<'b, E>(chart: &Chart<'_, 'b>, element: &E) -> Result<(), PlotError>
-where
-    for<'e> &'e E: plotters::element::PointCollection<'e, (f64, f64)>,
-    E: plotters::element::Drawable<SVGBackend<'b>>,
-{
-    chart.plotting_area().draw(element).map_err(failed)
+/// What is above it.
+fn draw_content(own: &Ground, plane: &Plane, m: &Measured) -> Result<(), PlotError> {
+    let y = m.y.shown;
+    if let Some(map) = &m.panel.map {
+        draw_map(plane, m, map)?;
+    }
+    for area in &m.panel.areas {
+        draw_area(plane, m, area)?;
+    }
+    for &(at, kind) in &m.marks {
+        let at = m.x.show(at);
+        plane.draw(&PathElement::new(
+            [(at, y.0), (at, y.1)],
+            stroke(of_event(kind), THIN_STROKE),
+        ))?;
+    }
+    for curve in &m.panel.curves {
+        draw_curve(plane, m, curve)?;
+    }
+    let (origin, high) = (own.get_base_pixel(), (0.55 * LABEL_SIZE) as i32);
+    for (at, text) in &m.panel.labels {
+        let (x, y) = plane.map_coordinate(&(m.x.show(at.0), m.y.show(at.1)));
+        let (x, y) = (x - origin.0, y - origin.1);
+        let half = (text_width(text, LABEL_SIZE) / 2.0 + 40.0) as i32;
+        let corners = [(x - half, y - high), (x + half, y + high)];
+        own.draw(&Rectangle::new(corners, WHITE.filled()))?;
+        let style = text_style(LABEL_SIZE, Pos::new(HPos::Center, VPos::Center));
+        own.draw_text(text, &style, (x, y))?;
+    }
+    Ok(())
 }
 
-fn draw_mesh(chart: &mut Chart, m: &Measured) -> Result<(), PlotError> {
+fn draw_mesh(chart: &mut ChartContext<SVGBackend, Axes>, m: &Measured) -> Result<(), PlotError> {
     let (_, x_decimals) = m.x.ticks(m.x_ticks);
     let (_, y_decimals) = m.y.ticks(m.y_ticks);
     let label = text_style(LABEL_SIZE, Pos::default());
@@ -500,7 +533,7 @@ fn draw_mesh(chart: &mut Chart, m: &Measured) -> Result<(), PlotError> {
     } else {
         String::new()
     };
-    chart
+    Ok(chart
         .configure_mesh()
         .light_line_style(TRANSPARENT)
         .bold_line_style(grid.stroke_width(THIN_STROKE))
@@ -520,63 +553,35 @@ fn draw_mesh(chart: &mut Chart, m: &Measured) -> Result<(), PlotError> {
         .axis_desc_style(label)
         .x_desc(x_title)
         .y_desc(m.y_title.clone())
-        .draw()
-        .map_err(failed)
+        .draw()?)
 }
 
 /// Whether all points come to the same place.
-fn is_dot(chart: &Chart, points: &[(f64, f64)]) -> bool {
-    let mut places = points.iter().map(|point| chart.backend_coord(point));
+fn is_dot(plane: &Plane, points: &[(f64, f64)]) -> bool {
+    let mut places = points.iter().map(|point| plane.map_coordinate(point));
     let first = places.next();
     places.all(|place| Some(place) == first)
 }
 
-fn draw_curve(chart: &Chart, m: &Measured, curve: &Curve) -> Result<(), PlotError> {
-    let shown = |&(x, y): &(f64, f64)| (m.x.show(x), m.y.show(y));
-    let line = stroke(curve.color, CURVE_STROKE);
+fn draw_curve(plane: &Plane, m: &Measured, curve: &Curve) -> Result<(), PlotError> {
     for piece in &curve.pieces {
-        let points: Vec<(f64, f64)> = piece.iter().map(shown).collect();
-        match curve.style {
+        let points: Vec<(f64, f64)> = piece.iter().map(|&(x, y)| (m.x.show(x), m.y.show(y))).collect();
+        if curve.style.is_line() && is_dot(plane, &points) {
             // What has no length in the drawing would not show without a dot.
-            CurveStyle::Solid | CurveStyle::Thin | CurveStyle::Dashed if is_dot(chart, &points) => {
-                for point in points.into_iter().take(1) {
-                    draw(chart, &Circle::new(point, CURVE_STROKE, curve.color.filled()))?;
-                }
+            for point in points.into_iter().take(1) {
+                plane.draw(&Circle::new(point, CURVE_STROKE, curve.color.filled()))?;
             }
-            CurveStyle::Solid => draw(chart, &PathElement::new(points, line))?,
-            CurveStyle::Thin => draw(chart, &PathElement::new(points, stroke(curve.color, CURVE_STROKE / 2)))?,
-            CurveStyle::Dashed => draw(chart, &DashedPathElement::new(points, 90, 60, line))?,
-            CurveStyle::Points | CurveStyle::OpenPoints | CurveStyle::Dots => {
-                let (radius, style) = match curve.style {
-                    CurveStyle::Points => (POINT_RADIUS, curve.color.filled()),
-                    CurveStyle::Dots => (DOT_RADIUS, curve.color.filled()),
-                    _ => (POINT_RADIUS, stroke(curve.color, THIN_STROKE + 4)),
-                };
-                for point in points {
-                    draw(chart, &Circle::new(point, radius, style))?;
-                }
-            }
+        } else {
+            draw_piece(plane, points, curve.color, curve.style)?;
         }
     }
     Ok(())
 }
 
-/// The first scale of colours: the panels of a figure share it.
-fn color_bar<'a>(m: &'a Measured) -> Option<(&'a Axis, &'a Scale)> {
-    match &m.panel.map.as_ref()?.key {
-        ColorKey::Scale(axis) => Some((axis, m.colors.as_ref()?)),
-        ColorKey::Codes(_) => None,
-    }
-}
-
-/// The share of the scale at which a value lies.
-fn share(scale: &Scale, value: f64) -> f64 {
-    (scale.show(value) - scale.shown.0) / (scale.shown.1 - scale.shown.0)
-}
-
 /// The step of a scale that a value has.
 fn step(scale: &Scale, value: f64) -> usize {
-    ((share(scale, value) * COLORS as f64) as usize).min(COLORS - 1)
+    let share = (scale.show(value) - scale.shown.0) / (scale.shown.1 - scale.shown.0);
+    ((share * COLORS as f64) as usize).min(COLORS - 1)
 }
 
 fn color_of(step: usize) -> RGBColor {
@@ -615,49 +620,27 @@ fn draw_color_bar(
         let from = at(step as f64 / COLORS as f64);
         // To the end, and the next over it: no ground shows between them.
         let corners = [(from, top), (at(1.0), bottom)];
-        area.draw(&Rectangle::new(corners, color_of(step).filled()))
-            .map_err(failed)?;
+        area.draw(&Rectangle::new(corners, color_of(step).filled()))?;
     }
-    area.draw(&Rectangle::new(
-        [(at(0.0), top), (at(1.0), bottom)],
-        stroke(BLACK, AXIS_STROKE),
-    ))
-    .map_err(failed)?;
-    let fits = |n: &usize| {
-        let gaps = scale.ticks(*n).0.len().max(2) - 1;
-        scale.best_count(*n) == *n && widest_label(scale, *n) + LABEL_SIZE < width / (gaps + 1) as f64
-    };
-    let (ticks, decimals) = scale.ticks((2..=10).rev().find(fits).unwrap_or(2));
+    let frame = [(at(0.0), top), (at(1.0), bottom)];
+    area.draw(&Rectangle::new(frame, stroke(BLACK, AXIS_STROKE)))?;
+    let (ticks, decimals) = scale.ticks(fitting_ticks(scale, width, 10));
     let style = text_style(LABEL_SIZE, Pos::new(HPos::Center, VPos::Top));
     for tick in ticks {
         let x = at((tick - scale.shown.0) / (scale.shown.1 - scale.shown.0));
-        area.draw(&PathElement::new(
-            [(x, bottom), (x, bottom + TICK)],
-            stroke(BLACK, AXIS_STROKE),
-        ))
-        .map_err(failed)?;
+        let line = [(x, bottom), (x, bottom + TICK)];
+        area.draw(&PathElement::new(line, stroke(BLACK, AXIS_STROKE)))?;
         let label = scale.label(tick, decimals);
         // The first and the last stay within the picture.
         let half = (text_width(&label, LABEL_SIZE) / 2.0).ceil() as i32;
         let middle = x.clamp(half + 20, (right + MARGIN) as i32 - half);
-        area.draw_text(&label, &style, (middle, bottom + 2 * TICK))
-            .map_err(failed)?;
+        area.draw_text(&label, &style, (middle, bottom + 2 * TICK))?;
     }
     Ok(())
 }
 
-/// Ground and lines of a cell without a value: none, crossed out, and struck through. They do not depend on colour.
-fn unlike_a_value<T: Copy>(cell: Cell, [(left, low), (right, high)]: [(T, T); 2]) -> (RGBColor, Vec<[(T, T); 2]>) {
-    let (up, down) = ([(left, low), (right, high)], [(left, high), (right, low)]);
-    match cell {
-        Cell::Failed => (WHITE, vec![up, down]),
-        Cell::Missing => (WHITE, vec![up]),
-        Cell::Nothing | Cell::Value(_) => (NOTHING, Vec::new()),
-    }
-}
-
 /// Cells of one colour beside each other are one rectangle.
-fn draw_map(chart: &Chart, m: &Measured, map: &Map) -> Result<(), PlotError> {
+fn draw_map(plane: &Plane, m: &Measured, map: &Map) -> Result<(), PlotError> {
     let columns = map.x_edges.len().saturating_sub(1);
     if columns == 0 {
         return Ok(());
@@ -667,7 +650,7 @@ fn draw_map(chart: &Chart, m: &Measured, map: &Map) -> Result<(), PlotError> {
             let place = codes.iter().position(|(code, _)| *code as f64 == value);
             place.map(|place| colors::of_code(place, codes.len()))
         }
-        (Cell::Value(value), ColorKey::Scale(_), Some(scale)) => Some(color_of(step(scale, value))),
+        (Cell::Value(value), ColorKey::Scale(_), Some((_, scale))) => Some(color_of(step(scale, value))),
         _ => None,
     };
     let (more_x, more_y) = (
@@ -690,16 +673,9 @@ fn draw_map(chart: &Chart, m: &Measured, map: &Map) -> Result<(), PlotError> {
             match own {
                 Some(color) => {
                     let corner = ((right + more_x).min(m.x.shown.1), (high + more_y).min(m.y.shown.1));
-                    draw(chart, &Rectangle::new([(left, low), corner], color.filled()))?;
+                    plane.draw(&Rectangle::new([(left, low), corner], color.filled()))?;
                 }
-                None => {
-                    let corners = [(left, low), (right, high)];
-                    let (ground, lines) = unlike_a_value(cells[column], corners);
-                    draw(chart, &Rectangle::new(corners, ground.filled()))?;
-                    for line in lines {
-                        draw(chart, &PathElement::new(line, stroke(BLACK, THIN_STROKE)))?;
-                    }
-                }
+                None => draw_cell(plane, cells[column], [(left, low), (right, high)])?,
             }
             column = end;
         }
@@ -707,12 +683,12 @@ fn draw_map(chart: &Chart, m: &Measured, map: &Map) -> Result<(), PlotError> {
     Ok(())
 }
 
-fn draw_area(chart: &Chart, m: &Measured, area: &Area) -> Result<(), PlotError> {
+fn draw_area(plane: &Plane, m: &Measured, area: &Area) -> Result<(), PlotError> {
     for piece in &area.pieces {
         let lower = piece.iter().map(|&(x, low, _)| (m.x.show(x), m.y.show(low)));
         let upper = piece.iter().rev().map(|&(x, _, high)| (m.x.show(x), m.y.show(high)));
         let outline: Vec<(f64, f64)> = lower.chain(upper).collect();
-        draw(chart, &Polygon::new(outline, area.color.mix(AREA_OPACITY).filled()))?;
+        plane.draw(&Polygon::new(outline, area.color.mix(AREA_OPACITY).filled()))?;
     }
     Ok(())
 }

@@ -2,6 +2,7 @@
 
 use super::signature;
 use crate::results::disk::{Obstacle, folder_of, in_the_way, misplaced, try_folder, write_whole};
+use std::fmt::{self, Display, Formatter};
 use std::fs;
 use std::io::{self, Read};
 use std::path::{Path, PathBuf};
@@ -23,31 +24,19 @@ pub enum Product {
 }
 
 impl Product {
-    const fn name(self) -> &'static str {
+    /// Its name, the option that names it, an example, and what it is made from.
+    const fn words(self) -> [&'static str; 4] {
         match self {
-            Product::Figure(_) => "figure",
-            Product::Page => "page",
-            Product::Report => "report",
-            Product::Case => "case",
+            Product::Figure(option) => ["figure", option, "figure.svg", "the file to be drawn"],
+            Product::Page => ["page", "--html", "report.html", "the file to be drawn"],
+            Product::Report => ["report", "--report", "report.html", "an input"],
+            Product::Case => ["case", "--case", "case.toml", "an input"],
         }
     }
 
     /// The option that names it.
     pub const fn option(self) -> &'static str {
-        match self {
-            Product::Figure(option) => option,
-            Product::Page => "--html",
-            Product::Report => "--report",
-            Product::Case => "--case",
-        }
-    }
-
-    const fn example(self) -> &'static str {
-        match self {
-            Product::Figure(_) => "figure.svg",
-            Product::Page | Product::Report => "report.html",
-            Product::Case => "case.toml",
-        }
+        self.words()[1]
     }
 
     /// Whether a file that begins with `head` is such a product of this program.
@@ -61,69 +50,89 @@ impl Product {
                 contains(&format!("<!-- {} -->", signature::REPORT)) || contains(&generator)
             }
             Product::Case => false,
-            Product::Figure(_) if head.starts_with(b"\x89PNG") => contains(&format!("{keyword}\0{value}")),
-            Product::Figure(_) if head.starts_with(b"%PDF") => contains(&format!("/Producer ({})", signature::PDF)),
-            Product::Figure(_) if head.starts_with(b"%!PS") => contains(&format!("%%Creator: {}", signature::EPS)),
-            Product::Figure(_) => contains(&format!("<desc>{}", signature::SVG)),
-        }
-    }
-
-    /// What such a product is made from.
-    const fn input(self) -> &'static str {
-        match self {
-            Product::Figure(_) | Product::Page => "the file to be drawn",
-            Product::Report | Product::Case => "an input",
-        }
-    }
-
-    /// Of a file that is there and is not replaced.
-    fn not_own(self) -> String {
-        match self {
-            Product::Case => "is there already".to_owned(),
-            _ => format!("there already, and not a {} that this program made", self.name()),
+            Product::Figure(_) => contains(&match head {
+                [0x89, b'P', b'N', b'G', ..] => format!("{keyword}\0{value}"),
+                [b'%', b'P', b'D', b'F', ..] => format!("/Producer ({})", signature::FIGURE),
+                [b'%', b'!', b'P', b'S', ..] => format!("%%Creator: {}", signature::FIGURE),
+                _ => format!("<desc>{}", signature::FIGURE),
+            }),
         }
     }
 }
 
 /// Why a figure or a page cannot go where it should.
-#[derive(Debug, thiserror::Error)]
-#[non_exhaustive]
-#[expect(missing_docs, reason = "each variant is described by its message")]
-pub enum TargetError {
-    #[error("{path}: this is {}; give the {} another name with {}",
-        .product.input(), .product.name(), .product.option())]
-    IsInput { path: PathBuf, product: Product },
-    #[error(
-        "{path}: a folder; name a file in it, for example {} {}",
-        .product.option(), .path.join(.product.example()).display()
-    )]
-    IsFolder { path: PathBuf, product: Product },
-    #[error(
-        "{path}: not a usable file name; name the {} with {option}, for example {option} {}",
-        .product.name(), .product.example(), option = .product.option()
-    )]
-    NoFileName { path: PathBuf, product: Product },
-    #[error("{path}: the folder {folder} does not exist; create it, or choose another with {}", .product.option())]
-    NoFolder {
-        path: PathBuf,
-        folder: PathBuf,
-        product: Product,
-    },
-    #[error(
-        "{path}: {}; choose another name with {}, or replace it with --force", .product.not_own(), .product.option()
-    )]
-    Foreign { path: PathBuf, product: Product },
-    #[error("{path}: a pipe or a device, which no file replaces; choose another name with {}", .product.option())]
-    PipeOrDevice { path: PathBuf, product: Product },
-    #[error("{path}: write-protected; choose another name with {}, or replace it with --force", .product.option())]
-    Protected { path: PathBuf, product: Product },
-    #[error("{path}: {action} failed: {source}; check the folder and its disk, or choose another with {}", .product.option())]
-    Io {
-        path: PathBuf,
-        action: &'static str,
-        source: io::Error,
-        product: Product,
-    },
+#[derive(Debug)]
+pub struct TargetError {
+    path: PathBuf,
+    product: Product,
+    obstacle: Obstacle,
+    /// What the system was asked for, where that failed.
+    action: &'static str,
+}
+
+impl Display for TargetError {
+    fn fmt(&self, f: &mut Formatter) -> fmt::Result {
+        let [name, option, example, input] = self.product.words();
+        write!(f, "{}: ", self.path.display())?;
+        match &self.obstacle {
+            Obstacle::Input => write!(f, "this is {input}; give the {name} another name with {option}"),
+            Obstacle::Folder => {
+                let example = self.path.join(example);
+                write!(
+                    f,
+                    "a folder; name a file in it, for example {option} {}",
+                    example.display()
+                )
+            }
+            Obstacle::NoFileName => {
+                let words = "not a usable file name; name the";
+                write!(f, "{words} {name} with {option}, for example {option} {example}")
+            }
+            Obstacle::NoFolder(folder) => {
+                let (folder, words) = (folder.display(), "does not exist; create it, or choose another with");
+                write!(f, "the folder {folder} {words} {option}")
+            }
+            Obstacle::PipeOrDevice => {
+                let words = "a pipe or a device, which no file replaces; choose another name with";
+                write!(f, "{words} {option}")
+            }
+            Obstacle::Protected | Obstacle::NotOwn => {
+                let foreign = format!("there already, and not a {name} that this program made");
+                let why = match (&self.obstacle, self.product) {
+                    (Obstacle::Protected, _) => "write-protected",
+                    (_, Product::Case) => "is there already",
+                    _ => &foreign,
+                };
+                write!(
+                    f,
+                    "{why}; choose another name with {option}, or replace it with --force"
+                )
+            }
+            Obstacle::NotSeen(error) => {
+                let words = "check the folder and its disk, or choose another with";
+                write!(f, "{} failed: {error}; {words} {option}", self.action)
+            }
+        }
+    }
+}
+
+impl std::error::Error for TargetError {}
+
+impl TargetError {
+    /// Of an action of the operating system that failed.
+    pub(crate) fn failed(path: &Path, product: Product, action: &'static str, error: io::Error) -> TargetError {
+        TargetError {
+            path: path.to_owned(),
+            product,
+            obstacle: Obstacle::NotSeen(error),
+            action,
+        }
+    }
+
+    /// Whether the operating system failed, and the path is not to blame.
+    pub fn is_failure(&self) -> bool {
+        matches!(self.obstacle, Obstacle::NotSeen(_))
+    }
 }
 
 /// Whether a product made from `inputs` may be written to `path`; an input is never replaced.
@@ -132,37 +141,25 @@ pub enum TargetError {
 /// `path` is an input, a folder, in a folder that is missing, or a file that is no such product of this program, or
 /// write-protected, and is not to be replaced by `force`; or its folder takes no file.
 pub fn check(path: &Path, product: Product, inputs: &[PathBuf], force: bool) -> Result<(), TargetError> {
-    let refused = |obstacle| Err(refusal(obstacle, path, product));
-    if let Some(obstacle) = misplaced(path, inputs) {
-        return refused(obstacle);
-    }
+    let failed = |action| move |error| TargetError::failed(path, product, action, error);
     let is_own = |path: &Path| {
         let mut head = Vec::new();
         let read = fs::File::open(path).and_then(|file| file.take(HEAD).read_to_end(&mut head));
-        read.map_err(|error| failed(path, product, "reading the file", error))?;
+        read.map_err(failed("reading the file"))?;
         Ok(product.is_own(&head))
     };
-    if let Some(obstacle) = in_the_way(path, force, is_own)? {
-        return refused(obstacle);
-    }
-    try_folder(&folder_of(path)).map_err(|error| failed(path, product, "creating the file", error))
-}
-
-fn refusal(obstacle: Obstacle, path: &Path, product: Product) -> TargetError {
-    let owned = path.to_owned();
+    let obstacle = match misplaced(path, inputs) {
+        None => in_the_way(path, force, is_own)?,
+        misplaced => misplaced,
+    };
     match obstacle {
-        Obstacle::Folder => TargetError::IsFolder { path: owned, product },
-        Obstacle::NoFileName => TargetError::NoFileName { path: owned, product },
-        Obstacle::NoFolder(folder) => TargetError::NoFolder {
-            path: owned,
-            folder,
+        Some(obstacle) => Err(TargetError {
+            path: path.to_owned(),
             product,
-        },
-        Obstacle::Input => TargetError::IsInput { path: owned, product },
-        Obstacle::PipeOrDevice => TargetError::PipeOrDevice { path: owned, product },
-        Obstacle::Protected => TargetError::Protected { path: owned, product },
-        Obstacle::NotOwn => TargetError::Foreign { path: owned, product },
-        Obstacle::NotSeen(error) => failed(path, product, "looking at the file", error),
+            obstacle,
+            action: "looking at the file",
+        }),
+        None => try_folder(&folder_of(path)).map_err(failed("creating the file")),
     }
 }
 
@@ -172,14 +169,5 @@ fn refusal(obstacle: Obstacle, path: &Path, product: Product) -> TargetError {
 /// # Errors
 /// Of the operating system.
 pub fn write(path: &Path, product: Product, parts: &[&[u8]]) -> Result<(), TargetError> {
-    write_whole(path, parts).map_err(|error| failed(path, product, "writing", error))
-}
-
-fn failed(path: &Path, product: Product, action: &'static str, source: io::Error) -> TargetError {
-    TargetError::Io {
-        path: path.to_owned(),
-        action,
-        source,
-        product,
-    }
+    write_whole(path, parts).map_err(|error| TargetError::failed(path, product, "writing", error))
 }

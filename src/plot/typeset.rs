@@ -28,19 +28,16 @@ pub(crate) fn pieces(text: &str) -> Vec<(Level, String)> {
     };
     let mut k = 0;
     while k < letters.len() {
-        if let Some(length) = index_at(&letters, k) {
-            letters[k + 1..=k + length].iter().for_each(|&c| add(Level::Index, c));
-            k += length + 1;
-        } else if let Some(length) = exponent_at(&letters, k) {
-            letters[k + 1..=k + length]
-                .iter()
-                .for_each(|&c| add(Level::Exponent, c));
-            k += length + 1;
+        let index = index_at(&letters, k).map(|length| (Level::Index, length));
+        let exponent = || exponent_at(&letters, k).map(|length| (Level::Exponent, length));
+        if let Some((level, length)) = index.or_else(exponent) {
+            letters[k + 1..=k + length].iter().for_each(|&c| add(level, c));
+            k += length;
         } else {
             let (level, c) = plain(letters[k]);
             add(level, c);
-            k += 1;
         }
+        k += 1;
     }
     pieces
 }

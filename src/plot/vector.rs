@@ -31,7 +31,7 @@ pub fn pdf(svg: &str, title: &str) -> Result<Vec<u8>, PlotError> {
     pdf.set_version(1, 4);
     // First, so that the program finds its signature at the head of the file.
     let mut about = pdf.document_info(information);
-    about.producer(TextStr(signature::PDF));
+    about.producer(TextStr(signature::FIGURE));
     about.title(TextStr(title));
     drop(about);
     pdf.catalog(catalogue).pages(pages);
@@ -79,7 +79,7 @@ pub fn eps(svg: &str, title: &str) -> Result<Vec<u8>, PlotError> {
          {content}grestore\nshowpage\n%%Trailer\nend\n%%EOF\n",
         number(width),
         number(height),
-        signature::EPS,
+        signature::FIGURE,
     )
     .into_bytes())
 }
@@ -137,10 +137,8 @@ impl Drawing {
         {
             self.line(format_args!("{color} rg"));
             self.outline(path, transform);
-            self.line(format_args!(
-                "{}",
-                if fill.rule() == FillRule::EvenOdd { "f*" } else { "f" }
-            ));
+            let star = if fill.rule() == FillRule::EvenOdd { "*" } else { "" };
+            self.line(format_args!("f{star}"));
         }
         if let Some(stroke) = path.stroke()
             && let Some(color) = on_white(stroke.paint(), opacity * stroke.opacity().get())
@@ -178,45 +176,25 @@ impl Drawing {
         };
         let mut last = (0.0, 0.0);
         for segment in path.data().segments() {
-            match segment {
-                PathSegment::MoveTo(point) => {
-                    last = place(point);
-                    self.points(&[last], "m");
-                }
-                PathSegment::LineTo(point) => {
-                    last = place(point);
-                    self.points(&[last], "l");
-                }
+            let (points, operator) = match segment {
+                PathSegment::MoveTo(point) => (vec![place(point)], "m"),
+                PathSegment::LineTo(point) => (vec![place(point)], "l"),
                 PathSegment::QuadTo(middle, point) => {
                     // The same parabola as a cubic.
                     let (middle, end) = (place(middle), place(point));
-                    let third = |from: (f64, f64)| {
-                        (
-                            from.0 + 2.0 / 3.0 * (middle.0 - from.0),
-                            from.1 + 2.0 / 3.0 * (middle.1 - from.1),
-                        )
-                    };
-                    self.points(&[third(last), third(end), end], "c");
-                    last = end;
+                    let third = |from: f64, to: f64| from + 2.0 / 3.0 * (to - from);
+                    let third = |from: (f64, f64)| (third(from.0, middle.0), third(from.1, middle.1));
+                    (vec![third(last), third(end), end], "c")
                 }
-                PathSegment::CubicTo(first, second, point) => {
-                    last = place(point);
-                    self.points(&[place(first), place(second), last], "c");
-                }
-                PathSegment::Close => self.line(format_args!("h")),
+                PathSegment::CubicTo(first, second, point) => (vec![place(first), place(second), place(point)], "c"),
+                PathSegment::Close => (Vec::new(), "h"),
+            };
+            last = points.last().copied().unwrap_or(last);
+            for (x, y) in points {
+                self.content += &format!("{} {} ", number(x), number(y));
             }
+            self.line(format_args!("{operator}"));
         }
-    }
-
-    fn points(&mut self, points: &[(f64, f64)], operator: &str) {
-        for (x, y) in points {
-            self.content += &number(*x);
-            self.content.push(' ');
-            self.content += &number(*y);
-            self.content.push(' ');
-        }
-        self.content += operator;
-        self.content.push('\n');
     }
 
     fn line(&mut self, line: std::fmt::Arguments) {

@@ -1,7 +1,7 @@
 //! The figure of `stickslip work-precision`.
 
 use super::error::PlotError;
-use super::figure::{Axis, Curve, CurveStyle, Figure, Panel};
+use super::figure::{Axis, Curve, CurveStyle, Figure, Panel, drawn, extent};
 use super::style::{GREY, PALETTE};
 use crate::analysis::work_precision::{Errors, Knob, Measurement, Reference, StudyResult};
 use crate::results::{Reason, WorkPrecisionFile};
@@ -99,38 +99,29 @@ pub fn figure(title: &str, result: &StudyResult) -> Figure {
                 .filter_map(|m| Some((of_x(m), error(&m.errors)?.max(LEAST))))
                 .filter(|point| point.0 > 0.0)
                 .collect();
-            if points.is_empty() {
-                continue;
-            }
             let color = color(s.color);
             let style = if s.fixed { CurveStyle::Dashed } else { CurveStyle::Solid };
             let (told, untold): (Vec<_>, Vec<_>) = points.iter().partition(|point| point.1 > uncertainty);
             curves.push(Curve::line(&s.label, color, points).styled(style));
-            for (points, style) in [(told, CurveStyle::Points), (untold, CurveStyle::OpenPoints)] {
-                if !points.is_empty() {
-                    curves.push(Curve::line("", color, points).styled(style));
-                }
-            }
+            curves.push(Curve::line("", color, told).styled(CurveStyle::Points));
+            curves.push(Curve::line("", color, untold).styled(CurveStyle::OpenPoints));
         }
-        let (low, high) = span(&curves, |p| p.0);
+        let (low, high) = extent(curves.iter().flat_map(Curve::points).map(|point| point.0)).unwrap_or((1.0, 10.0));
         let line = vec![(low, uncertainty.max(LEAST)), (high, uncertainty.max(LEAST))];
         curves.push(Curve::line("uncertainty of the reference", GREY, line).styled(CurveStyle::Dashed));
-        Panel::new(x.by_powers(), Axis::new(name, "s").by_powers(), curves)
+        Panel::new(x.by_powers(), Axis::new(name, "s").by_powers(), drawn(curves))
     };
     // One axis for both panels: the first also has runs whose sequence of events is another.
     let counts = result.measurements.iter().filter(|m| m.failure.is_none()).map(calls);
-    let (fewest, most) = counts.fold((f64::INFINITY, 1.0f64), |(low, high), x| (low.min(x), high.max(x)));
+    let (fewest, most) = extent(counts).unwrap_or((1.0, 1.0));
+    let most = most.max(1.0);
     let by_calls = || Axis::new("calls of the right-hand side", "1").ranging(0.8 * fewest.min(most), 1.25 * most);
-    Figure {
-        name: NAME.to_owned(),
-        title: title.to_owned(),
-        paper_figure: None,
-        panels: vec![
-            panel(by_calls(), calls, "onset error", |e| e.onset),
-            panel(by_calls(), calls, "largest error", |e| e.largest),
-            panel(Axis::new("time", "s"), |m| m.wall_time, "largest error", |e| e.largest),
-        ],
-    }
+    let panels = vec![
+        panel(by_calls(), calls, "onset error", |e| e.onset),
+        panel(by_calls(), calls, "largest error", |e| e.largest),
+        panel(Axis::new("time", "s"), |m| m.wall_time, "largest error", |e| e.largest),
+    ];
+    Figure::new(NAME, title, panels)
 }
 
 /// Colour of the n-th method. Beyond the palette its colours come again in a darker shade; thirteen are different.
@@ -141,24 +132,14 @@ fn color(number: usize) -> RGBColor {
     RGBColor(darker(r), darker(g), darker(b))
 }
 
-fn span(curves: &[Curve], coordinate: fn((f64, f64)) -> f64) -> (f64, f64) {
-    let values = curves.iter().flat_map(Curve::points).map(coordinate);
-    let (low, high) = values.fold((f64::INFINITY, 0.0f64), |(low, high), x| (low.min(x), high.max(x)));
-    if low <= high { (low, high) } else { (1.0, 10.0) }
-}
-
 fn series(measurements: &[Measurement]) -> Vec<Series<'_>> {
     let mut series: Vec<Series> = Vec::new();
-    let mut methods: Vec<Method> = Vec::new();
     for m in measurements {
-        let color = methods
-            .iter()
-            .position(|&method| method == m.method)
-            .unwrap_or_else(|| {
-                methods.push(m.method);
-                methods.len() - 1
-            });
         let fixed = matches!(m.knob, Knob::FixedStep(_));
+        // Of the method, or the next.
+        let known = series.iter().find(|s| s.runs[0].method == m.method);
+        let next = || series.iter().map(|s| s.color + 1).max().unwrap_or(0);
+        let color = known.map_or_else(next, |s| s.color);
         match series.iter_mut().find(|s| s.color == color && s.fixed == fixed) {
             Some(s) => s.runs.push(m),
             None => series.push(Series {

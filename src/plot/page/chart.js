@@ -19,11 +19,6 @@ const GLYPHS = {
   restabilised: [BLACK, "M0 5L5-4H-5Z", false],
 };
 
-// [channel, name, colour]; a limit is drawn, but the panel's range does not follow it. A panel of changes counts from the
-// left edge of the view when that is short: within a cycle, energies change by millionths of themselves.
-const PANELS = [
-{{panels}}];
-
 const LEFT = 66, RIGHT = 10, PANEL = 122, STRIP = 22, AXIS = 40;
 // The part of the run below which a view is short.
 const CHANGE_BELOW = 0.1;
@@ -33,11 +28,13 @@ const SHORTEST = 1e-7;
 // A channel of the first run less the same of the second.
 const DIFFERENCE = "difference_of_";
 
-// The panels of one run, or of two: behind those of quantities that are shown, those of their differences.
-function panelsOf(trajectory) {
-  const all = PANELS.map(panel => ({ ...panel, curves: panel.curves.filter(([name]) => trajectory.has(name)) }));
-  return all.flatMap(panel => {
-    const curves = panel.curves.map(([name, ...rest]) => [DIFFERENCE + name, ...rest]).filter(([name]) => trajectory.has(name));
+// The panels of one run, or of two: behind those of quantities that are shown, those of their differences. A limit is drawn, but the
+// panel's range does not follow it. A panel of changes counts from the left edge of the view when that is short: within a cycle,
+// energies change by millionths of themselves.
+function panelsOf(panels, trajectory) {
+  const known = curves => curves.filter(({ name }) => trajectory.has(name));
+  return panels.map(panel => ({ ...panel, curves: known(panel.curves) })).flatMap(panel => {
+    const curves = known(panel.curves.map(curve => ({ ...curve, name: DIFFERENCE + curve.name })));
     const difference = { title: `Difference, ${panel.title[0].toLowerCase()}${panel.title.slice(1)}`, curves, shown: panel.shown && !panel.change };
     return curves.length ? [panel, difference] : [panel];
   });
@@ -45,14 +42,14 @@ function panelsOf(trajectory) {
 
 class Chart {
   // `sources` are one run or two; the first has the ground and the list of events.
-  constructor(root, sources, onDraw) {
+  constructor(root, panels, sources, onDraw) {
     Object.assign(this, { root, sources, onDraw, trajectory: sources[0].trajectory, run: sources[0] });
     const ends = sources.flatMap(({ events, trajectory }) => [...events.time.slice(-1), trajectory.end(trajectory.size - 1)]);
     this.limits = [Math.min(...sources.map(({ trajectory }) => trajectory.time[0])), Math.max(...ends)];
     if (!(this.limits[1] > this.limits[0])) this.limits[1] = this.limits[0] + 1e-3;
     [this.from, this.to] = this.limits;
     this.strip = root.appendChild(document.createElement("canvas"));
-    this.panels = panelsOf(this.trajectory).map(definition => this.makePanel(definition));
+    this.panels = panelsOf(panels, this.trajectory).map(definition => this.makePanel(definition));
     this.axis = root.appendChild(document.createElement("canvas"));
     this.strip.style.height = `${STRIP * sources.length}px`;
     this.axis.style.height = `${AXIS}px`;
@@ -67,9 +64,9 @@ class Chart {
     const legend = box.appendChild(document.createElement("div"));
     legend.className = "legend";
     const panel = { title: definition.title, box, titleElement: title, canvas: null, scale: null, shown: definition.shown, change: definition.change, curves: [] };
-    panel.unit = definition.curves.length ? readable(this.trajectory.unit(definition.curves[0][0])) : "";
-    for (const [name, label, colour, limit] of definition.curves) {
-      const curve = { name, label, colour, limit: limit === "limit", thin: name.startsWith("breakaway"), on: true, shift: 0, button: null, output: null };
+    panel.unit = definition.curves.length ? readable(this.trajectory.unit(definition.curves[0].name)) : "";
+    for (const { name, label, colour, limit } of definition.curves) {
+      const curve = { name, label, colour, limit, thin: name.startsWith("breakaway"), on: true, shift: 0, button: null, output: null };
       panel.curves.push(curve);
       const button = legend.appendChild(document.createElement("button"));
       button.type = "button";

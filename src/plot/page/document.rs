@@ -1,16 +1,19 @@
 //! What the page knows of a run, as the JSON document that its script reads.
 
 use serde::Serialize;
+use std::rc::Rc;
 
-use super::encoding;
-use super::form::Form;
-use super::orbit::{Orbit, orbit};
+use super::form::{Form, Panel, Portrait};
+use super::orbit::Orbit;
+use super::pair::{Pair, paired};
 use super::sparse::Sparse;
+use super::trajectory::Trajectory;
 use crate::analysis::certificate::Verdict;
-use crate::analysis::headline::HeadlineRow;
+use crate::analysis::headline::{self, HeadlineRow, is_paper_case};
 use crate::model::Mode;
 use crate::plot::PlotError;
-use crate::plot::html::doubles;
+use crate::plot::html::{Codes, Doubles};
+use crate::plot::sides::Sides;
 use crate::record::{CycleStatistics, Event, EventKind};
 use crate::results::schema::{self, group, root};
 use crate::results::{AttributeValue, ResultError, ResultFile, Status};
@@ -26,40 +29,51 @@ const TEXT: usize = 200_000;
 /// Values of each column of the certificate.
 const CERTIFICATE_ROWS: usize = 1_000;
 
-/// Everything but the trajectory.
+/// What a page has of each of its runs, but for the trajectory.
 #[derive(Debug, Serialize)]
-pub(super) struct Document {
+struct OneRun {
     title: String,
     /// Name of the result file, without its folder.
     file: String,
     /// complete, interrupted or failed.
     status: &'static str,
+    /// mu_0 r, m: the contact force times this is the torque that stick can carry.
+    breakaway_arm: Option<f64>,
+    /// UDUNITS of what the interface transmits.
+    torque_unit: &'static str,
+    modes: Modes,
+    events: Events,
+    sparse: Sparse,
+}
+
+/// Everything but the trajectory.
+#[derive(Debug, Serialize)]
+pub(super) struct Document<'a> {
+    #[serde(flatten)]
+    run: OneRun,
     /// What a reader of an unfinished run has to know.
     notice: Option<String>,
     /// T_n, s.
     natural_period: Option<f64>,
-    /// mu_0 r, m: the contact force times this is the torque that stick can carry.
-    breakaway_arm: Option<f64>,
     beside_paper: bool,
     headline: Vec<HeadlineRow>,
-    /// UDUNITS of what the interface transmits.
-    torque_unit: &'static str,
     certificate: Option<Certificate>,
     /// What the certificate says of each event.
     certified: Option<Certified>,
     provenance: Vec<(String, String)>,
     case_text: String,
     resolved: String,
-    modes: Modes,
-    events: Events,
     cycles: Cycles,
-    sparse: Sparse,
     /// How to get what sparse stretches lack.
     remedy: Option<String>,
+    panels: &'a [Panel],
+    portraits: &'a [Portrait],
     /// Of a run that does not stop.
     #[serde(skip_serializing_if = "Option::is_none")]
     orbit: Option<Orbit>,
     notes: Vec<String>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub(super) second: Option<Second>,
 }
 
 #[derive(Debug, Serialize)]
@@ -72,8 +86,8 @@ struct Certificate {
 #[derive(Debug, Serialize)]
 struct Certified {
     /// s; infinite, or no number, where nothing is known.
-    uncertainty: String,
-    verdict: String,
+    uncertainty: Doubles,
+    verdict: Codes,
     /// By code.
     verdicts: Vec<&'static str>,
 }
@@ -84,29 +98,29 @@ struct CertificateColumn {
     unit: String,
     description: String,
     rows: usize,
-    values: String,
+    values: Doubles,
 }
 
 /// Stretch k is from `start` k to `start` k + 1, the last to the end of the run.
 #[derive(Debug, Serialize)]
-pub(super) struct Modes {
+struct Modes {
     /// By code.
     names: Vec<&'static str>,
-    start: String,
-    code: String,
+    start: Doubles,
+    code: Codes,
 }
 
 #[derive(Debug, Serialize)]
-pub(super) struct Events {
+struct Events {
     /// In the file.
     count: usize,
     /// By code.
     kinds: Vec<&'static str>,
-    time: String,
-    kind: String,
-    mode_after: String,
+    time: Doubles,
+    kind: Codes,
+    mode_after: Codes,
     /// N.
-    internal_force: String,
+    internal_force: Doubles,
     states: Vec<EventState>,
 }
 
@@ -114,26 +128,62 @@ pub(super) struct Events {
 #[derive(Debug, Serialize)]
 struct EventState {
     name: String,
-    before: String,
-    after: String,
+    before: Doubles,
+    after: Doubles,
 }
 
 /// The cycles of stick-slip: durations in s, and when each begins.
 #[derive(Debug, Serialize)]
 struct Cycles {
-    start: String,
-    stick_duration: String,
-    slip_duration: String,
+    start: Doubles,
+    stick_duration: Doubles,
+    slip_duration: Doubles,
 }
 
-impl Document {
-    pub(super) fn of(file: &ResultFile, form: &Form) -> Result<Document, PlotError> {
+/// What a page has of the second run.
+#[derive(Debug, Serialize)]
+pub(super) struct Second {
+    #[serde(flatten)]
+    run: OneRun,
+    /// Indices of events that stand for each other, in the first and in the second run.
+    pairs: Vec<(usize, usize)>,
+    pub(super) trajectory: Option<Trajectory>,
+}
+
+impl Second {
+    /// Without its trajectory, beside a first run with these events and this form.
+    pub(super) fn of(pair: &Pair, events: &[Event], form: &Form) -> Result<Second, PlotError> {
+        let own = shown(&pair.events, &pair.form);
+        Ok(Second {
+            run: OneRun::of(pair.file, &pair.form, &pair.events, &mut Vec::new())?,
+            pairs: paired(shown(events, form), own, pair.form.natural_period()),
+            trajectory: None,
+        })
+    }
+}
+
+impl OneRun {
+    /// Of a file with these events; what is cut is said in `notes`.
+    fn of(file: &ResultFile, form: &Form, events: &[Event], notes: &mut Vec<String>) -> Result<OneRun, PlotError> {
+        Ok(OneRun {
+            title: file.title().to_owned(),
+            file: file_name(file),
+            status: file.status().name(),
+            breakaway_arm: form.breakaway_arm,
+            torque_unit: form.torque_unit,
+            modes: modes(file, notes)?,
+            events: Events::of(shown(events, form), form, events.len()),
+            sparse: form.run.as_deref().map_or_else(|| Ok(Sparse::default()), Sparse::of)?,
+        })
+    }
+}
+
+impl Document<'_> {
+    /// Of a file with these events.
+    pub(super) fn of<'a>(file: &ResultFile, form: &'a Form, all_events: &[Event]) -> Result<Document<'a>, PlotError> {
         let mut notes = Vec::new();
-        let resolved = file.resolved()?;
-        let all_events = file.events()?;
-        let (headline, natural_period) = (form.headline(file, &all_events)?, form.natural_period());
-        let events = shown(&all_events, form)?;
-        let sparse = form.sparse()?;
+        let case = form.run.as_ref().map(|run| &run.case);
+        let events = shown(all_events, form);
         if events.len() < all_events.len() {
             notes.push(format!(
                 "The page lists the first {} of {} events.",
@@ -141,45 +191,41 @@ impl Document {
                 all_events.len()
             ));
         }
-        let case_text = file.case_text()?;
-        let orbit = match form.run.as_ref().filter(|run| !run.stops()) {
-            None => None,
-            Some(run) => {
-                let (orbit, note) = orbit(run)?;
-                notes.extend(note);
-                Some(orbit)
-            }
-        };
+        let mut orbit = None;
+        if let Some(run) = form.run.as_ref().filter(|run| !run.stops()) {
+            let (found, note) = Orbit::of(run)?;
+            notes.extend(note);
+            orbit = Some(found);
+        }
+        let case_text = shortened(file.case_text()?, "case", &mut notes);
+        let resolved = shortened(file.resolved()?, "resolved case", &mut notes);
+        let run = OneRun::of(file, form, all_events, &mut notes)?;
         Ok(Document {
-            title: file.title().to_owned(),
-            file: file_name(file),
-            status: file.status().name(),
             notice: notice(file)?,
-            natural_period,
-            breakaway_arm: form.breakaway_arm,
-            beside_paper: form.is_beside_paper(),
-            headline,
-            torque_unit: form.torque_unit,
+            natural_period: form.natural_period(),
+            beside_paper: case.is_some_and(is_paper_case),
+            headline: headline::of_file(file, case, all_events)?,
             certified: certified(file, events.len())?,
             certificate: certificate(file)?,
             provenance: provenance(file)?,
-            case_text: shortened(case_text, "case", &mut notes),
-            resolved: shortened(resolved, "resolved case", &mut notes),
-            modes: modes(file, &mut notes)?,
-            cycles: cycles(&all_events, events),
-            events: self::events(file, form, events, all_events.len())?,
-            remedy: sparse.remedy(&file_name(file)),
-            sparse,
+            case_text,
+            resolved,
+            cycles: cycles(all_events, events),
+            remedy: run.sparse.remedy(&run.file),
+            panels: &form.panels,
+            portraits: &form.portraits,
+            run,
             orbit,
             notes,
+            second: None,
         })
     }
 }
 
 /// The events on a page: the first ones, as far as there is room for the states on both sides of them.
-pub(super) fn shown<'a>(all: &'a [Event], form: &Form) -> Result<&'a [Event], PlotError> {
-    let room = EVENTS.min(EVENT_VALUES / form.at_events()?.len().max(1));
-    Ok(&all[..all.len().min(room)])
+fn shown<'a>(all: &'a [Event], form: &Form) -> &'a [Event] {
+    let room = EVENTS.min(EVENT_VALUES / form.sides.len().max(1));
+    &all[..all.len().min(room)]
 }
 
 /// What a reader of a run that is not complete has to know.
@@ -213,7 +259,7 @@ fn certificate(file: &ResultFile) -> Result<Option<Certificate>, ResultError> {
         unit: column.units,
         description: column.long_name,
         rows: column.rows,
-        values: doubles(&values),
+        values: values.into_iter().collect(),
     });
     Ok(Some(Certificate {
         attributes: attributes.collect(),
@@ -229,16 +275,13 @@ fn certified(file: &ResultFile, events: usize) -> Result<Option<Certified>, Resu
     let Some((_, verdict)) = group.columns.into_iter().find(|(column, _)| column.name == "verdict") else {
         return Ok(None);
     };
-    let mut uncertainty = file.event_column(schema::TIME_UNCERTAINTY)?;
-    uncertainty.truncate(events);
-    let codes: Vec<i8> = verdict.iter().map(|&code| code as i8).collect();
-    Ok(
-        (codes.len() == events && uncertainty.len() == events).then(|| Certified {
-            uncertainty: doubles(&uncertainty),
-            verdict: encoding::codes(&codes),
-            verdicts: Verdict::ALL.iter().map(|verdict| verdict.name()).collect(),
-        }),
-    )
+    let uncertainty = file.event_column(schema::TIME_UNCERTAINTY)?;
+    let whole = verdict.len() == events && uncertainty.len() >= events;
+    Ok(whole.then(|| Certified {
+        uncertainty: uncertainty.into_iter().take(events).collect(),
+        verdict: verdict.iter().map(|&code| code as i8).collect(),
+        verdicts: Verdict::ALL.iter().map(|verdict| verdict.name()).collect(),
+    }))
 }
 
 /// An attribute as one writes it: a whole number without a decimal point.
@@ -251,7 +294,7 @@ fn as_read(value: &AttributeValue) -> String {
     }
 }
 
-pub(super) fn file_name(file: &ResultFile) -> String {
+fn file_name(file: &ResultFile) -> String {
     let name = file.path().file_name().unwrap_or_default();
     name.to_string_lossy().into_owned()
 }
@@ -276,54 +319,40 @@ fn shortened(mut text: String, what: &str, notes: &mut Vec<String>) -> String {
     text
 }
 
-pub(super) fn events(file: &ResultFile, form: &Form, events: &[Event], count: usize) -> Result<Events, PlotError> {
-    let times: Vec<f64> = events.iter().map(|e| e.time).collect();
-    let kinds: Vec<i8> = events.iter().map(|e| e.kind.code()).collect();
-    let modes: Vec<i8> = events.iter().map(|e| e.mode_after.code()).collect();
-    let forces: Vec<f64> = events.iter().map(|e| e.internal_force).collect();
-    let mut states = Vec::new();
-    for name in form.at_events()? {
-        let Some((mut before, mut after)) = form.sides(file, &name)? else {
-            continue;
+impl Events {
+    /// Of the first `events` of `count`.
+    fn of(events: &[Event], form: &Form, count: usize) -> Events {
+        let state = |(name, sides): &(String, Rc<Sides>)| EventState {
+            name: name.clone(),
+            before: sides.before.iter().take(events.len()).copied().collect(),
+            after: sides.after.iter().take(events.len()).copied().collect(),
         };
-        before.truncate(events.len());
-        after.truncate(events.len());
-        states.push(EventState {
-            before: doubles(&before),
-            after: doubles(&after),
-            name,
-        });
+        Events {
+            count,
+            kinds: EventKind::ALL.iter().map(|kind| kind.name()).collect(),
+            time: events.iter().map(|event| event.time).collect(),
+            kind: events.iter().map(|event| event.kind.code()).collect(),
+            mode_after: events.iter().map(|event| event.mode_after.code()).collect(),
+            internal_force: events.iter().map(|event| event.internal_force).collect(),
+            states: form.sides.iter().map(state).collect(),
+        }
     }
-    Ok(Events {
-        count,
-        kinds: EventKind::ALL.iter().map(|kind| kind.name()).collect(),
-        time: doubles(&times),
-        kind: encoding::codes(&kinds),
-        mode_after: encoding::codes(&modes),
-        internal_force: doubles(&forces),
-        states,
-    })
 }
 
 /// The cycles of all events that begin with one of `events`, the first of them.
 fn cycles(all: &[Event], events: &[Event]) -> Cycles {
     let (_, cycles) = CycleStatistics::of_events(all.iter().map(|event| (event.time, event.kind)));
-    let sticks = events.iter().filter(|e| e.kind == EventKind::Stick).map(|e| e.time);
-    let (mut start, mut stick, mut slip) = (Vec::new(), Vec::new(), Vec::new());
-    for (time, cycle) in sticks.zip(&cycles) {
-        start.push(time);
-        stick.push(cycle.stick_duration);
-        slip.push(cycle.slip_duration);
-    }
+    let sticks = events.iter().filter(|event| event.kind == EventKind::Stick);
+    let both = || sticks.clone().zip(&cycles);
     Cycles {
-        start: doubles(&start),
-        stick_duration: doubles(&stick),
-        slip_duration: doubles(&slip),
+        start: both().map(|(stick, _)| stick.time).collect(),
+        stick_duration: both().map(|(_, cycle)| cycle.stick_duration).collect(),
+        slip_duration: both().map(|(_, cycle)| cycle.slip_duration).collect(),
     }
 }
 
 /// From the segments, and after the last of them (in an unfinished file) from the samples.
-pub(super) fn modes(file: &ResultFile, notes: &mut Vec<String>) -> Result<Modes, ResultError> {
+fn modes(file: &ResultFile, notes: &mut Vec<String>) -> Result<Modes, ResultError> {
     let (mut starts, mut codes) = (Vec::new(), Vec::new());
     let mut push = |time: f64, code: i8| {
         if codes.last() != Some(&code) {
@@ -355,7 +384,7 @@ pub(super) fn modes(file: &ResultFile, notes: &mut Vec<String>) -> Result<Modes,
     }
     Ok(Modes {
         names: Mode::ALL.iter().map(|mode| mode.name()).collect(),
-        start: doubles(&starts),
-        code: encoding::codes(&codes),
+        start: starts.into_iter().collect(),
+        code: codes.into_iter().collect(),
     })
 }

@@ -28,10 +28,9 @@ if (certified) showCertifiedEvents(events, certified);
 if (second) showPair(run, events, second.events);
 const root = byId("chart");
 root.classList.toggle("bands", trajectory.bucket !== null);
-const chart = new Chart(root, second ? [source, second] : [source], afterDraw);
+const chart = new Chart(root, run.panels, second ? [source, second] : [source], afterDraw);
 const list = new EventList(byId("events"), events, certified, goToEvent);
-const portraits = [
-{{portraits}}];
+const portraits = run.portraits.map(({ id, x, y }) => new Portrait(byId(id), trajectory, source.modes, x, y));
 const durations = new Durations(byId("durations"), cycles, k => goToEvent(lowerBound(events.time, cycles.start[k])));
 onTheme.push(() => chart.schedule(), () => durations.draw());
 

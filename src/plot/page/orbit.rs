@@ -2,7 +2,7 @@
 
 use serde::Serialize;
 
-use crate::plot::html::doubles;
+use crate::plot::html::Doubles;
 use crate::plot::portraits::{Shown, shown};
 use crate::plot::{PlotError, Run};
 
@@ -32,44 +32,45 @@ struct OrbitAxis {
 #[derive(Debug, Serialize)]
 struct OrbitLine {
     mode: &'static str,
-    x: String,
-    y: String,
+    x: Doubles,
+    y: Doubles,
 }
 
-/// The orbit of a run, as its figure `phase-portrait` has it; and what of it is left out.
-pub(super) fn orbit(run: &Run) -> Result<(Orbit, Option<String>), PlotError> {
-    let Shown { axes, window, periodic } = shown(run);
-    let window = run.shortened(window, POINTS)?;
-    let axis = |channel: &str| -> Result<OrbitAxis, PlotError> {
-        let axis = run.axis(channel)?;
-        Ok(OrbitAxis {
-            label: axis.short().to_owned(),
-            unit: axis.unit,
-        })
-    };
-    let (mut lines, mut room, mut cut) = (Vec::new(), POINTS, false);
-    for (mode, pieces) in run.portrait(axes.0, axes.1, window)? {
-        for mut piece in pieces {
-            cut |= piece.len() > room;
-            piece.truncate(room);
-            room -= piece.len();
-            let coordinate = |of: fn(&(f64, f64)) -> f64| doubles(&piece.iter().map(of).collect::<Vec<f64>>());
-            lines.push(OrbitLine {
-                mode: mode.name(),
-                x: coordinate(|point| point.0),
-                y: coordinate(|point| point.1),
-            });
+impl Orbit {
+    /// The orbit of a run, as its figure `phase-portrait` has it; and what of it is left out.
+    pub(super) fn of(run: &Run) -> Result<(Orbit, Option<String>), PlotError> {
+        let Shown { axes, window, periodic } = shown(run);
+        let window = run.shortened(window, POINTS)?;
+        let axis = |channel: &str| -> Result<OrbitAxis, PlotError> {
+            let axis = run.axis(channel)?;
+            Ok(OrbitAxis {
+                label: axis.short().to_owned(),
+                unit: axis.unit,
+            })
+        };
+        let (mut lines, mut room, mut cut) = (Vec::new(), POINTS, false);
+        for (mode, pieces) in run.portrait(axes.0, axes.1, window)? {
+            for mut piece in pieces {
+                cut |= piece.len() > room;
+                piece.truncate(room);
+                room -= piece.len();
+                lines.push(OrbitLine {
+                    mode: mode.name(),
+                    x: piece.iter().map(|point| point.0).collect(),
+                    y: piece.iter().map(|point| point.1).collect(),
+                });
+            }
         }
+        let note =
+            cut.then(|| format!("The phase portrait is cut after {POINTS} points; `stickslip plot` draws all of it."));
+        let orbit = Orbit {
+            from: window.0,
+            to: window.1,
+            period: periodic.then_some(run.attractor_period).flatten(),
+            x: axis(axes.0)?,
+            y: axis(axes.1)?,
+            lines,
+        };
+        Ok((orbit, note))
     }
-    let note =
-        cut.then(|| format!("The phase portrait is cut after {POINTS} points; `stickslip plot` draws all of it."));
-    let orbit = Orbit {
-        from: window.0,
-        to: window.1,
-        period: periodic.then_some(run.attractor_period).flatten(),
-        x: axis(axes.0)?,
-        y: axis(axes.1)?,
-        lines,
-    };
-    Ok((orbit, note))
 }

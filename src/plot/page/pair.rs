@@ -1,14 +1,20 @@
-//! The difference of the first of two runs on a page from the second.
+//! The second of two runs on a page, and the difference of the first from it.
+
+use std::iter::Peekable;
+use std::rc::Rc;
 
 use super::form::Form;
+use super::thinning::Blocks;
 use crate::plot::PlotError;
-use crate::record::Event;
+use crate::plot::sides::Sides;
+use crate::record::sequence::{Alignment, SequenceEvent};
+use crate::record::{CycleStatistics, Event};
 use crate::results::{ResultError, ResultFile};
 
 /// Before the name of a channel: that of the first run less that of the second.
 pub(super) const DIFFERENCE: &str = "difference_of_";
 
-/// Two runs.
+/// The second run beside the first.
 #[derive(Debug)]
 pub(super) struct Pair<'a> {
     /// Of the second run.
@@ -20,16 +26,15 @@ pub(super) struct Pair<'a> {
 }
 
 impl<'a> Pair<'a> {
-    /// The second run, `other`, beside the first, which has this form.
+    /// The second run, `other`, of the form `own`, beside the first, which has `form`.
     ///
     /// # Errors
     /// A file cannot be read.
     pub(super) fn of(form: &Form, other: &'a ResultFile, mut own: Form) -> Result<Self, PlotError> {
         own.variables.retain(|variable| form.has(&variable.name));
+        own.sides.retain(|(name, _)| form.has(name));
         let panels = form.panels.iter().filter(|panel| panel.shown && !panel.change);
-        let shown = panels
-            .flat_map(|panel| &panel.curves)
-            .map(|curve| curve.channel.clone());
+        let shown = panels.flat_map(|panel| &panel.curves).map(|curve| curve.name.clone());
         let mut compared: Vec<String> = shown.filter(|name| own.has(name)).collect();
         compared.sort();
         compared.dedup();
@@ -46,20 +51,16 @@ impl<'a> Pair<'a> {
     ///
     /// # Errors
     /// A file cannot be read.
-    pub(super) fn difference(
-        &self,
-        file: &ResultFile,
-        name: &str,
-    ) -> Result<impl Iterator<Item = Result<Vec<f64>, ResultError>>, PlotError> {
+    pub(super) fn difference<'b>(&'b self, file: &'b ResultFile, name: &'b str) -> Result<Blocks<'b>, PlotError> {
         let mut line = self.line(name)?;
         let blocks = file.column_blocks("time")?.zip(file.column_blocks(name)?);
-        Ok(blocks.map(move |(times, values)| {
+        Ok(Box::new(blocks.map(move |(times, values)| {
             let mut values = values?;
             for (time, value) in times?.into_iter().zip(&mut values) {
                 *value -= line.at(time)?.0;
             }
             Ok(values)
-        }))
+        })))
     }
 
     /// How many samples of `file` are at a time at which the second run has one as well, in words.
@@ -87,91 +88,99 @@ impl<'a> Pair<'a> {
     }
 
     /// The curve of a channel of the second run.
-    fn line(&self, name: &str) -> Result<Line<impl Iterator<Item = Block>>, PlotError> {
+    fn line(&self, name: &str) -> Result<Line<'_, impl Iterator<Item = Sample>>, PlotError> {
         let blocks = self.file.column_blocks("time")?.zip(self.file.column_blocks(name)?);
-        let blocks = blocks.map(|(times, values)| Ok(times?.into_iter().zip(values?).collect()));
-        let mut states = Vec::new();
-        if let Some((before, after)) = self.form.sides(self.file, name)? {
-            for ((event, before), after) in self.events.iter().zip(before).zip(after) {
-                states.push((event.time, before, after));
-            }
-        }
+        let samples = blocks.flat_map(|(times, values)| {
+            let both = times.and_then(|times| Ok(times.into_iter().zip(values?)));
+            let (samples, error) = both.map_or_else(|error| (None, Some(Err(error))), |both| (Some(both), None));
+            samples.into_iter().flatten().map(Ok).chain(error)
+        });
+        let sides = self.form.sides.iter().find(|sides| sides.0 == name);
         Ok(Line {
-            blocks,
-            block: Vec::new(),
-            next: 0,
+            samples: samples.peekable(),
             left: None,
-            states,
-            state: 0,
-            of_time: name == "time",
+            events: &self.events,
+            sides: sides.map(|sides| sides.1.clone()),
         })
     }
 }
 
-/// Times and values of consecutive samples.
-type Block = Result<Vec<(f64, f64)>, ResultError>;
+/// The time and the value of a sample.
+type Sample = Result<(f64, f64), ResultError>;
 
 /// A curve that is followed in order of time.
-struct Line<I> {
-    blocks: I,
-    block: Vec<(f64, f64)>,
-    next: usize,
+struct Line<'a, I: Iterator> {
+    samples: Peekable<I>,
     /// The last sample before the time.
     left: Option<(f64, f64)>,
-    /// Time, and the values before and after it, of each event.
-    states: Vec<(f64, f64, f64)>,
-    /// The first event that is not before the time.
-    state: usize,
-    of_time: bool,
+    events: &'a [Event],
+    /// The values on both sides of the events, if they are known.
+    sides: Option<Rc<Sides>>,
 }
 
-impl<I: Iterator<Item = Block>> Line<I> {
-    /// The next sample that has not been passed.
-    fn peek(&mut self) -> Result<Option<(f64, f64)>, ResultError> {
-        while self.next == self.block.len() {
-            let Some(block) = self.blocks.next() else {
-                return Ok(None);
-            };
-            self.block = block?;
-            self.next = 0;
-        }
-        Ok(self.block.get(self.next).copied())
-    }
-
+impl<I: Iterator<Item = Sample>> Line<'_, I> {
     /// The value at a time that is not before the last one; and whether there is a sample.
     fn at(&mut self, time: f64) -> Result<(f64, bool), ResultError> {
-        let right = loop {
-            match self.peek()? {
-                Some(sample) if sample.0 < time => {
-                    self.left = Some(sample);
-                    self.next += 1;
-                }
-                other => break other,
-            }
-        };
-        if let Some((t, value)) = right
-            && t == time
-        {
+        let is_passed = |sample: &Sample| sample.as_ref().map_or(true, |sample| sample.0 < time);
+        while let Some(sample) = self.samples.next_if(is_passed) {
+            self.left = Some(sample?);
+        }
+        let mut left = self.left;
+        let mut right = self.samples.peek().and_then(|sample| sample.as_ref().ok().copied());
+        if let Some((_, value)) = right.filter(|sample| sample.0 == time) {
             return Ok((value, true));
         }
-        if self.of_time {
-            return Ok((f64::NAN, false));
+        if let Some(sides) = &self.sides {
+            let next = self.events.partition_point(|event| event.time < time);
+            if let Some(event) = next.checked_sub(1).map(|before| &self.events[before]) {
+                left = left.map(|sample| match event.time >= sample.0 {
+                    true => (event.time, sides.after[next - 1]),
+                    false => sample,
+                });
+            }
+            if let Some(event) = self.events.get(next) {
+                right = right.map(|sample| match event.time <= sample.0 {
+                    true => (event.time, sides.before[next]),
+                    false => sample,
+                });
+            }
         }
-        while self.states.get(self.state).is_some_and(|state| state.0 < time) {
-            self.state += 1;
-        }
-        let before = self.state.checked_sub(1).and_then(|k| self.states.get(k));
-        let left = match (self.left, before) {
-            (Some(sample), Some(&(t, _, after))) if t >= sample.0 => Some((t, after)),
-            (sample, _) => sample,
-        };
-        let right = match (right, self.states.get(self.state)) {
-            (Some(sample), Some(&(t, before, _))) if t <= sample.0 => Some((t, before)),
-            (sample, _) => sample,
-        };
         Ok(match (left, right) {
             (Some((t0, v0)), Some((t1, v1))) if t1 > t0 => (v0 + (v1 - v0) * ((time - t0) / (t1 - t0)), false),
             _ => (f64::NAN, false),
         })
     }
+}
+
+/// Indices of events of two runs that stand for each other. Events of the contact by their alignment, and of each other kind the first by the first, the second by the second.
+pub(super) fn paired(ours: &[Event], theirs: &[Event], natural_period: Option<f64>) -> Vec<(usize, usize)> {
+    // The events of the contact, with their indices.
+    let contact = |events: &[Event]| -> (Vec<usize>, Vec<SequenceEvent>) {
+        let events = events.iter().enumerate();
+        let events = events.filter(|(_, event)| event.kind.in_event_sequence());
+        events
+            .map(|(k, &Event { time, kind, .. })| (k, SequenceEvent { time, kind }))
+            .unzip()
+    };
+    let ((first, ours_word), (second, theirs_word)) = (contact(ours), contact(theirs));
+    let last_cycle = || {
+        let events = ours.iter().map(|event| (event.time, event.kind));
+        CycleStatistics::of_events(events).0.last_period()
+    };
+    let period = natural_period.or_else(last_cycle).unwrap_or(1.0);
+    let by_time = Alignment::of(&ours_word, &theirs_word, period);
+    let alignment = Alignment::drifting(&ours_word, &theirs_word, period, by_time);
+    let mut pairs: Vec<(usize, usize)> = alignment.matched().map(|(k, m)| (first[k], second[m])).collect();
+    let others = |events: &[Event]| -> Vec<usize> {
+        let all = 0..events.len();
+        all.filter(|&k| !events[k].kind.in_event_sequence()).collect()
+    };
+    let mut free = others(theirs);
+    for k in others(ours) {
+        if let Some(at) = free.iter().position(|&other| theirs[other].kind == ours[k].kind) {
+            pairs.push((k, free.remove(at)));
+        }
+    }
+    pairs.sort_unstable();
+    pairs
 }

@@ -2,7 +2,7 @@
 
 use serde::Serialize;
 
-use crate::plot::html::doubles;
+use crate::plot::html::Doubles;
 use crate::plot::run::widest_gap;
 use crate::plot::{PlotError, Run};
 
@@ -19,8 +19,8 @@ const MOST_SAMPLES: f64 = 1e6;
 #[derive(Debug, Default, Serialize)]
 pub(super) struct Sparse {
     /// When they begin and end, s.
-    from: String,
-    to: String,
+    from: Doubles,
+    to: Doubles,
     #[serde(skip)]
     stretches: Vec<(f64, f64)>,
 }
@@ -38,13 +38,11 @@ impl Sparse {
         if let Some(growth) = growth.filter(|growth| !known(growth.1)) {
             stretches.insert(0, growth);
         }
-        let whole = stretches.clone();
-        stretches.truncate(MOST);
-        let (from, to): (Vec<f64>, Vec<f64>) = stretches.into_iter().unzip();
+        let shown = stretches.iter().take(MOST);
         Ok(Sparse {
-            from: doubles(&from),
-            to: doubles(&to),
-            stretches: whole,
+            from: shown.clone().map(|stretch| stretch.0).collect(),
+            to: shown.map(|stretch| stretch.1).collect(),
+            stretches,
         })
     }
 

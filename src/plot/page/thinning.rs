@@ -5,6 +5,7 @@
 //! kept whole. Of one that does not, the samples around the events are kept, and buckets take the rest, so that no
 //! extreme of any channel is lost at any zoom.
 
+use crate::results::ResultError;
 use std::ops::Range;
 
 /// Samples kept on each side of an event, at least.
@@ -103,7 +104,7 @@ impl Plan {
     ///
     /// # Errors
     /// The first error among the blocks.
-    pub(super) fn fold<E>(&self, blocks: impl Iterator<Item = Result<Vec<f64>, E>>) -> Result<Column, E> {
+    pub(super) fn fold(&self, blocks: Blocks) -> Result<Column, ResultError> {
         let mut column = Column::default();
         let mut entries = self.entries();
         let mut entry = entries.next();
@@ -134,6 +135,9 @@ impl Plan {
         Ok(column)
     }
 }
+
+/// A column, block by block.
+pub(super) type Blocks<'s> = Box<dyn Iterator<Item = Result<Vec<f64>, ResultError>> + 's>;
 
 /// A column as the plan keeps it.
 #[derive(Debug, Default)]

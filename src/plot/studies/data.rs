@@ -1,8 +1,8 @@
 //! A sweep file as figures need it: axes, points and quantities.
 
-use crate::case;
 use crate::plot::PlotError;
-use crate::plot::figure::{Axis, Cell};
+use crate::plot::error::hint;
+use crate::plot::figure::{Axis, Cell, extent};
 use crate::plot::html::as_doubles;
 use crate::results::schema::{META_POINT_COMMAND, META_SHOW, group};
 use crate::results::{Reason, SweepFile};
@@ -95,9 +95,8 @@ pub struct StudyAxis {
     pub long_name: String,
     /// Where its values are codes of words: these, by code.
     pub words: Vec<String>,
-    /// Of the axes of a traced boundary: whether it was looked for by the logarithm.
-    #[serde(skip)]
-    pub traced_by_logarithm: Option<bool>,
+    /// Whether its values are numbers that are even in the logarithm.
+    pub logarithmic: bool,
     /// Of a grid: its levels in the order of the file.
     #[serde(skip)]
     pub levels: Vec<f64>,
@@ -116,14 +115,11 @@ impl StudyAxis {
     pub(super) fn axis(&self) -> Axis {
         let axis = drawn_axis(&self.name, &self.units, &self.long_name);
         if self.words.is_empty() {
-            return axis;
+            return axis.logarithmic(self.logarithmic);
         }
-        let words = self
-            .words
-            .iter()
-            .enumerate()
-            .map(|(code, word)| format!("{code} {word}"));
-        Axis::new(&format!("{}: {}", axis.name, words.collect::<Vec<_>>().join(", ")), "1")
+        let words = self.words.iter().enumerate();
+        let words: Vec<String> = words.map(|(code, word)| format!("{code} {word}")).collect();
+        Axis::new(&format!("{}: {}", axis.name, words.join(", ")), "1")
     }
 
     /// A value of it in words: "c_t = 22.6 N m s/rad", "solver method = erk".
@@ -136,13 +132,17 @@ impl StudyAxis {
         }
     }
 
-    /// Whether its values are even in the logarithm, over one and a half decades or more: an axis of powers shows two.
-    pub(super) fn is_logarithmic(&self) -> bool {
-        let (low, high) = extent(&self.values);
-        if let Some(traced) = self.traced_by_logarithm {
-            return traced && low > 0.0;
+    /// Whether its values are numbers that are even in the logarithm, over one and a half decades or more: an axis of powers shows two.
+    /// Of an axis of a traced boundary whether it was looked for by the logarithm is known.
+    fn is_logarithmic(&self, traced: Option<bool>) -> bool {
+        let (low, high) = extent(self.values.iter().copied()).unwrap_or((0.0, 1.0));
+        if !self.words.is_empty() || low <= 0.0 {
+            return false;
         }
-        if low <= 0.0 || high < 30.0 * low {
+        if let Some(traced) = traced {
+            return traced;
+        }
+        if high < 30.0 * low {
             return false;
         }
         if self.levels.len() < 3 {
@@ -152,9 +152,8 @@ impl StudyAxis {
             return (below((low * high).sqrt()) - half).abs() < (below(0.5 * (low + high)) - half).abs();
         }
         let ratio = self.levels[1] / self.levels[0];
-        self.levels
-            .windows(2)
-            .all(|pair| (pair[1] / pair[0] / ratio - 1.0).abs() < 1e-6)
+        let mut pairs = self.levels.windows(2);
+        pairs.all(|pair| (pair[1] / pair[0] / ratio - 1.0).abs() < 1e-6)
     }
 }
 
@@ -241,12 +240,8 @@ impl StudyData {
         for name in names.iter().filter(|name| file.attribute(name, "keys").is_some()) {
             let flags = file.flags(name);
             let values = file.numbers(name)?;
-            let side = ["x", "y"]
-                .into_iter()
-                .find(|side| file.text(&format!("boundary/{side}")).as_ref() == Some(name));
-            let spacing = side.and_then(|side| file.text(&format!("boundary/{side}_spacing")));
             axes.push(StudyAxis {
-                traced_by_logarithm: spacing.map(|spacing| spacing == "log"),
+                logarithmic: false,
                 name: name.clone(),
                 keys: attribute(name, "keys").split(' ').map(str::to_owned).collect(),
                 units: attribute(name, "units"),
@@ -268,6 +263,12 @@ impl StudyData {
                 let levels = &axis.levels;
                 axis.values = (0..count).map(|point| levels[point / inner % levels.len()]).collect();
             }
+        }
+        for axis in &mut axes {
+            let is_side = |side: &&str| file.text(&format!("boundary/{side}")).as_ref() == Some(&axis.name);
+            let side = ["x", "y"].into_iter().find(is_side);
+            let spacing = side.and_then(|side| file.text(&format!("boundary/{side}_spacing")));
+            axis.logarithmic = axis.is_logarithmic(spacing.map(|spacing| spacing == "log"));
         }
         let own = |name: &&String| {
             let axis = axes.iter().any(|axis| axis.name == **name);
@@ -294,6 +295,13 @@ impl StudyData {
             return Err(damaged("it has no point"));
         }
         let meta = |name: &str| file.text(&format!("{}/{name}", group::META));
+        let words = |text: String| text.split(' ').map(str::to_owned).collect();
+        // The quantity of a criterion is its first word.
+        let criterion = || {
+            Some(vec![
+                file.text("boundary/criterion")?.split_whitespace().next()?.to_owned(),
+            ])
+        };
         Ok(StudyData {
             path: file.path().to_owned(),
             title: file.text("title").unwrap_or_default(),
@@ -302,13 +310,7 @@ impl StudyData {
             is_grid,
             quantities,
             status,
-            asked: meta(META_SHOW)
-                .map(|names| names.split(' ').map(str::to_owned).collect())
-                .or_else(|| {
-                    let criterion = file.text("boundary/criterion")?;
-                    criterion.split_whitespace().next().map(|name| vec![name.to_owned()])
-                })
-                .unwrap_or_default(),
+            asked: meta(META_SHOW).map(words).or_else(criterion).unwrap_or_default(),
             failures: file.failures()?,
             command: meta(META_POINT_COMMAND),
             default_tolerance: file.number(&format!("{}/default_rtol", group::META)),
@@ -382,14 +384,20 @@ impl StudyData {
     }
 }
 
+/// Different values, in order.
+pub(in crate::plot) fn levels(values: impl IntoIterator<Item = f64>) -> Vec<f64> {
+    let mut levels: Vec<f64> = values.into_iter().collect();
+    levels.sort_by(f64::total_cmp);
+    levels.dedup();
+    levels
+}
+
 fn unknown(path: &Path, what: &'static str, name: &str, known: &[&str]) -> PlotError {
     PlotError::NotInStudy {
         path: path.to_owned(),
         what,
         name: name.to_owned(),
-        hint: case::suggest(name, known.iter().copied())
-            .map(|close| format!(" (did you mean {close}?)"))
-            .unwrap_or_default(),
+        hint: hint(name, known.iter().copied()),
         known: known.join(", "),
     }
 }
@@ -401,13 +409,4 @@ fn plainly(value: f64) -> String {
     } else {
         format!("{value:e}")
     }
-}
-
-/// Least and largest of the values that are numbers; (0, 1) without any.
-pub(super) fn extent(values: &[f64]) -> (f64, f64) {
-    let numbers = values.iter().copied().filter(|value| value.is_finite());
-    let (low, high) = numbers.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), value| {
-        (low.min(value), high.max(value))
-    });
-    if low <= high { (low, high) } else { (0.0, 1.0) }
 }

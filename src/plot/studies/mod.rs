@@ -146,12 +146,8 @@ pub fn distributions(file: &SweepFile, choice: &Choice) -> Result<Vec<(StudyQuan
 /// Those that are asked for, here or by the study; else of a sample the onset, of a grid what tells most of its points apart.
 fn quantities<'a>(data: &'a StudyData, choice: &Choice) -> Result<Vec<&'a StudyQuantity>, PlotError> {
     if choice.quantities.is_empty() {
-        let wishes: &[&str] = if data.is_grid {
-            &[]
-        } else {
-            &["onset_time", "attractor_period"]
-        };
-        return Ok(data.of_interest(wishes));
+        let wishes = ["onset_time", "attractor_period"];
+        return Ok(data.of_interest(if data.is_grid { &[] } else { &wishes }));
     }
     choice.quantities.iter().map(|name| data.quantity(name)).collect()
 }
@@ -162,10 +158,10 @@ fn title(data: &StudyData, what: &str) -> String {
     format!("{}{incomplete}: {what}", data.title)
 }
 
-/// An error of a study that says why something cannot be drawn.
-fn refused(data: &StudyData, why: String) -> PlotError {
-    PlotError::Study {
+/// Why something cannot be drawn of a study.
+fn refused<T>(data: &StudyData, why: impl Into<String>) -> Result<T, PlotError> {
+    Err(PlotError::Study {
         path: data.path.clone(),
-        why,
-    }
+        why: why.into(),
+    })
 }

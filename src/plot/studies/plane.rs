@@ -1,12 +1,12 @@
 //! A quantity over two axes: cells of a grid, dots of a sample.
 
-use super::data::{StudyData, StudyQuantity, extent};
+use super::data::{self, StudyData, StudyQuantity};
 use super::selection::selected;
 use super::{Choice, curves, refused, title};
 use crate::plot::PlotError;
 use crate::plot::colors;
 use crate::plot::critical::Boundary;
-use crate::plot::figure::{Axis, Cell, ColorKey, Curve, CurveStyle, Figure, Map, Panel};
+use crate::plot::figure::{Axis, Cell, ColorKey, Curve, CurveStyle, Figure, Map, Panel, drawn, extent};
 use crate::plot::style::{BLACK, GREY};
 
 /// Panels below each other in one figure.
@@ -18,10 +18,7 @@ const DECADES: f64 = 100.0;
 
 /// The levels of an axis among some points, in order.
 fn levels(data: &StudyData, axis: usize, points: &[usize]) -> Vec<f64> {
-    let mut levels: Vec<f64> = points.iter().map(|&point| data.axes[axis].values[point]).collect();
-    levels.sort_by(f64::total_cmp);
-    levels.dedup();
-    levels
+    data::levels(points.iter().map(|&point| data.axes[axis].values[point]))
 }
 
 /// A map of a grid, or curves if only one axis of it has several levels.
@@ -30,29 +27,18 @@ pub(super) fn or_curves(data: &StudyData, quantity: &StudyQuantity, choice: &Cho
     let mut open: Vec<usize> = (0..data.axes.len())
         .filter(|&axis| levels(data, axis, &selection.points).len() > 1)
         .collect();
-    let [x, y] = match &choice.axes {
-        Some([x, y]) => [data.axis(x)?, data.axis(y)?],
-        None => {
-            // Numbers first: the words of an axis have no distances.
-            let mut order = open.clone();
-            order.sort_by_key(|&axis| !data.axes[axis].words.is_empty());
-            match order[..] {
-                [x, y, ..] => [x.min(y), x.max(y)],
-                [x] => return curves::figure(data, quantity, x, &selection),
-                [] => {
-                    return Err(refused(
-                        data,
-                        "one point alone, which is no figure; `stickslip inspect` lists its values".to_owned(),
-                    ));
-                }
-            }
+    let [x, y] = match (&choice.axes, plane_of(data, &open), &open[..]) {
+        (Some([x, y]), ..) => [data.axis(x)?, data.axis(y)?],
+        (None, Some(plane), _) => plane,
+        (None, None, [x]) => return Ok(curves::figure(data, quantity, *x, &selection)),
+        (None, None, _) => {
+            let why = "one point alone, which is no figure; `stickslip inspect` lists its values";
+            return refused(data, why);
         }
     };
     if x == y {
-        return Err(refused(
-            data,
-            format!("{0} against {0} is no plane; name two axes", data.axes[x].keys[0]),
-        ));
+        let key = &data.axes[x].keys[0];
+        return refused(data, format!("{key} against {key} is no plane; name two axes"));
     }
     open.retain(|&axis| axis != x && axis != y);
     // As many panels as a figure has; the axis with most levels is held in its middle.
@@ -64,12 +50,8 @@ pub(super) fn or_curves(data: &StudyData, quantity: &StudyQuantity, choice: &Cho
         if counts.iter().product::<usize>() <= PANELS {
             break;
         }
-        let (place, _) = counts
-            .iter()
-            .enumerate()
-            .max_by_key(|(_, count)| **count)
-            .unwrap_or((0, &0));
-        let axis = open.remove(place);
+        let most = (0..open.len()).max_by_key(|&place| counts[place]).unwrap_or(0);
+        let axis = open.remove(most);
         let levels = levels(data, axis, &selection.points);
         let value = levels[levels.len() / 2];
         let own = &data.axes[axis];
@@ -85,17 +67,16 @@ pub(super) fn or_curves(data: &StudyData, quantity: &StudyQuantity, choice: &Cho
         panel.caption = caption;
         panels.push(panel);
     }
-    let held = if selection.held.is_empty() {
-        String::new()
-    } else {
-        format!(", at {}", selection.held.join(", "))
-    };
-    Ok(Figure {
-        name: format!("map-{}", quantity.name),
-        title: title(data, &format!("{}{held}", quantity.long_name)),
-        paper_figure: None,
-        panels,
-    })
+    let title = title(data, &format!("{}{}", quantity.long_name, selection.said()));
+    Ok(Figure::new(format!("map-{}", quantity.name), title, panels))
+}
+
+/// The first two of these axes, those of numbers first: the words of an axis have no distances.
+fn plane_of(data: &StudyData, axes: &[usize]) -> Option<[usize; 2]> {
+    let mut order = axes.to_vec();
+    order.sort_by_key(|&axis| !data.axes[axis].words.is_empty());
+    let [x, y] = *order.first_chunk()?;
+    Some([x.min(y), x.max(y)])
 }
 
 /// The points by their values on the axes beside the plane, with these in words.
@@ -128,13 +109,9 @@ fn key(quantity: &StudyQuantity, points: &[usize]) -> ColorKey {
         let there = |code: i64| values.contains(&(code as f64));
         return ColorKey::Codes(quantity.flags.iter().filter(|flag| there(flag.0)).cloned().collect());
     }
-    let (low, high) = extent(&values);
-    let axis = quantity.axis().ranging(low, high);
-    ColorKey::Scale(if low > 0.0 && high >= DECADES * low {
-        axis.by_powers()
-    } else {
-        axis
-    })
+    let (low, high) = extent(values).unwrap_or((0.0, 1.0));
+    let by_powers = low > 0.0 && high >= DECADES * low;
+    ColorKey::Scale(quantity.axis().ranging(low, high).logarithmic(by_powers))
 }
 
 /// Where cells around these levels begin and end: in the middle between them, on a logarithmic axis of their logarithms.
@@ -155,11 +132,10 @@ fn edges(levels: &[f64], logarithmic: bool) -> Vec<f64> {
 fn map(data: &StudyData, quantity: &StudyQuantity, [x, y]: [usize; 2], points: &[usize], key: &ColorKey) -> Panel {
     let side = |axis: usize| {
         let own = &data.axes[axis];
-        let logarithmic = own.words.is_empty() && own.is_logarithmic();
         let levels = levels(data, axis, points);
-        let edges = edges(&levels, logarithmic);
+        let edges = edges(&levels, own.logarithmic);
         let drawn = own.axis().ranging(edges[0], edges[edges.len() - 1]);
-        (levels, edges, if logarithmic { drawn.by_powers() } else { drawn })
+        (levels, edges, drawn)
     };
     let (columns, x_edges, x_axis) = side(x);
     let (rows, y_edges, y_axis) = side(y);
@@ -192,19 +168,10 @@ pub(super) fn dots(
     let [x, y] = match (&choice.axes, &boundary) {
         (Some([x, y]), _) => [data.axis(x)?, data.axis(y)?],
         (None, Some(boundary)) => [data.axis(&boundary.x)?, data.axis(&boundary.y)?],
-        (None, None) => {
-            let mut order: Vec<usize> = varying().collect();
-            order.sort_by_key(|&axis| !data.axes[axis].words.is_empty());
-            match order[..] {
-                [x, y, ..] => [x.min(y), x.max(y)],
-                _ => {
-                    return Err(refused(
-                        data,
-                        "its points differ in one axis alone, which makes no plane".to_owned(),
-                    ));
-                }
-            }
-        }
+        (None, None) => match plane_of(data, &varying().collect::<Vec<_>>()) {
+            Some(plane) => plane,
+            None => return refused(data, "its points differ in one axis alone, which makes no plane"),
+        },
     };
     let key = key(quantity, &selection.points);
     let mut groups: Vec<Vec<(f64, f64)>> = vec![Vec::new(); SHADES];
@@ -218,12 +185,9 @@ pub(super) fn dots(
             Cell::Missing => {}
         }
     }
-    let many = selection.points.len() > 400;
-    let style = if many { CurveStyle::Dots } else { CurveStyle::Points };
+    let style = CurveStyle::of_many(selection.points.len(), 400, CurveStyle::Points);
     let mut curves = Vec::new();
-    if !nothing.is_empty() {
-        curves.push(Curve::line("no value", GREY, nothing).styled(style));
-    }
+    curves.push(Curve::line("no value", GREY, nothing).styled(style));
     for (number, points) in groups.into_iter().enumerate().filter(|group| !group.1.is_empty()) {
         let (label, color) = match &key {
             ColorKey::Codes(codes) => (codes[number].1.as_str(), colors::of_code(number, codes.len())),
@@ -231,15 +195,8 @@ pub(super) fn dots(
         };
         curves.push(Curve::line(label, color, points).styled(style));
     }
-    if !failed.is_empty() {
-        curves.push(Curve::line("failed", BLACK, failed).styled(CurveStyle::OpenPoints));
-    }
-    let axis = |axis: usize| {
-        let own = &data.axes[axis];
-        let drawn = own.axis();
-        if own.is_logarithmic() { drawn.by_powers() } else { drawn }
-    };
-    let mut panel = Panel::new(axis(x), axis(y), curves);
+    curves.push(Curve::line("failed", BLACK, failed).styled(CurveStyle::OpenPoints));
+    let mut panel = Panel::new(data.axes[x].axis(), data.axes[y].axis(), drawn(curves));
     if let Some(boundary) = boundary {
         let same = [data.axes[x].name.as_str(), data.axes[y].name.as_str()] == [&boundary.x, &boundary.y];
         if same {
@@ -259,19 +216,15 @@ pub(super) fn dots(
         .filter(|&axis| axis != x && axis != y)
         .map(|axis| data.axes[axis].axis().label())
         .collect();
-    let mut words = quantity.long_name.clone();
-    if !selection.held.is_empty() {
-        words += &format!(", at {}", selection.held.join(", "));
-    }
+    let mut words = format!("{}{}", quantity.long_name, selection.said());
     if !beside.is_empty() && selection.held.is_empty() {
         words += &format!(", whatever {}", beside.join(", "));
     }
-    Ok(Figure {
-        name: format!("plane-{}", quantity.name),
-        title: title(data, &words),
-        paper_figure: None,
-        panels: vec![panel],
-    })
+    Ok(Figure::new(
+        format!("plane-{}", quantity.name),
+        title(data, &words),
+        vec![panel],
+    ))
 }
 
 /// Which colour a value has; its place among the codes.

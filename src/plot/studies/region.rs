@@ -3,7 +3,7 @@
 use super::data::{StudyAxis, StudyData};
 use super::{refused, title};
 use crate::plot::PlotError;
-use crate::plot::figure::{Axis, Curve, CurveStyle, Figure, Panel};
+use crate::plot::figure::{Axis, Curve, CurveStyle, Figure, Panel, drawn};
 use crate::plot::style::{BLACK, BLUE, GREY, ORANGE, VERMILLION};
 use crate::results::SweepFile;
 
@@ -53,9 +53,9 @@ fn found(file: &SweepFile, data: &StudyData) -> Result<Vec<Found>, PlotError> {
         values.resize(count, f64::NAN);
         Ok(values)
     };
-    let (optimum, compromise) = (column("optimum")?, column("compromise")?);
-    let (from, to) = (column("range_from")?, column("range_to")?);
-    let (least, largest) = (column("least")?, column("largest")?);
+    let [optimum, compromise] = [column("optimum")?, column("compromise")?];
+    let [from, to] = [column("range_from")?, column("range_to")?];
+    let [least, largest] = [column("least")?, column("largest")?];
     let of = |k: usize| Found {
         optimum: optimum[k],
         compromise: compromise[k],
@@ -89,22 +89,20 @@ fn largest_residuals(file: &SweepFile, data: &StudyData) -> Result<Vec<f64>, Plo
         }
     }
     if held == 0 {
-        return Err(refused(
+        return refused(
             data,
-            "none of its targets is held, so there is no region; --quantity draws its runs".to_owned(),
-        ));
+            "none of its targets is held, so there is no region; --quantity draws its runs",
+        );
     }
     Ok(worst)
 }
 
-fn drawn(axis: &StudyAxis, found: &Found) -> Axis {
-    let drawn = axis.axis().ranging(found.range.0, found.range.1);
+fn side(axis: &StudyAxis, found: &Found) -> Axis {
+    let (low, high) = found.range;
     // A range of several decades was searched by its logarithm.
-    if found.range.0 > 0.0 && found.range.1 >= 100.0 * found.range.0 {
-        drawn.by_powers()
-    } else {
-        drawn
-    }
+    axis.axis()
+        .ranging(low, high)
+        .logarithmic(low > 0.0 && high >= 100.0 * low)
 }
 
 fn pair(data: &StudyData, [a, b]: [usize; 2], found: &[Found], worst: &[f64]) -> Figure {
@@ -116,12 +114,11 @@ fn pair(data: &StudyData, [a, b]: [usize; 2], found: &[Found], worst: &[f64]) ->
     let far = group(&|worst| worst > NEAR);
     let near = group(&|worst| worst > 1.0 && worst <= NEAR);
     let inside = group(&|worst| worst <= 1.0);
-    let mut curves = vec![
+    let mut curves = drawn([
         Curve::line("runs of the search", GREY, far).styled(CurveStyle::Dots),
         Curve::line("up to 4 half-widths off", ORANGE, near).styled(CurveStyle::Dots),
         Curve::line("all held targets hold", BLUE, inside.clone()).styled(CurveStyle::Dots),
-    ];
-    curves.retain(|curve| curve.points().next().is_some());
+    ]);
     let best = (found[a].optimum, found[b].optimum);
     curves.push(Curve::line("optimum", BLACK, vec![best]).styled(CurveStyle::Points));
     let compromise = (found[a].compromise, found[b].compromise);
@@ -129,8 +126,8 @@ fn pair(data: &StudyData, [a, b]: [usize; 2], found: &[Found], worst: &[f64]) ->
         curves.push(Curve::line("compromise", VERMILLION, vec![compromise]).styled(CurveStyle::OpenPoints));
     }
     let whole = Panel::new(
-        drawn(&data.axes[a], &found[a]),
-        drawn(&data.axes[b], &found[b]),
+        side(&data.axes[a], &found[a]),
+        side(&data.axes[b], &found[b]),
         curves.clone(),
     );
     let mut panels = vec![whole];
@@ -138,19 +135,19 @@ fn pair(data: &StudyData, [a, b]: [usize; 2], found: &[Found], worst: &[f64]) ->
         panels.push(close);
     }
     let names = [a, b].map(|k| data.axes[k].keys[0].clone());
-    Figure {
-        name: format!("region-{}-{}", data.axes[a].name, data.axes[b].name),
-        title: title(data, &format!("what the data leave of {} and {}", names[0], names[1])),
-        paper_figure: None,
+    let name = format!("region-{}-{}", data.axes[a].name, data.axes[b].name);
+    Figure::new(
+        name,
+        title(data, &format!("what the data leave of {}", names.join(" and "))),
         panels,
-    }
+    )
 }
 
 /// The region with its bounds.
 fn enlarged(data: &StudyData, [a, b]: [usize; 2], found: &[Found], curves: &[Curve]) -> Option<Panel> {
     let window = |k: usize| {
         let own = &found[k];
-        let axis = drawn(&data.axes[k], own);
+        let axis = side(&data.axes[k], own);
         // A bound that is no wider than rounding has no inside.
         let extent = own.largest - own.least;
         if extent.is_nan() || extent <= 1e-12 * own.largest.abs() {
@@ -172,14 +169,10 @@ fn enlarged(data: &StudyData, [a, b]: [usize; 2], found: &[Found], curves: &[Cur
     };
     let ((x, x_range), (y, y_range)) = (window(a)?, window(b)?);
     let inside = |&(u, v): &(f64, f64)| u >= x_range.0 && u <= x_range.1 && v >= y_range.0 && v <= y_range.1;
-    let mut curves: Vec<Curve> = curves
-        .iter()
-        .map(|curve| Curve {
-            pieces: vec![curve.points().filter(inside).collect()],
-            ..curve.clone()
-        })
-        .filter(|curve| curve.points().next().is_some())
-        .collect();
+    let mut curves = drawn(curves.iter().map(|curve| Curve {
+        pieces: vec![curve.points().filter(inside).collect()],
+        ..curve.clone()
+    }));
     let (left, right, low, high) = (found[a].least, found[a].largest, found[b].least, found[b].largest);
     let frame = vec![(left, low), (right, low), (right, high), (left, high), (left, low)];
     curves.push(Curve::line("least and largest", BLACK, frame).styled(CurveStyle::Dashed));
@@ -201,26 +194,19 @@ fn alone(data: &StudyData, axis: &StudyAxis, found: &Found, worst: &[f64]) -> Fi
     let bounds = [found.least, found.largest]
         .into_iter()
         .filter(|bound| bound.is_finite());
-    let bounds = Curve {
-        label: "least and largest".to_owned(),
-        color: BLACK,
-        style: CurveStyle::Dashed,
-        pieces: bounds.map(|bound| vec![(bound, 1e-3), (bound, 1.0)]).collect(),
-    };
+    let bounds = bounds.map(|bound| vec![(bound, 1e-3), (bound, 1.0)]).collect();
+    let bounds = Curve::pieces("least and largest", BLACK, bounds).styled(CurveStyle::Dashed);
     let curves = vec![
         Curve::line("runs of the search", BLUE, points).styled(CurveStyle::Dots),
         Curve::line("all held targets hold below", GREY, vec![(low, 1.0), (high, 1.0)]).styled(CurveStyle::Dashed),
         bounds,
         Curve::line("optimum", VERMILLION, vec![(found.optimum, 1.0)]).styled(CurveStyle::Points),
     ];
-    Figure {
-        name: "region".to_owned(),
-        title: title(data, &format!("what the data leave of {}", axis.keys[0])),
-        paper_figure: None,
-        panels: vec![Panel::new(
-            drawn(axis, found),
-            Axis::new("largest residual, half-widths", "1").by_powers(),
-            curves,
-        )],
-    }
+    let residual = Axis::new("largest residual, half-widths", "1").by_powers();
+    let panels = vec![Panel::new(side(axis, found), residual, curves)];
+    Figure::new(
+        "region",
+        title(data, &format!("what the data leave of {}", axis.keys[0])),
+        panels,
+    )
 }

@@ -13,13 +13,11 @@ const AXES: usize = 6;
 /// A histogram with percentiles, and dots against each axis that varies, from that of the largest rank correlation on.
 pub(super) fn figure(data: &StudyData, quantity: &StudyQuantity) -> Result<Figure, PlotError> {
     let Some(distribution) = Distribution::of(&quantity.values, quantity.whole) else {
-        return Err(refused(
+        let name = &quantity.name;
+        return refused(
             data,
-            format!(
-                "no run has a value of {}, which leaves nothing to draw; name another with --quantity",
-                quantity.name
-            ),
-        ));
+            format!("no run has a value of {name}, which leaves nothing to draw; name another with --quantity"),
+        );
     };
     let mut panels = vec![histogram(quantity, &distribution)];
     let mut axes: Vec<(f64, &StudyAxis)> = data
@@ -38,18 +36,9 @@ pub(super) fn figure(data: &StudyData, quantity: &StudyQuantity) -> Result<Figur
             .filter(|(_, value)| value.is_finite())
             .map(|(x, y)| (*x, *y))
             .collect();
-        let style = if points.len() > 400 {
-            CurveStyle::Dots
-        } else {
-            CurveStyle::OpenPoints
-        };
-        let drawn = axis.axis();
-        let x = if axis.words.is_empty() && axis.is_logarithmic() {
-            drawn.by_powers()
-        } else {
-            drawn
-        };
-        let mut panel = Panel::new(x, quantity.axis(), vec![Curve::line("", BLUE, points).styled(style)]);
+        let style = CurveStyle::of_many(points.len(), 400, CurveStyle::OpenPoints);
+        let dots = Curve::line("", BLUE, points).styled(style);
+        let mut panel = Panel::new(axis.axis(), quantity.axis(), vec![dots]);
         if axis.words.is_empty() {
             panel.caption = format!("rank correlation {}", crate::plot::scale::number(correlation, 2));
         }
@@ -62,12 +51,11 @@ pub(super) fn figure(data: &StudyData, quantity: &StudyQuantity) -> Result<Figur
     if all > AXES {
         words += &format!("; the {AXES} of {all} axes that matter most");
     }
-    Ok(Figure {
-        name: format!("samples-{}", quantity.name),
-        title: title(data, &words),
-        paper_figure: None,
+    Ok(Figure::new(
+        format!("samples-{}", quantity.name),
+        title(data, &words),
         panels,
-    })
+    ))
 }
 
 /// Bars, with lines at the percentiles 5, 50 and 95.
@@ -87,12 +75,8 @@ fn histogram(quantity: &StudyQuantity, distribution: &Distribution) -> Panel {
         distribution.percentiles[place]
     };
     let upright = |x: f64| vec![(x, 0.0), (x, 1.05 * highest)];
-    let ends = Curve {
-        label: "5 % and 95 %".to_owned(),
-        color: BLACK,
-        style: CurveStyle::Dashed,
-        pieces: vec![upright(percentile(5.0)), upright(percentile(95.0))],
-    };
+    let ends = vec![upright(percentile(5.0)), upright(percentile(95.0))];
+    let ends = Curve::pieces("5 % and 95 %", BLACK, ends).styled(CurveStyle::Dashed);
     let median = Curve::line("median", BLACK, upright(percentile(50.0)));
     let outline = Curve::line("", BLUE, outline.collect()).styled(CurveStyle::Thin);
     let mut panel = Panel::new(
@@ -100,11 +84,7 @@ fn histogram(quantity: &StudyQuantity, distribution: &Distribution) -> Panel {
         Axis::new("runs", "1").ranging(0.0, 1.1 * highest),
         vec![outline, ends, median],
     );
-    panel.areas = vec![Area {
-        label: String::new(),
-        color: SKY,
-        pieces: pieces.collect(),
-    }];
+    panel.areas = vec![Area::unnamed(SKY, pieces.collect())];
     panel
 }
 

@@ -1,6 +1,6 @@
 //! Which points of a study are drawn.
 
-use super::data::StudyData;
+use super::data::{StudyData, levels};
 use super::{Choice, refused};
 use crate::plot::PlotError;
 
@@ -10,6 +10,16 @@ pub(super) struct Selection {
     pub points: Vec<usize>,
     /// What is held, in words.
     pub held: Vec<String>,
+}
+
+impl Selection {
+    /// What is held, as a title goes on.
+    pub(super) fn said(&self) -> String {
+        match self.held.is_empty() {
+            true => String::new(),
+            false => format!(", at {}", self.held.join(", ")),
+        }
+    }
 }
 
 /// The points at which axes have the values that are asked for.
@@ -25,28 +35,17 @@ pub(super) fn selected(data: &StudyData, choice: &Choice) -> Result<Selection, P
         // By the size of the value: every value is within a millionth of an infinite wish.
         let close = |value: f64| (value - wish).abs() <= 1e-6 * value.abs();
         let Some(value) = axis.values.iter().copied().find(|value| close(*value)) else {
-            let mut levels = axis.values.clone();
-            levels.sort_by(f64::total_cmp);
-            levels.dedup();
+            let levels = levels(axis.values.iter().copied());
             let more = if levels.len() > 12 { ", ..." } else { "" };
             let levels: Vec<String> = levels.iter().take(12).map(|level| axis.said(*level)).collect();
-            return Err(refused(
-                data,
-                format!(
-                    "no point has {}={text}; there are {}{more}",
-                    axis.keys[0],
-                    levels.join(", ")
-                ),
-            ));
+            let (key, levels) = (&axis.keys[0], levels.join(", "));
+            return refused(data, format!("no point has {key}={text}; there are {levels}{more}"));
         };
         points.retain(|&point| axis.values[point] == value);
         held.push(axis.said(value));
     }
     if points.is_empty() {
-        return Err(refused(
-            data,
-            "no point has all of these values; ask for fewer with --at".to_owned(),
-        ));
+        return refused(data, "no point has all of these values; ask for fewer with --at");
     }
     Ok(Selection { points, held })
 }

@@ -3,11 +3,11 @@
 
 use super::data::{StudyAxis, StudyData, StudyQuantity};
 use super::refused;
-use crate::plot::figure::CurveStyle;
+use crate::plot::critical::Boundary;
+use crate::plot::figure::hex;
 use crate::plot::target::{self, Product};
 use crate::plot::{PlotError, colors, critical, html};
 use crate::results::SweepFile;
-use plotters::style::RGBColor;
 use serde::Serialize;
 use std::path::Path;
 
@@ -42,7 +42,7 @@ struct Document<'a> {
     complete: bool,
     is_grid: bool,
     points: usize,
-    axes: Vec<AxisDocument<'a>>,
+    axes: &'a [StudyAxis],
     quantities: &'a [&'a StudyQuantity],
     first: usize,
     /// Code of each point, base64 of bytes.
@@ -51,30 +51,8 @@ struct Document<'a> {
     failures: &'a [(u64, String)],
     command: &'a Option<String>,
     default_tolerance: Option<f64>,
-    boundary: Option<BoundaryDocument>,
+    boundary: Option<Boundary>,
     colors: Vec<String>,
-}
-
-#[derive(Serialize)]
-struct AxisDocument<'a> {
-    #[serde(flatten)]
-    axis: &'a StudyAxis,
-    logarithmic: bool,
-}
-
-#[derive(Serialize)]
-struct BoundaryDocument {
-    x: String,
-    y: String,
-    curves: Vec<CurveDocument>,
-}
-
-#[derive(Serialize)]
-struct CurveDocument {
-    label: String,
-    color: String,
-    dashed: bool,
-    pieces: Vec<Vec<(f64, f64)>>,
 }
 
 /// Writes the page of a sweep to `path`, with these quantities or with all.
@@ -97,26 +75,20 @@ pub fn write(file: &SweepFile, quantities: &[String], path: &Path, force: bool) 
     let room = points * (11 * (chosen.len() + data.axes.len()) + 2);
     if room > SIZE_LIMIT {
         let fit = (SIZE_LIMIT / points.max(1)).saturating_sub(2) / 11;
-        return Err(refused(
-            &data,
-            match fit.saturating_sub(data.axes.len()) {
-                0 => format!("{points} points are too many for a page; draw a figure with -o instead"),
-                fit => format!(
-                    "{points} points with {} quantities are too many for a page; choose up to {fit} with --quantity NAME",
-                    chosen.len()
-                ),
-            },
-        ));
+        let count = chosen.len();
+        let why = match fit.saturating_sub(data.axes.len()) {
+            0 => format!("{points} points are too many for a page; draw a figure with -o instead"),
+            fit => format!(
+                "{points} points with {count} quantities are too many for a page; choose up to {fit} with --quantity NAME"
+            ),
+        };
+        return refused(&data, why);
     }
     let interest = data.of_interest(&[]);
     let first = chosen
         .iter()
         .position(|quantity| Some(quantity.name.as_str()) == interest.first().map(|q| q.name.as_str()));
     let name = |part: Option<&std::ffi::OsStr>| part.unwrap_or_default().to_string_lossy().into_owned();
-    let axes = data.axes.iter().map(|axis| AxisDocument {
-        axis,
-        logarithmic: axis.words.is_empty() && axis.is_logarithmic(),
-    });
     let document = Document {
         title: &data.title,
         file: name(file.path().file_name()),
@@ -124,50 +96,28 @@ pub fn write(file: &SweepFile, quantities: &[String], path: &Path, force: bool) 
         complete: data.complete,
         is_grid: data.is_grid,
         points,
-        axes: axes.collect(),
+        axes: &data.axes,
         quantities: &chosen,
         first: first.unwrap_or(0),
         status: html::encoded(data.status.iter().map(|code| *code as u8)),
         failures: &data.failures[..data.failures.len().min(MESSAGES)],
         command: &data.command,
         default_tolerance: data.default_tolerance,
-        boundary: critical::boundary(file)?.map(|boundary| BoundaryDocument {
-            x: boundary.x,
-            y: boundary.y,
-            curves: boundary
-                .curves
-                .into_iter()
-                .map(|curve| CurveDocument {
-                    label: curve.label,
-                    color: hex(curve.color),
-                    dashed: curve.style == CurveStyle::Dashed,
-                    pieces: curve.pieces,
-                })
-                .collect(),
-        }),
+        boundary: critical::boundary(file)?,
         colors: (0..COLORS)
             .map(|k| hex(colors::at((k as f64 + 0.5) / COLORS as f64)))
             .collect(),
     };
-    let (json, title) = (html::json(&document)?, html::escaped(&data.title));
-    let page = html::filled(TEMPLATE, |name| {
-        Some(match name {
-            "generator" => html::generator(),
-            "title" => title.clone(),
-            "style" => STYLE.to_owned(),
-            "data" => json.clone(),
-            "script" => SCRIPT.to_owned(),
-            _ => return None,
-        })
-    });
+    let data = html::json(&document)?;
+    let page = html::page(
+        TEMPLATE,
+        document.title,
+        &[("style", STYLE), ("data", &data), ("script", SCRIPT)],
+    );
     target::write(path, Product::Page, &[page.as_bytes()])?;
     Ok(StudyPage {
         points,
         quantities: chosen.len(),
         bytes: page.len() as u64,
     })
-}
-
-fn hex(RGBColor(r, g, b): RGBColor) -> String {
-    format!("#{r:02x}{g:02x}{b:02x}")
 }
