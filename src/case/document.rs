@@ -361,7 +361,7 @@ pub(super) fn apply(root: &mut Node, change: &Override) -> Result<(), Problem> {
     let mut node = root;
     let mut walked: Vec<&str> = Vec::new();
     for segment in change.path.split('.') {
-        let of_list = super::trains::keys::is_list(&walked.join("."));
+        let of_list = super::schema::is_list(&walked.join("."));
         // A number stands for a list of one.
         if of_list && matches!(node.value, Value::Integer(_) | Value::Float(_) | Value::Text(_)) {
             node.value = Value::Array(vec![node.clone()]);
@@ -384,7 +384,7 @@ pub(super) fn apply(root: &mut Node, change: &Override) -> Result<(), Problem> {
                 let beyond = segment.parse::<usize>().is_ok_and(|index| index >= count);
                 if of_list && beyond {
                     let array = walked.join(".");
-                    let there = super::trains::keys::elements(&array, count);
+                    let there = super::schema::elements(&array, count);
                     return Err(problem(format!("there is no {array}.{segment}: {there}")));
                 }
                 let Ok(index) = segment.parse::<usize>() else {

@@ -1,9 +1,8 @@
 //! A case with the numbers that it is written with, each of which can be moved: for derivatives, reruns and searches.
 
-use super::draft::Draft;
 use super::error::CaseError;
 use super::quantity::Dimension;
-use super::{Case, CaseNumber, CaseSource, Origin, Override, numbers};
+use super::{Case, CaseNumber, CaseSource, Origin, Override, numbers, reader, schema};
 use crate::model::system::System;
 
 /// A case with its physical numbers: of a short form every one that the case holds, of the general form those that are written and
@@ -23,27 +22,28 @@ impl WrittenCase {
     /// # Errors
     /// All problems that were found in the case.
     pub fn read(source: &CaseSource, overrides: &[Override]) -> Result<WrittenCase, CaseError> {
-        let read = super::read(source, overrides)?;
-        Ok(match Draft::short(&read.case) {
-            Some(draft) => WrittenCase {
-                numbers: numbers::of_short_form(&draft, Some(&read.written)),
-                text: (resolved(&read.case), Vec::new()),
-                case: read.case,
-            },
-            None => WrittenCase {
-                numbers: numbers::written(&read),
-                text: (source.clone(), overrides.to_vec()),
-                case: read.case,
-            },
-        })
+        let read = reader::read(source, overrides)?;
+        let (numbers, text) = match read.case.is_short() {
+            true => (
+                numbers::of_short_form(&read.case, Some(&read.written)),
+                (resolved(&read.case), Vec::new()),
+            ),
+            false => (
+                numbers::written(&read.written, read.case.motion()),
+                (source.clone(), overrides.to_vec()),
+            ),
+        };
+        let case = read.case;
+        Ok(WrittenCase { case, numbers, text })
     }
 
     /// Of a case whose text is not known, nor how its numbers were written.
     pub fn of(case: &Case) -> WrittenCase {
         let text = resolved(case);
-        let mut numbers = match Draft::short(case) {
-            Some(draft) => numbers::of_short_form(&draft, None),
-            None => super::read(&text, &[]).map_or_else(|_| Vec::new(), |read| numbers::written(&read)),
+        let mut numbers = match case.is_short() {
+            true => numbers::of_short_form(case, None),
+            false => reader::read(&text, &[])
+                .map_or_else(|_| Vec::new(), |read| numbers::written(&read.written, case.motion())),
         };
         numbers.iter_mut().for_each(|number| number.half_last_digit = None);
         WrittenCase {
@@ -129,22 +129,19 @@ impl WrittenCase {
 
     /// As [`Self::moved`], with other numbers at some paths.
     pub(crate) fn moved_all(&self, changes: &[(&str, f64)]) -> Option<(System, f64)> {
-        if let Some(mut draft) = Draft::short(&self.case) {
-            let strange: Vec<_> = changes
-                .iter()
-                .filter(|(path, value)| !draft.put(path, *value))
-                .copied()
-                .collect();
-            let system = System::from(&draft.parameters);
-            if strange.is_empty() {
-                return Some((system, 0.0));
+        if self.case.is_short() {
+            let mut case = self.case.clone();
+            for &(path, value) in changes {
+                // A place of the system that the short form has no key for, such as a bearing, keeps its limits.
+                let of_general = || {
+                    let (key, ..) = schema::find(path, false).next()?;
+                    key.domain().complaint(value).is_none().then_some(())
+                };
+                if !case.put(path, value, true) && (of_general().is_none() || !case.put(path, value, false)) {
+                    return None;
+                }
             }
-            // A place of the system that the short form has no key for, such as a bearing.
-            let general = Case {
-                system,
-                ..self.case.in_general_form()
-            };
-            return WrittenCase::of(&general).moved_all(&strange);
+            return Some((case.system, 0.0));
         }
         let case = self.with_all(changes).ok()?;
         Some((case.system, case.threshold))
