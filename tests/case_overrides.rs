@@ -241,7 +241,13 @@ fn the_schema_describes_every_key() {
     for key in schema::keys() {
         assert!(!key.description.is_empty(), "{}", key.path);
     }
-    let unit = |path: &str| schema::keys().find(|key| key.path == path).unwrap().dimension().map(Dimension::unit);
+    let unit = |path: &str| {
+        schema::keys()
+            .find(|key| key.path == path)
+            .unwrap()
+            .dimension()
+            .map(Dimension::unit)
+    };
     assert_eq!(unit("torsion.damping"), Some("N m s/rad"));
     assert_eq!(unit("friction.breakaway"), Some("1"));
     assert_eq!(unit("solver.method"), None);

@@ -115,17 +115,24 @@ pub(super) fn of_other_form(path: &str, short: bool) -> Option<String> {
         .next()
         .filter(|_| schema::find(path, short).next().is_none())?;
     let other = match short {
-        true => "is a key of a case of trains, [rotor] and [stator], but this case is of the short form, [torsion]",
-        false => "is a key of the short form, [torsion], but this case has [rotor] and [stator] instead",
+        true => "is a key of a case of trains, [rotor] and [stator], but the case is of the short form, [torsion]",
+        false => "is a key of the short form, [torsion], but the case has [rotor] and [stator] instead",
     };
-    let mut same = schema::SAME.iter();
-    let own = match short {
-        true => same.find(|same| same.1.contains(&path)).map(|same| same.0.to_owned()),
-        false => same.find(|same| same.0 == path).map(|same| same.1.join(" and ")),
+    let within = |general: &&str| {
+        general
+            .strip_prefix(path)
+            .is_some_and(|rest| rest.is_empty() || rest.starts_with('.'))
     };
-    Some(match own {
-        Some(own) => format!("{other}; write {own}"),
-        None => other.to_owned(),
+    let same = schema::SAME
+        .iter()
+        .filter(|same| same.0 == path || same.1.iter().any(|general| within(&general)));
+    let own: Vec<&str> = match short {
+        true => same.map(|same| same.0).collect(),
+        false => same.flat_map(|same| same.1).copied().collect(),
+    };
+    Some(match own.is_empty() {
+        true => other.to_owned(),
+        false => format!("{other}; write {}", own.join(" and ")),
     })
 }
 

@@ -222,11 +222,7 @@ impl Reader {
             .filter_map(|(name, element)| Some((index(name)?, element)))
         {
             let Some(place) = list.get_mut(index) else {
-                let message = match count {
-                    0 => format!("there is no {path}.{index}: the list has no element here"),
-                    1 => format!("there is no {path}.{index}: the only element is {path}.0"),
-                    _ => format!("there is no {path}.{index}: the last element is {path}.{}", count - 1),
-                };
+                let message = format!("there is no {path}.{index}: {}", schema::elements(path, count));
                 self.report(&format!("{path}.{index}"), message);
                 return None;
             };

@@ -4,7 +4,7 @@ use super::document::{Node, Value};
 use super::error::CaseError;
 use super::quantity::{self, Dimension};
 use super::reader::Read;
-use super::{Case, Motion, numbers, schema};
+use super::{Case, Motion, Words, numbers, schema};
 use crate::friction::FrictionLaw;
 use crate::model::contact::{uniform_pressure_radius, uniform_wear_radius};
 use crate::model::system::{
@@ -167,7 +167,7 @@ impl Exact<'_> {
 
     /// The number at `path` of the general form, as it is written; what it became in the case if it is not.
     fn number(&self, path: &str, default: f64) -> Found<BigRational> {
-        let dimension = numbers::dimension(path, self.case.motion()).unwrap_or(Dimension::Number);
+        let dimension = numbers::dimension(path, Words::general(self.case.motion())).unwrap_or(Dimension::Number);
         let value = match self
             .place(path)
             .and_then(|place| self.written.at(place))

@@ -4,7 +4,7 @@ use super::document::{Node, Value};
 use super::place::Content;
 use super::quantity::{self, Dimension};
 use super::schema::{self, Kind};
-use super::{Case, Motion, signals};
+use super::{Case, Words, signals};
 
 /// A number of a case.
 #[derive(Debug, Clone, PartialEq)]
@@ -30,6 +30,7 @@ const TABLES: &[&str] = &[
     "stator",
     "axial",
     "actuation",
+    "torsion",
     "contact",
     "friction",
     "initial",
@@ -46,55 +47,22 @@ const APART: &[&str] = &[
     schema::AXIAL_RINGING_FLOOR,
 ];
 
-/// Every physical number that is written in a case of the general form, in the order of the text; not those that are zero, which
-/// have no digits, and of lists none with more than 32 elements. What follows from a number by default, such as a speed at t = 0
-/// from that of a driven end, is no number of its own.
-pub(super) fn written(root: &Node, motion: Motion) -> Vec<CaseNumber> {
+/// Every physical number of a tree of values, in its order. Of the general form not those that are zero, which have no digits, and
+/// of lists none with more than 32 elements. What follows from a number by default, such as a speed at t = 0 from that of a driven
+/// end, is no number of its own.
+pub(super) fn of(root: &Node, words: Words) -> Vec<CaseNumber> {
     let mut numbers = Vec::new();
     for table in TABLES {
         if let Some(node) = root.at(table) {
-            collect(node, table, motion, &mut numbers);
+            collect(node, table, words, &mut numbers);
         }
     }
     numbers
 }
 
-/// Every physical number that a case in the short form holds, with the last digits that it has in the tree of its values.
-pub(super) fn of_short_form(case: &Case, written: Option<&Node>) -> Vec<CaseNumber> {
-    let mut case = case.clone();
-    let mut numbers = Vec::new();
-    for key in schema::keys() {
-        let physical = !["solver", "output", "output.window[]"].contains(&key.split().0);
-        let Some(dimension) = key.dimension().filter(|_| physical) else {
-            continue;
-        };
-        for index in 0..key.count(&case) {
-            let path = key.concrete(index);
-            let (elements, content) = match (key.places)(&mut case, index).first().and_then(|place| place.get()) {
-                Some(Content::List(list)) => {
-                    let elements = (0..list.len()).map(|element| element.to_string());
-                    (elements.collect(), Content::List(list))
-                }
-                Some(content) => (vec![String::new()], content),
-                None => continue,
-            };
-            for element in elements {
-                let path = format!("{path}.{element}");
-                let path = path.trim_end_matches('.');
-                let Some(value) = content.number(&element).filter(|_| !APART[3..].contains(&path)) else {
-                    continue;
-                };
-                let written = written.and_then(|root| printed(&root.at(path)?.value, dimension));
-                numbers.push(CaseNumber {
-                    path: path.to_owned(),
-                    unit: dimension.unit(),
-                    value,
-                    half_last_digit: written.map(|(_, half)| half),
-                });
-            }
-        }
-    }
-    numbers
+/// Half a unit of the last digit with which the number of a path is written in a tree.
+pub(super) fn half_last_digit(root: &Node, path: &str, words: Words) -> Option<f64> {
+    printed(&root.at(path)?.value, dimension(path, words)?).map(|number| number.1)
 }
 
 /// A number as it is written, and half a unit of its last digit, SI. A plain number is in SI, whatever it stands for; it counts as
@@ -109,23 +77,24 @@ fn printed(value: &Value, dimension: Dimension) -> Option<(f64, f64)> {
     printed.ok()
 }
 
-fn collect(node: &Node, path: &str, motion: Motion, numbers: &mut Vec<CaseNumber>) {
+fn collect(node: &Node, path: &str, words: Words, numbers: &mut Vec<CaseNumber>) {
+    let apart = &APART[if words.short { 3 } else { 0 }..];
     match &node.value {
         Value::Table(entries) => {
             for (name, entry) in entries {
-                collect(entry, &format!("{path}.{name}"), motion, numbers);
+                collect(entry, &format!("{path}.{name}"), words, numbers);
             }
         }
-        Value::Array(elements) if elements.len() <= LONGEST_LIST => {
+        Value::Array(elements) if words.short || elements.len() <= LONGEST_LIST => {
             for (index, element) in elements.iter().enumerate() {
-                collect(element, &format!("{path}.{index}"), motion, numbers);
+                collect(element, &format!("{path}.{index}"), words, numbers);
             }
         }
-        _ if APART.contains(&path) => {}
+        _ if apart.contains(&path) => {}
         value => {
-            if let Some(dimension) = dimension(path, motion)
+            if let Some(dimension) = dimension(path, words)
                 && let Some((value, half_last_digit)) = printed(value, dimension)
-                && value != 0.0
+                && (words.short || value != 0.0)
             {
                 numbers.push(CaseNumber {
                     path: path.to_owned(),
@@ -138,9 +107,10 @@ fn collect(node: &Node, path: &str, motion: Motion, numbers: &mut Vec<CaseNumber
     }
 }
 
-/// What the number at a path of the general form measures; `None` of a word.
-pub(super) fn dimension(path: &str, motion: Motion) -> Option<Dimension> {
-    let (key, _, inner) = schema::find(path, false).next()?;
+/// What the number at a path measures; `None` of a word.
+pub(super) fn dimension(path: &str, words: Words) -> Option<Dimension> {
+    let motion = words.motion();
+    let (key, _, inner) = schema::find(path, words.short).next()?;
     match key.kind {
         Kind::Signal(dimension) => Some(signals::dimension_of(inner, dimension, motion)),
         _ => key.dimension().map(|dimension| motion.dimension(dimension)),

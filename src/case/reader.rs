@@ -84,8 +84,8 @@ impl Reader {
         }
         self.contact_law(case);
         for array in ARRAYS {
-            if let Some(Value::Array(elements)) = self.root.at(array.path).map(|node| &node.value) {
-                (array.resize)(case, elements.len());
+            if let Some(Value::Array(elements)) = self.root.at(array).map(|node| &node.value) {
+                schema::resize(case, array, elements.len());
             }
         }
         // Without stick, friction at rest is that of the law unless it is given.
@@ -185,7 +185,7 @@ impl Reader {
             let path = join(parent, &segment);
             let pattern_here = join(pattern, &segment);
             let inside = format!("{pattern_here}.");
-            if ARRAYS.iter().any(|array| array.path == pattern_here) {
+            if ARRAYS.contains(&pattern_here.as_str()) {
                 match &child.value {
                     Value::Array(elements) => {
                         for (index, element) in elements.iter().enumerate() {
@@ -245,30 +245,16 @@ impl Reader {
 
     fn fill_key(&mut self, case: &mut Case, key: &Key, index: usize) -> Given {
         let path = key.concrete(index);
-        if let Presence::Profile(profile) = key.presence {
-            match self.chosen_profile() {
-                Some(chosen) if chosen == profile => {}
-                Some(chosen) => {
-                    self.check_left_over(key, profile, chosen);
-                    return Given::Wrong;
+        if let Some(choice) = Choice::of(key) {
+            let chosen = self.chosen(choice);
+            let Some(chosen) = chosen.filter(|chosen| belongs(key, chosen)) else {
+                if let Some(chosen) = chosen {
+                    self.check_choice(key, choice, chosen);
                 }
-                None => return Given::Wrong,
-            }
-            // What is left of the other profile says how to switch; that more is missing follows from it.
-            if self.is_overridden("actuation.profile") && self.left_over(profile).is_some() {
-                return Given::Wrong;
-            }
-        }
-        if let Presence::Law { .. } = key.presence {
-            let Some(law) = self.chosen_law() else {
                 return Given::Wrong;
             };
-            if !schema::keys_of_law(law).contains(&key.split().1) {
-                self.check_other_law(key, law);
-                return Given::Wrong;
-            }
-            // As above.
-            if self.is_overridden(schema::FRICTION_LAW) && self.of_other_laws(law).next().is_some() {
+            // What is left of another choice says how to switch; that more is missing follows from it.
+            if self.is_overridden(choice.path) && self.foreign(choice, chosen).next().is_some() {
                 return Given::Wrong;
             }
         }
@@ -303,139 +289,136 @@ impl Reader {
             .ok()
     }
 
-    /// A key that is given although it belongs to another profile than the chosen one.
-    fn left_over(&self, chosen: &'static str) -> Option<&'static Key> {
-        schema::keys().find(|key| {
-            let of_another = matches!(key.presence, Presence::Profile(profile) if profile != chosen);
-            // A path that the chosen profile has as well is its own.
-            let shared = schema::keys().any(|k| k.path == key.path && k.presence == Presence::Profile(chosen));
-            of_another && !shared && self.root.at(key.path).is_some()
+    /// The word of a choice, if it is one that exists.
+    fn chosen(&self, choice: &Choice) -> Option<&'static str> {
+        let mut words = (choice.words)(self.words.short).into_iter();
+        match self.root.at(choice.path).map(|node| &node.value) {
+            None => words.next().filter(|_| choice.has_default),
+            Some(Value::Text(word)) => words.find(|known| known == word),
+            _ => None,
+        }
+    }
+
+    /// The keys that are given although another word of the choice has them.
+    fn foreign(&self, choice: &'static Choice, chosen: &'static str) -> impl Iterator<Item = &'static Key> {
+        let keys = schema::in_order(self.words.short).iter().copied();
+        keys.filter(move |key| {
+            Choice::of(key).is_some_and(|of| of.path == choice.path)
+                && self.has(key.path)
+                // A path that the chosen word has as well is its own.
+                && !schema::find(key.path, self.words.short).any(|found| belongs(found.0, chosen))
         })
     }
 
-    /// Reports `key`, of `profile`, if it is given although the profile is `chosen`.
-    fn check_left_over(&mut self, key: &Key, profile: &'static str, chosen: &'static str) {
-        if self.left_over(chosen).is_none_or(|left| left.path != key.path) {
+    /// Reports `key` if it is given although another word of the choice has it.
+    fn check_choice(&mut self, key: &Key, choice: &'static Choice, chosen: &'static str) {
+        let mut foreign = self.foreign(choice, chosen).map(|key| key.path);
+        let overridden = self.is_overridden(choice.path);
+        // One message says how to switch.
+        let is_told = match overridden {
+            true => foreign.next() == Some(key.path),
+            false => foreign.any(|path| path == key.path),
+        };
+        if !is_told {
             return;
         }
-        let overridden = self.is_overridden("actuation.profile");
-        // The override tells which of the two profiles is meant.
-        let meant = if overridden { chosen } else { profile };
-        let remedy = match meant {
-            _ if !overridden && !self.is_overridden(key.path) => "remove it, or change the profile".to_owned(),
-            meant => format!("replace the whole table, {}", whole_actuation(meant)),
+        drop(foreign);
+        let words = (choice.words)(self.words.short).into_iter();
+        let owners: Vec<&str> = words.filter(|word| belongs(key, word)).collect();
+        // The override tells which of the words is meant.
+        let remedy = match (overridden, self.is_overridden(key.path)) {
+            (false, false) => format!("remove it, or change {}", choice.named),
+            (true, _) => format!("replace the whole table, {}", self.template(choice, chosen)),
+            (false, true) => format!("replace the whole table, {}", self.template(choice, owners[0])),
         };
-        let place = if overridden { "actuation.profile" } else { key.path };
-        let message = format!("belongs to profile \"{profile}\", but the profile is \"{chosen}\": {remedy}");
-        let place = self.place(place);
+        let noun = choice.path.rsplit('.').next().unwrap_or_default();
+        let by_default = if self.has(choice.path) { "" } else { ", the default" };
+        let message = format!(
+            "belongs to {noun} \"{}\", but the {noun} is \"{chosen}\"{by_default}: {remedy}",
+            owners.join("\" or \"")
+        );
+        let place = self.place(if overridden { choice.path } else { key.path });
         self.push(place, key.path, message);
     }
 
-    /// The friction law, if it is one that exists.
-    fn chosen_law(&self) -> Option<&'static str> {
-        let mut names = schema::laws(self.words.short).into_iter();
-        match self.root.at(schema::FRICTION_LAW).map(|node| &node.value) {
-            None => names.next(),
-            Some(Value::Text(name)) => names.find(|known| known == name),
-            _ => None,
-        }
-    }
-
-    /// The keys that are given although they belong to other friction laws than `law`.
-    fn of_other_laws(&self, law: &'static str) -> impl Iterator<Item = &'static Key> {
-        let own = schema::keys_of_law(law);
-        schema::in_order(self.words.short).iter().copied().filter(move |key| {
-            let name = key.path.strip_prefix("friction.").unwrap_or_default();
-            matches!(key.presence, Presence::Law { .. }) && !own.contains(&name) && self.root.at(key.path).is_some()
-        })
-    }
-
-    /// Reports `key`, of other friction laws than `law`, if it is given.
-    fn check_other_law(&mut self, key: &Key, law: &'static str) {
-        if self.root.at(key.path).is_none() {
-            return;
-        }
-        let name = key.split().1;
-        let owners: Vec<String> = schema::laws(self.words.short)
+    /// The table of a choice with the keys that go with a word.
+    fn template(&self, choice: &Choice, word: &str) -> String {
+        let (table, noun) = choice.path.split_once('.').unwrap_or_default();
+        let mut text = format!("{table}={{{noun}=\"{word}\"");
+        for key in schema::in_order(self.words.short)
             .iter()
-            .filter(|owner| schema::keys_of_law(owner).contains(&name))
-            .map(|owner| format!("\"{owner}\""))
-            .collect();
-        let by_default = if self.root.at(schema::FRICTION_LAW).is_none() {
-            ", the default"
-        } else {
-            ""
-        };
-        let belongs = format!(
-            "belongs to law {}, but the law is \"{law}\"{by_default}",
-            owners.join(" or ")
-        );
-        if !self.is_overridden(schema::FRICTION_LAW) {
-            return self.report(key.path, format!("{belongs}: remove it, or change friction.law"));
-        }
-        // One message says how to switch.
-        if self
-            .of_other_laws(law)
-            .next()
-            .is_some_and(|first| first.path == key.path)
+            .filter(|key| key.split().0 == table)
         {
-            let own: String = schema::keys_of_law(law)
-                .iter()
-                .map(|own| format!(", {own}=..."))
-                .collect();
-            let message = format!("{belongs}: replace the whole table, friction={{law=\"{law}\", breakaway=...{own}}}");
-            let place = self.place(schema::FRICTION_LAW);
-            self.push(place, key.path, message);
+            let required = key.presence == Presence::Required && key.path != choice.path;
+            if required || belongs(key, word) {
+                let value = if matches!(key.kind, Kind::Series(_)) {
+                    "[...]"
+                } else {
+                    "..."
+                };
+                text += &format!(", {}={value}", key.split().1);
+            }
         }
+        text + "}"
     }
+}
 
-    /// The profile of the actuation, if it is one that exists.
-    fn chosen_profile(&self) -> Option<&'static str> {
-        match self.root.at("actuation.profile").map(|node| &node.value) {
-            Some(Value::Text(name)) => Signal::NAMES.iter().copied().find(|known| known == name),
+/// A word on which it depends which other keys a table has.
+struct Choice {
+    path: &'static str,
+    words: fn(bool) -> Vec<&'static str>,
+    /// Whether the first word stands where none is given.
+    has_default: bool,
+    /// How messages call it.
+    named: &'static str,
+}
+
+const PROFILE: Choice = Choice {
+    path: "actuation.profile",
+    words: |_| Signal::NAMES.to_vec(),
+    has_default: false,
+    named: "the profile",
+};
+
+const LAW: Choice = Choice {
+    path: schema::FRICTION_LAW,
+    words: schema::laws,
+    has_default: true,
+    named: schema::FRICTION_LAW,
+};
+
+impl Choice {
+    /// On which a key depends.
+    fn of(key: &Key) -> Option<&'static Choice> {
+        match key.presence {
+            Presence::Profile(_) => Some(&PROFILE),
+            Presence::Law { .. } => Some(&LAW),
             _ => None,
         }
     }
 }
 
-/// The actuation of a profile as a template.
-fn whole_actuation(profile: &'static str) -> String {
-    let mut text = format!("actuation={{profile=\"{profile}\"");
-    for key in schema::keys().filter(|key| key.presence == Presence::Profile(profile)) {
-        let value = if matches!(key.kind, Kind::Series(..)) {
-            "[...]"
-        } else {
-            "..."
-        };
-        text += &format!(", {}={value}", key.split().1);
+/// Whether a key goes with a word of the choice that it depends on.
+fn belongs(key: &Key, word: &str) -> bool {
+    match key.presence {
+        Presence::Profile(profile) => profile == word,
+        Presence::Law { .. } => schema::keys_of_law(word).contains(&key.split().1),
+        _ => false,
     }
-    text + "}"
 }
 
+/// What to say about a key that is missing: what it is, and how it is written.
 pub(super) fn missing(key: &Key, motion: Motion) -> String {
-    format!("missing: {}{}", key.description, how_to_write(key, motion))
-}
-
-/// How the key is written, as the end of a message.
-fn how_to_write(key: &Key, motion: Motion) -> String {
-    let name = key.path.rsplit('.').next().unwrap_or(key.path);
     let choices = key.choices();
-    match key.dimension().map(|dimension| motion.dimension(dimension)) {
-        Some(Dimension::Number) if matches!(key.kind, Kind::Series(..)) => {
-            format!("; write {name} = [...], plain numbers")
-        }
-        Some(Dimension::Number) => format!("; write {name} = a number"),
-        Some(dimension) if matches!(key.kind, Kind::Series(..)) => {
-            format!("; write {name} = [...], numbers in {}", dimension.unit())
-        }
-        Some(dimension) => format!(
-            "; write {name} = a number in {} or \"{}\"",
-            dimension.unit(),
-            dimension.example()
-        ),
-        None if choices.is_empty() => String::new(),
-        None => format!("; write {name} = \"{}\"", choices.join("\" or \"")),
-    }
+    let series = matches!(key.kind, Kind::Series(_));
+    let value = match key.dimension().map(|dimension| motion.dimension(dimension)) {
+        Some(Dimension::Number) if series => "[...], plain numbers".to_owned(),
+        Some(Dimension::Number) => "a number".to_owned(),
+        Some(dimension) if series => format!("[...], numbers in {}", dimension.unit()),
+        Some(dimension) => format!("a number in {} or \"{}\"", dimension.unit(), dimension.example()),
+        None => format!("\"{}\"", choices.join("\" or \"")),
+    };
+    format!("missing: {}; write {} = {value}", key.description, key.split().1)
 }
 
 /// What to say about a key that does not exist in the table at `parent`, which is `pattern` in the schema.

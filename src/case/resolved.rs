@@ -1,6 +1,6 @@
 //! A case as TOML in SI, at full precision.
 
-use super::schema::{self, ARRAYS, FRICTION_LAW, Key};
+use super::schema::{self, FRICTION_LAW, Key};
 use super::{Case, Motion};
 use crate::model::system::ContactLaw;
 
@@ -12,11 +12,10 @@ pub(super) fn write(case: &Case) -> String {
     let keys = schema::in_order(short);
     for table in keys.chunk_by(|one, other| one.split().0 == other.split().0) {
         let name = table[0].split().0;
-        let array = ARRAYS.iter().find(|array| name.strip_suffix("[]") == Some(array.path));
-        let elements = array.map_or(1, |array| (array.length)(&case));
-        for index in 0..elements {
+        let array = name.strip_suffix("[]");
+        for index in 0..table[0].count(&case) {
             let mut heading = match array {
-                Some(array) => format!("\n[[{}]]\n", array.path),
+                Some(array) => format!("\n[[{array}]]\n"),
                 None if name.is_empty() => String::new(),
                 None => format!("\n[{name}]\n"),
             };

@@ -152,6 +152,11 @@ impl Key {
         self.path.replace("[]", &format!(".{index}"))
     }
 
+    /// How many values of the key a case has room for: one, but of an array of tables one for each element.
+    pub(super) fn count(&self, case: &Case) -> usize {
+        self.path.split_once("[].").map_or(1, |(array, _)| length(case, array))
+    }
+
     /// The index of the array element and the rest of `path`, if it leads to the key or to a value in its list or signal.
     fn matches<'p>(&self, path: &'p str) -> Option<(usize, &'p str)> {
         let (index, name, path) = match self.path.split_once("[].") {
@@ -195,50 +200,22 @@ pub fn keys() -> impl Iterator<Item = &'static Key> {
 
 /// Every key that only the general form has. Its others are those of [`keys`], but for `[torsion]`.
 pub fn train_keys() -> impl Iterator<Item = &'static Key> {
-    KEYS.iter().filter(|key| key.form == Form::General && key.path != FRICTION_LAW)
+    KEYS.iter()
+        .filter(|key| key.form == Form::General && key.path != FRICTION_LAW)
 }
 
 /// The keys of a form, in the order in which a case is written.
 pub(super) fn in_order(short: bool) -> &'static [&'static Key] {
-    /// The tables of both forms; those of arrays end with `[]`.
-    const TABLES: [&[&str]; 2] = [
-        &[
-            "",
-            "rotor",
-            "stator",
-            "contact",
-            "axial",
-            "actuation",
-            "friction",
-            "friction.regularisation",
-            "initial",
-            "perturbation[]",
-            "solver",
-            "output",
-            "output.window[]",
-        ],
-        &[
-            "",
-            "axial",
-            "actuation",
-            "torsion",
-            "contact",
-            "friction",
-            "initial",
-            "solver",
-            "output",
-            "perturbation[]",
-            "output.window[]",
-        ],
+    /// The tables of both forms, after the keys that are in none; those of arrays end with `[]`.
+    const TABLES: [&str; 2] = [
+        "rotor stator contact axial actuation friction friction.regularisation initial perturbation[] solver output output.window[]",
+        "axial actuation torsion contact friction initial solver output perturbation[] output.window[]",
     ];
     static SORTED: LazyLock<[Vec<&'static Key>; 2]> = LazyLock::new(|| {
         [false, true].map(|short| {
             let mut keys: Vec<&Key> = KEYS.iter().filter(|key| key.is_of(short)).collect();
-            keys.sort_by_key(|key| {
-                TABLES[usize::from(short)]
-                    .iter()
-                    .position(|table| *table == key.split().0)
-            });
+            let tables = TABLES[usize::from(short)].split(' ');
+            keys.sort_by_key(|key| tables.clone().position(|table| table == key.split().0));
             keys
         })
     });
@@ -354,39 +331,38 @@ fn said(word: Option<&'static str>) -> Place<'static> {
     Place::word(word, |_| {})
 }
 
+/// A part of a value that has it in one of its variants.
+macro_rules! part {
+    ($of:expr, $variant:pat => $part:expr) => {
+        match $of {
+            $variant => Some($part),
+            _ => None,
+        }
+    };
+}
+
 fn axial(case: &mut Case) -> Option<&mut Axial> {
-    match &mut case.system.pressing {
-        Pressing::Axial { axial, .. } => Some(axial),
-        Pressing::Force(_) => None,
-    }
+    part!(&mut case.system.pressing, Pressing::Axial { axial, .. } => axial)
 }
 
 fn actuation(case: &mut Case) -> Option<&mut Signal> {
-    match &mut case.system.pressing {
-        Pressing::Axial { actuation, .. } => Some(actuation),
-        Pressing::Force(_) => None,
-    }
+    part!(&mut case.system.pressing, Pressing::Axial { actuation, .. } => actuation)
 }
 
 fn ramp(case: &mut Case) -> Option<&mut Ramp> {
-    match actuation(case)? {
-        Signal::Ramp(ramp) => Some(ramp),
-        Signal::Table(_) => None,
-    }
+    part!(actuation(case)?, Signal::Ramp(ramp) => ramp)
 }
 
 fn table(case: &mut Case) -> Option<&mut Table> {
-    match actuation(case)? {
-        Signal::Table(table) => Some(table),
-        Signal::Ramp(_) => None,
-    }
+    part!(actuation(case)?, Signal::Table(table) => table)
 }
 
-fn normal_force(case: &mut Case) -> Option<&mut Drive> {
-    match &mut case.system.pressing {
-        Pressing::Force(force) => Some(force),
-        Pressing::Axial { .. } => None,
-    }
+fn bristles(case: &mut Case) -> Option<&mut Bristles> {
+    part!(&mut case.system.contact, ContactLaw::Bristles(bristles) => bristles)
+}
+
+fn regularisation(case: &mut Case) -> Option<&mut Regularisation> {
+    part!(&mut case.system.contact, ContactLaw::Regularised(regularisation) => regularisation)
 }
 
 /// What holds the far end of a train.
@@ -403,13 +379,6 @@ fn end(train: &mut Train) -> Place<'_> {
             _ => End::Driven(Drive::Value(f64::NAN)),
         };
     })
-}
-
-fn driven(train: &mut Train) -> Option<Place<'_>> {
-    match &mut train.end {
-        End::Driven(speed) => Some(at(speed)),
-        End::Free | End::Fixed => None,
-    }
 }
 
 /// Which law friction has. The default is not written: a case is the same with and without it.
@@ -436,20 +405,6 @@ fn friction_law(case: &mut Case) -> Place<'_> {
 fn law<'a>(case: &'a mut Case, key: &'static str) -> Option<Place<'a>> {
     let law = &mut case.system.law;
     keys_of_law(law.name()).contains(&key).then_some(Place::Law(law, key))
-}
-
-fn bristles(case: &mut Case) -> Option<&mut Bristles> {
-    match &mut case.system.contact {
-        ContactLaw::Bristles(bristles) => Some(bristles),
-        _ => None,
-    }
-}
-
-fn regularisation(case: &mut Case) -> Option<&mut Regularisation> {
-    match &mut case.system.contact {
-        ContactLaw::Regularised(regularisation) => Some(regularisation),
-        _ => None,
-    }
 }
 
 /// The first numbers of two lists.
@@ -507,7 +462,7 @@ keys! { |case, index|
     "rotor.end", General, Required, Word(|| vec!["free", "fixed", "driven"]) => [end(&mut case.system.rotor)],
         "what holds the far end";
     "rotor.speed", General, Default("none: required of a driven end"), Kind::Signal(D::AngularVelocity)
-        => driven(&mut case.system.rotor),
+        => part!(&mut case.system.rotor.end, End::Driven(speed) => at(speed)),
         "speed of a driven end";
     "rotor.torque", General, Default("none"), Kind::Signal(D::Torque)
         => case.system.rotor.torque.as_mut().map(|torque| at(&mut torque.signal)),
@@ -529,7 +484,7 @@ keys! { |case, index|
     "stator.end", General, Required, Word(|| vec!["free", "fixed", "driven"]) => [end(&mut case.system.stator)],
         "what holds the far end";
     "stator.speed", General, Default("none: required of a driven end"), Kind::Signal(D::AngularVelocity)
-        => driven(&mut case.system.stator),
+        => part!(&mut case.system.stator.end, End::Driven(speed) => at(speed)),
         "speed of a driven end";
     "stator.torque", General, Default("none"), Kind::Signal(D::Torque)
         => case.system.stator.torque.as_mut().map(|torque| at(&mut torque.signal)),
@@ -587,7 +542,7 @@ keys! { |case, index|
         => [word(&mut case.system.breakaway_test, BREAKAWAY_TESTS)],
         "the torque held against mu_0 r F_n: T_f, or the paper's T_s or T_r alone";
     "contact.normal_force", General, Default("none: [axial] and [actuation]"), Kind::Signal(D::Force)
-        => normal_force(case).map(at),
+        => part!(&mut case.system.pressing, Pressing::Force(force) => at(force)),
         "F_n, where no [axial] and [actuation] give it";
     "friction.law", Short, Default("exponential"), Word(|| laws(true)) => [friction_law(case)],
         "how friction depends on the sliding speed";
@@ -730,45 +685,31 @@ keys! { |case, index|
         "sampling interval there";
 }
 
-/// The arrays of tables: their path, how long they are in a case, and how to make room for so many new elements.
-pub(super) struct ArrayOfTables {
-    pub(super) path: &'static str,
-    pub(super) length: fn(&Case) -> usize,
-    pub(super) resize: fn(&mut Case, usize),
+/// The arrays of tables.
+pub(super) const ARRAYS: [&str; 2] = ["perturbation", "output.window"];
+
+/// How many elements an array of tables has.
+pub(super) fn length(case: &Case, array: &str) -> usize {
+    match array {
+        "perturbation" => case.system.kicks.len(),
+        _ => case.output.windows.len(),
+    }
 }
 
-pub(super) const ARRAYS: &[ArrayOfTables] = &[
-    ArrayOfTables {
-        path: "perturbation",
-        length: |case| case.system.kicks.len(),
-        resize: |case, count| {
-            let blank = Kick {
-                time: KickTime::At(f64::NAN),
-                relative_velocity: f64::NAN,
-                on: KickSide::Both,
-            };
-            case.system.kicks = vec![blank; count];
-        },
-    },
-    ArrayOfTables {
-        path: "output.window",
-        length: |case| case.output.windows.len(),
-        resize: |case, count| {
-            let blank = OutputWindow {
-                from: f64::NAN,
-                to: f64::NAN,
-                interval: f64::NAN,
-            };
-            case.output.windows = vec![blank; count];
-        },
-    },
-];
-
-impl Key {
-    /// How many values of the key a case has room for: one, but of an array of tables one for each element.
-    pub(super) fn count(&self, case: &Case) -> usize {
-        let array = self.path.split_once("[].").map(|(path, _)| path);
-        let array = array.and_then(|path| ARRAYS.iter().find(|array| array.path == path));
-        array.map_or(1, |array| (array.length)(case))
+/// Makes room for so many elements of an array of tables, of which nothing is known yet.
+pub(super) fn resize(case: &mut Case, array: &str, count: usize) {
+    let kick = Kick {
+        time: KickTime::At(f64::NAN),
+        relative_velocity: f64::NAN,
+        on: KickSide::Both,
+    };
+    let window = OutputWindow {
+        from: f64::NAN,
+        to: f64::NAN,
+        interval: f64::NAN,
+    };
+    match array {
+        "perturbation" => case.system.kicks = vec![kick; count],
+        _ => case.output.windows = vec![window; count],
     }
 }

@@ -10,6 +10,7 @@ use crate::quote::shown;
 
 /// What a key takes, with what is wrong with it; `path` is where the value stands.
 pub(super) fn content(key: &Key, path: &str, node: &Node, motion: Motion) -> Result<Content, Vec<Violation>> {
+    let whole = |message: String| vec![Violation::new(path, &[], message)];
     let dimension = key.dimension().map(|dimension| motion.dimension(dimension));
     match (key.kind, &node.value, dimension) {
         (Kind::Signal(dimension), ..) => signals::read(path, node, dimension, motion).map(Content::Signal),
@@ -18,28 +19,20 @@ pub(super) fn content(key: &Key, path: &str, node: &Node, motion: Motion) -> Res
         }
         (Kind::List(..), Value::Integer(_) | Value::Float(_) | Value::Text(_), Some(dimension)) => {
             let number = number(&node.value, dimension, key.domain());
-            number
-                .map(|number| Content::List(vec![number]))
-                .map_err(|message| vec![Violation::new(path, &[], message)])
+            number.map(|number| Content::List(vec![number])).map_err(whole)
         }
-        (Kind::Series(_), other, _) => {
-            let message = format!("expected an array of numbers, but got {}", other.describe());
-            Err(vec![Violation::new(path, &[], message)])
-        }
+        (Kind::Series(_), other, _) => Err(whole(format!(
+            "expected an array of numbers, but got {}",
+            other.describe()
+        ))),
         (Kind::List(..), other, Some(dimension)) => {
             let expected = quantity::expectation(dimension);
-            let message = format!(
+            Err(whole(format!(
                 "expected a list of numbers, each {expected}, but got {}",
                 other.describe()
-            );
-            Err(vec![Violation::new(path, &[], message)])
+            )))
         }
-        _ => {
-            let single = single(key, &node.value, motion);
-            single
-                .map(Content::One)
-                .map_err(|message| vec![Violation::new(path, &[], message)])
-        }
+        _ => single(key, &node.value, motion).map(Content::One).map_err(whole),
     }
 }
 

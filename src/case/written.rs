@@ -2,7 +2,7 @@
 
 use super::error::CaseError;
 use super::quantity::Dimension;
-use super::{Case, CaseNumber, CaseSource, Origin, Override, numbers, reader, schema};
+use super::{Case, CaseNumber, CaseSource, Origin, Override, document, numbers, reader, schema};
 use crate::model::system::System;
 
 /// A case with its physical numbers: of a short form every one that the case holds, of the general form those that are written and
@@ -22,29 +22,29 @@ impl WrittenCase {
     /// # Errors
     /// All problems that were found in the case.
     pub fn read(source: &CaseSource, overrides: &[Override]) -> Result<WrittenCase, CaseError> {
-        let read = reader::read(source, overrides)?;
-        let (numbers, text) = match read.case.is_short() {
-            true => (
-                numbers::of_short_form(&read.case, Some(&read.written)),
-                (resolved(&read.case), Vec::new()),
-            ),
-            false => (
-                numbers::written(&read.written, read.case.motion()),
-                (source.clone(), overrides.to_vec()),
-            ),
-        };
-        let case = read.case;
-        Ok(WrittenCase { case, numbers, text })
+        let reader::Read { case, written } = reader::read(source, overrides)?;
+        if !case.is_short() {
+            return Ok(WrittenCase {
+                numbers: numbers::of(&written, case.words),
+                text: (source.clone(), overrides.to_vec()),
+                case,
+            });
+        }
+        let mut read = WrittenCase::of(&case);
+        for number in &mut read.numbers {
+            number.half_last_digit = numbers::half_last_digit(&written, &number.path, case.words);
+        }
+        Ok(read)
     }
 
     /// Of a case whose text is not known, nor how its numbers were written.
     pub fn of(case: &Case) -> WrittenCase {
-        let text = resolved(case);
-        let mut numbers = match case.is_short() {
-            true => numbers::of_short_form(case, None),
-            false => reader::read(&text, &[])
-                .map_or_else(|_| Vec::new(), |read| numbers::written(&read.written, case.motion())),
+        let text = CaseSource {
+            text: case.resolved(),
+            origin: Origin::BuiltIn(case.title.clone()),
         };
+        let root = document::read(&text.text, "");
+        let mut numbers = root.map_or_else(|_| Vec::new(), |root| numbers::of(&root, case.words));
         numbers.iter_mut().for_each(|number| number.half_last_digit = None);
         WrittenCase {
             case: case.clone(),
@@ -145,13 +145,5 @@ impl WrittenCase {
         }
         let case = self.with_all(changes).ok()?;
         Some((case.system, case.threshold))
-    }
-}
-
-/// The resolved text of a case.
-fn resolved(case: &Case) -> CaseSource {
-    CaseSource {
-        text: case.resolved(),
-        origin: Origin::BuiltIn(case.title.clone()),
     }
 }

@@ -323,7 +323,7 @@ impl Reader<'_> {
         for node in elements {
             let text = self.text(node, "set")?;
             let change = Override::parse(text).map_err(|error| self.of_case(root, "set", &error))?;
-            if let key @ ("solver.method" | "solver.rtol" | "solver.fixed_step") = change.path() {
+            if let key @ ("solver.method" | "solver.rtol" | "solver.fixed_step") = change.key() {
                 let message = format!("{key} is what the study varies: use a [[series]]");
                 return Err(self.at(node, "set", message));
             }
