@@ -172,7 +172,7 @@ impl Header {
             case_text: text,
             resolved: case.resolved(),
             meta: meta(case, &started),
-            events: events(case.solver().method),
+            events: events(case.solver.method),
             extension: extension(case),
         }
     }

@@ -383,7 +383,7 @@ impl Compare<'_> {
         };
         let energies: f64 = named().filter(|one| is_energy(one.0)).map(|one| one.1).sum();
         let at_kicks = self.kinetic_energy_at_kicks();
-        let is_direct = matches!(case.system().pressing, Pressing::Force(_));
+        let is_direct = matches!(case.system.pressing, Pressing::Force(_));
         let force = if is_direct { self.course.largest_force() } else { 0.0 };
         let (system, fastest) = (
             self.course.system(),
@@ -409,8 +409,8 @@ impl Compare<'_> {
 /// the result counts for no less than the nearest that does not.
 pub(super) fn bands(case: &Case, result: &MemoryRecorder, ladder: &[Finished], events: &[CertifiedEvent]) -> Bands {
     let names: Vec<(String, &str)> = columns(case).collect();
-    let (method, end_time) = (case.solver().method, case.output().end_time);
-    let course = Course::new(case.system(), case.threshold(), case.solver());
+    let (method, end_time) = (case.solver.method, case.output.end_time);
+    let course = Course::new(&case.system, case.threshold(), &case.solver);
     let own: Vec<Option<&Event>> = result.events.iter().map(Some).collect();
     let needed = course.further().len();
     let compare = Compare {

@@ -142,15 +142,15 @@ pub(super) fn certify_until(
     stop: &(dyn Fn() -> bool + Sync),
 ) -> Result<Certificate, CertifyError> {
     let output = match result.samples.is_empty() {
-        true => OutputOptions::at_the_ends(case.output().end_time),
-        false => compared_output(case.output()),
+        true => OutputOptions::at_the_ends(case.output.end_time),
+        false => compared_output(&case.output),
     };
     let limited = |solver: &SolverOptions| SolverOptions {
         max_wall_time: deadline.limit(solver.max_wall_time),
         ..solver.clone()
     };
     // What the run of the case by its own settings is asked for is what a loss of stability does.
-    let own = can_lose_stability(case).then(|| run(case, &limited(case.solver()), &output, stop));
+    let own = can_lose_stability(case).then(|| run(case, &limited(&case.solver), &output, stop));
     if stop() {
         return Err(CertifyError::Interrupted);
     }
@@ -167,7 +167,7 @@ pub(super) fn certify_until(
     let follows = own.is_some();
     let (ladder, linearised) = std::thread::scope(|scope| {
         let linearised = scope.spawn(|| match follows {
-            true => linearise(&WrittenCase::of(case), limited(case.solver()).max_wall_time, stop),
+            true => linearise(&WrittenCase::of(case), limited(&case.solver).max_wall_time, stop),
             false => Ok(Linearised::default()),
         });
         let ladder = climb(case, &result.events, &output, own, many_periods, deadline, stop);
@@ -186,7 +186,7 @@ pub(super) fn certify_until(
     let noise = summary.noise_determined
         || finest_auto(&ladder).is_some_and(|auto| Summary::of_case(case, &auto.report).noise_determined);
     let events = judge(case, &result.events, &ladder, &linearised, noise);
-    let witnesses = witnesses(&ladder, case.solver().method);
+    let witnesses = witnesses(&ladder, case.solver.method);
     // Where the others go on, the result lacks an event that grazes.
     let ends_alike = witnesses
         .iter()
@@ -215,7 +215,7 @@ pub(super) fn certify_until(
         by_oracle: false,
         without_oracle: None,
         contradiction: None,
-        solver: case.solver().clone(),
+        solver: case.solver.clone(),
         warnings,
         linearised,
         events,
@@ -242,7 +242,7 @@ fn judge(
     noise: bool,
 ) -> Vec<CertifiedEvent> {
     let period = time_scale(case);
-    let excitation = Excitation::new(case.system());
+    let excitation = Excitation::new(&case.system);
     // All methods share the zeros of the normal force: their distances do not show how these are rounded.
     let mut of_zeros: f64 = 0.0;
     let onset = result.iter().position(|event| event.kind == EventKind::Stick);
@@ -266,7 +266,7 @@ fn judge(
             })
             .collect()
     };
-    let witnesses = witnesses(ladder, case.solver().method);
+    let witnesses = witnesses(ladder, case.solver.method);
     let times: Vec<Vec<f64>> = witnesses.iter().map(|run| matched(result, run)).collect();
     // Whether two witnesses place an event alike, wherever the result has it.
     let alike = |index: usize| {
@@ -275,7 +275,7 @@ fn judge(
     };
     let independent: Vec<bool> = witnesses
         .iter()
-        .map(|run| !shares_errors(run, case.solver().method))
+        .map(|run| !shares_errors(run, case.solver.method))
         .collect();
     let by_series = witnesses.iter().position(|run| run.method == Method::Series);
     let distances: Vec<Vec<f64>> = witnesses.into_iter().map(single).collect();

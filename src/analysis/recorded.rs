@@ -33,7 +33,7 @@ pub(crate) fn recorded<'a>(
     control: &mut dyn FnMut(Progress) -> ControlFlow<()>,
 ) -> Recorded<'a> {
     let mut recorder = Remembering::new(recorder, keeps_events);
-    let mut recurrence = Recurrence::new(case.system(), &mut recorder);
+    let mut recurrence = Recurrence::new(&case.system, &mut recorder);
     let (report, failure) = match Run::new(case).record(&mut recurrence).control(control).start() {
         Ok(report) => (report, None),
         Err(mut failure) => {

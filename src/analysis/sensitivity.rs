@@ -299,8 +299,8 @@ enum NoRun {
 /// The run of a case by `series`, in so many steps at most.
 fn run(case: &Case, max_steps: Option<usize>, stop: &dyn Fn() -> bool) -> Result<Outrun, NoRun> {
     let solver = by_series(case, max_steps);
-    let output = OutputOptions::at_the_ends(case.output().end_time);
-    let (trains, threshold) = (case.system(), case.threshold());
+    let output = OutputOptions::at_the_ends(case.output.end_time);
+    let (trains, threshold) = (&case.system, case.threshold());
     let mut times = Times::default();
     let mut recurrence = Recurrence::new(trains, &mut times);
     let ended = Run::new(case)
@@ -409,7 +409,7 @@ fn of_result(
     let base = run(case, None, &|| false).ok()?;
     let all = certain.len() == base.events.len();
     // A contact without stick comes to none that lasts.
-    let sticks = case.system().contact == ContactLaw::StickSlip;
+    let sticks = case.system.contact == ContactLaw::StickSlip;
     let of = match (&base.attractor, base.final_stick) {
         (Some(_), _) if all => Affected::AttractorPeriod,
         (None, Some(_)) if all && sticks => Affected::FinalStick,
@@ -451,7 +451,7 @@ fn in_event_sequence(kinds: impl IntoIterator<Item = EventKind>) -> Vec<EventKin
 /// What a change of another number does to the kicks.
 fn held(case: &Case) -> String {
     let kicks: Vec<String> = case
-        .system()
+        .system
         .kicks
         .iter()
         .map(|kick| {

@@ -219,26 +219,6 @@ impl Case {
     pub fn threshold(&self) -> f64 {
         self.threshold
     }
-
-    /// The system.
-    pub fn system(&self) -> &System {
-        &self.system
-    }
-
-    /// A text for reports and figures.
-    pub fn title(&self) -> &str {
-        &self.title
-    }
-
-    /// How it is computed.
-    pub fn solver(&self) -> &SolverOptions {
-        &self.solver
-    }
-
-    /// Which times are computed and recorded.
-    pub fn output(&self) -> &OutputOptions {
-        &self.output
-    }
 }
 
 /// The known name that an unknown one most likely means, if any is close; upper and lower case are alike.

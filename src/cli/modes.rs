@@ -74,7 +74,7 @@ pub(super) fn modes(options: &ModesOptions, common: &Common) -> Result<End, Comm
     let given = Given::read(&options.case)?;
     let changes = overrides(&options.set, None).map_err(bad_case)?;
     let case = Case::read(&given.source, &changes).map_err(bad_case)?;
-    let (system, title) = (case.system(), case.title());
+    let (system, title) = (&case.system, &case.title);
     if let (Some(_), Err(reason)) = (&options.figure, margin::resistance(system)) {
         return Err(CommandError::Input(format!(
             "--figure draws the effective damping of sliding that slows down by itself over its speed, and this case has no such \
@@ -86,7 +86,7 @@ pub(super) fn modes(options: &ModesOptions, common: &Common) -> Result<End, Comm
         .as_deref()
         .map(|path| figure_target(path, options.force, &given.files))
         .transpose()?;
-    let modes = Modes::of_case(system, case.solver(), case.output().end_time);
+    let modes = Modes::of_case(system, &case.solver, case.output.end_time);
     if wants_json(common) {
         print_json(&ModesDocument {
             case: given.source.label(),

@@ -45,11 +45,11 @@ pub(super) fn run(options: &RunOptions, common: &Common) -> Result<End, CommandE
     let set = options.budget.over(&options.set);
     let changes = overrides(&set, options.method.as_deref()).map_err(bad_case)?;
     let case = &Case::read(&given.source, &changes).map_err(bad_case)?;
-    let (source, solver) = (&given.source, case.solver());
+    let (source, solver) = (&given.source, &case.solver);
     let path = run_output(source, options.output.as_deref())?;
     // Before the partial file is there: from then on an interruption ends the run in good order.
     let stop = interrupt_flag()?;
-    let (bar, end_time) = (Bar::new(common), case.output().end_time);
+    let (bar, end_time) = (Bar::new(common), case.output.end_time);
     log::info!(
         "{}: method {}, rtol {:e}",
         source.label(),
@@ -90,7 +90,7 @@ pub(super) fn run(options: &RunOptions, common: &Common) -> Result<End, CommandE
             status,
             file: file.display().to_string(),
             case: source.label(),
-            title: case.title(),
+            title: &case.title,
             method: solver.method.name(),
             rtol: solver.rtol,
             wall_time,

@@ -122,7 +122,7 @@ pub(super) fn run_report(case: &Case, summary: &Summary, wall_time: f64) -> Stri
             report.add_row([name, &value]);
         }
     }
-    let (title, solver, output) = (case.title(), case.solver(), case.output());
+    let (title, solver, output) = (&case.title, &case.solver, &case.output);
     let (headline, end) = (&report, summary.end);
     let header = [
         "solver",

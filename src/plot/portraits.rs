@@ -163,7 +163,7 @@ pub(super) fn shown(run: &Run) -> Shown {
         Some(period) if period < last - first => Shown {
             axes,
             // One sample more, so that it closes.
-            window: ((last - period - run.case.output().interval).max(first), last),
+            window: ((last - period - run.case.output.interval).max(first), last),
             periodic: true,
         },
         _ => Shown {

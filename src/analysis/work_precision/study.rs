@@ -187,7 +187,7 @@ impl Study {
             }
             Some(node) => reader.reference(&root, node)?,
         };
-        if matches!(reference, ReferenceChoice::Truth(_)) && !is_short(plain.system()) {
+        if matches!(reference, ReferenceChoice::Truth(_)) && !is_short(&plain.system) {
             let message =
                 "a file of true events is of a brake; leave [reference] out, and the oracle solves the case of trains";
             return Err(reader.problem(&root, "reference.truth", message.to_owned()));

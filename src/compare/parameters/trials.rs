@@ -59,7 +59,7 @@ impl<'a> Trials<'a> {
             end: if end.is_finite() {
                 end
             } else {
-                numbers.case().output().end_time
+                numbers.case().output.end_time
             },
             numbers,
             start,
@@ -84,7 +84,7 @@ impl<'a> Trials<'a> {
         let case = self.numbers.with_all(changes).ok()?;
         let case = &case;
         let problem = Problem {
-            trains: case.system(),
+            trains: &case.system,
             threshold: case.threshold(),
             further: false,
         };
