@@ -66,7 +66,7 @@ impl CaseKeys {
     pub(crate) fn suggestion(&self, path: &str) -> Option<String> {
         let found = schema::find(path, self.words.short).find(|found| matches!(found.0.kind, Kind::Signal(_)));
         if let (Some(_), Some((before, last))) = (found, path.rsplit_once('.')) {
-            let known = PROFILES.iter().flat_map(|profile| keys_of(profile).iter().copied());
+            let known = PROFILES.iter().flat_map(|profile| keys_of(profile));
             if let Some(close) = suggest(last, known) {
                 return Some(format!("{before}.{close}"));
             }
@@ -125,7 +125,7 @@ pub(super) fn of_other_form(path: &str, short: bool) -> Option<String> {
     };
     let same = schema::SAME
         .iter()
-        .filter(|same| same.0 == path || same.1.iter().any(|general| within(&general)));
+        .filter(|same| same.0 == path || same.1.iter().any(&within));
     let own: Vec<&str> = match short {
         true => same.map(|same| same.0).collect(),
         false => same.flat_map(|same| same.1).copied().collect(),

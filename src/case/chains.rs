@@ -3,8 +3,7 @@
 use super::document::{Node, Value};
 use super::place::Content;
 use super::quantity::Dimension;
-use super::reader::{Given, Reader};
-use super::value::content;
+use super::reader::{Given, Reader, content};
 use super::{Case, schema};
 use crate::model::system::{End, Torque, Train};
 use crate::signal::Drive;

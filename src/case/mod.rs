@@ -1,11 +1,25 @@
-//! The TOML case file: units, validation, overrides.
+//! The case file: TOML with units, read into a system and the words for its places.
 //!
-//! A [`CaseSource`] is text and where it is from; [`Case::read`] turns it, with overrides, into a valid [`Case`]
-//! in SI or into a [`CaseError`] that names every problem by file, line and key. The keys are those of
-//! [`schema::keys`] and [`train_keys`], the units those of [`quantity::UNITS`], the built-in cases [`builtin::CASES`].
+//! A [`CaseSource`] is text and where it is from; [`Case::read`] turns it, with overrides, into a valid [`Case`] in SI or into a
+//! [`CaseError`] that names every problem by file, line and key. A file has the short form, `[torsion]`, or the general one,
+//! `[rotor]` and `[stator]`: two lists of keys for one system. Only this module knows which.
 //!
-//! A file has the short form, `[torsion]`, or the general one, `[rotor]` and `[stator]`. Only this module knows which: a case is
-//! a system, and the words for its places.
+//! | file | question |
+//! |---|---|
+//! | `source`, `builtin` | Where is the text from? |
+//! | `document` | What is the text? A tree of values with their lines, and overrides in it |
+//! | `schema` | Which keys are there? One row for each: path, form, default, kind, places of a case, description |
+//! | `place` | What stands at a place of a case, and how is it set and written? |
+//! | `quantity`, `motion` | What does a number measure, and in which unit? |
+//! | `value`, `signals` | What does one value say: a number, a word, a list, a signal? |
+//! | `reader` | What does the tree say? Every key by its row, and every problem |
+//! | `chains`, `contact` | The same where keys depend on each other: parts of a chain, radius, pressing, law |
+//! | `conditions` | Do the values go together? |
+//! | `resolved` | The case as text in SI |
+//! | `numbers`, `written` | Which numbers has a case, with how many digits, and what is it with another one? |
+//! | `exact` | The system without rounding |
+//! | `setting`, `case_keys` | What may vary in a study? |
+//! | `words` | How are the places of the system called? |
 //!
 //! ```
 //! use stickslip::case::{Case, CaseSource, Override};

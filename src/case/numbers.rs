@@ -112,7 +112,7 @@ pub(super) fn dimension(path: &str, words: Words) -> Option<Dimension> {
     let motion = words.motion();
     let (key, _, inner) = schema::find(path, words.short).next()?;
     match key.kind {
-        Kind::Signal(dimension) => Some(signals::dimension_of(inner, dimension, motion)),
+        Kind::Signal(dimension) => Some(signals::measure(inner, dimension, motion).0),
         _ => key.dimension().map(|dimension| motion.dimension(dimension)),
     }
 }

@@ -2,10 +2,13 @@
 
 use toml_edit::Value;
 
-use super::{Setting, schema};
+use super::Setting;
 use crate::friction::FrictionLaw;
 use crate::model::KickTime;
 use crate::signal::{Drive, Frequency, SIGNALS, Shape, Signal, Table};
+
+/// The word for a kick at the loss of stability.
+pub(super) const INSTABILITY: &str = "instability";
 
 /// A place of a case.
 pub(super) enum Place<'a> {
@@ -77,7 +80,7 @@ impl<'a> Place<'a> {
             Place::Number(number) => Setting::Number(**number),
             Place::OptionalNumber(number) => Setting::Number((**number)?),
             Place::Moment(KickTime::At(time)) => Setting::Number(*time),
-            Place::Moment(KickTime::Instability) => Setting::Text(schema::INSTABILITY.to_owned()),
+            Place::Moment(KickTime::Instability) => Setting::Text(INSTABILITY.to_owned()),
             Place::List(numbers) => return Some(Content::List(numbers.to_vec())),
             Place::Signal(drive) => return Some(Content::Signal((*drive).clone())),
             Place::Law(law, key) => match (law.number(key), law.list(key)) {

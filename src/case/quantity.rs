@@ -156,13 +156,13 @@ const LONGEST_NUMBER: usize = 100;
 /// Every symbol of a longer expression, bytes, would be looked up and multiplied.
 const LONGEST_UNIT: usize = 200;
 
-/// Quantities of one dimension that are remembered, and bytes of the longest.
-const MOST_KNOWN: usize = 256;
+/// Quantities that are remembered, and bytes of the longest.
+const MOST_KNOWN: usize = 2048;
 const LONGEST_KNOWN: usize = 64;
 
 thread_local! {
     // The same case is read again and again where it is run with other overrides, and exact arithmetic is most of that.
-    static KNOWN: RefCell<HashMap<Dimension, HashMap<String, f64>>> = RefCell::default();
+    static KNOWN: RefCell<HashMap<(Dimension, String), f64>> = RefCell::default();
 }
 
 /// `text` in the SI unit of `dimension`: the exact product, rounded once to the nearest double.
@@ -170,24 +170,21 @@ thread_local! {
 /// # Errors
 /// The text of the error says what is wrong with the quantity, and what was expected instead.
 pub fn parse(text: &str, dimension: Dimension) -> Result<f64, String> {
-    if let Some(value) = KNOWN.with_borrow(|known| known.get(&dimension)?.get(text).copied()) {
+    let key = (dimension, text.to_owned());
+    if let Some(value) = KNOWN.with_borrow(|known| known.get(&key).copied()) {
         return Ok(value);
     }
-    match exact(text, dimension)?.to_f64() {
-        Some(value) if value.is_finite() => {
-            if text.len() <= LONGEST_KNOWN {
-                KNOWN.with_borrow_mut(|known| {
-                    let known = known.entry(dimension).or_default();
-                    if known.len() >= MOST_KNOWN {
-                        known.clear();
-                    }
-                    known.insert(text.to_owned(), value);
-                });
+    let value = exact(text, dimension)?.to_f64().filter(|value| value.is_finite());
+    let value = value.ok_or_else(|| format!("{} is too large for double precision", quoted(text)))?;
+    if text.len() <= LONGEST_KNOWN {
+        KNOWN.with_borrow_mut(|known| {
+            if known.len() >= MOST_KNOWN {
+                known.clear();
             }
-            Ok(value)
-        }
-        _ => Err(format!("{} is too large for double precision", quoted(text))),
+            known.insert(key, value);
+        });
     }
+    Ok(value)
 }
 
 /// `text` in the SI unit of `dimension`, exactly.

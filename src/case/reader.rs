@@ -4,12 +4,13 @@ use super::case_keys::of_other_form;
 use super::conditions::{self, Violation};
 use super::document::{Node, Place, Value};
 use super::error::{CaseError, Problem};
-use super::quantity::Dimension;
+use super::place::Content;
+use super::quantity::{self, Dimension};
 use super::schema::{self, ARRAYS, Key, Kind, Presence};
 use super::source::Origin;
-use super::value::content;
+use super::value::{number, numbers, single};
 use super::words::{form_of, named_motion};
-use super::{Case, CaseSource, Motion, Override, Words, suggest};
+use super::{Case, CaseSource, Motion, Override, Words, signals, suggest};
 use crate::friction::Law as _;
 use crate::signal::Signal;
 use crate::simulation::Around;
@@ -57,7 +58,7 @@ pub(super) fn read(source: &CaseSource, overrides: &[Override]) -> Result<Read, 
         // Which units and keys the rest may have is not known without it.
         Err(message) => reader.report("motion", message),
     }
-    // They mean nothing while values are missing.
+    // Conditions between values mean nothing while some are missing.
     if reader.problems.is_empty() {
         for violation in conditions::violated(&case) {
             reader.report_violation(violation);
@@ -404,6 +405,34 @@ fn belongs(key: &Key, word: &str) -> bool {
         Presence::Profile(profile) => profile == word,
         Presence::Law { .. } => schema::keys_of_law(word).contains(&key.split().1),
         _ => false,
+    }
+}
+
+/// What a key takes, with what is wrong with it; `path` is where the value stands.
+pub(super) fn content(key: &Key, path: &str, node: &Node, motion: Motion) -> Result<Content, Vec<Violation>> {
+    let whole = |message: String| vec![Violation::new(path, &[], message)];
+    let dimension = key.dimension().map(|dimension| motion.dimension(dimension));
+    match (key.kind, &node.value, dimension) {
+        (Kind::Signal(dimension), ..) => signals::read(path, node, dimension, motion).map(Content::Signal),
+        (Kind::Series(_) | Kind::List(..), Value::Array(elements), Some(dimension)) => {
+            numbers(path, elements, dimension, key.domain()).map(Content::List)
+        }
+        (Kind::List(..), Value::Integer(_) | Value::Float(_) | Value::Text(_), Some(dimension)) => {
+            let number = number(&node.value, dimension, key.domain());
+            number.map(|number| Content::List(vec![number])).map_err(whole)
+        }
+        (Kind::Series(_), other, _) => Err(whole(format!(
+            "expected an array of numbers, but got {}",
+            other.describe()
+        ))),
+        (Kind::List(..), other, Some(dimension)) => {
+            let expected = quantity::expectation(dimension);
+            Err(whole(format!(
+                "expected a list of numbers, each {expected}, but got {}",
+                other.describe()
+            )))
+        }
+        _ => single(key, &node.value, motion).map(Content::One).map_err(whole),
     }
 }
 

@@ -69,7 +69,7 @@ pub(super) enum Kind {
     /// One of these words.
     Word(fn() -> Vec<&'static str>),
     Number(Dimension, Domain),
-    /// A time, or [`INSTABILITY`].
+    /// A time, or [`super::place::INSTABILITY`].
     Moment,
     /// An array of numbers.
     Series(Dimension),
@@ -254,8 +254,6 @@ pub(super) const SAME: &[(&str, &[&str])] = &[
     ("torsion.damping", &["rotor.damping.0", "stator.damping.0"]),
 ];
 
-/// The word for a kick at the loss of stability.
-pub(crate) const INSTABILITY: &str = "instability";
 /// A convention of the model, and no number of the brake: it has no digits that could be uncertain.
 pub(crate) const AXIAL_RINGING_FLOOR: &str = "axial.ringing_floor";
 /// The first speed of a friction table, which is 0.

@@ -133,6 +133,7 @@ fn of_signal(path: &str, dimension: Dimension, motion: Motion) -> Option<Takes> 
     }
     let known = PROFILES.iter().any(|profile| signals::keys_of(profile).contains(&name));
     let in_list = matches!(name, "time" | "value") && rest.len() == 1 && rest[0].parse::<usize>().is_ok();
-    let takes = Takes::Number(signals::dimension_of(name, dimension, motion), signals::domain_of(name));
+    let (dimension, domain) = signals::measure(name, dimension, motion);
+    let takes = Takes::Number(dimension, domain);
     (known && (rest.is_empty() || in_list)).then_some(takes)
 }

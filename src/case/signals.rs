@@ -14,48 +14,48 @@ pub(super) const PROFILES: &[&str] = &["ramp", "table", "sine", "cosine", "sum"]
 /// Sums of sums of sums: a slip of the pen.
 const DEEPEST: usize = 4;
 
-/// The keys of a profile besides `profile`.
-pub(super) fn keys_of(profile: &str) -> &'static [&'static str] {
-    const WAVE: &[&str] = &[
-        "mean",
-        "amplitude",
-        "frequency",
+/// A key of signals besides `profile`: its name, the profiles that have it, what it measures if that is not what the signal does,
+/// and its limits.
+type SignalKey = (&'static str, &'static [&'static str], Option<Dimension>, Domain);
+
+const WAVES: &[&str] = &["sine", "cosine"];
+const KEYS: &[SignalKey] = &[
+    ("time", &["table"], Some(Dimension::Time), Domain::Any),
+    ("value", &["ramp", "table"], None, Domain::Any),
+    ("rise_time", &["ramp"], Some(Dimension::Time), Domain::NotNegative),
+    ("mean", WAVES, None, Domain::Any),
+    ("amplitude", WAVES, None, Domain::Any),
+    ("frequency", WAVES, Some(Dimension::Frequency), Domain::Positive),
+    (
         "angular_frequency",
-        "phase",
-        "from",
-        "to",
-    ];
-    match profile {
-        "ramp" => &["value", "rise_time"],
-        "table" => &["time", "value"],
-        "sum" => &[SIGNALS],
-        _ => WAVE,
-    }
+        WAVES,
+        Some(Dimension::AngularVelocity),
+        Domain::Positive,
+    ),
+    ("phase", WAVES, Some(Dimension::Angle), Domain::Any),
+    ("from", WAVES, Some(Dimension::Time), Domain::NotNegative),
+    ("to", WAVES, Some(Dimension::Time), Domain::NotNegative),
+    (SIGNALS, &["sum"], None, Domain::Any),
+];
+
+/// The keys of a profile.
+pub(super) fn keys_of(profile: &str) -> Vec<&'static str> {
+    KEYS.iter()
+        .filter(|key| key.1.contains(&profile))
+        .map(|key| key.0)
+        .collect()
 }
 
-/// The dimension of a number of a signal, by the last part of its path, if that of the signal is `dimension`; whether it is one
-/// of the coordinates of the case, which [`Motion`] changes.
-pub(super) fn dimension_of(path: &str, dimension: Dimension, motion: Motion) -> Dimension {
-    let name = path
-        .rsplit('.')
-        .find(|part| part.parse::<usize>().is_err())
-        .unwrap_or("");
-    match name {
-        "rise_time" | "time" | "from" | "to" => Dimension::Time,
-        "frequency" => Dimension::Frequency,
-        "angular_frequency" => Dimension::AngularVelocity,
-        "phase" => Dimension::Angle,
-        _ => motion.dimension(dimension),
-    }
-}
-
-/// The limits of a number of a signal, by its key.
-pub(super) fn domain_of(name: &str) -> Domain {
-    match name {
-        "rise_time" | "from" | "to" => Domain::NotNegative,
-        "frequency" | "angular_frequency" => Domain::Positive,
-        _ => Domain::Any,
-    }
+/// What a number of a signal measures and its limits, by its path in the signal; `dimension` is that of the signal in rotation. Only
+/// the signal's own is one of the coordinates of the case, which [`Motion`] changes.
+pub(super) fn measure(path: &str, dimension: Dimension, motion: Motion) -> (Dimension, Domain) {
+    let name = path.rsplit('.').find(|part| part.parse::<usize>().is_err());
+    let key = KEYS.iter().find(|key| Some(key.0) == name);
+    let own = key.and_then(|key| key.2);
+    (
+        own.unwrap_or(motion.dimension(dimension)),
+        key.map_or(Domain::Any, |key| key.3),
+    )
 }
 
 /// The signal of a node, whose dimension in rotation this is; or what is wrong with it.
@@ -149,7 +149,7 @@ impl Signals {
     /// The number of a key in a signal; `None` if it is wrong, or there is none and no default.
     fn element(&mut self, (path, node): At<'_>, name: &str, default: Option<f64>) -> Option<f64> {
         let path = format!("{path}.{name}");
-        let (dimension, domain) = (dimension_of(name, self.dimension, self.motion), domain_of(name));
+        let (dimension, domain) = measure(name, self.dimension, self.motion);
         match node.at(name) {
             Some(node) => self.fits(&path, number(&node.value, dimension, domain)),
             None if default.is_some() => default,
@@ -175,7 +175,7 @@ impl Signals {
     fn table(&mut self, (path, node): At<'_>) -> Option<Drive> {
         let paths = ["time", "value"].map(|name| format!("{path}.{name}"));
         let lists = [("time", &paths[0]), ("value", &paths[1])].map(|(name, path)| {
-            let dimension = dimension_of(name, self.dimension, self.motion);
+            let (dimension, _) = measure(name, self.dimension, self.motion);
             match node.at(name).map(|node| &node.value) {
                 Some(Value::Array(elements)) => {
                     let numbers = numbers(path, elements, dimension, Domain::Any);

@@ -2,39 +2,11 @@
 
 use super::conditions::Violation;
 use super::document::{Node, Value};
-use super::place::Content;
+use super::place::INSTABILITY;
 use super::quantity::{self, Dimension};
 use super::schema::{self, Domain, Key, Kind};
-use super::{Motion, Setting, signals, suggest};
+use super::{Motion, Setting, suggest};
 use crate::quote::shown;
-
-/// What a key takes, with what is wrong with it; `path` is where the value stands.
-pub(super) fn content(key: &Key, path: &str, node: &Node, motion: Motion) -> Result<Content, Vec<Violation>> {
-    let whole = |message: String| vec![Violation::new(path, &[], message)];
-    let dimension = key.dimension().map(|dimension| motion.dimension(dimension));
-    match (key.kind, &node.value, dimension) {
-        (Kind::Signal(dimension), ..) => signals::read(path, node, dimension, motion).map(Content::Signal),
-        (Kind::Series(_) | Kind::List(..), Value::Array(elements), Some(dimension)) => {
-            numbers(path, elements, dimension, key.domain()).map(Content::List)
-        }
-        (Kind::List(..), Value::Integer(_) | Value::Float(_) | Value::Text(_), Some(dimension)) => {
-            let number = number(&node.value, dimension, key.domain());
-            number.map(|number| Content::List(vec![number])).map_err(whole)
-        }
-        (Kind::Series(_), other, _) => Err(whole(format!(
-            "expected an array of numbers, but got {}",
-            other.describe()
-        ))),
-        (Kind::List(..), other, Some(dimension)) => {
-            let expected = quantity::expectation(dimension);
-            Err(whole(format!(
-                "expected a list of numbers, each {expected}, but got {}",
-                other.describe()
-            )))
-        }
-        _ => single(key, &node.value, motion).map(Content::One).map_err(whole),
-    }
-}
 
 /// The numbers of an array.
 pub(super) fn numbers(
@@ -71,10 +43,10 @@ pub(super) fn single(key: &Key, value: &Value, motion: Motion) -> Result<Setting
         (Kind::Count, _) => whole(1, " of at least 1"),
         (Kind::Index, _) => whole(0, ", 0 or more"),
         (Kind::Word(words), _) => choice(value, &words()).map(|name| Setting::Text(name.to_owned())),
-        (Kind::Moment, Value::Text(word)) if word == schema::INSTABILITY => Ok(Setting::Text(word.clone())),
+        (Kind::Moment, Value::Text(word)) if word == INSTABILITY => Ok(Setting::Text(word.clone())),
         (Kind::Moment, Value::Text(word)) if !word.contains(|c: char| c.is_ascii_digit()) => Err(format!(
             "expected a time, s, or \"{}\", but got \"{}\"",
-            schema::INSTABILITY,
+            INSTABILITY,
             shown(word)
         )),
         _ => {

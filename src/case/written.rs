@@ -2,7 +2,7 @@
 
 use super::error::CaseError;
 use super::quantity::Dimension;
-use super::{Case, CaseNumber, CaseSource, Origin, Override, document, numbers, reader, schema};
+use super::{Case, CaseNumber, CaseSource, Origin, Override, Words, conditions, document, numbers, reader, schema};
 use crate::model::system::System;
 
 /// A case with its physical numbers: of a short form every one that the case holds, of the general form those that are written and
@@ -43,8 +43,12 @@ impl WrittenCase {
             text: case.resolved(),
             origin: Origin::BuiltIn(case.title.clone()),
         };
+        let words = match case.is_short() {
+            true => case.words,
+            false => Words::general(case.motion()),
+        };
         let root = document::read(&text.text, "");
-        let mut numbers = root.map_or_else(|_| Vec::new(), |root| numbers::of(&root, case.words));
+        let mut numbers = root.map_or_else(|_| Vec::new(), |root| numbers::of(&root, words));
         numbers.iter_mut().for_each(|number| number.half_last_digit = None);
         WrittenCase {
             case: case.clone(),
@@ -131,17 +135,20 @@ impl WrittenCase {
     pub(crate) fn moved_all(&self, changes: &[(&str, f64)]) -> Option<(System, f64)> {
         if self.case.is_short() {
             let mut case = self.case.clone();
-            for &(path, value) in changes {
-                // A place of the system that the short form has no key for, such as a bearing, keeps its limits.
-                let of_general = || {
-                    let (key, ..) = schema::find(path, false).next()?;
-                    key.domain().complaint(value).is_none().then_some(())
-                };
-                if !case.put(path, value, true) && (of_general().is_none() || !case.put(path, value, false)) {
-                    return None;
-                }
-            }
-            return Some((case.system, 0.0));
+            let strange: Vec<_> = changes
+                .iter()
+                .filter(|(path, value)| !case.put(path, *value, true))
+                .collect();
+            // A place of the system that the short form has no key for, such as a bearing: then the case has to be valid.
+            let fits = |(path, value): &(&str, f64)| {
+                let key = [true, false]
+                    .into_iter()
+                    .find_map(|short| schema::find(path, short).next());
+                key.is_some_and(|(key, ..)| key.domain().complaint(*value).is_none())
+            };
+            let found = strange.iter().all(|(path, value)| case.put(path, *value, false));
+            let valid = strange.is_empty() || changes.iter().all(fits) && conditions::violated(&case).is_empty();
+            return (found && valid).then_some((case.system, 0.0));
         }
         let case = self.with_all(changes).ok()?;
         Some((case.system, case.threshold))
