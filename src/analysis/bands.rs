@@ -533,7 +533,7 @@ mod tests {
     fn property_a_sample_moved_to_its_neighbour_is_the_neighbour() {
         let case = Case::read(&CaseSource::built_in("release").unwrap(), &[]).unwrap();
         let case = &case;
-        let course = Course::new(case.system(), case.threshold(), case.solver());
+        let course = Course::new(&case.system, case.threshold(), &case.solver);
         let output = OutputOptions {
             end_time: 0.9,
             interval: 1.2e-6,
