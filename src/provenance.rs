@@ -157,7 +157,7 @@ impl Header {
             case_text: resolved.clone(),
             resolved,
             meta: meta(case, &started),
-            events: events(case.solver().method),
+            events: events(case.solver.method),
             extension: extension(case),
         }
     }

@@ -20,7 +20,7 @@ const AXIAL: Axial = Axial {
 fn system(changes: &[&str]) -> SystemEquations {
     let changes: Vec<Override> = changes.iter().map(|text| Override::parse(text).unwrap()).collect();
     let case = Case::read(&CaseSource::built_in("paper-si").unwrap(), &changes).unwrap();
-    SystemEquations::new(case.system())
+    SystemEquations::new(&case.system)
 }
 
 /// Equation (6) and (7) for D = 0.13, d = 0.08: r = 0.0525 and 0.0532539682...

@@ -146,7 +146,7 @@ fn analytic_a_brake_as_trains_has_its_growth() {
         let general = as_trains(&case);
         let [short, long] = [case.clone(), general].map(|case| {
             let report = Run::new(&case).start().unwrap();
-            Summary::of_run(case.system(), &report)
+            Summary::of_run(&case.system, &report)
         });
         let label = format!("{name} {changes:?}");
         for (what, of) in [
@@ -205,7 +205,7 @@ fn analytic_a_brake_as_trains_has_its_modes() {
     let case = changed("paper", &[]);
     let modes = [case.clone(), as_trains(&case)].map(|case| {
         let case = &case;
-        Modes::of_case(case.system(), case.solver(), case.output().end_time)
+        Modes::of_case(&case.system, &case.solver, case.output.end_time)
     });
     let [short, long] = &modes;
     assert_eq!(short.general, long.general);

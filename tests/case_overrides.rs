@@ -1,6 +1,7 @@
 //! Values set from outside the file, and numbers read and set by path.
 
 use proptest::prelude::*;
+use stickslip::case::quantity::Dimension;
 use stickslip::case::{Case, CaseNumber, CaseSource, Override, WrittenCase, schema};
 use stickslip::model::system::{Kick, KickSide};
 use stickslip::model::{BreakawayTest, KickTime, Parameters};
@@ -240,7 +241,13 @@ fn the_schema_describes_every_key() {
     for key in schema::keys() {
         assert!(!key.description.is_empty(), "{}", key.path);
     }
-    let unit = |path: &str| schema::keys().iter().find(|key| key.path == path).unwrap().unit();
+    let unit = |path: &str| {
+        schema::keys()
+            .find(|key| key.path == path)
+            .unwrap()
+            .dimension()
+            .map(Dimension::unit)
+    };
     assert_eq!(unit("torsion.damping"), Some("N m s/rad"));
     assert_eq!(unit("friction.breakaway"), Some("1"));
     assert_eq!(unit("solver.method"), None);
@@ -250,7 +257,7 @@ fn the_schema_describes_every_key() {
 fn the_defaults_are_those_that_the_schema_promises() {
     let case = paper(&["solver={}", "output={}"]);
     assert_eq!(case.solver, SolverOptions::default());
-    let promised = |path: &str| match schema::keys().iter().find(|key| key.path == path).unwrap().presence {
+    let promised = |path: &str| match schema::keys().find(|key| key.path == path).unwrap().presence {
         schema::Presence::Default(text) => text,
         other => panic!("{path}: {other:?}"),
     };
@@ -268,10 +275,10 @@ proptest! {
     fn property_no_override_panics(
         text in "\\PC*",
         path in "[a-z0-9.\\[\\]]{0,12}",
-        index in 0..schema::keys().len(),
+        index in 0..schema::keys().count(),
         value in "[-0-9a-z\"\\[\\]{}=., ]{0,12}",
     ) {
-        let known = format!("{}={value}", schema::keys()[index].path.replace("[]", ".0"));
+        let known = format!("{}={value}", schema::keys().nth(index).unwrap().path.replace("[]", ".0"));
         for text in [text, format!("{path}={value}"), known] {
             if let Ok(change) = Override::parse(&text) {
                 let _ = Case::read(&CaseSource::built_in("paper").unwrap(), &[change]);

@@ -564,7 +564,7 @@ fn cli_axes_that_the_base_case_does_not_have_are_refused_in_its_words() {
         (
             "groan",
             "torsion.damping",
-            "is a key of the short form, and the base case has [rotor] and [stator] instead",
+            "is a key of the short form, [torsion], but the case has [rotor] and [stator] instead; write rotor.damping.0",
         ),
         ("groan", "motion", "make one study for each motion"),
         (
@@ -575,7 +575,7 @@ fn cli_axes_that_the_base_case_does_not_have_are_refused_in_its_words() {
         (
             "paper",
             "rotor.inertia.1",
-            "is a key of a case of trains, [rotor] and [stator], but the base case is of the short form",
+            "is a key of a case of trains, [rotor] and [stator], but the case is of the short form, [torsion]; write torsion.rotor_inertia",
         ),
     ] {
         folder.write(

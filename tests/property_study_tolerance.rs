@@ -90,7 +90,7 @@ const AXIS: &str = "[[axis]]\nkey = \"friction.decay\"\nvalues = [5]\n";
 fn property_a_tolerance_that_is_given_wins() {
     let rtol = |study: &Study| {
         let point = study.point(0).unwrap();
-        study.case_at(&point.coordinates).unwrap().solver().rtol
+        study.case_at(&point.coordinates).unwrap().solver.rtol
     };
     let plain = study(&format!("case = \"paper\"\n{AXIS}"));
     assert_eq!(rtol(&plain), STUDY_RTOL);

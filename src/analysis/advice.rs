@@ -96,15 +96,15 @@ pub fn shortfall(
     if certificate.verdict == Verdict::NoiseDetermined && solution.is_none() {
         return Some(format!("{asked}: {}", remedy(certificate)));
     }
-    if case.solver().method == Method::Series && certificate.verdict == Verdict::Converged && solution.is_none() {
+    if case.solver.method == Method::Series && certificate.verdict == Verdict::Converged && solution.is_none() {
         // Its witnesses are less accurate than it is: they bound its errors from far away, and none is the better result.
         return Some(format!(
             "{asked}, by methods that are less accurate than series itself: --oracle tells how many digits are true"
         ));
     }
     let mut tried: Vec<(String, u32)> = Vec::new();
-    for solver in candidates(case.solver()) {
-        let setting = setting(&solver, case.solver());
+    for solver in candidates(&case.solver) {
+        let setting = setting(&solver, &case.solver);
         let mut candidate = case.clone();
         candidate.solver = solver;
         let reached = digits_of(&candidate, solution, stop);
@@ -186,7 +186,7 @@ fn setting(candidate: &SolverOptions, own: &SolverOptions) -> String {
 
 /// Digits of every event of the sequence that a run of the case has; 0 if it fails or is not converged.
 fn digits_of(case: &Case, solution: Option<&OracleSolution>, stop: &(dyn Fn() -> bool + Sync)) -> u32 {
-    let finished = run(case, case.solver(), &compared_output(case.output()), stop);
+    let finished = run(case, &case.solver, &compared_output(&case.output), stop);
     if finished.rung.failure.is_some() || stop() {
         return 0;
     }

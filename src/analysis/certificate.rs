@@ -144,22 +144,22 @@ pub(super) fn certify_until(
     stop: &(dyn Fn() -> bool + Sync),
 ) -> Result<Certificate, CertifyError> {
     let output = match result.samples.is_empty() {
-        true => OutputOptions::at_the_ends(case.output().end_time),
-        false => compared_output(case.output()),
+        true => OutputOptions::at_the_ends(case.output.end_time),
+        false => compared_output(&case.output),
     };
     let limited = |solver: &SolverOptions| SolverOptions {
         max_wall_time: deadline.limit(solver.max_wall_time),
         ..solver.clone()
     };
     // What the run of the case by its own settings is asked for is what a loss of stability does.
-    let own = can_lose_stability(case).then(|| run(case, &limited(case.solver()), &output, stop));
+    let own = can_lose_stability(case).then(|| run(case, &limited(&case.solver), &output, stop));
     if stop() {
         return Err(CertifyError::Interrupted);
     }
     if let Some(failure) = own.as_ref().and_then(|own| own.rung.failure.clone()) {
         return Err(CertifyError::Run(failure));
     }
-    let summary = own.as_ref().map(|own| Summary::of_run(case.system(), &own.report));
+    let summary = own.as_ref().map(|own| Summary::of_run(&case.system, &own.report));
     let warnings = summary.iter().flat_map(|summary| warnings(case, summary)).collect();
     let summary = summary.unwrap_or_default();
     let many_periods = own.as_ref().and_then(|own| many_periods(case, own, deadline, stop));
@@ -168,7 +168,7 @@ pub(super) fn certify_until(
         let linearised = scope.spawn(|| match follows {
             true => {
                 let written = written.map_or_else(|| Cow::Owned(WrittenCase::of(case)), Cow::Borrowed);
-                linearise(&written, limited(case.solver()).max_wall_time, stop)
+                linearise(&written, limited(&case.solver).max_wall_time, stop)
             }
             false => Ok(Linearised::default()),
         });
@@ -186,9 +186,9 @@ pub(super) fn certify_until(
     };
     // A run of `series` can be free of the noise that the onset of every other method belongs to: `auto` decides as well.
     let noise = summary.noise_determined
-        || finest_auto(&ladder).is_some_and(|auto| Summary::of_run(case.system(), &auto.report).noise_determined);
+        || finest_auto(&ladder).is_some_and(|auto| Summary::of_run(&case.system, &auto.report).noise_determined);
     let events = judge(case, &result.events, &ladder, &linearised, noise);
-    let witnesses = witnesses(&ladder, case.solver().method);
+    let witnesses = witnesses(&ladder, case.solver.method);
     // Where the others go on, the result lacks an event that grazes.
     let ends_alike = witnesses
         .iter()
@@ -217,7 +217,7 @@ pub(super) fn certify_until(
         by_oracle: false,
         without_oracle: None,
         contradiction: None,
-        solver: case.solver().clone(),
+        solver: case.solver.clone(),
         warnings,
         linearised,
         events,
@@ -244,7 +244,7 @@ fn judge(
     noise: bool,
 ) -> Vec<CertifiedEvent> {
     let period = time_scale(case);
-    let excitation = Excitation::new(case.system());
+    let excitation = Excitation::new(&case.system);
     // All methods share the zeros of the normal force: their distances do not show how these are rounded.
     let mut of_zeros: f64 = 0.0;
     let onset = result.iter().position(|event| event.kind == EventKind::Stick);
@@ -263,14 +263,14 @@ fn judge(
         };
         single.iter().enumerate().map(largest).collect()
     };
-    let witnesses = witnesses(ladder, case.solver().method);
+    let witnesses = witnesses(ladder, case.solver.method);
     let times: Vec<Vec<f64>> = witnesses.iter().map(|run| matched(result, run)).collect();
     // Whether two witnesses place an event alike, wherever the result has it.
     let alike = |index: usize| {
         let near = |a: &Vec<f64>, b: &Vec<f64>| (a[index] - b[index]).abs() <= LARGEST_SHARE * period;
         (1..times.len()).any(|k| times[..k].iter().any(|other| near(&times[k], other)))
     };
-    let of = case.solver().method;
+    let of = case.solver.method;
     let independent: Vec<bool> = witnesses.iter().map(|run| !shares_errors(run, of)).collect();
     let by_series = witnesses.iter().position(|run| run.method == Method::Series);
     let distances: Vec<Vec<f64>> = witnesses.into_iter().map(single).collect();

@@ -36,7 +36,7 @@ pub fn settle(
     progress: &mut dyn FnMut(OracleProgress),
 ) -> Result<OracleSolution, CertifyError> {
     let mut solution = solve(case, exact, certificate, asked, stop, progress)?;
-    drop_events_at_the_end(&mut solution, result, case.output().end_time);
+    drop_events_at_the_end(&mut solution, result, case.output.end_time);
     last_word(certificate, case, result, &solution);
     Ok(solution)
 }
@@ -89,7 +89,7 @@ fn solve(
     progress: &mut dyn FnMut(OracleProgress),
 ) -> Result<OracleSolution, CertifyError> {
     // A kick ends the growth at the first stick, which is about where the methods have it.
-    let kicked = !case.system().kicks.is_empty();
+    let kicked = !case.system.kicks.is_empty();
     let growth = match certificate.growth_to_onset.filter(|_| kicked) {
         Some(growth) => growth,
         None => certificate.growth_exponent.unwrap_or(0.0),
@@ -97,8 +97,8 @@ fn solve(
     let request = OracleRequest {
         growth,
         threshold: exact.threshold.clone(),
-        end_time: beyond_the_end(case.output().end_time),
-        ..request(case.solver(), case.output(), digits, longest)
+        end_time: beyond_the_end(case.output.end_time),
+        ..request(&case.solver, &case.output, digits, longest)
     };
     let solution = oracle::solve(&exact.system, &request, &mut |now| {
         progress(now);

@@ -105,7 +105,7 @@ fn summary_of_file(
         distance: of_table("attractor_distance").unwrap_or(f64::NAN),
         since: of_table("attractor_since").unwrap_or(f64::NAN),
         extremes: position.map(|position| Extremes {
-            of: position_of(case.system()),
+            of: position_of(&case.system),
             position,
             amplitude: of_table("attractor_amplitude"),
             relative_velocity: (velocity("min"), velocity("max")),
@@ -117,7 +117,7 @@ fn summary_of_file(
 
 /// When sliding that slows down by itself lost its stability, s.
 fn instability_of(case: &Case, events: &[Event]) -> Option<f64> {
-    let period = natural_period(case.system()).filter(|_| case.stops())?;
+    let period = natural_period(&case.system).filter(|_| case.stops())?;
     let digest = EventDigest::of_events(Some(period), events);
     digest.instability.map(|event| event.time)
 }
@@ -279,7 +279,7 @@ fn of_motion(motion: Motion, summary: &Summary) -> Vec<HeadlineRow> {
 /// free.
 pub fn is_paper_case(case: &Case) -> bool {
     let paper = CaseSource::built_in(builtin::DEFAULT).and_then(|source| Case::read(&source, &[]));
-    paper.is_ok_and(|paper| paper.system() == case.system())
+    paper.is_ok_and(|paper| paper.system == case.system)
 }
 
 /// Kinds of events as a reader counts them: one of them, and several.

@@ -59,12 +59,12 @@ fn is_worth_its_time((method, rtol): (Method, f64), of: Method) -> bool {
 /// Whether sliding slows down by itself and can lose its stability on the way: what was a deviation then grows until the first
 /// stick.
 pub(super) fn can_lose_stability(case: &Case) -> bool {
-    margin::resistance(case.system()).is_ok()
+    margin::resistance(&case.system).is_ok()
 }
 
 /// What times of events are measured by, s: the natural period, or the whole run where nothing moves by itself.
 pub(super) fn time_scale(case: &Case) -> f64 {
-    natural_period(case.system()).unwrap_or(case.output().end_time)
+    natural_period(&case.system).unwrap_or(case.output.end_time)
 }
 
 /// How many natural periods a run has to resolve.
@@ -92,7 +92,7 @@ pub(super) fn many_periods(
             max_wall_time: deadline.limit(None),
             ..SolverOptions::default()
         };
-        let output = OutputOptions::at_the_ends(case.output().end_time);
+        let output = OutputOptions::at_the_ends(case.output.end_time);
         resolved_periods(case, &run(case, &solver, &output, stop).recorder)
     };
     Some(periods).filter(|periods| *periods > MANY_PERIODS)
@@ -194,12 +194,12 @@ pub(super) fn climb(
         method,
         rtol,
         fixed_step: None,
-        ..case.solver().clone()
+        ..case.solver.clone()
     };
     // A run that begins late has what is left.
     let run = |rung: (Method, f64)| {
         let solver = SolverOptions {
-            max_wall_time: deadline.limit(case.solver().max_wall_time),
+            max_wall_time: deadline.limit(case.solver.max_wall_time),
             ..settings(rung)
         };
         run(case, &solver, output, stop)
@@ -210,14 +210,14 @@ pub(super) fn climb(
              cvode-bdf, and of cvode-adams only where it is needed for a second witness"
         )
     });
-    let of = case.solver().method;
+    let of = case.solver.method;
     let can_lose_stability = can_lose_stability(case);
     let mut rungs: Vec<(Method, f64)> = match can_lose_stability {
         true => RUNGS.to_vec(),
         false => SHORT.to_vec(),
     };
     rungs.retain(|rung| many_periods.is_none() || is_worth_its_time(*rung, of));
-    let own = own.filter(|_| settings(rungs[0]) == *case.solver());
+    let own = own.filter(|_| settings(rungs[0]) == case.solver);
     let mut first = own.unwrap_or_else(|| run(rungs[0]));
     compare(&mut first, result);
     let rungs = &rungs[1..];
@@ -237,7 +237,7 @@ pub(super) fn climb(
     // One that has failed, or has another sequence, has to be stood in for.
     let stand_in = match can_lose_stability {
         true => Method::CvodeAdams,
-        false => method_without_series(case.system()),
+        false => method_without_series(&case.system),
     };
     let events = word(result).len();
     let is_alike = |run: &&&Finished| run.rung.agreeing == events && run.rung.events == events;

@@ -108,7 +108,7 @@ pub(super) fn by_series(case: &Case, max_steps: Option<usize>) -> SolverOptions 
     SolverOptions {
         method: Method::Series,
         rtol: RTOL,
-        max_events: case.solver().max_events,
+        max_events: case.solver.max_events,
         max_steps,
         ..SolverOptions::default()
     }
@@ -135,7 +135,7 @@ pub fn linearise(
         })
         .collect();
     let mut times = Times::default();
-    let system = case.system();
+    let system = &case.system;
     let found = variation(
         (system, case.threshold()),
         &columns,
@@ -143,7 +143,7 @@ pub fn linearise(
             max_wall_time,
             ..by_series(case, None)
         },
-        &OutputOptions::at_the_ends(case.output().end_time),
+        &OutputOptions::at_the_ends(case.output.end_time),
         &mut times,
         &mut |_| go_on_unless(stop()),
     )?;

@@ -43,7 +43,7 @@ pub(crate) fn recorded(
     control: &mut dyn FnMut(Progress) -> ControlFlow<()>,
 ) -> Recorded {
     let clock = Instant::now();
-    let mut recurrence = Recurrence::new(case.system(), recorder, keeps_events);
+    let mut recurrence = Recurrence::new(&case.system, recorder, keeps_events);
     let (report, failure) = match Run::new(case).record(&mut recurrence).control(control).start() {
         Ok(report) => (report, None),
         Err(mut failure) => {

@@ -298,8 +298,8 @@ enum NoRun {
 /// The run of a case by `series`, in so many steps at most.
 fn run(case: &Case, max_steps: Option<usize>, stop: &dyn Fn() -> bool) -> Result<Outrun, NoRun> {
     let solver = by_series(case, max_steps);
-    let output = OutputOptions::at_the_ends(case.output().end_time);
-    let (trains, threshold) = (case.system(), case.threshold());
+    let output = OutputOptions::at_the_ends(case.output.end_time);
+    let (trains, threshold) = (&case.system, case.threshold());
     let mut times = Times::default();
     let mut recurrence = Recurrence::new(trains, &mut times, false);
     let ended = Run::new(case)
@@ -323,7 +323,7 @@ fn run(case: &Case, max_steps: Option<usize>, stop: &dyn Fn() -> bool) -> Result
         sticks: report.digest.cycles.stick_count,
         smooth: report.stopped_smoothly,
         kicked: !report.digest.kicks.is_empty(),
-        noise: Summary::of_run(case.system(), &report).noise_determined,
+        noise: Summary::of_run(&case.system, &report).noise_determined,
     })
 }
 
@@ -397,7 +397,7 @@ fn of_result(
     let base = run(case, None, &|| false).ok()?;
     let all = certain.len() == base.events.len();
     // A contact without stick comes to none that lasts.
-    let sticks = case.system().contact == ContactLaw::StickSlip;
+    let sticks = case.system.contact == ContactLaw::StickSlip;
     let of = match (&base.attractor, base.final_stick) {
         (Some(_), _) if all => Affected::AttractorPeriod,
         (None, Some(_)) if all && sticks => Affected::FinalStick,
@@ -439,7 +439,7 @@ fn held(case: &Case) -> String {
         false => "",
     };
     let speed = case.motion().dimension(Dimension::AngularVelocity).unit();
-    let kicks = case.system().kicks.iter().map(|kick| {
+    let kicks = case.system.kicks.iter().map(|kick| {
         let place = match kick.time {
             KickTime::At(time) => format!("stays at {time} s{of_stop}"),
             KickTime::Instability => "goes along with the loss of stability".to_owned(),

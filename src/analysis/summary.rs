@@ -134,11 +134,11 @@ impl Summary {
 
     /// Of a run whose sections `recurrence` has seen.
     pub(super) fn of_motion(case: &Case, report: &RunReport, recurrence: &Recurrence<'_>) -> Summary {
-        let attractor = recurrence.attractor(case.system(), case.threshold());
+        let attractor = recurrence.attractor(&case.system, case.threshold());
         let (last_event_time, mode) = recurrence.end();
         Summary {
             last_event_time,
-            ..Summary::of_run(case.system(), report)
+            ..Summary::of_run(&case.system, report)
         }
         .with_statics(case)
         .coming_to(attractor, mode.name())
@@ -146,7 +146,7 @@ impl Summary {
 
     /// With what follows from the case alone.
     pub(super) fn with_statics(self, case: &Case) -> Summary {
-        let system = case.system();
+        let system = &case.system;
         let axial_displacement = match &system.pressing {
             Pressing::Axial { axial, actuation } => Some(actuation.pieces().largest() / axial.stiffness),
             Pressing::Force(_) => None,

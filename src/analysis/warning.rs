@@ -129,7 +129,7 @@ pub(crate) fn grazing(grazing: Option<Grazing>, solver: &SolverOptions) -> Optio
 
 /// All warnings of a run of the case that came to `summary`, but for what a witness says.
 pub fn warnings(case: &Case, summary: &Summary) -> Vec<Warning> {
-    let (solver, output) = (case.solver(), case.output());
+    let (solver, output) = (&case.solver, &case.output);
     let mut warnings = Vec::new();
     let balance = (summary.energy_residual, summary.energy_turnover);
     warnings.extend(open_balance(balance, solver, || balance_remedy(case)));
@@ -142,7 +142,7 @@ pub fn warnings(case: &Case, summary: &Summary) -> Vec<Warning> {
             instability: summary.instability_time.unwrap_or(f64::NAN),
             growth_to_onset: summary.growth_to_onset.unwrap_or(0.0),
             growth_exponent: summary.growth_exponent.unwrap_or(0.0),
-            perturbed: !case.system().kicks.is_empty(),
+            perturbed: !case.system.kicks.is_empty(),
         });
     }
     // Where a run was cut short, that is why.
@@ -165,14 +165,14 @@ pub fn warnings(case: &Case, summary: &Summary) -> Vec<Warning> {
 }
 
 fn balance_remedy(case: &Case) -> BalanceRemedy {
-    if let Pressing::Axial { axial, actuation } = &case.system().pressing {
+    if let Pressing::Axial { axial, actuation } = &case.system.pressing {
         let change = actuation.pieces().shortest_change();
         let period = std::f64::consts::TAU * (axial.mass / axial.stiffness).sqrt();
         if change < SUDDEN * period {
             return BalanceRemedy::SlowerForce { change, period };
         }
     }
-    BalanceRemedy::Tolerances(case.solver().clone())
+    BalanceRemedy::Tolerances(case.solver.clone())
 }
 
 /// The relative tolerance below which a method gains nothing more: its further steps round as much as they resolve. By the

@@ -126,15 +126,15 @@ pub(crate) fn witness_of(method: Method) -> Method {
 /// The tolerance is that of the case, at most the default; absolute tolerances and fixed steps of the case are left to the
 /// result. `stop` is asked now and then; `None` if it says so.
 pub fn witness(case: &Case, result: &Sequence, noise_determined: bool, stop: &dyn Fn() -> bool) -> Option<Witness> {
-    let method = witness_of(case.solver().method);
+    let method = witness_of(case.solver.method);
     let solver = SolverOptions {
         method,
-        rtol: case.solver().rtol.min(SolverOptions::default().rtol),
-        max_events: case.solver().max_events,
+        rtol: case.solver.rtol.min(SolverOptions::default().rtol),
+        max_events: case.solver.max_events,
         max_steps: Some(MOST_STEPS),
         ..SolverOptions::default()
     };
-    let output = OutputOptions::at_the_ends(case.output().end_time);
+    let output = OutputOptions::at_the_ends(case.output.end_time);
     let mut own = Sequence::default();
     let testimony = if takes_too_long(case, method, result) {
         Testimony::LeftOut
@@ -207,7 +207,7 @@ pub fn witness(case: &Case, result: &Sequence, noise_determined: bool, stop: &dy
 /// Whether the witness need not be begun: the result's own resolved steps foretell that it takes too many. The paper's procedure
 /// does not know what it resolves.
 fn takes_too_long(case: &Case, method: Method, result: &Sequence) -> bool {
-    let knows = method == Method::Cvode && case.solver().method.locates_events();
-    let period = natural_period(case.system()).filter(|_| knows);
+    let knows = method == Method::Cvode && case.solver.method.locates_events();
+    let period = natural_period(&case.system).filter(|_| knows);
     period.is_some_and(|period| result.resolved / period * STEPS_PER_PERIOD > MOST_STEPS as f64)
 }

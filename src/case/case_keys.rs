@@ -1,9 +1,12 @@
 //! The keys that a case has.
 
-use super::document::{self, Node};
+use super::document::{self, Node, Value};
+use super::schema::{self, Kind};
 use super::setting::Slot;
-use super::{Case, CaseSource, Motion, Override, Words, key_of, schema, suggest, trains};
+use super::signals::{PROFILES, keys_of};
+use super::{Case, CaseSource, Override, Words, suggest};
 use crate::quote::shown;
+use crate::signal::SIGNALS;
 
 /// The keys that the cases of a study have: those of the form of its base case, and in its lists and signals.
 #[derive(Debug)]
@@ -36,10 +39,7 @@ impl CaseKeys {
 
     /// What the path takes; `None` if no case of this form has such a key.
     pub(crate) fn slot(&self, path: &str) -> Option<Slot> {
-        match self.words.short {
-            true => key_of(path).map(Slot::of_key),
-            false => trains::slot(path, self.words.motion()),
-        }
+        Slot::at(path, self.words)
     }
 
     /// Why this case has no value at a path that cases of its form may have: an element beyond a list, a list without an
@@ -48,70 +48,155 @@ impl CaseKeys {
         if !self.words.short && path == "motion" {
             return Some("what is kept of the runs has one unit: make one study for each motion".to_owned());
         }
-        trains::misplaced(self.resolved.as_ref()?, path)
+        let root = self.resolved.as_ref()?;
+        let (key, _, inner) = schema::find(path, false).next()?;
+        match key.kind {
+            Kind::List(..) => in_list(root, key.path, inner),
+            Kind::Signal(_) => in_signal(root, key.path, inner),
+            _ => None,
+        }
     }
 
     /// The paths of all keys, with `[]` for indices.
     pub(crate) fn known(&self) -> Vec<&'static str> {
-        match self.words.short {
-            true => schema::keys().iter().map(|key| key.path).collect(),
-            false => trains::keys::known(),
-        }
+        schema::known(self.words.short)
     }
 
     /// The known path that an unknown one most likely means, as it is written.
     pub(crate) fn suggestion(&self, path: &str) -> Option<String> {
-        if !self.words.short
-            && let Some(close) = trains::close_in_signal(path)
-        {
-            return Some(close);
+        let found = schema::find(path, self.words.short).find(|found| matches!(found.0.kind, Kind::Signal(_)));
+        if let (Some(_), Some((before, last))) = (found, path.rsplit_once('.')) {
+            let known = PROFILES.iter().flat_map(|profile| keys_of(profile));
+            if let Some(close) = suggest(last, known) {
+                return Some(format!("{before}.{close}"));
+            }
         }
         let close = suggest(path, self.known().into_iter())?;
         let last = path.rsplit('.').next().unwrap_or_default();
         Some(match last.parse::<usize>() {
-            Ok(index) if trains::keys::is_list(close) => format!("{close}.{index}"),
+            Ok(index) if schema::is_list(close) => format!("{close}.{index}"),
             _ => close.replace("[]", ".0"),
         })
     }
 
-    /// Whether a value at this path takes the place of all that the case has there: a signal.
+    /// Whether a value at this path takes the place of all that the case has there: a signal, or one in a sum.
     pub(crate) fn is_whole(&self, path: &str) -> bool {
-        !self.words.short && trains::is_signal(path)
+        schema::find(path, self.words.short).any(|(key, _, inner)| {
+            let mut parts = inner.split('.').filter(|part| !part.is_empty());
+            matches!(key.kind, Kind::Signal(_)) && parts.all(|part| part == SIGNALS || part.parse::<usize>().is_ok())
+        })
     }
 
     /// What to say about a path that is no key of a case.
     pub(crate) fn unknown(&self, path: &str) -> String {
         let quoted = shown(path);
-        let first = path.split('.').next().unwrap_or(path);
+        if let Some(message) = of_other_form(path, self.words.short) {
+            return format!("\"{quoted}\" {message}");
+        }
+        if let Some(close) = self.suggestion(path) {
+            return format!("a case has no key \"{quoted}\"; did you mean {close}?");
+        }
         match self.words.short {
-            true if trains::slot(path, Motion::Rotation).is_some() => format!(
-                "\"{quoted}\" is a key of a case of trains, [rotor] and [stator], but the base case is of the short form, \
-                 [torsion]; its keys are dotted paths, such as friction.decay, torsion.damping or \
+            true => format!(
+                "a case has no key \"{quoted}\"; its keys are dotted paths, such as friction.decay, torsion.damping or \
                  perturbation.0.relative_velocity"
             ),
-            false if key_of(path).is_some() && first == "torsion" => {
-                let name = path.strip_prefix("torsion.").unwrap_or(path);
-                let close = match name {
-                    "rotor_inertia" => "rotor.inertia.1",
-                    "surface_inertia" => "rotor.inertia.0 and stator.inertia.0",
-                    "stiffness" => "rotor.stiffness.0 and stator.stiffness.0",
-                    _ => "rotor.damping.0 and stator.damping.0",
-                };
-                format!(
-                    "\"{quoted}\" is a key of the short form, and the base case has [rotor] and [stator] instead; write {close}"
-                )
-            }
-            _ => match (self.suggestion(path), self.words.short) {
-                (Some(close), _) => format!("a case has no key \"{quoted}\"; did you mean {close}?"),
-                (None, true) => format!(
-                    "a case has no key \"{quoted}\"; its keys are dotted paths, such as friction.decay, torsion.damping or \
-                     perturbation.0.relative_velocity"
-                ),
-                (None, false) => format!(
-                    "a case of trains has no key \"{quoted}\"; its keys are dotted paths, such as stator.damping.0, rotor.speed, \
-                     rotor.speed.amplitude of a harmonic, contact.normal_force, friction.breakaway or initial.stator_twist.0"
-                ),
-            },
+            false => format!(
+                "a case of trains has no key \"{quoted}\"; its keys are dotted paths, such as stator.damping.0, rotor.speed, \
+                 rotor.speed.amplitude of a harmonic, contact.normal_force, friction.breakaway or initial.stator_twist.0"
+            ),
         }
+    }
+}
+
+/// What to say about a path that is a key of the other form only, and how this form calls the same place.
+pub(super) fn of_other_form(path: &str, short: bool) -> Option<String> {
+    schema::find(path, !short)
+        .next()
+        .filter(|_| schema::find(path, short).next().is_none())?;
+    let other = match short {
+        true => "is a key of a case of trains, [rotor] and [stator], but the case is of the short form, [torsion]",
+        false => "is a key of the short form, [torsion], but the case has [rotor] and [stator] instead",
+    };
+    let within = |general: &&str| {
+        general
+            .strip_prefix(path)
+            .is_some_and(|rest| rest.is_empty() || rest.starts_with('.'))
+    };
+    let same = schema::SAME
+        .iter()
+        .filter(|same| same.0 == path || same.1.iter().any(&within));
+    let own: Vec<&str> = match short {
+        true => same.map(|same| same.0).collect(),
+        false => same.flat_map(|same| same.1).copied().collect(),
+    };
+    Some(match own.is_empty() {
+        true => other.to_owned(),
+        false => format!("{other}; write {}", own.join(" and ")),
+    })
+}
+
+/// A list of the case, or of one of its signals: whether it has the element.
+fn in_list(root: &Node, list: &str, index: &str) -> Option<String> {
+    let count = match root.at(list).map(|node| &node.value) {
+        Some(Value::Array(elements)) => elements.len(),
+        _ => 0,
+    };
+    let elements = schema::elements(list, count);
+    match index.parse::<usize>() {
+        Ok(index) if index < count => None,
+        Ok(_) => Some(format!("there is no {list}.{index}: {elements}")),
+        // A number stands for a list of one.
+        Err(_) if count == 1 => None,
+        Err(_) => Some(format!("{list} is a list, and an axis varies one number: {elements}")),
+    }
+}
+
+fn in_signal(root: &Node, signal: &str, rest: &str) -> Option<String> {
+    if rest.is_empty() {
+        return None;
+    }
+    let mut at = signal.to_owned();
+    let mut parts = rest.split('.').peekable();
+    while let Some(part) = parts.next() {
+        let node = root.at(&at);
+        let profile = node.and_then(|node| node.at("profile")).map(|node| &node.value);
+        match (node.map(|node| &node.value), profile) {
+            (None, _) => {
+                return Some(format!(
+                    "this case has no {at}; give it one in [set], such as {at} = {{ profile = \"sine\", ... }}"
+                ));
+            }
+            (Some(Value::Array(_)), _) => return in_list(root, &at, part),
+            (Some(Value::Table(_)), Some(Value::Text(profile))) => {
+                let own = keys_of(profile);
+                if part != "profile" && !own.contains(&part) {
+                    let close = suggest(part, own.iter().copied());
+                    return Some(format!(
+                        "{at} is of profile \"{profile}\" in this case, which has {}{}",
+                        own.join(", "),
+                        close.map_or(String::new(), |close| format!("; did you mean {at}.{close}?"))
+                    ));
+                }
+                at = format!("{at}.{part}");
+                if part == SIGNALS
+                    && let Some(index) = parts.next()
+                {
+                    if let Some(why) = in_list(root, &at, index) {
+                        return Some(why);
+                    }
+                    at = format!("{at}.{index}");
+                }
+            }
+            _ => {
+                return Some(format!(
+                    "{at} is a number in this case and has no {part}: vary {at} itself, or give it a profile in [set]"
+                ));
+            }
+        }
+    }
+    match root.at(&at).map(|node| &node.value) {
+        Some(Value::Array(_)) => in_list(root, &at, ""),
+        _ => None,
     }
 }

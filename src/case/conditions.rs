@@ -1,10 +1,17 @@
 //! The conditions between the values of a case.
 
-use super::draft::Draft;
-use crate::friction::Law;
+use std::f64::consts::TAU;
+
+use super::{Case, Motion};
+use crate::friction::Law as _;
+use crate::model::absolute_angles::AbsoluteModel;
+use crate::model::margin;
+use crate::model::system::{ContactLaw, End, KickSide, Pressing, Train};
+use crate::model::{BreakawayTest, KickTime, Parameters};
 use crate::signal::{Ramp, Signal, Table};
 use crate::simulation::Method;
 use crate::simulation::fixed_step::longest_stable_step;
+use crate::simulation::procedure::FOREIGN;
 
 /// More samples than this are a slip of the pen: a terabyte.
 const MOST_SAMPLES: f64 = 1e9;
@@ -12,13 +19,16 @@ const MOST_SAMPLES: f64 = 1e9;
 /// Shorter runs (s) are a slip of the pen, and leave an integrator no room for a step.
 pub(super) const SHORTEST_RUN: f64 = 1e-12;
 
-/// Doubles at the end of the run must be closer to each other than this part of the natural period, or
-/// what happens in one cannot be told apart.
-pub(super) const COARSEST_CLOCK: f64 = 1e-4;
+/// Doubles at the end of the run must be closer to each other than this part of the shortest period, or what happens in one cannot
+/// be told apart.
+const COARSEST_CLOCK: f64 = 1e-4;
+
+/// Dense samples in a natural period: in more, neighbouring times late in a run are hardly apart.
+const MOST_PER_PERIOD: f64 = 1e5;
 
 const FIXED_STEP: &str = "solver.fixed_step";
 
-/// A condition between values that a case does not meet.
+/// A condition that the values of a case do not meet.
 pub(super) struct Violation {
     /// The value that the message is about.
     pub(super) path: String,
@@ -37,175 +47,87 @@ impl Violation {
     }
 }
 
-/// The conditions of what both forms have: friction, the actuation where the axial mode presses, the solver, and the samples.
-pub(super) fn in_common(case: &Draft, axial: bool) -> Vec<Violation> {
+/// Every condition that a case does not meet.
+pub(super) fn violated(case: &Case) -> Vec<Violation> {
     let mut found = Vec::new();
     let mut complain = |path: &str, with: &[&str], message: String| found.push(Violation::new(path, with, message));
     friction(case, &mut complain);
-    if axial {
-        actuation(case, &mut complain);
-    }
-    fixed_step_method(case, &mut complain);
-    paper_tolerances(case, &mut complain);
-    output_windows(case, &mut complain);
-    let end_time = case.output.end_time;
-    if end_time < SHORTEST_RUN {
-        let message = format!("must be at least {SHORTEST_RUN:?} s, but is {end_time:?} s");
-        complain("output.end_time", &[], message);
-    }
+    actuation(case, &mut complain);
+    fixed_step(case, &mut complain);
+    paper(case, &mut complain);
+    output(case, &mut complain);
+    start(case, &mut complain);
+    one_sided_test(case, &mut complain);
+    kicks(case, &mut complain);
+    clock(case, &mut complain);
     found
 }
 
-/// Every condition that a case in the short form does not meet.
-pub(super) fn of_short_form(case: &Draft) -> Vec<Violation> {
-    let mut found = in_common(case, true);
-    let mut complain = |path: &str, with: &[&str], message: String| found.push(Violation::new(path, with, message));
-    let law = &case.parameters.friction.law;
-    let (speed, end) = (case.parameters.initial.speed.abs(), law.ends_at());
-    if speed >= end {
-        complain(
-            "initial.speed",
-            &["friction.valid_below"],
-            format!(
-                "must be below friction.valid_below, where the friction law ends: {speed:?} rad/s is not below {end:?} rad/s; \
-                 start slower, raise valid_below if the law holds there, or take a law that is given at every speed"
-            ),
-        );
-    }
-    fixed_step(case, &mut complain);
-    let output = &case.output;
-    let torsion = &case.parameters.torsion;
-    let axial = &case.parameters.axial;
-    let clock = f64::EPSILON * output.end_time;
-    let periods = [
-        (
-            "natural",
-            "torsion.surface_inertia",
-            torsion.surface_inertia,
-            "torsion.stiffness",
-            torsion.stiffness,
-        ),
-        ("axial", "axial.mass", axial.mass, "axial.stiffness", axial.stiffness),
-    ];
-    let [torsional, axial] = periods.map(|p| std::f64::consts::TAU * (p.2 / p.4).sqrt());
-    let (period, shortest) = if axial < torsional { (axial, 1) } else { (torsional, 0) };
-    let (name, inertia, _, stiffness, _) = periods[shortest];
-    if output.end_time >= SHORTEST_RUN && clock > COARSEST_CLOCK * period {
-        complain(
-            "output.end_time",
-            &[inertia, stiffness],
-            format!(
-                "is too late for double precision: times near {:?} s are {clock:.0e} s apart, and the {name} period \
-                 2 pi sqrt({inertia}/{stiffness}) is {period:.0e} s; end earlier",
-                output.end_time
-            ),
-        );
-    }
-    found
+/// What a time is that is not zero, but shorter than any that can be computed.
+pub(super) fn too_short(time: f64) -> String {
+    format!("must be 0 (a step) or at least {SHORTEST_RUN:?} s, but is {time:?} s")
 }
 
 /// What friction needs at rest, and the parameters of its law together.
-fn friction(case: &Draft, complain: &mut impl FnMut(&str, &[&str], String)) {
-    let friction = &case.parameters.friction;
-    let sliding = friction.law.at_vanishing_speed();
-    if friction.breakaway < sliding {
-        let key = friction.law.key_at_vanishing_speed();
+fn friction(case: &Case, complain: &mut impl FnMut(&str, &[&str], String)) {
+    let (breakaway, law) = (case.system.breakaway, &case.system.law);
+    let sliding = law.at_vanishing_speed();
+    if breakaway < sliding {
+        let key = law.key_at_vanishing_speed();
         complain(
             "friction.breakaway",
             &[&format!("friction.{key}")],
             format!(
-                "must be at least friction.{key}: {:?} is below {:?}, and between the two torques neither stick nor \
-                 slip is consistent; raise breakaway or lower {key}",
-                friction.breakaway, sliding
+                "must be at least friction.{key}: {breakaway:?} is below {sliding:?}, and between the two torques neither stick nor \
+                 slip is consistent; raise breakaway or lower {key}"
             ),
         );
     }
-    for (key, message) in friction.law.complaints() {
+    for (key, message) in law.complaints() {
         complain(&format!("friction.{key}"), &["friction"], message);
     }
-}
-
-/// Dense samples in a natural period: in more, neighbouring times late in a run are hardly apart.
-const MOST_PER_PERIOD: f64 = 1e5;
-
-/// Windows that have a length, and samples that can be counted.
-fn output_windows(case: &Draft, complain: &mut impl FnMut(&str, &[&str], String)) {
-    let output = &case.output;
-    for (index, window) in output.windows.iter().enumerate() {
-        if window.from >= window.to {
-            complain(
-                &format!("output.window.{index}.to"),
-                &[&format!("output.window.{index}.from")],
-                format!("must be after from: {:?} s is not after {:?} s", window.to, window.from),
-            );
+    if matches!(case.system.contact, ContactLaw::Bristles(_)) {
+        for key in ["low_speed", "high_speed"] {
+            if law.number(key) == Some(0.0) {
+                let message = "must be greater than 0 with law \"lugre\": the bristles' rate is divided by it";
+                complain(&format!("friction.{key}"), &[], message.to_owned());
+            }
         }
-    }
-    if let Some(samples) = output
-        .follow
-        .samples_per_period
-        .filter(|samples| *samples > MOST_PER_PERIOD)
-    {
-        complain(
-            "output.samples_per_period",
-            &[],
-            format!(
-                "must be at most {MOST_PER_PERIOD:?}, but is {samples:?}; for every time there is output.dense = true"
-            ),
-        );
-    }
-    let samples = |span: f64, interval: f64| span.max(0.0) / interval;
-    let mut total = samples(output.end_time, output.interval);
-    let mut densest = ("output.interval".to_owned(), total);
-    for (index, window) in output.windows.iter().enumerate() {
-        let here = samples(window.to.min(output.end_time) - window.from, window.interval);
-        total += here;
-        if here > densest.1 {
-            densest = (format!("output.window.{index}.interval"), here);
-        }
-    }
-    if total.is_nan() || total > MOST_SAMPLES {
-        complain(
-            &densest.0,
-            &["output.end_time"],
-            format!("asks for {total:.1e} samples, more than {MOST_SAMPLES:.0e}: raise the interval or end earlier"),
-        );
     }
 }
 
 /// What the numbers of a profile need.
-fn actuation(case: &Draft, complain: &mut impl FnMut(&str, &[&str], String)) {
-    match &case.parameters.actuation {
-        Signal::Ramp(Ramp { rise_time, .. }) => {
-            if *rise_time > 0.0 && *rise_time < SHORTEST_RUN {
-                let message = format!("must be 0 (a step) or at least {SHORTEST_RUN:?} s, but is {rise_time:?} s");
-                complain("actuation.rise_time", &[], message);
+fn actuation(case: &Case, complain: &mut impl FnMut(&str, &[&str], String)) {
+    match &case.system.pressing {
+        Pressing::Axial {
+            actuation: Signal::Ramp(Ramp { rise_time, .. }),
+            ..
+        } if *rise_time > 0.0 && *rise_time < SHORTEST_RUN => {
+            complain("actuation.rise_time", &[], too_short(*rise_time));
+        }
+        Pressing::Axial {
+            actuation: Signal::Table(Table { time, value }),
+            ..
+        } => {
+            for wrong in points("actuation.time", time, ("actuation.force", "forces", value.len())) {
+                let with: Vec<&str> = wrong.with.iter().map(String::as_str).collect();
+                complain(&wrong.path, &with, wrong.message);
             }
         }
-        Signal::Table(Table { time, value }) => {
-            points(
-                "actuation.time",
-                time,
-                ("actuation.force", "forces", value.len()),
-                complain,
-            );
-        }
+        _ => {}
     }
 }
 
 /// What a table of points in time needs: the path of its times, these, and the path of the values, what they are, and how many.
-pub(super) fn points(
-    path: &str,
-    time: &[f64],
-    (value, values, count): (&str, &str, usize),
-    complain: &mut impl FnMut(&str, &[&str], String),
-) {
+pub(super) fn points(path: &str, time: &[f64], (value, values, count): (&str, &str, usize)) -> Vec<Violation> {
+    let mut found = Vec::new();
     let times = time.len();
     if times == 0 {
-        complain(path, &[], "must hold at least one time".to_owned());
+        found.push(Violation::new(path, &[], "must hold at least one time".to_owned()));
     }
     if times != count {
         let message = format!("must be as long as {path}: {count} {values} for {times} times");
-        complain(value, &[path], message);
+        found.push(Violation::new(value, &[path], message));
     }
     if let Some(index) = (1..times).find(|&index| time[index] <= time[index - 1]) {
         let [before, here] = [index - 1, index].map(|index| format!("{path}.{index}"));
@@ -214,46 +136,40 @@ pub(super) fn points(
             time[index],
             time[index - 1]
         );
-        complain(&here, &[&before], message);
+        found.push(Violation::new(&here, &[&before], message));
     }
+    found
 }
 
-/// A fixed step that the solver can take: one of a method that takes it, without another bound.
-fn fixed_step_method(case: &Draft, complain: &mut impl FnMut(&str, &[&str], String)) {
-    const PATH: &str = FIXED_STEP;
+/// A fixed step that the solver can take: one of a method that takes it, without another bound, and stable.
+fn fixed_step(case: &Case, complain: &mut impl FnMut(&str, &[&str], String)) {
     let Some(step) = case.solver.fixed_step else { return };
     let method = case.solver.method;
-    if method.explicit_table().is_none() {
+    let Some(table) = method.explicit_table() else {
         let message = format!(
             "only the explicit Runge-Kutta methods take fixed steps: with method \"{}\" remove it, or set solver.method to \
              \"erk\" or one of \"erk-NAME\"",
             method.name()
         );
-        complain(PATH, &["solver.method"], message);
-    } else if case.solver.max_step.is_some() {
+        return complain(FIXED_STEP, &["solver.method"], message);
+    };
+    if case.solver.max_step.is_some() {
         let message = "every step has this length, so that solver.max_step has no meaning: remove one of them";
-        complain(PATH, &["solver.max_step"], message.to_owned());
-    } else if step < SHORTEST_RUN {
-        let message = format!("must be at least {SHORTEST_RUN:?} s, but is {step:?} s");
-        complain(PATH, &[], message);
+        return complain(FIXED_STEP, &["solver.max_step"], message.to_owned());
     }
-}
-
-/// What a fixed step needs besides: stability.
-fn fixed_step(case: &Draft, complain: &mut impl FnMut(&str, &[&str], String)) {
-    const PATH: &str = FIXED_STEP;
-    let step = case.solver.fixed_step.filter(|_| case.solver.max_step.is_none());
-    let Some((step, table)) = step.zip(case.solver.method.explicit_table()) else {
+    if step < SHORTEST_RUN {
+        let message = format!("must be at least {SHORTEST_RUN:?} s, but is {step:?} s");
+        complain(FIXED_STEP, &[], message);
+    }
+    // Known of two alike disks only.
+    let Some(Parameters { torsion, .. }) = Parameters::of(&case.system).filter(|_| case.words.short) else {
         return;
     };
-    let method = case.solver.method;
-    let torsion = &case.parameters.torsion;
-    let longest = longest_stable_step(table, torsion);
-    // Of a case that is wrong elsewhere nothing is known.
+    let longest = longest_stable_step(table, &torsion);
     if step > longest {
-        let frequency = (torsion.stiffness / torsion.surface_inertia).sqrt() / std::f64::consts::TAU;
+        let frequency = (torsion.stiffness / torsion.surface_inertia).sqrt() / TAU;
         complain(
-            PATH,
+            FIXED_STEP,
             &[
                 "solver.method",
                 "torsion.stiffness",
@@ -272,12 +188,12 @@ fn fixed_step(case: &Draft, complain: &mut impl FnMut(&str, &[&str], String)) {
     }
 }
 
-/// The paper's procedure has one tolerance, which is rtol's.
-fn paper_tolerances(case: &Draft, complain: &mut impl FnMut(&str, &[&str], String)) {
-    if case.solver.method != Method::Paper {
+/// The paper's procedure is for its own disks, and has one tolerance, which is rtol's.
+fn paper(case: &Case, complain: &mut impl FnMut(&str, &[&str], String)) {
+    let solver = &case.solver;
+    if solver.method != Method::Paper {
         return;
     }
-    let solver = &case.solver;
     for (path, given) in [
         ("solver.atol_twist", solver.atol_twist),
         ("solver.atol_rate", solver.atol_rate),
@@ -289,4 +205,179 @@ fn paper_tolerances(case: &Draft, complain: &mut impl FnMut(&str, &[&str], Strin
             complain(path, &["solver.method"], message.to_owned());
         }
     }
+    if AbsoluteModel::new(&case.system).is_none() {
+        complain("solver.method", &[], FOREIGN.to_owned());
+    }
+}
+
+/// Windows that have a length, samples that can be counted, and a run that has a length.
+fn output(case: &Case, complain: &mut impl FnMut(&str, &[&str], String)) {
+    let output = &case.output;
+    for (index, window) in output.windows.iter().enumerate() {
+        if window.from >= window.to {
+            complain(
+                &format!("output.window.{index}.to"),
+                &[&format!("output.window.{index}.from")],
+                format!("must be after from: {:?} s is not after {:?} s", window.to, window.from),
+            );
+        }
+    }
+    let dense = output.follow.samples_per_period;
+    if let Some(samples) = dense.filter(|samples| *samples > MOST_PER_PERIOD) {
+        let message = format!(
+            "must be at most {MOST_PER_PERIOD:?}, but is {samples:?}; for every time there is output.dense = true"
+        );
+        complain("output.samples_per_period", &[], message);
+    }
+    let samples = |span: f64, interval: f64| span.max(0.0) / interval;
+    let mut total = samples(output.end_time, output.interval);
+    let mut densest = ("output.interval".to_owned(), total);
+    for (index, window) in output.windows.iter().enumerate() {
+        let here = samples(window.to.min(output.end_time) - window.from, window.interval);
+        total += here;
+        if here > densest.1 {
+            densest = (format!("output.window.{index}.interval"), here);
+        }
+    }
+    if total.is_nan() || total > MOST_SAMPLES {
+        complain(
+            &densest.0,
+            &["output.end_time"],
+            format!("asks for {total:.1e} samples, more than {MOST_SAMPLES:.0e}: raise the interval or end earlier"),
+        );
+    }
+    let end_time = output.end_time;
+    if end_time < SHORTEST_RUN {
+        let message = format!("must be at least {SHORTEST_RUN:?} s, but is {end_time:?} s");
+        complain("output.end_time", &[], message);
+    }
+}
+
+/// Something that moves, and a law that is given at the relative velocity at t = 0.
+fn start(case: &Case, complain: &mut impl FnMut(&str, &[&str], String)) {
+    let system = &case.system;
+    if system.rotor.is_rigid() && system.stator.is_rigid() {
+        let message = "missing: no inertia anywhere, neither of the rotor nor of the stator: nothing moves but what is driven; give \
+                       one of the trains an inertia";
+        complain("rotor.inertia", &["stator.inertia"], message.to_owned());
+    }
+    let speed = |train: &Train, speeds: &[f64]| match (&train.end, speeds.first()) {
+        (_, Some(&speed)) => speed,
+        (End::Driven(speed), None) => speed.at_start(),
+        (_, None) => 0.0,
+    };
+    let initial = &system.initial;
+    let relative = speed(&system.rotor, &initial.rotor_speed) - speed(&system.stator, &initial.stator_speed);
+    let (relative, end) = (relative.abs(), system.law.ends_at());
+    if relative < end {
+        return;
+    }
+    let unit = match case.motion() {
+        Motion::Rotation => "rad/s",
+        Motion::Translation => "m/s",
+    };
+    let (path, with, what): (&str, &[&str], &str) = match case.words.short {
+        true => (
+            "initial.speed",
+            &["friction.valid_below"],
+            "must be below friction.valid_below, where the friction law ends",
+        ),
+        false => (
+            "friction.valid_below",
+            &[],
+            "the friction law ends below the relative velocity at t = 0",
+        ),
+    };
+    let message = format!(
+        "{what}: {relative:?} {unit} is not below {end:?} {unit}; start slower, raise valid_below if the law holds there, or take a \
+         law that is given at every speed"
+    );
+    complain(path, with, message);
+}
+
+/// A breakaway test of one surface that has no torque of its own, or of a contact without stick.
+fn one_sided_test(case: &Case, complain: &mut impl FnMut(&str, &[&str], String)) {
+    let (name, train) = match case.system.breakaway_test {
+        BreakawayTest::Transmitted => return,
+        BreakawayTest::Rotor => ("rotor", &case.system.rotor),
+        BreakawayTest::Stator => ("stator", &case.system.stator),
+    };
+    let message = if case.system.contact != ContactLaw::StickSlip {
+        "belongs to a contact with stick, and this one has none: remove it".to_owned()
+    } else if train.is_rigid() {
+        format!(
+            "the surface of the {name} has no inertia, so that the torque on it says nothing: take \"transmitted\", or the other \
+             surface"
+        )
+    } else {
+        return;
+    };
+    complain("contact.breakaway_test", &[], message);
+}
+
+/// Kicks that come, to surfaces that they move.
+fn kicks(case: &Case, complain: &mut impl FnMut(&str, &[&str], String)) {
+    for (index, kick) in case.system.kicks.iter().enumerate() {
+        if kick.time == KickTime::Instability
+            && let Err(why) = margin::resistance(&case.system)
+        {
+            let message = format!("no loss of stability that a kick could wait for: {why}; give a time, in s");
+            complain(&format!("perturbation.{index}.time"), &[], message);
+        }
+        let (name, train) = match kick.on {
+            KickSide::Rotor => ("rotor", &case.system.rotor),
+            KickSide::Stator => ("stator", &case.system.stator),
+            KickSide::Both => continue,
+        };
+        if train.is_rigid() {
+            let message =
+                format!("the surface of the {name} has no inertia that a kick could move: kick the other one, or both");
+            complain(&format!("perturbation.{index}.on"), &[], message);
+        }
+    }
+}
+
+/// Times at the end of the run that a double tells apart within the shortest period.
+fn clock(case: &Case, complain: &mut impl FnMut(&str, &[&str], String)) {
+    let end_time = case.output.end_time;
+    let clock = f64::EPSILON * end_time;
+    let too_late = |rest: String| {
+        format!(
+            "is too late for double precision: times near {end_time:?} s are {clock:.0e} s apart, and {rest}; end earlier"
+        )
+    };
+    let Some(disks) = Parameters::of(&case.system).filter(|_| case.words.short) else {
+        let frequency = fastest(&case.system.rotor).max(fastest(&case.system.stator));
+        let period = TAU / frequency;
+        if frequency > 0.0 && clock > COARSEST_CLOCK * period {
+            let rest = format!("the trains have oscillations with periods down to {period:.0e} s");
+            complain("output.end_time", &[], too_late(rest));
+        }
+        return;
+    };
+    let torsional = TAU * (disks.torsion.surface_inertia / disks.torsion.stiffness).sqrt();
+    let axial = TAU * (disks.axial.mass / disks.axial.stiffness).sqrt();
+    let (period, name, inertia, stiffness) = match axial < torsional {
+        true => (axial, "axial", "axial.mass", "axial.stiffness"),
+        false => (torsional, "natural", "torsion.surface_inertia", "torsion.stiffness"),
+    };
+    if end_time >= SHORTEST_RUN && clock > COARSEST_CLOCK * period {
+        let rest = format!("the {name} period 2 pi sqrt({inertia}/{stiffness}) is {period:.0e} s");
+        complain("output.end_time", &[inertia, stiffness], too_late(rest));
+    }
+}
+
+/// A bound of the angular frequencies of a train by itself, rad/s: twice the stiffness of both shafts of an inertia.
+fn fastest(train: &Train) -> f64 {
+    let shaft = |index: Option<usize>| {
+        index
+            .and_then(|index| train.stiffness.get(index))
+            .copied()
+            .unwrap_or(0.0)
+    };
+    let of_inertia = |(index, inertia): (usize, &f64)| {
+        let stiffness = shaft(index.checked_sub(1)) + shaft(Some(index));
+        (2.0 * stiffness / inertia).sqrt()
+    };
+    train.inertia.iter().enumerate().map(of_inertia).fold(0.0, f64::max)
 }

@@ -1,9 +1,10 @@
 //! The case file as a tree of values, each of which knows its place: a line of the file, or an override.
 
 use crate::quote::{quoted, shown};
-use toml_edit::{Document, Item, Table, TableLike, TomlError, Value as TomlValue};
+use toml_edit::{Document, Item, Table, TableLike, Value as TomlValue};
 
 use super::error::{CaseError, Problem};
+use super::schema;
 
 /// Where a value was written.
 #[derive(Debug, Clone, PartialEq)]
@@ -119,54 +120,29 @@ impl Node {
 /// Reads TOML text; `label` stands for it in errors.
 pub(crate) fn read(text: &str, label: &str) -> Result<Node, CaseError> {
     let text = text.strip_prefix('\u{feff}').unwrap_or(text);
-    let lines = Lines::new(text);
+    let ends: Vec<usize> = text.match_indices('\n').map(|(at, _)| at).collect();
+    let line = |offset: usize| 1 + ends.partition_point(|&end| end < offset);
     let document = Document::parse(text).map_err(|error| {
-        let line = error.span().map_or(1, |span| lines.line(span.start));
-        CaseError::one(format!("{label}:{line}"), "", syntax_message(&error, text))
+        let at = error.span().map_or(1, |span| line(span.start));
+        let mut message = error.message().lines().collect::<Vec<_>>().join(", ");
+        // The parser quotes what it stumbled over, except for a key.
+        if message == "duplicate key" {
+            let key = error.span().and_then(|span| text.get(span)).unwrap_or_default();
+            message = format!("{message} {}", shown(key));
+        }
+        CaseError::one(format!("{label}:{at}"), "", format!("not valid TOML: {message}"))
     })?;
-    let place = |at: usize| Place::Line(lines.line(at));
+    let place = |at: usize| Place::Line(line(at));
     Ok(Node {
         value: from_table(document.as_table(), 0, &place),
         place: Place::Line(1),
     })
 }
 
-fn syntax_message(error: &TomlError, text: &str) -> String {
-    let message = error.message().lines().collect::<Vec<_>>().join(", ");
-    let what = error.span().and_then(|span| text.get(span)).unwrap_or_default();
-    // The parser quotes what it stumbled over, except for a key.
-    if message == "duplicate key" {
-        format!("not valid TOML: {message} {}", shown(what))
-    } else {
-        format!("not valid TOML: {message}")
-    }
-}
-
-/// Offsets of line starts, to turn a byte offset into a line number.
-struct Lines(Vec<usize>);
-
-impl Lines {
-    fn new(text: &str) -> Lines {
-        Lines(
-            std::iter::once(0)
-                .chain(text.match_indices('\n').map(|(at, _)| at + 1))
-                .collect(),
-        )
-    }
-
-    fn line(&self, offset: usize) -> usize {
-        self.0.partition_point(|&start| start <= offset)
-    }
-}
-
 type PlaceAt<'a> = &'a dyn Fn(usize) -> Place;
 
 /// `at` is the offset of what contains the value, for values that carry no span of their own.
-fn from_table(table: &Table, at: usize, place: PlaceAt) -> Value {
-    from_table_like(table, at, place)
-}
-
-fn from_table_like(table: &dyn TableLike, at: usize, place: PlaceAt) -> Value {
+fn from_table(table: &dyn TableLike, at: usize, place: PlaceAt) -> Value {
     let entries = table.iter().map(|(name, item)| {
         let key = table.key(name).and_then(|key| key.span()).map(|span| span.start);
         let at = key.or(item.span().map(|span| span.start)).unwrap_or(at);
@@ -176,31 +152,21 @@ fn from_table_like(table: &dyn TableLike, at: usize, place: PlaceAt) -> Value {
 }
 
 fn from_item(item: &Item, at: usize, place: PlaceAt) -> Node {
+    let node = |value: Value, at: usize| Node {
+        value,
+        place: place(at),
+    };
     match item {
         Item::Value(value) => from_value(value, at, place),
-        Item::Table(table) => Node {
-            value: from_table(table, at, place),
-            place: place(at),
-        },
-        Item::ArrayOfTables(tables) => Node {
-            value: Value::Array(
-                tables
-                    .iter()
-                    .map(|table| {
-                        let at = table.span().map_or(at, |span| span.start);
-                        Node {
-                            value: from_table(table, at, place),
-                            place: place(at),
-                        }
-                    })
-                    .collect(),
-            ),
-            place: place(at),
-        },
-        Item::None => Node {
-            value: Value::Table(Vec::new()),
-            place: place(at),
-        },
+        Item::Table(table) => node(from_table(table, at, place), at),
+        Item::ArrayOfTables(tables) => {
+            let element = |table: &Table| {
+                let at = table.span().map_or(at, |span| span.start);
+                node(from_table(table, at, place), at)
+            };
+            node(Value::Array(tables.iter().map(element).collect()), at)
+        }
+        Item::None => node(Value::Table(Vec::new()), at),
     }
 }
 
@@ -215,7 +181,7 @@ fn from_value(value: &TomlValue, at: usize, place: PlaceAt) -> Node {
             let element = |value: &TomlValue| from_value(value, value.span().map_or(at, |span| span.start), place);
             Value::Array(array.iter().map(element).collect())
         }
-        TomlValue::InlineTable(table) => from_table_like(table, at, place),
+        TomlValue::InlineTable(table) => from_table(table, at, place),
     };
     Node {
         value: own,
@@ -251,30 +217,18 @@ impl Override {
     /// # Errors
     /// If there is no `=` or no key. Whether key and value fit is found by [`super::Case::read`].
     pub fn parse(text: &str) -> Result<Override, CaseError> {
-        let place = || format!("--set {text}");
+        let wrong = |message: String| Err(CaseError::one(format!("--set {text}"), "", message));
         let Some((key, value)) = text.split_once('=') else {
-            return Err(CaseError::one(
-                place(),
-                "",
-                "expected KEY=VALUE, such as torsion.damping=22.6",
-            ));
+            return wrong("expected KEY=VALUE, such as torsion.damping=22.6".to_owned());
         };
         let path = key.trim().replace('[', ".").replace(']', "");
         if path.split('.').any(|segment| segment.trim().is_empty()) {
-            return Err(CaseError::one(
-                place(),
-                "",
-                format!(
-                    "{} is not a key: expected a dotted path, such as torsion.damping",
-                    quoted(key.trim())
-                ),
+            let key = quoted(key.trim());
+            return wrong(format!(
+                "{key} is not a key: expected a dotted path, such as torsion.damping"
             ));
         }
-        Ok(Override {
-            value: override_value(value.trim(), &path),
-            path,
-            origin: None,
-        })
+        Ok(Override::value(&path, override_value(value.trim(), &path)))
     }
 
     /// As `--set` takes it: `KEY=VALUE`, the value in TOML.
@@ -298,11 +252,7 @@ impl Override {
 
     /// Sets a number, in SI.
     pub fn number(path: &str, value: f64) -> Override {
-        Override {
-            path: path.to_owned(),
-            value: Value::Float(value),
-            origin: None,
-        }
+        Override::value(path, Value::Float(value))
     }
 
     /// Where it was written, as `study.toml:12`, if that is a file.
@@ -316,15 +266,9 @@ impl Override {
         let mut node = node.clone();
         re_place(&mut node, &Place::Override(path.to_owned()));
         Override {
-            path: path.to_owned(),
-            value: node.value,
             origin,
+            ..Override::value(path, node.value)
         }
-    }
-
-    /// The dotted path that is set.
-    pub fn path(&self) -> &str {
-        &self.path
     }
 }
 
@@ -361,12 +305,13 @@ pub(super) fn apply(root: &mut Node, change: &Override) -> Result<(), Problem> {
     let mut node = root;
     let mut walked: Vec<&str> = Vec::new();
     for segment in change.path.split('.') {
-        let of_list = super::trains::keys::is_list(&walked.join("."));
+        let here = walked.join(".");
+        let of_list = schema::is_list(&here);
         // A number stands for a list of one.
         if of_list && matches!(node.value, Value::Integer(_) | Value::Float(_) | Value::Text(_)) {
             node.value = Value::Array(vec![node.clone()]);
         }
-        // The first element of an array that is not there yet makes the array. A list of trains has the length that its train
+        // The first element of an array that is not there yet makes the array. A list of a chain has the length that its chain
         // gives it: the elements that are set wait for the reader of the case.
         if segment == "0" && !of_list && matches!(&node.value, Value::Table(entries) if entries.is_empty()) {
             node.value = Value::Array(Vec::new());
@@ -381,23 +326,18 @@ pub(super) fn apply(root: &mut Node, change: &Override) -> Result<(), Problem> {
             }
             Value::Array(elements) => {
                 let count = elements.len();
-                let beyond = segment.parse::<usize>().is_ok_and(|index| index >= count);
-                if of_list && beyond {
-                    let array = walked.join(".");
-                    let there = super::trains::keys::elements(&array, count);
-                    return Err(problem(format!("there is no {array}.{segment}: {there}")));
-                }
                 let Ok(index) = segment.parse::<usize>() else {
                     return Err(problem(format!(
-                        "{} is an array: its elements are numbered, as in {}.0",
-                        walked.join("."),
-                        walked.join(".")
+                        "{here} is an array: its elements are numbered, as in {here}.0"
                     )));
                 };
+                if of_list && index >= count {
+                    let there = schema::elements(&here, count);
+                    return Err(problem(format!("there is no {here}.{index}: {there}")));
+                }
                 if index > count {
-                    let array = walked.join(".");
                     return Err(problem(format!(
-                        "there is no {array}.{index}: the next new element is {array}.{count}"
+                        "there is no {here}.{index}: the next new element is {here}.{count}"
                     )));
                 }
                 if index == count {
@@ -407,8 +347,7 @@ pub(super) fn apply(root: &mut Node, change: &Override) -> Result<(), Problem> {
             }
             other => {
                 return Err(problem(format!(
-                    "{} is {}, which has nothing inside",
-                    walked.join("."),
+                    "{here} is {}, which has nothing inside",
                     other.describe()
                 )));
             }

@@ -4,10 +4,7 @@ use super::document::{Node, Value};
 use super::error::CaseError;
 use super::quantity::{self, Dimension};
 use super::reader::Read;
-use super::schema::{self, Key};
-use super::trains::keys;
-use super::trains::signals;
-use super::{Case, Motion, key_of};
+use super::{Case, Motion, Words, numbers, schema};
 use crate::friction::FrictionLaw;
 use crate::model::contact::{uniform_pressure_radius, uniform_wear_radius};
 use crate::model::system::{
@@ -32,7 +29,6 @@ pub struct ExactCase {
 pub(super) fn read(read: &Read) -> Result<ExactCase, CaseError> {
     let exact = Exact {
         case: &read.case,
-        of_law: &read.of_law,
         written: &read.written,
     };
     Ok(ExactCase {
@@ -41,215 +37,155 @@ pub(super) fn read(read: &Read) -> Result<ExactCase, CaseError> {
     })
 }
 
-/// Of a key of the schema that is a number or a list of them.
-fn dimension_of(path: &str) -> Dimension {
-    key_of(path).and_then(Key::dimension).unwrap_or(Dimension::Number)
-}
-
-/// The shortest decimal of a double.
-fn decimal(path: &str, number: f64) -> Result<BigRational, CaseError> {
-    quantity::decimal(&format!("{number:e}")).map_err(|message| CaseError::one("", path, message))
-}
-
-/// The number that is written at `path`.
-fn number_at(root: &Node, path: &str, dimension: Dimension) -> Result<BigRational, CaseError> {
-    let value = match root.at(path).map(|node| &node.value) {
-        Some(Value::Integer(number)) => Ok(BigRational::from_integer(BigInt::from(*number))),
-        Some(Value::Float(number)) => return decimal(path, *number),
-        Some(Value::Text(text)) => quantity::exact(text, dimension),
-        _ => Err("expected a number".to_owned()),
-    };
-    value.map_err(|message| CaseError::one("", path, message))
-}
-
-/// The key of the short form that says what stands at a path of the general one.
-fn short_key(path: &str) -> Option<&'static str> {
-    Some(match path {
-        "rotor.inertia.0" | "stator.inertia.0" => "torsion.surface_inertia",
-        "rotor.inertia.1" => "torsion.rotor_inertia",
-        "rotor.stiffness.0" | "stator.stiffness.0" => "torsion.stiffness",
-        "rotor.damping.0" | "stator.damping.0" => "torsion.damping",
-        _ => return None,
-    })
-}
-
 struct Exact<'a> {
     case: &'a Case,
-    /// The tree in which `friction` holds a law without memory.
-    of_law: &'a Node,
-    /// The tree as written.
+    /// The tree of its values.
     written: &'a Node,
 }
 
+type Found<T> = Result<T, CaseError>;
+
 impl Exact<'_> {
-    fn system(&self) -> Result<ExactSystem, CaseError> {
-        let trains = &self.case.system;
-        let rotor = self.train("rotor", &trains.rotor)?;
-        let stator = self.train("stator", &trains.stator)?;
-        let initial = &trains.initial;
-        let kicks = trains.kicks.iter().enumerate().map(|(index, kick)| {
-            let path = |name: &str| format!("perturbation.{index}.{name}");
+    fn system(&self) -> Found<ExactSystem> {
+        let system = &self.case.system;
+        let rotor = self.train("rotor", &system.rotor)?;
+        let stator = self.train("stator", &system.stator)?;
+        let initial = &system.initial;
+        let kicks = system.kicks.iter().enumerate().map(|(index, kick)| {
+            let number = |name: &str, value| self.number(&format!("perturbation.{index}.{name}"), value);
             Ok(Kick {
                 time: match kick.time {
-                    KickTime::At(time) => KickTime::At(self.number(&path("time"), Dimension::Time, time)?),
+                    KickTime::At(time) => KickTime::At(number("time", time)?),
                     KickTime::Instability => KickTime::Instability,
                 },
-                relative_velocity: self.number(
-                    &path("relative_velocity"),
-                    Dimension::AngularVelocity,
-                    kick.relative_velocity,
-                )?,
+                relative_velocity: number("relative_velocity", kick.relative_velocity)?,
                 on: kick.on,
             })
         });
         Ok(ExactSystem {
-            radius: match self.case.motion() {
-                Motion::Rotation => self.radius()?,
-                Motion::Translation => decimal("contact.radius", 1.0)?,
-            },
-            pressing: match &trains.pressing {
+            radius: self.radius()?,
+            pressing: match &system.pressing {
                 Pressing::Force(force) => Pressing::Force(self.drive("contact.normal_force", force)?),
                 Pressing::Axial { axial, actuation } => Pressing::Axial {
                     axial: Axial {
-                        mass: self.number("axial.mass", Dimension::Mass, axial.mass)?,
-                        stiffness: self.number("axial.stiffness", Dimension::Stiffness, axial.stiffness)?,
-                        damping: self.number("axial.damping", Dimension::Damping, axial.damping)?,
-                        ringing_floor: self.number(
-                            schema::AXIAL_RINGING_FLOOR,
-                            Dimension::Length,
-                            axial.ringing_floor,
-                        )?,
+                        mass: self.number("axial.mass", axial.mass)?,
+                        stiffness: self.number("axial.stiffness", axial.stiffness)?,
+                        damping: self.number("axial.damping", axial.damping)?,
+                        ringing_floor: self.number(schema::AXIAL_RINGING_FLOOR, axial.ringing_floor)?,
                     },
                     actuation: actuation.try_map(|field, index, value| {
-                        let path = schema::actuation_path(field);
-                        let dimension = dimension_of(&path);
+                        let field = if field == "value" { "force" } else { field };
                         let element = index.map_or(String::new(), |index| format!(".{index}"));
-                        self.number(&format!("{path}{element}"), dimension, *value)
+                        self.number(&format!("actuation.{field}{element}"), *value)
                     })?,
                 },
             },
-            law: self.law(&trains.law)?,
-            contact: match &trains.contact {
+            law: self.law(&system.law)?,
+            contact: match &system.contact {
                 ContactLaw::StickSlip => ContactLaw::StickSlip,
-                ContactLaw::Regularised(regularisation) => {
-                    ContactLaw::Regularised(self.regularisation(regularisation)?)
-                }
+                ContactLaw::Regularised(regularisation) => ContactLaw::Regularised(Regularisation {
+                    function: regularisation.function,
+                    speed: self.smoothing_speed(regularisation)?,
+                }),
                 ContactLaw::Bristles(bristles) => ContactLaw::Bristles(Bristles {
-                    stiffness: self.number(
-                        "friction.bristle_stiffness",
-                        Dimension::InverseAngle,
-                        bristles.stiffness,
-                    )?,
-                    damping: self.number("friction.bristle_damping", Dimension::FrictionDecay, bristles.damping)?,
-                    viscous: self.number("friction.viscous", Dimension::FrictionDecay, bristles.viscous)?,
+                    stiffness: self.number("friction.bristle_stiffness", bristles.stiffness)?,
+                    damping: self.number("friction.bristle_damping", bristles.damping)?,
+                    viscous: self.number("friction.viscous", bristles.viscous)?,
                 }),
             },
             breakaway: self.breakaway()?,
-            breakaway_test: trains.breakaway_test,
+            breakaway_test: system.breakaway_test,
             initial: Initial {
                 rotor_twist: self.list("initial.rotor_twist", &initial.rotor_twist)?,
                 rotor_speed: self.speeds("rotor", &rotor, &initial.rotor_speed)?,
                 stator_twist: self.list("initial.stator_twist", &initial.stator_twist)?,
                 stator_speed: self.speeds("stator", &stator, &initial.stator_speed)?,
             },
-            kicks: kicks.collect::<Result<_, CaseError>>()?,
+            kicks: kicks.collect::<Found<_>>()?,
             rotor,
             stator,
         })
     }
 
     /// |omega_r| below which statistics count a stick: as it is written, or what stands for it where it is left out.
-    fn threshold(&self) -> Result<Option<BigRational>, CaseError> {
+    fn threshold(&self) -> Found<Option<BigRational>> {
         const PATH: &str = "friction.threshold";
         let ten = BigRational::from_integer(10.into());
         Ok(match &self.case.system.contact {
             ContactLaw::StickSlip => None,
-            _ if self.written.at(PATH).is_some() => Some(self.number(PATH, Dimension::AngularVelocity, f64::NAN)?),
-            ContactLaw::Regularised(regularisation) => Some(self.regularisation(regularisation)?.speed * ten),
-            ContactLaw::Bristles(_) => {
-                let law = self.law(&self.case.system.law)?;
-                let scale = law.numbers.into_iter().find(|(key, _)| *key == "scale");
-                Some(match scale {
-                    Some((_, scale)) => scale / ten,
-                    None => decimal(PATH, self.case.threshold)?,
-                })
-            }
+            _ if self.written.at(PATH).is_some() => Some(self.number(PATH, f64::NAN)?),
+            ContactLaw::Regularised(regularisation) => Some(self.smoothing_speed(regularisation)? * ten),
+            ContactLaw::Bristles(_) => Some(self.law(&self.case.system.law)?.number("scale") / ten),
         })
     }
 
-    /// The parameters of the friction law; those that are left out by their defaults.
-    fn law(&self, law: &FrictionLaw) -> Result<ExactLaw, CaseError> {
+    fn smoothing_speed(&self, regularisation: &Regularisation) -> Found<BigRational> {
+        self.number("friction.regularisation.speed", regularisation.speed)
+    }
+
+    /// The parameters of the friction law; those that are left out by their defaults. With bristles it is their limit, and what is
+    /// viscous is theirs.
+    fn law(&self, law: &FrictionLaw) -> Found<ExactLaw> {
         let mut exact = ExactLaw {
             name: law.name(),
             numbers: Vec::new(),
             lists: Vec::new(),
             words: Vec::new(),
         };
+        let bristles = matches!(self.case.system.contact, ContactLaw::Bristles(_));
         for &key in FrictionLaw::keys_of(law.name()) {
             let path = format!("friction.{key}");
-            let dimension = self.case.motion().dimension(dimension_of(&path));
-            let number = |path: &str| number_at(self.of_law, path, dimension);
             if let Some(values) = law.list(key) {
-                let numbers = (0..values.len()).map(|index| number(&format!("{path}.{index}")));
-                exact.lists.push((key, numbers.collect::<Result<_, _>>()?));
+                exact.lists.push((key, self.list(&path, values)?));
             } else if let Some(word) = law.word(key) {
                 exact.words.push((key, word));
             } else {
-                let value = match (self.of_law.at(&path), law.number(key)) {
-                    (None, Some(default)) => decimal(&path, default)?,
-                    _ => number(&path)?,
+                let default = law.number(key).unwrap_or(f64::NAN);
+                let number = match bristles && key == "viscous" {
+                    true => decimal(&path, default),
+                    false => self.number(&path, default),
                 };
-                exact.numbers.push((key, value));
+                exact.numbers.push((key, number?));
             }
         }
         Ok(exact)
     }
 
-    /// r, given or from the diameters by equation (6) or (7).
-    fn radius(&self) -> Result<BigRational, CaseError> {
-        let length = |path: &str| number_at(self.written, path, Dimension::Length);
-        if self.written.at("contact.radius").is_some() {
-            return length("contact.radius");
+    /// r, given or from the diameters by equation (6) or (7); 1 in translation.
+    fn radius(&self) -> Found<BigRational> {
+        let number = |path: &str| self.number(path, self.case.system.radius);
+        if self.case.motion() == Motion::Translation || self.written.at("contact.radius").is_some() {
+            return number("contact.radius");
         }
-        let (outer, inner) = (length("contact.outer_diameter")?, length("contact.inner_diameter")?);
-        let pressure = matches!(
-            self.written.at("contact.wear").map(|node| &node.value),
-            Some(Value::Text(wear)) if wear == schema::UNIFORM_PRESSURE
-        );
-        Ok(if pressure {
-            uniform_pressure_radius(outer, inner)
-        } else {
-            uniform_wear_radius(outer, inner)
+        let (outer, inner) = (number("contact.outer_diameter")?, number("contact.inner_diameter")?);
+        let wear = self.written.at("contact.wear").map(|node| &node.value);
+        Ok(match wear {
+            Some(Value::Text(wear)) if wear == schema::UNIFORM_PRESSURE => uniform_pressure_radius(outer, inner),
+            _ => uniform_wear_radius(outer, inner),
         })
     }
 
-    fn regularisation(&self, regularisation: &Regularisation) -> Result<Regularisation<BigRational>, CaseError> {
-        const PATH: &str = "friction.regularisation.speed";
-        Ok(Regularisation {
-            function: regularisation.function,
-            speed: self.number(PATH, Dimension::AngularVelocity, regularisation.speed)?,
-        })
-    }
-
-    /// The number at `path`, whose dimension in rotation this is; what it became in the case if it is not written.
-    fn number(&self, path: &str, dimension: Dimension, default: f64) -> Result<BigRational, CaseError> {
-        self.raw(path, self.case.motion().dimension(dimension), default)
-    }
-
-    /// As [`Self::number`], of a dimension that no motion changes.
-    fn raw(&self, path: &str, dimension: Dimension, default: f64) -> Result<BigRational, CaseError> {
-        match self.place(path) {
-            Some(place) => number_at(self.written, place, dimension),
-            None => decimal(path, default),
-        }
+    /// The number at `path` of the general form, as it is written; what it became in the case if it is not.
+    fn number(&self, path: &str, default: f64) -> Found<BigRational> {
+        let dimension = numbers::dimension(path, Words::general(self.case.motion())).unwrap_or(Dimension::Number);
+        let value = match self
+            .place(path)
+            .and_then(|place| self.written.at(place))
+            .map(|node| &node.value)
+        {
+            None => return decimal(path, default),
+            Some(Value::Integer(number)) => Ok(BigRational::from_integer(BigInt::from(*number))),
+            Some(Value::Float(number)) => return decimal(path, *number),
+            Some(Value::Text(text)) => quantity::exact(text, dimension),
+            Some(_) => Err("expected a number".to_owned()),
+        };
+        value.map_err(|message| CaseError::one("", path, message))
     }
 
     /// Where the number of a path is written: there, at the key of the short form, or as a number for a list of one.
     fn place<'p>(&self, path: &'p str) -> Option<&'p str> {
-        let path = match self.case.words.short {
-            true => short_key(path).unwrap_or(path),
-            false => path,
-        };
+        let mut same = schema::SAME.iter().filter(|_| self.case.words.short);
+        let path = same.find(|same| same.1.contains(&path)).map_or(path, |same| same.0);
         if self.written.at(path).is_some() {
             return Some(path);
         }
@@ -259,30 +195,20 @@ impl Exact<'_> {
         })
     }
 
-    /// The list of a key of the general form.
-    fn list(&self, path: &str, values: &[f64]) -> Result<Vec<BigRational>, CaseError> {
-        let (dimension, _) = keys::measure(path);
+    /// The list of a key.
+    fn list(&self, path: &str, values: &[f64]) -> Found<Vec<BigRational>> {
         let elements = values.iter().enumerate();
         elements
-            .map(|(index, value)| self.number(&format!("{path}.{index}"), dimension, *value))
+            .map(|(index, value)| self.number(&format!("{path}.{index}"), *value))
             .collect()
     }
 
-    /// The signal of a key of the general form.
-    fn drive(&self, path: &str, drive: &Drive) -> Result<Drive<BigRational>, CaseError> {
-        let (dimension, _) = keys::measure(path);
-        drive.try_map(|inner, value| {
-            let dimension = signals::dimension_of(inner, dimension, self.case.motion());
-            let path = if inner.is_empty() {
-                path.to_owned()
-            } else {
-                format!("{path}.{inner}")
-            };
-            self.raw(&path, dimension, *value)
-        })
+    /// The signal of a key.
+    fn drive(&self, path: &str, drive: &Drive) -> Found<Drive<BigRational>> {
+        drive.try_map(|inner, value| self.number(format!("{path}.{inner}").trim_end_matches('.'), *value))
     }
 
-    fn train(&self, side: &str, train: &Train) -> Result<Train<BigRational>, CaseError> {
+    fn train(&self, side: &str, train: &Train) -> Found<Train<BigRational>> {
         let list = |name: &str, values: &[f64]| self.list(&format!("{side}.{name}"), values);
         Ok(Train {
             inertia: list("inertia", &train.inertia)?,
@@ -305,11 +231,10 @@ impl Exact<'_> {
     }
 
     /// The speeds of a train's inertias at t = 0: those that are given, or that of a driven end.
-    fn speeds(&self, side: &str, train: &Train<BigRational>, speeds: &[f64]) -> Result<Vec<BigRational>, CaseError> {
+    fn speeds(&self, side: &str, train: &Train<BigRational>, speeds: &[f64]) -> Found<Vec<BigRational>> {
         let path = format!("initial.{side}_speed");
         if side == "rotor" && self.written.at("initial.speed").is_some() {
-            let speed = self.number("initial.speed", Dimension::AngularVelocity, f64::NAN)?;
-            return Ok(vec![speed; speeds.len()]);
+            return Ok(vec![self.number("initial.speed", f64::NAN)?; speeds.len()]);
         }
         let mut found = self.list(&path, speeds)?;
         if let End::Driven(speed) = &train.end {
@@ -324,17 +249,21 @@ impl Exact<'_> {
     }
 
     /// mu_0, or what stands for it where it is left out.
-    fn breakaway(&self) -> Result<BigRational, CaseError> {
-        const PATH: &str = "friction.breakaway";
+    fn breakaway(&self) -> Found<BigRational> {
         let system = &self.case.system;
-        match self.written.at(PATH) {
-            Some(_) => self.number(PATH, Dimension::Number, f64::NAN),
+        match self.written.at("friction.breakaway") {
+            Some(_) => self.number("friction.breakaway", f64::NAN),
             None => {
                 let key = system.law.key_at_vanishing_speed();
-                self.number(&format!("friction.{key}"), Dimension::Number, system.breakaway)
+                self.number(&format!("friction.{key}"), system.breakaway)
             }
         }
     }
+}
+
+/// The shortest decimal of a double.
+fn decimal(path: &str, number: f64) -> Found<BigRational> {
+    quantity::decimal(&format!("{number:e}")).map_err(|message| CaseError::one("", path, message))
 }
 
 /// The value of a signal at t = 0.

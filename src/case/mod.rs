@@ -1,11 +1,25 @@
-//! The TOML case file: units, validation, overrides.
+//! The case file: TOML with units, read into a system and the words for its places.
 //!
-//! A [`CaseSource`] is text and where it is from; [`Case::read`] turns it, with overrides, into a valid [`Case`]
-//! in SI or into a [`CaseError`] that names every problem by file, line and key. The keys are those of
-//! [`schema::keys`] and [`train_keys`], the units those of [`quantity::UNITS`], the built-in cases [`builtin::CASES`].
+//! A [`CaseSource`] is text and where it is from; [`Case::read`] turns it, with overrides, into a valid [`Case`] in SI or into a
+//! [`CaseError`] that names every problem by file, line and key. A file has the short form, `[torsion]`, or the general one,
+//! `[rotor]` and `[stator]`: two lists of keys for one system. Only this module knows which.
 //!
-//! A file has the short form, `[torsion]`, or the general one, `[rotor]` and `[stator]`. Only this module knows which: a case is
-//! a system, and the words for its places.
+//! | file | question |
+//! |---|---|
+//! | `source`, `builtin` | Where is the text from? |
+//! | `document` | What is the text? A tree of values with their lines, and overrides in it |
+//! | `schema` | Which keys are there? One row for each: path, form, default, kind, places of a case, description |
+//! | `place` | What stands at a place of a case, and how is it set and written? |
+//! | `quantity`, `motion` | What does a number measure, and in which unit? |
+//! | `value`, `signals` | What does one value say: a number, a word, a list, a signal? |
+//! | `reader` | What does the tree say? Every key by its row, and every problem |
+//! | `chains`, `contact` | The same where keys depend on each other: parts of a chain, radius, pressing, law |
+//! | `conditions` | Do the values go together? |
+//! | `resolved` | The case as text in SI |
+//! | `numbers`, `written` | Which numbers has a case, with how many digits, and what is it with another one? |
+//! | `exact` | The system without rounding |
+//! | `setting`, `case_keys` | What may vary in a study? |
+//! | `words` | How are the places of the system called? |
 //!
 //! ```
 //! use stickslip::case::{Case, CaseSource, Override};
@@ -21,19 +35,20 @@ pub mod quantity;
 pub mod schema;
 
 mod case_keys;
+mod chains;
 mod conditions;
+mod contact;
 pub(crate) mod document;
-mod draft;
 mod error;
 mod exact;
 mod motion;
 mod numbers;
+mod place;
 mod reader;
 mod resolved;
 mod setting;
-mod short_form;
+mod signals;
 mod source;
-mod trains;
 mod value;
 mod words;
 mod written;
@@ -44,19 +59,21 @@ pub use error::{CaseError, Problem};
 pub use exact::ExactCase;
 pub use motion::Motion;
 pub use numbers::CaseNumber;
+pub(crate) use schema::key_of;
+pub use schema::train_keys;
 pub use setting::Setting;
-pub(crate) use setting::{Slot, key_of};
+pub(crate) use setting::Slot;
 pub use source::{CaseSource, Origin};
 pub(crate) use source::{toml_text, words};
-pub use trains::train_keys;
 pub(crate) use value::number_of;
 pub use words::Words;
 pub use written::WrittenCase;
 
-use draft::Draft;
-
+use crate::friction::{Exponential, Parameters as _};
 use crate::model::margin::twice_resistance;
-use crate::model::system::System;
+use crate::model::system::{ContactLaw, End, Initial, Pressing, System, Train};
+use crate::model::{Axial, BreakawayTest, Parameters};
+use crate::signal::{Drive, Profile as _, Ramp};
 use crate::simulation::{Following, OutputOptions, SolverOptions};
 
 /// A case: what is computed, how, and what is recorded. Always valid when it comes from [`Case::read`].
@@ -81,7 +98,7 @@ impl Case {
     /// # Errors
     /// All problems that were found, each with its place, its key and what to do.
     pub fn read(source: &CaseSource, overrides: &[Override]) -> Result<Case, CaseError> {
-        read(source, overrides).map(|read| read.case)
+        reader::read(source, overrides).map(|read| read.case)
     }
 
     /// The system without rounding: decimals as written, units by their exact factors. A plain number is the shortest decimal of
@@ -92,17 +109,13 @@ impl Case {
     /// # Errors
     /// As those of [`Case::read`].
     pub fn exact(source: &CaseSource, overrides: &[Override]) -> Result<ExactCase, CaseError> {
-        exact::read(&read(source, overrides)?)
+        exact::read(&reader::read(source, overrides)?)
     }
 
     /// The case as a TOML text in which every value is a number in SI, written so that it reads back as the identical case.
     /// Diameters of the contact have become the radius.
     pub fn resolved(&self) -> String {
-        match Draft::short(self) {
-            Some(draft) => resolved::write(&draft),
-            // A system that the short form cannot say, or one that is written in the general form.
-            None => trains::resolved::write(self),
-        }
+        resolved::write(self)
     }
 
     /// The number at a dotted path of the resolved text, such as `torsion.damping` or `stator.speed.amplitude`, in the unit of its
@@ -125,6 +138,71 @@ impl Case {
         Case {
             words: Words::general(self.motion()),
             ..self.clone()
+        }
+    }
+
+    /// Whether it is written in the short form: its words are, and it is a system that this form can say.
+    fn is_short(&self) -> bool {
+        self.words.short && Parameters::of(&self.system).is_some()
+    }
+
+    /// The defaults of the schema, and NaN for each number that has none. In the short form a rotor of surface and inertia on one
+    /// shaft, free, and a surface on a shaft that ends in the ground.
+    fn blank(title: String, words: Words) -> Case {
+        let [rotor, stator] = if words.short { [2, 1] } else { [0, 0] };
+        let train = |inertias: usize, end: End| Train {
+            inertia: vec![f64::NAN; inertias],
+            stiffness: vec![f64::NAN; inertias.min(1)],
+            damping: vec![f64::NAN; inertias.min(1)],
+            viscous: vec![0.0; inertias],
+            end,
+            torque: None,
+        };
+        Case {
+            title,
+            system: System {
+                rotor: train(rotor, End::Free),
+                stator: train(stator, End::Fixed),
+                radius: f64::NAN,
+                pressing: match words.short {
+                    true => Case::axial_mode(),
+                    false => Pressing::Force(Drive::Value(f64::NAN)),
+                },
+                breakaway: f64::NAN,
+                breakaway_test: BreakawayTest::default(),
+                law: Exponential::unset().into(),
+                contact: ContactLaw::StickSlip,
+                initial: Initial {
+                    rotor_twist: vec![0.0; rotor.min(1)],
+                    rotor_speed: vec![f64::NAN; rotor],
+                    stator_twist: vec![0.0; stator],
+                    stator_speed: vec![0.0; stator],
+                },
+                kicks: Vec::new(),
+            },
+            solver: SolverOptions::default(),
+            output: OutputOptions {
+                end_time: 10.0,
+                interval: f64::NAN,
+                windows: Vec::new(),
+                steps: false,
+                follow: Following::default(),
+            },
+            words,
+            threshold: f64::NAN,
+        }
+    }
+
+    /// An axial mode of which no number is known yet.
+    fn axial_mode() -> Pressing {
+        Pressing::Axial {
+            axial: Axial {
+                mass: f64::NAN,
+                stiffness: f64::NAN,
+                damping: f64::NAN,
+                ringing_floor: Axial::RINGING_FLOOR,
+            },
+            actuation: Ramp::blank().into(),
         }
     }
 
@@ -154,41 +232,6 @@ impl Case {
     /// The sliding speed (rad/s) below which a contact without stick counts as stuck; 0 of others.
     pub fn threshold(&self) -> f64 {
         self.threshold
-    }
-
-    /// The system.
-    pub fn system(&self) -> &System {
-        &self.system
-    }
-
-    /// A text for reports and figures.
-    pub fn title(&self) -> &str {
-        &self.title
-    }
-
-    /// How it is computed.
-    pub fn solver(&self) -> &SolverOptions {
-        &self.solver
-    }
-
-    /// Which times are computed and recorded.
-    pub fn output(&self) -> &OutputOptions {
-        &self.output
-    }
-}
-
-/// Reads a case in whichever form it has, with the tree of its values.
-fn read(source: &CaseSource, overrides: &[Override]) -> Result<reader::Read, CaseError> {
-    let mut root = document::read(&source.text, &source.label())?;
-    let mut problems = Vec::new();
-    for change in overrides {
-        if let Err(problem) = document::apply(&mut root, change) {
-            problems.push((usize::MAX, problem));
-        }
-    }
-    match words::is_general(&root) {
-        true => trains::read(source, root, problems),
-        false => short_form::read(source, root, problems),
     }
 }
 

@@ -7,7 +7,7 @@
 //! The radian is a unit of its own here, so that `deg`, `rev` and `rpm` convert and a misplaced angle is found,
 //! but it may be left out: `N m` is accepted where `N m/rad` is meant, `1/s` where `rad/s` is.
 
-use crate::quote::shown;
+use crate::quote::quoted;
 use num_bigint::BigInt;
 use num_rational::BigRational;
 use num_traits::{One, Pow, ToPrimitive, Zero};
@@ -156,13 +156,13 @@ const LONGEST_NUMBER: usize = 100;
 /// Every symbol of a longer expression, bytes, would be looked up and multiplied.
 const LONGEST_UNIT: usize = 200;
 
-/// Quantities of one dimension that are remembered, and bytes of the longest.
-const MOST_KNOWN: usize = 256;
+/// Quantities that are remembered, and bytes of the longest.
+const MOST_KNOWN: usize = 2048;
 const LONGEST_KNOWN: usize = 64;
 
 thread_local! {
     // The same case is read again and again where it is run with other overrides, and exact arithmetic is most of that.
-    static KNOWN: RefCell<HashMap<Dimension, HashMap<String, f64>>> = RefCell::default();
+    static KNOWN: RefCell<HashMap<(Dimension, String), f64>> = RefCell::default();
 }
 
 /// `text` in the SI unit of `dimension`: the exact product, rounded once to the nearest double.
@@ -170,27 +170,21 @@ thread_local! {
 /// # Errors
 /// The text of the error says what is wrong with the quantity, and what was expected instead.
 pub fn parse(text: &str, dimension: Dimension) -> Result<f64, String> {
-    if let Some(value) = KNOWN.with_borrow(|known| known.get(&dimension)?.get(text).copied()) {
+    let key = (dimension, text.to_owned());
+    if let Some(value) = KNOWN.with_borrow(|known| known.get(&key).copied()) {
         return Ok(value);
     }
-    match exact(text, dimension)?.to_f64() {
-        Some(value) if value.is_finite() => {
-            if text.len() <= LONGEST_KNOWN {
-                KNOWN.with_borrow_mut(|known| {
-                    let known = known.entry(dimension).or_default();
-                    if known.len() >= MOST_KNOWN {
-                        known.clear();
-                    }
-                    known.insert(text.to_owned(), value);
-                });
+    let value = exact(text, dimension)?.to_f64().filter(|value| value.is_finite());
+    let value = value.ok_or_else(|| format!("{} is too large for double precision", quoted(text)))?;
+    if text.len() <= LONGEST_KNOWN {
+        KNOWN.with_borrow_mut(|known| {
+            if known.len() >= MOST_KNOWN {
+                known.clear();
             }
-            Ok(value)
-        }
-        _ => Err(format!(
-            "\"{text}\" is too large for double precision",
-            text = shown(text)
-        )),
+            known.insert(key, value);
+        });
     }
+    Ok(value)
 }
 
 /// `text` in the SI unit of `dimension`, exactly.
@@ -199,25 +193,22 @@ pub fn parse(text: &str, dimension: Dimension) -> Result<f64, String> {
 /// As those of [`parse`].
 pub fn exact(text: &str, dimension: Dimension) -> Result<BigRational, String> {
     let (number, expression) = split_number(text).ok_or_else(|| {
+        let (expected, example) = (expectation(dimension), written(dimension));
         format!(
-            "\"{text}\" is not a quantity: expected {}, such as {}",
-            expectation(dimension),
-            written(dimension),
-            text = shown(text)
+            "{} is not a quantity: expected {expected}, such as {example}",
+            quoted(text)
         )
     })?;
     if dimension == Dimension::Number {
         return Err(format!(
-            "expected a plain number, without quotes or unit, but got \"{text}\"",
-            text = shown(text)
+            "expected a plain number, without quotes or unit, but got {}",
+            quoted(text)
         ));
     }
     if expression.is_empty() {
+        let (text, unit, example) = (quoted(text), dimension.unit(), written(dimension));
         return Err(format!(
-            "\"{text}\" has no unit: write {number} without quotes if it is in {}, or add the unit, such as {}",
-            dimension.unit(),
-            written(dimension),
-            text = shown(text)
+            "{text} has no unit: write {number} without quotes if it is in {unit}, or add the unit, such as {example}"
         ));
     }
     if expression.len() > LONGEST_UNIT {
@@ -248,12 +239,8 @@ pub fn exact(text: &str, dimension: Dimension) -> Result<BigRational, String> {
     let mut without_angle = expected.exponents;
     without_angle[3] = 0;
     if unit.exponents != expected.exponents && unit.exponents != without_angle {
-        return Err(format!(
-            "expected {}, but \"{text}\" is {}",
-            expectation(dimension),
-            describe(unit.exponents),
-            text = shown(text)
-        ));
+        let (expected, found) = (expectation(dimension), describe(unit.exponents));
+        return Err(format!("expected {expected}, but {} is {found}", quoted(text)));
     }
     Ok(number * unit.value)
 }
@@ -266,8 +253,7 @@ pub fn exact(text: &str, dimension: Dimension) -> Result<BigRational, String> {
 pub(crate) fn printed(text: &str, dimension: Dimension) -> Result<(f64, f64), String> {
     let plain = dimension == Dimension::Number;
     let number = split_number(text).filter(|(_, unit)| !plain || unit.is_empty());
-    let (number, unit) =
-        number.ok_or_else(|| format!("\"{text}\" is not {}", expectation(dimension), text = shown(text)))?;
+    let (number, unit) = number.ok_or_else(|| format!("{} is not {}", quoted(text), expectation(dimension)))?;
     let value = if plain {
         decimal(number)?
     } else {
@@ -281,10 +267,7 @@ pub(crate) fn printed(text: &str, dimension: Dimension) -> Result<(f64, f64), St
     let half = if plain { half } else { half * expand(unit)?.value };
     match (value.to_f64(), half.to_f64()) {
         (Some(value), Some(half)) if value.is_finite() && half.is_finite() => Ok((value, half)),
-        _ => Err(format!(
-            "\"{text}\" is too large for double precision",
-            text = shown(text)
-        )),
+        _ => Err(format!("{} is too large for double precision", quoted(text))),
     }
 }
 
@@ -328,12 +311,9 @@ fn describe(exponents: [i32; 4]) -> String {
         .into_iter()
         .zip(exponents)
         .filter(|&(_, power)| power != 0)
-        .map(|(symbol, power)| {
-            if power == 1 {
-                symbol.to_owned()
-            } else {
-                format!("{symbol}^{power}")
-            }
+        .map(|(symbol, power)| match power {
+            1 => symbol.to_owned(),
+            _ => format!("{symbol}^{power}"),
         })
         .collect();
     match factors.is_empty() {
@@ -450,10 +430,7 @@ fn expand(expression: &str) -> Result<Exact, String> {
 }
 
 fn malformed(expression: &str, why: &str) -> String {
-    format!(
-        "the unit \"{expression}\" cannot be read: {why}",
-        expression = shown(expression)
-    )
+    format!("the unit {} cannot be read: {why}", quoted(expression))
 }
 
 /// The power at the start of `text` (1 if there is none) and the rest; `None` if the power is malformed.
@@ -507,5 +484,5 @@ fn unknown_unit(symbol: &str) -> String {
             None => format!("the units are {}", known.collect::<Vec<_>>().join(" ")),
         },
     };
-    format!("unknown unit \"{symbol}\": {hint}", symbol = shown(symbol))
+    format!("unknown unit {}: {hint}", quoted(symbol))
 }

@@ -1,27 +1,23 @@
-//! Reads the keys of the schema from the tree of values into a draft, and gathers every problem on the way.
+//! From the tree of values to a valid case, with every problem on the way.
 
-use super::conditions::Violation;
+use super::case_keys::of_other_form;
+use super::conditions::{self, Violation};
 use super::document::{Node, Place, Value};
-use super::draft::Draft;
 use super::error::{CaseError, Problem};
-use super::quantity::Dimension;
-use super::schema::{self, ARRAYS, Domain, Key, Kind, Presence};
-use super::setting::read_setting;
+use super::place::Content;
+use super::quantity::{self, Dimension};
+use super::schema::{self, ARRAYS, Key, Kind, Presence};
 use super::source::Origin;
-use super::value::{choice, number};
-use super::{Case, Motion, Setting, suggest};
-use crate::friction::FrictionLaw;
-use crate::model::KickTime;
-use crate::model::contact::{uniform_pressure_radius, uniform_wear_radius};
-use crate::quote::shown;
+use super::value::{number, numbers, single};
+use super::words::{form_of, named_motion};
+use super::{Case, CaseSource, Motion, Override, Words, signals, suggest};
+use crate::friction::Law as _;
 use crate::signal::Signal;
 use crate::simulation::Around;
 
 /// A case, and its values as they were written.
 pub(super) struct Read {
     pub(super) case: Case,
-    /// With bristles, `friction` holds the law g alone.
-    pub(super) of_law: Node,
     pub(super) written: Node,
 }
 
@@ -29,40 +25,91 @@ pub(super) struct Read {
 pub(super) struct Reader {
     /// What is read.
     pub(super) root: Node,
-    /// The whole tree, where each value has its place.
-    pub(super) all: Node,
-    label: String,
+    pub(super) label: String,
     /// Each with the rank of its place.
-    pub(super) problems: Vec<(usize, Problem)>,
-    /// The paths of all keys that there are, with `[]` for indices.
-    known: Vec<&'static str>,
-    /// What the numbers measure.
-    motion: Motion,
-    /// A law beyond [`FrictionLaw`] that the case may have, and its keys, each with whether it is required.
-    pub(super) further_law: Option<(&'static str, &'static [(&'static str, bool)])>,
+    problems: Vec<(usize, Problem)>,
+    pub(super) words: Words,
+}
+
+/// Whether a value is there, and as it should be.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) enum Given {
+    Absent,
+    /// It has been reported.
+    Wrong,
+    Right,
+}
+
+/// Reads a case in whichever form it has.
+pub(super) fn read(source: &CaseSource, overrides: &[Override]) -> Result<Read, CaseError> {
+    let (root, short, problems) = form_of(source, overrides)?;
+    let motion = if short { Ok(None) } else { named_motion(&root) };
+    let known = motion.as_ref().ok().copied().flatten().unwrap_or_default();
+    let words = if short { Words::SHORT } else { Words::general(known) };
+    let mut reader = Reader {
+        root,
+        label: source.label(),
+        problems: problems.into_iter().map(|problem| (usize::MAX, problem)).collect(),
+        words,
+    };
+    let mut case = Case::blank(source.name(), words);
+    match motion {
+        Ok(_) => reader.case(&mut case, &source.origin),
+        // Which units and keys the rest may have is not known without it.
+        Err(message) => reader.report("motion", message),
+    }
+    // Conditions between values mean nothing while some are missing.
+    if reader.problems.is_empty() {
+        for violation in conditions::violated(&case) {
+            reader.report_violation(violation);
+        }
+    }
+    let mut problems = reader.problems;
+    if problems.is_empty() {
+        let written = reader.root;
+        return Ok(Read { case, written });
+    }
+    problems.sort_by_key(|&(rank, _)| rank);
+    let problems = problems.into_iter().map(|(_, problem)| problem).collect();
+    Err(CaseError { problems })
 }
 
 impl Reader {
-    pub(super) fn new(
-        root: Node,
-        label: String,
-        problems: Vec<(usize, Problem)>,
-        known: Vec<&'static str>,
-        motion: Motion,
-    ) -> Reader {
-        Reader {
-            all: root.clone(),
-            root,
-            label,
-            problems,
-            known,
-            motion,
-            further_law: None,
+    fn case(&mut self, case: &mut Case, origin: &Origin) {
+        let root = self.root.clone();
+        self.check_names(&root, "", "");
+        let short = self.words.short;
+        let has_chains = short || (self.chain(case, "rotor") & self.chain(case, "stator"));
+        if !short {
+            self.pressing(case);
         }
+        self.contact_law(case);
+        for array in ARRAYS {
+            if let Some(Value::Array(elements)) = self.root.at(array).map(|node| &node.value) {
+                schema::resize(case, array, elements.len());
+            }
+        }
+        // Without stick, friction at rest is that of the law unless it is given.
+        let needs_breakaway = self.sticks(case) || self.has("friction.breakaway");
+        self.fill(case, |key| match key.split() {
+            ("rotor" | "stator", _) | ("contact", "radius") | ("friction", "law") => false,
+            ("friction", "breakaway") => needs_breakaway,
+            ("initial", _) => short,
+            _ => true,
+        });
+        if !needs_breakaway && self.problems.is_empty() {
+            case.system.breakaway = case.system.law.at_vanishing_speed();
+        }
+        self.radius(case);
+        self.threshold(case);
+        if !short && has_chains {
+            self.initial(case);
+        }
+        self.fill_output(case, origin);
     }
 
     /// What was left out of [output] and follows from the rest of it.
-    pub(super) fn fill_output(&self, case: &mut Draft, origin: &Origin) {
+    fn fill_output(&self, case: &mut Case, origin: &Origin) {
         const SAMPLES: f64 = 1000.0;
         let output = &mut case.output;
         if output.interval.is_nan() {
@@ -75,34 +122,13 @@ impl Reader {
         }
         // The case in a result file says all that it has: of a version without the key, it has no such samples.
         let written = !matches!(origin, Origin::Result(_));
-        let said = self.root.at(schema::AROUND).is_some();
-        if written && !said && output.windows.is_empty() && case.solver.method.locates_events() {
+        if written && !self.has(schema::AROUND) && output.windows.is_empty() && case.solver.method.locates_events() {
             output.follow.around = Some(Around::Events);
         }
     }
 
-    /// The case with its values, or the problems in the order of the file.
-    pub(super) fn finish(self, case: Option<Case>) -> Result<Read, CaseError> {
-        if let (Some(case), true) = (case, self.problems.is_empty()) {
-            return Ok(Read {
-                case,
-                of_law: self.root,
-                written: self.all,
-            });
-        }
-        let mut problems = self.problems;
-        problems.sort_by_key(|&(rank, _)| rank);
-        let problems: Vec<Problem> = problems.into_iter().map(|(_, problem)| problem).collect();
-        match problems.is_empty() {
-            true => Err(CaseError::one(self.label, "", "the case cannot be read")),
-            false => Err(CaseError { problems }),
-        }
-    }
-
-    /// Finds unknown keys in the whole tree.
-    pub(super) fn check_names(&mut self) {
-        let root = self.root.clone();
-        self.check_names_of(&root, "", "");
+    pub(super) fn has(&self, path: &str) -> bool {
+        self.root.at(path).is_some()
     }
 
     /// Reports a problem at the value of `path`, or at what would contain it.
@@ -123,8 +149,8 @@ impl Reader {
 
     /// The place of the value at `path`, or of what would contain it; `None` if that is the whole file.
     fn place(&self, path: &str) -> Option<Place> {
-        let node = self.all.closest(path);
-        (!std::ptr::eq(node, &self.all)).then(|| node.place.clone())
+        let node = self.root.closest(path);
+        (!std::ptr::eq(node, &self.root)).then(|| node.place.clone())
     }
 
     fn push(&mut self, place: Option<Place>, key: &str, message: String) {
@@ -142,16 +168,17 @@ impl Reader {
     }
 
     /// Whether the value at `path` comes from an override.
-    fn is_overridden(&self, path: &str) -> bool {
-        matches!(self.all.closest(path).place, Place::Override(_))
+    pub(super) fn is_overridden(&self, path: &str) -> bool {
+        matches!(self.root.closest(path).place, Place::Override(_))
     }
 
-    /// Finds unknown keys, and tables and arrays where they do not belong. `path` is where `node` is; `pattern`
-    /// is the same with `[]` for indices, as in the schema.
-    fn check_names_of(&mut self, node: &Node, path: &str, pattern: &str) {
+    /// Finds unknown keys, and tables and arrays where they do not belong. `path` is where `node` is; `pattern` is the same with
+    /// `[]` for indices, as in the schema.
+    fn check_names(&mut self, node: &Node, path: &str, pattern: &str) {
         let Value::Table(entries) = &node.value else {
             return self.report(path, format!("expected a table, but got {}", node.value.describe()));
         };
+        let known = schema::known(self.words.short);
         for (name, child) in entries {
             let parent = path;
             // Quoted, so that a key with a dot in its name is not taken for a path.
@@ -159,15 +186,11 @@ impl Reader {
             let path = join(parent, &segment);
             let pattern_here = join(pattern, &segment);
             let inside = format!("{pattern_here}.");
-            if ARRAYS.iter().any(|array| array.path == pattern_here) {
+            if ARRAYS.contains(&pattern_here.as_str()) {
                 match &child.value {
                     Value::Array(elements) => {
                         for (index, element) in elements.iter().enumerate() {
-                            self.check_names_of(
-                                element,
-                                &join(&path, &index.to_string()),
-                                &format!("{pattern_here}[]"),
-                            );
+                            self.check_names(element, &join(&path, &index.to_string()), &format!("{pattern_here}[]"));
                         }
                     }
                     _ => self.report(
@@ -175,57 +198,72 @@ impl Reader {
                         format!("expected an array of tables: write [[{path}]], or {path} = []"),
                     ),
                 }
-            } else if self.known.iter().any(|key| key.starts_with(&inside)) {
-                self.check_names_of(child, &path, &pattern_here);
-            } else if !self.known.contains(&pattern_here.as_str()) {
-                let message = unknown_key(name, parent, pattern, &self.known);
+            } else if known.iter().any(|key| key.starts_with(&inside)) {
+                self.check_names(child, &path, &pattern_here);
+            } else if !known.contains(&pattern_here.as_str()) && !self.check_form(child, &path) {
+                let message = unknown_key(name, parent, pattern, &known);
                 self.push(Some(child.place.clone()), &path, message);
             }
         }
     }
 
-    /// Reads those keys that `wanted` says yes to, by their paths.
-    pub(super) fn fill_keys(&mut self, case: &mut Draft, wanted: impl Fn(&str) -> bool) {
-        for array in ARRAYS {
-            if let Some(Value::Array(elements)) = self.root.at(array.path).map(|node| &node.value) {
-                (array.resize)(case, elements.len());
-            }
+    /// Reports the keys of the other form in an unknown table. Whether there are any.
+    fn check_form(&mut self, node: &Node, path: &str) -> bool {
+        if path == "torsion" && matches!(node.place, Place::Line(_)) {
+            let message = "beside [rotor] and [stator]: it is the short form of a rotor of two inertias and a stator of one; \
+                           keep either [torsion], or [rotor] and [stator]";
+            self.report(path, message);
+            return true;
         }
-        for key in schema::keys().iter().filter(|key| wanted(key.path)) {
-            let count = schema::array_of(key).map_or(1, |(array, _)| (array.length)(case));
-            for index in 0..count {
+        if let (Value::Table(entries), None) = (&node.value, node.at("profile")) {
+            let mut any = false;
+            for (name, child) in entries {
+                any |= self.check_form(child, &join(path, name));
+            }
+            return any;
+        }
+        let message = of_other_form(path, self.words.short);
+        message.is_some_and(|message| {
+            self.push(Some(node.place.clone()), path, message);
+            true
+        })
+    }
+
+    /// Reads those keys that `wanted` says yes to.
+    pub(super) fn fill(&mut self, case: &mut Case, wanted: impl Fn(&Key) -> bool) {
+        for key in schema::in_order(self.words.short).iter().filter(|key| wanted(key)) {
+            for index in 0..key.count(case) {
                 self.fill_key(case, key, index);
             }
         }
     }
 
-    fn fill_key(&mut self, case: &mut Draft, key: &Key, index: usize) {
-        let path = schema::concrete(key, index);
-        if let Presence::Profile(profile) = key.presence {
-            match self.chosen_profile() {
-                Some(chosen) if chosen == profile => {}
-                Some(chosen) => return self.check_left_over(key, profile, chosen),
-                None => return,
-            }
-            // What is left of the other profile says how to switch; that more is missing follows from it.
-            if self.is_overridden("actuation.profile") && self.left_over(profile).is_some() {
-                return;
-            }
-        }
-        if let Presence::Law { .. } = key.presence {
-            let Some(law) = self.chosen_law() else { return };
-            if !FrictionLaw::keys_of(law)
-                .iter()
-                .any(|name| key.path == format!("friction.{name}"))
-            {
-                return self.check_other_law(key, law);
-            }
-            // As above.
-            if self.is_overridden(schema::FRICTION_LAW) && self.of_other_laws(law).next().is_some() {
-                return;
+    /// Reads the key at a path that leads to no element.
+    pub(super) fn fill_path(&mut self, case: &mut Case, path: &str) -> Given {
+        let found = schema::find(path, self.words.short).next();
+        found.map_or(Given::Absent, |(key, index, _)| self.fill_key(case, key, index))
+    }
+
+    fn fill_key(&mut self, case: &mut Case, key: &Key, index: usize) -> Given {
+        let path = key.concrete(index);
+        if let Some(choice) = Choice::of(key) {
+            let chosen = self.chosen(choice);
+            let Some(chosen) = chosen.filter(|chosen| belongs(key, chosen)) else {
+                if let Some(chosen) = chosen {
+                    self.check_choice(key, choice, chosen);
+                }
+                return Given::Wrong;
+            };
+            // What is left of another choice says how to switch; that more is missing follows from it.
+            if self.is_overridden(choice.path) && self.foreign(choice, chosen).next().is_some() {
+                return Given::Wrong;
             }
         }
-        let Some(node) = self.root.at(&path).cloned() else {
+        // It is no key of this case: nothing of it is read.
+        if (key.places)(case, index).is_empty() {
+            return Given::Absent;
+        }
+        let Some(node) = self.root.at(&path) else {
             // Something else in the place of the table has been reported already.
             let in_table = matches!(self.root.closest(&path).value, Value::Table(_));
             let required = matches!(
@@ -233,282 +271,183 @@ impl Reader {
                 Presence::Required | Presence::Profile(_) | Presence::Law { default: None }
             );
             if in_table && required {
-                self.report(&path, missing(key, self.motion));
+                self.report(&path, missing(key, self.words.motion()));
             }
-            return;
+            return Given::Absent;
         };
-        if let Err(complaints) = store(case, key, index, &node, self.motion) {
-            for (inner, message) in complaints {
-                self.report(&format!("{path}{inner}"), message);
+        let read = content(key, &path, node, self.words.motion());
+        self.taken(read).map_or(Given::Wrong, |content| {
+            for mut place in (key.places)(case, index) {
+                place.set(content.clone());
             }
-        }
-    }
-
-    /// A key that is given although it belongs to another profile than the chosen one.
-    fn left_over(&self, chosen: &'static str) -> Option<&'static Key> {
-        schema::keys().iter().find(|key| {
-            let of_another = matches!(key.presence, Presence::Profile(profile) if profile != chosen);
-            // A path that the chosen profile has as well is its own.
-            let shared = schema::keys()
-                .iter()
-                .any(|k| k.path == key.path && k.presence == Presence::Profile(chosen));
-            of_another && !shared && self.root.at(key.path).is_some()
+            Given::Right
         })
     }
 
-    /// Reports `key`, of `profile`, if it is given although the profile is `chosen`.
-    fn check_left_over(&mut self, key: &Key, profile: &'static str, chosen: &'static str) {
-        if self.left_over(chosen).is_none_or(|left| left.path != key.path) {
+    /// What was read; what is wrong with it is reported.
+    pub(super) fn taken<T>(&mut self, read: Result<T, Vec<Violation>>) -> Option<T> {
+        read.map_err(|wrong| wrong.into_iter().for_each(|violation| self.report_violation(violation)))
+            .ok()
+    }
+
+    /// The word of a choice, if it is one that exists.
+    fn chosen(&self, choice: &Choice) -> Option<&'static str> {
+        let mut words = (choice.words)(self.words.short).into_iter();
+        match self.root.at(choice.path).map(|node| &node.value) {
+            None => words.next().filter(|_| choice.has_default),
+            Some(Value::Text(word)) => words.find(|known| known == word),
+            _ => None,
+        }
+    }
+
+    /// The keys that are given although another word of the choice has them.
+    fn foreign(&self, choice: &'static Choice, chosen: &'static str) -> impl Iterator<Item = &'static Key> {
+        let keys = schema::in_order(self.words.short).iter().copied();
+        keys.filter(move |key| {
+            Choice::of(key).is_some_and(|of| of.path == choice.path)
+                && self.has(key.path)
+                // A path that the chosen word has as well is its own.
+                && !schema::find(key.path, self.words.short).any(|found| belongs(found.0, chosen))
+        })
+    }
+
+    /// Reports `key` if it is given although another word of the choice has it.
+    fn check_choice(&mut self, key: &Key, choice: &'static Choice, chosen: &'static str) {
+        let mut foreign = self.foreign(choice, chosen).map(|key| key.path);
+        let overridden = self.is_overridden(choice.path);
+        // One message says how to switch.
+        let is_told = match overridden {
+            true => foreign.next() == Some(key.path),
+            false => foreign.any(|path| path == key.path),
+        };
+        if !is_told {
             return;
         }
-        let overridden = self.is_overridden("actuation.profile");
-        // The override tells which of the two profiles is meant.
-        let meant = if overridden { chosen } else { profile };
-        let remedy = match meant {
-            _ if !overridden && !self.is_overridden(key.path) => "remove it, or change the profile".to_owned(),
-            meant => format!("replace the whole table, {}", schema::whole_actuation(meant)),
+        drop(foreign);
+        let words = (choice.words)(self.words.short).into_iter();
+        let owners: Vec<&str> = words.filter(|word| belongs(key, word)).collect();
+        // The override tells which of the words is meant.
+        let remedy = match (overridden, self.is_overridden(key.path)) {
+            (false, false) => format!("remove it, or change {}", choice.named),
+            (true, _) => format!("replace the whole table, {}", self.template(choice, chosen)),
+            (false, true) => format!("replace the whole table, {}", self.template(choice, owners[0])),
         };
-        let place = if overridden { "actuation.profile" } else { key.path };
-        let message = format!("belongs to profile \"{profile}\", but the profile is \"{chosen}\": {remedy}");
-        let place = self.place(place);
+        let noun = choice.path.rsplit('.').next().unwrap_or_default();
+        let by_default = if self.has(choice.path) { "" } else { ", the default" };
+        let message = format!(
+            "belongs to {noun} \"{}\", but the {noun} is \"{chosen}\"{by_default}: {remedy}",
+            owners.join("\" or \"")
+        );
+        let place = self.place(if overridden { choice.path } else { key.path });
         self.push(place, key.path, message);
     }
 
-    /// The friction law, if it is one that exists.
-    fn chosen_law(&self) -> Option<&'static str> {
-        let mut names = FrictionLaw::NAMES.iter().copied();
-        match self.root.at(schema::FRICTION_LAW).map(|node| &node.value) {
-            None => names.next(),
-            Some(Value::Text(name)) => names.find(|known| known == name),
-            _ => None,
-        }
-    }
-
-    /// The keys that are given although they belong to other friction laws than `law`.
-    fn of_other_laws(&self, law: &'static str) -> impl Iterator<Item = &'static Key> {
-        let own = FrictionLaw::keys_of(law);
-        schema::keys().iter().filter(move |key| {
-            let name = key.path.strip_prefix("friction.").unwrap_or_default();
-            matches!(key.presence, Presence::Law { .. }) && !own.contains(&name) && self.root.at(key.path).is_some()
-        })
-    }
-
-    /// Reports `key`, of other friction laws than `law`, if it is given.
-    fn check_other_law(&mut self, key: &Key, law: &'static str) {
-        if self.root.at(key.path).is_none() {
-            return;
-        }
-        let name = key.path.strip_prefix("friction.").unwrap_or(key.path);
-        let further = self
-            .further_law
-            .filter(|(_, keys)| keys.iter().any(|&(own, _)| own == name));
-        let owners: Vec<String> = FrictionLaw::NAMES
+    /// The table of a choice with the keys that go with a word.
+    fn template(&self, choice: &Choice, word: &str) -> String {
+        let (table, noun) = choice.path.split_once('.').unwrap_or_default();
+        let mut text = format!("{table}={{{noun}=\"{word}\"");
+        for key in schema::in_order(self.words.short)
             .iter()
-            .filter(|owner| FrictionLaw::keys_of(owner).contains(&name))
-            .chain(further.iter().map(|(law, _)| law))
-            .map(|owner| format!("\"{owner}\""))
-            .collect();
-        let by_default = if self.root.at(schema::FRICTION_LAW).is_none() {
-            ", the default"
-        } else {
-            ""
-        };
-        let belongs = format!(
-            "belongs to law {}, but the law is \"{law}\"{by_default}",
-            owners.join(" or ")
-        );
-        if !self.is_overridden(schema::FRICTION_LAW) {
-            return self.report(key.path, format!("{belongs}: remove it, or change friction.law"));
-        }
-        // One message says how to switch.
-        if self
-            .of_other_laws(law)
-            .next()
-            .is_some_and(|first| first.path == key.path)
+            .filter(|key| key.split().0 == table)
         {
-            let own: String = FrictionLaw::keys_of(law)
-                .iter()
-                .map(|own| format!(", {own}=..."))
-                .collect();
-            let message = format!("{belongs}: replace the whole table, friction={{law=\"{law}\", breakaway=...{own}}}");
-            let place = self.place(schema::FRICTION_LAW);
-            self.push(place, key.path, message);
+            let required = key.presence == Presence::Required && key.path != choice.path;
+            if required || belongs(key, word) {
+                let value = if matches!(key.kind, Kind::Series(_)) {
+                    "[...]"
+                } else {
+                    "..."
+                };
+                text += &format!(", {}={value}", key.split().1);
+            }
         }
+        text + "}"
     }
+}
 
-    /// The profile of the actuation, if it is one that exists.
-    fn chosen_profile(&self) -> Option<&'static str> {
-        match self.root.at("actuation.profile").map(|node| &node.value) {
-            Some(Value::Text(name)) => Signal::NAMES.iter().copied().find(|known| known == name),
+/// A word on which it depends which other keys a table has.
+struct Choice {
+    path: &'static str,
+    words: fn(bool) -> Vec<&'static str>,
+    /// Whether the first word stands where none is given.
+    has_default: bool,
+    /// How messages call it.
+    named: &'static str,
+}
+
+const PROFILE: Choice = Choice {
+    path: "actuation.profile",
+    words: |_| Signal::NAMES.to_vec(),
+    has_default: false,
+    named: "the profile",
+};
+
+const LAW: Choice = Choice {
+    path: schema::FRICTION_LAW,
+    words: schema::laws,
+    has_default: true,
+    named: schema::FRICTION_LAW,
+};
+
+impl Choice {
+    /// On which a key depends.
+    fn of(key: &Key) -> Option<&'static Choice> {
+        match key.presence {
+            Presence::Profile(_) => Some(&PROFILE),
+            Presence::Law { .. } => Some(&LAW),
             _ => None,
         }
     }
+}
 
-    /// The friction radius, given or from the diameters of the contact.
-    pub(super) fn contact(&mut self, case: &mut Draft) {
-        let [outer, inner, wear] = ["contact.outer_diameter", "contact.inner_diameter", "contact.wear"];
-        let given: Vec<&str> = [outer, inner, wear]
-            .into_iter()
-            .filter(|path| self.root.at(path).is_some())
-            .collect();
-        let radius = self.root.at("contact.radius").is_some();
-        match (radius, given.first()) {
-            (true, Some(&first)) => self.radius_twice(first),
-            (true, None) => {}
-            (false, None) => self.report(
-                "contact.radius",
-                "missing: r, the effective friction radius; give radius, or outer_diameter, inner_diameter and wear",
-            ),
-            (false, Some(_)) => {
-                let outer_diameter = self.source(outer, length);
-                let inner_diameter = self.source(inner, length);
-                let wear = self.source(wear, |key, value| choice(value, &key.choices()));
-                let (Some(outer_diameter), Some(inner_diameter), Some(wear)) = (outer_diameter, inner_diameter, wear)
-                else {
-                    return;
-                };
-                if inner_diameter >= outer_diameter {
-                    return self.report(
-                        inner,
-                        format!("must be smaller than outer_diameter: {inner_diameter:?} m is not below {outer_diameter:?} m"),
-                    );
-                }
-                let radius = match wear {
-                    schema::UNIFORM_PRESSURE => uniform_pressure_radius(outer_diameter, inner_diameter),
-                    _ => uniform_wear_radius(outer_diameter, inner_diameter),
-                };
-                if let Some(complaint) = Domain::Positive.complaint(radius) {
-                    self.report(outer, format!("gives a radius that {complaint}, but is {radius:?} m"));
-                }
-                case.parameters.contact.radius = radius;
-            }
-        }
-    }
-
-    fn radius_twice(&mut self, diameter: &str) {
-        let radius = "contact.radius";
-        // Where only one of the two is an override, that is what to change.
-        let (overridden, path, other) = match (self.is_overridden(radius), self.is_overridden(diameter)) {
-            (false, true) => (true, diameter, radius),
-            (overridden, _) => (overridden, radius, diameter),
-        };
-        let at = self.root.closest(other).place.show(&self.label);
-        let remedy = match (overridden, path == radius) {
-            (false, _) => "keep either radius, or outer_diameter, inner_diameter and wear",
-            (true, true) => "replace the whole table, contact={radius=...}",
-            (true, false) => {
-                "replace the whole table, contact={outer_diameter=..., inner_diameter=..., wear=\"uniform-wear\"}"
-            }
-        };
-        self.report(
-            path,
-            format!("the radius is given twice, with {other} ({at}): {remedy}"),
-        );
-    }
-
-    /// A value that is only turned into another one of the case.
-    fn source<T>(&mut self, path: &str, read: impl Fn(&Key, &Value) -> Result<T, String>) -> Option<T> {
-        let key = schema::keys().iter().find(|key| key.path == path)?;
-        let result = match self.root.at(path) {
-            Some(node) => read(key, &node.value),
-            None => Err(missing(key, self.motion)),
-        };
-        result.map_err(|message| self.report(path, message)).ok()
+/// Whether a key goes with a word of the choice that it depends on.
+fn belongs(key: &Key, word: &str) -> bool {
+    match key.presence {
+        Presence::Profile(profile) => profile == word,
+        Presence::Law { .. } => schema::keys_of_law(word).contains(&key.split().1),
+        _ => false,
     }
 }
 
-fn length(key: &Key, value: &Value) -> Result<f64, String> {
-    match key.kind {
-        Kind::Source(dimension, domain) => number(value, dimension, domain),
-        _ => Err("not a length".to_owned()),
+/// What a key takes, with what is wrong with it; `path` is where the value stands.
+pub(super) fn content(key: &Key, path: &str, node: &Node, motion: Motion) -> Result<Content, Vec<Violation>> {
+    let whole = |message: String| vec![Violation::new(path, &[], message)];
+    let dimension = key.dimension().map(|dimension| motion.dimension(dimension));
+    match (key.kind, &node.value, dimension) {
+        (Kind::Signal(dimension), ..) => signals::read(path, node, dimension, motion).map(Content::Signal),
+        (Kind::Series(_) | Kind::List(..), Value::Array(elements), Some(dimension)) => {
+            numbers(path, elements, dimension, key.domain()).map(Content::List)
+        }
+        (Kind::List(..), Value::Integer(_) | Value::Float(_) | Value::Text(_), Some(dimension)) => {
+            let number = number(&node.value, dimension, key.domain());
+            number.map(|number| Content::List(vec![number])).map_err(whole)
+        }
+        (Kind::Series(_), other, _) => Err(whole(format!(
+            "expected an array of numbers, but got {}",
+            other.describe()
+        ))),
+        (Kind::List(..), other, Some(dimension)) => {
+            let expected = quantity::expectation(dimension);
+            Err(whole(format!(
+                "expected a list of numbers, each {expected}, but got {}",
+                other.describe()
+            )))
+        }
+        _ => single(key, &node.value, motion).map(Content::One).map_err(whole),
     }
 }
 
-/// What is wrong with a value, each with the path of the element from the key on (`""` for the value itself).
-type Complaints = Vec<(String, String)>;
-
-fn store(case: &mut Draft, key: &Key, index: usize, node: &Node, motion: Motion) -> Result<(), Complaints> {
-    let value = &node.value;
-    let whole = |message: String| vec![(String::new(), message)];
-    match &key.kind {
-        Kind::Choice(names, access) => {
-            let name = choice(value, &names()).map_err(whole)?;
-            (access.set)(case, index, name);
-        }
-        Kind::Moment(access) => {
-            let time = match value {
-                Value::Text(word) if word == schema::INSTABILITY => KickTime::Instability,
-                Value::Text(word) if !word.contains(|c: char| c.is_ascii_digit()) => {
-                    return Err(whole(format!(
-                        "expected a time, s, or \"{}\", but got \"{word}\"",
-                        schema::INSTABILITY,
-                        word = shown(word)
-                    )));
-                }
-                other => KickTime::At(number(other, Dimension::Time, Domain::NotNegative).map_err(whole)?),
-            };
-            (access.set)(case, index, time);
-        }
-        Kind::Series(dimension, access) => {
-            let Value::Array(elements) = value else {
-                return Err(whole(format!(
-                    "expected an array of numbers, but got {}",
-                    value.describe()
-                )));
-            };
-            let mut numbers = Vec::with_capacity(elements.len());
-            let mut complaints = Vec::new();
-            for (index, element) in elements.iter().enumerate() {
-                match number(&element.value, motion.dimension(*dimension), Domain::Any) {
-                    Ok(value) => numbers.push(value),
-                    Err(message) => complaints.push((format!(".{index}"), message)),
-                }
-            }
-            if !complaints.is_empty() {
-                return Err(complaints);
-            }
-            (access.set)(case, index, numbers);
-        }
-        Kind::Number(dimension, domain, access) => {
-            let number = number(value, motion.dimension(*dimension), *domain).map_err(whole)?;
-            (access.set)(case, index, number);
-        }
-        // Read by `Reader::contact`.
-        Kind::Source(..) | Kind::SourceChoice(_) => {}
-        kind => match (kind, read_setting(key, value, motion).map_err(whole)?) {
-            (Kind::Text(access), Setting::Text(text)) => (access.set)(case, index, text),
-            (Kind::Flag(access), Setting::Flag(flag)) => (access.set)(case, index, flag),
-            (Kind::Count(access), Setting::Count(count)) => (access.set)(case, index, count),
-            (kind, setting) => unreachable!("{kind:?} has no {setting:?}"),
-        },
-    }
-    Ok(())
-}
-
+/// What to say about a key that is missing: what it is, and how it is written.
 pub(super) fn missing(key: &Key, motion: Motion) -> String {
-    format!("missing: {}{}", key.description, how_to_write(key, motion))
-}
-
-/// How the key is written, as the end of a message.
-fn how_to_write(key: &Key, motion: Motion) -> String {
-    let name = key.path.rsplit('.').next().unwrap_or(key.path);
     let choices = key.choices();
-    match key.dimension().map(|dimension| motion.dimension(dimension)) {
-        Some(Dimension::Number) if matches!(key.kind, Kind::Series(..)) => {
-            format!("; write {name} = [...], plain numbers")
-        }
-        Some(Dimension::Number) => format!("; write {name} = a number"),
-        Some(dimension) if matches!(key.kind, Kind::Series(..)) => {
-            format!("; write {name} = [...], numbers in {}", dimension.unit())
-        }
-        Some(dimension) => format!(
-            "; write {name} = a number in {} or \"{}\"",
-            dimension.unit(),
-            dimension.example()
-        ),
-        None if choices.is_empty() => String::new(),
-        None => format!("; write {name} = \"{}\"", choices.join("\" or \"")),
-    }
+    let series = matches!(key.kind, Kind::Series(_));
+    let value = match key.dimension().map(|dimension| motion.dimension(dimension)) {
+        Some(Dimension::Number) if series => "[...], plain numbers".to_owned(),
+        Some(Dimension::Number) => "a number".to_owned(),
+        Some(dimension) if series => format!("[...], numbers in {}", dimension.unit()),
+        Some(dimension) => format!("a number in {} or \"{}\"", dimension.unit(), dimension.example()),
+        None => format!("\"{}\"", choices.join("\" or \"")),
+    };
+    format!("missing: {}; write {} = {value}", key.description, key.split().1)
 }
 
 /// What to say about a key that does not exist in the table at `parent`, which is `pattern` in the schema.

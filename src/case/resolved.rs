@@ -1,59 +1,28 @@
 //! A case as TOML in SI, at full precision.
 
-use std::fmt::Write;
+use super::schema::{self, FRICTION_LAW, Key};
+use super::{Case, Motion};
+use crate::model::system::ContactLaw;
 
-use toml_edit::Value;
-
-use super::Motion;
-use super::draft::Draft;
-use super::schema::{self, ARRAYS, Key, Kind};
-use crate::model::KickTime;
-
-/// Every value of the short form, in the order of the schema.
-pub(super) fn write(draft: &Draft) -> String {
-    let all = Only {
-        wanted: |_| true,
-        motion: Motion::Rotation,
-    };
-    keys(draft, all)
-}
-
-/// Which keys are written, by their paths, and what their numbers measure.
-#[derive(Clone, Copy)]
-pub(super) struct Only {
-    pub(super) wanted: fn(&str) -> bool,
-    pub(super) motion: Motion,
-}
-
-/// The values of some keys of the case, in the order of the schema.
-pub(super) fn keys(case: &Draft, only: Only) -> String {
+/// Every value of the case, each with what it is and its unit.
+pub(super) fn write(case: &Case) -> String {
+    let mut case = case.clone();
+    let short = case.is_short();
     let mut text = String::new();
-    let mut heading = String::new();
-    let wanted = || schema::keys().iter().filter(move |key| (only.wanted)(key.path));
-    for key in wanted().filter(|key| schema::array_of(key).is_none()) {
-        let (table, name) = key.path.split_once('.').unwrap_or(("", key.path));
-        if let Some(value) = value(case, key, 0) {
-            if table != heading {
-                heading = table.to_owned();
-                text.push_str(&format!("\n[{table}]\n"));
-            }
-            line(&mut text, key, only.motion, name, &value);
-        }
-    }
-    let array_wanted =
-        |path: &str| wanted().any(|key| schema::array_of(key).is_some_and(|(array, _)| array.path == path));
-    for array in ARRAYS.iter().filter(|array| array_wanted(array.path)) {
-        for index in 0..(array.length)(case) {
-            text.push_str(&format!("\n[[{}]]\n", array.path));
-            for key in wanted() {
-                let Some((of, name)) = schema::array_of(key) else {
-                    continue;
-                };
-                if of.path != array.path {
-                    continue;
-                }
-                if let Some(value) = value(case, key, index) {
-                    line(&mut text, key, only.motion, name, &value);
+    let keys = schema::in_order(short);
+    for table in keys.chunk_by(|one, other| one.split().0 == other.split().0) {
+        let name = table[0].split().0;
+        let array = name.strip_suffix("[]");
+        for index in 0..table[0].count(&case) {
+            let mut heading = match array {
+                Some(array) => format!("\n[[{array}]]\n"),
+                None if name.is_empty() => String::new(),
+                None => format!("\n[{name}]\n"),
+            };
+            for key in table {
+                if let Some(value) = value(&mut case, key, index, short) {
+                    text += &std::mem::take(&mut heading);
+                    text += &format!("{} = {value} # {}\n", key.split().1, about(&case, key, short));
                 }
             }
         }
@@ -61,36 +30,33 @@ pub(super) fn keys(case: &Draft, only: Only) -> String {
     text
 }
 
-/// A `String` takes whatever is written to it.
-fn line(text: &mut String, key: &Key, motion: Motion, name: &str, value: &str) {
-    let unit = key
+fn value(case: &mut Case, key: &Key, index: usize, short: bool) -> Option<String> {
+    let is_written = match key.path {
+        "contact.radius" => case.motion() == Motion::Rotation,
+        "contact.breakaway_test" => case.system.contact == ContactLaw::StickSlip,
+        "initial.speed" | "perturbation[].kind" => short,
+        "output.dense" => case.output.follow.dense,
+        _ => true,
+    };
+    let value = (key.places)(case, index).first().filter(|_| is_written)?.get()?.toml();
+    (value != "[]").then_some(value)
+}
+
+/// What a value is, and its unit.
+fn about(case: &Case, key: &Key, short: bool) -> String {
+    let bristles = matches!(case.system.contact, ContactLaw::Bristles(_));
+    let description = match key.path {
+        FRICTION_LAW if bristles => "bristles; below, the law g of their limits",
+        "friction.viscous" if bristles => "sigma_2, rise of the friction coefficient with sliding speed",
+        "perturbation[].time" if !short => "when the kick comes",
+        "perturbation[].relative_velocity" if !short => "delta, jump of omega_r",
+        _ => key.description,
+    };
+    match key
         .dimension()
-        .map(|dimension| motion.dimension(dimension).unit())
-        .filter(|&unit| unit != "1")
-        .map(|unit| format!(" [{unit}]"))
-        .unwrap_or_default();
-    let _ = writeln!(text, "{name} = {value} # {}{unit}", key.description);
-}
-
-/// When a kick comes, as a value of TOML.
-pub(super) fn moment(time: KickTime) -> String {
-    match time {
-        KickTime::At(time) => format!("{time:?}"),
-        KickTime::Instability => Value::from(schema::INSTABILITY).to_string(),
-    }
-}
-
-fn value(case: &Draft, key: &Key, index: usize) -> Option<String> {
-    let text = |text: &str| Value::from(text).to_string();
-    match &key.kind {
-        Kind::Text(access) => (access.get)(case, index).map(|value| text(&value)),
-        Kind::Flag(access) => (access.get)(case, index).map(|value| value.to_string()),
-        Kind::Count(access) => (access.get)(case, index).map(|value| value.to_string()),
-        Kind::Choice(_, access) => (access.get)(case, index).map(text),
-        // Debug prints the shortest decimal that reads back as the same double.
-        Kind::Number(_, _, access) => (access.get)(case, index).map(|value| format!("{value:?}")),
-        Kind::Moment(access) => (access.get)(case, index).map(moment),
-        Kind::Series(_, access) => (access.get)(case, index).map(|values| format!("{values:?}")),
-        _ => None,
+        .map(|dimension| case.motion().dimension(dimension).unit())
+    {
+        None | Some("1") => description.to_owned(),
+        Some(unit) => format!("{description} [{unit}]"),
     }
 }

@@ -1,12 +1,16 @@
-//! The keys of a case file: the one place that knows their paths, units, limits and defaults.
+//! The keys of a case file: the one place that knows their paths, units, limits, defaults, and the places of a case that they set.
 //!
-//! Reading, writing, unknown-key detection, sweeps and the documentation are driven by [`keys`].
+//! Reading, writing, numbers, unknown-key detection, sweeps and the documentation are driven by [`KEYS`].
 
-use super::draft::Draft;
+use std::sync::LazyLock;
+
+use super::Case;
+use super::place::{Place, at};
 use super::quantity::Dimension;
 use crate::friction::{FrictionLaw, Interpolation};
-use crate::model::{BreakawayTest, Kick, KickTime};
-use crate::signal::{Profile as _, Ramp, Signal, Table};
+use crate::model::system::{Bristles, ContactLaw, End, Kick, KickSide, Pressing, Regularisation, Smoothing, Train};
+use crate::model::{Axial, BreakawayTest, KickTime};
+use crate::signal::{Drive, Profile as _, Ramp, Signal, Table};
 use crate::simulation::{Around, Method, OutputWindow};
 
 /// One key of the case file.
@@ -18,7 +22,12 @@ pub struct Key {
     pub description: &'static str,
     /// What happens if it is absent.
     pub presence: Presence,
+    /// In which forms of a case it exists.
+    pub(super) form: Form,
     pub(super) kind: Kind,
+    /// The places of a case that it sets, which all have its value; the index is that of the array element. None if the case has
+    /// no such place: another profile, another friction law, no such element.
+    pub(super) places: for<'a> fn(&'a mut Case, usize) -> Vec<Place<'a>>,
 }
 
 /// What happens if a key is absent.
@@ -28,8 +37,8 @@ pub enum Presence {
     Required,
     /// Required with, and only allowed with, this `actuation.profile`.
     Profile(&'static str),
-    /// A parameter of friction laws: allowed with, and only with, those that have it (`FrictionLaw::keys_of`), and required
-    /// there unless it has a default, in words.
+    /// A parameter of friction laws: allowed with, and only with, those that have it ([`keys_of_law`]), and required there unless
+    /// it has a default, in words.
     Law {
         /// What happens if it is left out.
         default: Option<&'static str>,
@@ -38,6 +47,36 @@ pub enum Presence {
     Alternative,
     /// Takes this default, in words.
     Default(&'static str),
+}
+
+/// The forms of a case that have a key: `[torsion]` is the short form, `[rotor]` and `[stator]` are the general one.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) enum Form {
+    Both,
+    Short,
+    General,
+}
+
+/// What a key takes. Dimensions are those of rotation.
+#[derive(Debug, Clone, Copy)]
+pub(super) enum Kind {
+    Text,
+    Flag,
+    /// A whole number from 1.
+    Count,
+    /// The place of an inertia, from 0 at the surface.
+    Index,
+    /// One of these words.
+    Word(fn() -> Vec<&'static str>),
+    Number(Dimension, Domain),
+    /// A time, or [`super::place::INSTABILITY`].
+    Moment,
+    /// An array of numbers.
+    Series(Dimension),
+    /// An array with a number for each part of a chain, or one number for an array of one.
+    List(Dimension, Domain),
+    /// A number, or a table with a profile.
+    Signal(Dimension),
 }
 
 /// The limits of a number. Every number must be finite.
@@ -69,79 +108,152 @@ impl Domain {
     }
 }
 
-/// How a value of a key is read from a case and put into it; the index is that of the array element.
-pub(super) struct Access<T> {
-    /// `None` if the case has no such value: an option left to its default, another profile, no such element.
-    pub(super) get: fn(&Draft, usize) -> Option<T>,
-    /// Does nothing if the case has no place for the value.
-    pub(super) set: fn(&mut Draft, usize, T),
-}
-
-impl<T> std::fmt::Debug for Access<T> {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        f.write_str("Access")
-    }
-}
-
-#[derive(Debug)]
-pub(super) enum Kind {
-    Text(Access<String>),
-    Flag(Access<bool>),
-    Count(Access<usize>),
-    Choice(fn() -> Vec<&'static str>, Access<&'static str>),
-    Number(Dimension, Domain, Access<f64>),
-    /// Only ever turned into another value of the case.
-    Source(Dimension, Domain),
-    SourceChoice(&'static [&'static str]),
-    Moment(Access<KickTime>),
-    Series(Dimension, Access<Vec<f64>>),
-    /// Of the general form, which reads it without a draft: one of these words.
-    Word(&'static [&'static str]),
-    /// Of the general form: a number.
-    Plain(Dimension, Domain),
-    /// Of the general form: a list of numbers, or one number for a list of one.
-    List(Dimension, Domain),
-    /// Of the general form: a signal.
-    Signal(Dimension),
-    /// Of the general form: the place of an inertia, from 0 at the surface.
-    Index,
-}
-
 impl Key {
-    /// The SI unit of a number, `1` if it is a plain number; `None` for text, choices and switches.
-    pub fn unit(&self) -> Option<&'static str> {
-        self.dimension().map(Dimension::unit)
-    }
-
-    /// What its number measures; `None` if it takes none.
+    /// What its number measures, in rotation; `None` if it takes none.
     pub fn dimension(&self) -> Option<Dimension> {
         match self.kind {
-            Kind::Number(dimension, ..) | Kind::Source(dimension, _) | Kind::Series(dimension, _) => Some(dimension),
-            Kind::Plain(dimension, _) | Kind::List(dimension, _) | Kind::Signal(dimension) => Some(dimension),
-            Kind::Moment(_) => Some(Dimension::Time),
-            Kind::Count(_) | Kind::Index => Some(Dimension::Number),
-            Kind::Text(_) | Kind::Flag(_) | Kind::Choice(..) | Kind::SourceChoice(_) | Kind::Word(_) => None,
+            Kind::Number(dimension, _) | Kind::Series(dimension) => Some(dimension),
+            Kind::List(dimension, _) | Kind::Signal(dimension) => Some(dimension),
+            Kind::Moment => Some(Dimension::Time),
+            Kind::Count | Kind::Index => Some(Dimension::Number),
+            Kind::Text | Kind::Flag | Kind::Word(_) => None,
+        }
+    }
+
+    /// The limits of its numbers.
+    pub(super) fn domain(&self) -> Domain {
+        match self.kind {
+            Kind::Number(_, domain) | Kind::List(_, domain) => domain,
+            Kind::Moment => Domain::NotNegative,
+            _ => Domain::Any,
         }
     }
 
     /// The names that the key accepts, if it takes one of a list.
-    pub fn choices(&self) -> Vec<&'static str> {
+    pub(super) fn choices(&self) -> Vec<&'static str> {
         match self.kind {
-            Kind::Choice(names, _) => names(),
-            Kind::SourceChoice(names) | Kind::Word(names) => names.to_vec(),
-            Kind::Moment(_) => vec![INSTABILITY],
+            Kind::Word(words) => words(),
             _ => Vec::new(),
         }
     }
+
+    /// Whether cases of a form have it.
+    pub(super) fn is_of(&self, short: bool) -> bool {
+        self.form != if short { Form::General } else { Form::Short }
+    }
+
+    /// Its table, and its name there: `perturbation[]` and `time`.
+    pub(super) fn split(&self) -> (&'static str, &'static str) {
+        self.path.rsplit_once('.').unwrap_or(("", self.path))
+    }
+
+    /// The path in a case: `perturbation[].time` with index 2 is `perturbation.2.time`.
+    pub(super) fn concrete(&self, index: usize) -> String {
+        self.path.replace("[]", &format!(".{index}"))
+    }
+
+    /// How many values of the key a case has room for: one, but of an array of tables one for each element.
+    pub(super) fn count(&self, case: &Case) -> usize {
+        self.path.split_once("[].").map_or(1, |(array, _)| length(case, array))
+    }
+
+    /// The index of the array element and the rest of `path`, if it leads to the key or to a value in its list or signal.
+    fn matches<'p>(&self, path: &'p str) -> Option<(usize, &'p str)> {
+        let (index, name, path) = match self.path.split_once("[].") {
+            None => (0, self.path, path),
+            Some((array, name)) => {
+                let (index, rest) = path.strip_prefix(array)?.strip_prefix('.')?.split_once('.')?;
+                (index.parse().ok()?, name, rest)
+            }
+        };
+        let rest = path.strip_prefix(name)?;
+        let inner = rest.strip_prefix('.').unwrap_or(rest);
+        let fits = match self.kind {
+            _ if rest.is_empty() => true,
+            Kind::Series(_) => inner.parse::<usize>().is_ok(),
+            Kind::List(..) | Kind::Signal(_) => true,
+            _ => false,
+        };
+        (fits && (rest.is_empty() || rest.starts_with('.'))).then_some((index, inner))
+    }
 }
 
-/// Every key, in the order in which a case is written.
-pub fn keys() -> &'static [Key] {
-    KEYS
+/// A key, the index of its array element, and the path of a value in its list or signal.
+pub(super) type Found<'p> = (&'static Key, usize, &'p str);
+
+/// The keys that a concrete path leads to: `perturbation.0.time` is `perturbation[].time`, `actuation.force.3` is an element of
+/// `actuation.force` of a table, and `rotor.speed.amplitude` is a value in the signal `rotor.speed`.
+pub(super) fn find(path: &str, short: bool) -> impl Iterator<Item = Found<'_>> {
+    let own = KEYS.iter().filter(move |key| key.is_of(short));
+    own.filter_map(move |key| key.matches(path).map(|(index, inner)| (key, index, inner)))
 }
 
-/// The word for a kick at the loss of stability.
-pub(crate) const INSTABILITY: &str = "instability";
+/// The key of the short form, or of both, at a concrete path.
+pub(crate) fn key_of(path: &str) -> Option<&'static Key> {
+    find(path, true).next().map(|found| found.0)
+}
+
+/// Every key of the short form, in the order in which messages list them.
+pub fn keys() -> impl Iterator<Item = &'static Key> {
+    KEYS.iter().filter(|key| key.is_of(true))
+}
+
+/// Every key that only the general form has. Its others are those of [`keys`], but for `[torsion]`.
+pub fn train_keys() -> impl Iterator<Item = &'static Key> {
+    KEYS.iter()
+        .filter(|key| key.form == Form::General && key.path != FRICTION_LAW)
+}
+
+/// The keys of a form, in the order in which a case is written.
+pub(super) fn in_order(short: bool) -> &'static [&'static Key] {
+    /// The tables of both forms, after the keys that are in none; those of arrays end with `[]`.
+    const TABLES: [&str; 2] = [
+        "rotor stator contact axial actuation friction friction.regularisation initial perturbation[] solver output output.window[]",
+        "axial actuation torsion contact friction initial solver output perturbation[] output.window[]",
+    ];
+    static SORTED: LazyLock<[Vec<&'static Key>; 2]> = LazyLock::new(|| {
+        [false, true].map(|short| {
+            let mut keys: Vec<&Key> = KEYS.iter().filter(|key| key.is_of(short)).collect();
+            let tables = TABLES[usize::from(short)].split(' ');
+            keys.sort_by_key(|key| tables.clone().position(|table| table == key.split().0));
+            keys
+        })
+    });
+    &SORTED[usize::from(short)]
+}
+
+/// The paths of all keys of a form, with `[]` for indices, in the order in which messages list them.
+pub(super) fn known(short: bool) -> Vec<&'static str> {
+    match short {
+        true => keys().map(|key| key.path).collect(),
+        false => in_order(short).iter().map(|key| key.path).collect(),
+    }
+}
+
+/// Whether the key at a path takes a list, of which a case may give one element.
+pub(super) fn is_list(path: &str) -> bool {
+    KEYS.iter()
+        .any(|key| key.path == path && matches!(key.kind, Kind::List(..)))
+}
+
+/// Which elements a list has, for messages.
+pub(super) fn elements(list: &str, count: usize) -> String {
+    match count {
+        0 => "in this case the list is empty".to_owned(),
+        1 => format!("its one element is {list}.0"),
+        2 => format!("its elements are {list}.0 and {list}.1"),
+        _ => format!("its elements are {list}.0 to {list}.{}", count - 1),
+    }
+}
+
+/// The keys of the short form that say what stands at paths of the general one.
+pub(super) const SAME: &[(&str, &[&str])] = &[
+    ("torsion.rotor_inertia", &["rotor.inertia.1"]),
+    ("torsion.surface_inertia", &["rotor.inertia.0", "stator.inertia.0"]),
+    ("torsion.stiffness", &["rotor.stiffness.0", "stator.stiffness.0"]),
+    ("torsion.damping", &["rotor.damping.0", "stator.damping.0"]),
+];
+
 /// A convention of the model, and no number of the brake: it has no digits that could be uncertain.
 pub(crate) const AXIAL_RINGING_FLOOR: &str = "axial.ringing_floor";
 /// The first speed of a friction table, which is 0.
@@ -149,600 +261,453 @@ pub(crate) const FIRST_SPEED: &str = "friction.speed.0";
 /// The key that says around which events samples are dense, and the word for none.
 pub(super) const AROUND: &str = "output.around";
 const NOTHING: &str = "none";
-/// Which law friction has in slip.
+/// Which law friction has in slip, and the word for bristles.
 pub(super) const FRICTION_LAW: &str = "friction.law";
-pub(super) const KICK: &str = "kick";
-pub(super) const UNIFORM_WEAR: &str = "uniform-wear";
+pub(super) const LUGRE: &str = "lugre";
+const KICK: &str = "kick";
+const UNIFORM_WEAR: &str = "uniform-wear";
 pub(super) const UNIFORM_PRESSURE: &str = "uniform-pressure";
 
-/// Access to a field that is always there.
-macro_rules! field {
-    ($($field:tt)+) => {
-        Access { get: |case, _| Some(case.$($field)+.clone()), set: |case, _, value| case.$($field)+ = value }
-    };
+/// The words of `friction.law` in a form.
+pub(super) fn laws(short: bool) -> Vec<&'static str> {
+    let further = (!short).then_some(LUGRE);
+    FrictionLaw::NAMES.iter().copied().chain(further).collect()
 }
 
-/// Access to an optional field.
-macro_rules! optional {
-    ($($field:tt)+) => {
-        Access { get: |case, _| case.$($field)+, set: |case, _, value| case.$($field)+ = Some(value) }
-    };
-}
-
-/// Access to a field of an array element.
-macro_rules! element {
-    ($field:ident in $($array:tt)+) => {
-        Access {
-            get: |case, index| case.$($array)+.get(index).map(|element| element.$field),
-            set: |case, index, value| {
-                if let Some(element) = case.$($array)+.get_mut(index) {
-                    element.$field = value;
-                }
-            },
-        }
-    };
-}
-
-/// Access to a parameter of the friction laws that have one of this key.
-macro_rules! law {
-    ($key:literal) => {
-        Access {
-            get: |case, _| case.parameters.friction.law.number($key),
-            set: |case, _, value| case.parameters.friction.law.set_number($key, value),
-        }
-    };
-}
-
-/// Access to a field of one profile of the actuation.
-macro_rules! profile {
-    ($profile:ident . $field:ident) => {
-        Access {
-            get: |case, _| match &case.parameters.actuation {
-                Signal::$profile(profile) => Some(profile.$field.clone()),
-                _ => None,
-            },
-            set: |case, _, value| {
-                if let Signal::$profile(profile) = &mut case.parameters.actuation {
-                    profile.$field = value;
-                }
-            },
-        }
-    };
-}
-
-pub(super) const fn key(path: &'static str, description: &'static str, presence: Presence, kind: Kind) -> Key {
-    Key {
-        path,
-        description,
-        presence,
-        kind,
+/// The keys of `[friction]` that a law takes its parameters from; `breakaway` belongs to every law and is none of them.
+pub(super) fn keys_of_law(law: &str) -> &'static [&'static str] {
+    match law {
+        LUGRE => &[
+            "low_speed",
+            "high_speed",
+            "scale",
+            "exponent",
+            "bristle_stiffness",
+            "bristle_damping",
+            "viscous",
+        ],
+        _ => FrictionLaw::keys_of(law),
     }
 }
 
-use Dimension as D;
-use Domain::{Any, NotNegative, Positive};
-use Presence::{Alternative, Default, Profile, Required};
+/// Words and what they stand for.
+type Words<T> = [(&'static str, T)];
 
-const KEYS: &[Key] = &[
-    key(
-        "title",
-        "what the case is, for people",
-        Default("the name of the case"),
-        Kind::Text(field!(title)),
-    ),
-    key(
-        "axial.mass",
-        "m, the rotor mass",
-        Required,
-        Kind::Number(D::Mass, Positive, field!(parameters.axial.mass)),
-    ),
-    key(
-        "axial.stiffness",
-        "k_e, equivalent axial stiffness",
-        Required,
-        Kind::Number(D::Stiffness, Positive, field!(parameters.axial.stiffness)),
-    ),
-    key(
-        "axial.damping",
-        "c_a, axial damping",
-        Required,
-        Kind::Number(D::Damping, NotNegative, field!(parameters.axial.damping)),
-    ),
-    key(
-        AXIAL_RINGING_FLOOR,
-        "amplitude below which a ringing open contact stays open while F does not press",
-        Default("1e-9 m"),
-        Kind::Number(D::Length, Positive, field!(parameters.axial.ringing_floor)),
-    ),
-    key(
-        "actuation.profile",
-        "whether the force is a ramp that then holds, or a table",
-        Required,
-        Kind::Choice(
-            || Signal::NAMES.to_vec(),
-            Access {
-                get: |case, _| Some(case.parameters.actuation.name()),
-                set: |case, _, name| {
-                    if let Some(blank) = Signal::blank(name) {
-                        case.parameters.actuation = blank;
-                    }
-                },
-            },
-        ),
-    ),
-    key(
-        "actuation.force",
-        "F_0, actuating force at the end of the ramp; positive presses the disks together",
-        Profile(<Ramp>::NAME),
-        Kind::Number(D::Force, Any, profile!(Ramp.value)),
-    ),
-    key(
-        "actuation.rise_time",
-        "t_0, application time; 0 is a step at t = 0",
-        Profile(<Ramp>::NAME),
-        Kind::Number(D::Time, NotNegative, profile!(Ramp.rise_time)),
-    ),
-    key(
-        "actuation.time",
-        "times of the corners of F(t), increasing; the first and last force hold outside",
-        Profile(<Table>::NAME),
-        Kind::Series(D::Time, profile!(Table.time)),
-    ),
-    key(
-        "actuation.force",
-        "F at these times, linear in between; positive presses the disks together",
-        Profile(<Table>::NAME),
-        Kind::Series(D::Force, profile!(Table.value)),
-    ),
-    key(
-        "torsion.rotor_inertia",
-        "I, the rotor inertia",
-        Required,
-        Kind::Number(D::Inertia, Positive, field!(parameters.torsion.rotor_inertia)),
-    ),
-    key(
-        "torsion.surface_inertia",
-        "J, inertia of each contact surface",
-        Required,
-        Kind::Number(D::Inertia, Positive, field!(parameters.torsion.surface_inertia)),
-    ),
-    key(
-        "torsion.stiffness",
-        "k_t, torsional contact stiffness of each disk",
-        Required,
-        Kind::Number(D::TorsionalStiffness, Positive, field!(parameters.torsion.stiffness)),
-    ),
-    key(
-        "torsion.damping",
-        "c_t, torsional contact damping of each disk",
-        Required,
-        Kind::Number(D::TorsionalDamping, NotNegative, field!(parameters.torsion.damping)),
-    ),
-    key(
-        "contact.radius",
-        "r, effective friction radius",
-        Alternative,
-        Kind::Number(D::Length, Positive, field!(parameters.contact.radius)),
-    ),
-    key(
-        "contact.outer_diameter",
-        "D, outer diameter of the contact, with inner_diameter and wear instead of radius",
-        Alternative,
-        Kind::Source(D::Length, Positive),
-    ),
-    key(
-        "contact.inner_diameter",
-        "d, inner diameter of the contact",
-        Alternative,
-        Kind::Source(D::Length, NotNegative),
-    ),
-    key(
-        "contact.wear",
-        "which formula gives r: uniform wear (6) or uniform pressure (7)",
-        Alternative,
-        Kind::SourceChoice(&[UNIFORM_WEAR, UNIFORM_PRESSURE]),
-    ),
-    key(
-        "contact.breakaway_test",
-        "the torque held against mu_0 r F_n: T_f, or the paper's T_s or T_r alone",
-        Default("transmitted"),
-        Kind::Choice(
-            || BREAKAWAY_TESTS.iter().map(|&(name, _)| name).collect(),
-            Access {
-                get: |case, _| {
-                    let test = case.parameters.contact.breakaway_test;
-                    BREAKAWAY_TESTS
-                        .iter()
-                        .find(|entry| entry.1 == test)
-                        .map(|entry| entry.0)
-                },
-                set: |case, _, name| {
-                    if let Some(entry) = BREAKAWAY_TESTS.iter().find(|entry| entry.0 == name) {
-                        case.parameters.contact.breakaway_test = entry.1;
-                    }
-                },
-            },
-        ),
-    ),
-    key(
-        FRICTION_LAW,
-        "how friction depends on the sliding speed",
-        Default("exponential"),
-        Kind::Choice(
-            || FrictionLaw::NAMES.to_vec(),
-            Access {
-                // The default is not written: a case is the same with and without it.
-                get: |case, _| Some(case.parameters.friction.law.name()).filter(|&name| name != FrictionLaw::NAMES[0]),
-                set: |case, _, name| {
-                    if let Some(law) = FrictionLaw::unset(name) {
-                        case.parameters.friction.law = law;
-                    }
-                },
-            },
-        ),
-    ),
-    key(
-        "friction.breakaway",
-        "mu_0, friction coefficient at rest; at least low_speed",
-        Required,
-        Kind::Number(D::Number, NotNegative, field!(parameters.friction.breakaway)),
-    ),
-    key(
-        "friction.low_speed",
-        "mu_s, friction coefficient at vanishing sliding speed",
-        Presence::Law { default: None },
-        Kind::Number(D::Number, NotNegative, law!("low_speed")),
-    ),
-    key(
-        "friction.high_speed",
-        "mu_d, friction coefficient at high sliding speed",
-        Presence::Law { default: None },
-        Kind::Number(D::Number, NotNegative, law!("high_speed")),
-    ),
-    key(
-        "friction.decay",
-        "alpha, decay of the friction coefficient with sliding speed",
-        Presence::Law { default: None },
-        Kind::Number(D::FrictionDecay, NotNegative, law!("decay")),
-    ),
-    key(
-        "friction.scale",
-        "x_s, sliding speed over which the friction coefficient falls",
-        Presence::Law { default: None },
-        Kind::Number(D::AngularVelocity, Positive, law!("scale")),
-    ),
-    key(
-        "friction.exponent",
-        "delta, power of the sliding speed over the scale in the exponential; 1, 2, 3 or 4",
-        Presence::Law { default: Some("2") },
-        Kind::Number(D::Number, Positive, law!("exponent")),
-    ),
-    key(
-        "friction.viscous",
-        "mu_v, rise of the friction coefficient with sliding speed",
-        Presence::Law { default: Some("0") },
-        Kind::Number(D::FrictionDecay, NotNegative, law!("viscous")),
-    ),
-    key(
-        "friction.linear",
-        "c_1, slope of the friction coefficient at vanishing sliding speed",
-        Presence::Law { default: None },
-        Kind::Number(D::FrictionDecay, Any, law!("linear")),
-    ),
-    key(
-        "friction.quadratic",
-        "c_2, coefficient of the square of the sliding speed",
-        Presence::Law { default: Some("0") },
-        Kind::Number(D::FrictionCurvature, Any, law!("quadratic")),
-    ),
-    key(
-        "friction.cubic",
-        "c_3, coefficient of the cube of the sliding speed",
-        Presence::Law { default: Some("0") },
-        Kind::Number(D::FrictionThird, Any, law!("cubic")),
-    ),
-    key(
-        "friction.valid_below",
-        "sliding speed up to which the polynomial is given; a run that gets there ends with an error",
-        Presence::Law { default: None },
-        Kind::Number(D::AngularVelocity, Positive, law!("valid_below")),
-    ),
-    key(
-        "friction.speed",
-        "sliding speeds of the points, increasing from 0; above the last its coefficient holds",
-        Presence::Law { default: None },
-        Kind::Series(
-            D::AngularVelocity,
-            Access {
-                get: |case, _| case.parameters.friction.law.list("speed").map(<[f64]>::to_vec),
-                set: |case, _, values| case.parameters.friction.law.set_list("speed", values),
-            },
-        ),
-    ),
-    key(
-        "friction.coefficient",
-        "friction coefficients at these speeds",
-        Presence::Law { default: None },
-        Kind::Series(
-            D::Number,
-            Access {
-                get: |case, _| case.parameters.friction.law.list("coefficient").map(<[f64]>::to_vec),
-                set: |case, _, values| case.parameters.friction.law.set_list("coefficient", values),
-            },
-        ),
-    ),
-    key(
-        "friction.interpolation",
-        "what goes through the points",
-        Presence::Law {
-            default: Some("monotone-cubic"),
-        },
-        Kind::Choice(
-            || Interpolation::ALL.map(Interpolation::name).to_vec(),
-            Access {
-                get: |case, _| case.parameters.friction.law.word("interpolation"),
-                set: |case, _, word| case.parameters.friction.law.set_word("interpolation", word),
-            },
-        ),
-    ),
-    key(
-        "friction.kinetic",
-        "mu_d, friction coefficient at every sliding speed",
-        Presence::Law { default: None },
-        Kind::Number(D::Number, NotNegative, law!("kinetic")),
-    ),
-    key(
-        "initial.speed",
-        "omega_0, initial speed of the rotor and of its surface",
-        Required,
-        Kind::Number(D::AngularVelocity, Any, field!(parameters.initial.speed)),
-    ),
-    key(
-        "perturbation[].kind",
-        "what the perturbation is: a jump of the relative velocity",
-        Default("kick"),
-        Kind::Choice(
-            || vec![KICK],
-            Access {
-                get: |case, index| case.parameters.perturbations.get(index).map(|_| KICK),
-                set: |_, _, _| {},
-            },
-        ),
-    ),
-    key(
-        "perturbation[].time",
-        "when the kick comes: a time, or \"instability\"",
-        Required,
-        Kind::Moment(element!(time in parameters.perturbations)),
-    ),
-    key(
-        "perturbation[].relative_velocity",
-        "delta, jump of omega_r, half on each surface",
-        Required,
-        Kind::Number(
-            D::AngularVelocity,
-            Any,
-            element!(relative_velocity in parameters.perturbations),
-        ),
-    ),
-    key(
-        "solver.method",
-        "integration method",
-        Default("auto"),
-        Kind::Choice(
-            || Method::all().map(Method::name).collect(),
-            Access {
-                get: |case, _| Some(case.solver.method.name()),
-                set: |case, _, name| {
-                    if let Some(method) = Method::from_name(name) {
-                        case.solver.method = method;
-                    }
-                },
-            },
-        ),
-    ),
-    key(
-        "solver.rtol",
-        "relative tolerance; smaller is more accurate in every phase",
-        Default("1e-10"),
-        Kind::Number(D::Number, Domain::Tolerance, field!(solver.rtol)),
-    ),
-    key(
-        "solver.atol_twist",
-        "absolute tolerance of the twists",
-        Default("rtol times a tenth of the static twist under friction"),
-        Kind::Number(D::Angle, Positive, optional!(solver.atol_twist)),
-    ),
-    key(
-        "solver.atol_rate",
-        "absolute tolerance of the twist rates",
-        Default("rtol times a tenth of the speed of an oscillation by that twist"),
-        Kind::Number(D::AngularVelocity, Positive, optional!(solver.atol_rate)),
-    ),
-    key(
-        "solver.atol_speed",
-        "absolute tolerance of the rotor speed",
-        Default("rtol times that speed"),
-        Kind::Number(D::AngularVelocity, Positive, optional!(solver.atol_speed)),
-    ),
-    key(
-        "solver.max_step",
-        "upper bound of every step",
-        Default("a twentieth of the natural period where the fast mode is resolved, else none"),
-        Kind::Number(D::Time, Positive, optional!(solver.max_step)),
-    ),
-    key(
-        "solver.fixed_step",
-        "length of every step, without control of the error; for erk and erk-NAME",
-        Default("steps by the tolerances"),
-        Kind::Number(D::Time, Positive, optional!(solver.fixed_step)),
-    ),
-    key(
-        "solver.max_events",
-        "transitions after which a run is ended with an error",
-        Default("100000"),
-        Kind::Count(field!(solver.max_events)),
-    ),
-    key(
-        "solver.max_steps",
-        "steps after which a run is ended with an error",
-        Default("none, but a run that foresees 3e7 steps in a segment is ended"),
-        Kind::Count(optional!(solver.max_steps)),
-    ),
-    key(
-        "solver.max_wall_time",
-        "wall time after which a run is ended with an error",
-        Default("none"),
-        Kind::Number(D::Time, Positive, optional!(solver.max_wall_time)),
-    ),
-    key(
-        "output.end_time",
-        "when the run ends",
-        Default("10 s"),
-        Kind::Number(D::Time, Positive, field!(output.end_time)),
-    ),
-    key(
-        "output.interval",
-        "sampling interval outside the windows",
-        Default("end_time / 1000"),
-        Kind::Number(D::Time, Positive, field!(output.interval)),
-    ),
-    key(
-        "output.steps",
-        "whether every step of the integrator is recorded too",
-        Default("false"),
-        Kind::Flag(field!(output.steps)),
-    ),
-    key(
-        AROUND,
-        "which events have dense samples around them: all, those of the stick-slip, the first stick, or none",
-        Default("\"events\" of a case without windows, else \"none\""),
-        Kind::Choice(
-            || {
-                Around::ALL
-                    .iter()
-                    .map(|around| around.name())
-                    .chain([NOTHING])
-                    .collect()
-            },
-            Access {
-                // Windows mean none, unless the case says otherwise.
-                get: |case, _| match case.output.follow.around {
-                    Some(around) => Some(around.name()),
-                    None => case.output.windows.is_empty().then_some(NOTHING),
-                },
-                set: |case, _, name| {
-                    case.output.follow.around = Around::ALL.into_iter().find(|around| around.name() == name);
-                },
-            },
-        ),
-    ),
-    key(
-        "output.margin",
-        "how far before and after each of these events the dense samples reach",
-        Default("20 natural periods"),
-        Kind::Number(D::Time, Positive, optional!(output.follow.margin)),
-    ),
-    key(
-        "output.samples_per_period",
-        "dense samples in a natural period",
-        Default("100"),
-        Kind::Number(D::Number, Positive, optional!(output.follow.samples_per_period)),
-    ),
-    key(
-        "output.dense",
-        "whether polynomials are recorded that give every channel at every time",
-        Default("false"),
-        Kind::Flag(Access {
-            get: |case, _| case.output.follow.dense.then_some(true),
-            set: |case, _, dense| case.output.follow.dense = dense,
-        }),
-    ),
-    key(
-        "output.window[].from",
-        "start of a stretch that is sampled more densely",
-        Required,
-        Kind::Number(D::Time, NotNegative, element!(from in output.windows)),
-    ),
-    key(
-        "output.window[].to",
-        "end of that stretch",
-        Required,
-        Kind::Number(D::Time, Positive, element!(to in output.windows)),
-    ),
-    key(
-        "output.window[].interval",
-        "sampling interval there",
-        Default("(to - from) / 1000"),
-        Kind::Number(D::Time, Positive, element!(interval in output.windows)),
-    ),
-];
-
-const BREAKAWAY_TESTS: [(&str, BreakawayTest); 3] = [
+const BREAKAWAY_TESTS: &Words<BreakawayTest> = &[
     ("transmitted", BreakawayTest::Transmitted),
     ("stator", BreakawayTest::Stator),
     ("rotor", BreakawayTest::Rotor),
 ];
-
-pub(super) const NEW_KICK: Kick = Kick {
-    time: KickTime::At(f64::NAN),
-    relative_velocity: f64::NAN,
-};
-
-pub(super) const NEW_WINDOW: OutputWindow = OutputWindow {
-    from: f64::NAN,
-    to: f64::NAN,
-    interval: f64::NAN,
-};
-
-/// The arrays of tables: their path, how long they are in a case, and how to make room for `n` new elements.
-pub(super) struct ArrayOfTables {
-    pub(super) path: &'static str,
-    pub(super) length: fn(&Draft) -> usize,
-    pub(super) resize: fn(&mut Draft, usize),
-}
-
-pub(super) const ARRAYS: &[ArrayOfTables] = &[
-    ArrayOfTables {
-        path: "perturbation",
-        length: |case| case.parameters.perturbations.len(),
-        resize: |case, count| case.parameters.perturbations = vec![NEW_KICK; count],
-    },
-    ArrayOfTables {
-        path: "output.window",
-        length: |case| case.output.windows.len(),
-        resize: |case, count| case.output.windows = vec![NEW_WINDOW; count],
-    },
+const SIDES: &Words<KickSide> = &[
+    ("both", KickSide::Both),
+    ("rotor", KickSide::Rotor),
+    ("stator", KickSide::Stator),
 ];
+const SMOOTHINGS: &Words<Smoothing> = &[("tanh", Smoothing::Tanh), ("arctan", Smoothing::Arctan)];
 
-/// The path of a number of the actuation, by its field's name in [`crate::signal`].
-pub(super) fn actuation_path(field: &str) -> String {
-    format!("actuation.{}", if field == "value" { "force" } else { field })
+fn names<T>(words: &Words<T>) -> Vec<&'static str> {
+    words.iter().map(|word| word.0).collect()
 }
 
-/// The actuation of a profile as a template.
-pub(super) fn whole_actuation(profile: &'static str) -> String {
-    let mut text = format!("actuation={{profile=\"{profile}\"");
-    for key in KEYS.iter().filter(|key| key.presence == Presence::Profile(profile)) {
-        let name = key.path.trim_start_matches("actuation.");
-        let value = if matches!(key.kind, Kind::Series(..)) {
-            "[...]"
-        } else {
-            "..."
+/// A place for one of these words.
+fn word<'a, T: Copy + PartialEq>(field: &'a mut T, words: &'static Words<T>) -> Place<'a> {
+    let now = words.iter().find(|word| word.1 == *field).map(|word| word.0);
+    Place::word(now, move |name| {
+        if let Some(word) = words.iter().find(|word| word.0 == name) {
+            *field = word.1;
+        }
+    })
+}
+
+fn around_names() -> Vec<&'static str> {
+    let events = Around::ALL.iter().map(|around| around.name());
+    events.chain([NOTHING]).collect()
+}
+
+/// A place that only has a word: nothing changes it.
+fn said(word: Option<&'static str>) -> Place<'static> {
+    Place::word(word, |_| {})
+}
+
+/// A part of a value that has it in one of its variants.
+macro_rules! part {
+    ($of:expr, $variant:pat => $part:expr) => {
+        match $of {
+            $variant => Some($part),
+            _ => None,
+        }
+    };
+}
+
+fn axial(case: &mut Case) -> Option<&mut Axial> {
+    part!(&mut case.system.pressing, Pressing::Axial { axial, .. } => axial)
+}
+
+fn actuation(case: &mut Case) -> Option<&mut Signal> {
+    part!(&mut case.system.pressing, Pressing::Axial { actuation, .. } => actuation)
+}
+
+fn ramp(case: &mut Case) -> Option<&mut Ramp> {
+    part!(actuation(case)?, Signal::Ramp(ramp) => ramp)
+}
+
+fn table(case: &mut Case) -> Option<&mut Table> {
+    part!(actuation(case)?, Signal::Table(table) => table)
+}
+
+fn bristles(case: &mut Case) -> Option<&mut Bristles> {
+    part!(&mut case.system.contact, ContactLaw::Bristles(bristles) => bristles)
+}
+
+fn regularisation(case: &mut Case) -> Option<&mut Regularisation> {
+    part!(&mut case.system.contact, ContactLaw::Regularised(regularisation) => regularisation)
+}
+
+/// What holds the far end of a train.
+fn end(train: &mut Train) -> Place<'_> {
+    let now = match &train.end {
+        End::Free => "free",
+        End::Fixed => "fixed",
+        End::Driven(_) => "driven",
+    };
+    Place::word(Some(now), |name| {
+        train.end = match name {
+            "free" => End::Free,
+            "fixed" => End::Fixed,
+            _ => End::Driven(Drive::Value(f64::NAN)),
         };
-        text.push_str(&format!(", {name}={value}"));
+    })
+}
+
+/// Which law friction has. The default is not written: a case is the same with and without it.
+fn friction_law(case: &mut Case) -> Place<'_> {
+    let now = match &case.system.contact {
+        ContactLaw::Bristles(_) => LUGRE,
+        _ => case.system.law.name(),
+    };
+    Place::word(Some(now).filter(|&name| name != FrictionLaw::NAMES[0]), |name| {
+        if let Some(law) = FrictionLaw::unset(if name == LUGRE { "stribeck" } else { name }) {
+            case.system.law = law;
+        }
+        if name == LUGRE {
+            case.system.contact = ContactLaw::Bristles(Bristles {
+                stiffness: f64::NAN,
+                damping: 0.0,
+                viscous: 0.0,
+            });
+        }
+    })
+}
+
+/// A parameter of the friction law, if it has one of this name.
+fn law<'a>(case: &'a mut Case, key: &'static str) -> Option<Place<'a>> {
+    let law = &mut case.system.law;
+    keys_of_law(law.name()).contains(&key).then_some(Place::Law(law, key))
+}
+
+/// The first numbers of two lists.
+fn both<'a>(one: &'a mut [f64], other: &'a mut [f64]) -> impl Iterator<Item = Place<'a>> {
+    one.first_mut().into_iter().chain(other.first_mut()).map(at)
+}
+
+/// Declares [`KEYS`]: for each its path, form, presence, kind, places and description.
+macro_rules! keys {
+    (|$case:ident, $index:ident| $($path:literal, $form:ident, $presence:expr, $kind:expr => $places:expr, $about:literal;)*) => {
+        /// Every key.
+        const KEYS: &[Key] = &[$(Key {
+            path: $path,
+            description: $about,
+            presence: $presence,
+            form: Form::$form,
+            kind: $kind,
+            places: |$case, $index| {
+                let _ = (&$case, $index);
+                Vec::from_iter($places)
+            },
+        }),*];
+    };
+}
+
+use Dimension as D;
+use Domain::{Any, NotNegative, Positive, Tolerance};
+use Kind::{Count, Flag, Index, List, Moment, Number, Series, Text, Word};
+use Presence::{Alternative, Default, Profile, Required};
+
+/// A parameter of friction laws that has no default.
+const OF_LAW: Presence = Presence::Law { default: None };
+
+const fn of_law(default: &'static str) -> Presence {
+    Presence::Law { default: Some(default) }
+}
+
+keys! { |case, index|
+    "title", Both, Default("the name of the case"), Text => [at(&mut case.title)],
+        "what the case is, for people";
+    "motion", General, Default("\"rotation\""), Word(|| vec!["rotation", "translation"])
+        => [said(Some(case.motion().name()).filter(|&name| name != "rotation"))],
+        "what the coordinates are: angles or positions";
+    "rotor.inertia", General, Default("[]"), List(D::Inertia, Positive) => [at(&mut case.system.rotor.inertia)],
+        "moments of inertia from the contact outwards, the surface first; none if the surface is itself the far end";
+    "rotor.stiffness", General, Default("[] where there is no shaft"), List(D::TorsionalStiffness, Positive)
+        => [at(&mut case.system.rotor.stiffness)],
+        "stiffness of the shafts between the inertias, and of one more to an end that is fixed or driven";
+    "rotor.damping", General, Default("0"), List(D::TorsionalDamping, NotNegative)
+        => [at(&mut case.system.rotor.damping)],
+        "damping of the same shafts";
+    "rotor.viscous", General, Default("0"), List(D::TorsionalDamping, NotNegative)
+        => [at(&mut case.system.rotor.viscous)],
+        "damping of each inertia to the ground";
+    "rotor.end", General, Required, Word(|| vec!["free", "fixed", "driven"]) => [end(&mut case.system.rotor)],
+        "what holds the far end";
+    "rotor.speed", General, Default("none: required of a driven end"), Kind::Signal(D::AngularVelocity)
+        => part!(&mut case.system.rotor.end, End::Driven(speed) => at(speed)),
+        "speed of a driven end";
+    "rotor.torque", General, Default("none"), Kind::Signal(D::Torque)
+        => case.system.rotor.torque.as_mut().map(|torque| at(&mut torque.signal)),
+        "external torque";
+    "rotor.torque_on", General, Default("the outermost"), Index
+        => case.system.rotor.torque.as_mut().map(|torque| at(&mut torque.on)),
+        "which inertia the torque acts on; 0 is the surface";
+    "stator.inertia", General, Default("[]"), List(D::Inertia, Positive) => [at(&mut case.system.stator.inertia)],
+        "as of the rotor";
+    "stator.stiffness", General, Default("[] where there is no shaft"), List(D::TorsionalStiffness, Positive)
+        => [at(&mut case.system.stator.stiffness)],
+        "as of the rotor";
+    "stator.damping", General, Default("0"), List(D::TorsionalDamping, NotNegative)
+        => [at(&mut case.system.stator.damping)],
+        "as of the rotor";
+    "stator.viscous", General, Default("0"), List(D::TorsionalDamping, NotNegative)
+        => [at(&mut case.system.stator.viscous)],
+        "as of the rotor";
+    "stator.end", General, Required, Word(|| vec!["free", "fixed", "driven"]) => [end(&mut case.system.stator)],
+        "what holds the far end";
+    "stator.speed", General, Default("none: required of a driven end"), Kind::Signal(D::AngularVelocity)
+        => part!(&mut case.system.stator.end, End::Driven(speed) => at(speed)),
+        "speed of a driven end";
+    "stator.torque", General, Default("none"), Kind::Signal(D::Torque)
+        => case.system.stator.torque.as_mut().map(|torque| at(&mut torque.signal)),
+        "external torque";
+    "stator.torque_on", General, Default("the outermost"), Index
+        => case.system.stator.torque.as_mut().map(|torque| at(&mut torque.on)),
+        "which inertia the torque acts on; 0 is the surface";
+    "axial.mass", Both, Required, Number(D::Mass, Positive) => axial(case).map(|axial| at(&mut axial.mass)),
+        "m, the rotor mass";
+    "axial.stiffness", Both, Required, Number(D::Stiffness, Positive)
+        => axial(case).map(|axial| at(&mut axial.stiffness)),
+        "k_e, equivalent axial stiffness";
+    "axial.damping", Both, Required, Number(D::Damping, NotNegative) => axial(case).map(|axial| at(&mut axial.damping)),
+        "c_a, axial damping";
+    "axial.ringing_floor", Both, Default("1e-9 m"), Number(D::Length, Positive)
+        => axial(case).map(|axial| at(&mut axial.ringing_floor)),
+        "amplitude below which a ringing open contact stays open while F does not press";
+    "actuation.profile", Both, Required, Word(|| Signal::NAMES.to_vec())
+        => actuation(case).map(|actuation| Place::word(Some(actuation.name()), |name| {
+            if let Some(blank) = Signal::blank(name) {
+                *actuation = blank;
+            }
+        })),
+        "whether the force is a ramp that then holds, or a table";
+    "actuation.force", Both, Profile(<Ramp>::NAME), Number(D::Force, Any) => ramp(case).map(|ramp| at(&mut ramp.value)),
+        "F_0, actuating force at the end of the ramp; positive presses the disks together";
+    "actuation.rise_time", Both, Profile(<Ramp>::NAME), Number(D::Time, NotNegative)
+        => ramp(case).map(|ramp| at(&mut ramp.rise_time)),
+        "t_0, application time; 0 is a step at t = 0";
+    "actuation.time", Both, Profile(<Table>::NAME), Series(D::Time) => table(case).map(|table| at(&mut table.time)),
+        "times of the corners of F(t), increasing; the first and last force hold outside";
+    "actuation.force", Both, Profile(<Table>::NAME), Series(D::Force) => table(case).map(|table| at(&mut table.value)),
+        "F at these times, linear in between; positive presses the disks together";
+    "torsion.rotor_inertia", Short, Required, Number(D::Inertia, Positive)
+        => case.system.rotor.inertia.get_mut(1).map(at),
+        "I, the rotor inertia";
+    "torsion.surface_inertia", Short, Required, Number(D::Inertia, Positive)
+        => both(&mut case.system.rotor.inertia, &mut case.system.stator.inertia),
+        "J, inertia of each contact surface";
+    "torsion.stiffness", Short, Required, Number(D::TorsionalStiffness, Positive)
+        => both(&mut case.system.rotor.stiffness, &mut case.system.stator.stiffness),
+        "k_t, torsional contact stiffness of each disk";
+    "torsion.damping", Short, Required, Number(D::TorsionalDamping, NotNegative)
+        => both(&mut case.system.rotor.damping, &mut case.system.stator.damping),
+        "c_t, torsional contact damping of each disk";
+    "contact.radius", Both, Alternative, Number(D::Length, Positive) => [at(&mut case.system.radius)],
+        "r, effective friction radius";
+    "contact.outer_diameter", Both, Alternative, Number(D::Length, Positive) => None::<Place>,
+        "D, outer diameter of the contact, with inner_diameter and wear instead of radius";
+    "contact.inner_diameter", Both, Alternative, Number(D::Length, NotNegative) => None::<Place>,
+        "d, inner diameter of the contact";
+    "contact.wear", Both, Alternative, Word(|| vec![UNIFORM_WEAR, UNIFORM_PRESSURE]) => None::<Place>,
+        "which formula gives r: uniform wear (6) or uniform pressure (7)";
+    "contact.breakaway_test", Both, Default("transmitted"), Word(|| names(BREAKAWAY_TESTS))
+        => [word(&mut case.system.breakaway_test, BREAKAWAY_TESTS)],
+        "the torque held against mu_0 r F_n: T_f, or the paper's T_s or T_r alone";
+    "contact.normal_force", General, Default("none: [axial] and [actuation]"), Kind::Signal(D::Force)
+        => part!(&mut case.system.pressing, Pressing::Force(force) => at(force)),
+        "F_n, where no [axial] and [actuation] give it";
+    "friction.law", Short, Default("exponential"), Word(|| laws(true)) => [friction_law(case)],
+        "how friction depends on the sliding speed";
+    "friction.law", General, Default("exponential"), Word(|| laws(false)) => [friction_law(case)],
+        "how friction depends on the sliding speed";
+    "friction.breakaway", Both, Required, Number(D::Number, NotNegative) => [at(&mut case.system.breakaway)],
+        "mu_0, friction coefficient at rest; at least low_speed";
+    "friction.low_speed", Both, OF_LAW, Number(D::Number, NotNegative) => law(case, "low_speed"),
+        "mu_s, friction coefficient at vanishing sliding speed";
+    "friction.high_speed", Both, OF_LAW, Number(D::Number, NotNegative) => law(case, "high_speed"),
+        "mu_d, friction coefficient at high sliding speed";
+    "friction.decay", Both, OF_LAW, Number(D::FrictionDecay, NotNegative) => law(case, "decay"),
+        "alpha, decay of the friction coefficient with sliding speed";
+    "friction.scale", Both, OF_LAW, Number(D::AngularVelocity, Positive) => law(case, "scale"),
+        "x_s, sliding speed over which the friction coefficient falls";
+    "friction.exponent", Both, of_law("2"), Number(D::Number, Positive) => law(case, "exponent"),
+        "delta, power of the sliding speed over the scale in the exponential; 1, 2, 3 or 4";
+    "friction.bristle_stiffness", General, OF_LAW, Number(D::InverseAngle, Positive)
+        => bristles(case).map(|bristles| at(&mut bristles.stiffness)),
+        "sigma_0, stiffness of bristles over the normal force";
+    "friction.bristle_damping", General, of_law("0"), Number(D::FrictionDecay, NotNegative)
+        => bristles(case).map(|bristles| at(&mut bristles.damping)),
+        "sigma_1, damping of bristles over the normal force";
+    "friction.viscous", Both, of_law("0"), Number(D::FrictionDecay, NotNegative)
+        => match bristles(case).is_some() {
+            true => bristles(case).map(|bristles| at(&mut bristles.viscous)),
+            false => law(case, "viscous"),
+        },
+        "mu_v, rise of the friction coefficient with sliding speed";
+    "friction.linear", Both, OF_LAW, Number(D::FrictionDecay, Any) => law(case, "linear"),
+        "c_1, slope of the friction coefficient at vanishing sliding speed";
+    "friction.quadratic", Both, of_law("0"), Number(D::FrictionCurvature, Any) => law(case, "quadratic"),
+        "c_2, coefficient of the square of the sliding speed";
+    "friction.cubic", Both, of_law("0"), Number(D::FrictionThird, Any) => law(case, "cubic"),
+        "c_3, coefficient of the cube of the sliding speed";
+    "friction.valid_below", Both, OF_LAW, Number(D::AngularVelocity, Positive) => law(case, "valid_below"),
+        "sliding speed up to which the polynomial is given; a run that gets there ends with an error";
+    "friction.speed", Both, OF_LAW, Series(D::AngularVelocity) => law(case, "speed"),
+        "sliding speeds of the points, increasing from 0; above the last its coefficient holds";
+    "friction.coefficient", Both, OF_LAW, Series(D::Number) => law(case, "coefficient"),
+        "friction coefficients at these speeds";
+    "friction.interpolation", Both, of_law("monotone-cubic"), Word(|| Interpolation::ALL.map(Interpolation::name).to_vec())
+        => law(case, "interpolation"),
+        "what goes through the points";
+    "friction.kinetic", Both, OF_LAW, Number(D::Number, NotNegative) => law(case, "kinetic"),
+        "mu_d, friction coefficient at every sliding speed";
+    "friction.threshold", General, Default("10 regularisation.speed, or scale / 10 with law \"lugre\""),
+        Number(D::AngularVelocity, Positive)
+        => (case.system.contact != ContactLaw::StickSlip).then_some(at(&mut case.threshold)),
+        "|omega_r| below which statistics count a stick, of a contact without one";
+    "friction.regularisation.function", General, Default("none: stick and slip"), Word(|| names(SMOOTHINGS))
+        => regularisation(case).map(|smooth| word(&mut smooth.function, SMOOTHINGS)),
+        "smooth function of omega_r over eps in the place of its sign: no stick";
+    "friction.regularisation.speed", General, Default("none: required of a regularisation"),
+        Number(D::AngularVelocity, Positive) => regularisation(case).map(|smooth| at(&mut smooth.speed)),
+        "eps, speed of the smooth function";
+    "initial.speed", Both, Required, Number(D::AngularVelocity, Any)
+        => case.system.initial.rotor_speed.iter_mut().map(at),
+        "omega_0, initial speed of the rotor and of its surface";
+    "initial.rotor_twist", General, Default("0"), List(D::Angle, Any) => [at(&mut case.system.initial.rotor_twist)],
+        "twist of each shaft of the rotor, outer less inner angle";
+    "initial.rotor_speed", General, Default("0, or that of a driven end"), List(D::AngularVelocity, Any)
+        => [at(&mut case.system.initial.rotor_speed)],
+        "speed of each inertia of the rotor";
+    "initial.stator_twist", General, Default("0"), List(D::Angle, Any) => [at(&mut case.system.initial.stator_twist)],
+        "twist of each shaft of the stator, inner less outer angle";
+    "initial.stator_speed", General, Default("0, or that of a driven end"), List(D::AngularVelocity, Any)
+        => [at(&mut case.system.initial.stator_speed)],
+        "speed of each inertia of the stator";
+    "perturbation[].kind", Both, Default("kick"), Word(|| vec![KICK]) => [said(Some(KICK))],
+        "what the perturbation is: a jump of the relative velocity";
+    "perturbation[].time", Both, Required, Moment => case.system.kicks.get_mut(index).map(|kick| at(&mut kick.time)),
+        "when the kick comes: a time, or \"instability\"";
+    "perturbation[].relative_velocity", Both, Required, Number(D::AngularVelocity, Any)
+        => case.system.kicks.get_mut(index).map(|kick| at(&mut kick.relative_velocity)),
+        "delta, jump of omega_r, half on each surface";
+    "perturbation[].on", General, Default("\"both\""), Word(|| names(SIDES))
+        => case.system.kicks.get_mut(index).map(|kick| word(&mut kick.on, SIDES)),
+        "which surface takes the kick; both share it so that momentum is kept";
+    "solver.method", Both, Default("auto"), Word(|| Method::all().map(Method::name).collect())
+        => [Place::word(Some(case.solver.method.name()), |name| {
+            if let Some(method) = Method::from_name(name) {
+                case.solver.method = method;
+            }
+        })],
+        "integration method";
+    "solver.rtol", Both, Default("1e-10"), Number(D::Number, Tolerance) => [at(&mut case.solver.rtol)],
+        "relative tolerance; smaller is more accurate in every phase";
+    "solver.atol_twist", Both, Default("rtol times a tenth of the static twist under friction"), Number(D::Angle, Positive)
+        => [at(&mut case.solver.atol_twist)],
+        "absolute tolerance of the twists";
+    "solver.atol_rate", Both, Default("rtol times a tenth of the speed of an oscillation by that twist"),
+        Number(D::AngularVelocity, Positive) => [at(&mut case.solver.atol_rate)],
+        "absolute tolerance of the twist rates";
+    "solver.atol_speed", Both, Default("rtol times that speed"), Number(D::AngularVelocity, Positive)
+        => [at(&mut case.solver.atol_speed)],
+        "absolute tolerance of the rotor speed";
+    "solver.max_step", Both, Default("a twentieth of the natural period where the fast mode is resolved, else none"),
+        Number(D::Time, Positive) => [at(&mut case.solver.max_step)],
+        "upper bound of every step";
+    "solver.fixed_step", Both, Default("steps by the tolerances"), Number(D::Time, Positive)
+        => [at(&mut case.solver.fixed_step)],
+        "length of every step, without control of the error; for erk and erk-NAME";
+    "solver.max_events", Both, Default("100000"), Count => [at(&mut case.solver.max_events)],
+        "transitions after which a run is ended with an error";
+    "solver.max_steps", Both, Default("none, but a run that foresees 3e7 steps in a segment is ended"), Count
+        => [at(&mut case.solver.max_steps)],
+        "steps after which a run is ended with an error";
+    "solver.max_wall_time", Both, Default("none"), Number(D::Time, Positive) => [at(&mut case.solver.max_wall_time)],
+        "wall time after which a run is ended with an error";
+    "output.end_time", Both, Default("10 s"), Number(D::Time, Positive) => [at(&mut case.output.end_time)],
+        "when the run ends";
+    "output.interval", Both, Default("end_time / 1000"), Number(D::Time, Positive) => [at(&mut case.output.interval)],
+        "sampling interval outside the windows";
+    "output.steps", Both, Default("false"), Flag => [at(&mut case.output.steps)],
+        "whether every step of the integrator is recorded too";
+    "output.around", Both, Default("\"events\" of a case without windows, else \"none\""), Word(around_names)
+        // Windows mean none, unless the case says otherwise.
+        => [Place::word(match case.output.follow.around {
+            Some(around) => Some(around.name()),
+            None => case.output.windows.is_empty().then_some(NOTHING),
+        }, |name| case.output.follow.around = Around::ALL.into_iter().find(|around| around.name() == name))],
+        "which events have dense samples around them: all, those of the stick-slip, the first stick, or none";
+    "output.margin", Both, Default("20 natural periods"), Number(D::Time, Positive)
+        => [at(&mut case.output.follow.margin)],
+        "how far before and after each of these events the dense samples reach";
+    "output.samples_per_period", Both, Default("100"), Number(D::Number, Positive)
+        => [at(&mut case.output.follow.samples_per_period)],
+        "dense samples in a natural period";
+    "output.dense", Both, Default("false"), Flag => [at(&mut case.output.follow.dense)],
+        "whether polynomials are recorded that give every channel at every time";
+    "output.window[].from", Both, Required, Number(D::Time, NotNegative)
+        => case.output.windows.get_mut(index).map(|window| at(&mut window.from)),
+        "start of a stretch that is sampled more densely";
+    "output.window[].to", Both, Required, Number(D::Time, Positive)
+        => case.output.windows.get_mut(index).map(|window| at(&mut window.to)),
+        "end of that stretch";
+    "output.window[].interval", Both, Default("(to - from) / 1000"), Number(D::Time, Positive)
+        => case.output.windows.get_mut(index).map(|window| at(&mut window.interval)),
+        "sampling interval there";
+}
+
+/// The arrays of tables.
+pub(super) const ARRAYS: [&str; 2] = ["perturbation", "output.window"];
+
+/// How many elements an array of tables has.
+pub(super) fn length(case: &Case, array: &str) -> usize {
+    match array {
+        "perturbation" => case.system.kicks.len(),
+        _ => case.output.windows.len(),
     }
-    text + "}"
 }
 
-/// The array of tables that a key is in, and the key's name there.
-pub(super) fn array_of(key: &Key) -> Option<(&'static ArrayOfTables, &'static str)> {
-    let (path, name) = key.path.split_once("[].")?;
-    let array = ARRAYS.iter().find(|array| array.path == path)?;
-    Some((array, name))
-}
-
-/// The path of a key in a case: `perturbation[].time` with index 2 is `perturbation.2.time`.
-pub(super) fn concrete(key: &Key, index: usize) -> String {
-    key.path.replace("[]", &format!(".{index}"))
+/// Makes room for so many elements of an array of tables, of which nothing is known yet.
+pub(super) fn resize(case: &mut Case, array: &str, count: usize) {
+    let kick = Kick {
+        time: KickTime::At(f64::NAN),
+        relative_velocity: f64::NAN,
+        on: KickSide::Both,
+    };
+    let window = OutputWindow {
+        from: f64::NAN,
+        to: f64::NAN,
+        interval: f64::NAN,
+    };
+    match array {
+        "perturbation" => case.system.kicks = vec![kick; count],
+        _ => case.output.windows = vec![window; count],
+    }
 }

@@ -1,11 +1,12 @@
 //! One value for one key, checked by itself: what an axis of a study is made of.
 
-use super::Motion;
 use super::document::{Override, Value};
 use super::quantity::Dimension;
 use super::schema::{self, Domain, Key, Kind};
-use super::trains::keys::laws;
-use super::value::{choice, number};
+use super::signals::{self, PROFILES};
+use super::value::{choice, number, single};
+use super::{Motion, Words};
+use crate::signal::SIGNALS;
 
 /// One value of a key; a number is in the key's SI unit.
 #[derive(Debug, Clone, PartialEq)]
@@ -54,54 +55,40 @@ impl Override {
     }
 }
 
-/// The key at a concrete path: `perturbation.0.time` is `perturbation[].time`, and `actuation.force.3` is an element of
-/// `actuation.force` of a table.
-pub(crate) fn key_of(path: &str) -> Option<&'static Key> {
-    let element_of = |key: &Key| {
-        matches!(key.kind, Kind::Series(..))
-            && path
-                .strip_prefix(key.path)
-                .and_then(|rest| rest.strip_prefix('.'))
-                .is_some_and(|index| index.parse::<usize>().is_ok())
-    };
-    let in_array = |key: &Key| {
-        key.path.split_once("[].").is_some_and(|(array, name)| {
-            path.strip_prefix(array)
-                .and_then(|rest| rest.strip_prefix('.'))
-                .and_then(|rest| rest.split_once('.'))
-                .is_some_and(|(index, rest)| rest == name && index.parse::<usize>().is_ok())
-        })
-    };
-    schema::keys()
-        .iter()
-        .find(|key| key.path == path || in_array(key) || element_of(key))
-}
-
 /// What one concrete path of a case takes.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Slot {
     /// One line about the key.
     pub(crate) description: &'static str,
-    pub(super) takes: Takes,
+    takes: Takes,
 }
 
 #[derive(Debug, Clone, Copy)]
-pub(super) enum Takes {
+enum Takes {
     /// What a key takes, in this motion.
     Key(&'static Key, Motion),
+    /// A number in a signal.
     Number(Dimension, Domain),
-    /// One of these words.
-    Words(&'static [&'static str]),
-    /// One of the friction laws of the general form.
-    Laws,
+    /// The profile of a signal.
+    Profile,
 }
 
 impl Slot {
-    pub(super) fn of_key(key: &'static Key) -> Slot {
-        Slot {
-            description: key.description,
-            takes: Takes::Key(key, Motion::Rotation),
-        }
+    /// What a path takes; `None` if no case of this form has such a key.
+    pub(super) fn at(path: &str, words: Words) -> Option<Slot> {
+        let (key, _, inner) = schema::find(path, words.short).next()?;
+        let takes = match key.kind {
+            Kind::Signal(dimension) if !inner.is_empty() => of_signal(inner, dimension, words.motion())?,
+            Kind::List(..) if !inner.is_empty() && inner.parse::<usize>().is_err() => return None,
+            _ => Takes::Key(key, words.motion()),
+        };
+        // Both chains have the same keys; what they mean is said of the rotor's.
+        let rotor = key.path.strip_prefix("stator.").map(|name| format!("rotor.{name}"));
+        let about = rotor.and_then(|path| schema::find(&path, false).next().map(|found| found.0));
+        Some(Slot {
+            description: about.unwrap_or(key).description,
+            takes,
+        })
     }
 
     /// What its number measures; `None` if it takes none.
@@ -109,7 +96,7 @@ impl Slot {
         match self.takes {
             Takes::Key(key, motion) => key.dimension().map(|dimension| motion.dimension(dimension)),
             Takes::Number(dimension, _) => Some(dimension),
-            Takes::Words(_) | Takes::Laws => None,
+            Takes::Profile => None,
         }
     }
 
@@ -120,55 +107,33 @@ impl Slot {
 
     /// Reads one value, as far as it can be judged without the rest of the case.
     pub(crate) fn read(&self, value: &Value) -> Result<Setting, String> {
-        let word = |words: &[&'static str]| choice(value, words).map(|name| Setting::Text(name.to_owned()));
         match self.takes {
-            Takes::Key(key, motion) => read_setting(key, value, motion),
+            Takes::Key(key, motion) => single(key, value, motion),
             Takes::Number(dimension, domain) => number(value, dimension, domain).map(Setting::Number),
-            Takes::Words(words) => word(words),
-            Takes::Laws => word(&laws()),
+            Takes::Profile => choice(value, PROFILES).map(|name| Setting::Text(name.to_owned())),
         }
     }
 }
 
-/// Reads one value for `key`, as far as it can be judged without the rest of the case.
-pub(super) fn read_setting(key: &Key, value: &Value, motion: Motion) -> Result<Setting, String> {
-    match &key.kind {
-        Kind::Text(_) => match value {
-            Value::Text(text) => Ok(Setting::Text(text.clone())),
-            other => Err(format!("expected text in quotes, but got {}", other.describe())),
-        },
-        Kind::Flag(_) => match value {
-            Value::Flag(flag) => Ok(Setting::Flag(*flag)),
-            other => Err(format!("expected true or false, but got {}", other.describe())),
-        },
-        Kind::Count(_) => match value {
-            Value::Integer(count) if *count >= 1 => Ok(Setting::Count(usize::try_from(*count).unwrap_or(usize::MAX))),
-            other => Err(format!(
-                "expected a whole number of at least 1, but got {}",
-                other.describe()
-            )),
-        },
-        Kind::Choice(names, _) => choice(value, &names()).map(|name| Setting::Text(name.to_owned())),
-        Kind::SourceChoice(names) | Kind::Word(names) => {
-            choice(value, names).map(|name| Setting::Text(name.to_owned()))
-        }
-        Kind::Number(dimension, domain, _)
-        | Kind::Source(dimension, domain)
-        | Kind::Plain(dimension, domain)
-        | Kind::List(dimension, domain) => number(value, motion.dimension(*dimension), *domain).map(Setting::Number),
-        Kind::Moment(_) => match value {
-            Value::Text(word) if word == schema::INSTABILITY => Ok(Setting::Text(word.clone())),
-            other => number(other, Dimension::Time, Domain::NotNegative).map(Setting::Number),
-        },
-        Kind::Series(dimension, _) | Kind::Signal(dimension) => {
-            number(value, motion.dimension(*dimension), Domain::Any).map(Setting::Number)
-        }
-        Kind::Index => match value {
-            Value::Integer(index) if *index >= 0 => Ok(Setting::Count(usize::try_from(*index).unwrap_or(usize::MAX))),
-            other => Err(format!(
-                "expected a whole number, 0 or more, but got {}",
-                other.describe()
-            )),
-        },
+/// A value inside a signal, at the rest of its path.
+fn of_signal(path: &str, dimension: Dimension, motion: Motion) -> Option<Takes> {
+    let mut parts = path.split('.');
+    let mut name = parts.next()?;
+    while name == SIGNALS {
+        parts.next()?.parse::<usize>().ok()?;
+        // A signal of a sum that is a number.
+        name = match parts.next() {
+            Some(name) => name,
+            None => return Some(Takes::Number(motion.dimension(dimension), Domain::Any)),
+        };
     }
+    let rest: Vec<&str> = parts.collect();
+    if name == "profile" && rest.is_empty() {
+        return Some(Takes::Profile);
+    }
+    let known = PROFILES.iter().any(|profile| signals::keys_of(profile).contains(&name));
+    let in_list = matches!(name, "time" | "value") && rest.len() == 1 && rest[0].parse::<usize>().is_ok();
+    let (dimension, domain) = signals::measure(name, dimension, motion);
+    let takes = Takes::Number(dimension, domain);
+    (known && (rest.is_empty() || in_list)).then_some(takes)
 }

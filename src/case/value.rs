@@ -1,10 +1,60 @@
 //! One value by the rules of its key: its unit, its limits, its choices.
 
+use super::conditions::Violation;
 use super::document::{Node, Value};
+use super::place::INSTABILITY;
 use super::quantity::{self, Dimension};
-use super::schema::{self, Domain, Kind};
-use super::suggest;
+use super::schema::{self, Domain, Key, Kind};
+use super::{Motion, Setting, suggest};
 use crate::quote::shown;
+
+/// The numbers of an array.
+pub(super) fn numbers(
+    path: &str,
+    elements: &[Node],
+    dimension: Dimension,
+    domain: Domain,
+) -> Result<Vec<f64>, Vec<Violation>> {
+    let mut wrong = Vec::new();
+    let mut read = Vec::with_capacity(elements.len());
+    for (index, element) in elements.iter().enumerate() {
+        match number(&element.value, dimension, domain) {
+            Ok(number) => read.push(number),
+            Err(message) => wrong.push(Violation::new(&format!("{path}.{index}"), &[], message)),
+        }
+    }
+    if wrong.is_empty() { Ok(read) } else { Err(wrong) }
+}
+
+/// One value for a key, as far as it can be judged without the rest of the case: of a list or a signal a number.
+pub(super) fn single(key: &Key, value: &Value, motion: Motion) -> Result<Setting, String> {
+    let whole = |least: i64, expected: &str| match value {
+        Value::Integer(count) if *count >= least => Ok(Setting::Count(usize::try_from(*count).unwrap_or(usize::MAX))),
+        other => Err(format!(
+            "expected a whole number{expected}, but got {}",
+            other.describe()
+        )),
+    };
+    match (key.kind, value) {
+        (Kind::Text, Value::Text(text)) => Ok(Setting::Text(text.clone())),
+        (Kind::Text, other) => Err(format!("expected text in quotes, but got {}", other.describe())),
+        (Kind::Flag, Value::Flag(flag)) => Ok(Setting::Flag(*flag)),
+        (Kind::Flag, other) => Err(format!("expected true or false, but got {}", other.describe())),
+        (Kind::Count, _) => whole(1, " of at least 1"),
+        (Kind::Index, _) => whole(0, ", 0 or more"),
+        (Kind::Word(words), _) => choice(value, &words()).map(|name| Setting::Text(name.to_owned())),
+        (Kind::Moment, Value::Text(word)) if word == INSTABILITY => Ok(Setting::Text(word.clone())),
+        (Kind::Moment, Value::Text(word)) if !word.contains(|c: char| c.is_ascii_digit()) => Err(format!(
+            "expected a time, s, or \"{}\", but got \"{}\"",
+            INSTABILITY,
+            shown(word)
+        )),
+        _ => {
+            let dimension = motion.dimension(key.dimension().unwrap_or(Dimension::Number));
+            number(value, dimension, key.domain()).map(Setting::Number)
+        }
+    }
+}
 
 pub(super) fn number(value: &Value, dimension: Dimension, domain: Domain) -> Result<f64, String> {
     let number = match value {
@@ -25,12 +75,11 @@ pub(super) fn number(value: &Value, dimension: Dimension, domain: Domain) -> Res
     }
 }
 
-/// A number by the rules of a key of the schema: its unit and its limits. For files that vary a case.
+/// A number by the rules of a key: its unit and its limits. For files that vary a case.
 pub(crate) fn number_of(node: &Node, path: &str) -> Result<f64, String> {
-    let key = schema::keys().iter().find(|key| key.path == path);
-    match key.map(|key| &key.kind) {
-        Some(Kind::Number(dimension, domain, _)) => number(&node.value, *dimension, *domain),
-        _ => unreachable!("{path} is a number of the schema"),
+    match schema::key_of(path) {
+        Some(key) => number(&node.value, key.dimension().unwrap_or(Dimension::Number), key.domain()),
+        None => unreachable!("{path} is a number of a case"),
     }
 }
 

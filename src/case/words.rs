@@ -2,7 +2,7 @@
 
 use super::document::{self, Node};
 use super::value::choice;
-use super::{CaseSource, Motion, Override};
+use super::{CaseError, CaseSource, Motion, Override, Problem};
 
 /// The names and units of the places of a system, and the layout of its files. Both follow from how the case is written; the
 /// equations do not.
@@ -52,16 +52,9 @@ impl Words {
 
     /// Of a case that may be wrong in other respects.
     pub fn of(source: &CaseSource, overrides: &[Override]) -> Words {
-        let Ok(mut root) = document::read(&source.text, &source.label()) else {
-            return Words::SHORT;
-        };
-        for change in overrides {
-            // What does not fit is reported by whoever reads the case.
-            let _ = document::apply(&mut root, change);
-        }
-        match is_general(&root) {
-            true => Words::general(named_motion(&root).ok().flatten().unwrap_or_default()),
-            false => Words::SHORT,
+        match form_of(source, overrides) {
+            Ok((root, false, _)) => Words::general(named_motion(&root).ok().flatten().unwrap_or_default()),
+            _ => Words::SHORT,
         }
     }
 
@@ -108,9 +101,24 @@ impl Words {
     }
 }
 
-/// Whether a tree has a table of the general form.
-pub(super) fn is_general(root: &Node) -> bool {
-    ["rotor", "stator"].iter().any(|chain| root.at(chain).is_some())
+/// The tree of a case with its overrides, whether it is in the short form, and what is wrong with the overrides. The file alone
+/// decides the form where it says it: a key of the other form does not change it.
+///
+/// # Errors
+/// The text is not TOML.
+pub(super) fn form_of(source: &CaseSource, overrides: &[Override]) -> Result<(Node, bool, Vec<Problem>), CaseError> {
+    let is_short = |root: &Node| match ["rotor", "stator"].iter().any(|chain| root.at(chain).is_some()) {
+        true => Some(false),
+        false => root.at("torsion").map(|_| true),
+    };
+    let mut root = document::read(&source.text, &source.label())?;
+    let said = is_short(&root);
+    let wrong = overrides
+        .iter()
+        .filter_map(|change| document::apply(&mut root, change).err())
+        .collect();
+    let short = said.or_else(|| is_short(&root)).unwrap_or(true);
+    Ok((root, short, wrong))
 }
 
 /// The motion that a tree names; `None` if it names none.

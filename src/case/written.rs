@@ -1,9 +1,8 @@
 //! A case with the numbers that it is written with, each of which can be moved: for derivatives, reruns and searches.
 
-use super::draft::Draft;
 use super::error::CaseError;
 use super::quantity::Dimension;
-use super::{Case, CaseNumber, CaseSource, Origin, Override, numbers};
+use super::{Case, CaseNumber, CaseSource, Origin, Override, Words, conditions, document, numbers, reader, schema};
 use crate::model::system::System;
 
 /// A case with its physical numbers: of a short form every one that the case holds, of the general form those that are written and
@@ -23,28 +22,33 @@ impl WrittenCase {
     /// # Errors
     /// All problems that were found in the case.
     pub fn read(source: &CaseSource, overrides: &[Override]) -> Result<WrittenCase, CaseError> {
-        let read = super::read(source, overrides)?;
-        Ok(match Draft::short(&read.case) {
-            Some(draft) => WrittenCase {
-                numbers: numbers::of_short_form(&draft, Some(&read.written)),
-                text: (resolved(&read.case), Vec::new()),
-                case: read.case,
-            },
-            None => WrittenCase {
-                numbers: numbers::written(&read),
+        let reader::Read { case, written } = reader::read(source, overrides)?;
+        if !case.is_short() {
+            return Ok(WrittenCase {
+                numbers: numbers::of(&written, case.words),
                 text: (source.clone(), overrides.to_vec()),
-                case: read.case,
-            },
-        })
+                case,
+            });
+        }
+        let mut read = WrittenCase::of(&case);
+        for number in &mut read.numbers {
+            number.half_last_digit = numbers::half_last_digit(&written, &number.path, case.words);
+        }
+        Ok(read)
     }
 
     /// Of a case whose text is not known, nor how its numbers were written.
     pub fn of(case: &Case) -> WrittenCase {
-        let text = resolved(case);
-        let mut numbers = match Draft::short(case) {
-            Some(draft) => numbers::of_short_form(&draft, None),
-            None => super::read(&text, &[]).map_or_else(|_| Vec::new(), |read| numbers::written(&read)),
+        let text = CaseSource {
+            text: case.resolved(),
+            origin: Origin::BuiltIn(case.title.clone()),
         };
+        let words = match case.is_short() {
+            true => case.words,
+            false => Words::general(case.motion()),
+        };
+        let root = document::read(&text.text, "");
+        let mut numbers = root.map_or_else(|_| Vec::new(), |root| numbers::of(&root, words));
         numbers.iter_mut().for_each(|number| number.half_last_digit = None);
         WrittenCase {
             case: case.clone(),
@@ -129,32 +133,24 @@ impl WrittenCase {
 
     /// As [`Self::moved`], with other numbers at some paths.
     pub(crate) fn moved_all(&self, changes: &[(&str, f64)]) -> Option<(System, f64)> {
-        if let Some(mut draft) = Draft::short(&self.case) {
+        if self.case.is_short() {
+            let mut case = self.case.clone();
             let strange: Vec<_> = changes
                 .iter()
-                .filter(|(path, value)| !draft.put(path, *value))
-                .copied()
+                .filter(|(path, value)| !case.put(path, *value, true))
                 .collect();
-            let system = System::from(&draft.parameters);
-            if strange.is_empty() {
-                return Some((system, 0.0));
-            }
-            // A place of the system that the short form has no key for, such as a bearing.
-            let general = Case {
-                system,
-                ..self.case.in_general_form()
+            // A place of the system that the short form has no key for, such as a bearing: then the case has to be valid.
+            let fits = |(path, value): &(&str, f64)| {
+                let key = [true, false]
+                    .into_iter()
+                    .find_map(|short| schema::find(path, short).next());
+                key.is_some_and(|(key, ..)| key.domain().complaint(*value).is_none())
             };
-            return WrittenCase::of(&general).moved_all(&strange);
+            let found = strange.iter().all(|(path, value)| case.put(path, *value, false));
+            let valid = strange.is_empty() || changes.iter().all(fits) && conditions::violated(&case).is_empty();
+            return (found && valid).then_some((case.system, 0.0));
         }
         let case = self.with_all(changes).ok()?;
         Some((case.system, case.threshold))
-    }
-}
-
-/// The resolved text of a case.
-fn resolved(case: &Case) -> CaseSource {
-    CaseSource {
-        text: case.resolved(),
-        origin: Origin::BuiltIn(case.title.clone()),
     }
 }

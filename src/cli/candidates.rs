@@ -82,8 +82,8 @@ pub(super) fn methods() -> ArgValueCandidates {
 /// Keys of a case, each with the sign that its value follows; of an array its first element.
 pub(super) fn keys() -> ArgValueCandidates {
     ArgValueCandidates::new(|| {
-        let of_short_form = schema::keys().iter().map(|key| (key.path, key.description));
-        let of_general_form = train_keys().iter().map(|key| (key.path, key.description));
+        let of_short_form = schema::keys().map(|key| (key.path, key.description));
+        let of_general_form = train_keys().map(|key| (key.path, key.description));
         let mut seen = std::collections::HashSet::new();
         of_short_form
             .chain(of_general_form)

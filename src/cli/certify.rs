@@ -64,7 +64,7 @@ pub(super) fn certify(options: &CertifyOptions, common: &Common) -> Result<End, 
     }
     let target = output_of(&given.source, options.output.as_deref(), ".certified.h5")?;
     check_target(&target, overwrite(options.force), &given.files)?;
-    if let (Some(_), Err(reason)) = (&options.figure, resistance(case.system())) {
+    if let (Some(_), Err(reason)) = (&options.figure, resistance(&case.system)) {
         return Err(CommandError::input(format!(
             "--figure draws how the first stick of sliding that slows down by itself depends on the tolerance, and this case has no \
              such sliding: {reason}; leave it out"
@@ -77,7 +77,7 @@ pub(super) fn certify(options: &CertifyOptions, common: &Common) -> Result<End, 
     let Some(result) = obtain(&given, case, &target, &stop)? else {
         return interrupted("during the run that was to be certified", nothing);
     };
-    let deadline = Deadline::after(clock, case.solver().max_wall_time);
+    let deadline = Deadline::after(clock, case.solver.max_wall_time);
     let text = CaseSource {
         text: given.text.clone(),
         origin: given.source.origin.clone(),
@@ -186,10 +186,10 @@ fn draw(
     target: (&Path, Format),
     stop: &(dyn Fn() -> bool + Sync),
 ) -> Result<Option<Vec<Onset>>, CommandError> {
-    let Some(onsets) = onsets(case.system(), case.solver(), case.output().end_time, stop) else {
+    let Some(onsets) = onsets(&case.system, &case.solver, case.output.end_time, stop) else {
         return Ok(None);
     };
-    plot::draw(&onset::figure(case.title(), &onsets), target)?;
+    plot::draw(&onset::figure(&case.title, &onsets), target)?;
     Ok(Some(onsets))
 }
 
@@ -244,7 +244,7 @@ fn obtain(given: &Given, case: &Case, target: &Path, stop: &AtomicBool) -> Resul
 
 /// What is certified of a file.
 fn read_back(file: &ResultFile, case: &Case) -> Result<MemoryRecorder, ResultError> {
-    let mut compared = Compared::new(&compared_output(case.output()));
+    let mut compared = Compared::new(&compared_output(&case.output));
     let further: Vec<String> = columns(case)
         .skip(State::COUNT + Channels::COUNT)
         .map(|(name, _)| name)

@@ -68,7 +68,7 @@ impl Report<'_> {
         let ladder = terminal::lines(&header, c.ladder.iter().map(rung), 1..7);
         let left_out = c.left_out.iter().map(|text| format!("\n{text}."));
         let mut parts = vec![
-            format!("{}\n{}", self.case.title(), self.heading()),
+            format!("{}\n{}", &self.case.title, self.heading()),
             format!(
                 "{}{}{}",
                 ladder.trim_end(),
@@ -291,7 +291,7 @@ impl Report<'_> {
             "figure": self.figure,
             "onsets": self.onsets,
             "case": self.source,
-            "title": self.case.title(),
+            "title": &self.case.title,
             "uncertainty_by": uncertainty_by(c),
             "converged": c.verdict == Verdict::Converged,
             "without_oracle": c.without_oracle,

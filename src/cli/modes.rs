@@ -47,7 +47,7 @@ pub(super) fn modes(options: &ModesOptions, common: &Common) -> Result<End, Comm
     let given = Given::read(&options.case)?;
     let changes = overrides(&options.set, None)?;
     let case = Case::read(&given.source, &changes)?;
-    let (system, title) = (case.system(), case.title());
+    let (system, title) = (&case.system, &case.title);
     if let (Some(_), Err(reason)) = (&options.figure, margin::resistance(system)) {
         return Err(CommandError::input(format!(
             "--figure draws the effective damping of sliding that slows down by itself over its speed, and this case has no such \
@@ -55,7 +55,7 @@ pub(super) fn modes(options: &ModesOptions, common: &Common) -> Result<End, Comm
         )));
     }
     let target = figure_target(options.figure.as_deref(), options.force, &given.files)?;
-    let modes = Modes::of_case(system, case.solver(), case.output().end_time);
+    let modes = Modes::of_case(system, &case.solver, case.output.end_time);
     if wants_json(common) {
         print_json(&ModesDocument {
             case: given.source.label(),

@@ -15,7 +15,7 @@ pub(super) fn run(options: &RunOptions, common: &Common) -> Result<End, CommandE
     let set = options.budget.over(&options.set);
     let changes = overrides(&set, options.method.as_deref())?;
     let case = &Case::read(&given.source, &changes)?;
-    let (source, solver) = (&given.source, case.solver());
+    let (source, solver) = (&given.source, &case.solver);
     let suffix = match source.origin {
         Origin::Result(_) => ".repeat.h5",
         _ => ".h5",
@@ -23,7 +23,7 @@ pub(super) fn run(options: &RunOptions, common: &Common) -> Result<End, CommandE
     let path = output_of(source, options.output.as_deref(), suffix)?;
     // Before the partial file is there: from then on an interruption ends the run in good order.
     let stop = interrupt_flag()?;
-    let (bar, end_time) = (Bar::new(common), case.output().end_time);
+    let (bar, end_time) = (Bar::new(common), case.output.end_time);
     log::info!(
         "{}: method {}, rtol {:e}",
         source.label(),
@@ -63,7 +63,7 @@ pub(super) fn run(options: &RunOptions, common: &Common) -> Result<End, CommandE
             status: status,
             file: file.display().to_string(),
             case: source.label(),
-            title: case.title(),
+            title: &case.title,
             method: solver.method.name(),
             rtol: solver.rtol,
             // s.

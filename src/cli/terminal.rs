@@ -131,15 +131,15 @@ pub(super) fn run_report(case: &Case, summary: &Summary, wall_time: f64) -> Stri
         "Jacobians",
     ];
     // As the case has it, unless the run was interrupted.
-    let end = match summary.end == case.output().end_time {
+    let end = match summary.end == case.output.end_time {
         true => summary.end.to_string(),
         false => format!("{:.9}", summary.end),
     };
     format!(
         "{}\nmethod {}, rtol {:e}, t = 0 to {end} s in {wall_time:.3} s of wall time\n\n{}\n{}",
-        case.title(),
-        case.solver().method.name(),
-        case.solver().rtol,
+        case.title,
+        case.solver.method.name(),
+        case.solver.rtol,
         report,
         lines(&header, work, 1..6),
     )

@@ -231,7 +231,7 @@ fn unknown_figure(name: &str) -> PlotError {
 /// those that are needed. `None` if no sampling helps.
 pub fn sampling(run: &Run, absent: &[&Absent]) -> Option<String> {
     let needed: Vec<OutputWindow> = absent.iter().filter_map(|absent| absent.window).collect();
-    let mut windows: Vec<&OutputWindow> = run.case.output().windows.iter().chain(&needed).collect();
+    let mut windows: Vec<&OutputWindow> = run.case.output.windows.iter().chain(&needed).collect();
     // What another window covers at least as densely is of no use; of equal ones the first stays.
     windows.sort_by(|a, b| a.interval.total_cmp(&b.interval));
     let covers = |a: &OutputWindow, b: &OutputWindow| a.from <= b.from && b.to <= a.to;

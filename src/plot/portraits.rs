@@ -131,7 +131,7 @@ pub(super) fn shown(run: &Run) -> Shown {
     let (first, last) = run.times;
     let period = run.attractor_period.filter(|period| *period < last - first);
     // One sample more, so that it closes.
-    let begin = |period: f64| (last - period - run.case.output().interval).max(first);
+    let begin = |period: f64| (last - period - run.case.output.interval).max(first);
     Shown {
         axes: (position(&run.system), "relative_velocity"),
         window: (period.map_or(first, begin), last),

@@ -208,7 +208,7 @@ fn reference(
         ReferenceChoice::Truth(path) => {
             let truth = Truth::read(path)?;
             if let Some((_, _, case)) = study.runs.first() {
-                truth.check_case(case.system(), case.output().end_time)?;
+                truth.check_case(&case.system, case.output.end_time)?;
             }
             Reference {
                 description: format!("{}: {}", path.display(), truth.method),
@@ -250,7 +250,7 @@ fn by_runs(
 ) -> Result<Option<Reference>, StudyError> {
     let mut sequences = Vec::with_capacity(2);
     for case in &study.reference_cases {
-        let by = case.solver().method;
+        let by = case.solver.method;
         let report = integrate(case, &mut || control(by, false));
         let report = report.map_err(|failure| StudyError::ReferenceFailed {
             method: by.name(),
@@ -318,7 +318,7 @@ fn by_oracle(
     };
     let request = OracleRequest {
         threshold: exact.threshold.clone(),
-        ..oracle_request(case.solver(), case.output(), DIGITS, LONGEST)
+        ..oracle_request(&case.solver, &case.output, DIGITS, LONGEST)
     };
     let solution = match solve(&exact.system, &request, &mut |_| control(*by, false)) {
         Ok(solution) => solution,

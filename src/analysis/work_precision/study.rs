@@ -187,7 +187,7 @@ impl Study {
             }
             Some(node) => reader.reference(&root, node)?,
         };
-        if matches!(reference, ReferenceChoice::Truth(_)) && !is_short(plain.system()) {
+        if matches!(reference, ReferenceChoice::Truth(_)) && !is_short(&plain.system) {
             let message =
                 "a file of true events is of a brake; leave [reference] out, and the oracle solves the case of trains";
             return Err(reader.problem(&root, "reference.truth", message.to_owned()));
@@ -323,7 +323,7 @@ impl Reader<'_> {
         for node in elements {
             let text = self.text(node, "set")?;
             let change = Override::parse(text).map_err(|error| self.of_case(root, "set", &error))?;
-            if let key @ ("solver.method" | "solver.rtol" | "solver.fixed_step") = change.path() {
+            if let key @ ("solver.method" | "solver.rtol" | "solver.fixed_step") = change.key() {
                 let message = format!("{key} is what the study varies: use a [[series]]");
                 return Err(self.at(node, "set", message));
             }

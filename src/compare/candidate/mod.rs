@@ -94,7 +94,7 @@ impl Candidate {
         let events = file.events()?;
         let refuse = |what: &str, remedy: &str| Err(CompareError::whole(path, what, remedy));
         let case = &case;
-        let system = case.system();
+        let system = &case.system;
         if case.motion() != physics.vocabulary().motion() {
             let what = "is a run of another motion than the reference: one is of rotation, one of translation";
             return refuse(what, "compare runs of one motion");

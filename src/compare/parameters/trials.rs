@@ -58,7 +58,7 @@ impl<'a> Trials<'a> {
         Trials {
             end: end
                 .filter(|end| end.is_finite())
-                .unwrap_or(numbers.case().output().end_time),
+                .unwrap_or(numbers.case().output.end_time),
             numbers,
             start,
             covered,
@@ -76,7 +76,7 @@ impl<'a> Trials<'a> {
     pub fn run_counted(&self, changes: &[(&str, f64)]) -> Option<(Vec<SequenceEvent>, u64)> {
         let case = self.numbers.with_all(changes).ok()?;
         let problem = Problem {
-            system: case.system(),
+            system: &case.system,
             threshold: case.threshold(),
             further: false,
         };

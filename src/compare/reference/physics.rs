@@ -28,7 +28,7 @@ pub struct TimeScale {
 }
 
 fn course(case: &Case, trains: &System) -> Course {
-    Course::new(trains, case.threshold(), case.solver())
+    Course::new(trains, case.threshold(), &case.solver)
 }
 
 /// The physics of a reference.

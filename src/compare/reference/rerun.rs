@@ -35,7 +35,7 @@ impl Rerun {
 
 fn run(physics: &Physics, events: &[Event]) -> Option<Vec<Node>> {
     let case = &physics.case;
-    let asked = case.output();
+    let asked = &case.output;
     let output = OutputOptions {
         steps: true,
         interval: (INTERVAL * physics.natural_period()).max(asked.end_time / MOST),
