@@ -5,11 +5,8 @@ use super::search::Calibration;
 use super::study::CalibrationStudy;
 use super::target::Role;
 use crate::provenance;
-use crate::results::{
-    Column, ColumnData, Reservation, ResultError, Status, SweepAxis, SweepHeader, SweepLayout, SweepPlan, SweepRow,
-    SweepWriter,
-};
-use crate::sweep::{command_attribute, sweep_variables};
+use crate::results::{Column, Reservation, ResultError, Status, SweepLayout, SweepPlan, SweepRow, SweepWriter};
+use crate::sweep::{command_attribute, header, sweep_variables};
 use std::path::PathBuf;
 
 /// Writes a calibration where a place is reserved. Returns where it is: at its own name if it is complete, else at its partial
@@ -22,27 +19,14 @@ pub fn write_file(
     calibration: &Calibration,
     place: Reservation,
 ) -> Result<PathBuf, ResultError> {
-    let header = SweepHeader {
-        title: study.runs.title.clone(),
-        source: provenance::source(),
-        references: study.runs.words.references().to_owned(),
-        history: format!("stickslip calibrate {}", study.runs.source.name),
-        digest: study.digest(),
-        study_text: study.runs.source.text.clone(),
-        case_text: study.runs.base.text.clone(),
-        meta: provenance::build()
-            .into_iter()
-            .chain(command_attribute(&study.runs))
-            .collect(),
-    };
-    let axes = study.runs.axes.iter().map(|axis| SweepAxis {
-        name: axis.name.clone(),
-        keys: axis.keys.join(" "),
-        units: axis.unit.unwrap_or("1").to_owned(),
-        long_name: axis.description.to_owned(),
-        words: Vec::new(),
-        values: Vec::new(),
-    });
+    let mut meta = provenance::build();
+    meta.extend(command_attribute(&study.runs));
+    let header = header(&study.runs, "calibrate", study.digest(), meta);
+    let axes = study
+        .runs
+        .axes
+        .iter()
+        .map(|axis| axis.in_a_file(Vec::new(), Vec::new()));
     let plan = SweepPlan {
         shard: None,
         layout: SweepLayout::Table,
@@ -68,7 +52,7 @@ pub fn write_file(
         attributes.push(("largest_residual_of_compromise", format!("{:?}", compromise.worst)));
     }
     writer.add_table("calibration", &attributes, &parameter_columns(study, calibration))?;
-    let units = study.targets.iter().map(|target| target.unit());
+    let units = study.targets.iter().map(|target| target.unit);
     let attributes = [("target_units", units.collect::<Vec<_>>().join(", "))];
     writer.add_table("targets", &attributes, &target_columns(study, calibration))?;
     if !calibration.correlations.is_empty() {
@@ -81,28 +65,10 @@ pub fn write_file(
     })
 }
 
-fn column(name: &str, long_name: &str, data: ColumnData) -> Column {
-    Column {
-        name: name.to_owned(),
-        units: "1".to_owned(),
-        long_name: long_name.to_owned(),
-        data,
-    }
-}
-
-fn numbers(name: &str, long_name: &str, values: impl IntoIterator<Item = f64>) -> Column {
-    column(name, long_name, ColumnData::Numbers(values.into_iter().collect()))
-}
-
-/// Codes of words.
-fn codes(name: &str, long_name: &str, codes: impl Iterator<Item = i8>, words: Vec<(i8, String)>) -> Column {
-    column(name, long_name, ColumnData::Codes(codes.collect(), words))
-}
-
 /// A code for each of these words.
 fn index(name: &str, long_name: &str, words: impl Iterator<Item = String>) -> Column {
     let words: Vec<(i8, String)> = (0..).zip(words).collect();
-    codes(name, long_name, 0..words.len() as i8, words)
+    Column::codes(name, long_name, 0..words.len() as i8, words)
 }
 
 fn parameter_names(study: &CalibrationStudy) -> impl Iterator<Item = String> {
@@ -117,25 +83,33 @@ fn parameter_columns(study: &CalibrationStudy, calibration: &Calibration) -> Vec
     let optimum = "where the largest residual is least, in the unit of the parameter";
     let mut columns = vec![
         index("parameter", "the key of the parameter", parameter_names(study)),
-        numbers("optimum", optimum, calibration.parameters.iter().copied()),
-        numbers("range_from", "one end of the range it was looked for in", ends(0.0)),
-        numbers("range_to", "the other end", ends(1.0)),
+        Column::numbers("optimum", optimum, calibration.parameters.iter().copied()),
+        Column::numbers("range_from", "one end of the range it was looked for in", ends(0.0)),
+        Column::numbers("range_to", "the other end", ends(1.0)),
     ];
     if let Some(compromise) = &calibration.compromise {
         let long_name = "where the largest residual is least if no target is set aside";
-        columns.push(numbers("compromise", long_name, compromise.parameters.iter().copied()));
+        columns.push(Column::numbers(
+            "compromise",
+            long_name,
+            compromise.parameters.iter().copied(),
+        ));
     }
     if !calibration.intervals.is_empty() {
         let intervals = || calibration.intervals.iter();
         let long_name = "least value for which the held targets hold";
-        columns.push(numbers("least", long_name, intervals().map(|interval| interval.least)));
+        columns.push(Column::numbers(
+            "least",
+            long_name,
+            intervals().map(|interval| interval.least),
+        ));
         let long_name = "largest value for which the held targets hold";
-        columns.push(numbers(
+        columns.push(Column::numbers(
             "largest",
             long_name,
             intervals().map(|interval| interval.largest),
         ));
-        columns.push(codes(
+        columns.push(Column::codes(
             "determined",
             "from which sides the targets bound it within the range",
             intervals().map(|interval| interval.determined as i8),
@@ -156,21 +130,21 @@ fn target_columns(study: &CalibrationStudy, calibration: &Calibration) -> Vec<Co
     let measured = targets().map(|target| target.name().to_owned());
     vec![
         index("target", "the quantity that was measured", measured),
-        numbers(
+        Column::numbers(
             "value",
             "as measured, in the unit of the target",
             targets().map(|target| target.value),
         ),
-        numbers("half_width", half_width, targets().map(|target| target.half_width)),
-        numbers("here", here, results().map(|result| result.here)),
-        numbers(
+        Column::numbers("half_width", half_width, targets().map(|target| target.half_width)),
+        Column::numbers("here", here, results().map(|result| result.here)),
+        Column::numbers(
             "residual",
             "distance from the measured value in half-widths",
             results().map(|result| result.residual),
         ),
-        numbers("nearest", nearest, results().map(|result| result.nearest)),
-        numbers("together", together, results().map(|result| result.together)),
-        codes(
+        Column::numbers("nearest", nearest, results().map(|result| result.nearest)),
+        Column::numbers("together", together, results().map(|result| result.together)),
+        Column::codes(
             "role",
             "what became of the target",
             results().map(|result| result.role as i8),
@@ -185,13 +159,9 @@ fn correlation_columns(study: &CalibrationStudy, calibration: &Calibration) -> V
     let side = |k: usize| pairs().map(move |pair| pair.parameters[k] as i8);
     let long_name = "of their places in the ranges, over the points at which the held targets hold";
     vec![
-        column(
-            "pair",
-            "index of the pair",
-            ColumnData::Counts((0..pairs().len() as i64).collect()),
-        ),
-        codes("first", "one parameter", side(0), words.clone()),
-        codes("second", "the other", side(1), words),
-        numbers("correlation", long_name, pairs().map(|pair| pair.coefficient)),
+        Column::counts("pair", "index of the pair", 0..pairs().len()),
+        Column::codes("first", "one parameter", side(0), words.clone()),
+        Column::codes("second", "the other", side(1), words),
+        Column::numbers("correlation", long_name, pairs().map(|pair| pair.coefficient)),
     ]
 }

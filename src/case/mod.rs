@@ -49,7 +49,6 @@ pub(crate) use setting::{Slot, key_of};
 pub use source::{CaseSource, Origin};
 pub(crate) use source::{toml_text, words};
 pub use trains::train_keys;
-pub(crate) use value::number_of;
 pub use words::Words;
 pub use written::WrittenCase;
 

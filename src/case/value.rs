@@ -1,8 +1,8 @@
 //! One value by the rules of its key: its unit, its limits, its choices.
 
-use super::document::{Node, Value};
+use super::document::Value;
 use super::quantity::{self, Dimension};
-use super::schema::{self, Domain, Kind};
+use super::schema::Domain;
 use super::suggest;
 use crate::quote::shown;
 
@@ -22,15 +22,6 @@ pub(super) fn number(value: &Value, dimension: Dimension, domain: Domain) -> Res
     match domain.complaint(number) {
         None => Ok(number),
         Some(complaint) => Err(format!("{complaint}, but is {}", written(value, number, dimension))),
-    }
-}
-
-/// A number by the rules of a key of the schema: its unit and its limits. For files that vary a case.
-pub(crate) fn number_of(node: &Node, path: &str) -> Result<f64, String> {
-    let key = schema::keys().iter().find(|key| key.path == path);
-    match key.map(|key| &key.kind) {
-        Some(Kind::Number(dimension, domain, _)) => number(&node.value, *dimension, *domain),
-        _ => unreachable!("{path} is a number of the schema"),
     }
 }
 

@@ -36,17 +36,18 @@ pub(super) fn listed() -> Result<Vec<Listed>, CommandError> {
         add(case.name, "case", "run", read.title);
     }
     for study in STUDIES {
-        let source = StudySource::built_in(study.name).map_err(bad_case)?;
+        let source = StudySource::find(study.name, STUDIES).map_err(bad_case)?;
         let title = Study::parse(source, &[]).map_err(bad_case)?.title;
         add(study.name, "study", "sweep", title);
     }
     for study in CALIBRATIONS {
-        let source = CalibrationStudy::built_in(study.name).map_err(bad_case)?;
+        let source = StudySource::find(study.name, CALIBRATIONS).map_err(bad_case)?;
         let title = CalibrationStudy::parse(source, &[]).map_err(bad_case)?.runs.title;
         add(study.name, "study", "calibrate", title);
     }
     for study in work_precision::STUDIES {
-        let title = work_precision::Study::find(study.name).map_err(bad_case)?.title;
+        let source = StudySource::find(study.name, work_precision::STUDIES).map_err(bad_case)?;
+        let title = work_precision::Study::parse(source).map_err(bad_case)?.title;
         add(study.name, "study", "work-precision", title);
     }
     Ok(listed)

@@ -1,19 +1,20 @@
 //! `stickslip calibrate`.
 
 use super::arguments::{CalibrateOptions, Common};
-use super::input::{bad_case, bad_file, interrupt_flag, overrides, overwrite, study_source};
+use super::input::{bad_case, bad_file, interrupt_flag, overrides, overwrite};
 use super::plot::bad;
 use super::progress::Bar;
 use super::terminal::lines;
 use super::{CommandError, End, complain, tell};
 use crate::calibrate::{
-    Calibration, CalibrationError, CalibrationStudy, Determined, Role, Target, TargetResult, calibrate as find,
-    write_file,
+    CALIBRATIONS, Calibration, CalibrationError, CalibrationStudy, Determined, Role, Target, TargetResult,
+    calibrate as find, write_file,
 };
 use crate::case::CaseError;
 use crate::plot::target::{self, Product};
 use crate::results::Reservation;
 use crate::results::disk::same_file;
+use crate::sweep::StudySource;
 use serde::Serialize;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
@@ -145,7 +146,7 @@ pub(super) fn calibrate(options: &CalibrateOptions, common: &Common) -> Result<E
 }
 
 fn read_study(options: &CalibrateOptions) -> Result<CalibrationStudy, CaseError> {
-    let source = study_source(&options.study, CalibrationStudy::built_in)?;
+    let source = StudySource::find(&options.study, CALIBRATIONS)?;
     let overrides = overrides(&options.budget.over(&options.set), options.method.as_deref())?;
     CalibrationStudy::parse(source, &overrides)
 }
@@ -220,7 +221,7 @@ fn document<'a>(
         targets: targets
             .map(|(target, result)| TargetDocument {
                 quantity: target.name(),
-                unit: target.unit(),
+                unit: target.unit,
                 value: target.value,
                 half_width: target.half_width,
                 weight: target.weight,
@@ -317,7 +318,7 @@ fn target_table(study: &CalibrationStudy, calibration: &Calibration) -> String {
             number(target.value),
             number(target.half_width),
             number(result.here),
-            if target.unit() == "1" { "" } else { target.unit() }.to_owned(),
+            if target.unit == "1" { "" } else { target.unit }.to_owned(),
             match result.residual.is_finite() {
                 true => format!("{:.2}", result.residual),
                 false => "none".to_owned(),

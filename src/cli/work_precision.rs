@@ -6,7 +6,7 @@ use super::modes::FIGURE;
 use super::plot::{bad, check_target, save};
 use super::progress::Bar;
 use super::{CommandError, End, complain, tell, terminal};
-use crate::analysis::work_precision::{Errors, Measurement, Study, StudyError, StudyResult, run};
+use crate::analysis::work_precision::{Errors, Measurement, STUDIES, Study, StudyError, StudyResult, StudySource, run};
 use crate::plot::{PlotError, style, svg, work_precision as figure};
 use crate::provenance;
 use crate::results::{ReferenceRow, Reservation, Status, WorkPrecisionFile, WorkPrecisionRow};
@@ -38,11 +38,12 @@ struct ReferenceDocument<'a> {
 
 /// Runs a study into a file and a table, and a figure on request.
 pub(super) fn work_precision(options: &WorkPrecisionOptions, common: &Common) -> Result<End, CommandError> {
-    let study = Study::find(&options.study).map_err(bad_case)?;
+    let source = StudySource::find(&options.study, STUDIES).map_err(bad_case)?;
+    let study = Study::parse(source).map_err(bad_case)?;
     let path = options
         .output
         .clone()
-        .unwrap_or_else(|| PathBuf::from(format!("{}.h5", study.name)));
+        .unwrap_or_else(|| PathBuf::from(format!("{}.h5", study.source.name)));
     // Everything that can be refused is refused before minutes are spent.
     let stop = interrupt_flag()?;
     let place = Reservation::take(&path, overwrite(options.force), &study.files).map_err(bad_file)?;
@@ -176,7 +177,7 @@ fn contents(study: &Study, result: &StudyResult, started: &str) -> WorkPrecision
         title: study.title.clone(),
         source: provenance::source(),
         history: format!("{started} {}", provenance::command_line()),
-        study: study.text.clone(),
+        study: study.source.text.clone(),
         resolved: study.runs.first().map(|run| run.2.resolved()).unwrap_or_default(),
         meta: provenance::program(started),
         runs: runs.collect(),

@@ -3,13 +3,13 @@
 use super::boundary::trace;
 use super::earlier::{already_there, gather, ranks_left};
 use super::error::{SweepEnd, SweepError};
-use super::file::{Written, write};
+use super::file::write;
 use super::journal::{Existing, Journal, journal_path};
 use super::point_file::{folder_of_runs, into_a_file};
 use super::report::{SweepProgress, SweepReport};
 use super::runner::{Integrate, without_a_file};
 use super::running::{Points, Running};
-use super::shard::{Part, Shard};
+use super::shard::{Shard, plan};
 use super::study::{Design, Study};
 use super::worker_pool::{Threads, Work, WorkerPool};
 use crate::case::Case;
@@ -139,12 +139,12 @@ impl<'a> Sweep<'a> {
     pub fn start(mut self) -> Result<SweepReport, SweepError> {
         let folder = folder_of_runs(self.path);
         if self.study.keep.trajectory && folder == self.path {
-            let what = "the results of its runs";
-            let path = self.path.to_owned();
+            let (path, what) = (folder, "the results of its runs");
             return Err(ResultError::Reserved { path, what }.into());
         }
         if self.study.keep.trajectory && folder.exists() && !folder.is_dir() {
-            return Err(SweepError::NoFolder { path: folder });
+            let why = "is no folder, and that of the runs is to have this name; choose another name with -o";
+            return Err(SweepError::Refused(format!("{}: {why}", folder.display())));
         }
         let mut threads = Threads;
         let worker_pool = self.worker_pool.take();
@@ -166,16 +166,12 @@ fn run(
 ) -> Result<SweepReport, SweepError> {
     let Sweep { study, path, .. } = *sweep;
     let digest = study.digest();
-    let part = sweep.shard.map(|shard| Part::of(study, shard)).transpose()?;
+    let part = sweep.shard.map(|shard| plan(study, shard)).transpose()?;
     check_target(path, sweep.overwrite, &study.files)?;
     let journal_file = journal_path(path);
     if journal_file == path {
-        let what = "the outcomes of its points";
-        return Err(ResultError::Reserved {
-            path: path.to_owned(),
-            what,
-        }
-        .into());
+        let (path, what) = (path.to_owned(), "the outcomes of its points");
+        return Err(ResultError::Reserved { path, what }.into());
     }
     if study.files.contains(&journal_file) {
         return Err(ResultError::IsInput { path: journal_file }.into());
@@ -220,33 +216,18 @@ fn run(
     }
     gather(&mut journal, path, &digest, Existing::Resume)?;
     let run_now = journal.points() - before;
-    let written = write(
+    let mut report = write(
         study,
         (path, sweep.overwrite),
         &mut journal,
         &points,
         part.as_ref(),
-        boundaries.as_ref(),
+        boundaries,
         interrupted,
     )?;
-    let Written {
-        file,
-        done,
-        failed,
-        failures,
-        unfinished,
-    } = written;
+    report.run_now = run_now;
     if !interrupted {
         journal.remove()?;
     }
-    Ok(SweepReport {
-        file,
-        interrupted,
-        points: done,
-        run_now,
-        failures,
-        failed,
-        unfinished: Some(unfinished),
-        boundaries,
-    })
+    Ok(report)
 }

@@ -155,6 +155,44 @@ pub struct Column {
     pub data: ColumnData,
 }
 
+impl Column {
+    fn new(name: &str, long_name: &str, data: ColumnData) -> Column {
+        Column {
+            name: name.to_owned(),
+            units: "1".to_owned(),
+            long_name: long_name.to_owned(),
+            data,
+        }
+    }
+
+    /// Doubles without a unit.
+    pub(crate) fn numbers(name: &str, long_name: &str, values: impl IntoIterator<Item = f64>) -> Column {
+        Column::new(name, long_name, ColumnData::Numbers(values.into_iter().collect()))
+    }
+
+    /// Whole numbers.
+    pub(crate) fn counts(name: &str, long_name: &str, values: impl IntoIterator<Item = usize>) -> Column {
+        let counts = values.into_iter().map(|value| value as i64);
+        Column::new(name, long_name, ColumnData::Counts(counts.collect()))
+    }
+
+    /// Codes of words.
+    pub(crate) fn codes(
+        name: &str,
+        long_name: &str,
+        codes: impl Iterator<Item = i8>,
+        words: Vec<(i8, String)>,
+    ) -> Column {
+        Column::new(name, long_name, ColumnData::Codes(codes.collect(), words))
+    }
+
+    /// The same values with a unit, as UDUNITS.
+    pub(crate) fn in_units(self, units: &str) -> Column {
+        let units = units.to_owned();
+        Column { units, ..self }
+    }
+}
+
 /// The values of a column.
 #[derive(Debug, Clone, PartialEq)]
 pub enum ColumnData {
@@ -164,6 +202,18 @@ pub enum ColumnData {
     Counts(Vec<i64>),
     /// Codes, and what they mean.
     Codes(Vec<i8>, Vec<(i8, String)>),
+}
+
+impl ShardPlan {
+    /// Whether a point of the study is in it.
+    pub fn holds(&self, number: u64) -> bool {
+        self.partition.owner(number as usize) == self.shard
+    }
+
+    /// How many points it has.
+    pub fn points(&self) -> usize {
+        self.partition.size(self.shard)
+    }
 }
 
 /// Which part of a study the file of a shard holds.
