@@ -678,7 +678,7 @@ fn cli_boundaries_are_on_quantities_that_the_runs_have() {
         (
             "belt-exponential",
             belt,
-            "criterion = \"groth > 20\"",
+            "criterion = \"nothing_of_the_kind > 20\"",
             "there are stick_count, slip_count",
         ),
         (
@@ -715,7 +715,7 @@ fn property_both_forms_of_a_brake_have_the_same_boundary() {
         format!(
             "case = \"{case}\"\n[set]\nsolver.method = \"series\"\n[[axis]]\nkey = \"friction.decay\"\nfrom = 0.05\nto = 0.8\n\
              count = 4\nspacing = \"log\"\n[[axis]]\nkey = {damping}\nfrom = 5\nto = 40\ncount = 3\n[boundary]\n\
-             criterion = \"instability_time > 0\"\nrefinements = 0\nwidth = 1e-2\ngrowth_contours = [0.5]\n"
+             criterion = \"instability_time > 0\"\nrefinements = 0\nwidth = 1e-2\ngrowth_contours = [0.02]\n"
         )
     };
     // A light rotor that stops within milliseconds.

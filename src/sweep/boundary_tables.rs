@@ -12,6 +12,9 @@ fn spacing(axis: &Axis) -> &'static str {
     }
 }
 
+/// A place in the plane.
+type Point = [f64; 2];
+
 /// A value of each row in the unit of an axis.
 fn on_axis(axis: &Axis, values: impl Iterator<Item = f64>) -> Column {
     Column::numbers(&axis.name, axis.description, values).in_units(axis.unit.unwrap_or("1"))
@@ -85,7 +88,7 @@ impl Boundaries {
             ("growth_contours", "contour_point", "growth exponent G", &self.growth),
         ] {
             let lines = lines.iter().enumerate();
-            let (rows, points): (Vec<(usize, usize)>, Vec<(&Line, [f64; 2])>) = lines
+            let (rows, points): (Vec<(usize, usize)>, Vec<(&Line, Point)>) = lines
                 .flat_map(|(k, line)| line.points.iter().map(move |&point| ((k, line.plane), (line, point))))
                 .unzip();
             if rows.is_empty() {

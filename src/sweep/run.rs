@@ -49,7 +49,7 @@ pub struct Sweep<'a> {
     workers: usize,
     stop: &'a AtomicBool,
     worker_pool: Option<&'a mut dyn WorkerPool>,
-    progress: Option<Box<dyn FnMut(SweepProgress) + 'a>>,
+    progress: Box<dyn FnMut(SweepProgress) + 'a>,
 }
 
 /// Of a sweep that nobody ends.
@@ -67,7 +67,7 @@ impl<'a> Sweep<'a> {
             workers: processors(),
             stop: &NEVER,
             worker_pool: None,
-            progress: None,
+            progress: Box::new(|_| {}),
         }
     }
 
@@ -109,7 +109,7 @@ impl<'a> Sweep<'a> {
 
     /// Told now and then how far the sweep is.
     pub fn progress(mut self, progress: impl FnMut(SweepProgress) + 'a) -> Self {
-        self.progress = Some(Box::new(progress));
+        self.progress = Box::new(progress);
         self
     }
 
@@ -148,13 +148,8 @@ impl<'a> Sweep<'a> {
         }
         let mut threads = Threads;
         let worker_pool = self.worker_pool.take();
-        let mut silent = |_: SweepProgress| {};
-        let mut progress = self.progress.take();
-        let progress: &mut dyn FnMut(SweepProgress) = match &mut progress {
-            Some(progress) => progress,
-            None => &mut silent,
-        };
-        self.with_work(|work| run(&self, work, worker_pool.unwrap_or(&mut threads), progress))
+        let mut progress = std::mem::replace(&mut self.progress, Box::new(|_| {}));
+        self.with_work(|work| run(&self, work, worker_pool.unwrap_or(&mut threads), &mut progress))
     }
 }
 
