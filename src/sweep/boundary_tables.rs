@@ -12,8 +12,8 @@ fn spacing(axis: &Axis) -> &'static str {
     }
 }
 
-/// A place in the plane.
-type Point = [f64; 2];
+/// The line and the plane of each row.
+type Rows = Vec<(usize, usize)>;
 
 /// A value of each row in the unit of an axis.
 fn on_axis(axis: &Axis, values: impl Iterator<Item = f64>) -> Column {
@@ -47,7 +47,7 @@ impl Boundaries {
             axes.map(column).collect()
         };
         let curves = self.curves.iter().enumerate();
-        let (rows, points): (Vec<(usize, usize)>, Vec<&BoundaryPoint>) = curves
+        let (rows, points): (Rows, Vec<&BoundaryPoint>) = curves
             .flat_map(|(k, curve)| curve.points.iter().map(move |point| ((k, curve.plane), point)))
             .unzip();
         let mut columns = places("boundary_point", "curve", &rows);
@@ -88,7 +88,7 @@ impl Boundaries {
             ("growth_contours", "contour_point", "growth exponent G", &self.growth),
         ] {
             let lines = lines.iter().enumerate();
-            let (rows, points): (Vec<(usize, usize)>, Vec<(&Line, Point)>) = lines
+            let (rows, points): (Rows, Vec<(&Line, [f64; 2])>) = lines
                 .flat_map(|(k, line)| line.points.iter().map(move |&point| ((k, line.plane), (line, point))))
                 .unzip();
             if rows.is_empty() {
