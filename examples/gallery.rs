@@ -10,7 +10,7 @@ use std::path::Path;
 use stickslip::analysis::Modes;
 use stickslip::analysis::SavedRun;
 use stickslip::analysis::stability::onset::onsets;
-use stickslip::analysis::work_precision::{self, Study};
+use stickslip::analysis::work_precision::{self, Study, StudySource};
 use stickslip::case::{Case, CaseSource};
 use stickslip::plot::catalogue::{self, ENTRIES};
 use stickslip::plot::entry::Subject;
@@ -60,7 +60,7 @@ fn main() -> Result<(), Box<dyn Error>> {
         let name = format!("drill-string-{}", figure.name);
         save(&Figure { name, ..figure })?;
     }
-    let study = Study::find("work-precision")?;
+    let study = Study::parse(StudySource::find("work-precision", work_precision::STUDIES)?)?;
     let result = work_precision::run(&study, &mut |_| ControlFlow::Continue(()))?.ok_or("interrupted")?;
     save(&plot::work_precision::figure(&study.title, &result))
 }

@@ -23,6 +23,7 @@
 //! | [`case`] | the TOML case file: units, validation, overrides; the system that it describes, and the words for its places |
 //! | `provenance` | what a file says of the program, the machine and the command that made it |
 //! | [`run`](Run) | one run of a case: the front door |
+//! | `study` | study files: what sweeps, calibrations and work-precision studies have in common |
 //! | [`oracle`] | the model solved independently, by Taylor series with up to 611 digits |
 //! | [`analysis`] | what is computed from a run: statistics, growth, certificates, sensitivities |
 //! | [`compare`] | the result of any solver compared with a reference |
@@ -55,6 +56,7 @@ pub mod results;
 mod run;
 pub mod signal;
 pub mod simulation;
+mod study;
 pub mod sundials;
 pub mod sweep;
 mod workers;

@@ -97,13 +97,13 @@ count = 3
 refinements = 0
 width = 1e-3
 "#;
-    let study = study(text);
+    let [study, tight] = [&[][..], &[Override::parse("solver.rtol=1e-12").unwrap()]]
+        .map(|settings| Study::parse(StudySource::text("boundary", text), settings).unwrap());
     let report = run(&study, &folder.path().join("c.h5"));
     let found = report.boundaries.unwrap();
     let Design::Boundary(spec) = &study.design else {
         panic!("a boundary")
     };
-    let tight = study.with(&[Override::parse("solver.rtol=1e-12").unwrap()]);
     let mut checked = 0;
     for curve in &found.curves {
         for point in &curve.points {

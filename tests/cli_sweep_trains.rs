@@ -5,7 +5,9 @@ mod cli_common;
 
 use cli_common::{Folder, json, output, refusal};
 use std::f64::consts::PI;
+use stickslip::case::{Case, CaseSource, Override};
 use stickslip::results::{ResultFile, SweepFile};
+use stickslip::sweep::{STUDIES, StudySource};
 
 /// The mass on a belt with Coulomb friction that begins on the belt: every slip and stick in closed form.
 const BELT: &str = r#"
@@ -105,8 +107,9 @@ fn analytic_a_grid_of_coulomb_belts() {
             assert_eq!((motion[point], sticks[point]), (0.0, 1.0));
         }
     }
-    // The mass has no lists but these, and a brake's quantities are not here.
-    assert!(file.numbers("growth_exponent").is_err());
+    // A driven belt does not slow down by itself: nothing grows on the way.
+    assert!(numbers("growth_exponent").iter().all(|value| value.is_nan()));
+    assert!(numbers("noise_determined").iter().all(|value| *value == -1.0));
     assert!(numbers("stick_threshold").iter().all(|value| value.is_nan()));
     let (stdout, _) = output(&mut folder.stickslip(&["check", "belt.h5"]), 0);
     assert!(stdout.contains("all checksums agree"), "{stdout}");
@@ -317,7 +320,7 @@ width = 3e-3
 #[test]
 fn regression_groan_over_the_speed_holds_for_single_runs() {
     let folder = Folder::new();
-    let text = stickslip::sweep::StudySource::built_in("groan-speed").unwrap().text;
+    let text = StudySource::find("groan-speed", STUDIES).unwrap().text;
     let axis = text.find("from = ").unwrap();
     folder.write("groan.toml", format!("{}values = [0.02, 0.5, 1.5]\n", &text[..axis]));
     let report = sweep(&folder, &["groan.toml"]);
@@ -670,13 +673,13 @@ fn cli_boundaries_are_on_quantities_that_the_runs_have() {
             "belt-exponential",
             belt,
             "criterion = \"growth_exponent > 20\"",
-            "\"growth_exponent\" is a quantity of studies whose base case is in the short form",
+            "no run of this case has \"growth_exponent\": its sliding is not watched for a loss of stability: an end is driven",
         ),
         (
             "belt-exponential",
             belt,
-            "criterion = \"growth_exponent > 20\"",
-            "there are motion, event_count",
+            "criterion = \"nothing_of_the_kind > 20\"",
+            "there are stick_count, slip_count",
         ),
         (
             "belt-exponential",
@@ -688,19 +691,79 @@ fn cli_boundaries_are_on_quantities_that_the_runs_have() {
             "belt-exponential",
             belt,
             "growth_contours = [20]",
-            "boundary.growth_contours: contours of the growth exponent belong to studies whose base case is in the short form",
+            "boundary.growth_contours: no run of this case has \"growth_exponent\": its sliding is not watched",
         ),
         (
             "paper",
             brake,
             "criterion = \"attractor_period > 2\"",
-            "\"attractor_period\" is a quantity of studies whose base case is in the general form",
+            "no run of this case has \"attractor_period\": nothing drives its sliding",
         ),
     ] {
         folder.write("bad.toml", study(case, axes, rest));
         let stderr = refusal(&mut folder.stickslip(&["sweep", "bad.toml"]));
         assert!(stderr.contains(words), "{words} in {stderr}");
         assert!(stderr.contains("bad.toml:13: boundary."), "{stderr}");
+    }
+}
+
+/// A brake written as trains has the quantities, the limit and the contours of growth that its short form has.
+#[test]
+fn property_both_forms_of_a_brake_have_the_same_boundary() {
+    let folder = Folder::new();
+    let study = |case: &str, damping: &str| {
+        format!(
+            "case = \"{case}\"\n[set]\nsolver.method = \"series\"\n[[axis]]\nkey = \"friction.decay\"\nfrom = 0.05\nto = 0.8\n\
+             count = 4\nspacing = \"log\"\n[[axis]]\nkey = {damping}\nfrom = 5\nto = 40\ncount = 3\n[boundary]\n\
+             criterion = \"instability_time > 0\"\nrefinements = 0\nwidth = 1e-2\ngrowth_contours = [0.02]\n"
+        )
+    };
+    // A light rotor that stops within milliseconds.
+    let light = [
+        "perturbation=[]",
+        "axial.damping=20000 lbf s/in",
+        "actuation.rise_time=0",
+        "torsion.rotor_inertia=0.002",
+        "initial.speed=10",
+        "output.end_time=0.01",
+    ];
+    let light = light.map(|setting| Override::parse(setting).unwrap());
+    let case = Case::read(&CaseSource::built_in("paper").unwrap(), &light).unwrap();
+    let [free, surface, stiffness] =
+        ["rotor_inertia", "surface_inertia", "stiffness"].map(|key| case.number(&format!("torsion.{key}")).unwrap());
+    let shaft = format!("stiffness = {stiffness:?}\ndamping = 20");
+    let trains = format!(
+        "[rotor]\ninertia = [{surface:?}, {free:?}]\n{shaft}\nend = \"free\"\n\n[stator]\ninertia = {surface:?}\n{shaft}\n\
+         end = \"fixed\"\n"
+    );
+    let short = case.resolved();
+    let start = short.find("[torsion]").unwrap();
+    let end = start + 1 + short[start + 1..].find("\n[").unwrap();
+    folder.write("trains.toml", [&short[..start], &trains, &short[end..]].concat());
+    folder.write("short.toml", &short);
+    folder.write("a.toml", study("short.toml", "\"torsion.damping\""));
+    folder.write(
+        "b.toml",
+        study("trains.toml", "[\"rotor.damping.0\", \"stator.damping.0\"]"),
+    );
+    let [a, b] = ["a", "b"].map(|name| {
+        sweep(&folder, &[&format!("{name}.toml")]);
+        SweepFile::open(&folder.path(&format!("{name}.h5"))).unwrap()
+    });
+    let mut growing = 0;
+    for quantity in stickslip::sweep::QUANTITIES {
+        let [here, there] = [&a, &b].map(|file| file.numbers(quantity.name).unwrap());
+        assert_eq!(here.len(), there.len());
+        for (here, there) in here.iter().zip(&there) {
+            assert!(here.to_bits() == there.to_bits(), "{}: {here} {there}", quantity.name);
+            growing += usize::from(quantity.name == "growth_exponent" && *here > 0.0);
+        }
+    }
+    assert_eq!(growing, 3);
+    for group in ["linear_limit", "growth_contours"] {
+        let [here, there] = [&a, &b]
+            .map(|file| ["friction_decay", "level"].map(|name| file.numbers(&format!("{group}/{name}")).unwrap()));
+        assert!(!here[0].is_empty() && here == there, "{group}");
     }
 }
 
@@ -789,7 +852,7 @@ fn analytic_a_calibration_of_trains_finds_the_case() {
         (
             "\"attractor_amplitude\"",
             "\"natural_period\"",
-            "\"natural_period\" is a quantity of studies whose base case is in the short form",
+            "no run of this case has \"natural_period\": its sliding is not watched",
         ),
         (
             "\"attractor_amplitude\"",

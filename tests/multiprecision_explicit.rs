@@ -3,7 +3,7 @@
 mod common;
 use common::{largest_event_error, output, run, solver, truth};
 use std::ops::ControlFlow;
-use stickslip::analysis::work_precision::{self, Errors, Study};
+use stickslip::analysis::work_precision::{self, Errors, Study, StudySource};
 use stickslip::simulation::{Method, SolverOptions};
 
 /// Every pair finds all events of `paper-si` in their order, within what the methods without a choice of solver promise:
@@ -50,7 +50,12 @@ fn multiprecision_a_smaller_tolerance_is_more_accurate() {
 
 fn study(text: &str) -> Study {
     let folder = std::path::Path::new(env!("CARGO_MANIFEST_DIR"));
-    Study::parse(text, "study", "study", folder).unwrap()
+    let path = Some(folder.join("study.toml"));
+    let source = StudySource {
+        path,
+        ..StudySource::text("study", text)
+    };
+    Study::parse(source).unwrap()
 }
 
 const SERIES: &str =

@@ -11,7 +11,7 @@
 use std::alloc::{GlobalAlloc, Layout, System};
 use std::io::Write;
 use std::panic::{AssertUnwindSafe, catch_unwind};
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::time::Instant;
 
@@ -284,15 +284,15 @@ fn studies() {
         "case = \"paper\"\n[[series]]\nmethods = [\"auto\", \"erk\", \"series\"]\ntolerances = [1e-4{}]\n",
         ", 1e-5".repeat(13_000)
     );
-    let refusal = work_precision::Study::parse(&many, "hostile.toml", "hostile", Path::new("")).unwrap_err();
+    let refusal = work_precision::Study::parse(StudySource::text("hostile", &many)).unwrap_err();
     assert!(refusal.to_string().contains("more than 10000 runs"), "{refusal}");
     seeds.push(many.into_bytes());
     campaign("study", &seeds, |bytes| {
         let text = String::from_utf8(bytes.to_vec()).map_err(|error| error.to_string())?;
         let source = StudySource::text("hostile", &text);
         let sweep = Study::parse(source.clone(), &[]).map(drop);
-        let calibration = CalibrationStudy::parse(source, &[]).map(drop);
-        let precision = work_precision::Study::parse(&text, "hostile.toml", "hostile", Path::new("")).map(drop);
+        let calibration = CalibrationStudy::parse(source.clone(), &[]).map(drop);
+        let precision = work_precision::Study::parse(source).map(drop);
         sweep.or(calibration).or(precision).map_err(|error| error.to_string())
     });
 }

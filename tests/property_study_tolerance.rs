@@ -6,8 +6,12 @@ use stickslip::case::Override;
 use stickslip::sweep::{Outcome, STUDY_RTOL, Study, StudySource, Values, quantity_index, run_points, without_a_file};
 
 fn study(text: &str) -> Study {
-    let source = StudySource::text("tolerance", text);
-    Study::parse(source, &[]).unwrap()
+    study_with(text, &[])
+}
+
+fn study_with(text: &str, settings: &[&str]) -> Study {
+    let settings: Vec<Override> = settings.iter().map(|text| Override::parse(text).unwrap()).collect();
+    Study::parse(StudySource::text("tolerance", text), &settings).unwrap()
 }
 
 /// The plane of the critical curve, and kicks from those that rounding nearly hides to those that need little growth.
@@ -40,8 +44,7 @@ spacing = "log"
 }
 
 fn values(study: &Study, settings: &[&str]) -> BTreeMap<u64, Values> {
-    let settings: Vec<Override> = settings.iter().map(|text| Override::parse(text).unwrap()).collect();
-    let study = study.with(&settings);
+    let study = study_with(&study.source.text, settings);
     let points = (0..study.point_count().unwrap()).filter_map(|number| study.point(number));
     let mut found = BTreeMap::new();
     let keep = |group: Vec<Outcome>| {
@@ -92,19 +95,12 @@ fn property_a_tolerance_that_is_given_wins() {
         let point = study.point(0).unwrap();
         study.case_at(&point.coordinates).unwrap().solver.rtol
     };
-    let plain = study(&format!("case = \"paper\"\n{AXIS}"));
-    assert_eq!(rtol(&plain), STUDY_RTOL);
-    assert_eq!(
-        rtol(&plain.with(&[Override::parse("solver.rtol=1e-11").unwrap()])),
-        1e-11
-    );
-    assert_eq!(
-        rtol(&plain.with(&[Override::parse("solver.method=series").unwrap()])),
-        STUDY_RTOL
-    );
+    let with = |settings: &[&str]| study_with(&format!("case = \"paper\"\n{AXIS}"), settings);
+    assert_eq!(rtol(&with(&[])), STUDY_RTOL);
+    assert_eq!(rtol(&with(&["solver.rtol=1e-11"])), 1e-11);
+    assert_eq!(rtol(&with(&["solver.method=series"])), STUDY_RTOL);
     for method in ["cvode-bdf", "erk", "paper"] {
-        let set = Override::parse(&format!("solver.method={method}")).unwrap();
-        assert_eq!(rtol(&plain.with(&[set])), 1e-10, "{method}");
+        assert_eq!(rtol(&with(&[&format!("solver.method={method}")])), 1e-10, "{method}");
     }
     let set = study(&format!("case = \"paper\"\n[set]\nsolver.rtol = 1e-12\n{AXIS}"));
     assert_eq!(rtol(&set), 1e-12);
@@ -159,7 +155,7 @@ fn property_periods_and_amplitudes_of_trains_hold_to_1e_8() {
             "case = \"{case}\"\n[[axis]]\nkey = \"{key}\"\nfrom = {from}\nto = {to}\ncount = 3\n"
         ));
         assert_eq!(study.default_tolerance(), Some(STUDY_RTOL));
-        let place = |name: &str| study.quantity(name).unwrap();
+        let place = |name: &str| quantity_index(name).unwrap();
         let counts = ["motion", "stick_count", "event_count", "attractor_sticks"].map(place);
         let times = [
             "onset_time",

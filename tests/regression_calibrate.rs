@@ -2,11 +2,14 @@
 use std::sync::atomic::AtomicBool;
 use stickslip::Run;
 use stickslip::analysis::Summary;
-use stickslip::calibrate::{Calibration, CalibrationOptions, CalibrationStudy, Determined, Role, calibrate};
+use stickslip::calibrate::{
+    CALIBRATIONS, Calibration, CalibrationOptions, CalibrationStudy, Determined, Role, calibrate,
+};
 use stickslip::case::{Case, CaseSource};
+use stickslip::sweep::StudySource;
 
 fn study(name: &str) -> CalibrationStudy {
-    CalibrationStudy::parse(CalibrationStudy::built_in(name).unwrap(), &[]).unwrap()
+    CalibrationStudy::parse(StudySource::find(name, CALIBRATIONS).unwrap(), &[]).unwrap()
 }
 
 fn found(study: &CalibrationStudy) -> Calibration {

@@ -1,49 +1,15 @@
 //! Events of an independent code with more digits, from a JSON file such as those of data/truth.
 
-use crate::model::system::{Pressing, System};
+use crate::case::{Case, WrittenCase};
+use crate::model::system::{ContactLaw, Pressing, System};
 use crate::model::{BreakawayTest, KickTime};
 use crate::record::EventKind;
+use crate::simulation::is_short;
 use serde_json::Value;
 use std::path::{Path, PathBuf};
 
 /// Two parameters are the same if they differ by no more than this share: the texts are exact, conversions rounded once.
 const SAME: f64 = 1e-14;
-
-/// Why a file of true events is of no use.
-#[derive(Debug, thiserror::Error)]
-pub enum TruthError {
-    /// It cannot be read.
-    #[error("{path}: the true events cannot be read: {why}; check the name, which counts from the folder of the study")]
-    Unreadable {
-        /// Of the file.
-        path: PathBuf,
-        /// In words.
-        why: String,
-    },
-    /// It is not such a file.
-    #[error("{path}: not a file of true events: {why}; data/truth has three that show the form")]
-    Form {
-        /// Of the file.
-        path: PathBuf,
-        /// In words.
-        why: String,
-    },
-    /// It belongs to another case.
-    #[error(
-        "{path}: these events are of another case: {name} is {there:?} there and {here:?} in the case of the study; name \
-         the case that they belong to, or other events"
-    )]
-    OtherCase {
-        /// Of the file.
-        path: PathBuf,
-        /// Of the parameter, by the paper's symbol.
-        name: &'static str,
-        /// Its value in the file, SI; NaN if it is not there.
-        there: f64,
-        /// Its value in the case, SI; NaN if the case has none.
-        here: f64,
-    },
-}
 
 /// The event sequence of a case, to more digits than a double has.
 #[derive(Debug, Clone, PartialEq)]
@@ -58,25 +24,25 @@ pub struct Truth {
 }
 
 impl Truth {
-    /// Reads a file: an object with `method`, `parameters` (decimal texts by the paper's symbols) and `events` (each with
-    /// `kind` and `time`).
+    /// Reads a file: an object with `method`, `parameters` (decimal texts by the paper's symbols, or of any case by its keys)
+    /// and `events` (each with `kind` and `time`).
     ///
     /// # Errors
     /// If it cannot be read or has another form.
-    pub fn read(path: &Path) -> Result<Truth, TruthError> {
-        let unreadable = |why: String| TruthError::Unreadable {
-            path: path.to_owned(),
-            why,
-        };
-        let form = |why: String| TruthError::Form {
-            path: path.to_owned(),
-            why,
+    pub fn read(path: &Path) -> Result<Truth, String> {
+        let form = |why: String| {
+            let path = path.display();
+            format!("{path}: not a file of true events: {why}; data/truth has three that show the form")
         };
         let text = std::fs::read_to_string(path).map_err(|error| {
-            unreadable(match error.kind() {
+            let why = match error.kind() {
                 std::io::ErrorKind::NotFound => "no such file".to_owned(),
                 _ => error.to_string(),
-            })
+            };
+            format!(
+                "{}: the true events cannot be read: {why}; check the name, which counts from the folder of the study",
+                path.display()
+            )
         })?;
         let json: Value = serde_json::from_str(&text).map_err(|error| form(format!("not JSON: {error}")))?;
         let text_of = |of: &Value, key: &str| of.get(key).and_then(Value::as_str).map(str::to_owned);
@@ -105,35 +71,53 @@ impl Truth {
         Ok(Truth {
             method: text_of(&json, "method").unwrap_or_else(|| "not said".to_owned()),
             events,
-            parameters: parameters.iter().map(parameter).collect::<Result<_, _>>()?,
+            parameters: parameters.iter().map(parameter).collect::<Result<_, String>>()?,
             path: path.to_owned(),
         })
     }
 
-    /// Whether the events are those of this case, which ends at `end_time` (s).
+    /// Whether the events are those of this case.
     ///
     /// # Errors
     /// With the first parameter that differs or is not in the file.
-    pub(crate) fn check_case(&self, case: &System, end_time: f64) -> Result<(), TruthError> {
+    pub(crate) fn check_case(&self, case: &Case) -> Result<(), String> {
         // A run that ends elsewhere in the final stick has the same events.
         let until = self.events.last().map_or(0.0, |event| event.1);
-        let end = if end_time > until { f64::NAN } else { end_time };
-        for (name, here) in symbols(case).into_iter().chain([("t_end", end)]) {
+        let end = if case.output.end_time > until {
+            f64::NAN
+        } else {
+            case.output.end_time
+        };
+        let by_keys = self.parameters.iter().any(|(name, _)| name.contains('.'));
+        let mut numbers = match by_keys {
+            true => keyed(case),
+            false => symbols(&case.system)
+                .map(|(name, value)| (name.to_owned(), value))
+                .into(),
+        };
+        numbers.push(("t_end".to_owned(), end));
+        for (name, here) in numbers {
             let there = self.parameters.iter().find(|p| p.0 == name).map_or(f64::NAN, |p| p.1);
             let same = name == "t_end" && here.is_nan()
                 || (there - here).abs() <= SAME * there.abs()
                 || (there.is_nan() && here.is_nan());
             if !same {
-                return Err(TruthError::OtherCase {
-                    path: self.path.clone(),
-                    name,
-                    there,
-                    here,
-                });
+                return Err(format!(
+                    "{}: these events are of another case: {name} is {there:?} there and {here:?} in the case of the study; name the \
+                     case that they belong to, or other events",
+                    self.path.display()
+                ));
             }
         }
         Ok(())
     }
+}
+
+/// Every number of a case, in SI, by its key.
+fn keyed(case: &Case) -> Vec<(String, f64)> {
+    let case = WrittenCase::of(case);
+    let numbers = case.numbers().iter();
+    numbers.map(|number| (number.path.clone(), number.value)).collect()
 }
 
 fn decimal(value: &Value) -> Option<f64> {
@@ -141,9 +125,9 @@ fn decimal(value: &Value) -> Option<f64> {
     text.parse().ok().filter(|x: &f64| x.is_finite())
 }
 
-/// The parameters under the names of such a file; NaN for what the case does not have. What such a file cannot say has a
-/// name that none of its parameters bears.
-fn symbols(case: &System) -> [(&'static str, f64); 19] {
+/// The parameters under the paper's symbols; NaN for what the case does not have. What these cannot say has a name that no
+/// parameter bears.
+fn symbols(case: &System) -> [(&'static str, f64); 20] {
     let one = |value: Option<f64>| value.unwrap_or(f64::NAN);
     let (axial, ramp) = match &case.pressing {
         Pressing::Axial { axial, actuation } => (Some(axial), actuation.as_ramp()),
@@ -175,6 +159,8 @@ fn symbols(case: &System) -> [(&'static str, f64); 19] {
     });
     let several = (case.kicks.len() > 1).then_some(case.kicks.len() as f64);
     let law = case.law.as_exponential();
+    let unsaid = |differs: bool| differs.then_some(1.0);
+    let driven = rotor.torque.is_some() || stator.torque.is_some();
     [
         ("k_e", axial.map(|axial| axial.stiffness)),
         ("c_a", axial.map(|axial| axial.damping)),
@@ -196,7 +182,11 @@ fn symbols(case: &System) -> [(&'static str, f64); 19] {
         ("number of kicks", several),
         (
             "breakaway test",
-            (case.breakaway_test != BreakawayTest::Transmitted).then_some(1.0),
+            unsaid(case.breakaway_test != BreakawayTest::Transmitted),
+        ),
+        (
+            "a part that the paper's brake has not",
+            unsaid(!is_short(case) || driven || case.contact != ContactLaw::StickSlip),
         ),
     ]
     .map(|(name, value)| (name, one(value)))

@@ -65,19 +65,25 @@ impl Evaluator<'_> {
         })
     }
 
-    /// `f` of every item, on the threads, in the order of the items; `done` is told how many there are.
+    /// The runs that `f` makes for every item, on the threads, added to `pool` in the order of the items; `done` is told for
+    /// how many it has. Returns the places in the pool where the runs for each item begin, and where the last ones end.
     ///
     /// # Errors
-    /// If it was stopped; with what was done until then, in order.
-    pub fn each<T: Sync, R: Send>(
+    /// If it was stopped; what was done until then is in the pool.
+    pub fn each<T: Sync, R: IntoIterator<Item = Evaluation> + Send>(
         &self,
+        pool: &mut Vec<Evaluation>,
         items: &[T],
         f: impl Fn(&T) -> Result<R, Halted> + Sync,
         done: &mut dyn FnMut(usize),
-    ) -> Result<Vec<R>, Vec<R>> {
+    ) -> Result<Vec<usize>, Halted> {
         let results = in_order(self.workers, items.len(), |index| f(&items[index]).ok(), done);
-        let whole = results.iter().all(Option::is_some);
-        let results = results.into_iter().flatten().collect();
-        if whole { Ok(results) } else { Err(results) }
+        let halted = results.iter().any(Option::is_none);
+        let mut places = vec![pool.len()];
+        for runs in results.into_iter().flatten() {
+            pool.extend(runs);
+            places.push(pool.len());
+        }
+        if halted { Err(Halted) } else { Ok(places) }
     }
 }

@@ -5,10 +5,8 @@ use super::search::Calibration;
 use super::study::CalibrationStudy;
 use super::target::Role;
 use crate::provenance;
-use crate::results::{
-    Column, Reservation, ResultError, Status, SweepAxis, SweepHeader, SweepLayout, SweepPlan, SweepRow, SweepWriter,
-};
-use crate::sweep::{command_attribute, sweep_variables};
+use crate::results::{Column, Reservation, ResultError, Status, SweepLayout, SweepPlan, SweepRow, SweepWriter};
+use crate::sweep::{command_attribute, header, sweep_variables};
 use std::path::PathBuf;
 
 /// Writes a calibration where a place is reserved. Returns where it is: at its own name if it is complete, else at its partial
@@ -21,23 +19,10 @@ pub fn write_file(
     calibration: &Calibration,
     place: Reservation,
 ) -> Result<PathBuf, ResultError> {
-    let header = SweepHeader {
-        title: study.runs.title.clone(),
-        source: provenance::source(),
-        references: study.runs.words.references().to_owned(),
-        history: format!("stickslip calibrate {}", study.runs.source.name),
-        digest: study.digest(),
-        study_text: study.runs.source.text.clone(),
-        case_text: study.runs.base.text.clone(),
-        meta: provenance::build()
-            .into_iter()
-            .chain(command_attribute(&study.runs))
-            .collect(),
-    };
-    let axes = study.runs.axes.iter().map(|axis| {
-        let (keys, unit) = (axis.keys.join(" "), axis.unit.unwrap_or("1"));
-        SweepAxis::new(&axis.name, keys, unit, axis.description, &[], Vec::new())
-    });
+    let mut meta = provenance::build();
+    meta.extend(command_attribute(&study.runs));
+    let header = header(&study.runs, "calibrate", study.digest(), meta);
+    let axes = study.runs.axes.iter().map(|axis| axis.in_a_file(&[], Vec::new()));
     let plan = SweepPlan {
         shard: None,
         layout: SweepLayout::Table,
@@ -63,7 +48,7 @@ pub fn write_file(
         attributes.push(("largest_residual_of_compromise", format!("{:?}", compromise.worst)));
     }
     writer.add_table("calibration", &attributes, &parameter_columns(study, calibration))?;
-    let units = study.targets.iter().map(|target| target.unit());
+    let units = study.targets.iter().map(|target| target.unit);
     let attributes = [("target_units", units.collect::<Vec<_>>().join(", "))];
     writer.add_table("targets", &attributes, &target_columns(study, calibration))?;
     if !calibration.correlations.is_empty() {
@@ -74,10 +59,6 @@ pub fn write_file(
     } else {
         Status::Complete
     })
-}
-
-fn numbers(name: &str, long_name: &str, values: impl IntoIterator<Item = f64>) -> Column {
-    Column::numbers(name, "1", long_name, values)
 }
 
 /// A code for each of these words.
@@ -98,21 +79,37 @@ fn parameter_columns(study: &CalibrationStudy, calibration: &Calibration) -> Vec
     let optimum = "where the largest residual is least, in the unit of the parameter";
     let mut columns = vec![
         index("parameter", "the key of the parameter", parameter_names(study)),
-        numbers("optimum", optimum, calibration.parameters.iter().copied()),
-        numbers("range_from", "one end of the range it was looked for in", ends(0.0)),
-        numbers("range_to", "the other end", ends(1.0)),
+        Column::numbers("optimum", "1", optimum, calibration.parameters.iter().copied()),
+        Column::numbers(
+            "range_from",
+            "1",
+            "one end of the range it was looked for in",
+            ends(0.0),
+        ),
+        Column::numbers("range_to", "1", "the other end", ends(1.0)),
     ];
     if let Some(compromise) = &calibration.compromise {
         let long_name = "where the largest residual is least if no target is set aside";
-        columns.push(numbers("compromise", long_name, compromise.parameters.iter().copied()));
+        columns.push(Column::numbers(
+            "compromise",
+            "1",
+            long_name,
+            compromise.parameters.iter().copied(),
+        ));
     }
     if !calibration.intervals.is_empty() {
         let intervals = || calibration.intervals.iter();
         let long_name = "least value for which the held targets hold";
-        columns.push(numbers("least", long_name, intervals().map(|interval| interval.least)));
+        columns.push(Column::numbers(
+            "least",
+            "1",
+            long_name,
+            intervals().map(|interval| interval.least),
+        ));
         let long_name = "largest value for which the held targets hold";
-        columns.push(numbers(
+        columns.push(Column::numbers(
             "largest",
+            "1",
             long_name,
             intervals().map(|interval| interval.largest),
         ));
@@ -137,20 +134,22 @@ fn target_columns(study: &CalibrationStudy, calibration: &Calibration) -> Vec<Co
     let measured = targets().map(|target| target.name().to_owned());
     vec![
         index("target", "the quantity that was measured", measured),
-        numbers(
+        Column::numbers(
             "value",
+            "1",
             "as measured, in the unit of the target",
             targets().map(|target| target.value),
         ),
-        numbers("half_width", half_width, targets().map(|target| target.half_width)),
-        numbers("here", here, results().map(|result| result.here)),
-        numbers(
+        Column::numbers("half_width", "1", half_width, targets().map(|target| target.half_width)),
+        Column::numbers("here", "1", here, results().map(|result| result.here)),
+        Column::numbers(
             "residual",
+            "1",
             "distance from the measured value in half-widths",
             results().map(|result| result.residual),
         ),
-        numbers("nearest", nearest, results().map(|result| result.nearest)),
-        numbers("together", together, results().map(|result| result.together)),
+        Column::numbers("nearest", "1", nearest, results().map(|result| result.nearest)),
+        Column::numbers("together", "1", together, results().map(|result| result.together)),
         Column::codes(
             "role",
             "what became of the target",
@@ -169,6 +168,6 @@ fn correlation_columns(study: &CalibrationStudy, calibration: &Calibration) -> V
         Column::counts("pair", "index of the pair", 0..pairs().len() as i64),
         Column::codes("first", "one parameter", side(0), words.clone()),
         Column::codes("second", "the other", side(1), words),
-        numbers("correlation", long_name, pairs().map(|pair| pair.coefficient)),
+        Column::numbers("correlation", "1", long_name, pairs().map(|pair| pair.coefficient)),
     ]
 }

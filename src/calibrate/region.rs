@@ -116,16 +116,8 @@ pub(super) fn explore(
         .cloned()
         .collect();
     let starts = apart(&outside, members, evaluator.study.search.starts, near);
-    let made = evaluator.each(
-        &starts,
-        |start| least_worst(evaluator, start, members, near, 1),
-        &mut |_| {},
-    );
-    let halted = made.is_err();
-    pool.extend(made.unwrap_or_else(|made| made).into_iter().flatten());
-    if halted {
-        return Err(Halted);
-    }
+    let search = |start: &Evaluation| least_worst(evaluator, start, members, near, 1);
+    evaluator.each(pool, &starts, search, &mut |_| {})?;
     step_done();
     let mut chains = chains_within(pool, members, 1.0, dimensions);
     let mut sample = Vec::new();
@@ -167,26 +159,20 @@ fn walk(
     let proposals: Vec<Vec<f64>> = (0..chains.len())
         .map(|chain| propose(chains, chain, step, random))
         .collect();
-    let made = evaluator.each(&proposals, |shares| in_range(evaluator, shares), &mut |_| {});
-    let halted = made.is_err();
-    let made = made.unwrap_or_else(|made| made);
-    if !halted {
-        for (chain, evaluation) in chains.iter_mut().zip(&made) {
-            if let Some(evaluation) = evaluation.as_ref().filter(|found| found.worst(members) <= widening) {
-                chain.clone_from(&evaluation.shares);
-            }
-        }
-    }
-    pool.extend(made.into_iter().flatten());
-    if halted { Err(Halted) } else { Ok(()) }
-}
-
-/// A run, or nothing for a point outside the ranges.
-fn in_range(evaluator: &Evaluator, shares: &[f64]) -> Result<Option<Evaluation>, Halted> {
-    match shares.iter().all(|share| (0.0..=1.0).contains(share)) {
+    // A point outside the ranges has no run.
+    let run = |shares: &Vec<f64>| match shares.iter().all(|share| (0.0..=1.0).contains(share)) {
         true => evaluator.run(shares).map(Some),
         false => Ok(None),
+    };
+    let places = evaluator.each(pool, &proposals, run, &mut |_| {})?;
+    for (chain, place) in chains.iter_mut().zip(places.windows(2)) {
+        if let Some(found) = pool[place[0]..place[1]].first()
+            && found.worst(members) <= widening
+        {
+            chain.clone_from(&found.shares);
+        }
     }
+    Ok(())
 }
 
 /// A step of differential evolution (C. J. F. ter Braak, 2006): along the difference of two other chains, which have the
@@ -231,10 +217,7 @@ fn extremes(evaluator: &Evaluator, pool: &mut Vec<Evaluation>, members: &[usize]
     let search = |(parameter, sign, start): &(usize, f64, Evaluation)| {
         farthest(evaluator, start, members, *parameter, *sign, reach)
     };
-    let made = evaluator.each(&searches, search, &mut |_| {});
-    let halted = made.is_err();
-    pool.extend(made.unwrap_or_else(|made| made).into_iter().flatten());
-    if halted { Err(Halted) } else { Ok(()) }
+    evaluator.each(pool, &searches, search, &mut |_| {}).map(drop)
 }
 
 /// How far the points with residuals up to `widening` lie from the optimum, as a share of the ranges; at least 1e-5, as a

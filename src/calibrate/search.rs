@@ -5,6 +5,7 @@ use super::local::{apart, least, least_worst};
 use super::region::{Correlation, Interval, correlations, explore, intervals, reach_of};
 use super::study::CalibrationStudy;
 use super::target::{Role, TargetResult};
+use crate::sweep::sobol;
 use std::sync::atomic::AtomicBool;
 
 /// How a calibration is run.
@@ -64,15 +65,11 @@ pub struct Compromise {
 
 /// Why there is no calibration.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
-#[non_exhaustive]
-#[expect(missing_docs, reason = "each variant is described by its message")]
 pub enum CalibrationError {
-    #[error("all {runs} runs failed, the first with: {message}. Change the ranges of the free parameters")]
-    AllFailed { runs: usize, message: String },
-    #[error(
-        "no target holds anywhere in the ranges of the free parameters; the nearest is {name}, {residual:.1} half-widths off. Widen the ranges, or free other parameters"
-    )]
-    NothingHolds { name: &'static str, residual: f64 },
+    /// No parameters can be found; why, and what to do.
+    #[error("{0}")]
+    Failed(String),
+    /// It was stopped.
     #[error("interrupted before the first run was done")]
     NothingRun,
 }
@@ -116,74 +113,54 @@ pub fn calibrate(
         .collect();
     let mut answer = Answer {
         held: fitted.clone(),
-        contradicting: Vec::new(),
-        out_of_reach: Vec::new(),
-        intervals: Vec::new(),
-        correlations: Vec::new(),
+        ..Answer::default()
     };
-    let interrupted = match state.find(&fitted, &mut answer) {
-        Ok(()) => false,
-        Err(Halted) => true,
-    };
-    let failed = state.pool.iter().filter(|point| point.result.is_err()).count();
+    let interrupted = state.find(&fitted, &mut answer).is_err();
+    let failures = state.pool.iter().filter_map(|point| point.result.as_ref().err());
+    let failed = failures.clone().count();
     if failed == state.pool.len() {
-        let first = state.pool.iter().find_map(|point| point.result.as_ref().err());
-        return Err(
-            first.map_or(CalibrationError::NothingRun, |message| CalibrationError::AllFailed {
-                runs: failed,
-                message: message.clone(),
-            }),
-        );
+        let first = failures.clone().next().ok_or(CalibrationError::NothingRun)?;
+        return Err(CalibrationError::Failed(format!(
+            "all {failed} runs failed, the first with: {first}. Change the ranges of the free parameters"
+        )));
     }
     let nearest = |k: usize| least(&state.pool, &[k]).map_or(f64::INFINITY, |point| point.residuals[k]);
     if answer.held.is_empty() {
         let near = fitted.iter().copied();
         let near = near.min_by(|&a, &b| nearest(a).abs().total_cmp(&nearest(b).abs()));
-        return Err(
-            near.map_or(CalibrationError::NothingRun, |k| CalibrationError::NothingHolds {
-                name: study.targets[k].name(),
-                residual: nearest(k),
-            }),
-        );
+        let near = near.ok_or(CalibrationError::NothingRun)?;
+        return Err(CalibrationError::Failed(format!(
+            "no target holds anywhere in the ranges of the free parameters; the nearest is {}, {:.1} half-widths off. Widen the \
+             ranges, or free other parameters",
+            study.targets[near].name(),
+            nearest(near)
+        )));
     }
-    let Some(best) = least(&state.pool, &answer.held) else {
-        return Err(CalibrationError::NothingRun);
-    };
+    let best = least(&state.pool, &answer.held).ok_or(CalibrationError::NothingRun)?;
     let mut reachable = fitted.clone();
     reachable.retain(|k| !answer.out_of_reach.contains(k));
     let worst = |members: &[usize]| least(&state.pool, members).map_or(f64::INFINITY, |point| point.worst(members));
-    let instead = |k: usize| -> Vec<usize> {
-        let swapped = |other: usize| -> Vec<usize> {
-            let with = answer.held.iter().copied().filter(|&held| held != other);
-            with.chain([k]).collect()
-        };
-        let others = answer.held.iter().copied();
-        others.filter(|&other| worst(&swapped(other)) <= 1.0).collect()
-    };
     let result = |k: usize| {
         let values = best.result.as_ref().ok();
-        let here = values.map_or(f64::NAN, |values| values[study.targets[k].quantity]);
-        let contradicts = answer.contradicting.contains(&k);
-        TargetResult {
-            role: if answer.held.contains(&k) {
-                Role::Held
-            } else if contradicts {
-                Role::Contradicts
-            } else if answer.out_of_reach.contains(&k) {
-                Role::OutOfReach
-            } else {
-                Role::Compared
-            },
-            here,
+        let mut result = TargetResult {
+            role: Role::Compared,
+            here: values.map_or(f64::NAN, |values| values[study.targets[k].quantity]),
             residual: values.map_or(f64::NAN, |values| study.targets[k].residual(values)),
             nearest: nearest(k),
-            instead: if contradicts { instead(k) } else { Vec::new() },
-            together: if contradicts {
-                worst(&[answer.held.as_slice(), &[k]].concat())
-            } else {
-                f64::NAN
-            },
+            instead: Vec::new(),
+            together: f64::NAN,
+        };
+        if answer.held.contains(&k) {
+            result.role = Role::Held;
+        } else if answer.out_of_reach.contains(&k) {
+            result.role = Role::OutOfReach;
+        } else if answer.contradicting.contains(&k) {
+            result.role = Role::Contradicts;
+            result.together = worst(&[answer.held.as_slice(), &[k]].concat());
+            result.instead = answer.held.clone();
+            result.instead.retain(|&other| worst(&answer.swapped(k, other)) <= 1.0);
         }
+        result
     };
     Ok(Calibration {
         interrupted,
@@ -210,6 +187,7 @@ pub fn calibrate(
 }
 
 /// What is found, step by step.
+#[derive(Default)]
 struct Answer {
     /// Targets that hold together, or are still to.
     held: Vec<usize>,
@@ -217,6 +195,14 @@ struct Answer {
     out_of_reach: Vec<usize>,
     intervals: Vec<Interval>,
     correlations: Vec<Correlation>,
+}
+
+impl Answer {
+    /// The held targets with `k` in the place of one of them.
+    fn swapped(&self, k: usize, other: usize) -> Vec<usize> {
+        let rest = self.held.iter().copied().filter(|&held| held != other);
+        rest.chain([k]).collect()
+    }
 }
 
 impl Calibrating<'_, '_> {
@@ -291,15 +277,11 @@ impl Calibrating<'_, '_> {
     /// earlier than a held one that could be in its place, and the last of these.
     fn does_as_well(&self, answer: &Answer) -> Option<(usize, usize)> {
         let weight = |k: usize| self.evaluator.study.targets[k].weight;
-        let swapped = |k: usize, other: usize| -> Vec<usize> {
-            let rest = answer.held.iter().copied().filter(|&held| held != other);
-            rest.chain([k]).collect()
-        };
         answer.contradicting.iter().enumerate().find_map(|(place, &k)| {
             let later = answer.held.iter().copied().filter(|&other| other > k);
             let mut equal = later.filter(|&other| weight(other) == weight(k)).rev();
             equal
-                .find(|&other| self.worst(&swapped(k, other)) <= 1.0)
+                .find(|&other| self.worst(&answer.swapped(k, other)) <= 1.0)
                 .map(|other| (place, other))
         })
     }
@@ -309,14 +291,8 @@ impl Calibrating<'_, '_> {
         let Some(optimum) = least(&self.pool, members).cloned() else {
             return Ok(Vec::new());
         };
-        let progress = &mut *self.progress;
-        let mut show = |done: usize, total: usize| {
-            progress(CalibrationProgress {
-                stage: "the spread",
-                done,
-                total,
-            });
-        };
+        let (stage, progress) = ("the spread", &mut *self.progress);
+        let mut show = |done: usize, total: usize| progress(CalibrationProgress { stage, done, total });
         explore(&self.evaluator, &mut self.pool, members, &optimum, &mut show)
     }
 
@@ -333,25 +309,23 @@ impl Calibrating<'_, '_> {
     /// Runs the Sobol sample.
     fn sample(&mut self, count: usize) -> Result<(), Halted> {
         let (axes, seed) = (self.evaluator.study.runs.axes.len(), self.evaluator.study.search.seed);
-        let points: Vec<Vec<f64>> = (0..count as u32)
-            .map(|point| {
-                (0..axes as u32)
-                    .map(|axis| f64::from(sobol_burley::sample(point, axis, seed)))
-                    .collect()
-            })
-            .collect();
-        let evaluator = &self.evaluator;
-        let (progress, total) = (&mut *self.progress, points.len());
-        let made = evaluator.each(&points, |shares| evaluator.run(shares), &mut |done| {
-            progress(CalibrationProgress {
-                stage: "sampling the ranges",
-                done,
-                total,
-            });
-        });
-        let halted = made.is_err();
-        self.pool.extend(made.unwrap_or_else(|made| made));
-        if halted { Err(Halted) } else { Ok(()) }
+        let points = sobol(axes, count, seed);
+        self.each(&points, "sampling the ranges", |evaluator, shares| {
+            evaluator.run(shares).map(Some)
+        })
+    }
+
+    /// Adds the runs that `f` makes for every item to the pool.
+    fn each<T: Sync, R: IntoIterator<Item = Evaluation> + Send>(
+        &mut self,
+        items: &[T],
+        stage: &'static str,
+        f: impl Fn(&Evaluator, &T) -> Result<R, Halted> + Sync,
+    ) -> Result<(), Halted> {
+        let (evaluator, progress, total) = (&self.evaluator, &mut *self.progress, items.len());
+        let mut show = |done: usize| progress(CalibrationProgress { stage, done, total });
+        let made = evaluator.each(&mut self.pool, items, |item| f(evaluator, item), &mut show);
+        made.map(drop)
     }
 
     /// Local searches for the least largest residual of these targets, from points that are `spacing` apart, with first
@@ -365,15 +339,9 @@ impl Calibrating<'_, '_> {
         stage: &'static str,
     ) -> Result<(), Halted> {
         let starts = apart(&self.pool, members, starts, spacing);
-        let evaluator = &self.evaluator;
-        let (progress, total) = (&mut *self.progress, starts.len());
-        let search = |start: &Evaluation| least_worst(evaluator, start, members, spacing, rounds);
-        let made = evaluator.each(&starts, search, &mut |done| {
-            progress(CalibrationProgress { stage, done, total });
-        });
-        let halted = made.is_err();
-        self.pool.extend(made.unwrap_or_else(|made| made).into_iter().flatten());
-        if halted { Err(Halted) } else { Ok(()) }
+        self.each(&starts, stage, |evaluator, start| {
+            least_worst(evaluator, start, members, spacing, rounds)
+        })
     }
 
     /// Which of `members` is to be set aside: of those of the least weight the one without which the others come nearest

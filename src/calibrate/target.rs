@@ -1,16 +1,19 @@
 //! Measured numbers: which quantity of a run, what it was read as, and how far it may be off.
 
-use crate::case::Words;
+use crate::case::Motion;
 use crate::case::document::{Node, Value};
 use crate::case::quantity::{self, Dimension};
-use crate::sweep::{Quantity, Reader, Values, quantities, unknown_quantity};
+use crate::model::system::System;
+use crate::study::{Reader, plain};
+use crate::sweep::{QUANTITIES, Quantity, Values, asked_for};
 
 /// A measured number.
-#[derive(Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct Target {
-    /// Place among the quantities of the study.
+    /// Place among the quantities of a run.
     pub quantity: usize,
-    of: &'static Quantity,
+    /// Its unit, as UDUNITS.
+    pub unit: &'static str,
     /// In the quantity's unit.
     pub value: f64,
     /// The quantity lies within this of `value`; greater than 0.
@@ -19,28 +22,10 @@ pub struct Target {
     pub weight: f64,
 }
 
-/// What decides it: part of what identifies a study.
-impl std::fmt::Debug for Target {
-    fn fmt(&self, formatter: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        formatter
-            .debug_struct("Target")
-            .field("quantity", &self.quantity)
-            .field("value", &self.value)
-            .field("half_width", &self.half_width)
-            .field("weight", &self.weight)
-            .finish()
-    }
-}
-
 impl Target {
     /// The name of the quantity.
     pub fn name(&self) -> &'static str {
-        self.of.name
-    }
-
-    /// Its unit, as UDUNITS.
-    pub fn unit(&self) -> &'static str {
-        self.of.unit
+        QUANTITIES[self.quantity].name
     }
 
     /// Distance of a run's quantity from the measured value in half-widths; the target holds up to 1 either way. NaN
@@ -116,132 +101,88 @@ fn is_measured(quantity: &Quantity) -> bool {
     !NOT_MEASURED.contains(&quantity.name)
 }
 
-/// Reads one `[[target]]`.
-pub(super) fn read(reader: &mut Reader, words: Words, node: &Node, path: &str) -> Option<Target> {
-    let Value::Table(_) = &node.value else {
-        return reader.expected(node, path, "a table");
-    };
-    reader.check_keys(node, path, &["quantity", "value", "half_width", "weight"]);
+/// Reads one `[[target]]` of runs of a system, if that is known, in this motion.
+pub(super) fn read(
+    reader: &mut Reader,
+    (system, motion): (Option<&System>, Motion),
+    node: &Node,
+    path: &str,
+) -> Option<Target> {
+    reader.table(node, path, &["quantity", "value", "half_width", "weight"])?;
     let at = |name: &str| format!("{path}.{name}");
-    let weight = match node.at("weight") {
-        Some(given) => reader.number(given, &at("weight"), "a number that is not negative", |weight| {
-            weight >= 0.0
-        }),
-        None => Some(1.0),
-    };
+    let weight = node.at("weight").map_or(Some(1.0), |given| {
+        let expected = "a number that is not negative";
+        reader.number(given, &at("weight"), expected, |weight| weight >= 0.0)
+    });
     let quantity = match node.at("quantity") {
         Some(given) => {
             let name = reader.text(given, &at("quantity"))?;
-            let place = quantities(words).iter().position(|quantity| quantity.name == name);
-            let found = place.filter(|&index| is_measured(&quantities(words)[index]));
-            if found.is_none() {
-                let message = unknown_quantity(words, &name, " to measure", is_measured);
-                reader.report(given, &at("quantity"), message);
-            }
-            found
+            let found = asked_for(&name, system, " to measure", is_measured);
+            reader.found(given, &at("quantity"), found)
         }
         None => {
-            reader.report(
-                node,
-                &at("quantity"),
-                "missing: what was measured, as in quantity = \"onset_time\"",
-            );
-            None
+            let message = "missing: what was measured, as in quantity = \"onset_time\"";
+            reader.refuse(node, &at("quantity"), message)
         }
     };
     let Some(given) = node.at("value") else {
-        reader.report(
-            node,
-            &at("value"),
-            "missing: the number as it was printed, as in value = \"6.975 s\"",
-        );
-        return None;
+        let message = "missing: the number as it was printed, as in value = \"6.975 s\"";
+        return reader.refuse(node, &at("value"), message);
     };
-    let QuantityUnit { dimension, count } = QuantityUnit::of(&quantities(words)[quantity?]);
-    let mut failed = |given: &Node, name: &str, message: String| {
-        reader.report(given, &at(name), message);
-        None
+    let quantity = quantity?;
+    let unit = QUANTITIES[quantity].unit(motion);
+    let dimension = dimension(unit);
+    // A number, and how far it was rounded if it is a text.
+    let mut printed = |given: &Node, name: &str| {
+        let number = match (&given.value, plain(&given.value)) {
+            (Value::Text(text), _) => quantity::printed(text, dimension).map(|(value, half)| (value, Some(half))),
+            (_, Some(value)) => Ok((value, None)),
+            (other, None) => Err(format!(
+                "expected {}, but got {}",
+                quantity::expectation(dimension),
+                other.describe()
+            )),
+        };
+        reader.found(given, &at(name), number)
     };
-    let (value, rounding) = match &given.value {
-        Value::Text(text) => match quantity::printed(text, dimension) {
-            Ok((value, half)) => (value, Some(half)),
-            Err(message) => return failed(given, "value", message),
-        },
-        other => match plain(other) {
-            Some(value) => (value, count.then_some(0.5)),
-            None => {
-                let message = format!(
-                    "expected {}, but got {}",
-                    quantity::expectation(dimension),
-                    other.describe()
-                );
-                return failed(given, "value", message);
-            }
-        },
-    };
+    let (value, rounding) = printed(given, "value")?;
     let half_width = match node.at("half_width") {
         Some(given) => {
-            let found = match &given.value {
-                Value::Text(text) => quantity::printed(text, dimension).map(|(value, _)| value),
-                other => plain(other).ok_or_else(|| {
-                    format!(
-                        "expected {}, but got {}",
-                        quantity::expectation(dimension),
-                        other.describe()
-                    )
-                }),
-            };
-            match found {
-                Ok(half) if half > 0.0 => half,
-                Ok(half) => return failed(given, "half_width", format!("must be greater than 0, but is {half:?}")),
-                Err(message) => return failed(given, "half_width", message),
+            let (half, _) = printed(given, "half_width")?;
+            if half <= 0.0 {
+                let message = format!("must be greater than 0, but is {half:?}");
+                return reader.refuse(given, &at("half_width"), message);
             }
+            half
         }
-        None => match rounding {
+        // A count is exact.
+        None => match rounding.or(QUANTITIES[quantity].count.then_some(0.5)) {
             Some(half) => half,
             None => {
                 let message = "how far it may be off is missing: write the value in quotes as it was printed, so that its \
                                last digit says it, or add half_width";
-                return failed(given, "value", message.to_owned());
+                return reader.refuse(given, &at("value"), message);
             }
         },
     };
     Some(Target {
-        quantity: quantity?,
-        of: &quantities(words)[quantity?],
+        quantity,
+        unit,
         value,
         half_width,
         weight: weight?,
     })
 }
 
-fn plain(value: &Value) -> Option<f64> {
-    match value {
-        Value::Integer(number) => Some(*number as f64),
-        Value::Float(number) => Some(*number).filter(|number| number.is_finite()),
-        _ => None,
-    }
-}
-
-struct QuantityUnit {
-    dimension: Dimension,
-    count: bool,
-}
-
-impl QuantityUnit {
-    /// What is measured is a time, a position, a speed or a plain number.
-    fn of(quantity: &Quantity) -> QuantityUnit {
-        QuantityUnit {
-            dimension: match quantity.unit {
-                "s" => Dimension::Time,
-                "rad" => Dimension::Angle,
-                "m" => Dimension::Length,
-                "rad s-1" => Dimension::AngularVelocity,
-                "m s-1" => Dimension::Velocity,
-                _ => Dimension::Number,
-            },
-            count: quantity.count,
-        }
+/// What is measured is a time, a position, a speed or a plain number.
+fn dimension(unit: &str) -> Dimension {
+    match unit {
+        "s" => Dimension::Time,
+        "rad" => Dimension::Angle,
+        "m" => Dimension::Length,
+        "rad s-1" => Dimension::AngularVelocity,
+        "m s-1" => Dimension::Velocity,
+        _ => Dimension::Number,
     }
 }
 

@@ -15,18 +15,24 @@ pub struct BuiltIn {
 /// The case that is run if none is named.
 pub const DEFAULT: &str = "paper";
 
-/// The files of these names in `data/cases`.
-macro_rules! cases {
-    ($($name:literal),* $(,)?) => {
-        &[$(BuiltIn { name: $name, text: include_str!(concat!("../../data/cases/", $name, ".toml")) }),*]
+/// The files of these names in a folder of `data`.
+macro_rules! built_in {
+    ($folder:literal: $($name:literal),* $(,)?) => {
+        &[$($crate::case::builtin::BuiltIn {
+            name: $name,
+            text: include_str!(concat!(env!("CARGO_MANIFEST_DIR"), "/data/", $folder, "/", $name, ".toml")),
+        }),*]
     };
 }
 
+pub(crate) use built_in;
+
 /// Every built-in case in the short form; the default first.
-pub const CASES: &[BuiltIn] = cases!["paper", "paper-si", "unperturbed", "release"];
+pub const CASES: &[BuiltIn] = built_in!["cases": "paper", "paper-si", "unperturbed", "release"];
 
 /// Every built-in case in the general form.
-pub const TRAINS: &[BuiltIn] = cases![
+pub const TRAINS: &[BuiltIn] = built_in![
+    "cases":
     "belt-coulomb",
     "belt-leine",
     "belt-leine-arctan",

@@ -65,7 +65,6 @@ pub use setting::Setting;
 pub(crate) use setting::Slot;
 pub use source::{CaseSource, Origin};
 pub(crate) use source::{toml_text, words};
-pub(crate) use value::number_of;
 pub use words::Words;
 pub use written::WrittenCase;
 

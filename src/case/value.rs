@@ -4,7 +4,7 @@ use super::conditions::Violation;
 use super::document::{Node, Value};
 use super::place::INSTABILITY;
 use super::quantity::{self, Dimension};
-use super::schema::{self, Domain, Key, Kind};
+use super::schema::{Domain, Key, Kind};
 use super::{Motion, Setting, suggest};
 use crate::quote::shown;
 
@@ -72,14 +72,6 @@ pub(super) fn number(value: &Value, dimension: Dimension, domain: Domain) -> Res
     match domain.complaint(number) {
         None => Ok(number),
         Some(complaint) => Err(format!("{complaint}, but is {}", written(value, number, dimension))),
-    }
-}
-
-/// A number by the rules of a key: its unit and its limits. For files that vary a case.
-pub(crate) fn number_of(node: &Node, path: &str) -> Result<f64, String> {
-    match schema::key_of(path) {
-        Some(key) => number(&node.value, key.dimension().unwrap_or(Dimension::Number), key.domain()),
-        None => unreachable!("{path} is a number of a case"),
     }
 }
 

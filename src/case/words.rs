@@ -20,26 +20,6 @@ const THE_PAPER: &str = "Vibrational Interaction of Two Rotors with Friction Cou
 /// The same of systems whose equations this program's own documents give.
 const OWN_DOCUMENTS: &str = "stickslip, docs/model.md: Trains";
 
-/// [`Words::entangled`] of the general form. By default the threshold hangs on the smoothness of the contact, and the speeds at the
-/// start on those of driven ends.
-const ENTANGLED: &[&str] = &[
-    "motion",
-    "rotor.end",
-    "rotor.speed",
-    "rotor.torque_on",
-    "stator.end",
-    "stator.speed",
-    "stator.torque_on",
-    "contact.radius",
-    "contact.outer_diameter",
-    "contact.inner_diameter",
-    "contact.wear",
-    "actuation.profile",
-    "friction.",
-    "initial.speed",
-    "output.",
-];
-
 impl Words {
     pub(super) const SHORT: Words = Words {
         short: true,
@@ -83,15 +63,6 @@ impl Words {
         match self.short {
             true => THE_PAPER,
             false => OWN_DOCUMENTS,
-        }
-    }
-
-    /// The keys, by their beginnings, with which a change is made in the text as written: their meaning depends on others that a
-    /// resolved case no longer has, or others hang on them.
-    pub(crate) fn entangled(self) -> &'static [&'static str] {
-        match self.short {
-            true => &["contact.", "actuation.profile", "output."],
-            false => ENTANGLED,
         }
     }
 

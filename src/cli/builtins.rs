@@ -35,17 +35,18 @@ pub(super) fn listed() -> Result<Vec<Listed>, CommandError> {
         add(case.name, "case", "run", read.title);
     }
     for study in STUDIES {
-        let source = StudySource::built_in(study.name)?;
+        let source = StudySource::find(study.name, STUDIES)?;
         let title = Study::parse(source, &[])?.title;
         add(study.name, "study", "sweep", title);
     }
     for study in CALIBRATIONS {
-        let source = CalibrationStudy::built_in(study.name)?;
+        let source = StudySource::find(study.name, CALIBRATIONS)?;
         let title = CalibrationStudy::parse(source, &[])?.runs.title;
         add(study.name, "study", "calibrate", title);
     }
     for study in work_precision::STUDIES {
-        let title = work_precision::Study::find(study.name)?.title;
+        let source = StudySource::find(study.name, work_precision::STUDIES)?;
+        let title = work_precision::Study::parse(source)?.title;
         add(study.name, "study", "work-precision", title);
     }
     Ok(listed)

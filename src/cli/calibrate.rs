@@ -1,18 +1,19 @@
 //! `stickslip calibrate`.
 
 use super::arguments::{CalibrateOptions, Common};
-use super::input::{interrupt_flag, overwrite, study_source};
+use super::input::{interrupt_flag, overwrite};
 use super::progress::Bar;
 use super::terminal::{lines, or_none};
 use super::{CommandError, End, interrupted, tell};
 use crate::calibrate::{
-    Calibration, CalibrationError, CalibrationStudy, Correlation, Determined, Role, Target, TargetResult,
+    CALIBRATIONS, Calibration, CalibrationError, CalibrationStudy, Correlation, Determined, Role, Target, TargetResult,
     calibrate as find, write_file,
 };
 use crate::case::CaseError;
 use crate::plot::target::{self, Product};
 use crate::results::Reservation;
 use crate::results::disk::same_file;
+use crate::sweep::StudySource;
 use serde::Serialize;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
@@ -72,7 +73,7 @@ pub(super) fn calibrate(options: &CalibrateOptions, common: &Common) -> Result<E
 }
 
 fn read_study(options: &CalibrateOptions) -> Result<CalibrationStudy, CaseError> {
-    let source = study_source(&options.study, CalibrationStudy::built_in)?;
+    let source = StudySource::find(&options.study, CALIBRATIONS)?;
     CalibrationStudy::parse(source, &options.runs.overrides()?)
 }
 
@@ -131,7 +132,7 @@ fn document(
     let target = |(target, result): (&Target, &TargetResult)| {
         document! {
             quantity: target.name(),
-            unit: target.unit(),
+            unit: target.unit,
             value: target.value,
             half_width: target.half_width,
             weight: target.weight,
@@ -238,7 +239,7 @@ fn target_table(study: &CalibrationStudy, calibration: &Calibration) -> String {
             number(target.value),
             number(target.half_width),
             number(result.here),
-            if target.unit() == "1" { "" } else { target.unit() }.to_owned(),
+            if target.unit == "1" { "" } else { target.unit }.to_owned(),
             or_none(finite(result.residual), |residual| format!("{residual:.2}")),
             result.role.name().to_owned(),
         ]

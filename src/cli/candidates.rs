@@ -6,7 +6,7 @@ use crate::compare::{Channel, Requirement};
 use crate::plot::{catalogue, certified, portraits, studies as study_figures};
 use crate::results::schema as columns_of;
 use crate::simulation::Method;
-use crate::sweep::{Quantity, selections};
+use crate::sweep::QUANTITIES;
 use clap::builder::StyledStr;
 use clap_complete::engine::{
     ArgValueCandidates, ArgValueCompleter, CompletionCandidate, PathCompleter, ValueCompleter,
@@ -137,9 +137,7 @@ pub(super) fn figures() -> ArgValueCandidates {
 /// What a sweep keeps of its runs.
 pub(super) fn quantities() -> ArgValueCandidates {
     ArgValueCandidates::new(|| {
-        let mut seen = std::collections::HashSet::new();
-        let all = selections().flatten();
-        let new = all.filter(|one: &&Quantity| seen.insert(one.name));
-        new.map(|one| candidate(one.name, one.description)).collect()
+        let all = QUANTITIES.iter();
+        all.map(|one| candidate(one.name, one.description)).collect()
     })
 }

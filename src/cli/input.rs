@@ -4,7 +4,6 @@ use super::CommandError;
 use crate::case::{CaseError, CaseSource, Origin, Override};
 use crate::compare::{CompareError, Mapping, Reference};
 use crate::results::{Overwrite, is_hdf5, open_sound};
-use crate::sweep::StudySource;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -59,19 +58,6 @@ pub(super) fn overrides(set: &[String], method: Option<&str>) -> Result<Vec<Over
 
 fn looks_like_a_path(name: &str) -> bool {
     name.contains(std::path::MAIN_SEPARATOR) || Path::new(name).extension().is_some()
-}
-
-/// The source of a study: a file, or what `built_in` makes of its name.
-pub(super) fn study_source(
-    name: &str,
-    built_in: impl FnOnce(&str) -> Result<StudySource, CaseError>,
-) -> Result<StudySource, CaseError> {
-    let path = Path::new(name);
-    if path.exists() || looks_like_a_path(name) {
-        StudySource::file(path)
-    } else {
-        built_in(name)
-    }
 }
 
 /// The result file that is named, or the one that is named after the case.

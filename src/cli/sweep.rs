@@ -1,7 +1,7 @@
 //! `stickslip sweep`.
 
 use super::arguments::{Common, SweepOptions};
-use super::input::{interrupt_flag, overwrite, study_source};
+use super::input::{interrupt_flag, overwrite};
 use super::plot_studies;
 use super::progress::Bar;
 use super::ranks::Ranks;
@@ -11,7 +11,8 @@ use crate::plot::PlotError;
 use crate::plot::studies::{self, Choice};
 use crate::results::{Reason, SweepFile};
 use crate::sweep::{
-    Boundaries, Branch, Design, JournalError, Shard, Study, StudySource, Sweep, SweepError, SweepReport, journal_path,
+    Boundaries, Branch, Design, JournalError, STUDIES, Shard, Study, StudySource, Sweep, SweepError, SweepReport,
+    journal_path,
 };
 use serde::Serialize;
 use std::path::{Path, PathBuf};
@@ -135,18 +136,14 @@ fn default_path(study: &Study, shard: Option<Shard>) -> PathBuf {
 }
 
 fn read_study(options: &SweepOptions) -> Result<Study, CaseError> {
-    let source = study_source(&options.study, StudySource::built_in)?;
+    let source = StudySource::find(&options.study, STUDIES)?;
     Study::parse(source, &options.runs.overrides()?)
 }
 
 fn command_error(error: &SweepError, path: &Path) -> CommandError {
     let text = error.to_string();
     match error {
-        // What is asked for before anything is computed.
-        SweepError::OtherStudy { .. }
-        | SweepError::OtherShard { .. }
-        | SweepError::Shard(_)
-        | SweepError::NoFolder { .. } => CommandError::input(text),
+        SweepError::Refused(_) => CommandError::input(text),
         SweepError::Journal(JournalError::File(inner)) | SweepError::File(inner) => match inner.reason {
             Reason::NoReader(_) | Reason::NotCreated(_) => CommandError::computation(text),
             _ if inner.is_of_the_system() => CommandError::computation(format!(
@@ -224,7 +221,7 @@ fn text_report(
             1 => "1 run ends".to_owned(),
             many => format!("{many} runs end"),
         };
-        text += match study.words.lists_growth() {
+        text += match study.slows_down() {
             true => {
                 " before a stick that lasts (final_stick_time is NaN), so that sticks may be missing; a later output.end_time \
                  would show them\n"

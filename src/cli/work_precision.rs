@@ -6,7 +6,7 @@ use super::plot;
 use super::progress::Bar;
 use super::terminal::{self, or_none};
 use super::{CommandError, End, interrupted, tell};
-use crate::analysis::work_precision::{Errors, Measurement, Study, StudyError, StudyResult, run};
+use crate::analysis::work_precision::{Errors, Measurement, STUDIES, Study, StudyError, StudyResult, StudySource, run};
 use crate::plot::{PlotError, target, work_precision as figure};
 use crate::provenance;
 use crate::results::{Reservation, Status, WorkPrecisionFile, WorkPrecisionRow};
@@ -17,11 +17,12 @@ use std::sync::atomic::Ordering;
 
 /// Runs a study into a file and a table, and a figure on request.
 pub(super) fn work_precision(options: &WorkPrecisionOptions, common: &Common) -> Result<End, CommandError> {
-    let study = Study::find(&options.study)?;
+    let source = StudySource::find(&options.study, STUDIES)?;
+    let study = Study::parse(source)?;
     let path = options
         .output
         .clone()
-        .unwrap_or_else(|| PathBuf::from(format!("{}.h5", study.name)));
+        .unwrap_or_else(|| PathBuf::from(format!("{}.h5", study.source.name)));
     // Everything that can be refused is refused before minutes are spent.
     let stop = interrupt_flag()?;
     let place = Reservation::take(&path, overwrite(options.force), &study.files)?;
@@ -149,7 +150,7 @@ fn contents(study: &Study, result: &StudyResult, started: &str) -> WorkPrecision
         title: study.title.clone(),
         source: provenance::source(),
         history: format!("{started} {}", provenance::command_line()),
-        study: study.text.clone(),
+        study: study.source.text.clone(),
         resolved: study.runs.first().map(|run| run.2.resolved()).unwrap_or_default(),
         meta: provenance::program(started),
         runs: result.measurements.iter().map(run).collect(),

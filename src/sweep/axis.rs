@@ -1,8 +1,9 @@
 //! The axes of a study: a key, or several that move together, and the values they take.
 
-use super::reading::{Reader, keys_of, whole_number};
 use crate::case::document::{Node, Value};
 use crate::case::{CaseKeys, Setting, Slot};
+use crate::results::SweepAxis;
+use crate::study::Reader;
 
 /// How the values of a range are spread, and on which scale a boundary is looked for.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -87,6 +88,12 @@ impl Axis {
         }
     }
 
+    /// As a sweep file has it: with the words that its codes mean, and its coordinates in a grid.
+    pub(crate) fn in_a_file(&self, words: &[String], values: Vec<f64>) -> SweepAxis {
+        let (keys, unit) = (self.keys.join(" "), self.unit.unwrap_or("1"));
+        SweepAxis::new(&self.name, keys, unit, self.description, words, values)
+    }
+
     /// Whether its values are numbers.
     pub fn is_number(&self) -> bool {
         self.levels.iter().all(|level| level.as_number().is_some())
@@ -100,26 +107,19 @@ const AXIS_KEYS: &[&str] = &["key", "values", "from", "to", "count", "spacing"];
 
 /// Reads one `[[axis]]` over `known` keys; `sampled` says that a range has no count, because a sample is drawn from it.
 pub(crate) fn read(reader: &mut Reader, known: &CaseKeys, node: &Node, path: &str, sampled: bool) -> Option<Axis> {
-    let Value::Table(entries) = &node.value else {
-        return reader.expected(node, path, "a table");
+    reader.table(node, path, AXIS_KEYS)?;
+    let at = |name: &str| format!("{path}.{name}");
+    let Some(key_node) = node.at("key") else {
+        let message = "missing: write key = \"friction.decay\", or any other key of a case";
+        return reader.refuse(node, &at("key"), message);
     };
-    reader.check_keys(node, path, AXIS_KEYS);
-    let given = |name: &str| entries.iter().find(|(key, _)| key == name).map(|(_, node)| node);
-    let Some(key_node) = given("key") else {
-        reader.report(
-            node,
-            &format!("{path}.key"),
-            "missing: write key = \"friction.decay\", or any other key of a case",
-        );
-        return None;
-    };
-    let paths = keys_of(reader, key_node, &format!("{path}.key"))?;
+    let paths = reader.keys(key_node, &at("key"))?;
     let mut keys = Vec::with_capacity(paths.len());
     for name in &paths {
         match (known.slot(name), known.misplaced(name)) {
             (Some(key), None) => keys.push(key),
-            (Some(_), Some(why)) => reader.report(key_node, &format!("{path}.key"), why),
-            (None, _) => reader.report(key_node, &format!("{path}.key"), known.unknown(name)),
+            (Some(_), Some(why)) => reader.report(key_node, &at("key"), why),
+            (None, _) => reader.report(key_node, &at("key"), known.unknown(name)),
         }
     }
     let (Some(first), true) = (keys.first(), keys.len() == paths.len()) else {
@@ -130,42 +130,27 @@ pub(crate) fn read(reader: &mut Reader, known: &CaseKeys, node: &Node, path: &st
             "\"{}\" differ in what they measure: keys that move together take one value",
             paths.join("\" and \"")
         );
-        reader.report(key_node, &format!("{path}.key"), message);
-        return None;
+        return reader.refuse(key_node, &at("key"), message);
     }
     let mut axis = Axis::of_keys(paths, first);
-    let is_range = ["from", "to", "count", "spacing"]
-        .iter()
-        .find(|name| given(name).is_some());
-    match (given("values"), is_range) {
-        (Some(_), Some(name)) => {
-            let at = given(name).unwrap_or(node);
-            reader.report(
-                at,
-                &format!("{path}.{name}"),
-                "an axis has either values, or from, to and count",
-            );
-            None
+    let of_range = ["from", "to", "count", "spacing"];
+    let of_range = of_range.iter().find_map(|name| Some((*name, node.at(name)?)));
+    match (node.at("values"), of_range) {
+        (Some(_), Some((name, given))) => {
+            return reader.refuse(given, &at(name), "an axis has either values, or from, to and count");
         }
         (None, None) => {
-            reader.report(
-                node,
-                path,
-                "an axis without values: write values = [...], or from = ..., to = ..., count = ...",
-            );
-            None
+            let message = "an axis without values: write values = [...], or from = ..., to = ..., count = ...";
+            return reader.refuse(node, path, message);
         }
-        (Some(values), None) => {
-            axis.levels = read_values(reader, values, &keys, &format!("{path}.values"))?;
-            Some(axis)
-        }
+        (Some(values), None) => axis.levels = read_values(reader, values, &keys, &at("values"))?,
         (None, Some(_)) => {
             let (range, count) = read_range(reader, node, &keys, path, sampled)?;
             axis.range = Some(range);
             axis.levels = range.values(count).into_iter().map(Setting::Number).collect();
-            Some(axis)
         }
     }
+    Some(axis)
 }
 
 fn read_values(reader: &mut Reader, values: &Node, keys: &[Slot], path: &str) -> Option<Vec<Setting>> {
@@ -173,30 +158,19 @@ fn read_values(reader: &mut Reader, values: &Node, keys: &[Slot], path: &str) ->
         return reader.expected(values, path, "a list, as in values = [1, 2, 3]");
     };
     if elements.is_empty() {
-        reader.report(values, path, "an axis without values; give at least one");
-        return None;
+        return reader.refuse(values, path, "an axis without values; give at least one");
     }
     let mut levels: Vec<Setting> = Vec::with_capacity(elements.len());
-    let mut whole = true;
-    for (index, element) in elements.iter().enumerate() {
-        let path = format!("{path}.{index}");
-        match one_for_all(keys, &element.value) {
-            Ok(level) if levels.contains(&level) => {
-                reader.report(
-                    element,
-                    &path,
-                    format!("{} stands twice on this axis; remove one", level.word()),
-                );
-                whole = false;
-            }
-            Ok(level) => levels.push(level),
-            Err(message) => {
-                reader.report(element, &path, message);
-                whole = false;
-            }
+    reader.list(values, path, |reader, element, path| {
+        let level = reader.found(element, path, one_for_all(keys, &element.value))?;
+        if levels.contains(&level) {
+            let message = format!("{} stands twice on this axis; remove one", level.word());
+            return reader.refuse(element, path, message);
         }
-    }
-    whole.then_some(levels)
+        levels.push(level);
+        Some(())
+    })?;
+    Some(levels)
 }
 
 /// The value, if it fits every one of the keys.
@@ -209,67 +183,46 @@ pub(super) fn one_for_all(keys: &[Slot], value: &Value) -> Result<Setting, Strin
 }
 
 fn read_range(reader: &mut Reader, node: &Node, keys: &[Slot], path: &str, sampled: bool) -> Option<(Range, usize)> {
+    let at = |name: &str| format!("{path}.{name}");
     let mut end = |name: &str| {
-        let path = format!("{path}.{name}");
         let Some(given) = node.at(name) else {
-            reader.report(node, &path, "missing: a range has from and to");
-            return None;
+            return reader.refuse(node, &at(name), "missing: a range has from and to");
         };
-        match one_for_all(keys, &given.value) {
-            Ok(Setting::Number(number)) => Some(number),
-            Ok(_) => {
-                reader.report(
-                    given,
-                    &path,
-                    "this key takes words or whole numbers: list them as values = [...]",
-                );
-                None
-            }
-            Err(message) => {
-                reader.report(given, &path, message);
-                None
+        match reader.found(given, &at(name), one_for_all(keys, &given.value))? {
+            Setting::Number(number) => Some(number),
+            _ => {
+                let message = "this key takes words or whole numbers: list them as values = [...]";
+                reader.refuse(given, &at(name), message)
             }
         }
     };
     let (from, to) = (end("from"), end("to"));
-    let spacing = match node.at("spacing") {
+    let spacing = match node.at("spacing").map(|given| (given, &given.value)) {
         None => Some(Spacing::Linear),
-        Some(given) => match &given.value {
-            Value::Text(word) if word == "linear" => Some(Spacing::Linear),
-            Value::Text(word) if word == "log" => Some(Spacing::Log),
-            _ => reader.expected(given, &format!("{path}.spacing"), "\"linear\" or \"log\""),
-        },
+        Some((_, Value::Text(word))) if word == "linear" => Some(Spacing::Linear),
+        Some((_, Value::Text(word))) if word == "log" => Some(Spacing::Log),
+        Some((given, _)) => reader.expected(given, &at("spacing"), "\"linear\" or \"log\""),
     };
-    let count_path = format!("{path}.count");
     let count = match (node.at("count"), sampled) {
         (None, true) => Some(0),
         (None, false) => {
-            reader.report(node, &count_path, "missing: how many values there are from end to end");
-            None
+            let message = "missing: how many values there are from end to end";
+            reader.refuse(node, &at("count"), message)
         }
         (Some(given), true) => {
-            reader.report(
-                given,
-                &count_path,
-                "how many points there are is the count of [sample]; remove it here",
-            );
-            None
+            let message = "how many points there are is the count of [sample]; remove it here";
+            reader.refuse(given, &at("count"), message)
         }
-        (Some(given), false) => whole_number(reader, given, &count_path, 1, MOST_LEVELS).map(|count| count as usize),
+        (Some(given), false) => reader.whole_number(given, &at("count"), 1..=MOST_LEVELS),
     };
     let (from, to, spacing, count) = (from?, to?, spacing?, count?);
     if from == to && (sampled || count > 1) {
-        reader.report(
-            node,
-            path,
-            format!("from and to are both {from:?}: give a list of one value instead"),
-        );
-        return None;
+        let message = format!("from and to are both {from:?}: give a list of one value instead");
+        return reader.refuse(node, path, message);
     }
     if spacing == Spacing::Log && from * to <= 0.0 {
         let message = format!("a log axis needs both ends on one side of 0, but they are {from:?} and {to:?}");
-        reader.report(node, path, message);
-        return None;
+        return reader.refuse(node, path, message);
     }
-    Some((Range { from, to, spacing }, count))
+    Some((Range { from, to, spacing }, count as usize))
 }

@@ -12,13 +12,13 @@ use super::error::SweepEnd;
 use super::fold;
 use super::lattice::{Edge, Lattice};
 use super::limit::linear_limit;
-use super::quantities::Outcome;
+use super::quantities::{Outcome, quantity_index};
 use super::running::{Points, Running};
 use super::study::Study;
 use super::tracer::{Crossing, Tracer, place_in_plane};
 use crate::analysis::stability::growth::foreseen_exponent;
 use crate::case::Setting;
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 
 /// Contours of G are looked for on a grid of at most about so many nodes, and so many times finer than the first one.
 const CONTOUR_NODES: usize = 4000;
@@ -27,12 +27,12 @@ const FINER: usize = 4;
 /// Traces the boundaries of a study in every plane.
 pub(super) fn trace(spec: &BoundarySpec, running: &mut Running, points: &mut Points) -> Result<Boundaries, SweepEnd> {
     let study = running.work.study;
-    let (Points::Asked(asked), Some(ranges)) = (points, spec.ranges(&study.axes)) else {
+    let Some(ranges) = spec.ranges(&study.axes) else {
         return Ok(Boundaries::default());
     };
     let mut tracer = Tracer {
         running,
-        asked,
+        asked: &mut points.asked,
         spec,
         ranges,
         planes: planes(study, spec),
@@ -75,31 +75,27 @@ pub(super) fn trace(spec: &BoundarySpec, running: &mut Running, points: &mut Poi
         .enumerate()
         .flat_map(|(plane, lattice)| lattice.lines().into_iter().map(move |line| (plane, line)))
         .collect();
-    let mut crossings = Vec::new();
-    for (plane, line) in &lines {
-        for &edge in line {
-            let lattice = &lattices[*plane];
-            let [a, b] = edge.ends();
-            let (met, unmet) = if lattice.is_met(a) { (a, b) } else { (b, a) };
-            crossings.push(Crossing {
-                plane: *plane,
-                edge,
-                met: lattice.share(met),
-                unmet: lattice.share(unmet),
-                unknown: failed.contains(&(*plane, unmet)),
-            });
+    // Each edge once: a closed line has its first edge at its end again.
+    let edges = lines
+        .iter()
+        .flat_map(|(plane, line)| line.iter().map(|&edge| (*plane, edge)));
+    let edges: Vec<(usize, Edge)> = edges.collect::<BTreeSet<_>>().into_iter().collect();
+    let crossing = |&(plane, edge): &(usize, Edge)| {
+        let lattice = &lattices[plane];
+        let [a, b] = edge.ends();
+        let (met, unmet) = if lattice.is_met(a) { (a, b) } else { (b, a) };
+        Crossing {
+            plane,
+            met: lattice.share(met),
+            unmet: lattice.share(unmet),
+            unknown: failed.contains(&(plane, unmet)),
         }
-    }
-    // A closed line has its first edge at its end again.
-    crossings.sort_by_key(|crossing| (crossing.plane, crossing.edge));
-    crossings.dedup_by_key(|crossing| (crossing.plane, crossing.edge));
+    };
+    let mut crossings: Vec<Crossing> = edges.iter().map(crossing).collect();
     tracer.bisect(&mut crossings)?;
+    let crossings: BTreeMap<(usize, Edge), Crossing> = edges.into_iter().zip(crossings).collect();
     let of_line = |(plane, line): &(usize, Vec<Edge>)| -> Vec<Crossing> {
-        let known = line.iter().filter_map(|&edge| {
-            let place = crossings.binary_search_by_key(&(*plane, edge), |crossing| (crossing.plane, crossing.edge));
-            Some(crossings[place.ok()?].clone())
-        });
-        known.collect()
+        line.iter().map(|&edge| crossings[&(*plane, edge)].clone()).collect()
     };
     // Where runs fail a line ends: beyond is no case without stick-slip, but no case at all.
     let mut traced: Vec<Vec<Crossing>> = lines
@@ -151,20 +147,14 @@ pub(super) fn trace(spec: &BoundarySpec, running: &mut Running, points: &mut Poi
 
 /// Every combination of the levels of the axes outside the plane, one value for each axis; in the plane the first.
 fn planes(study: &Study, spec: &BoundarySpec) -> Vec<Vec<Setting>> {
-    let mut planes = vec![Vec::new()];
+    let mut planes: Vec<Vec<Setting>> = vec![Vec::new()];
     for (k, axis) in study.axes.iter().enumerate() {
-        let levels = if spec.plane.contains(&k) {
-            &axis.levels[..1]
-        } else {
-            &axis.levels[..]
-        };
+        let count = if spec.plane.contains(&k) { 1 } else { axis.levels.len() };
+        let with = |plane: &Vec<Setting>, level: &Setting| [plane.as_slice(), std::slice::from_ref(level)].concat();
+        let levels = &axis.levels[..count];
         planes = planes
-            .into_iter()
-            .flat_map(|plane: Vec<Setting>| {
-                levels
-                    .iter()
-                    .map(move |level| [plane.as_slice(), std::slice::from_ref(level)].concat())
-            })
+            .iter()
+            .flat_map(|plane| levels.iter().map(move |level| with(plane, level)))
             .collect();
     }
     planes
@@ -173,28 +163,18 @@ fn planes(study: &Study, spec: &BoundarySpec) -> Vec<Vec<Setting>> {
 /// Contours of G in the first `planes`. Where it is known without a run the grid is a finer one, and the contours are
 /// exact; else they are from the `outcomes` of the first grid, in which x runs slowest.
 fn growth_contours(tracer: &Tracer, outcomes: &[Outcome], planes: usize) -> Vec<Line> {
-    let study = tracer.running.work.study;
-    let Some(quantity) = study.quantity("growth_exponent") else {
+    let Some(quantity) = quantity_index("growth_exponent").filter(|_| !tracer.spec.growth_contours.is_empty()) else {
         return Vec::new();
     };
-    if tracer.spec.growth_contours.is_empty() {
-        return Vec::new();
-    }
     let [columns, rows] = tracer.spec.nodes;
     let finer = ((CONTOUR_NODES as f64 / (columns * rows) as f64).sqrt() as usize).clamp(1, FINER);
     let fine = [columns, rows].map(|count| (count - 1) * finer + 1);
     let mut lines = Vec::new();
     for (plane, outcomes) in outcomes.chunks(columns * rows).take(planes).enumerate() {
         let exact = |share: [f64; 2]| {
-            let case = study.case_at(&place_in_plane(
-                &tracer.planes[plane],
-                tracer.spec,
-                tracer.ranges,
-                share,
-            ));
-            let growth = case
-                .ok()
-                .and_then(|case| foreseen_exponent(&case.system, case.output.end_time));
+            let place = place_in_plane(&tracer.planes[plane], tracer.spec, tracer.ranges, share);
+            let case = tracer.running.work.study.case_at(&place).ok();
+            let growth = case.and_then(|case| foreseen_exponent(&case.system, case.output.end_time));
             growth.unwrap_or(f64::NAN)
         };
         let node = |k: usize| {

@@ -1,14 +1,23 @@
 //! The tables of a boundary in a sweep file.
 
+use super::axis::{Axis, Spacing};
 use super::curves::{Boundaries, BoundaryPoint, Line};
 use super::study::{Design, Study};
 use crate::results::{Column, ResultError, SweepWriter};
 
-fn spacing(axis: &super::axis::Axis) -> &'static str {
+fn spacing(axis: &Axis) -> &'static str {
     match axis.range {
-        Some(range) if range.spacing == super::axis::Spacing::Log => "log",
+        Some(range) if range.spacing == Spacing::Log => "log",
         _ => "linear",
     }
+}
+
+/// The line and the plane of each row.
+type Rows = Vec<(usize, usize)>;
+
+/// A value of each row in the unit of an axis.
+fn on_axis(axis: &Axis, values: impl Iterator<Item = f64>) -> Column {
+    Column::numbers(&axis.name, axis.unit.unwrap_or("1"), axis.description, values)
 }
 
 impl Boundaries {
@@ -18,112 +27,87 @@ impl Boundaries {
             return Ok(());
         };
         let [x, y] = spec.plane.map(|k| &study.axes[k]);
-        let counts = |name: &str, long_name: &str, rows: &mut dyn Iterator<Item = usize>| {
-            Column::counts(name, long_name, rows.map(|row| row as i64))
-        };
         let text = |name: &'static str, text: &str| (name, text.to_owned());
+        // Which point, line and plane each row is of.
+        let places = |point: &str, line: &str, rows: &[(usize, usize)]| {
+            vec![
+                Column::counts(point, "index of the point", 0..rows.len() as i64),
+                Column::counts(line, "which connected line", rows.iter().map(|row| row.0 as i64)),
+                Column::counts(
+                    "plane",
+                    "which values of the other axes",
+                    rows.iter().map(|row| row.1 as i64),
+                ),
+            ]
+        };
         // The values of the other axes at the plane of each row.
-        let outside = |rows: &[usize]| -> Vec<Column> {
-            let axes = study
-                .axes
-                .iter()
-                .enumerate()
-                .filter(|(k, axis)| !spec.plane.contains(k) && axis.is_number());
-            axes.map(|(k, axis)| {
-                let value = |&plane: &usize| self.planes[plane][k].as_number().unwrap_or(f64::NAN);
-                Column::numbers(
-                    &axis.name,
-                    axis.unit.unwrap_or("1"),
-                    axis.description,
-                    rows.iter().map(value),
-                )
-            })
-            .collect()
+        let outside = |rows: &[(usize, usize)]| -> Vec<Column> {
+            let axes = study.axes.iter().enumerate();
+            let axes = axes.filter(|(k, axis)| !spec.plane.contains(k) && axis.is_number());
+            let column = |(k, axis): (usize, &Axis)| {
+                let value = |row: &(usize, usize)| self.planes[row.1][k].as_number().unwrap_or(f64::NAN);
+                on_axis(axis, rows.iter().map(value))
+            };
+            axes.map(column).collect()
         };
-        let rows: Vec<(usize, usize, &BoundaryPoint)> = self
-            .curves
-            .iter()
-            .enumerate()
-            .flat_map(|(k, curve)| curve.points.iter().map(move |point| (k, curve.plane, point)))
-            .collect();
-        let planes: Vec<usize> = rows.iter().map(|row| row.1).collect();
-        let numbers = |name: &str, units: &str, long_name: &str, f: &dyn Fn(&BoundaryPoint) -> f64| {
-            Column::numbers(name, units, long_name, rows.iter().map(|row| f(row.2)))
-        };
-        let of_planes = "which values of the other axes";
-        let mut columns = vec![
-            counts("boundary_point", "index of the point", &mut (0..rows.len())),
-            counts("curve", "which connected line", &mut rows.iter().map(|row| row.0)),
-            counts("plane", of_planes, &mut planes.iter().copied()),
-        ];
-        columns.extend(outside(&planes));
+        let curves = self.curves.iter().enumerate();
+        let (rows, points): (Rows, Vec<&BoundaryPoint>) = curves
+            .flat_map(|(k, curve)| curve.points.iter().map(move |point| ((k, curve.plane), point)))
+            .unzip();
+        let mut columns = places("boundary_point", "curve", &rows);
+        columns.extend(outside(&rows));
         for (k, axis) in [x, y].into_iter().enumerate() {
-            let units = axis.unit.unwrap_or("1");
-            let named = |suffix: &str| format!("{}{suffix}", axis.name);
-            columns.push(numbers(&axis.name, units, axis.description, &|p| p.middle()[k]));
-            let met = "of the run that meets the criterion";
-            columns.push(numbers(&named("_met"), units, met, &|p| p.met[k]));
-            let unmet = "of the run that does not";
-            columns.push(numbers(&named("_unmet"), units, unmet, &|p| p.unmet[k]));
+            let end = |suffix: &str, long_name: &str, of: fn(&BoundaryPoint) -> [f64; 2]| {
+                let name = format!("{}{suffix}", axis.name);
+                let values = points.iter().map(|point| of(point)[k]);
+                Column::numbers(&name, axis.unit.unwrap_or("1"), long_name, values)
+            };
+            columns.push(end("", axis.description, BoundaryPoint::middle));
+            columns.push(end("_met", "of the run that meets the criterion", |point| point.met));
+            columns.push(end("_unmet", "of the run that does not", |point| point.unmet));
         }
         let branches = [(0, "lower"), (1, "upper"), (2, "nose")];
         let branches = branches.map(|(code, word)| (code, word.to_owned())).to_vec();
-        let codes = rows.iter().map(|row| row.2.branch as i8);
+        let codes = points.iter().map(|point| point.branch as i8);
         columns.push(Column::codes("branch", "which part of the line", codes, branches));
+        let width = format!("{:e} of the range of the axis that was bisected", spec.width);
         let attributes = [
             text("criterion", &spec.criterion.text()),
             text("x", &x.name),
             text("y", &y.name),
             text("x_spacing", spacing(x)),
             text("y_spacing", spacing(y)),
-            text(
-                "width",
-                &format!("{:e} of the range of the axis that was bisected", spec.width),
-            ),
+            text("width", &width),
         ];
         writer.add_table("boundary", &attributes, &columns)?;
-        for (group, dimension, what, lines) in [
-            match study.words.lists_growth() {
-                true => (
-                    "linear_limit",
-                    "limit_point",
-                    "margin of steady sliding at standstill, N m s/rad",
-                    &self.linear_limit,
-                ),
-                false => (
-                    "stability_limit",
-                    "limit_point",
-                    "margin of steady sliding under the drives of the case",
-                    &self.linear_limit,
-                ),
-            },
+        let (limit, margin) = match study.slows_down() {
+            true => ("linear_limit", "margin of steady sliding at standstill, N m s/rad"),
+            false => (
+                "stability_limit",
+                "margin of steady sliding under the drives of the case",
+            ),
+        };
+        for (group, point, level, lines) in [
+            (limit, "limit_point", margin, &self.linear_limit),
             ("growth_contours", "contour_point", "growth exponent G", &self.growth),
         ] {
-            let rows: Vec<(usize, &Line, [f64; 2])> = lines
-                .iter()
-                .enumerate()
-                .flat_map(|(k, line)| line.points.iter().map(move |&point| (k, line, point)))
-                .collect();
+            let lines = lines.iter().enumerate();
+            let (rows, points): (Rows, Vec<(&Line, [f64; 2])>) = lines
+                .flat_map(|(k, line)| line.points.iter().map(move |&point| ((k, line.plane), (line, point))))
+                .unzip();
             if rows.is_empty() {
                 continue;
             }
-            let planes: Vec<usize> = rows.iter().map(|row| row.1.plane).collect();
-            let mut columns = vec![
-                counts(dimension, "index of the point", &mut (0..rows.len())),
-                counts("line", "which connected line", &mut rows.iter().map(|row| row.0)),
-                counts("plane", of_planes, &mut planes.iter().copied()),
-                Column::numbers("level", "1", what, rows.iter().map(|row| row.1.level)),
-            ];
-            columns.extend(outside(&planes));
-            for (k, axis) in [x, y].into_iter().enumerate() {
-                let values = rows.iter().map(|row| row.2[k]);
-                columns.push(Column::numbers(
-                    &axis.name,
-                    axis.unit.unwrap_or("1"),
-                    axis.description,
-                    values,
-                ));
-            }
+            let mut columns = places(point, "line", &rows);
+            columns.push(Column::numbers(
+                "level",
+                "1",
+                level,
+                points.iter().map(|row| row.0.level),
+            ));
+            columns.extend(outside(&rows));
+            columns.push(on_axis(x, points.iter().map(|row| row.1[0])));
+            columns.push(on_axis(y, points.iter().map(|row| row.1[1])));
             writer.add_table(group, &[text("x", &x.name), text("y", &y.name)], &columns)?;
         }
         Ok(())

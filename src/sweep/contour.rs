@@ -19,27 +19,11 @@ pub(super) fn contours(
     let mut links: Vec<[Edge; 2]> = Vec::new();
     for j in 0..nodes[1] as u32 - 1 {
         for i in 0..nodes[0] as u32 - 1 {
-            let edges = [
-                Edge {
-                    node: (i, j),
-                    along_x: true,
-                },
-                Edge {
-                    node: (i + 1, j),
-                    along_x: false,
-                },
-                Edge {
-                    node: (i, j + 1),
-                    along_x: true,
-                },
-                Edge {
-                    node: (i, j),
-                    along_x: false,
-                },
-            ];
+            let edges = Edge::around((i, j));
             if edges
                 .iter()
-                .any(|edge| edge.ends().iter().any(|&node| value(node).is_nan()))
+                .flat_map(|edge| edge.ends())
+                .any(|node| value(node).is_nan())
             {
                 continue;
             }

@@ -1,34 +1,22 @@
 //! What a study of a boundary asks for: a plane, a criterion on the summary of a run, and how finely.
 
 use super::axis::{Axis, Range};
-use super::quantities::{Outcome, Quantity, quantities, unknown_quantity};
-use super::reading::{Reader, whole_number};
-use crate::case::document::{Node, Value};
-use crate::case::{Setting, Words};
+use super::quantities::{Outcome, QUANTITIES, asked_for};
+use crate::case::Setting;
+use crate::case::document::Node;
+use crate::model::system::System;
 use crate::quote::shown;
+use crate::study::Reader;
 
 /// A condition on one quantity of a run's summary.
-#[derive(Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Criterion {
-    /// Place among the quantities of the study.
+    /// Place among the quantities of a run.
     pub quantity: usize,
-    of: &'static Quantity,
     /// Between quantity and value.
     pub comparison: Comparison,
     /// In the quantity's unit.
     pub threshold: f64,
-}
-
-/// What decides it: part of what identifies a study.
-impl std::fmt::Debug for Criterion {
-    fn fmt(&self, formatter: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        formatter
-            .debug_struct("Criterion")
-            .field("quantity", &self.quantity)
-            .field("comparison", &self.comparison)
-            .field("threshold", &self.threshold)
-            .finish()
-    }
 }
 
 /// How a value is held against a threshold.
@@ -52,11 +40,11 @@ const COMPARISONS: [(&str, Comparison); 4] = [
 ];
 
 impl Criterion {
-    /// Reads a text such as `stick_count >= 2`, on a run with these quantities.
+    /// Reads a text such as `stick_count >= 2`, on runs of a system.
     ///
     /// # Errors
     /// A text that says what was expected instead.
-    pub fn parse(words: Words, text: &str) -> Result<Criterion, String> {
+    fn parse(system: Option<&System>, text: &str) -> Result<Criterion, String> {
         let Some((sign, comparison)) = COMPARISONS.into_iter().find(|(sign, _)| text.contains(sign)) else {
             return Err(format!(
                 "expected a quantity, one of >= > <= <, and a number, as in \"stick_count >= 2\", but got \"{text}\"",
@@ -65,13 +53,10 @@ impl Criterion {
         };
         let (name, number) = text.split_once(sign).unwrap_or((text, ""));
         let (name, number) = (name.trim(), number.trim());
-        let Some(quantity) = quantities(words).iter().position(|quantity| quantity.name == name) else {
-            return Err(unknown_quantity(words, name, "", |_| true));
-        };
+        let quantity = asked_for(name, system, "", |_| true)?;
         match number.parse::<f64>() {
             Ok(threshold) if threshold.is_finite() => Ok(Criterion {
                 quantity,
-                of: &quantities(words)[quantity],
                 comparison,
                 threshold,
             }),
@@ -100,7 +85,7 @@ impl Criterion {
             .iter()
             .find(|entry| entry.1 == self.comparison)
             .map_or("", |entry| entry.0);
-        format!("{} {sign} {}", self.of.name, self.threshold)
+        format!("{} {sign} {}", QUANTITIES[self.quantity].name, self.threshold)
     }
 }
 
@@ -141,107 +126,61 @@ const DEFAULT_CRITERION: &str = "stick_count >= 2";
 const DEFAULT_REFINEMENTS: u64 = 2;
 const DEFAULT_WIDTH: f64 = 1e-4;
 
-/// Reads `[boundary]`.
-pub(super) fn read_boundary(reader: &mut Reader, words: Words, node: &Node, axes: &[Axis]) -> Option<BoundarySpec> {
-    if let Value::Table(_) = node.value {
-        reader.check_keys(node, "boundary", BOUNDARY_KEYS);
-    } else {
-        reader.report(
-            node,
-            "boundary",
-            format!("expected a table, but got {}", node.value.describe()),
-        );
-        return None;
-    }
+/// Reads `[boundary]` of runs of a system; none where it is not known.
+pub(super) fn read_boundary(
+    reader: &mut Reader,
+    system: Option<&System>,
+    node: &Node,
+    axes: &[Axis],
+) -> Option<BoundarySpec> {
+    reader.table(node, "boundary", BOUNDARY_KEYS)?;
     let ranges: Vec<usize> = (0..axes.len()).filter(|&k| axes[k].range.is_some()).collect();
     let mut axis = |name: &str, default: Option<usize>| {
         let path = format!("boundary.{name}");
-        match node.at(name) {
-            None if default.is_none() => {
-                reader.report(
-                    node,
-                    &path,
-                    "missing: a boundary lies in the plane of two axes given by from, to and count",
-                );
-                None
-            }
-            None => default,
-            Some(given) => {
-                let key = reader.text(given, &path)?;
-                let found = ranges.iter().copied().find(|&k| axes[k].keys[0] == key);
-                if found.is_none() {
-                    reader.report(
-                        given,
-                        &path,
-                        format!(
-                            "\"{key}\" is not the key of an axis given by from, to and count",
-                            key = shown(&key)
-                        ),
-                    );
-                }
-                found
-            }
-        }
+        let Some(given) = node.at(name) else {
+            let missing = "missing: a boundary lies in the plane of two axes given by from, to and count";
+            return default.or_else(|| reader.refuse(node, &path, missing));
+        };
+        let key = reader.text(given, &path)?;
+        let found = ranges.iter().copied().find(|&k| axes[k].keys[0] == key);
+        found.or_else(|| {
+            let key = shown(&key);
+            let message = format!("\"{key}\" is not the key of an axis given by from, to and count");
+            reader.refuse(given, &path, message)
+        })
     };
     let x = axis("x", ranges.first().copied());
     let y = axis("y", ranges.iter().copied().find(|&k| Some(k) != x));
     let criterion = match node.at("criterion") {
-        None => Criterion::parse(words, DEFAULT_CRITERION).ok(),
+        None => Criterion::parse(system, DEFAULT_CRITERION).ok(),
         Some(given) => {
             let text = reader.text(given, "boundary.criterion")?;
-            Criterion::parse(words, &text)
-                .map_err(|message| reader.report(given, "boundary.criterion", message))
-                .ok()
+            reader.found(given, "boundary.criterion", Criterion::parse(system, &text))
         }
     };
-    let refinements = match node.at("refinements") {
-        None => Some(DEFAULT_REFINEMENTS),
-        Some(given) => whole_number(reader, given, "boundary.refinements", 0, 10),
-    };
-    let width = match node.at("width") {
-        None => Some(DEFAULT_WIDTH),
-        Some(given) => reader.number(
-            given,
-            "boundary.width",
-            "a share of the axis between 1e-12 and 0.1",
-            |w| (1e-12..=0.1).contains(&w),
-        ),
-    };
+    let refinements = reader.whole_or(node, "boundary", "refinements", 0..=10, DEFAULT_REFINEMENTS);
+    let width = node.at("width").map_or(Some(DEFAULT_WIDTH), |given| {
+        let expected = "a share of the axis between 1e-12 and 0.1";
+        reader.number(given, "boundary.width", expected, |w| (1e-12..=0.1).contains(&w))
+    });
     let mut growth_contours = Vec::new();
     if let Some(given) = node.at("growth_contours") {
-        if !words.lists_growth() {
-            let message = "contours of the growth exponent belong to studies whose base case is in the short form, [torsion]: write the \
-                           brake so, or remove them (the line where steady sliding loses its stability is given beside)";
-            reader.report(given, "boundary.growth_contours", message);
-            return None;
-        }
-        let Value::Array(elements) = &given.value else {
-            reader.report(
-                given,
-                "boundary.growth_contours",
-                "expected a list of values of G, as in [20, 40, 60]",
-            );
-            return None;
-        };
-        for element in elements {
-            let path = "boundary.growth_contours";
-            growth_contours.push(reader.number(element, path, "a positive number of e-folds", |g| g > 0.0)?);
-        }
+        let path = "boundary.growth_contours";
+        reader.found(given, path, asked_for("growth_exponent", system, "", |_| true))?;
+        growth_contours = reader.list(given, path, |reader, element, path| {
+            reader.number(element, path, "a positive number of e-folds", |g| g > 0.0)
+        })?;
     }
     let (x, y) = (x?, y?);
     if x == y {
-        reader.report(node, "boundary.y", "x and y are the same axis");
-        return None;
+        return reader.refuse(node, "boundary.y", "x and y are the same axis");
     }
-    for k in [x, y] {
-        if axes[k].levels.len() < 3 {
-            let message = format!(
-                "{} needs a count of at least 3: it is the first grid on which the boundary is looked for",
-                axes[k].keys[0]
-            );
-            reader.report(node, "boundary", message);
-            return None;
-        }
+    if let Some(k) = [x, y].into_iter().find(|&k| axes[k].levels.len() < 3) {
+        let message = format!(
+            "{} needs a count of at least 3: it is the first grid on which the boundary is looked for",
+            axes[k].keys[0]
+        );
+        return reader.refuse(node, "boundary", message);
     }
     Some(BoundarySpec {
         plane: [x, y],

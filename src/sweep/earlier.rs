@@ -25,29 +25,33 @@ pub(super) fn gather(journal: &mut Journal, path: &Path, digest: &str, existing:
 
 /// The report of a sweep that had been complete before it was resumed.
 pub(super) fn already_there(path: &Path, digest: &str, shard: Option<Shard>) -> Result<SweepReport, SweepError> {
-    let other = || SweepError::OtherStudy { path: path.to_owned() };
+    let refused = |what: &str| {
+        SweepError::Refused(format!(
+            "{}: {what}, so there is nothing to resume; choose another name with -o, or start anew without --resume",
+            path.display()
+        ))
+    };
+    let check = |found: Option<String>| match found.as_deref() == Some(digest) {
+        true => Ok(()),
+        false => Err(refused(
+            "is the file of another study, or of this one before it was changed",
+        )),
+    };
     let (points, mut failures) = match shard {
         None => {
             let file = SweepFile::open(path)?;
             check_sound(path)?;
-            if file.digest().as_deref() != Some(digest) {
-                return Err(other());
-            }
+            check(file.digest())?;
             (file.numbers("status")?.len() as u64, file.failures()?)
         }
         Some(expected) => {
             let file = ShardFile::open(path)?;
             check_sound(path)?;
-            if file.digest().as_deref() != Some(digest) {
-                return Err(other());
-            }
+            check(file.digest())?;
             let (found, count) = (file.shard() + 1, file.partition().shards());
             if (found, count) != (expected.index(), expected.count()) {
-                return Err(SweepError::OtherShard {
-                    path: path.to_owned(),
-                    found: format!("{found} of {count}"),
-                    expected,
-                });
+                let what = format!("holds another shard ({found} of {count}, not {expected})");
+                return Err(refused(&what));
             }
             (file.done()? as u64, file.failures()?)
         }

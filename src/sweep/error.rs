@@ -2,9 +2,7 @@
 
 use super::journal::JournalError;
 use super::runner::Stopped;
-use super::shard::{Shard, ShardError};
 use crate::results::ResultError;
-use std::path::PathBuf;
 
 /// Why a sweep ended without its file.
 #[derive(Debug, thiserror::Error)]
@@ -17,22 +15,9 @@ pub enum SweepError {
     File(#[from] ResultError),
     #[error("{0}")]
     Storage(String),
-    #[error(
-        "{path}: is the file of another study, or of this one before it was changed, so there is nothing to resume; choose another name with -o, or start anew without --resume"
-    )]
-    OtherStudy { path: PathBuf },
-    #[error(
-        "{path}: holds another shard ({found}, not {expected}), so there is nothing to resume; choose another name with -o, or start anew without --resume"
-    )]
-    OtherShard {
-        path: PathBuf,
-        found: String,
-        expected: Shard,
-    },
-    #[error("{path}: is no folder, and that of the runs is to have this name; choose another name with -o")]
-    NoFolder { path: PathBuf },
-    #[error(transparent)]
-    Shard(#[from] ShardError),
+    /// What is asked for cannot be, which shows before anything is computed.
+    #[error("{0}")]
+    Refused(String),
     #[error("{} no longer answers; what was computed is in the journals, and --resume goes on from there", ranks(.silent))]
     Lost { silent: Vec<usize> },
 }

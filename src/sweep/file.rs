@@ -3,34 +3,38 @@
 use super::curves::Boundaries;
 use super::error::SweepError;
 use super::journal::Journal;
-use super::quantities::{EventRow, NO_COUNT, is_open};
-use super::report::NAMED_FAILURES;
+use super::quantities::{EventRow, NO_COUNT, QUANTITIES, is_open};
+use super::report::{NAMED_FAILURES, SweepReport};
 use super::running::Points;
-use super::shard::Part;
-use super::study::{Design, Study};
+use super::study::Study;
 use crate::case::{Motion, Setting};
 use crate::provenance;
 use crate::results::schema::{Kind, META_MOTION, META_POINT_COMMAND, META_SHOW, Variable};
 use crate::results::{
-    AttributeValue, EventForm, Overwrite, Reservation, ShardPlan, Status, SweepAxis, SweepHeader, SweepLayout,
-    SweepPlan, SweepRow, SweepWriter,
+    AttributeValue, EventForm, Overwrite, Reservation, ShardPlan, Status, SweepHeader, SweepLayout, SweepPlan,
+    SweepRow, SweepWriter,
 };
-use std::path::{Path, PathBuf};
-
-/// A sweep file, how many of its points are done and how many of them failed, and the first of those.
-pub(super) struct Written {
-    pub(super) file: PathBuf,
-    pub(super) done: u64,
-    pub(super) failed: u64,
-    pub(super) failures: Vec<(u64, String)>,
-    pub(super) unfinished: u64,
-}
+use std::path::Path;
 
 /// A longer command is left out of the file, bytes.
 const LONGEST_COMMAND: usize = 32_768;
 
-/// What the file of a study says of where it comes from.
-pub(crate) fn header(study: &Study) -> SweepHeader {
+/// What the file of a study says of where it comes from: which command made it, and the attributes of /meta.
+pub(crate) fn header(study: &Study, command: &str, digest: String, meta: Vec<(String, AttributeValue)>) -> SweepHeader {
+    SweepHeader {
+        title: study.title.clone(),
+        source: provenance::source(),
+        references: study.words.references().to_owned(),
+        history: format!("stickslip {command} {}", study.source.name),
+        digest,
+        study_text: study.source.text.clone(),
+        case_text: study.base.text.clone(),
+        meta,
+    }
+}
+
+/// What the file of a sweep says of its making.
+fn meta(study: &Study) -> Vec<(String, AttributeValue)> {
     let mut meta = provenance::build();
     if let Some(tolerance) = study.default_tolerance() {
         meta.push(("default_rtol".to_owned(), AttributeValue::Number(tolerance)));
@@ -41,16 +45,7 @@ pub(crate) fn header(study: &Study) -> SweepHeader {
     if !study.show.is_empty() {
         meta.push((META_SHOW.to_owned(), AttributeValue::Text(study.show.join(" "))));
     }
-    SweepHeader {
-        title: study.title.clone(),
-        source: provenance::source(),
-        references: study.words.references().to_owned(),
-        history: format!("stickslip sweep {}", study.source.name),
-        digest: study.digest(),
-        study_text: study.source.text.clone(),
-        case_text: study.base.text.clone(),
-        meta,
-    }
+    meta
 }
 
 /// The attribute of /meta with the command that runs a point; none where it is too long for an attribute, which has less
@@ -66,15 +61,11 @@ pub(super) fn write(
     (path, overwrite): (&Path, Overwrite),
     journal: &mut Journal,
     points: &Points,
-    part: Option<&Part>,
-    boundaries: Option<&Boundaries>,
+    part: Option<&ShardPlan>,
+    boundaries: Option<Boundaries>,
     interrupted: bool,
-) -> Result<Written, SweepError> {
+) -> Result<SweepReport, SweepError> {
     let count = points.count();
-    let layout = match study.design {
-        Design::Grid => SweepLayout::Grid,
-        _ => SweepLayout::Table,
-    };
     let words: Vec<Vec<String>> = (0..study.axes.len())
         .map(|axis| words_of(study, points, axis))
         .collect();
@@ -83,47 +74,38 @@ pub(super) fn write(
         _ => words[axis].iter().position(|word| *word == value.word()).unwrap_or(0) as f64,
     };
     let axes = study.axes.iter().enumerate().map(|(k, axis)| {
-        let (keys, unit) = (axis.keys.join(" "), axis.unit.unwrap_or("1"));
-        let values = axis.levels.iter().map(|level| code(k, level)).collect();
-        SweepAxis::new(&axis.name, keys, unit, axis.description, &words[k], values)
+        let values = axis.levels.iter().map(|level| code(k, level));
+        axis.in_a_file(&words[k], values.collect())
     });
-    let whole = layout;
     // The points of a shard are no grid.
-    let layout = part.map_or(whole, |_| SweepLayout::Table);
+    let layout = part.map_or(study.layout(), |_| SweepLayout::Table);
     let plan = SweepPlan {
         layout,
         axes: axes.collect(),
         variables: sweep_variables(study),
-        points: part.map_or(count as usize, |part| part.partition.size(part.shard)),
+        points: part.map_or(count as usize, ShardPlan::points),
         events: study.keep.events.then(|| event_form(study)),
-        shard: part.map(|part| ShardPlan {
-            shard: part.shard,
-            partition: part.partition.clone(),
-            layout: whole,
-        }),
+        shard: part.cloned(),
     };
-    let mut writer = SweepWriter::create(Reservation::take(path, overwrite, &study.files)?, &header(study), &plan)?;
-    let (mut done, mut failed, mut unfinished) = (0, 0, 0);
+    let header = header(study, "sweep", study.digest(), meta(study));
+    let mut writer = SweepWriter::create(Reservation::take(path, overwrite, &study.files)?, &header, &plan)?;
+    let (mut points_done, mut failed, mut unfinished) = (0, 0, 0);
     let mut failures = Vec::new();
     for number in (0..count).filter(|&number| part.is_none_or(|part| part.holds(number))) {
-        let coordinates = match layout {
-            SweepLayout::Grid => Vec::new(),
-            SweepLayout::Table => {
-                let values = points.coordinates(number);
-                values
-                    .iter()
-                    .enumerate()
-                    .map(|(axis, value)| code(axis, value))
-                    .collect()
-            }
-        };
         let mut row = SweepRow {
             number,
-            coordinates,
             ..SweepRow::default()
         };
+        if layout == SweepLayout::Table {
+            let values = points.coordinates(number);
+            row.coordinates = values
+                .iter()
+                .enumerate()
+                .map(|(axis, value)| code(axis, value))
+                .collect();
+        }
         if let Some(outcome) = journal.read(number)? {
-            done += 1;
+            points_done += 1;
             let event = |e: &EventRow| {
                 let codes = [e.kind.code(), e.mode_after].map(f64::from);
                 [e.time, codes[0], codes[1], e.relative_velocity, e.internal_force]
@@ -131,7 +113,7 @@ pub(super) fn write(
             row.events = outcome.events.iter().map(event).collect();
             match outcome.result {
                 Ok(values) => {
-                    unfinished += u64::from(is_open(study.quantities(), &values));
+                    unfinished += u64::from(is_open(&values));
                     row.values = Some(values);
                 }
                 Err(message) => {
@@ -145,7 +127,7 @@ pub(super) fn write(
         }
         writer.push(row)?;
     }
-    if let Some(boundaries) = boundaries {
+    if let Some(boundaries) = &boundaries {
         boundaries.write(study, &mut writer)?;
     }
     let status = if interrupted {
@@ -153,12 +135,16 @@ pub(super) fn write(
     } else {
         Status::Complete
     };
-    Ok(Written {
+    Ok(SweepReport {
         file: writer.finish(&status)?,
-        done,
-        failed,
+        interrupted,
+        points: points_done,
+        // Whoever ran them knows.
+        run_now: 0,
         failures,
-        unfinished,
+        failed,
+        unfinished: Some(unfinished),
+        boundaries,
     })
 }
 
@@ -170,12 +156,12 @@ pub(crate) fn event_form(study: &Study) -> EventForm {
     }
 }
 
-/// The variables of a sweep file: one for each quantity of the study.
+/// The variables of a sweep file: one for each quantity.
 pub(crate) fn sweep_variables(study: &Study) -> Vec<Variable> {
-    let variables = study.quantities().iter().map(|quantity| Variable {
+    let variables = QUANTITIES.iter().map(|quantity| Variable {
         name: quantity.name.to_owned(),
         kind: if quantity.count { Kind::Int64 } else { Kind::Float64 },
-        units: quantity.unit.to_owned(),
+        units: quantity.unit(study.words.motion()).to_owned(),
         long_name: quantity.description.to_owned(),
         fill: quantity.count.then_some(NO_COUNT),
         flags: quantity
@@ -193,12 +179,10 @@ fn words_of(study: &Study, points: &Points, axis: usize) -> Vec<String> {
     if study.axes[axis].range.is_some() {
         return Vec::new();
     }
-    let values: Vec<Setting> = if levels.is_empty() {
-        (0..points.count())
-            .map(|number| points.coordinates(number)[axis].clone())
-            .collect()
-    } else {
-        levels.clone()
+    let of_points = || (0..points.count()).map(|number| points.coordinates(number)[axis].clone());
+    let values: Vec<Setting> = match levels.is_empty() {
+        true => of_points().collect(),
+        false => levels.clone(),
     };
     if values.iter().all(|value| value.as_number().is_some()) {
         return Vec::new();

@@ -4,7 +4,6 @@
 //! search goes on between the neighbours of the highest.
 
 use super::error::SweepEnd;
-use super::lattice::Edge;
 use super::tracer::{Crossing, Tracer};
 
 /// Columns drawn at a time.
@@ -34,27 +33,18 @@ pub(super) fn refine(tracer: &mut Tracer, lines: &mut [Vec<Crossing>], cell: [f6
             let plane = lines[search.line][0].plane;
             for column in 1..=COLUMNS {
                 let x = search.left + (search.right - search.left) * column as f64 / (COLUMNS + 1) as f64;
-                columns.push((
-                    k,
-                    Crossing {
-                        plane,
-                        edge: Edge {
-                            node: (0, 0),
-                            along_x: false,
-                        },
-                        met: [x, search.met],
-                        unmet: [x, search.unmet],
-                        unknown: false,
-                    },
-                ));
+                let crossing = Crossing {
+                    plane,
+                    met: [x, search.met],
+                    unmet: [x, search.unmet],
+                    unknown: false,
+                };
+                columns.push((k, crossing));
             }
         }
-        let mut columns = tracer.confirmed(columns)?;
-        let mut crossings: Vec<Crossing> = columns.iter().map(|(_, crossing)| crossing.clone()).collect();
-        tracer.bisect(&mut crossings)?;
-        for ((_, column), bisected) in columns.iter_mut().zip(crossings) {
-            *column = bisected;
-        }
+        let (of, mut columns): (Vec<usize>, Vec<Crossing>) = tracer.confirmed(columns)?.into_iter().unzip();
+        tracer.bisect(&mut columns)?;
+        let mut columns: Vec<(usize, Crossing)> = of.into_iter().zip(columns).collect();
         columns.retain(|(_, column)| !column.unknown);
         for (k, search) in searches.iter_mut().enumerate() {
             let own = columns.iter().filter(|(of, _)| *of == k);

@@ -5,7 +5,7 @@
 //! made from it in the order of the points, so that it does not depend on who finished when.
 
 use super::quantities::Outcome;
-use super::record::{FRAME, checked, decode, encode};
+use super::record::{encode, next_record};
 use crate::results::ResultError;
 use std::collections::BTreeMap;
 use std::fs::{File, OpenOptions, TryLockError};
@@ -13,9 +13,6 @@ use std::io::{self, BufReader, Read, Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
 
 const MAGIC: &[u8; 8] = b"SSJRNL2\n";
-
-/// A longer record is damage: a run of 100,000 events takes 3 MB.
-const LONGEST_RECORD: u32 = 1 << 30;
 
 /// `map.h5` has its journal in `map.journal`, next to it.
 pub fn journal_path(path: &Path) -> PathBuf {
@@ -103,13 +100,13 @@ impl Journal {
     /// A journal of another study, one that is in use, one that `existing` refuses, or a failure of the disk.
     pub fn open(path: &Path, digest: &str, existing: Existing) -> Result<Journal, JournalError> {
         let failed = |action, error| JournalError::File(ResultError::io(path, action, error));
-        let mut file = OpenOptions::new()
+        let file = OpenOptions::new()
             .read(true)
             .write(true)
             .create(true)
             .truncate(false)
-            .open(path)
-            .map_err(|error| JournalError::File(ResultError::not_created(path, error)))?;
+            .open(path);
+        let mut file = file.map_err(|error| JournalError::File(ResultError::not_created(path, error)))?;
         match file.try_lock() {
             Ok(()) => {}
             Err(TryLockError::WouldBlock) => return Err(JournalError::InUse { path: path.to_owned() }),
@@ -123,10 +120,10 @@ impl Journal {
             buffer: Vec::new(),
             file: file.try_clone().map_err(|error| failed("opening the journal", error))?,
         };
-        let length = file
+        let metadata = file
             .metadata()
-            .map_err(|error| failed("looking at the journal", error))?
-            .len();
+            .map_err(|error| failed("looking at the journal", error))?;
+        let length = metadata.len();
         let header = header(digest);
         let mut found = Vec::new();
         Read::by_ref(&mut file)
@@ -142,7 +139,9 @@ impl Journal {
             Existing::Discard => journal.begin(&header),
             _ if own && found == header => {
                 journal.end = header.len() as u64;
-                journal.scan(length)?;
+                journal
+                    .scan(length)
+                    .map_err(|error| failed("reading the journal", error))?;
                 if existing == Existing::Refuse && journal.points() > 0 {
                     let (path, points) = (path.to_owned(), journal.points());
                     return Err(JournalError::Unfinished { path, points });
@@ -170,14 +169,9 @@ impl Journal {
         self.offsets.len() as u64
     }
 
-    /// Where it is.
-    pub fn path(&self) -> &Path {
-        &self.path
-    }
-
     /// Whether it holds the point of this number.
     pub fn holds(&self, number: u64) -> bool {
-        self.offset(number).is_some()
+        self.offsets.contains_key(&number)
     }
 
     /// Adds outcomes and returns when they are on the disk.
@@ -199,9 +193,7 @@ impl Journal {
             .and_then(|()| self.file.sync_data());
         written.map_err(|error| self.failed("writing the journal", error))?;
         self.end += self.buffer.len() as u64;
-        for (number, offset) in starts {
-            self.note(number, offset);
-        }
+        self.offsets.extend(starts);
         Ok(())
     }
 
@@ -210,20 +202,13 @@ impl Journal {
     /// # Errors
     /// A failure to read, or a record that has changed since it was written.
     pub fn read(&mut self, number: u64) -> Result<Option<Outcome>, JournalError> {
-        let Some(offset) = self.offset(number) else {
+        let Some(&offset) = self.offsets.get(&number) else {
             return Ok(None);
         };
-        let mut frame = [0u8; FRAME];
-        let mut record = Vec::new();
-        let read = self.file.seek(SeekFrom::Start(offset)).and_then(|_| {
-            self.file.read_exact(&mut frame)?;
-            let length = u32::from_le_bytes([frame[0], frame[1], frame[2], frame[3]]);
-            record.resize(length.min(LONGEST_RECORD) as usize, 0);
-            self.file.read_exact(&mut record)
-        });
-        read.map_err(|error| self.failed("reading the journal", error))?;
-        match checked(&frame, &record).and_then(decode) {
-            Some(outcome) => Ok(Some(outcome)),
+        let read = self.file.seek(SeekFrom::Start(offset));
+        let read = read.and_then(|_| next_record(&mut self.file, u64::MAX));
+        match read.map_err(|error| self.failed("reading the journal", error))? {
+            Some((outcome, _)) => Ok(Some(outcome)),
             None => {
                 let damage = io::Error::new(io::ErrorKind::InvalidData, "a record has changed since it was written");
                 Err(self.failed("reading the journal", damage))
@@ -277,44 +262,14 @@ impl Journal {
     }
 
     /// Notes where the records are, up to the first that is torn.
-    fn scan(&mut self, length: u64) -> Result<(), JournalError> {
-        let result = (|| {
-            let mut reader = BufReader::with_capacity(1 << 16, self.file.try_clone()?);
-            reader.seek(SeekFrom::Start(self.end))?;
-            let mut offset = self.end;
-            let mut found = Vec::new();
-            let mut record = Vec::new();
-            let mut frame = [0u8; FRAME];
-            while offset + FRAME as u64 <= length {
-                reader.read_exact(&mut frame)?;
-                let size = u32::from_le_bytes([frame[0], frame[1], frame[2], frame[3]]);
-                if size > LONGEST_RECORD || offset + FRAME as u64 + u64::from(size) > length {
-                    break;
-                }
-                record.resize(size as usize, 0);
-                reader.read_exact(&mut record)?;
-                let Some(outcome) = checked(&frame, &record).and_then(decode) else {
-                    break;
-                };
-                found.push((outcome.number, offset));
-                offset += FRAME as u64 + u64::from(size);
-            }
-            Ok((found, offset))
-        })();
-        let (found, end) = result.map_err(|error| self.failed("reading the journal", error))?;
-        for (number, offset) in found {
-            self.note(number, offset);
+    fn scan(&mut self, length: u64) -> io::Result<()> {
+        let mut reader = BufReader::with_capacity(1 << 16, self.file.try_clone()?);
+        reader.seek(SeekFrom::Start(self.end))?;
+        while let Some((outcome, size)) = next_record(&mut reader, length - self.end)? {
+            self.offsets.insert(outcome.number, self.end);
+            self.end += size;
         }
-        self.end = end;
         Ok(())
-    }
-
-    fn offset(&self, number: u64) -> Option<u64> {
-        self.offsets.get(&number).copied()
-    }
-
-    fn note(&mut self, number: u64, offset: u64) {
-        self.offsets.insert(number, offset);
     }
 }
 

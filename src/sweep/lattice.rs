@@ -13,6 +13,12 @@ pub(super) struct Edge {
 }
 
 impl Edge {
+    /// Around the cell with this lower corner, on the finest grid: below, right, above, left.
+    pub(super) fn around((i, j): Node) -> [Edge; 4] {
+        [((i, j), true), ((i + 1, j), false), ((i, j + 1), true), ((i, j), false)]
+            .map(|(node, along_x)| Edge { node, along_x })
+    }
+
     /// Both ends, the lower first.
     pub(super) fn ends(self) -> [Node; 2] {
         let (i, j) = self.node;
@@ -103,32 +109,15 @@ impl Lattice {
     /// The edges across which the condition changes, linked to lines through the finest cells.
     pub(super) fn lines(&self) -> Vec<Vec<Edge>> {
         let mut links: Vec<[Edge; 2]> = Vec::new();
-        for &(i, j) in &self.cells {
-            let bottom = Edge {
-                node: (i, j),
-                along_x: true,
-            };
-            let top = Edge {
-                node: (i, j + 1),
-                along_x: true,
-            };
-            let left = Edge {
-                node: (i, j),
-                along_x: false,
-            };
-            let right = Edge {
-                node: (i + 1, j),
-                along_x: false,
-            };
-            let crossed: Vec<Edge> = [bottom, right, top, left]
-                .into_iter()
-                .filter(|edge| self.is_met(edge.ends()[0]) != self.is_met(edge.ends()[1]))
-                .collect();
+        for &cell in &self.cells {
+            let edges @ [bottom, right, top, left] = Edge::around(cell);
+            let crosses = |edge: &Edge| self.is_met(edge.ends()[0]) != self.is_met(edge.ends()[1]);
+            let crossed: Vec<Edge> = edges.into_iter().filter(crosses).collect();
             match crossed[..] {
                 [a, b] => links.push([a, b]),
                 // Two opposite corners meet the condition: taken as two regions that do not touch here.
                 [..] if crossed.len() == 4 => {
-                    let pairs = if self.is_met((i, j)) {
+                    let pairs = if self.is_met(cell) {
                         [[bottom, left], [right, top]]
                     } else {
                         [[bottom, right], [top, left]]

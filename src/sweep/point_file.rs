@@ -5,8 +5,7 @@ use super::study::Study;
 use crate::analysis::SavedRun;
 use crate::case::Case;
 use crate::hybrid::RunError;
-use crate::results::ResultError;
-use crate::simulation::{Progress, RunFailure};
+use crate::simulation::Progress;
 use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
 
@@ -38,18 +37,12 @@ pub(super) fn into_a_file(
         .control(control)
         .start()
         .map_err(|error| IntegrateError::Storage(error.to_string()))?;
-    let integrated = Integrated::new(case, saved.run.report, &saved.run.summary);
-    why_not(saved.unsaved, saved.run.failure).map_or(Ok(integrated), Err)
-}
-
-/// Why a run into a file is none.
-fn why_not(unsaved: Option<ResultError>, failure: Option<Box<RunFailure>>) -> Option<IntegrateError> {
-    match (unsaved, failure) {
-        (Some(error), _) => Some(IntegrateError::Storage(error.to_string())),
-        (None, Some(failure)) => Some(match &failure.error {
+    match (saved.unsaved, saved.run.failure) {
+        (Some(error), _) => Err(IntegrateError::Storage(error.to_string())),
+        (None, Some(failure)) => Err(match &failure.error {
             RunError::Observer(error) => IntegrateError::Storage(error.to_string()),
             _ => IntegrateError::Run(failure),
         }),
-        (None, None) => None,
+        (None, None) => Ok(Integrated::new(saved.run.report, &saved.run.summary)),
     }
 }

@@ -2,14 +2,34 @@
 
 use super::quantities::{EventRow, Outcome};
 use crate::record::EventKind;
+use std::io::{self, Read};
 
 /// Length and checksum before each record.
-pub(super) const FRAME: usize = 8;
+const FRAME: usize = 8;
 
-/// The record itself, if its checksum is that of the frame.
-pub(super) fn checked<'a>(frame: &[u8; FRAME], record: &'a [u8]) -> Option<&'a [u8]> {
-    let sum = u32::from_le_bytes([frame[4], frame[5], frame[6], frame[7]]);
-    (crc32fast::hash(record) == sum).then_some(record)
+/// A longer record is damage: a run of 100,000 events takes 3 MB.
+const LONGEST_RECORD: u32 = 1 << 30;
+
+/// The outcome of the next record and the record's length, where there is `room` for so many bytes. `None` if the record is torn
+/// or has changed.
+///
+/// # Errors
+/// A failure to read.
+pub(super) fn next_record(reader: &mut impl Read, room: u64) -> io::Result<Option<(Outcome, u64)>> {
+    let mut frame = [0u8; FRAME];
+    if room < FRAME as u64 {
+        return Ok(None);
+    }
+    reader.read_exact(&mut frame)?;
+    let [size, sum] = [0, 4].map(|k| u32::from_le_bytes([frame[k], frame[k + 1], frame[k + 2], frame[k + 3]]));
+    let length = FRAME as u64 + u64::from(size);
+    if size > LONGEST_RECORD || length > room {
+        return Ok(None);
+    }
+    let mut record = vec![0; size as usize];
+    reader.read_exact(&mut record)?;
+    let outcome = Some(record).filter(|record| crc32fast::hash(record) == sum);
+    Ok(outcome.and_then(|record| Some((decode(&record)?, length))))
 }
 
 /// Appends a record with its frame: the number; how many values and the values, or the length and text of an error; the
@@ -55,14 +75,11 @@ pub(super) fn to_message(outcomes: &[Outcome]) -> Vec<u8> {
 
 /// What [`to_message`] made; `None` for anything else.
 #[cfg(feature = "mpi")]
-pub(super) fn from_message(bytes: &[u8]) -> Option<Vec<Outcome>> {
-    let mut cursor = Cursor(bytes);
+pub(super) fn from_message(mut bytes: &[u8]) -> Option<Vec<Outcome>> {
     let mut outcomes = Vec::new();
-    while !cursor.0.is_empty() {
-        let frame: &[u8; FRAME] = cursor.take(FRAME)?.try_into().ok()?;
-        let length = u32::from_le_bytes([frame[0], frame[1], frame[2], frame[3]]);
-        let record = cursor.take(length as usize)?;
-        outcomes.push(checked(frame, record).and_then(decode)?);
+    while !bytes.is_empty() {
+        let room = bytes.len() as u64;
+        outcomes.push(next_record(&mut bytes, room).ok()??.0);
     }
     Some(outcomes)
 }
@@ -91,7 +108,7 @@ impl<'a> Cursor<'a> {
 }
 
 /// What [`encode`] wrote, without its frame; `None` for anything else.
-pub(super) fn decode(record: &[u8]) -> Option<Outcome> {
+fn decode(record: &[u8]) -> Option<Outcome> {
     let mut cursor = Cursor(record);
     let number = cursor.whole()?;
     let result = match cursor.byte()? {

@@ -3,13 +3,13 @@
 use super::boundary::trace;
 use super::earlier::{already_there, gather, ranks_left};
 use super::error::{SweepEnd, SweepError};
-use super::file::{Written, write};
+use super::file::write;
 use super::journal::{Existing, Journal, journal_path};
 use super::point_file::{folder_of_runs, into_a_file};
 use super::report::{SweepProgress, SweepReport};
 use super::runner::{Integrate, without_a_file};
 use super::running::{Points, Running};
-use super::shard::{Part, Shard};
+use super::shard::{Shard, plan};
 use super::study::{Design, Study};
 use super::worker_pool::{Threads, Work, WorkerPool};
 use crate::case::Case;
@@ -49,7 +49,7 @@ pub struct Sweep<'a> {
     workers: usize,
     stop: &'a AtomicBool,
     worker_pool: Option<&'a mut dyn WorkerPool>,
-    progress: Option<Box<dyn FnMut(SweepProgress) + 'a>>,
+    progress: Box<dyn FnMut(SweepProgress) + 'a>,
 }
 
 /// Of a sweep that nobody ends.
@@ -67,7 +67,7 @@ impl<'a> Sweep<'a> {
             workers: processors(),
             stop: &NEVER,
             worker_pool: None,
-            progress: None,
+            progress: Box::new(|_| {}),
         }
     }
 
@@ -109,7 +109,7 @@ impl<'a> Sweep<'a> {
 
     /// Told now and then how far the sweep is.
     pub fn progress(mut self, progress: impl FnMut(SweepProgress) + 'a) -> Self {
-        self.progress = Some(Box::new(progress));
+        self.progress = Box::new(progress);
         self
     }
 
@@ -144,17 +144,13 @@ impl<'a> Sweep<'a> {
             return Err(Reason::Reserved { what, instead }.of(self.path).into());
         }
         if self.study.keep.trajectory && folder.exists() && !folder.is_dir() {
-            return Err(SweepError::NoFolder { path: folder });
+            let why = "is no folder, and that of the runs is to have this name; choose another name with -o";
+            return Err(SweepError::Refused(format!("{}: {why}", folder.display())));
         }
         let mut threads = Threads;
         let worker_pool = self.worker_pool.take();
-        let mut silent = |_: SweepProgress| {};
-        let mut progress = self.progress.take();
-        let progress: &mut dyn FnMut(SweepProgress) = match &mut progress {
-            Some(progress) => progress,
-            None => &mut silent,
-        };
-        self.with_work(|work| run(&self, work, worker_pool.unwrap_or(&mut threads), progress))
+        let mut progress = std::mem::replace(&mut self.progress, Box::new(|_| {}));
+        self.with_work(|work| run(&self, work, worker_pool.unwrap_or(&mut threads), &mut progress))
     }
 }
 
@@ -166,7 +162,7 @@ fn run(
 ) -> Result<SweepReport, SweepError> {
     let Sweep { study, path, .. } = *sweep;
     let digest = study.digest();
-    let part = sweep.shard.map(|shard| Part::of(study, shard)).transpose()?;
+    let part = sweep.shard.map(|shard| plan(study, shard)).transpose()?;
     check_target(path, sweep.overwrite, &study.files)?;
     let journal_file = journal_path(path);
     if journal_file == path {
@@ -217,33 +213,18 @@ fn run(
     }
     gather(&mut journal, path, &digest, Existing::Resume)?;
     let run_now = journal.points() - before;
-    let written = write(
+    let mut report = write(
         study,
         (path, sweep.overwrite),
         &mut journal,
         &points,
         part.as_ref(),
-        boundaries.as_ref(),
+        boundaries,
         interrupted,
     )?;
-    let Written {
-        file,
-        done,
-        failed,
-        failures,
-        unfinished,
-    } = written;
+    report.run_now = run_now;
     if !interrupted {
         journal.remove()?;
     }
-    Ok(SweepReport {
-        file,
-        interrupted,
-        points: done,
-        run_now,
-        failures,
-        failed,
-        unfinished: Some(unfinished),
-        boundaries,
-    })
+    Ok(report)
 }

@@ -26,9 +26,9 @@ pub struct Integrated {
 }
 
 impl Integrated {
-    /// Of a run of a case that comes to `summary`.
-    pub(super) fn new(case: &Case, report: RunReport, summary: &Summary) -> Integrated {
-        let values = (!report.interrupted).then(|| values(case.words(), summary));
+    /// Of a run that comes to `summary`.
+    pub(super) fn new(report: RunReport, summary: &Summary) -> Integrated {
+        let values = (!report.interrupted).then(|| values(summary));
         Integrated { report, values }
     }
 }
@@ -56,7 +56,7 @@ pub fn without_a_file(
     let run = recorded(case, &mut NoRecorder, false, None, control);
     match run.failure {
         Some(failure) => Err(IntegrateError::Run(failure)),
-        None => Ok(Integrated::new(case, run.report, &run.summary)),
+        None => Ok(Integrated::new(run.report, &run.summary)),
     }
 }
 

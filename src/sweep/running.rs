@@ -4,39 +4,33 @@ use super::error::SweepEnd;
 use super::journal::Journal;
 use super::quantities::Outcome;
 use super::report::SweepProgress;
-use super::shard::Part;
-use super::study::{Design, Point, Study};
+use super::study::{Point, Study};
 use super::worker_pool::{Delivery, Work, WorkerPool};
 use crate::case::Setting;
+use crate::results::ShardPlan;
 use std::collections::HashMap;
 
 /// The points of a study by their numbers.
-pub(super) enum Points<'a> {
-    /// As the study has them.
-    Given(&'a Study),
-    /// As they were asked for.
-    Asked(Vec<Vec<Setting>>),
+pub(super) struct Points<'a> {
+    study: &'a Study,
+    /// Those that tracing a boundary has asked for; else they are as the study has them.
+    pub(super) asked: Vec<Vec<Setting>>,
 }
 
 impl<'a> Points<'a> {
     pub(super) fn of(study: &'a Study) -> Self {
-        match study.design {
-            Design::Boundary(_) => Points::Asked(Vec::new()),
-            _ => Points::Given(study),
-        }
+        let asked = Vec::new();
+        Points { study, asked }
     }
 
     pub(super) fn count(&self) -> u64 {
-        match self {
-            Points::Given(study) => study.point_count().unwrap_or(0),
-            Points::Asked(points) => points.len() as u64,
-        }
+        self.study.point_count().unwrap_or(self.asked.len() as u64)
     }
 
     pub(super) fn coordinates(&self, number: u64) -> Vec<Setting> {
-        match self {
-            Points::Given(study) => study.point(number).map_or_else(Vec::new, |point| point.coordinates),
-            Points::Asked(points) => points[number as usize].clone(),
+        match self.study.point(number) {
+            Some(point) => point.coordinates,
+            None => self.asked[number as usize].clone(),
         }
     }
 }
@@ -55,14 +49,14 @@ pub(super) struct Running<'a> {
 
 impl Running<'_> {
     /// Runs the points below `count`, of a shard if there is one, that the journal does not hold.
-    pub(super) fn run_numbers(&mut self, count: u64, part: Option<&Part>) -> Result<(), SweepEnd> {
+    pub(super) fn run_numbers(&mut self, count: u64, part: Option<&ShardPlan>) -> Result<(), SweepEnd> {
         let study = self.work.study;
         // Asked before the journal is lent to the writer of outcomes; a bit for each point.
         let wanted = |number: u64| part.is_none_or(|part| part.holds(number));
         let left: Vec<bool> = (0..count)
             .map(|number| wanted(number) && !self.journal.holds(number))
             .collect();
-        let total = part.map_or(count, |part| part.partition.size(part.shard) as u64);
+        let total = part.map_or(count, |part| part.points() as u64);
         let points = (0..count)
             .filter(|&number| left[number as usize])
             .filter_map(|number| study.point(number));

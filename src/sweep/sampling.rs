@@ -37,18 +37,19 @@ pub(super) fn too_many(axes: usize, count: u64) -> Option<u64> {
 pub(super) fn draw(axes: &[Axis], method: SampleMethod, count: usize, seed: u32) -> Vec<Vec<Setting>> {
     let shares = match method {
         SampleMethod::LatinHypercube => latin_hypercube(axes.len(), count, seed),
-        SampleMethod::Sobol => (0..count)
-            .map(|point| {
-                (0..axes.len())
-                    .map(|axis| f64::from(sobol_burley::sample(point as u32, axis as u32, seed)))
-                    .collect()
-            })
-            .collect(),
+        SampleMethod::Sobol => sobol(axes.len(), count, seed),
     };
     shares
         .into_iter()
-        .map(|row: Vec<f64>| axes.iter().zip(row).map(|(axis, share)| axis.at(share)).collect())
+        .map(|row| axes.iter().zip(row).map(|(axis, share)| axis.at(share)).collect())
         .collect()
+}
+
+/// Points of the Sobol sequence, in shares of the axes.
+pub(crate) fn sobol(axes: usize, count: usize, seed: u32) -> Vec<Vec<f64>> {
+    let share = |point: usize, axis: usize| f64::from(sobol_burley::sample(point as u32, axis as u32, seed));
+    let points = (0..count).map(|point| (0..axes).map(|axis| share(point, axis)).collect());
+    points.collect()
 }
 
 fn latin_hypercube(axes: usize, count: usize, seed: u32) -> Vec<Vec<f64>> {

@@ -1,8 +1,9 @@
 //! One of several parts into which a study is split, for machines that share nothing but the study.
 
+use super::error::SweepError;
 use super::study::{Design, Study};
 use crate::quote::shown;
-use crate::results::Partition;
+use crate::results::{Partition, ShardPlan};
 use std::fmt;
 
 /// Shard `index` (from 1) of `count`.
@@ -96,49 +97,32 @@ impl fmt::Display for Shard {
     }
 }
 
-/// Why a study has no such shard.
-#[derive(Debug, thiserror::Error)]
-#[non_exhaustive]
-#[expect(missing_docs, reason = "each variant is described by its message")]
-pub enum ShardError {
-    #[error("the study has {points} points, too few for {count} shards; use at most {points}")]
-    TooMany { points: u64, count: usize },
-    #[error(
-        "the study traces a boundary: which points it needs depends on what the others come to, so it cannot be split into shards; sweep it as one job on many threads (-j), on many machines under MPI, or as one study for each value of its other axes"
-    )]
-    Boundary,
-}
+/// Why a study of a boundary has no shards.
+const BOUNDARY: &str = "the study traces a boundary: which points it needs depends on what the others come to, so it cannot be split \
+                        into shards; sweep it as one job on many threads (-j), on many machines under MPI, or as one study for \
+                        each value of its other axes";
 
-/// The points of one shard.
-pub(super) struct Part {
-    /// Counted from 0.
-    pub(super) shard: usize,
-    pub(super) partition: Partition,
-}
-
-impl Part {
-    /// # Errors
-    /// A study that has no shards, or not so many.
-    pub(super) fn of(study: &Study, shard: Shard) -> Result<Self, ShardError> {
-        let points = study.point_count().ok_or(ShardError::Boundary)?;
-        if points < shard.count() as u64 {
-            let count = shard.count();
-            return Err(ShardError::TooMany { points, count });
-        }
-        let shape = match study.design {
-            Design::Grid => study.axes.iter().map(|axis| axis.levels.len()).collect(),
-            _ => vec![points as usize],
-        };
-        Ok(Part {
-            shard: shard.index() - 1,
-            partition: Partition::new(&shape, shard.count()),
-        })
+/// The points of one shard of a study.
+///
+/// # Errors
+/// A study that has no shards, or not so many.
+pub(super) fn plan(study: &Study, shard: Shard) -> Result<ShardPlan, SweepError> {
+    let points = study.point_count();
+    let points = points.ok_or_else(|| SweepError::Refused(BOUNDARY.to_owned()))?;
+    if points < shard.count() as u64 {
+        let count = shard.count();
+        let why = format!("the study has {points} points, too few for {count} shards; use at most {points}");
+        return Err(SweepError::Refused(why));
     }
-
-    /// Whether a point of the study is in it.
-    pub(super) fn holds(&self, number: u64) -> bool {
-        self.partition.owner(number as usize) == self.shard
-    }
+    let shape: Vec<usize> = match study.design {
+        Design::Grid => study.axes.iter().map(|axis| axis.levels.len()).collect(),
+        _ => vec![points as usize],
+    };
+    Ok(ShardPlan {
+        shard: shard.index() - 1,
+        partition: Partition::new(&shape, shard.count()),
+        layout: study.layout(),
+    })
 }
 
 #[cfg(test)]

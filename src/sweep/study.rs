@@ -2,17 +2,21 @@
 
 use super::axis::{self, Axis};
 use super::criterion::{BoundarySpec, read_boundary};
-use super::quantities::{Quantity, quantities, unknown_quantity};
-use super::reading::{self, Reader, join, whole_number};
+use super::quantities::asked_for;
 use super::sampling::{self, MOST_SOBOL_AXES, MOST_SOBOL_POINTS, SampleMethod};
-use super::source::StudySource;
+use crate::case::builtin::{BuiltIn, built_in};
 use crate::case::document::{self, Node, Value};
-use crate::case::{Case, CaseError, CaseKeys, CaseSource, Origin, Override, Problem, Setting, Words};
+use crate::case::{Case, CaseError, CaseKeys, CaseSource, Origin, Override, Setting, Words};
+use crate::model::system::System;
 use crate::quote::in_shell;
-use crate::results::{is_hdf5, open_sound};
+use crate::results::SweepLayout;
 use crate::simulation::Method;
+use crate::study::{Head, Reader, StudySource, check_points};
 use sha2::{Digest, Sha256};
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
+
+/// Every built-in study: the files of `data/studies`.
+pub const STUDIES: &[BuiltIn] = built_in!["studies": "critical-curve", "groan-speed", "belt-stability"];
 
 /// Which points a study has.
 #[derive(Debug, Clone, PartialEq)]
@@ -62,9 +66,6 @@ pub struct Study {
     pub show: Vec<String>,
     /// Files that the study was read from: they must not be overwritten.
     pub files: Vec<PathBuf>,
-    /// The base case with the settings, in SI: quicker to read again for every point. None where the axes take part in
-    /// what it has already resolved.
-    resolved: Option<CaseSource>,
     /// Whether the case or the study gives a tolerance; else it is [`STUDY_RTOL`].
     gives_tolerance: bool,
 }
@@ -102,106 +103,69 @@ impl Study {
     /// # Errors
     /// All problems that were found, each with its place, its key and what to do.
     pub fn parse(source: StudySource, overrides: &[Override]) -> Result<Study, CaseError> {
-        let label = source.label();
-        let root = document::read(&source.text, &label)?;
-        let mut reader = Reader::new(label);
-        reader.check_keys(&root, "", STUDY_KEYS);
-        let title = root.at("title").and_then(|node| reader.text(node, "title"));
-        let mut files: Vec<PathBuf> = source.path.iter().cloned().collect();
-        let base = read_base(&mut reader, &root, &source, &mut files);
-        let mut settings = Vec::new();
-        if let Some(set) = root.at("set") {
-            read_settings(&mut reader, &keys_of(base.as_ref(), &[]), set, "", &mut settings);
-        }
-        settings.extend(overrides.iter().cloned());
-        let known = keys_of(base.as_ref(), &settings);
-        let sampled = root.at("sample").is_some();
-        let (mut axes, mut levels) = (Vec::new(), 0);
-        match root.at("axis").map(|node| (node, &node.value)) {
-            None => {}
-            Some((_, Value::Array(elements))) => {
-                for (index, element) in elements.iter().enumerate() {
-                    let axis = axis::read(&mut reader, &known, element, &format!("axis.{index}"), sampled);
-                    if let Some(axis) = axis {
-                        levels += axis.levels.len();
-                        if levels > MOST_LEVELS {
-                            let message =
-                                format!("the axes have more than {MOST_LEVELS} values in all; give them fewer");
-                            reader.report(element, &format!("axis.{index}"), message);
-                            break;
-                        }
-                        check_keys_once(&mut reader, element, &format!("axis.{index}"), &axes, &axis);
-                        axes.push(axis);
-                    }
-                }
-            }
-            Some((node, other)) => {
-                reader.report(
-                    node,
-                    "axis",
-                    format!("expected tables: write [[axis]], not {}", other.describe()),
-                );
-            }
-        }
-        let design = read_design(&mut reader, &known, &root, &source, &mut axes, &mut files);
-        let keep = match root.at("keep") {
-            None => Keep::default(),
-            Some(node) => {
-                reader.check_keys(node, "keep", &["events", "trajectory"]);
-                Keep {
-                    events: reader.flag(node, "keep", "events", false),
-                    trajectory: reader.flag(node, "keep", "trajectory", false),
-                }
-            }
+        let (mut reader, root) = Reader::open(&source, STUDY_KEYS)?;
+        let mut head = Head::read(&mut reader, &root, &source, Vec::new(), overrides);
+        let mut axes = read_axes(&mut reader, &head.keys, &root);
+        // Words on an axis may make other systems of the case.
+        let system = match &head.base {
+            Some(base) if axes.iter().all(Axis::is_number) => Case::read(base, &head.settings).ok(),
+            _ => None,
         };
+        let system = system.as_ref().map(|case| &case.system);
+        let design = read_design(&mut reader, &mut head, system, &root, &source, &mut axes);
+        let keep = root.at("keep").map_or_else(Keep::default, |node| {
+            reader.check_keys(node, "keep", &["events", "trajectory"]);
+            Keep {
+                events: reader.flag(node, "keep", "events"),
+                trajectory: reader.flag(node, "keep", "trajectory"),
+            }
+        });
         let show = root
             .at("show")
-            .map_or_else(Vec::new, |node| read_show(&mut reader, known.words, node));
-        let (Some(base), Some(design), true) = (base, design, reader.is_clean()) else {
+            .map_or_else(Vec::new, |node| read_show(&mut reader, system, node));
+        let design = design.filter(|_| reader.is_clean());
+        let Some(mut study) = design.and_then(|design| Study::new(head, source, axes, design)) else {
             return Err(reader.into_error());
         };
-        let study = Study {
-            resolved: resolve(known.words, &base, &settings, &axes),
-            words: known.words,
-            gives_tolerance: gives_tolerance(&base, &settings, &axes),
-            title: title.unwrap_or_else(|| source.name.clone()),
-            source,
-            base,
-            settings,
-            axes,
-            design,
-            keep,
-            show,
-            files,
-        };
+        (study.keep, study.show) = (keep, show);
         study.check()?;
         Ok(study)
     }
 
-    /// A study of points that are asked for one after the other, anywhere in the ranges of the axes.
-    pub(crate) fn of_ranges(
-        title: String,
-        source: StudySource,
-        (base, words): (CaseSource, Words),
-        settings: Vec<Override>,
-        axes: Vec<Axis>,
-        files: Vec<PathBuf>,
-    ) -> Study {
-        Study {
-            resolved: resolve(words, &base, &settings, &axes),
-            words,
-            // A search wants runs that change smoothly with the parameters: at the case's own tolerance.
-            gives_tolerance: true,
+    /// Of what was read; `None` without a base case.
+    fn new(head: Head, source: StudySource, axes: Vec<Axis>, design: Design) -> Option<Study> {
+        let Head {
+            title,
+            base,
+            settings,
+            keys,
+            files,
+        } = head;
+        let base = base?;
+        Some(Study {
+            gives_tolerance: gives_tolerance(&base, &settings, &axes),
+            words: keys.words,
             title,
             source,
             base,
             settings,
             axes,
-            design: Design::Rows(Vec::new()),
+            design,
             keep: Keep::default(),
             show: Vec::new(),
             files,
-        }
+        })
+    }
+
+    /// A study of points that are asked for one after the other, anywhere in the ranges of the axes; `None` without a base
+    /// case.
+    pub(crate) fn of_ranges(head: Head, source: StudySource, axes: Vec<Axis>) -> Option<Study> {
+        let study = Study::new(head, source, axes, Design::Rows(Vec::new()))?;
+        Some(Study {
+            // A search wants runs that change smoothly with the parameters: at the case's own tolerance.
+            gives_tolerance: true,
+            ..study
+        })
     }
 
     /// The tolerance that its points have by default, where neither it nor the case gives one.
@@ -209,14 +173,9 @@ impl Study {
         (!self.gives_tolerance).then_some(STUDY_RTOL)
     }
 
-    /// What is kept of each of its runs, in the order of the variables of its file.
-    pub fn quantities(&self) -> &'static [Quantity] {
-        quantities(self.words)
-    }
-
-    /// The place of a quantity among them.
-    pub fn quantity(&self, name: &str) -> Option<usize> {
-        self.quantities().iter().position(|quantity| quantity.name == name)
+    /// Whether sliding slows down by itself in its base case, and is watched for its loss of stability.
+    pub(crate) fn slows_down(&self) -> bool {
+        Case::read(&self.base, &self.settings).is_ok_and(|case| case.stops())
     }
 
     /// How many points it has; `None` if that shows only on the way.
@@ -228,6 +187,14 @@ impl Study {
                 .try_fold(1u64, |n, axis| n.checked_mul(axis.levels.len() as u64)),
             Design::Rows(rows) => Some(rows.len() as u64),
             Design::Boundary(_) => None,
+        }
+    }
+
+    /// How the points lie in the file of the whole study.
+    pub(super) fn layout(&self) -> SweepLayout {
+        match self.design {
+            Design::Grid => SweepLayout::Grid,
+            _ => SweepLayout::Table,
         }
     }
 
@@ -259,14 +226,7 @@ impl Study {
     /// # Errors
     /// If these values do not make a valid case.
     pub fn case_at(&self, coordinates: &[Setting]) -> Result<Case, CaseError> {
-        let (base, mut overrides) = match &self.resolved {
-            Some(resolved) => (resolved, Vec::with_capacity(self.axes.len())),
-            None => (&self.base, self.settings.clone()),
-        };
-        for (axis, value) in self.axes.iter().zip(coordinates) {
-            overrides.extend(axis.keys.iter().map(|key| Override::setting(key, value)));
-        }
-        let mut case = Case::read(base, &overrides)?;
+        let mut case = self.case_with_output(coordinates)?;
         let solver = &mut case.solver;
         if !self.gives_tolerance && matches!(solver.method, Method::Auto | Method::Series) {
             solver.rtol = STUDY_RTOL;
@@ -276,6 +236,18 @@ impl Study {
             case.without_trajectory();
         }
         Ok(case)
+    }
+
+    /// The case at one value for each axis, with its own tolerance and output.
+    ///
+    /// # Errors
+    /// If these values do not make a valid case.
+    pub(crate) fn case_with_output(&self, coordinates: &[Setting]) -> Result<Case, CaseError> {
+        let mut overrides = self.settings.clone();
+        for (axis, value) in self.axes.iter().zip(coordinates) {
+            overrides.extend(axis.keys.iter().map(|key| Override::setting(key, value)));
+        }
+        Case::read(&self.base, &overrides)
     }
 
     /// The command that runs one of its points by itself, without the values on the axes: `--set KEY=VALUE` for each of their
@@ -305,15 +277,6 @@ impl Study {
         format!("stickslip run {}", arguments.join(" "))
     }
 
-    /// The same study with further keys set in its base case.
-    pub fn with(&self, overrides: &[Override]) -> Study {
-        let mut study = self.clone();
-        study.settings.extend(overrides.iter().cloned());
-        study.resolved = resolve(study.words, &study.base, &study.settings, &study.axes);
-        study.gives_tolerance = gives_tolerance(&study.base, &study.settings, &study.axes);
-        study
-    }
-
     /// What identifies the study, as 64 hexadecimal digits: everything that decides its numbers, and the version of the
     /// program; not its title, nor how its file is laid out.
     pub fn digest(&self) -> String {
@@ -322,7 +285,7 @@ impl Study {
             hash.update((part.len() as u64).to_le_bytes());
             hash.update(part.as_bytes());
         };
-        add("stickslip sweep 1");
+        add("stickslip sweep 2");
         add(env!("CARGO_PKG_VERSION"));
         add(&self.base.text);
         // How long a run may take is no part of what it computes: a study is resumed with another budget.
@@ -340,51 +303,21 @@ impl Study {
     /// Looks for what is wrong with every point alike, so that it is said once and before anything is computed.
     fn check(&self) -> Result<(), CaseError> {
         let label = self.source.label();
-        let mut first = None;
-        let count = match &self.design {
-            Design::Boundary(_) => {
-                let corner = BoundarySpec::corner(&self.axes);
-                return self
-                    .case_at(&corner)
-                    .map(drop)
-                    .map_err(|error| relabelled(error, &self.settings, &label));
-            }
-            _ => self
-                .point_count()
-                .filter(|&count| count <= MOST_POINTS)
-                .ok_or_else(|| {
-                    let message = format!("more than {MOST_POINTS:e} points; give the axes fewer values");
-                    CaseError::one(&label, "axis", message)
-                })?,
-        };
-        let probes = count.min(PROBES);
-        for k in 0..probes {
-            let number = if probes == 1 { 0 } else { k * (count - 1) / (probes - 1) };
-            let Some(point) = self.point(number) else { continue };
-            match self.case_at(&point.coordinates) {
-                Ok(_) => return Ok(()),
-                Err(error) => first = first.or(Some(error)),
-            }
+        if let Design::Boundary(_) = self.design {
+            let corner = std::iter::once(self.case_at(&BoundarySpec::corner(&self.axes)));
+            return check_points(corner, &self.settings, &label);
         }
-        first.map_or(Ok(()), |error| Err(relabelled(error, &self.settings, &label)))
+        let count = self.point_count().filter(|&count| count <= MOST_POINTS);
+        let count = count.ok_or_else(|| {
+            let message = format!("more than {MOST_POINTS:e} points; give the axes fewer values");
+            CaseError::one(&label, "axis", message)
+        })?;
+        let probes = count.min(PROBES);
+        let numbers = (0..probes).map(|k| k * (count - 1) / (probes - 1).max(1));
+        let points = numbers.filter_map(|number| self.point(number));
+        let cases = points.map(|point| self.case_at(&point.coordinates));
+        check_points(cases, &self.settings, &label)
     }
-}
-
-/// The keys of the base case; those of the short form where there is none.
-pub(crate) fn keys_of(base: Option<&CaseSource>, settings: &[Override]) -> CaseKeys {
-    base.map_or(CaseKeys::SHORT, |base| CaseKeys::of(base, settings))
-}
-
-fn resolve(words: Words, base: &CaseSource, settings: &[Override], axes: &[Axis]) -> Option<CaseSource> {
-    let mut keys = axes.iter().flat_map(|axis| &axis.keys);
-    if keys.any(|key| words.entangled().iter().any(|start| key.starts_with(start))) {
-        return None;
-    }
-    let case = Case::read(base, settings).ok()?;
-    Some(CaseSource {
-        text: case.resolved(),
-        origin: base.origin.clone(),
-    })
 }
 
 fn gives_tolerance(base: &CaseSource, settings: &[Override], axes: &[Axis]) -> bool {
@@ -394,205 +327,80 @@ fn gives_tolerance(base: &CaseSource, settings: &[Override], axes: &[Axis]) -> b
         || document::read(&base.text, "").is_ok_and(|root| root.at(KEY).is_some())
 }
 
-/// The problems of a point, in the words of the study: at the line of `[set]` that has the value, if one has.
-pub(crate) fn relabelled(error: CaseError, settings: &[Override], label: &str) -> CaseError {
-    let problems = error.problems.into_iter().map(|problem| {
-        let message = format!("no point of the study is a valid case: {}", problem.message);
-        let Some(set) = problem.place.strip_prefix("--set ") else {
-            return Problem { message, ..problem };
+fn read_axes(reader: &mut Reader, known: &CaseKeys, root: &Node) -> Vec<Axis> {
+    let sampled = root.at("sample").is_some();
+    let (mut axes, mut levels) = (Vec::<Axis>::new(), 0);
+    for (path, node) in reader.tables(root, "axis", None) {
+        let Some(axis) = axis::read(reader, known, node, &path, sampled) else {
+            continue;
         };
-        let written = settings.iter().rev().find(|setting| setting.key() == set);
-        match written.and_then(Override::origin) {
-            Some(origin) => Problem {
-                place: origin.to_owned(),
-                key: format!("set.{}", problem.key),
-                message,
-            },
-            None => Problem {
-                place: label.to_owned(),
-                message,
-                ..problem
-            },
+        levels += axis.levels.len();
+        if levels > MOST_LEVELS {
+            let message = format!("the axes have more than {MOST_LEVELS} values in all; give them fewer");
+            reader.report(node, &path, message);
+            break;
         }
-    });
-    CaseError {
-        problems: problems.collect(),
-    }
-}
-
-pub(crate) fn read_base(
-    reader: &mut Reader,
-    root: &Node,
-    source: &StudySource,
-    files: &mut Vec<PathBuf>,
-) -> Option<CaseSource> {
-    let Some(node) = root.at("case") else {
-        reader.report(
-            root,
-            "case",
-            "missing: the base case, as in case = \"paper\" or case = \"mine.toml\"",
-        );
-        return None;
-    };
-    let name = reader.text(node, "case")?;
-    let path = source.folder().join(&name);
-    let found = if path.is_file() || Path::new(&name).extension().is_some() {
-        files.push(path.clone());
-        if path.is_file() && (is_hdf5(&path) || path.extension().is_some_and(|extension| extension == "h5")) {
-            let resolved = open_sound(&path).and_then(|file| file.resolved());
-            match resolved {
-                Ok(resolved) => return Some(CaseSource::result(&path, resolved)),
-                Err(error) => {
-                    reader.report(node, "case", error.to_string());
-                    return None;
-                }
+        for (k, key) in axis.keys.iter().enumerate() {
+            let mut others = axes.iter().flat_map(|other| &other.keys).chain(&axis.keys[..k]);
+            if others.any(|other| other == key) {
+                let message = format!("{key} stands on two axes; keep one");
+                reader.report(node, &format!("{path}.key"), message);
             }
         }
-        CaseSource::file(&path)
-    } else {
-        CaseSource::built_in(&name)
-    };
-    match found {
-        Ok(base) => Some(base),
-        Err(error) => {
-            for problem in &error.problems {
-                reader.report(node, "case", problem.to_string());
-            }
-            None
-        }
+        axes.push(axis);
     }
-}
-
-/// The leaves of `[set]`, whether written as tables, as dotted keys or as quoted paths.
-pub(crate) fn read_settings(
-    reader: &mut Reader,
-    known: &CaseKeys,
-    node: &Node,
-    path: &str,
-    settings: &mut Vec<Override>,
-) {
-    match &node.value {
-        // What a signal is, is said as a whole; the case finds what is wrong inside.
-        _ if known.is_whole(path) && (node.at("profile").is_some() || matches!(node.value, Value::Array(_))) => {
-            settings.push(Override::of_node(path, node, &reader.label));
-        }
-        // Another law has other keys: such a table takes the place of the case's, as with --set.
-        Value::Table(entries) if path == "friction" && entries.iter().any(|(name, _)| name == "law") => {
-            settings.push(Override::of_node(path, node, &reader.label));
-        }
-        Value::Table(entries) if entries.is_empty() && !path.is_empty() => {
-            let within = |key: &&str| key.strip_prefix(path).is_some_and(|rest| rest.starts_with('.'));
-            let is_known = known.slot(path).is_some() || known.known().iter().any(within);
-            let message = match is_known {
-                true => "an empty table sets nothing; write a value, or leave the key out".to_owned(),
-                false => known.unknown(path),
-            };
-            reader.report(node, &format!("set.{path}"), message);
-        }
-        Value::Table(entries) => {
-            for (name, child) in entries {
-                let inner = join(path, &name.replace('[', ".").replace(']', ""));
-                read_settings(reader, known, child, &inner, settings);
-            }
-        }
-        _ if path.is_empty() => {
-            reader.expected::<()>(node, "set", "a table of keys and values");
-        }
-        _ => {
-            let whole_array = matches!(node.value, Value::Array(_));
-            if known.slot(path).is_none() && !(whole_array && matches!(path, "perturbation" | "output.window")) {
-                reader.report(node, &format!("set.{path}"), known.unknown(path));
-            }
-            settings.push(Override::of_node(path, node, &reader.label));
-        }
-    }
-}
-
-fn check_keys_once(reader: &mut Reader, node: &Node, path: &str, axes: &[Axis], axis: &Axis) {
-    for key in &axis.keys {
-        let before = axes
-            .iter()
-            .flat_map(|other| &other.keys)
-            .filter(|other| *other == key)
-            .count();
-        if before > 0 || axis.keys.iter().filter(|other| *other == key).count() > 1 {
-            reader.report(
-                node,
-                &format!("{path}.key"),
-                format!("{key} stands on two axes; keep one"),
-            );
-        }
-    }
+    axes
 }
 
 fn read_design(
     reader: &mut Reader,
-    known: &CaseKeys,
+    head: &mut Head,
+    system: Option<&System>,
     root: &Node,
     source: &StudySource,
     axes: &mut Vec<Axis>,
-    files: &mut Vec<PathBuf>,
 ) -> Option<Design> {
-    let given: Vec<&str> = ["sample", "points", "boundary"]
-        .into_iter()
-        .filter(|name| root.at(name).is_some())
-        .collect();
-    if let [first, second, ..] = given[..] {
-        let node = root.at(second).unwrap_or(root);
-        reader.report(
-            node,
-            second,
-            format!("a study has one set of points, and {first} gives one already; remove one of them"),
-        );
+    let given = ["sample", "points", "boundary"];
+    let mut given = given.into_iter().filter_map(|name| Some((name, root.at(name)?)));
+    let (first, second) = (given.next(), given.next());
+    if let (Some((first, _)), Some((second, node))) = (first, second) {
+        let message = format!("a study has one set of points, and {first} gives one already; remove one of them");
+        return reader.refuse(node, second, message);
+    }
+    if let Some(("points", node)) = first {
+        if let Some(axis) = root.at("axis") {
+            let message = "the first line of the table of points names the keys; remove the axes";
+            return reader.refuse(axis, "axis", message);
+        }
+        let path = source.folder().join(reader.text(node, "points")?);
+        let table = sampling::read_table(&path, &head.keys);
+        let (columns, rows) = reader.found(node, "points", table)?;
+        head.files.push(path);
+        *axes = columns;
+        return Some(Design::Rows(rows));
+    }
+    if axes.is_empty() {
+        // Axes that could not be read have been reported.
+        let is_none = |node: &Node| matches!(&node.value, Value::Array(list) if list.is_empty());
+        if root.at("axis").is_none_or(is_none) {
+            let message =
+                "missing: a study varies something; write [[axis]] with a key and its values, or points = \"FILE.csv\"";
+            reader.report(root, "axis", message);
+        }
         return None;
     }
-    match given.first() {
-        Some(&"points") => {
-            let node = root.at("points")?;
-            if let Some(axis) = root.at("axis") {
-                reader.report(
-                    axis,
-                    "axis",
-                    "the first line of the table of points names the keys; remove the axes",
-                );
-                return None;
-            }
-            let path = source.folder().join(reader.text(node, "points")?);
-            match sampling::read_table(&path, known) {
-                Ok((columns, rows)) => {
-                    files.push(path);
-                    *axes = columns;
-                    Some(Design::Rows(rows))
-                }
-                Err(message) => {
-                    reader.report(node, "points", message);
-                    None
-                }
-            }
-        }
-        _ if axes.is_empty() => {
-            // Axes that could not be read have been reported.
-            if root
-                .at("axis")
-                .is_none_or(|node| matches!(&node.value, Value::Array(list) if list.is_empty()))
-            {
-                reader.report(root, "axis", "missing: a study varies something; write [[axis]] with a key and its values, or points = \"FILE.csv\"");
-            }
-            None
-        }
-        Some(&"sample") => read_sample(reader, root.at("sample")?, axes).map(Design::Rows),
-        Some(_) => read_boundary(reader, known.words, root.at("boundary")?, axes).map(Design::Boundary),
+    match first {
+        Some(("sample", node)) => read_sample(reader, node, axes).map(Design::Rows),
+        Some((_, node)) => read_boundary(reader, system, node, axes).map(Design::Boundary),
         None => Some(Design::Grid),
     }
 }
 
 /// One name, or a list of them.
-fn read_show(reader: &mut Reader, words: Words, node: &Node) -> Vec<String> {
-    let names = reading::keys_of(reader, node, "show").unwrap_or_default();
+fn read_show(reader: &mut Reader, system: Option<&System>, node: &Node) -> Vec<String> {
+    let names = reader.keys(node, "show").unwrap_or_default();
     for name in &names {
-        if !quantities(words).iter().any(|quantity| quantity.name == name) {
-            reader.report(node, "show", unknown_quantity(words, name, "", |_| true));
-        }
+        reader.found(node, "show", asked_for(name, system, "", |_| true));
     }
     names
 }
@@ -604,8 +412,7 @@ fn read_sample(reader: &mut Reader, node: &Node, axes: &[Axis]) -> Option<Vec<Ve
         Some((_, Value::Text(name))) if name == "sobol" => Some(SampleMethod::Sobol),
         other => {
             let message = "expected \"latin-hypercube\" or \"sobol\"";
-            reader.report(other.map_or(node, |(node, _)| node), "sample.method", message);
-            None
+            reader.refuse(other.map_or(node, |(node, _)| node), "sample.method", message)
         }
     };
     let most = match method {
@@ -613,32 +420,24 @@ fn read_sample(reader: &mut Reader, node: &Node, axes: &[Axis]) -> Option<Vec<Ve
         _ => 100_000_000,
     };
     let count = match node.at("count") {
-        Some(given) => whole_number(reader, given, "sample.count", 1, most),
-        None => {
-            reader.report(node, "sample.count", "missing: how many points are drawn");
-            None
-        }
+        Some(given) => reader.whole_number(given, "sample.count", 1..=most),
+        None => reader.refuse(node, "sample.count", "missing: how many points are drawn"),
     };
-    let seed = match node.at("seed") {
-        Some(given) => whole_number(reader, given, "sample.seed", 0, u64::from(u32::MAX)),
-        None => Some(0),
-    };
+    let seed = reader.whole_or(node, "sample", "seed", 0..=u64::from(u32::MAX), 0);
     let (method, count, seed) = (method?, count?, seed?);
     if let Some(most) = sampling::too_many(axes.len(), count) {
         let message = format!(
             "{count} points of {} axes are more than the {most} that memory is given for; draw fewer, or split the study",
             axes.len()
         );
-        reader.report(node.at("count").unwrap_or(node), "sample.count", message);
-        return None;
+        return reader.refuse(node.at("count").unwrap_or(node), "sample.count", message);
     }
     if method == SampleMethod::Sobol && axes.len() > MOST_SOBOL_AXES {
         let message = format!(
             "{} axes are more than the {MOST_SOBOL_AXES} of a Sobol sequence; use latin-hypercube",
             axes.len()
         );
-        reader.report(node, "sample.method", message);
-        return None;
+        return reader.refuse(node, "sample.method", message);
     }
     Some(sampling::draw(axes, method, count as usize, seed as u32))
 }

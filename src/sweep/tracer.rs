@@ -3,7 +3,6 @@
 use super::axis::Range;
 use super::criterion::BoundarySpec;
 use super::error::SweepEnd;
-use super::lattice::Edge;
 use super::quantities::Outcome;
 use super::running::Running;
 use crate::case::Setting;
@@ -12,7 +11,6 @@ use crate::case::Setting;
 #[derive(Debug, Clone)]
 pub(super) struct Crossing {
     pub(super) plane: usize,
-    pub(super) edge: Edge,
     /// Shares of the plane: where the criterion is met, and where it is not.
     pub(super) met: [f64; 2],
     pub(super) unmet: [f64; 2],

@@ -6,12 +6,13 @@
 
 mod study;
 
+pub use crate::study::StudySource;
 pub use study::{Knob, ReferenceChoice, STUDIES, Study};
 
 use study::{FALLBACK, TIGHTEST};
 
 use super::exact::request as oracle_request;
-use super::truth::{Truth, TruthError};
+use super::truth::Truth;
 use crate::case::{Case, ExactCase};
 use crate::oracle::{OracleError, OracleRequest, solve};
 use crate::record::{Event, EventKind, NoRecorder};
@@ -25,43 +26,11 @@ use std::time::{Duration, Instant};
 #[derive(Debug, thiserror::Error)]
 pub enum StudyError {
     /// The file of true events is of no use.
-    #[error(transparent)]
-    Truth(#[from] TruthError),
-    /// A run of the reference failed.
-    #[error(
-        "the reference cannot be computed: method {method} fails: {failure}; name other methods in [reference], or a truth"
-    )]
-    ReferenceFailed {
-        /// Of the run.
-        method: &'static str,
-        /// In words.
-        failure: String,
-    },
-    /// The runs of the reference are not of one kind.
-    #[error(
-        "there is no reference: {method} and {check} at rtol {rtol:e} disagree in the sequence of events ({events} and \
-         {check_events}), first at t = {time:.9} s, so no error can be measured. Without a perturbation that stands above \
-         rounding no method converges: set one, tighten reference.rtol, or name a truth"
-    )]
-    NoReference {
-        /// Of the reference.
-        method: &'static str,
-        /// Of its check.
-        check: &'static str,
-        /// Of both.
-        rtol: f64,
-        /// How many events the reference has.
-        events: usize,
-        /// How many its check.
-        check_events: usize,
-        /// Where they part, s.
-        time: f64,
-    },
-    /// Nothing to compare.
-    #[error(
-        "the reference has no event of the sequence (no stick, slip, reversal, separation or contact): let the case run longer"
-    )]
-    NoEvents,
+    #[error("{0}")]
+    Truth(String),
+    /// The reference cannot be computed.
+    #[error("{0}")]
+    NoReference(String),
 }
 
 /// The event sequence that all runs are held against.
@@ -206,9 +175,9 @@ fn reference(
 ) -> Result<Option<Reference>, StudyError> {
     let reference = match &study.reference {
         ReferenceChoice::Truth(path) => {
-            let truth = Truth::read(path)?;
+            let truth = Truth::read(path).map_err(StudyError::Truth)?;
             if let Some((_, _, case)) = study.runs.first() {
-                truth.check_case(&case.system, case.output.end_time)?;
+                truth.check_case(case).map_err(StudyError::Truth)?;
             }
             Reference {
                 description: format!("{}: {}", path.display(), truth.method),
@@ -216,18 +185,15 @@ fn reference(
                 events: truth.events,
             }
         }
-        ReferenceChoice::Oracle(exact) => match by_oracle(study, exact, control)? {
-            Asked::Found(reference) => reference,
-            Asked::Interrupted => return Ok(None),
-            Asked::Without(why) => {
-                let (method, check) = FALLBACK;
-                match by_runs(study, [method, check], TIGHTEST, control)? {
-                    Some(mut reference) => {
-                        reference.description += &format!("; the oracle was not used: {why}");
-                        reference
-                    }
-                    None => return Ok(None),
-                }
+        ReferenceChoice::Oracle(exact) => match by_oracle(study, exact, control) {
+            Ok(Some(reference)) => reference,
+            Ok(None) => return Ok(None),
+            Err(why) => {
+                let Some(mut reference) = by_runs(study, FALLBACK, TIGHTEST, control)? else {
+                    return Ok(None);
+                };
+                reference.description += &format!("; the oracle was not used: {why}");
+                reference
             }
         },
         ReferenceChoice::Runs { method, check, rtol } => match by_runs(study, [*method, *check], *rtol, control)? {
@@ -236,7 +202,8 @@ fn reference(
         },
     };
     if reference.events.is_empty() {
-        return Err(StudyError::NoEvents);
+        let why = "the reference has no event of the sequence (no stick, slip, reversal, separation or contact): let the case run longer";
+        return Err(StudyError::NoReference(why.to_owned()));
     }
     Ok(Some(reference))
 }
@@ -252,9 +219,11 @@ fn by_runs(
     for case in &study.reference_cases {
         let by = case.solver.method;
         let report = integrate(case, &mut || control(by, false));
-        let report = report.map_err(|failure| StudyError::ReferenceFailed {
-            method: by.name(),
-            failure,
+        let report = report.map_err(|failure| {
+            let by = by.name();
+            StudyError::NoReference(format!(
+                "the reference cannot be computed: method {by} fails: {failure}; name other methods in [reference], or a truth"
+            ))
         })?;
         let Some(report) = report else {
             return Ok(None);
@@ -273,14 +242,15 @@ fn by_runs(
             .get(parting)
             .or(checked.get(parting))
             .map_or(f64::NAN, |event| event.1);
-        return Err(StudyError::NoReference {
-            method: method.name(),
-            check: check.name(),
-            rtol,
-            events: events.len(),
-            check_events: checked.len(),
-            time,
-        });
+        return Err(StudyError::NoReference(format!(
+            "there is no reference: {} and {} at rtol {rtol:e} disagree in the sequence of events ({} and {}), first at t = {time:.9} s, \
+             so no error can be measured. Without a perturbation that stands above rounding no method converges: set one, tighten \
+             reference.rtol, or name a truth",
+            method.name(),
+            check.name(),
+            events.len(),
+            checked.len()
+        )));
     }
     Ok(Some(Reference {
         description: format!(
@@ -293,41 +263,34 @@ fn by_runs(
     }))
 }
 
-/// What came of asking the oracle.
-enum Asked {
-    Found(Reference),
-    Interrupted,
-    /// Why it has no answer.
-    Without(String),
-}
-
 /// The oracle is given up where it would take longer.
 const LONGEST: Duration = Duration::from_secs(30);
 
 /// Digits of the events by the oracle: more than a double has.
 const DIGITS: u32 = 18;
 
-/// The exact events.
+/// The exact events; `None` if the oracle was interrupted.
+///
+/// # Errors
+/// Why it has no answer.
 fn by_oracle(
     study: &Study,
     exact: &ExactCase,
     control: &mut dyn FnMut(Method, bool) -> ControlFlow<()>,
-) -> Result<Asked, StudyError> {
-    let Some((by, _, case)) = study.runs.first() else {
-        return Ok(Asked::Without("the study has no run".to_owned()));
-    };
+) -> Result<Option<Reference>, String> {
+    let (by, _, case) = study.runs.first().ok_or("the study has no run")?;
     let request = OracleRequest {
         threshold: exact.threshold.clone(),
         ..oracle_request(&case.solver, &case.output, DIGITS, LONGEST)
     };
     let solution = match solve(&exact.system, &request, &mut |_| control(*by, false)) {
         Ok(solution) => solution,
-        Err(OracleError::Interrupted(_)) => return Ok(Asked::Interrupted),
-        Err(error) => return Ok(Asked::Without(error.to_string())),
+        Err(OracleError::Interrupted(_)) => return Ok(None),
+        Err(error) => return Err(error.to_string()),
     };
     for _ in &study.reference_cases {
         if control(*by, true).is_break() {
-            return Ok(Asked::Interrupted);
+            return Ok(None);
         }
     }
     let events = solution.report.events.iter().zip(&solution.errors);
@@ -338,7 +301,7 @@ fn by_oracle(
             ((event.kind, time), error.max(time.next_up() - time))
         })
         .unzip();
-    Ok(Asked::Found(Reference {
+    Ok(Some(Reference {
         description: format!(
             "the oracle with {} digits; its uncertainty is the distance of neighbouring doubles",
             solution.digits_computed
@@ -369,15 +332,10 @@ fn uncertainty(reference: &Reference) -> Errors {
 }
 
 fn errors(reference: &Reference, events: &[(EventKind, f64)]) -> Errors {
-    let [onset, final_stick]: [Option<f64>; 2] = {
-        let (there, here) = (sticks(&reference.events), sticks(events));
-        std::array::from_fn(|k| {
-            let (there, here) = (there[k]?, here[k]?);
-            Some((events[here].1 - reference.events[there].1).abs())
-        })
-    };
-    let pairs = events.iter().zip(&reference.events);
-    let largest = alike(events, &reference.events).then(|| pairs.map(|(a, b)| (a.1 - b.1).abs()).fold(0.0, f64::max));
+    let (there, here) = (sticks(&reference.events), sticks(events));
+    let error = |here: usize, there: usize| (events[here].1 - reference.events[there].1).abs();
+    let [onset, final_stick] = [0, 1].map(|k| Some(error(here[k]?, there[k]?)));
+    let largest = alike(events, &reference.events).then(|| (0..events.len()).map(|k| error(k, k)).fold(0.0, f64::max));
     Errors {
         onset,
         final_stick,

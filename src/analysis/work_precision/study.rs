@@ -1,26 +1,23 @@
 //! The study file: TOML, with the same care for places and remedies as a case.
 
-use crate::case::builtin::{self, BuiltIn};
-use crate::case::document::{self, Node, Value};
-use crate::case::{Case, CaseError, CaseSource, ExactCase, Override, Problem, number_of, suggest, toml_text};
+use crate::case::builtin::{BuiltIn, built_in};
+use crate::case::document::Node;
+use crate::case::{Case, CaseError, CaseKeys, ExactCase, Override, Problem, Setting, suggest};
 use crate::quote::shown;
 use crate::simulation::Method;
-use crate::simulation::is_short;
+use crate::study::{Head, Reader, StudySource};
 use serde::ser::SerializeStruct;
 use serde::{Serialize, Serializer};
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 /// Every built-in study; the first is run if none is named.
-pub const STUDIES: &[BuiltIn] = &[BuiltIn {
-    name: "work-precision",
-    text: include_str!("../../../data/studies/work-precision.toml"),
-}];
+pub const STUDIES: &[BuiltIn] = built_in!["studies": "work-precision"];
 
 /// Relative tolerance of the reference runs, if the study says nothing.
 pub(super) const TIGHTEST: f64 = 1e-13;
 
 /// The methods of the reference, and of its check, where the oracle takes too long.
-pub(super) const FALLBACK: (Method, Method) = (Method::Series, Method::Auto);
+pub(super) const FALLBACK: [Method; 2] = [Method::Series, Method::Auto];
 
 /// Runs of a study: each is a case of its own, kept in memory, and takes milliseconds at the least.
 const MOST_RUNS: usize = 10_000;
@@ -78,10 +75,8 @@ impl Serialize for Knob {
 pub struct Study {
     /// For people.
     pub title: String,
-    /// After which results are named.
-    pub name: String,
-    /// TOML, as given.
-    pub text: String,
+    /// The text it was read from.
+    pub source: StudySource,
     /// Of the case that all runs share.
     pub case_label: String,
     /// The case of every run, in the order of the study; only method and tolerance or step differ.
@@ -100,300 +95,211 @@ const KEYS: [&str; 6] = ["title", "case", "set", "repeat", "series", "reference"
 const SERIES_KEYS: [&str; 3] = ["methods", "tolerances", "steps"];
 const REFERENCE_KEYS: [&str; 4] = ["truth", "method", "check", "rtol"];
 
-impl Study {
-    /// The study of a name: a file, or a built-in one.
-    ///
-    /// # Errors
-    /// If there is none, or with what is wrong with it.
-    pub fn find(name: &str) -> Result<Study, CaseError> {
-        let path = Path::new(name);
-        if path.exists() || name.contains(std::path::MAIN_SEPARATOR) || path.extension().is_some() {
-            let text = toml_text(path, "study")?;
-            let stem = path.file_stem().unwrap_or_default().to_string_lossy().into_owned();
-            let folder = path.parent().unwrap_or(Path::new(""));
-            let mut study = Study::parse(&text, name, &stem, folder)?;
-            study.files.push(path.to_owned());
-            return Ok(study);
-        }
-        let found = builtin::find("study", STUDIES, name)?;
-        Study::parse(found.text, &format!("built-in study {name}"), name, Path::new(""))
-    }
+/// What only the study sets, run by run.
+const VARIED: [&str; 3] = ["solver.method", TOLERANCE, STEP];
+const TOLERANCE: &str = "solver.rtol";
+const STEP: &str = "solver.fixed_step";
 
-    /// From TOML; `label` stands for the text in errors, file names count from `folder`.
+impl Study {
+    /// Reads a study.
     ///
     /// # Errors
-    /// The first thing that is wrong, with its place, its key and what to do.
-    pub fn parse(text: &str, label: &str, name: &str, folder: &Path) -> Result<Study, CaseError> {
-        let root = document::read(text, label)?;
-        let reader = Reader { label, folder };
-        reader.keys(&root, "", &KEYS)?;
-        let title = match root.at("title") {
-            None => name.to_owned(),
-            Some(node) => reader.text(node, "title")?.to_owned(),
-        };
-        let (source, mut files) = reader.case(&root)?;
-        let shared = reader.overrides(&root)?;
-        // What is wrong with the case itself is said at its own keys, not at the first run's.
-        let key = if shared.is_empty() { "case" } else { "set" };
-        let plain = Case::read(&source, &shared).map_err(|error| reader.of_case(&root, key, &error))?;
-        let series = reader.list(&root, "series")?;
+    /// All problems that were found, each with its place, its key and what to do.
+    pub fn parse(source: StudySource) -> Result<Study, CaseError> {
+        let (mut reader, root) = Reader::open(&source, &KEYS)?;
+        let head = Head::read(&mut reader, &root, &source, Vec::new(), &[]);
+        let is_valid = check_case(&mut reader, &root, &head);
         let mut pairs: Vec<(Method, Knob, String)> = Vec::new();
-        for (index, node) in series.iter().enumerate() {
-            let key = format!("series.{index}");
-            reader.keys(node, "series.", &SERIES_KEYS)?;
-            let methods = reader.methods(&root, &format!("{key}.methods"))?;
-            let tolerances = reader.numbers(&root, &format!("{key}.tolerances"), "solver.rtol")?;
-            let steps = reader.numbers(&root, &format!("{key}.steps"), "solver.fixed_step")?;
-            if methods.is_empty() || tolerances.is_empty() == steps.is_empty() {
-                let message = "needs methods, and either tolerances or steps, such as methods = [\"auto\"], tolerances = [1e-6, \
-                               1e-8]; no list may be empty";
-                return Err(reader.problem(&root, &key, message.to_owned()));
-            }
-            let knobs = tolerances.into_iter().map(Knob::Tolerance);
-            let knobs: Vec<Knob> = knobs.chain(steps.into_iter().map(Knob::FixedStep)).collect();
+        let missing = "missing or empty: a study needs at least one [[series]] with methods, and tolerances or steps";
+        for (path, node) in reader.tables(&root, "series", Some(missing)) {
+            let Some((methods, knobs)) = read_series(&mut reader, &head.keys, node, &path) else {
+                continue;
+            };
             if methods.len().saturating_mul(knobs.len()) > MOST_RUNS - pairs.len() {
-                let message = format!("makes more than {MOST_RUNS} runs; see docs/limits.md");
-                return Err(reader.problem(&root, &key, message));
+                reader.report(
+                    node,
+                    &path,
+                    format!("makes more than {MOST_RUNS} runs; see docs/limits.md"),
+                );
+                break;
             }
             for method in methods {
-                pairs.extend(knobs.iter().map(|&knob| (method, knob, key.clone())));
+                pairs.extend(knobs.iter().map(|&knob| (method, knob, path.clone())));
             }
         }
-        if pairs.is_empty() {
-            let message =
-                "missing or empty: a study needs at least one [[series]] with methods, and tolerances or steps";
-            return Err(reader.problem(&root, "series", message.to_owned()));
-        }
-        let case = |key: &str, method: Method, knob: Knob| -> Result<Case, CaseError> {
-            let mut overrides = shared.clone();
-            overrides.push(Override::parse(&format!("solver.method={}", method.name()))?);
+        let reference = match root.at("reference") {
+            Some(node) => read_reference(&mut reader, &head.keys, &source, node),
+            // The oracle solves the case as it is written.
+            None => head.base.as_ref().filter(|_| is_valid).and_then(|base| {
+                let exact = Case::exact(base, &head.settings);
+                let exact = exact
+                    .map_err(|error| report_case(&mut reader, &root, "case", &error))
+                    .ok();
+                Some(ReferenceChoice::Oracle(Box::new(exact?)))
+            }),
+        };
+        let repeat = reader.whole_or(&root, "", "repeat", 1..=1000, 1);
+        let (Some(base), Some(reference), Some(repeat), true) = (&head.base, reference, repeat, reader.is_clean())
+        else {
+            return Err(reader.into_error());
+        };
+        // A run by a method; `None` if that is no valid case, which is reported at a key of the study.
+        let mut run = |key: &str, method: Method, knob: Knob| -> Option<Case> {
+            let mut overrides = head.settings.clone();
+            overrides.push(Override::setting(
+                "solver.method",
+                &Setting::Text(method.name().to_owned()),
+            ));
             overrides.push(match knob {
-                Knob::Tolerance(rtol) => Override::number("solver.rtol", rtol),
-                Knob::FixedStep(step) => Override::number("solver.fixed_step", step),
+                Knob::Tolerance(rtol) => Override::number(TOLERANCE, rtol),
+                Knob::FixedStep(step) => Override::number(STEP, step),
             });
-            let mut case = Case::read(&source, &overrides).map_err(|error| reader.of_case(&root, key, &error))?;
+            let case = Case::read(base, &overrides);
+            let mut case = case
+                .map_err(|error| report_case(&mut reader, &root, key, &error))
+                .ok()?;
             // What is measured is the integration, not the samples.
             case.without_trajectory();
-            Ok(case)
+            Some(case)
         };
         let runs = pairs
             .into_iter()
-            .map(|(method, knob, key)| Ok((method, knob, case(&key, method, knob)?)))
-            .collect::<Result<Vec<_>, CaseError>>()?;
-        let reference = match root.at("reference") {
-            None => {
-                let exact = Case::exact(&source, &shared).map_err(|error| reader.of_case(&root, key, &error))?;
-                ReferenceChoice::Oracle(Box::new(exact))
-            }
-            Some(node) => reader.reference(&root, node)?,
-        };
-        if matches!(reference, ReferenceChoice::Truth(_)) && !is_short(&plain.system) {
-            let message =
-                "a file of true events is of a brake; leave [reference] out, and the oracle solves the case of trains";
-            return Err(reader.problem(&root, "reference.truth", message.to_owned()));
-        }
-        let reference_cases = match &reference {
+            .map(|(method, knob, key)| Some((method, knob, run(&key, method, knob)?)));
+        let runs: Option<Vec<_>> = runs.collect();
+        let mut files = head.files;
+        let of_reference = match &reference {
             ReferenceChoice::Truth(path) => {
                 files.push(path.clone());
-                Vec::new()
+                None
             }
-            ReferenceChoice::Oracle(..) => [FALLBACK.0, FALLBACK.1]
-                .into_iter()
-                .map(|method| case(key, method, Knob::Tolerance(TIGHTEST)))
-                .collect::<Result<_, _>>()?,
-            ReferenceChoice::Runs { method, check, rtol } => [method, check]
-                .into_iter()
-                .map(|&method| case("reference", method, Knob::Tolerance(*rtol)))
-                .collect::<Result<_, _>>()?,
+            ReferenceChoice::Oracle(..) => Some((FALLBACK, "case", TIGHTEST)),
+            ReferenceChoice::Runs { method, check, rtol } => Some(([*method, *check], "reference", *rtol)),
         };
-        let repeat = match root.at("repeat").map(|node| &node.value) {
-            None => 1,
-            Some(Value::Integer(count @ 1..=1000)) => *count as usize,
-            Some(other) => {
-                let message = format!("expected a whole number from 1 to 1000, but got {}", other.describe());
-                return Err(reader.problem(&root, "repeat", message));
-            }
+        let reference_cases: Option<Vec<Case>> = of_reference.map_or(Some(Vec::new()), |(methods, key, rtol)| {
+            let runs = methods
+                .into_iter()
+                .map(|method| run(key, method, Knob::Tolerance(rtol)));
+            runs.collect()
+        });
+        let (Some(runs), Some(reference_cases)) = (runs, reference_cases) else {
+            return Err(reader.into_error());
         };
         Ok(Study {
-            title,
-            name: name.to_owned(),
-            text: text.to_owned(),
-            case_label: source.label(),
+            title: head.title,
+            case_label: base.label(),
+            source,
             runs,
             reference,
             reference_cases,
-            repeat,
+            repeat: repeat as usize,
             files,
         })
     }
 }
 
-struct Reader<'a> {
-    label: &'a str,
-    folder: &'a Path,
+/// Reports what is wrong with a case that the study makes, at a key of the study.
+fn report_case(reader: &mut Reader, root: &Node, key: &str, error: &CaseError) {
+    let texts = error.problems.iter().map(|problem| match problem {
+        Problem { key, message, .. } if !key.is_empty() => format!("{key}: {message}"),
+        other => other.to_string(),
+    });
+    let texts: Vec<String> = texts.collect();
+    let message = format!("gives a case that cannot be: {}", texts.join("; "));
+    reader.report(root.closest(key), key, message);
 }
 
-impl Reader<'_> {
-    /// A problem at a key, or at what would contain it.
-    fn problem(&self, root: &Node, key: &str, message: String) -> CaseError {
-        let place = if root.at(key.split('.').next().unwrap_or(key)).is_some() {
-            root.closest(key).place.show(self.label)
-        } else {
-            self.label.to_owned()
-        };
-        CaseError::one(place, key, message)
-    }
-
-    /// A problem at a node.
-    fn at(&self, node: &Node, key: impl Into<String>, message: impl Into<String>) -> CaseError {
-        CaseError::one(node.place.show(self.label), key, message)
-    }
-
-    /// What is wrong with a case that the study makes, at the study's key.
-    fn of_case(&self, root: &Node, key: &str, error: &CaseError) -> CaseError {
-        let texts = error.problems.iter().map(|problem| match problem {
-            Problem { key, message, .. } if !key.is_empty() => format!("{key}: {message}"),
-            other => other.to_string(),
-        });
-        let texts: Vec<String> = texts.collect();
-        self.problem(root, key, format!("gives a case that cannot be: {}", texts.join("; ")))
-    }
-
-    fn keys(&self, node: &Node, prefix: &str, known: &[&str]) -> Result<(), CaseError> {
-        let Value::Table(entries) = &node.value else {
-            let message = format!("expected a table, but got {}", node.value.describe());
-            return Err(self.at(node, prefix.trim_end_matches('.'), message));
-        };
-        for (name, child) in entries {
-            if !known.contains(&name.as_str()) {
-                let hint = suggest(name, known.iter().copied()).map_or_else(
-                    || format!("there are {}", known.join(", ")),
-                    |close| format!("did you mean {prefix}{close}?"),
-                );
-                return Err(self.at(child, format!("{prefix}{name}"), format!("unknown key; {hint}")));
-            }
-        }
-        Ok(())
-    }
-
-    fn text<'n>(&self, node: &'n Node, key: &str) -> Result<&'n str, CaseError> {
-        match &node.value {
-            Value::Text(text) => Ok(text),
-            other => Err(self.at(node, key, format!("expected a text, but got {}", other.describe()))),
+/// Whether the case that all runs share is valid: what is wrong with it is said at its own keys, not at the first run's.
+fn check_case(reader: &mut Reader, root: &Node, head: &Head) -> bool {
+    let key = if root.at("set").is_some() { "set" } else { "case" };
+    for setting in &head.settings {
+        if VARIED.contains(&setting.key()) {
+            let message = format!("{} is what the study varies: use a [[series]]", setting.key());
+            reader.report(root.closest(key), key, message);
         }
     }
+    let Some(base) = &head.base else { return false };
+    let case = Case::read(base, &head.settings);
+    case.map_err(|error| report_case(reader, root, key, &error)).is_ok()
+}
 
-    /// The elements of a list; none if the key is absent.
-    fn list<'n>(&self, root: &'n Node, key: &str) -> Result<&'n [Node], CaseError> {
-        match root.at(key).map(|node| &node.value) {
-            None => Ok(&[]),
-            Some(Value::Array(elements)) => Ok(elements),
-            Some(other) => {
-                let message = format!("expected a list in brackets, but got {}", other.describe());
-                Err(self.problem(root, key, message))
-            }
+/// Methods, and what each of them is steered by.
+fn read_series(reader: &mut Reader, known: &CaseKeys, node: &Node, path: &str) -> Option<(Vec<Method>, Vec<Knob>)> {
+    reader.table(node, path, &SERIES_KEYS)?;
+    let at = |name: &str| format!("{path}.{name}");
+    let methods = node
+        .at("methods")
+        .map_or(Some(Vec::new()), |node| reader.list(node, &at("methods"), read_method))?;
+    let mut knobs = Vec::new();
+    for (name, key, knob) in [
+        ("tolerances", TOLERANCE, Knob::Tolerance as fn(f64) -> Knob),
+        ("steps", STEP, Knob::FixedStep),
+    ] {
+        if let Some(list) = node.at(name) {
+            let numbers = reader.list(list, &at(name), |reader, node, path| {
+                read_number(reader, known, node, path, key)
+            })?;
+            knobs.push(numbers.into_iter().map(knob).collect::<Vec<Knob>>());
         }
     }
-
-    fn case(&self, root: &Node) -> Result<(CaseSource, Vec<PathBuf>), CaseError> {
-        let Some(node) = root.at("case") else {
-            let names: Vec<&str> = builtin::CASES.iter().map(|case| case.name).collect();
-            let message = format!(
-                "missing: write case = one of \"{}\", or the path of a case file",
-                names.join("\", \"")
-            );
-            return Err(CaseError::one(self.label, "case", message));
-        };
-        let name = self.text(node, "case")?;
-        let path = self.folder.join(name);
-        let found = if path.is_file() {
-            CaseSource::file(&path).map(|source| (source, vec![path]))
-        } else {
-            CaseSource::built_in(name).map(|source| (source, Vec::new()))
-        };
-        found.map_err(|error| {
-            let message = error.problems.first().map(|p| p.message.clone()).unwrap_or_default();
-            self.at(node, "case", message)
-        })
-    }
-
-    fn overrides(&self, root: &Node) -> Result<Vec<Override>, CaseError> {
-        let elements = self.list(root, "set")?;
-        let mut overrides = Vec::with_capacity(elements.len());
-        for node in elements {
-            let text = self.text(node, "set")?;
-            let change = Override::parse(text).map_err(|error| self.of_case(root, "set", &error))?;
-            if let key @ ("solver.method" | "solver.rtol" | "solver.fixed_step") = change.key() {
-                let message = format!("{key} is what the study varies: use a [[series]]");
-                return Err(self.at(node, "set", message));
-            }
-            overrides.push(change);
+    knobs.retain(|knobs| !knobs.is_empty());
+    match (methods.is_empty(), knobs.pop(), knobs.pop()) {
+        (false, Some(knobs), None) => Some((methods, knobs)),
+        _ => {
+            let message = "needs methods, and either tolerances or steps, such as methods = [\"auto\"], tolerances = [1e-6, \
+                           1e-8]; no list may be empty";
+            reader.refuse(node, path, message)
         }
-        Ok(overrides)
     }
+}
 
-    fn method(&self, node: &Node, key: &str) -> Result<Method, CaseError> {
-        let name = self.text(node, key)?;
-        Method::from_name(name).ok_or_else(|| {
-            let names: Vec<&str> = Method::all().map(Method::name).collect();
-            let hint = suggest(name, names.iter().copied()).map(|close| format!("; did you mean \"{close}\"?"));
-            let message = format!(
-                "there is no method \"{name}\"{}; there are {}",
-                hint.unwrap_or_default(),
-                names.join(", "),
-                name = shown(name)
-            );
-            self.at(node, key, message)
-        })
-    }
+/// A number as a key of the case takes it, by whose rules it is read.
+fn read_number(reader: &mut Reader, known: &CaseKeys, node: &Node, path: &str, key: &str) -> Option<f64> {
+    let read = known.slot(key).map(|slot| slot.read(&node.value))?;
+    reader.found(node, path, read)?.as_number()
+}
 
-    fn methods(&self, root: &Node, key: &str) -> Result<Vec<Method>, CaseError> {
-        self.list(root, key)?
-            .iter()
-            .map(|node| self.method(node, key))
-            .collect()
-    }
+fn read_method(reader: &mut Reader, node: &Node, path: &str) -> Option<Method> {
+    let name = reader.text(node, path)?;
+    Method::from_name(&name).or_else(|| {
+        let names: Vec<&str> = Method::all().map(Method::name).collect();
+        let hint = suggest(&name, names.iter().copied()).map(|close| format!("; did you mean \"{close}\"?"));
+        let message = format!(
+            "there is no method \"{name}\"{}; there are {}",
+            hint.unwrap_or_default(),
+            names.join(", "),
+            name = shown(&name)
+        );
+        reader.refuse(node, path, message)
+    })
+}
 
-    /// Numbers as the case's key takes them, by whose rules they are read.
-    fn numbers(&self, root: &Node, key: &str, case_key: &str) -> Result<Vec<f64>, CaseError> {
-        let elements = self.list(root, key)?;
-        elements
-            .iter()
-            .map(|node| number_of(node, case_key).map_err(|message| self.at(node, key, message)))
-            .collect()
-    }
-
-    fn reference(&self, root: &Node, node: &Node) -> Result<ReferenceChoice, CaseError> {
-        self.keys(node, "reference.", &REFERENCE_KEYS)?;
-        if let Some(truth) = node.at("truth") {
-            if let Some(other) = REFERENCE_KEYS[1..].iter().find(|key| node.at(key).is_some()) {
-                let message =
-                    format!("with truth, which is computed already, reference.{other} has no meaning: remove one");
-                return Err(self.at(truth, "reference.truth", message));
-            }
-            let name = self.text(truth, "reference.truth")?;
-            return Ok(ReferenceChoice::Truth(self.folder.join(name)));
+fn read_reference(reader: &mut Reader, known: &CaseKeys, source: &StudySource, node: &Node) -> Option<ReferenceChoice> {
+    reader.table(node, "reference", &REFERENCE_KEYS)?;
+    if let Some(truth) = node.at("truth") {
+        if let Some(other) = REFERENCE_KEYS[1..].iter().find(|key| node.at(key).is_some()) {
+            let message =
+                format!("with truth, which is computed already, reference.{other} has no meaning: remove one");
+            return reader.refuse(truth, "reference.truth", message);
         }
-        let named = |key: &str, default: Method| match node.at(key) {
-            None => Ok(default),
-            Some(found) => self.method(found, &format!("reference.{key}")),
-        };
-        let method = named("method", Method::Auto)?;
-        let check = named("check", Method::CvodeAdams)?;
-        if method == check {
-            let message = format!(
-                "the reference and its check are both \"{}\": the uncertainty is the difference of two independent methods, \
-                 so name another as reference.check",
-                method.name()
-            );
-            return Err(self.problem(root, "reference", message));
-        }
-        let rtol = match node.at("rtol") {
-            None => TIGHTEST,
-            Some(found) => {
-                number_of(found, "solver.rtol").map_err(|message| self.at(found, "reference.rtol", message))?
-            }
-        };
-        Ok(ReferenceChoice::Runs { method, check, rtol })
+        let name = reader.text(truth, "reference.truth")?;
+        return Some(ReferenceChoice::Truth(source.folder().join(name)));
     }
+    let mut named = |name: &str, default: Method| match node.at(name) {
+        None => Some(default),
+        Some(found) => read_method(reader, found, &format!("reference.{name}")),
+    };
+    let (method, check) = (named("method", Method::Auto)?, named("check", Method::CvodeAdams)?);
+    if method == check {
+        let message = format!(
+            "the reference and its check are both \"{}\": the uncertainty is the difference of two independent methods, \
+             so name another as reference.check",
+            method.name()
+        );
+        return reader.refuse(node, "reference", message);
+    }
+    let rtol = match node.at("rtol") {
+        None => TIGHTEST,
+        Some(found) => read_number(reader, known, found, "reference.rtol", TOLERANCE)?,
+    };
+    Some(ReferenceChoice::Runs { method, check, rtol })
 }

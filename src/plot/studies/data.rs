@@ -181,6 +181,11 @@ impl StudyQuantity {
         drawn_axis(&self.name, &self.units, &self.long_name)
     }
 
+    /// Whether a point has it.
+    pub(super) fn is_known(&self) -> bool {
+        self.values.iter().any(|value| !value.is_nan())
+    }
+
     /// Whether it differs from point to point.
     pub(super) fn varies(&self) -> bool {
         let mut numbers = self.values.iter().filter(|value| !value.is_nan());

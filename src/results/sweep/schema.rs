@@ -138,6 +138,18 @@ pub(crate) struct SweepRow {
     pub events: Vec<SweepCell>,
 }
 
+impl ShardPlan {
+    /// Whether a point of the study is in it.
+    pub fn holds(&self, number: u64) -> bool {
+        self.partition.owner(number as usize) == self.shard
+    }
+
+    /// How many points it has.
+    pub fn points(&self) -> usize {
+        self.partition.size(self.shard)
+    }
+}
+
 /// Which part of a study the file of a shard holds.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(crate) struct ShardPlan {

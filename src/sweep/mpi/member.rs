@@ -24,29 +24,29 @@ pub fn serve(session: &Session, sweep: &Sweep) {
     let world = session.universe.world();
     let leader = world.process_at_rank(0);
     let tell = |tag: Tag, bytes: &[u8]| leader.send_with_tag(bytes, tag);
-    loop {
-        match next_message(&world) {
-            Some((_, status)) if status.tag() == BEGIN => break,
-            Some((_, status)) if status.tag() == LEAVE => return tell(LEFT, &[]),
-            Some(_) => {}
-            None => std::thread::sleep(PAUSE),
-        }
+    if next_of(&world, &[BEGIN, LEAVE]) == LEAVE {
+        return tell(LEFT, &[]);
     }
     let file = rank_journal_path(sweep.path, session.rank());
     match Journal::open(&file, &sweep.study.digest(), Existing::Discard) {
         Ok(journal) => sweep.with_work(|work| attend(&world, work, journal, &tell)),
         Err(error) => {
             tell(FAILED, error.to_string().as_bytes());
-            loop {
-                match next_message(&world) {
-                    Some((_, status)) if status.tag() == LEAVE => break,
-                    Some(_) => {}
-                    None => std::thread::sleep(PAUSE),
-                }
-            }
+            next_of(&world, &[LEAVE]);
         }
     }
     tell(LEFT, &[]);
+}
+
+/// Waits for a message with one of these tags, and passes over others.
+fn next_of(world: &SimpleCommunicator, tags: &[Tag]) -> Tag {
+    loop {
+        match next_message(world) {
+            Some((_, status)) if tags.contains(&status.tag()) => return status.tag(),
+            Some(_) => {}
+            None => std::thread::sleep(PAUSE),
+        }
+    }
 }
 
 /// Runs points into `journal`, which is closed at the end.

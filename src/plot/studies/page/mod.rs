@@ -55,7 +55,7 @@ struct Document<'a> {
     colors: Vec<String>,
 }
 
-/// Writes the page of a sweep to `path`, with these quantities or with all.
+/// Writes the page of a sweep to `path`, with these quantities or with all that a run has.
 ///
 /// # Errors
 /// The file cannot be read, or has too many points for a page; `path` is in no folder, or a file that is no page of this
@@ -64,7 +64,9 @@ pub fn write(file: &SweepFile, quantities: &[String], path: &Path, force: bool) 
     target::check(path, Product::Page, &[file.path().to_owned()], force)?;
     let data = StudyData::read(file)?;
     let chosen = match quantities {
-        [] => data.quantities.iter().collect(),
+        // Where every point failed, all are shown as empty.
+        [] if !data.quantities.iter().any(StudyQuantity::is_known) => data.quantities.iter().collect(),
+        [] => data.quantities.iter().filter(|quantity| quantity.is_known()).collect(),
         names => names
             .iter()
             .map(|name| data.quantity(name))

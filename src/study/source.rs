@@ -2,23 +2,7 @@
 
 use crate::case::builtin::{self, BuiltIn};
 use crate::case::{CaseError, toml_text};
-use std::path::{Path, PathBuf};
-
-/// Every built-in study: the files of `data/studies`.
-pub const STUDIES: &[BuiltIn] = &[
-    BuiltIn {
-        name: "critical-curve",
-        text: include_str!("../../data/studies/critical-curve.toml"),
-    },
-    BuiltIn {
-        name: "groan-speed",
-        text: include_str!("../../data/studies/groan-speed.toml"),
-    },
-    BuiltIn {
-        name: "belt-stability",
-        text: include_str!("../../data/studies/belt-stability.toml"),
-    },
-];
+use std::path::{MAIN_SEPARATOR, Path, PathBuf};
 
 /// The text of a study, and where it is from.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -32,17 +16,20 @@ pub struct StudySource {
 }
 
 impl StudySource {
-    /// Reads a study file.
+    /// The study that a name stands for: a file, or one of the built-in studies of a kind.
     ///
     /// # Errors
-    /// If the file cannot be read, or is not UTF-8 text.
-    pub fn file(path: &Path) -> Result<StudySource, CaseError> {
-        let text = toml_text(path, "study")?;
+    /// If the file cannot be read, or is not UTF-8 text; if there is no study of that name: the text lists those there are.
+    pub fn find(name: &str, built_in: &[BuiltIn]) -> Result<StudySource, CaseError> {
+        let path = Path::new(name);
+        if !path.exists() && !name.contains(MAIN_SEPARATOR) && path.extension().is_none() {
+            return builtin::find("study", built_in, name).map(|study| StudySource::text(name, study.text));
+        }
         let name = path
             .file_stem()
             .map_or_else(|| "study".into(), |stem| stem.to_string_lossy());
         Ok(StudySource {
-            text,
+            text: toml_text(path, "study")?,
             name: name.into_owned(),
             path: Some(path.to_owned()),
         })
@@ -57,19 +44,6 @@ impl StudySource {
         }
     }
 
-    /// A built-in study.
-    ///
-    /// # Errors
-    /// If there is none of that name; the text lists those there are.
-    pub fn built_in(name: &str) -> Result<StudySource, CaseError> {
-        StudySource::among(STUDIES, name)
-    }
-
-    /// The built-in study of a name among those of one kind.
-    pub(crate) fn among(studies: &[BuiltIn], name: &str) -> Result<StudySource, CaseError> {
-        builtin::find("study", studies, name).map(|study| StudySource::text(name, study.text))
-    }
-
     /// How messages refer to it.
     pub fn label(&self) -> String {
         match &self.path {
@@ -78,7 +52,8 @@ impl StudySource {
         }
     }
 
-    pub(super) fn folder(&self) -> PathBuf {
+    /// The folder from which the names of its files count.
+    pub(crate) fn folder(&self) -> PathBuf {
         let folder = self.path.as_ref().and_then(|path| path.parent());
         folder.map_or_else(PathBuf::new, Path::to_owned)
     }

@@ -1,0 +1,171 @@
+//! What every study has: a title, a base case, and what it sets in it.
+
+use super::StudySource;
+use super::reading::{Reader, dotted, join};
+use crate::case::document::{Node, Value};
+use crate::case::{Case, CaseError, CaseKeys, CaseSource, Override, Problem};
+use crate::results::{is_hdf5, open_sound};
+use std::path::{Path, PathBuf};
+
+/// The part of a study that all kinds have.
+pub(crate) struct Head {
+    /// The name of the study, where it has no title.
+    pub title: String,
+    /// The base case, as text; none where it could not be read, which has been reported.
+    pub base: Option<CaseSource>,
+    /// What is set in it.
+    pub settings: Vec<Override>,
+    /// The keys that it then has.
+    pub keys: CaseKeys,
+    /// Files that the study was read from.
+    pub files: Vec<PathBuf>,
+}
+
+impl Head {
+    /// Reads `title`, `case` and `set`. The study's settings come after those `before`, and `overrides` after them.
+    pub fn read(
+        reader: &mut Reader,
+        root: &Node,
+        source: &StudySource,
+        before: Vec<Override>,
+        overrides: &[Override],
+    ) -> Head {
+        let title = root.at("title").and_then(|node| reader.text(node, "title"));
+        let mut files: Vec<PathBuf> = source.path.iter().cloned().collect();
+        let base = read_base(reader, root, source, &mut files);
+        // Those of the short form where there is no base case.
+        let keys_with = |settings: &[Override]| {
+            base.as_ref()
+                .map_or(CaseKeys::SHORT, |base| CaseKeys::of(base, settings))
+        };
+        let mut settings = before;
+        if let Some(set) = root.at("set") {
+            read_settings(reader, &keys_with(&[]), set, "", &mut settings);
+        }
+        settings.extend(overrides.iter().cloned());
+        Head {
+            title: title.unwrap_or_else(|| source.name.clone()),
+            keys: keys_with(&settings),
+            base,
+            settings,
+            files,
+        }
+    }
+}
+
+fn read_base(reader: &mut Reader, root: &Node, source: &StudySource, files: &mut Vec<PathBuf>) -> Option<CaseSource> {
+    let Some(node) = root.at("case") else {
+        let message = "missing: the base case, as in case = \"paper\" or case = \"mine.toml\"";
+        return reader.refuse(root, "case", message);
+    };
+    let name = reader.text(node, "case")?;
+    let path = source.folder().join(&name);
+    let found = if path.is_file() || Path::new(&name).extension().is_some() {
+        files.push(path.clone());
+        if path.is_file() && (is_hdf5(&path) || path.extension().is_some_and(|extension| extension == "h5")) {
+            let resolved = open_sound(&path).and_then(|file| file.resolved());
+            let resolved = reader.found(node, "case", resolved.map_err(|error| error.to_string()))?;
+            return Some(CaseSource::result(&path, resolved));
+        }
+        CaseSource::file(&path)
+    } else {
+        CaseSource::built_in(&name)
+    };
+    let problems = |error: CaseError| {
+        error
+            .problems
+            .iter()
+            .for_each(|p| reader.report(node, "case", p.to_string()))
+    };
+    found.map_err(problems).ok()
+}
+
+/// The leaves of `set`, whether written as tables, as dotted keys, as quoted paths, or as a list of texts `KEY=VALUE`.
+fn read_settings(reader: &mut Reader, known: &CaseKeys, node: &Node, path: &str, settings: &mut Vec<Override>) {
+    let whole = |reader: &Reader| Override::of_node(path, node, &reader.label);
+    match &node.value {
+        Value::Array(_) if path.is_empty() => {
+            let read = reader.list(node, "set", |reader, element, path| {
+                let text = reader.text(element, path)?;
+                let parsed = Override::parse(&text).map_err(|error| error.problems[0].message.clone());
+                reader.found(element, path, parsed)
+            });
+            settings.extend(read.unwrap_or_default());
+        }
+        // What a signal is, is said as a whole; the case finds what is wrong inside.
+        _ if known.is_whole(path) && (node.at("profile").is_some() || matches!(node.value, Value::Array(_))) => {
+            settings.push(whole(reader));
+        }
+        // Another law has other keys: such a table takes the place of the case's, as with --set.
+        Value::Table(entries) if path == "friction" && entries.iter().any(|(name, _)| name == "law") => {
+            settings.push(whole(reader));
+        }
+        Value::Table(entries) if entries.is_empty() && !path.is_empty() => {
+            let within = |key: &&str| key.strip_prefix(path).is_some_and(|rest| rest.starts_with('.'));
+            let is_known = known.slot(path).is_some() || known.known().iter().any(within);
+            let message = match is_known {
+                true => "an empty table sets nothing; write a value, or leave the key out".to_owned(),
+                false => known.unknown(path),
+            };
+            reader.report(node, &format!("set.{path}"), message);
+        }
+        Value::Table(entries) => {
+            for (name, child) in entries {
+                read_settings(reader, known, child, &join(path, &dotted(name)), settings);
+            }
+        }
+        _ if path.is_empty() => {
+            reader.expected::<()>(node, "set", "a table of keys and values");
+        }
+        _ => {
+            let whole_array = matches!(node.value, Value::Array(_));
+            if known.slot(path).is_none() && !(whole_array && matches!(path, "perturbation" | "output.window")) {
+                reader.report(node, &format!("set.{path}"), known.unknown(path));
+            }
+            settings.push(whole(reader));
+        }
+    }
+}
+
+/// Looks for what is wrong with every point of a study alike, so that it is said once and before anything is computed: the
+/// first problems of these `cases`, if none of them is valid.
+pub(crate) fn check_points(
+    cases: impl Iterator<Item = Result<Case, CaseError>>,
+    settings: &[Override],
+    label: &str,
+) -> Result<(), CaseError> {
+    let mut first = None;
+    for case in cases {
+        match case {
+            Ok(_) => return Ok(()),
+            Err(error) => first = first.or(Some(error)),
+        }
+    }
+    first.map_or(Ok(()), |error| Err(relabelled(error, settings, label)))
+}
+
+/// The problems of a point, in the words of the study: at the line of `[set]` that has the value, if one has.
+fn relabelled(error: CaseError, settings: &[Override], label: &str) -> CaseError {
+    let problems = error.problems.into_iter().map(|problem| {
+        let message = format!("no point of the study is a valid case: {}", problem.message);
+        let Some(set) = problem.place.strip_prefix("--set ") else {
+            return Problem { message, ..problem };
+        };
+        let written = settings.iter().rev().find(|setting| setting.key() == set);
+        match written.and_then(Override::origin) {
+            Some(origin) => Problem {
+                place: origin.to_owned(),
+                key: format!("set.{}", problem.key),
+                message,
+            },
+            None => Problem {
+                place: label.to_owned(),
+                message,
+                ..problem
+            },
+        }
+    });
+    CaseError {
+        problems: problems.collect(),
+    }
+}
