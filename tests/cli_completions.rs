@@ -1,15 +1,14 @@
 //! What shells propose, and the manual pages: each script in the shell that it is for, and the pages in man and mandoc.
 //! Where one of them is not installed its test reports itself as ignored; with STICKSLIP_IGNORE_NONE set, as failed.
 
-mod cli_common;
-mod results_common;
+mod common;
 
 use std::path::Path;
 use std::process::Command;
 
-use cli_common::{Folder, json, output, refusal};
+use common::cli::{Folder, json, output, refusal};
+use common::results::missing;
 use libtest_mimic::{Arguments, Completion, Failed, Trial};
-use results_common::missing;
 
 fn main() {
     let tests = vec![

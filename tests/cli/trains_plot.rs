@@ -1,0 +1,306 @@
+//! `stickslip plot` of runs of two trains.
+
+use crate::common::cli::{Folder, json, output, refusal};
+
+fn svg(folder: &Folder, arguments: &[&str]) -> String {
+    let drawn: Vec<&str> = [arguments, &["-q", "-o", "figure.svg", "--force"]].concat();
+    output(&mut folder.stickslip(&[&["plot"][..], &drawn].concat()), 0);
+    std::fs::read_to_string(folder.path("figure.svg")).unwrap()
+}
+
+/// What a run of trains has is what --list says of it, and all of it is drawn.
+#[test]
+fn cli_plot_of_trains_draws_its_figures() {
+    let folder = Folder::new();
+    output(&mut folder.stickslip(&["run", "belt-leine", "-q"]), 0);
+    let (listed, _) = output(&mut folder.stickslip(&["plot", "belt-leine.h5", "--list", "--json"]), 0);
+    let listed = json(&listed);
+    let names: Vec<&str> = listed
+        .as_array()
+        .unwrap()
+        .iter()
+        .map(|e| e["figure"].as_str().unwrap())
+        .collect();
+    assert_eq!(
+        names,
+        [
+            "friction-law",
+            "surface-speeds",
+            "surface-speeds-close-up",
+            "relative-velocity",
+            "stick-slip-transition",
+            "stick-slip-close-up",
+            "stick-slip-end",
+            "durations",
+            "phase-stick-slip-stator",
+            "phase-stick-slip-torque",
+            "phase-portrait"
+        ]
+    );
+    assert_eq!(listed[5]["title"], "First sticks: relative velocity and forces");
+    let (document, stderr) = output(
+        &mut folder.stickslip(&["plot", "belt-leine.h5", "--format", "svg", "--json"]),
+        0,
+    );
+    assert_eq!(stderr, "");
+    let document = json(&document);
+    assert_eq!(document["not_drawn"], serde_json::json!([]));
+    let files = document["files"].as_array().unwrap();
+    assert_eq!(files.len(), names.len());
+    for file in files {
+        let text = std::fs::read_to_string(folder.path(file["file"].as_str().unwrap())).unwrap();
+        let name = file["figure"].as_str().unwrap();
+        // The names of figures are those of every run.
+        let words = text.replace(name, "").to_lowercase();
+        assert!(!words.contains("rad") && !words.contains("torque"), "{name}");
+        assert!(text.contains("m/s") || name == "durations", "{name}");
+    }
+    let law = svg(&folder, &["belt-leine.h5", "--only", "friction-law"]);
+    assert!(!law.contains("paper"), "{law}");
+    // The period is known, and the portrait is of the last one.
+    let portrait = svg(&folder, &["belt-leine.h5", "--only", "phase-portrait"]);
+    assert!(portrait.contains("last period"), "{portrait}");
+    assert!(portrait.contains("stator surface position"), "{portrait}");
+}
+
+/// Channels of every shaft and inertia have axes with the units of the motion.
+#[test]
+fn cli_plot_of_trains_draws_any_channel() {
+    let folder = Folder::new();
+    output(
+        &mut folder.stickslip(&["run", "drill-string", "-q", "--set", "output.end_time=10"]),
+        0,
+    );
+    let speeds = svg(
+        &folder,
+        &[
+            "drill-string.h5",
+            "--channel",
+            "rotor_speed_0",
+            "--channel",
+            "rotor_speed_1",
+        ],
+    );
+    assert!(speeds.contains("rad/s") && speeds.contains("rotor speed 1"), "{speeds}");
+    // What both have in common stands at the axis.
+    assert!(speeds.contains("rotor speed ("), "{speeds}");
+    let phase = svg(
+        &folder,
+        &["drill-string.h5", "--phase", "rotor_twist_0", "rotor_speed_0"],
+    );
+    assert!(phase.contains("rotor twist 0") && phase.contains("(rad)"), "{phase}");
+    // Ten seconds are no two cycles: the portrait is of the whole run.
+    let portrait = svg(&folder, &["drill-string.h5", "--only", "phase-portrait"]);
+    assert!(!portrait.contains("last period"), "{portrait}");
+    let refused = refusal(&mut folder.stickslip(&["plot", "drill-string.h5", "--channel", "rotor_speed_2"]));
+    assert!(
+        refused.contains("rotor_speed_1") && refused.contains("did you mean"),
+        "{refused}"
+    );
+}
+
+/// What trains do not have is refused by name with the reason; and runs without axes in common.
+#[test]
+fn cli_plot_of_trains_says_what_it_has_not() {
+    let folder = Folder::new();
+    output(&mut folder.stickslip(&["run", "belt-coulomb", "-q"]), 0);
+    output(&mut folder.stickslip(&["run", "clutch", "-q"]), 0);
+    output(
+        &mut folder.stickslip(&[
+            "run",
+            "-q",
+            "--set",
+            "output.end_time=0.05",
+            "--set",
+            "output.window=[]",
+            "--set",
+            "output.around=none",
+        ]),
+        0,
+    );
+    for (figure, words) in [
+        ("axial-settling", "axial mode"),
+        ("relative-velocity-growth", "stickslip modes"),
+        ("surface-speeds-stop", "does not slow down"),
+        ("phase-final-stick-stator", "does not slow down"),
+        ("phase-plateau", "axial mode"),
+        ("phase-stick-slip-rotor", "no shaft"),
+        ("rotor-speed", "as it is driven"),
+    ] {
+        let refused = refusal(&mut folder.stickslip(&["plot", "belt-coulomb.h5", "--only", figure]));
+        assert!(
+            refused.contains(figure) && refused.contains(words) && refused.contains("phase-portrait"),
+            "{refused}"
+        );
+    }
+    let refused = refusal(&mut folder.stickslip(&["plot", "paper.h5", "--only", "phase-portrait"]));
+    assert!(refused.contains("slows down by itself"), "{refused}");
+    let both = |first| ["plot", first, "clutch.h5", "--channel", "relative_velocity"];
+    let refused = refusal(&mut folder.stickslip(&both("belt-coulomb.h5")));
+    assert!(refused.contains("no axes in common"), "{refused}");
+    // How a case was written is no reason.
+    let drawn = [&both("paper.h5")[..], &["-q", "-o", "both.svg"]].concat();
+    output(&mut folder.stickslip(&drawn), 0);
+}
+
+/// The page is made by the same command as a brake's, in the units of its motion, with its certificate.
+#[test]
+fn cli_plot_of_trains_makes_a_page() {
+    let folder = Folder::new();
+    output(&mut folder.stickslip(&["run", "clutch", "-q"]), 0);
+    let (stdout, stderr) = output(&mut folder.stickslip(&["plot", "clutch.h5", "--html", "page.html"]), 0);
+    assert_eq!((stdout.as_str(), stderr.as_str()), ("page.html\n", ""));
+    let page = std::fs::read_to_string(folder.path("page.html")).unwrap();
+    assert!(page.contains("\"certificate\":null") && page.contains("\"N m\""));
+    output(&mut folder.stickslip(&["certify", "clutch.h5", "-q"]), 0);
+    let (document, _) = output(
+        &mut folder.stickslip(&["plot", "clutch.certified.h5", "--html", "page.html", "--json"]),
+        0,
+    );
+    let document = json(&document);
+    assert_eq!(document["page"]["samples"], document["page"]["samples_kept"]);
+    let page = std::fs::read_to_string(folder.path("page.html")).unwrap();
+    assert!(page.contains("\"certificate\":{\"attributes\":[["), "no certificate");
+}
+
+/// What the sampling misses is said: slips that have no sample, and a period that has a few.
+#[test]
+fn cli_plot_of_trains_says_what_the_samples_miss() {
+    let folder = Folder::new();
+    output(&mut folder.stickslip(&["run", "belt-leine", "-q"]), 0);
+    let speed = svg(&folder, &["belt-leine.h5", "--only", "relative-velocity"]);
+    assert!(!speed.contains("straight lines"), "{speed}");
+    // A slip takes 4.3 s: seven of eight have no sample.
+    let sparse = |interval: &str| {
+        let interval = format!("output.interval={interval}");
+        let far = [
+            "run",
+            "belt-leine",
+            "-q",
+            "--force",
+            "--set",
+            "output.around=none",
+            "--set",
+            &interval,
+        ];
+        output(&mut folder.stickslip(&far), 0);
+    };
+    // Two samples in a slip are too few, too: its motion has a period of 6.3 s. A stick is a straight line.
+    sparse("2");
+    let speed = svg(&folder, &["belt-leine.h5", "--only", "relative-velocity"]);
+    assert!(
+        speed.contains("8 of 8") && speed.contains("\ntoo few samples\n"),
+        "{speed}"
+    );
+    sparse("11.9");
+    let speed = svg(&folder, &["belt-leine.h5", "--only", "relative-velocity"]);
+    assert!(speed.contains("two events with too few samples"), "{speed}");
+    let portrait = svg(&folder, &["belt-leine.h5", "--only", "phase-portrait"]);
+    assert!(portrait.contains("joined by straight lines"), "{portrait}");
+    // A corner is of a signal, whatever that drives.
+    output(&mut folder.stickslip(&["run", "clutch", "-q"]), 0);
+    let speed = svg(&folder, &["clutch.h5", "--only", "relative-velocity"]);
+    assert!(
+        speed.contains("corner of a signal") && !speed.contains("F(t)"),
+        "{speed}"
+    );
+}
+
+/// Curves go through the states at events, and not past them: at a restick from one sample in slip to one in stick.
+#[test]
+fn cli_plot_of_trains_goes_through_events() {
+    let folder = Folder::new();
+    // Published: belt-leine sticks first at 9.295999525480 s, which is no sample.
+    output(
+        &mut folder.stickslip(&[
+            "run",
+            "belt-leine",
+            "-q",
+            "--set",
+            "output.interval=1",
+            "--set",
+            "output.around=none",
+        ]),
+        0,
+    );
+    let window = ["--from", "8.5", "--to", "10.5"];
+    let draw = |channel: &str| {
+        svg(
+            &folder,
+            &[&["belt-leine.h5", "--channel", channel][..], &window].concat(),
+        )
+    };
+    let points = |text: &str| {
+        let lines = text
+            .split("points=\"")
+            .skip(1)
+            .map(|rest| rest.split('"').next().unwrap());
+        lines.map(|line| line.split_whitespace().count()).max().unwrap()
+    };
+    // Samples at 9 and 10 s; and the restick, twice at the same place.
+    let (through, past) = (points(&draw("relative_velocity")), points(&draw("dissipated_friction")));
+    assert!(through > past, "{through} points, {past} without the event");
+}
+
+/// Where equations come from is said of trains as well, and is not the paper of the brake.
+#[test]
+fn cli_results_of_trains_cite_their_own_source() {
+    let folder = Folder::new();
+    output(&mut folder.stickslip(&["run", "clutch", "-q"]), 0);
+    let (said, _) = output(&mut folder.stickslip(&["inspect", "clutch.h5", "--json"]), 0);
+    assert!(said.contains("docs/model.md") && !said.contains("9275147"), "{said}");
+}
+
+/// The first event that is wrong is enlarged, and not the one with the largest error.
+#[test]
+fn regression_the_first_wrong_event_of_a_candidate_is_enlarged() {
+    let folder = Folder::new();
+    output(&mut folder.stickslip(&["run", "belt-leine", "-q"]), 0);
+    // A belt with a stiffer spring: a cycle is shorter by some hundredth of a second, and the errors of eight cycles add up.
+    let other = [
+        "run",
+        "belt-leine",
+        "-q",
+        "-o",
+        "mine.h5",
+        "--set",
+        "stator.stiffness=1.003",
+    ];
+    output(&mut folder.stickslip(&other), 0);
+    let (compared, _) = output(
+        &mut folder.stickslip(&["compare", "belt-leine.h5", "mine.h5", "--json"]),
+        0,
+    );
+    let compared = &json(&compared)["comparisons"][0];
+    let events = compared["event_errors"]["events"].as_array().unwrap();
+    let error = |event: &serde_json::Value| event["error"].as_f64().unwrap().abs();
+    // A hundredth of the period of the mass on its spring, 2 pi s, or of the time scale that the comparison has.
+    let scale = compared["time_scale"]["period"].as_f64().unwrap();
+    let wrong = events.iter().find(|event| error(event) > 0.01 * scale).unwrap();
+    assert!(wrong["position"] != events.last().unwrap()["position"] && error(wrong) < error(events.last().unwrap()));
+    let drawn = [
+        "plot",
+        "belt-leine.h5",
+        "--candidate",
+        "mine.h5",
+        "--format",
+        "svg",
+        "-q",
+        "-o",
+        "drawn",
+    ];
+    output(&mut folder.stickslip(&drawn), 0);
+    let figures = |name: &str| {
+        let found = std::fs::read_dir(folder.path("drawn")).unwrap();
+        let mut paths = found.map(|entry| entry.unwrap().path());
+        paths.find(|path| path.to_string_lossy().contains(name))
+    };
+    let text = std::fs::read_to_string(figures("first-wrong-event").unwrap()).unwrap();
+    let title = format!(
+        "First wrong event: event {}, a {}",
+        wrong["position"],
+        wrong["kind"].as_str().unwrap()
+    );
+    assert!(text.contains(&title), "{title}");
+    assert!(figures("largest-error").is_none());
+}

@@ -1,0 +1,106 @@
+//! The program as a user starts it: in a folder of its own, by its arguments.
+
+use std::path::PathBuf;
+use std::process::Stdio;
+
+use assert_cmd::Command;
+use stickslip::results::ResultFile;
+
+/// A run that is over in a moment: the ramp and the beginning of the sliding.
+pub const SHORT: &[&str] = &["--set", "output.end_time=0.05", "--set", "output.interval=1e-3"];
+
+/// A run of minutes that makes its way in small, even steps.
+pub const LONG: &[&str] = &[
+    "--set",
+    "output.end_time=2",
+    "--set",
+    "output.interval=1e-4",
+    "--set",
+    "solver.max_step=1e-7",
+];
+
+/// A folder in which the program is started, removed at the end.
+pub struct Folder(tempfile::TempDir);
+
+impl Folder {
+    pub fn new() -> Self {
+        Folder(tempfile::tempdir().unwrap())
+    }
+
+    pub fn path(&self, name: &str) -> PathBuf {
+        self.0.path().join(name)
+    }
+
+    pub fn write(&self, name: &str, contents: impl AsRef<[u8]>) -> PathBuf {
+        std::fs::write(self.path(name), contents).unwrap();
+        self.path(name)
+    }
+
+    /// The names in the folder, in alphabetical order.
+    pub fn names(&self) -> Vec<String> {
+        let mut names: Vec<String> = std::fs::read_dir(self.0.path())
+            .unwrap()
+            .map(|entry| entry.unwrap().file_name().into_string().unwrap())
+            .collect();
+        names.sort();
+        names
+    }
+
+    /// The program with these arguments, ended after a minute if it hangs.
+    pub fn stickslip(&self, arguments: &[&str]) -> Command {
+        let mut command = Command::new(env!("CARGO_BIN_EXE_stickslip"));
+        command
+            .current_dir(self.0.path())
+            .args(arguments)
+            .timeout(std::time::Duration::from_secs(60));
+        command
+    }
+
+    /// `stickslip run` of a few milliseconds, with more arguments.
+    pub fn short_run(&self, arguments: &[&str]) -> Command {
+        let mut command = self.stickslip(&["run"]);
+        command.args(arguments).args(SHORT);
+        command
+    }
+
+    /// The program as a child process whose output is kept.
+    pub fn start(&self, arguments: &[&str]) -> std::process::Child {
+        std::process::Command::new(env!("CARGO_BIN_EXE_stickslip"))
+            .current_dir(self.0.path())
+            .args(arguments)
+            .stdout(Stdio::piped())
+            .stderr(Stdio::piped())
+            .spawn()
+            .unwrap()
+    }
+
+    pub fn result(&self, name: &str) -> ResultFile {
+        ResultFile::open(&self.path(name)).unwrap()
+    }
+}
+
+/// Standard output and standard error of a command that ends with `status`.
+pub fn output(command: &mut Command, status: i32) -> (String, String) {
+    let output = command.output().unwrap();
+    let (stdout, stderr) = (text(&output.stdout), text(&output.stderr));
+    assert_eq!(output.status.code(), Some(status), "{stdout}{stderr}");
+    assert!(!stderr.contains("panicked"), "{stderr}");
+    assert!(!stderr.contains("HDF5-DIAG"), "{stderr}");
+    (stdout, stderr)
+}
+
+/// What a refused command says on standard error; nothing is on standard output.
+pub fn refusal(command: &mut Command) -> String {
+    let (stdout, stderr) = output(command, 2);
+    assert_eq!(stdout, "");
+    stderr
+}
+
+/// The one JSON document of a standard output.
+pub fn json(stdout: &str) -> serde_json::Value {
+    serde_json::from_str(stdout).unwrap_or_else(|error| panic!("{error} in {stdout}"))
+}
+
+pub fn text(bytes: &[u8]) -> String {
+    String::from_utf8(bytes.to_vec()).unwrap()
+}
