@@ -1,7 +1,6 @@
 //! `stickslip calibrate` as a user starts it: report, file, case, refusals, interruption.
 
-use crate::common::cli::{Folder, json, output, refusal};
-use stickslip::results::SweepFile;
+use crate::common::cli::{Folder, json, output, refusal, says};
 
 /// Decided by T_n = 2 pi sqrt(J/k_t) alone, in runs that are over in a moment.
 const QUICK: &str = r#"
@@ -36,7 +35,7 @@ fn results_the_report_the_file_and_the_case_say_the_same() {
     let folder = Folder::new();
     folder.write("inertia.toml", QUICK);
     let arguments = ["calibrate", "inertia.toml", "--case", "found.toml", "--json"];
-    let (stdout, _) = output(&mut folder.stickslip(&arguments), 0);
+    let stdout = folder.ok(&arguments);
     let report = json(&stdout);
     assert_eq!(folder.names(), ["found.toml", "inertia.h5", "inertia.toml"]);
     assert_eq!(report["status"], "complete");
@@ -44,7 +43,7 @@ fn results_the_report_the_file_and_the_case_say_the_same() {
     assert_eq!(report["targets"][0]["role"], "held");
     assert_eq!(report["targets"][1]["role"], "out-of-reach");
     assert_eq!(report["parameters"][0]["determined"], "determined");
-    let file = SweepFile::open(&folder.path("inertia.h5")).unwrap();
+    let file = folder.sweep_file("inertia.h5");
     assert_eq!(file.text("status").as_deref(), Some("complete"));
     assert_eq!(file.text("study_digest").as_deref(), report["digest"].as_str());
     let one = |name: &str| file.numbers(name).unwrap();
@@ -67,20 +66,22 @@ fn results_the_report_the_file_and_the_case_say_the_same() {
     for (inertia, period) in inertias.iter().zip(&periods) {
         assert!((period / inertia.sqrt() / quotient - 1.0).abs() < 1e-14);
     }
-    let (stdout, _) = output(&mut folder.stickslip(&["run", "found.toml", "--json"]), 0);
-    let period = json(&stdout)["summary"]["natural_period"].as_f64().unwrap();
+    let period = folder.json("run found.toml")["summary"]["natural_period"]
+        .as_f64()
+        .unwrap();
     assert!(same(period, &report["targets"][0]["here"]), "{period}");
-    let (stdout, _) = output(&mut folder.stickslip(&["calibrate", "inertia.toml"]), 0);
-    for words in [
-        "torsion.surface_inertia",
-        "natural_period",
-        "1 of the targets hold",
-        "stick_count holds nowhere in the ranges",
-        "-96.00",
-        "inertia.h5",
-    ] {
-        assert!(stdout.contains(words), "{words} in {stdout}");
-    }
+    let stdout = folder.ok("calibrate inertia.toml");
+    says(
+        &stdout,
+        &[
+            "torsion.surface_inertia",
+            "natural_period",
+            "1 of the targets hold",
+            "stick_count holds nowhere in the ranges",
+            "-96.00",
+            "inertia.h5",
+        ],
+    );
 }
 
 #[test]
@@ -90,11 +91,8 @@ fn property_the_file_does_not_depend_on_threads() {
     let mut files = Vec::new();
     for jobs in ["1", "2", "5"] {
         let name = format!("of-{jobs}.h5");
-        output(
-            &mut folder.stickslip(&["calibrate", "inertia.toml", "-j", jobs, "-o", &name, "-q"]),
-            0,
-        );
-        files.push(std::fs::read(folder.path(&name)).unwrap());
+        folder.ok(&["calibrate", "inertia.toml", "-j", jobs, "-o", &name, "-q"]);
+        files.push(folder.read(&name));
     }
     assert!(files[0] == files[1] && files[1] == files[2]);
 }
@@ -137,19 +135,15 @@ fn cli_mistakes_in_a_study_are_named_by_line_and_key() {
     ] {
         assert!(QUICK.contains(from), "{from}");
         folder.write("wrong.toml", QUICK.replace(from, to));
-        let text = refusal(&mut folder.stickslip(&["calibrate", "wrong.toml"]));
-        assert!(text.contains(words), "{words} in {text}");
-        assert!(text.contains("wrong.toml:"), "{text}");
+        folder.refused("calibrate wrong.toml", &[words, "wrong.toml:"]);
     }
-    let text = refusal(&mut folder.stickslip(&["calibrate", "papr-decay"]));
-    assert!(text.contains("did you mean paper-decay?"), "{text}");
+    folder.refused("calibrate papr-decay", &["did you mean paper-decay?"]);
     // A case in which no point of the range is valid.
     folder.write(
         "wrong.toml",
         QUICK.replace("from = 0.005", "from = -0.005").replace("0.03", "-0.03"),
     );
-    let text = refusal(&mut folder.stickslip(&["calibrate", "wrong.toml"]));
-    assert!(text.contains("must be greater than 0"), "{text}");
+    folder.refused("calibrate wrong.toml", &["must be greater than 0"]);
 }
 
 #[test]
@@ -165,12 +159,12 @@ fn cli_no_file_is_replaced_that_is_not_the_programs_own() {
         (["-o", "other.toml"], "other.toml"),
         (["-o", "inertia.toml"], "inertia.toml"),
     ] {
-        let mut command = folder.stickslip(&["calibrate", "inertia.toml"]);
+        let mut command = folder.stickslip("calibrate inertia.toml");
         let text = refusal(command.args(arguments));
         assert!(text.contains(words), "{words} in {text}");
     }
     assert_eq!(folder.names(), ["inertia.toml", "other.toml"]);
-    assert_eq!(std::fs::read(folder.path("other.toml")).unwrap(), b"mine");
+    assert_eq!(folder.read("other.toml"), b"mine");
 }
 
 /// What keeps a file from being written is said before anything is run.
@@ -180,16 +174,12 @@ fn regression_what_cannot_be_written_is_said_before_the_search() {
     folder.write("inertia.toml", QUICK);
     // Of no other program is such a folder, and it is in the way of the lock.
     std::fs::create_dir(folder.path(".inertia.partial.h5.lock")).unwrap();
-    let text = refusal(&mut folder.stickslip(&["calibrate", "inertia.toml"]));
-    assert!(text.contains(".inertia.partial.h5.lock"), "{text}");
+    folder.refused("calibrate inertia.toml", &[".inertia.partial.h5.lock"]);
     if cfg!(target_os = "linux") {
         // There nobody makes a file.
         let arguments = ["calibrate", "inertia.toml", "-o", "x.h5", "--case", "/proc/x.toml"];
         let (_, text) = output(&mut folder.stickslip(&arguments), 1);
-        assert!(
-            text.contains("/proc/x.toml") && text.contains("another with --case"),
-            "{text}"
-        );
+        says(&text, &["/proc/x.toml", "another with --case"]);
     }
     assert_eq!(folder.names(), [".inertia.partial.h5.lock", "inertia.toml"]);
 }
@@ -198,10 +188,9 @@ fn regression_what_cannot_be_written_is_said_before_the_search() {
 fn cli_targets_out_of_reach_of_all_fail_with_the_nearest() {
     let folder = Folder::new();
     folder.write("none.toml", QUICK.replace("0.00024 s", "0.9 s"));
-    let (stdout, stderr) = output(&mut folder.stickslip(&["calibrate", "none.toml"]), 1);
+    let (stdout, stderr) = output(&mut folder.stickslip("calibrate none.toml"), 1);
     assert_eq!(stdout, "");
-    assert!(stderr.contains("no target holds anywhere"), "{stderr}");
-    assert!(stderr.contains("natural_period"), "{stderr}");
+    says(&stderr, &["no target holds anywhere", "natural_period"]);
 }
 
 #[cfg(unix)]
@@ -213,7 +202,7 @@ fn cli_an_interruption_leaves_the_runs_made_so_far() {
         .replace("points = 32", "points = 65536")
         .replace("output.end_time = 0.02", "output.end_time = 10");
     folder.write("long.toml", long.replace("\"actuation.rise_time\" = 0.01", ""));
-    let mut child = folder.start(&["calibrate", "long.toml", "-j", "2"]);
+    let mut child = folder.start("calibrate long.toml -j 2");
     std::thread::sleep(std::time::Duration::from_secs(4));
     let interrupt = std::process::Command::new("kill")
         .args(["-INT", &child.id().to_string()])
@@ -222,7 +211,7 @@ fn cli_an_interruption_leaves_the_runs_made_so_far() {
     assert!(interrupt.success());
     let ended = child.wait().unwrap();
     assert_eq!(ended.code(), Some(130));
-    let file = SweepFile::open(&folder.path("long.partial.h5")).unwrap();
+    let file = folder.sweep_file("long.partial.h5");
     assert_eq!(file.text("status").as_deref(), Some("interrupted"));
     assert!(!file.numbers("natural_period").unwrap().is_empty());
     assert!(!folder.path("long.h5").exists());

@@ -394,7 +394,7 @@ fn regression_what_works_for_which_case_is_as_the_manual_says() {
 #[test]
 fn property_every_built_in_case_is_in_the_tables() {
     let folder = Folder::new();
-    let list = folder.stickslip(&["case", "--list"]).output().unwrap();
+    let list = folder.stickslip("case --list").output().unwrap();
     let list = String::from_utf8(list.stdout).unwrap();
     let runs = list.lines().map(|line| line.split_whitespace().collect::<Vec<_>>());
     let mut names: Vec<String> = runs

@@ -1,6 +1,6 @@
 //! `stickslip certify`.
 
-use crate::common::cli::{Folder, json, output, refusal};
+use crate::common::cli::{Folder, json, output, says};
 use crate::common::unlocked;
 
 /// A short slide from a low speed, with a kick: sticks and slips within a quarter of a second.
@@ -31,19 +31,20 @@ fn cli_certify_says_the_same_in_table_json_and_file() {
     let (table, stderr) = output(&mut folder.stickslip(&certify("paper-si", &["--digits", "9"])), 0);
     assert_eq!(stderr, "");
     assert_eq!(folder.names(), ["paper-si.certified.h5"]);
-    for words in [
-        "converged: every event within",
-        "growth exponent G",
-        "cvode-bdf",
-        "cvode-adams",
-        "erk",
-        "at a fixed time",
-        "what moves the final stick",
-        "kick above the methods' own noise",
-    ] {
-        assert!(table.contains(words), "{words} in {table}");
-    }
-    let (document, _) = output(&mut folder.stickslip(&certify("paper-si", &["--json"])), 0);
+    says(
+        &table,
+        &[
+            "converged: every event within",
+            "growth exponent G",
+            "cvode-bdf",
+            "cvode-adams",
+            "erk",
+            "at a fixed time",
+            "what moves the final stick",
+            "kick above the methods' own noise",
+        ],
+    );
+    let document = folder.ok(&certify("paper-si", &["--json"]));
     let document = json(&document);
     assert_eq!(document["verdict"], "converged");
     let events = document["events"].as_array().unwrap();
@@ -111,30 +112,22 @@ fn cli_certify_says_the_same_in_table_json_and_file() {
 fn cli_certify_a_file_is_certified_as_it_is() {
     let folder = Folder::new();
     let run: Vec<&str> = [&["run", "paper-si", "-q", "-o", "mine.h5"], QUICK].concat();
-    output(&mut folder.stickslip(&run), 0);
-    let before = std::fs::read(folder.path("mine.h5")).unwrap();
-    output(&mut folder.stickslip(&["certify", "mine.h5", "-q"]), 0);
+    folder.ok(&run);
+    let before = folder.read("mine.h5");
+    folder.ok("certify mine.h5 -q");
     assert_eq!(folder.names(), ["mine.certified.h5", "mine.h5"]);
-    assert_eq!(std::fs::read(folder.path("mine.h5")).unwrap(), before);
+    assert_eq!(folder.read("mine.h5"), before);
     // A certified file is a result file, and can be certified again, elsewhere.
-    output(&mut folder.stickslip(&["inspect", "mine.certified.h5"]), 0);
-    output(
-        &mut folder.stickslip(&["certify", "mine.certified.h5", "-q", "-o", "again.h5"]),
-        0,
-    );
-    let refused = refusal(&mut folder.stickslip(&["certify", "mine.h5", "-q", "-o", "mine.h5"]));
-    assert!(refused.contains("mine.h5"), "{refused}");
-    let refused = refusal(&mut folder.stickslip(&["certify", "mine.h5", "--set", "friction.decay=4"]));
-    assert!(refused.contains("--set"), "{refused}");
+    folder.ok("inspect mine.certified.h5");
+    folder.ok("certify mine.certified.h5 -q -o again.h5");
+    folder.refused("certify mine.h5 -q -o mine.h5", &["mine.h5"]);
+    folder.refused("certify mine.h5 --set friction.decay=4", &["--set"]);
 }
 
 #[test]
 fn cli_certify_with_the_oracle_prints_exact_events() {
     let folder = Folder::new();
-    let (document, _) = output(
-        &mut folder.stickslip(&certify("paper-si", &["--oracle", "--json", "--digits", "28"])),
-        0,
-    );
+    let document = folder.ok(&certify("paper-si", &["--oracle", "--json", "--digits", "28"]));
     let document = json(&document);
     let exact = document["oracle"]["events"].as_array().unwrap();
     let events = document["events"].as_array().unwrap();
@@ -178,10 +171,11 @@ fn cli_certify_the_oracle_has_the_last_word() {
     let series = certify("paper-si", &["--set", "solver.method=\"series\"", "--digits", "14"]);
     let (_, stderr) = output(&mut folder.stickslip(&series), 1);
     assert!(stderr.contains("14 digits were asked for"), "{stderr}");
-    let (table, _) = output(&mut folder.stickslip(&[series.as_slice(), &["--oracle"]].concat()), 0);
-    for words in ["converged: every event within", "of the exact one", "by the methods, s"] {
-        assert!(table.contains(words), "{words} in {table}");
-    }
+    let table = folder.ok(&[series.as_slice(), &["--oracle"]].concat());
+    says(
+        &table,
+        &["converged: every event within", "of the exact one", "by the methods, s"],
+    );
 }
 
 /// Without a kick the onset is noise to every method but `series`, which the oracle bears out: that is what is recommended,
@@ -202,12 +196,9 @@ fn cli_certify_tries_its_advice_before_it_gives_it() {
     ];
     let (_, stderr) = output(&mut folder.stickslip(&without), 1);
     let advice = "--set 'solver.method=\"series\"' has ";
-    assert!(
-        stderr.contains("noise-determined") && stderr.contains(advice),
-        "{stderr}"
-    );
+    says(&stderr, &["noise-determined", advice]);
     let with = [without.as_slice(), &["--set", "solver.method=\"series\"", "-q"]].concat();
-    output(&mut folder.stickslip(&with), 0);
+    folder.ok(&with);
 }
 
 #[test]
@@ -237,7 +228,7 @@ fn cli_certify_refuses_what_it_cannot_do() {
         "output.end_time=0.8",
     ];
     let without = certify("paper-si", noise);
-    let (table, _) = output(&mut folder.stickslip(&without), 0);
+    let table = folder.ok(&without);
     assert!(table.contains("noise-determined"), "{table}");
     fails(
         &[without.as_slice(), &["--digits", "3"]].concat(),
@@ -250,10 +241,7 @@ fn cli_certify_refuses_what_it_cannot_do() {
         &["event budget", "solver.max_events"],
     );
     // A file that has lost its case.
-    output(
-        &mut folder.stickslip(&[&["run", "paper-si", "-q", "-o", "lost.h5"], QUICK].concat()),
-        0,
-    );
+    folder.ok(&[&["run", "paper-si", "-q", "-o", "lost.h5"], QUICK].concat());
     let lost = unlocked::open_rw(folder.path("lost.h5")).unwrap();
     lost.unlink("input/resolved").unwrap();
     lost.close().unwrap();
@@ -278,7 +266,7 @@ fn cli_certify_refuses_what_it_cannot_do() {
 fn cli_certify_draws_the_onset_against_the_tolerance() {
     let folder = Folder::new();
     let figure = ["--json", "--figure", "onset.svg"];
-    let (document, _) = output(&mut folder.stickslip(&certify("paper-si", &figure)), 0);
+    let document = folder.ok(&certify("paper-si", &figure));
     let document = json(&document);
     assert_eq!(folder.names(), ["onset.svg", "paper-si.certified.h5"]);
     assert!(folder.path("onset.svg").metadata().unwrap().len() > 0);
@@ -301,8 +289,10 @@ fn cli_certify_draws_the_onset_against_the_tolerance() {
     for onset in onsets.iter().filter(|o| o["kicked"] == false) {
         assert!(onset["first_stick"].as_f64().unwrap() > certified, "{onset}");
     }
-    let refused = refusal(&mut folder.stickslip(&certify("paper-si", &["--figure", "onset.tiff"])));
-    assert!(refused.contains("onset.tiff") && refused.contains(".svg"), "{refused}");
+    folder.refused(
+        &certify("paper-si", &["--figure", "onset.tiff"]),
+        &["onset.tiff", ".svg"],
+    );
 }
 
 /// What half a last digit does to the final stick: the same in table, JSON and file, and a run with such a digit has it.
@@ -311,16 +301,17 @@ fn cli_certify_reruns_half_a_last_digit() {
     let folder = Folder::new();
     let (table, stderr) = output(&mut folder.stickslip(&certify("paper-si", &[])), 0);
     assert_eq!(stderr, "");
-    for words in [
-        "rerun +, s",
-        "nonlinear",
-        "* friction.low_speed +, friction.breakaway -: friction.breakaway: must be at least friction.low_speed",
-        " instead of ",
-        "goes along with the loss of stability",
-    ] {
-        assert!(table.contains(words), "{words} in {table}");
-    }
-    let (document, _) = output(&mut folder.stickslip(&certify("paper-si", &["--json"])), 0);
+    says(
+        &table,
+        &[
+            "rerun +, s",
+            "nonlinear",
+            "* friction.low_speed +, friction.breakaway -: friction.breakaway: must be at least friction.low_speed",
+            " instead of ",
+            "goes along with the loss of stability",
+        ],
+    );
+    let document = folder.ok(&certify("paper-si", &["--json"]));
     let document = json(&document);
     assert_eq!(document["final_stick"]["without_reruns"], serde_json::Value::Null);
     assert_eq!(document["warnings"], serde_json::json!([]));
@@ -381,7 +372,7 @@ fn cli_certify_reruns_half_a_last_digit() {
     let stop = |force: &str| {
         let set = ["--method", "series", "--json", "--set", force, "-o", "by-hand.h5"];
         let run: Vec<&str> = [&["run", "paper-si"], QUICK, &set].concat();
-        let (document, _) = output(&mut folder.stickslip(&run), 0);
+        let document = folder.ok(&run);
         json(&document)["summary"]["final_stick_time"].as_f64().unwrap()
     };
     let shift = stop("actuation.force=2225.5") - stop("actuation.force=2225");

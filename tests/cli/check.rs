@@ -2,7 +2,6 @@
 
 use crate::common::cli::{Folder, json, output};
 use crate::common::unlocked;
-use stickslip::results::SweepFile;
 
 const STUDY: &str = r#"
 case = "paper"
@@ -23,7 +22,7 @@ events = true
 
 /// The file is sound, and has checksums.
 fn sound(folder: &Folder, name: &str) {
-    let (stdout, _) = output(&mut folder.stickslip(&["check", name]), 0);
+    let stdout = folder.ok(&["check", name]);
     assert!(stdout.contains("all checksums agree"), "{stdout}");
 }
 
@@ -41,16 +40,10 @@ fn wrong(folder: &Folder, name: &str) -> Vec<(String, String)> {
 fn cli_every_run_passes() {
     let folder = Folder::new();
     for method in ["auto", "series", "paper"] {
-        output(
-            &mut folder.stickslip(&["run", "--method", method, "-o", "run.h5", "-q"]),
-            0,
-        );
+        folder.ok(&["run", "--method", method, "-o", "run.h5", "-q"]);
         sound(&folder, "run.h5");
     }
-    output(
-        &mut folder.stickslip(&["run", "release", "-o", "run.h5", "-q", "--set", "output.steps=true"]),
-        0,
-    );
+    folder.ok("run release -o run.h5 -q --set output.steps=true");
     sound(&folder, "run.h5");
     let end = ["--set", "solver.max_events=20"];
     output(
@@ -64,42 +57,27 @@ fn cli_every_run_passes() {
 fn cli_sweeps_and_their_shards_pass() {
     let folder = Folder::new();
     folder.write("study.toml", STUDY);
-    output(
-        &mut folder.stickslip(&["sweep", "study.toml", "-o", "sweep.h5", "-q"]),
-        0,
-    );
+    folder.ok("sweep study.toml -o sweep.h5 -q");
     sound(&folder, "sweep.h5");
     // A per cent sign begins a pattern of names in HDF5.
     let names = ["50% 1.h5", "%b.h5"];
     for (shard, name) in ["1/2", "2/2"].into_iter().zip(names) {
-        output(
-            &mut folder.stickslip(&["sweep", "study.toml", "--shard", shard, "-o", name, "-q"]),
-            0,
-        );
+        folder.ok(&["sweep", "study.toml", "--shard", shard, "-o", name, "-q"]);
         sound(&folder, name);
     }
-    output(
-        &mut folder.stickslip(&["merge", names[0], names[1], "-o", "merged.h5"]),
-        0,
-    );
+    folder.ok(&["merge", names[0], names[1], "-o", "merged.h5"]);
     sound(&folder, "merged.h5");
-    assert_eq!(
-        std::fs::read(folder.path("merged.h5")).unwrap(),
-        std::fs::read(folder.path("sweep.h5")).unwrap()
-    );
-    output(
-        &mut folder.stickslip(&["merge", names[0], names[1], "-o", "virtual.h5", "--virtual"]),
-        0,
-    );
+    assert_eq!(folder.read("merged.h5"), folder.read("sweep.h5"));
+    folder.ok(&["merge", names[0], names[1], "-o", "virtual.h5", "--virtual"]);
     sound(&folder, "virtual.h5");
-    let status = |name: &str| SweepFile::open(&folder.path(name)).unwrap().numbers("status").unwrap();
+    let status = |name: &str| folder.sweep_file(name).numbers("status").unwrap();
     assert_eq!(status("virtual.h5"), status("sweep.h5"));
 }
 
 #[test]
 fn cli_what_was_changed_is_named() {
     let folder = Folder::new();
-    output(&mut folder.short_run(&["-q", "-o", "run.h5"]), 0);
+    folder.ok_short("-q -o run.h5");
     let change = |change: &dyn Fn(&hdf5::File)| {
         std::fs::copy(folder.path("run.h5"), folder.path("bad.h5")).unwrap();
         let opened = unlocked::open_rw(folder.path("bad.h5"));
@@ -196,7 +174,7 @@ fn cli_what_was_changed_is_named() {
 #[test]
 fn cli_a_change_of_mode_without_its_event_is_named() {
     let folder = Folder::new();
-    output(&mut folder.stickslip(&["run", "-o", "run.h5", "-q"]), 0);
+    folder.ok("run -o run.h5 -q");
     let kinds = folder.result("run.h5").events().unwrap();
     let first = |kind: &str| kinds.iter().position(|event| event.kind.name() == kind).unwrap();
     let (stick, corner) = (first("stick"), first("corner"));
@@ -255,8 +233,8 @@ fn cli_a_change_of_mode_without_its_event_is_named() {
 #[test]
 fn property_a_changed_byte_of_a_text_or_of_numbers_is_found() {
     let folder = Folder::new();
-    output(&mut folder.short_run(&["-q", "-o", "run.h5"]), 0);
-    let sound = std::fs::read(folder.path("run.h5")).unwrap();
+    folder.ok_short("-q -o run.h5");
+    let sound = folder.read("run.h5");
     let chunk = unlocked::open(folder.path("run.h5"))
         .unwrap()
         .dataset("trajectory/theta")
@@ -281,8 +259,8 @@ fn property_a_changed_byte_of_a_text_or_of_numbers_is_found() {
 #[test]
 fn property_a_changed_bit_of_the_index_of_chunks_is_found() {
     let folder = Folder::new();
-    output(&mut folder.short_run(&["-q", "-o", "run.h5"]), 0);
-    let sound = std::fs::read(folder.path("run.h5")).unwrap();
+    folder.ok_short("-q -o run.h5");
+    let sound = folder.read("run.h5");
     let read = |name: &str| {
         let opened = unlocked::open(folder.path(name));
         opened.unwrap().dataset("trajectory/theta").unwrap()
@@ -303,7 +281,7 @@ fn property_a_changed_bit_of_the_index_of_chunks_is_found() {
         let mut bad = sound.clone();
         bad[address - 24 + bit / 8] ^= 1 << (bit % 8);
         folder.write("bad.h5", &bad);
-        let checked = folder.stickslip(&["check", "bad.h5"]).output().unwrap();
+        let checked = folder.stickslip("check bad.h5").output().unwrap();
         match checked.status.code() {
             Some(0) => assert_eq!(read("bad.h5").read_raw::<f64>().unwrap(), values, "bit {bit}"),
             Some(1) => found += 1,
@@ -318,8 +296,8 @@ fn property_a_changed_bit_of_the_index_of_chunks_is_found() {
 #[test]
 fn cli_a_certified_copy_keeps_the_checksums_of_the_values() {
     let folder = Folder::new();
-    output(&mut folder.short_run(&["-q", "-o", "run.h5"]), 0);
-    output(&mut folder.stickslip(&["certify", "run.h5", "-o", "sound.h5", "-q"]), 0);
+    folder.ok_short("-q -o run.h5");
+    folder.ok("certify run.h5 -o sound.h5 -q");
     sound(&folder, "sound.h5");
     {
         let opened = unlocked::open_rw(folder.path("run.h5"));

@@ -1,6 +1,6 @@
 //! `stickslip compare` as a user starts it: formats, mappings, reports, requirements, and files that are no good.
 
-use crate::common::cli::{Folder, json, output, refusal};
+use crate::common::cli::{Folder, json, output, refusal, says};
 use crate::common::compare::{csv, events_csv, paper, rows_of, word_of};
 use crate::common::unlocked;
 use std::io::Write;
@@ -20,7 +20,7 @@ fn series() -> String {
 fn compared(folder: &Folder, arguments: &[&str]) -> serde_json::Value {
     let mut all = vec!["compare", "paper.h5", "--json"];
     all.extend(arguments);
-    let (stdout, _) = output(&mut folder.stickslip(&all), 0);
+    let stdout = folder.ok(&all);
     json(&stdout)["comparisons"][0].clone()
 }
 
@@ -226,8 +226,7 @@ fn cli_requirements_make_a_gate() {
         "{stderr}"
     );
     for wrong in ["onset", "onset<", "onset<x", "nonsense<1", "onset=1"] {
-        let error = refusal(&mut folder.stickslip(&["compare", "paper.h5", "series.csv", "--require", wrong]));
-        assert!(error.contains(wrong), "{error}");
+        folder.refused(&["compare", "paper.h5", "series.csv", "--require", wrong], &[wrong]);
     }
 }
 
@@ -290,8 +289,7 @@ fn regression_a_report_waits_for_no_pipe() {
     for force in [None, Some("--force")] {
         let arguments = ["compare", "none.h5", "none.csv", "--report", "report.md"];
         let refused = refusal(folder.stickslip(&arguments).args(force));
-        assert!(refused.contains("a pipe or a device"), "{refused}");
-        assert!(refused.contains("another name with --report"), "{refused}");
+        says(&refused, &["a pipe or a device", "another name with --report"]);
     }
 }
 
@@ -301,15 +299,12 @@ fn cli_reports_are_written_and_nothing_else_is_replaced() {
     folder.write("a&b.csv", events_csv(&word_of(paper())));
     for name in ["report.html", "report.md"] {
         let arguments = ["compare", "paper.h5", "a&b.csv", "-q", "--report", name];
-        output(&mut folder.stickslip(&arguments), 0);
+        folder.ok(&arguments);
         let text = std::fs::read_to_string(folder.path(name)).unwrap();
-        assert!(
-            text.contains("the event sequences agree") && text.contains("final stick"),
-            "{text}"
-        );
+        says(&text, &["the event sequences agree", "final stick"]);
         // Every event is in it, and once more over an earlier report.
         assert!(text.matches("slip").count() > 47);
-        output(&mut folder.stickslip(&arguments), 0);
+        folder.ok(&arguments);
     }
     let html = std::fs::read_to_string(folder.path("report.html")).unwrap();
     assert!(html.contains("a&amp;b.csv") && !html.contains("http"));
@@ -380,13 +375,11 @@ fn cli_malformed_candidates_are_refused_with_place_and_remedy() {
 #[test]
 fn cli_damaged_files_are_refused() {
     let folder = with_reference();
-    let whole = std::fs::read(folder.path("paper.h5")).unwrap();
+    let whole = folder.read("paper.h5");
     for part in [9, 600, whole.len() / 2, whole.len() - 1000] {
         folder.write("cut.h5", &whole[..part]);
-        let error = refusal(&mut folder.stickslip(&["compare", "paper.h5", "cut.h5"]));
-        assert!(error.contains("cut.h5"), "{error}");
-        let error = refusal(&mut folder.stickslip(&["compare", "cut.h5", "paper.h5"]));
-        assert!(error.contains("cut.h5"), "{error}");
+        folder.refused("compare paper.h5 cut.h5", &["cut.h5"]);
+        folder.refused("compare cut.h5 paper.h5", &["cut.h5"]);
     }
     let rows = rows_of(paper(), 6.97);
     let columns = [
@@ -394,28 +387,25 @@ fn cli_damaged_files_are_refused() {
         ("relative_velocity", rows.iter().map(|r| r.1[5]).collect::<Vec<f64>>()),
     ];
     npz(&folder.path("whole.npz"), &columns, false);
-    let whole = std::fs::read(folder.path("whole.npz")).unwrap();
+    let whole = folder.read("whole.npz");
     folder.write("cut.npz", &whole[..whole.len() / 2]);
-    let error = refusal(&mut folder.stickslip(&["compare", "paper.h5", "cut.npz"]));
-    assert!(error.contains("cut.npz") && error.contains("numpy.savez"), "{error}");
+    folder.refused("compare paper.h5 cut.npz", &["cut.npz", "numpy.savez"]);
     // One bit of the last value of the first array, which is stored as it is: the CRC-32 of the member differs.
     let mut flipped = whole.clone();
     let second = b"relative_velocity.npy";
     let at = (0..whole.len()).find(|&at| whole[at..].starts_with(second)).unwrap() - 30 - 8;
     flipped[at] ^= 1;
     folder.write("flipped.npz", &flipped);
-    let error = refusal(&mut folder.stickslip(&["compare", "paper.h5", "flipped.npz"]));
-    assert!(
-        error.contains("flipped.npz") && error.contains("time: Invalid checksum"),
-        "{error}"
+    folder.refused(
+        "compare paper.h5 flipped.npz",
+        &["flipped.npz", "time: Invalid checksum"],
     );
     npz(
         &folder.path("uneven.npz"),
         &[columns[0].clone(), ("relative_velocity", vec![1.0; 5])],
         false,
     );
-    let error = refusal(&mut folder.stickslip(&["compare", "paper.h5", "uneven.npz"]));
-    assert!(error.contains("5 rows"), "{error}");
+    folder.refused("compare paper.h5 uneven.npz", &["5 rows"]);
     // Another model's file: HDF5 without anything that is known.
     let file = unlocked::create(folder.path("weather.h5")).unwrap();
     file.new_dataset_builder()
@@ -423,8 +413,7 @@ fn cli_damaged_files_are_refused() {
         .create("rain")
         .unwrap();
     drop(file);
-    let error = refusal(&mut folder.stickslip(&["compare", "paper.h5", "weather.h5"]));
-    assert!(error.contains("rain") && error.contains("--column"), "{error}");
+    folder.refused("compare paper.h5 weather.h5", &["rain", "--column"]);
     for (reference, candidate) in [
         ("nowhere.h5", "paper.h5"),
         ("paper.h5", "nowhere.csv"),
@@ -452,7 +441,7 @@ fn cli_wrong_mappings_are_refused_by_line_and_name() {
         ("time = \n", &["line 1", "TOML"]),
     ] {
         folder.write("map.toml", text);
-        let error = refusal(&mut folder.stickslip(&["compare", "paper.h5", "series.csv", "--map", "map.toml"]));
+        let error = refusal(&mut folder.stickslip("compare paper.h5 series.csv --map map.toml"));
         for word in words {
             assert!(error.contains(word), "{text}: {error}");
         }

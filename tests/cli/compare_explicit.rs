@@ -1,6 +1,6 @@
 //! `stickslip compare` with the histories of explicit finite-element codes, as a user of one starts it.
 
-use crate::common::cli::{Folder, json, output, refusal};
+use crate::common::cli::{Folder, json, refusal, says};
 use crate::common::compare::{csv, paper, rows_of};
 use crate::common::explicit::{Group, Lsda, t01_head, t01_state, xy_table};
 use stickslip::results::ResultFile;
@@ -34,7 +34,7 @@ fn with_reference() -> Folder {
 fn compared(folder: &Folder, arguments: &[&str]) -> serde_json::Value {
     let mut all = vec!["compare", "paper.h5", "--json"];
     all.extend(arguments);
-    let (stdout, _) = output(&mut folder.stickslip(&all), 0);
+    let stdout = folder.ok(&all);
     json(&stdout)["comparisons"][0].clone()
 }
 
@@ -130,14 +130,19 @@ fn cli_a_time_history_of_openradioss() {
 
     // What it resolves is said first.
     let all = [&["compare", "paper.h5"][..], &arguments].concat();
-    let (stdout, _) = output(&mut folder.stickslip(&all), 0);
+    let stdout = folder.ok(&all);
     let paragraph = stdout.split("\n\n").nth(1).unwrap();
     assert!(
         paragraph.starts_with("its times are 32-bit floating-point numbers, 4.8e-7 s apart at 6.989"),
         "{stdout}"
     );
-    assert!(stdout.contains("below the resolution of its file"), "{stdout}");
-    assert!(stdout.contains("friction_impulse has the opposite sign"), "{stdout}");
+    says(
+        &stdout,
+        &[
+            "below the resolution of its file",
+            "friction_impulse has the opposite sign",
+        ],
+    );
 
     // An impulse is no force, and a name has to be clear.
     let why = refused(&folder, &["brakeT01", "--column", "friction_torque=inter/7/MZ"]);
@@ -268,7 +273,7 @@ fn cli_few_digits_are_called_so() {
         }
     }
     folder.write("few.csv", few);
-    let (stdout, _) = output(&mut folder.stickslip(&["compare", "paper.h5", "few.csv"]), 0);
+    let stdout = folder.ok("compare paper.h5 few.csv");
     let paragraph = stdout.split("\n\n").nth(1).unwrap();
     assert!(
         paragraph.starts_with("its times are numbers with 5 decimals, 1.0e-5 s apart"),

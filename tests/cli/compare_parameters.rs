@@ -1,7 +1,7 @@
 //! `stickslip compare` with candidates that have one number of the case otherwise: planted in a bare solver that starts at the kick, and
 //! in runs of this program from t = 0, of which the candidate is the table of events.
 
-use crate::common::cli::{Folder, json, output};
+use crate::common::cli::{Folder, json, says};
 use crate::common::compare::{SOUND, Solver, csv, events_csv, kick, paper, parameters, rows_of, run, word_of};
 use serde_json::Value;
 use stickslip::friction::FrictionLaw;
@@ -17,9 +17,9 @@ fn with_reference() -> Folder {
 /// The comparison of a file, and what the program prints of it.
 fn compared(folder: &Folder, candidate: &str, options: &[&str]) -> (Value, String) {
     let arguments = [&["compare", "paper.h5", candidate], options].concat();
-    let (text, _) = output(&mut folder.stickslip(&arguments), 0);
+    let text = folder.ok(&arguments);
     let arguments = [&["compare", "paper.h5", candidate, "--json"], options].concat();
-    let (stdout, _) = output(&mut folder.stickslip(&arguments), 0);
+    let stdout = folder.ok(&arguments);
     (json(&stdout)["comparisons"][0].clone(), text)
 }
 
@@ -262,11 +262,13 @@ fn cli_rows_with_six_digits_are_called_so() {
         text += &format!("{time:.5},{:.5e}\n", values[5]);
     }
     folder.write("short.csv", text);
-    let (report, _) = crate::common::cli::output(&mut folder.stickslip(&["compare", "paper.h5", "short.csv"]), 0);
-    assert!(report.contains("its times are numbers with 5 decimals"), "{report}");
-    assert!(
-        report.contains("have the time of the one before and are left out: write more digits"),
-        "{report}"
+    let (report, _) = crate::common::cli::output(&mut folder.stickslip("compare paper.h5 short.csv"), 0);
+    says(
+        &report,
+        &[
+            "its times are numbers with 5 decimals",
+            "have the time of the one before and are left out: write more digits",
+        ],
     );
     assert!(!report.contains("is there twice"), "{report}");
 }

@@ -1,6 +1,6 @@
 //! `stickslip compare` and `stickslip work-precision` of trains as a user starts them.
 
-use crate::common::cli::{Folder, json, output, refusal};
+use crate::common::cli::{Folder, json, output, refusal, says};
 
 /// The paper's brake with a short ramp, in both forms.
 const BRAKE: &str = "
@@ -58,36 +58,22 @@ end = \"fixed\"
 #[test]
 fn cli_a_result_of_trains_is_compared_with_another_method() {
     let folder = Folder::new();
-    output(&mut folder.stickslip(&["run", "drill-string", "-q"]), 0);
+    folder.ok("run drill-string -q");
     let other = ["run", "drill-string", "-q", "--method", "cvode", "-o", "cvode.h5"];
-    output(&mut folder.stickslip(&other), 0);
-    let arguments = [
-        "compare",
-        "drill-string.h5",
-        "cvode.h5",
-        "--report",
-        "report.html",
-        "--require",
-        "events<1e-7",
-        "--require",
-        "period<1e-7",
-        "--require",
-        "drift<1e-8",
-        "--require",
-        "missing<=0",
-    ];
-    let (stdout, stderr) = output(&mut folder.stickslip(&arguments), 0);
+    folder.ok(&other);
+    let (stdout, stderr) = output(&mut folder.stickslip("compare drill-string.h5 cvode.h5 --report report.html --require events<1e-7 --require period<1e-7 --require drift<1e-8 --require missing<=0"), 0);
     assert_eq!(stderr, "");
-    for words in [
-        "the event sequences agree",
-        "the surface of the rotor on its shaft",
-        "sticks in a period",
-        "rad/s",
-        "a cycle",
-        "not compared: final_stick",
-    ] {
-        assert!(stdout.contains(words), "{words} in {stdout}");
-    }
+    says(
+        &stdout,
+        &[
+            "the event sequences agree",
+            "the surface of the rotor on its shaft",
+            "sticks in a period",
+            "rad/s",
+            "a cycle",
+            "not compared: final_stick",
+        ],
+    );
     let page = std::fs::read_to_string(folder.path("report.html")).unwrap();
     assert!(
         page.contains("matched events") && page.contains("rotor_twist"),
@@ -101,7 +87,7 @@ fn cli_a_result_of_trains_is_compared_with_another_method() {
 #[test]
 fn cli_columns_of_trains_are_named_and_have_units() {
     let folder = Folder::new();
-    output(&mut folder.stickslip(&["run", "belt-leine", "-q"]), 0);
+    folder.ok("run belt-leine -q");
     // In stick to 5 s: 200 mm/s.
     let rows: String = (0..50).map(|k| format!("{},{},200\n", 100 * k, 20 * k)).collect();
     folder.write("mine.csv", format!("clock,place,pace\n{rows}"));
@@ -111,7 +97,7 @@ fn cli_columns_of_trains_are_named_and_have_units() {
          velocity = { name = \"pace\", unit = \"mm/s\" }\n[detection]\nvelocity_tolerance = \"1 um/s\"\n",
     );
     let arguments = ["compare", "belt-leine.h5", "mine.csv", "--map", "map.toml", "--json"];
-    let (stdout, _) = output(&mut folder.stickslip(&arguments), 0);
+    let stdout = folder.ok(&arguments);
     let c = &json(&stdout)["comparisons"][0];
     assert_eq!(c["detection"]["velocity_tolerance"], 1e-6);
     let channels = c["channels"].as_array().unwrap();
@@ -139,7 +125,7 @@ fn cli_brakes_and_trains_are_compared_where_they_are_the_same() {
     folder.write("brake.toml", BRAKE);
     folder.write("trains.toml", brake_as_trains());
     for case in ["brake.toml", "trains.toml"] {
-        output(&mut folder.stickslip(&["run", case, "-q", "--no-witness"]), 0);
+        folder.ok(&["run", case, "-q", "--no-witness"]);
     }
     for pair in [["brake.h5", "trains.h5"], ["trains.h5", "brake.h5"]] {
         let arguments = [
@@ -152,7 +138,7 @@ fn cli_brakes_and_trains_are_compared_where_they_are_the_same() {
             "--require",
             "missing<=0",
         ];
-        let (stdout, _) = output(&mut folder.stickslip(&arguments), 0);
+        let stdout = folder.ok(&arguments);
         let c = &json(&stdout)["comparisons"][0];
         assert_eq!(c["causes"].as_array().unwrap().len(), 0, "{c}");
         assert!(c["samples"].as_u64().unwrap() > 100, "{c}");
@@ -166,13 +152,9 @@ fn cli_brakes_and_trains_are_compared_where_they_are_the_same() {
     }
     // One key of the short form is a number of both trains.
     let other = ["run", "brake.toml", "--set", "torsion.damping=20", "-o", "other.h5"];
-    output(
-        &mut folder.stickslip(&[&other[..], &["-q", "--no-witness"]].concat()),
-        0,
-    );
+    folder.ok(&[&other[..], &["-q", "--no-witness"]].concat());
     for pair in [["other.h5", "trains.h5"], ["trains.h5", "other.h5"]] {
-        let (stdout, _) = output(&mut folder.stickslip(&["compare", pair[0], pair[1], "--json"]), 0);
-        let c = &json(&stdout)["comparisons"][0];
+        let c = &folder.json(&["compare", pair[0], pair[1]])["comparisons"][0];
         assert_eq!(c["causes"][0]["cause"], "another-case", "{c}");
         let keys: Vec<_> = c["case_differences"]
             .as_array()
@@ -182,30 +164,20 @@ fn cli_brakes_and_trains_are_compared_where_they_are_the_same() {
             .collect();
         assert_eq!(keys, ["rotor.damping", "stator.damping"], "{c}");
     }
-    output(&mut folder.stickslip(&["run", "belt-leine", "-q", "--no-witness"]), 0);
+    folder.ok("run belt-leine -q --no-witness");
     for pair in [["belt-leine.h5", "brake.h5"], ["brake.h5", "belt-leine.h5"]] {
-        let stderr = refusal(&mut folder.stickslip(&["compare", pair[0], pair[1]]));
-        assert!(stderr.contains("another motion"), "{stderr}");
+        folder.refused(&["compare", pair[0], pair[1]], &["another motion"]);
     }
-    output(&mut folder.stickslip(&["run", "drill-string", "-q", "--no-witness"]), 0);
-    let stderr = refusal(&mut folder.stickslip(&["compare", "belt-leine.h5", "drill-string.h5"]));
-    assert!(stderr.contains("another motion"), "{stderr}");
+    folder.ok("run drill-string -q --no-witness");
+    folder.refused("compare belt-leine.h5 drill-string.h5", &["another motion"]);
 }
 
 #[test]
 fn cli_a_certified_result_of_trains_is_a_reference() {
     let folder = Folder::new();
-    output(&mut folder.stickslip(&["run", "clutch", "-q"]), 0);
-    output(&mut folder.stickslip(&["certify", "clutch.h5", "-q"]), 0);
-    let arguments = [
-        "compare",
-        "clutch.certified.h5",
-        "clutch.h5",
-        "--require",
-        "events<1e-12",
-        "-q",
-    ];
-    output(&mut folder.stickslip(&arguments), 0);
+    folder.ok("run clutch -q");
+    folder.ok("certify clutch.h5 -q");
+    folder.ok("compare clutch.certified.h5 clutch.h5 --require events<1e-12 -q");
 }
 
 #[test]
@@ -243,15 +215,14 @@ fn cli_work_precision_of_trains_is_against_the_oracle() {
         "runs.toml",
         "case = \"belt-leine\"\n[[series]]\nmethods = [\"erk\"]\ntolerances = [1e-6]\n[reference]\nmethod = \"series\"\n",
     );
-    let (stdout, _) = output(&mut folder.stickslip(&["work-precision", "runs.toml"]), 0);
+    let stdout = folder.ok("work-precision runs.toml");
     assert!(stdout.contains("Reference: series at rtol 1e-13"), "{stdout}");
     folder.write(
         "truth.toml",
         "case = \"belt-leine\"\n[[series]]\nmethods = [\"erk\"]\ntolerances = [1e-6]\n[reference]\ntruth = \"x.json\"\n",
     );
-    let stderr = refusal(&mut folder.stickslip(&["work-precision", "truth.toml"]));
-    assert!(
-        stderr.contains("truth.toml:6: reference.truth") && stderr.contains("oracle"),
-        "{stderr}"
+    folder.refused(
+        "work-precision truth.toml",
+        &["truth.toml:6: reference.truth", "oracle"],
     );
 }

@@ -16,7 +16,7 @@ const TO_THE_STICKS: &[&str] = &[
 
 fn with_run() -> Folder {
     let folder = Folder::new();
-    output(&mut folder.stickslip(TO_THE_STICKS), 0);
+    folder.ok(TO_THE_STICKS);
     folder
 }
 
@@ -46,7 +46,7 @@ fn numbers(cells: &[String]) -> Vec<f64> {
 #[test]
 fn cli_export_csv_reads_back_bit_for_bit() {
     let folder = with_run();
-    output(&mut folder.stickslip(&["export", "run.h5", "-o", "x.csv"]), 0);
+    folder.ok("export run.h5 -o x.csv");
     let text = std::fs::read_to_string(folder.path("x.csv")).unwrap();
     assert!(text.starts_with("time [s],mode,segment,"), "{}", &text[..80]);
     assert!(text.contains("relative_velocity [rad s-1]"));
@@ -62,10 +62,10 @@ fn cli_export_csv_reads_back_bit_for_bit() {
         );
     }
     assert!(found["mode"].iter().any(|mode| mode == "stick"));
-    let (stdout, _) = output(&mut folder.stickslip(&["compare", "run.h5", "x.csv", "--json"]), 0);
+    let stdout = folder.ok("compare run.h5 x.csv --json");
     assert!(stdout.contains("relative_velocity"), "{stdout}");
     // To standard output it is the same.
-    let (stdout, _) = output(&mut folder.stickslip(&["export", "run.h5", "-o", "-"]), 0);
+    let stdout = folder.ok("export run.h5 -o -");
     assert_eq!(stdout, text);
 }
 
@@ -74,21 +74,7 @@ fn cli_export_csv_reads_back_bit_for_bit() {
 #[test]
 fn regression_export_evaluates_between_samples_as_the_run_goes() {
     let folder = with_run();
-    output(
-        &mut folder.stickslip(&[
-            "export",
-            "run.h5",
-            "-o",
-            "dense.csv",
-            "--window",
-            "6.975:6.977",
-            "--interval",
-            "1.1e-6",
-            "--channels",
-            "relative_velocity,transmitted_torque,mode",
-        ]),
-        0,
-    );
+    folder.ok("export run.h5 -o dense.csv --window 6.975:6.977 --interval 1.1e-6 --channels relative_velocity,transmitted_torque,mode");
     let dense = columns(&std::fs::read_to_string(folder.path("dense.csv")).unwrap());
     assert_eq!(dense.len(), 4, "the time comes by itself");
     let times = numbers(&dense["time"]);
@@ -96,14 +82,8 @@ fn regression_export_evaluates_between_samples_as_the_run_goes() {
     assert_eq!(times.len(), 1819, "2 ms in steps of 1.1 us");
     // A run that has samples at these very times.
     let window = "output.window=[{from=6.975, to=6.977, interval=1.1e-6}]";
-    output(
-        &mut folder.stickslip(&["run", "run.h5", "-q", "--no-witness", "-o", "exact.h5", "--set", window]),
-        0,
-    );
-    output(
-        &mut folder.stickslip(&["export", "exact.h5", "-o", "exact.csv", "--window", "6.975:6.977"]),
-        0,
-    );
+    folder.ok(&["run", "run.h5", "-q", "--no-witness", "-o", "exact.h5", "--set", window]);
+    folder.ok("export exact.h5 -o exact.csv --window 6.975:6.977");
     let exact = columns(&std::fs::read_to_string(folder.path("exact.csv")).unwrap());
     let exact_times = numbers(&exact["time"]);
     let mut compared = 0;
@@ -155,7 +135,7 @@ fn cli_export_at_given_times() {
     folder.write("times.csv", "n,time [s]\n1,0.25\n2,1.5\n3,6.9761\n");
     let run = |more: &[&str]| {
         let arguments: Vec<&str> = ["export", "run.h5", "-o", "-"].iter().chain(more).copied().collect();
-        let (stdout, _) = output(&mut folder.stickslip(&arguments), 0);
+        let stdout = folder.ok(&arguments);
         columns(&stdout)
     };
     let at = run(&["--at", "times.csv"]);
@@ -172,10 +152,7 @@ fn cli_export_at_given_times() {
     let share = (0.5 - times[row - 1]) / (times[row] - times[row - 1]);
     let line = forces[row - 1] + share * (forces[row] - forces[row - 1]);
     assert!((numbers(&force["applied_force"])[1] - line).abs() <= 1e-12 * line);
-    let (_, stderr) = output(
-        &mut folder.stickslip(&["export", "run.h5", "-o", "-", "--rate", "1"]),
-        0,
-    );
+    let (_, stderr) = output(&mut folder.stickslip("export run.h5 -o - --rate 1"), 0);
     assert!(
         stderr.contains("energy_residual") && !stderr.contains("applied_force"),
         "{stderr}"
@@ -183,11 +160,7 @@ fn cli_export_at_given_times() {
     let rate = run(&["--rate", "4", "--window", "0.25:1.5"]);
     assert_eq!(numbers(&rate["time"]), [0.25, 0.5, 0.75, 1.0, 1.25, 1.5]);
     assert_eq!(rate["theta_dot"][0], at["theta_dot"][0]);
-    let (stdout, _) = output(
-        &mut folder.stickslip(&["export", "run.h5", "-o", "a.npz", "--at", "times.csv", "--json"]),
-        0,
-    );
-    let document = json(&stdout);
+    let document = folder.json("export run.h5 -o a.npz --at times.csv");
     assert_eq!(document["rows"], 3);
     assert!(document["evaluated"].as_str().unwrap().contains("equations of motion"));
     let left_out = document["left_out"].as_array().unwrap();
@@ -211,14 +184,12 @@ fn cli_export_at_given_times() {
             .chain(arguments)
             .copied()
             .collect();
-        let stderr = refusal(&mut folder.stickslip(&all));
-        assert!(stderr.contains(words), "{arguments:?}: {stderr}");
+        folder.refused(&all, &[words]);
     }
     folder.write("late.csv", "0.5\n99\n");
     folder.write("mixed.csv", "0.5\n0.25\n");
     for (name, words) in [("late.csv", "asks for t = 99.0 s"), ("mixed.csv", "mixed.csv:2: ")] {
-        let stderr = refusal(&mut folder.stickslip(&["export", "run.h5", "-o", "b.csv", "--at", name]));
-        assert!(stderr.contains(words), "{name}: {stderr}");
+        folder.refused(&["export", "run.h5", "-o", "b.csv", "--at", name], &[words]);
     }
     assert!(!folder.path("b.csv").exists());
 }
@@ -227,20 +198,8 @@ fn cli_export_at_given_times() {
 #[test]
 fn cli_export_of_trains() {
     let folder = Folder::new();
-    output(&mut folder.stickslip(&["run", "belt-leine", "-q", "--no-witness"]), 0);
-    let (stdout, _) = output(
-        &mut folder.stickslip(&[
-            "export",
-            "belt-leine.h5",
-            "-o",
-            "-",
-            "--interval",
-            "0.5",
-            "--channels",
-            "mode,phi1,relative_velocity",
-        ]),
-        0,
-    );
+    folder.ok("run belt-leine -q --no-witness");
+    let stdout = folder.ok("export belt-leine.h5 -o - --interval 0.5 --channels mode,phi1,relative_velocity");
     let found = columns(&stdout);
     assert_eq!(found["time"].len(), 201);
     assert!(found["mode"].iter().any(|mode| mode == "stick"));
@@ -248,10 +207,7 @@ fn cli_export_of_trains() {
     for (mode, velocity) in found["mode"].iter().zip(numbers(&found["relative_velocity"])) {
         assert!(mode != "stick" || velocity.abs() < 1e-12, "{velocity}");
     }
-    let (stdout, _) = output(
-        &mut folder.stickslip(&["export", "belt-leine.h5", "-o", "-", "--table", "events"]),
-        0,
-    );
+    let stdout = folder.ok("export belt-leine.h5 -o - --table events");
     assert!(stdout.starts_with("event,time [s],kind,"), "{stdout}");
 }
 
@@ -265,35 +221,18 @@ fn cli_export_writes_each_format_and_replaces_its_own() {
         ("x.parquet", b"PAR1"),
     ] {
         for _ in 0..2 {
-            output(
-                &mut folder.stickslip(&["export", "run.h5", "-o", name, "--table", "events"]),
-                0,
-            );
-            assert!(std::fs::read(folder.path(name)).unwrap().starts_with(magic), "{name}");
+            folder.ok(&["export", "run.h5", "-o", name, "--table", "events"]);
+            assert!(folder.read(name).starts_with(magic), "{name}");
         }
     }
-    output(
-        &mut folder.stickslip(&[
-            "export", "run.h5", "-o", "data", "--format", "csv", "--table", "segments",
-        ]),
-        0,
-    );
-    output(
-        &mut folder.stickslip(&[
-            "export", "run.h5", "-o", "data", "--format", "csv", "--table", "segments",
-        ]),
-        0,
-    );
+    folder.ok("export run.h5 -o data --format csv --table segments");
+    folder.ok("export run.h5 -o data --format csv --table segments");
     // What is not its own, it leaves.
     for name in ["own.csv", "own.npz", "own.mat", "own.parquet"] {
         folder.write(name, "time,x\n0,1\n");
-        let stderr = refusal(&mut folder.stickslip(&["export", "run.h5", "-o", name]));
-        assert!(stderr.contains("--force"), "{stderr}");
-        assert_eq!(std::fs::read(folder.path(name)).unwrap(), b"time,x\n0,1\n");
-        output(
-            &mut folder.stickslip(&["export", "run.h5", "-o", name, "--force", "--table", "stick_slip"]),
-            0,
-        );
+        folder.refused(&["export", "run.h5", "-o", name], &["--force"]);
+        assert_eq!(folder.read(name), b"time,x\n0,1\n");
+        folder.ok(&["export", "run.h5", "-o", name, "--force", "--table", "stick_slip"]);
     }
     for (arguments, words) in [
         (&["run.h5", "-o", "run.h5"][..], "names no format"),
@@ -325,16 +264,12 @@ fn cli_export_writes_each_format_and_replaces_its_own() {
 #[test]
 fn cli_export_benchmark_is_a_package() {
     let folder = with_run();
-    let stderr = refusal(&mut folder.stickslip(&["export", "run.h5", "--benchmark", "-o", "bench"]));
-    assert!(
-        stderr.contains("no certificate") && stderr.contains("stickslip certify"),
-        "{stderr}"
+    folder.refused(
+        "export run.h5 --benchmark -o bench",
+        &["no certificate", "stickslip certify"],
     );
     assert!(!folder.path("bench").exists());
-    output(
-        &mut folder.stickslip(&["certify", "run.h5", "-q", "-o", "certified.h5"]),
-        0,
-    );
+    folder.ok("certify run.h5 -q -o certified.h5");
     let make = |more: &[&str]| -> Vec<&str> {
         let all = ["export", "certified.h5", "--benchmark", "-o", "bench"];
         all.iter()
@@ -342,11 +277,8 @@ fn cli_export_benchmark_is_a_package() {
             .map(|one| Box::leak(one.to_string().into_boxed_str()) as &str)
             .collect()
     };
-    output(&mut folder.stickslip(&make(&[])), 0);
-    let (stdout, _) = output(
-        &mut folder.stickslip(&make(&["--author", "A. Name", "--license", "CC-BY-4.0", "--json"])),
-        0,
-    );
+    folder.ok(&make(&[]));
+    let stdout = folder.ok(&make(&["--author", "A. Name", "--license", "CC-BY-4.0", "--json"]));
     let files = json(&stdout)["files"].clone();
     let read = |name: &str| std::fs::read_to_string(folder.path("bench").join(name)).unwrap();
     let mut there: Vec<String> = std::fs::read_dir(folder.path("bench"))
@@ -392,17 +324,15 @@ fn cli_export_benchmark_is_a_package() {
     // A folder with anything else in it is left alone.
     std::fs::create_dir(folder.path("mine")).unwrap();
     folder.write("mine/thesis.tex", "x");
-    let stderr = refusal(&mut folder.stickslip(&["export", "certified.h5", "--benchmark", "-o", "mine"]));
-    assert!(stderr.contains("not a benchmark package"), "{stderr}");
-    let stderr = refusal(&mut folder.stickslip(&make(&["--license", "none of yours"])));
-    assert!(stderr.contains("SPDX"), "{stderr}");
+    folder.refused("export certified.h5 --benchmark -o mine", &["not a benchmark package"]);
+    folder.refused(&make(&["--license", "none of yours"]), &["SPDX"]);
 }
 
 /// Where the samples of a run are too far apart for other times, the message has the command that helps, and it helps.
 #[test]
 fn regression_export_says_how_a_run_has_every_time() {
     let folder = Folder::new();
-    output(&mut folder.stickslip(&["run", "lugre-slider", "-q"]), 0);
+    folder.ok("run lugre-slider -q");
     let export = |file: &str| folder.stickslip(&["export", file, "-q", "--interval", "0.001", "-o", "x.csv"]);
     let refused = refusal(&mut export("lugre-slider.h5"));
     let (_, command) = refused.trim().split_once("stickslip run").unwrap();
@@ -412,10 +342,7 @@ fn regression_export_says_how_a_run_has_every_time() {
         ["lugre-slider.h5", "--set", "output.dense=true"],
         "{refused}"
     );
-    output(
-        &mut folder.stickslip(&[&["run"][..], &arguments, &["-q", "-o", "dense.h5"]].concat()),
-        0,
-    );
+    folder.ok(&[&["run"][..], &arguments, &["-q", "-o", "dense.h5"]].concat());
     output(&mut export("dense.h5"), 0);
     let rows = columns(&std::fs::read_to_string(folder.path("x.csv")).unwrap())["time"].len();
     assert_eq!(rows, 30_001);

@@ -1,14 +1,14 @@
 //! Hostile and broken input, and systems that refuse: each a clear error, whatever the command.
 
-use crate::common::cli::{Folder, json, output, refusal};
+use crate::common::cli::{Folder, json, output, refusal, says};
 use crate::common::unlocked;
 use stickslip::results::Status;
 
 /// The message of a run that fails, which has its time and its mode.
 fn failure(folder: &Folder, arguments: &[&str]) -> String {
-    let mut command = folder.stickslip(&["run", "-q", "-o", "x.h5"]);
+    let mut command = folder.stickslip("run -q -o x.h5");
     let (_, stderr) = output(command.args(arguments), 1);
-    assert!(stderr.contains("at t = ") && stderr.contains("in mode "), "{stderr}");
+    says(&stderr, &["at t = ", "in mode "]);
     assert!(matches!(folder.result("x.partial.h5").status(), Status::Failed(_)));
     stderr
 }
@@ -50,10 +50,7 @@ fn cli_budgets_of_steps_and_time_end_a_run() {
     let folder = Folder::new();
     for method in ["auto", "series", "paper"] {
         let said = failure(&folder, &["--method", method, "--set", "solver.max_steps=20"]);
-        assert!(
-            said.contains("budget of 20 steps") && said.contains("solver.max_steps"),
-            "{said}"
-        );
+        says(&said, &["budget of 20 steps", "solver.max_steps"]);
         let slow = [
             "--method",
             method,
@@ -63,17 +60,13 @@ fn cli_budgets_of_steps_and_time_end_a_run() {
             "20 ms",
         ];
         let said = failure(&folder, &slow);
-        assert!(
-            said.contains("0.02 s of wall time") && said.contains("--max-wall-time"),
-            "{said}"
-        );
+        says(&said, &["0.02 s of wall time", "--max-wall-time"]);
     }
     // Nor is one forgotten over samples that take long: of doubles of this size little is left between two of them.
-    let mut fast = folder.stickslip(&["run", "-q", "-o", "f.h5", "--set", "initial.speed=9e18"]);
+    let mut fast = folder.stickslip("run -q -o f.h5 --set initial.speed=9e18");
     let (_, said) = output(fast.args(["--max-wall-time", "20 ms"]), 1);
     assert!(said.contains("0.02 s of wall time"), "{said}");
-    let said = refusal(&mut folder.stickslip(&["run", "--max-wall-time", "soon"]));
-    assert!(said.contains("solver.max_wall_time"), "{said}");
+    folder.refused("run --max-wall-time soon", &["solver.max_wall_time"]);
 }
 
 #[test]
@@ -83,7 +76,7 @@ fn cli_a_stuck_point_of_a_sweep_is_a_failed_point() {
                  values = [0, 100]\n";
     folder.write("s.toml", study);
     let arguments = ["sweep", "s.toml", "--json", "--max-wall-time", "3", "-j", "1"];
-    let (stdout, _) = output(&mut folder.stickslip(&arguments), 0);
+    let stdout = folder.ok(&arguments);
     let document = json(&stdout);
     assert_eq!(
         (&document["points"], &document["failed"]),
@@ -91,10 +84,7 @@ fn cli_a_stuck_point_of_a_sweep_is_a_failed_point() {
         "{document}"
     );
     let message = document["failures"][0]["message"].as_str().unwrap();
-    assert!(
-        message.contains("wall time") && message.contains("in mode"),
-        "{message}"
-    );
+    says(&message, &["wall time", "in mode"]);
 }
 
 #[test]
@@ -123,7 +113,7 @@ fn with_times(folder: &Folder, name: &str, time: impl Fn(usize) -> f64) {
 #[test]
 fn cli_a_reference_whose_times_are_none_is_refused() {
     let folder = Folder::new();
-    output(&mut folder.short_run(&["-q", "-o", "good.h5"]), 0);
+    folder.ok_short("-q -o good.h5");
     with_times(&folder, "constant.h5", |_| 0.01);
     with_times(&folder, "reversed.h5", |row| 1.0 - row as f64 * 1e-3);
     with_times(&folder, "nan.h5", |_| f64::NAN);
@@ -133,8 +123,7 @@ fn cli_a_reference_whose_times_are_none_is_refused() {
             &["plot", name, "--html", "page.html"],
             &["plot", name, "--only", "5", "-o", "x.svg"],
         ] {
-            let said = refusal(&mut folder.stickslip(arguments));
-            assert!(said.contains(name) && said.contains("/trajectory/time"), "{said}");
+            folder.refused(arguments, &[name, "/trajectory/time"]);
         }
     }
     assert!(!folder.path("page.html").exists());
@@ -152,11 +141,9 @@ fn cli_sizes_in_studies_are_refused_before_memory_is_asked_for() {
         ("points = \"/dev/zero\"\n".to_owned(), "s.toml:2: points"),
     ] {
         folder.write("s.toml", format!("case = \"paper\"\n{text}"));
-        let said = refusal(&mut folder.stickslip(&["sweep", "s.toml"]));
-        assert!(said.contains(place), "{said}");
+        folder.refused("sweep s.toml", &[place]);
     }
-    let said = refusal(&mut folder.stickslip(&["run", "/dev/zero"]));
-    assert!(said.contains("larger than 8 MB"), "{said}");
+    folder.refused("run /dev/zero", &["larger than 8 MB"]);
 }
 
 #[test]
@@ -164,13 +151,12 @@ fn cli_errors_quote_little_and_nothing_of_files_that_are_no_input() {
     let folder = Folder::new();
     folder.write("secret", "root:$6$verysecret:19000:0:99999:7:::\nuser:$6$other,1,2\n");
     folder.write("s.toml", "case = \"paper\"\npoints = \"secret\"\n");
-    let said = refusal(&mut folder.stickslip(&["sweep", "s.toml"]));
+    let said = refusal(&mut folder.stickslip("sweep s.toml"));
     assert!(said.contains("secret:1") && !said.contains("verysecret"), "{said}");
     // A misspelt key is quoted, as everywhere.
     folder.write("points.csv", "friction.deccay\n1\n");
     folder.write("s.toml", "case = \"paper\"\npoints = \"points.csv\"\n");
-    let said = refusal(&mut folder.stickslip(&["sweep", "s.toml"]));
-    assert!(said.contains("did you mean friction.decay"), "{said}");
+    folder.refused("sweep s.toml", &["did you mean friction.decay"]);
 
     let long = format!("friction.decay=5 {}", "N m ".repeat(1300));
     let key = format!("{}=1", "k".repeat(5000));
@@ -184,12 +170,9 @@ fn cli_errors_quote_little_and_nothing_of_files_that_are_no_input() {
         let said = refusal(&mut folder.stickslip(&["run", "--set", setting]));
         assert!(said.len() < 600 && !said.contains('\u{1b}'), "{said:?}");
     }
-    output(
-        &mut folder.short_run(&["-q", "-o", "x.h5", "--set", "title=\"a\\u001b[2Jb\""]),
-        0,
-    );
+    folder.ok_short(&["-q", "-o", "x.h5", "--set", "title=\"a\\u001b[2Jb\""]);
     for arguments in [&["inspect", "x.h5"][..], &["run", "x.h5", "-o", "y.h5"]] {
-        let (stdout, _) = output(&mut folder.stickslip(arguments), 0);
+        let stdout = folder.ok(arguments);
         assert!(stdout.contains("a\\u{1b}[2Jb"), "{stdout:?}");
     }
     // Nor does it reach whoever lists a figure or a page.
@@ -197,7 +180,7 @@ fn cli_errors_quote_little_and_nothing_of_files_that_are_no_input() {
         &["modes", "x.h5", "-q", "--figure", "x.svg"][..],
         &["plot", "x.h5", "--html", "x.html"],
     ] {
-        output(&mut folder.stickslip(arguments), 0);
+        folder.ok(arguments);
         let text = std::fs::read_to_string(folder.path(arguments[arguments.len() - 1])).unwrap();
         assert!(text.contains("a\\u{1b}[2Jb"), "{arguments:?}");
         assert!(
@@ -227,13 +210,11 @@ fn cli_what_is_wrong_in_a_study_has_its_line() {
         ),
     ] {
         folder.write("s.toml", format!("case = \"paper\"\n{text}"));
-        let said = refusal(&mut folder.stickslip(&["sweep", "s.toml"]));
-        assert!(said.contains(place), "{said}");
+        folder.refused("sweep s.toml", &[place]);
     }
     folder.write("s.toml", b"case = \"paper\"\ntitle = \"m s\xb2\"\n");
     for command in ["run", "sweep", "calibrate", "work-precision"] {
-        let said = refusal(&mut folder.stickslip(&[command, "s.toml"]));
-        assert!(said.contains("s.toml:2: ") && said.contains("UTF-8"), "{said}");
+        folder.refused(&[command, "s.toml"], &["s.toml:2: ", "UTF-8"]);
     }
 }
 
@@ -241,15 +222,15 @@ fn cli_what_is_wrong_in_a_study_has_its_line() {
 #[test]
 fn cli_a_candidate_may_come_through_a_pipe() {
     let folder = Folder::new();
-    output(&mut folder.short_run(&["-q", "-o", "r.h5"]), 0);
+    folder.ok_short("-q -o r.h5");
     let rows: String = (0..100)
         .map(|k| format!("{},{}\n", f64::from(k) * 5e-4, 100 - k))
         .collect();
     folder.write("c.csv", format!("time,relative_velocity\n{rows}"));
     let first = |text: &str| text.lines().skip(1).map(str::to_owned).collect::<Vec<_>>();
-    let (plain, _) = output(&mut folder.stickslip(&["compare", "r.h5", "c.csv"]), 0);
-    let table = std::fs::read(folder.path("c.csv")).unwrap();
-    let mut command = folder.stickslip(&["compare", "r.h5", "/dev/stdin"]);
+    let plain = folder.ok("compare r.h5 c.csv");
+    let table = folder.read("c.csv");
+    let mut command = folder.stickslip("compare r.h5 /dev/stdin");
     let (piped, _) = output(command.write_stdin(table), 0);
     assert_eq!(first(&piped), first(&plain));
 }
@@ -262,8 +243,7 @@ fn cli_names_that_a_sweep_needs_are_refused_first() {
     let files = "[keep]\ntrajectory = true\n";
     for (name, keep) in [("a.journal", ""), ("a.journal", files), ("a.runs", files)] {
         folder.write("s.toml", format!("{study}{keep}"));
-        let said = refusal(&mut folder.stickslip(&["sweep", "s.toml", "-o", name]));
-        assert!(said.contains(name) && said.contains("-o"), "{said}");
+        folder.refused(&["sweep", "s.toml", "-o", name], &[name, "-o"]);
         assert_eq!(folder.names(), ["s.toml"]);
     }
 }
@@ -274,7 +254,7 @@ fn cli_names_that_are_not_utf8_are_said_to_be() {
     use std::os::unix::ffi::OsStrExt;
     let folder = Folder::new();
     let name = std::ffi::OsStr::from_bytes(b"a\xff.h5");
-    let mut command = folder.stickslip(&["run", "-o"]);
+    let mut command = folder.stickslip("run -o");
     let said = refusal(command.arg(name));
     assert!(said.contains("UTF-8") && !said.contains("disk"), "{said}");
 }
@@ -284,8 +264,7 @@ fn cli_names_that_are_not_utf8_are_said_to_be() {
 fn cli_a_link_at_the_name_of_a_lock_is_not_followed() {
     let folder = Folder::new();
     std::os::unix::fs::symlink(folder.path("elsewhere"), folder.path(".x.partial.h5.lock")).unwrap();
-    let said = refusal(&mut folder.short_run(&["-o", "x.h5"]));
-    assert!(said.contains(".x.partial.h5.lock"), "{said}");
+    folder.refused_short("-o x.h5", &[".x.partial.h5.lock"]);
     assert!(!folder.path("elsewhere").exists());
 }
 
@@ -298,16 +277,10 @@ fn cli_shards_whose_names_have_a_per_cent_sign_are_found() {
     );
     let names = ["50%b.h5", "a%%20%2.h5"];
     for (shard, name) in ["1/2", "2/2"].into_iter().zip(names) {
-        output(
-            &mut folder.stickslip(&["sweep", "s.toml", "-q", "--shard", shard, "-o", name]),
-            0,
-        );
+        folder.ok(&["sweep", "s.toml", "-q", "--shard", shard, "-o", name]);
     }
     let [a, b] = names;
-    output(
-        &mut folder.stickslip(&["merge", "--virtual", "-q", "-o", "all.h5", a, b]),
-        0,
-    );
+    folder.ok(&["merge", "--virtual", "-q", "-o", "all.h5", a, b]);
     let file = unlocked::open(folder.path("all.h5")).unwrap();
     let status: Vec<i8> = file.dataset("status").unwrap().read_raw().unwrap();
     assert_eq!(status, [0, 0]);
@@ -318,17 +291,14 @@ fn cli_shards_whose_names_have_a_per_cent_sign_are_found() {
 #[test]
 fn cli_a_limit_on_files_is_an_error_of_every_command() {
     let folder = Folder::new();
-    output(&mut folder.stickslip(&["run", "-q", "-o", "r.h5"]), 0);
+    folder.ok("run -q -o r.h5");
     let axis = "[[axis]]\nkey = \"torsion.damping\"\nvalues = [20, 21]\n";
     folder.write(
         "s.toml",
         format!("case = \"paper\"\n[set]\noutput.end_time = 0.01\n{axis}"),
     );
     for (shard, name) in [("1/2", "1.h5"), ("2/2", "2.h5")] {
-        output(
-            &mut folder.stickslip(&["sweep", "s.toml", "-q", "--shard", shard, "-o", name]),
-            0,
-        );
+        folder.ok(&["sweep", "s.toml", "-q", "--shard", shard, "-o", name]);
     }
     let target =
         "[[target]]\nquantity = \"natural_period\"\nvalue = \"0.00024 s\"\n[search]\npoints = 16\nstarts = 1\n";
@@ -369,7 +339,7 @@ fn cli_a_limit_on_files_is_an_error_of_every_command() {
         left.retain(|name| name != "out.journal");
         assert_eq!(left, before, "{arguments:?}");
         let again: Vec<&str> = arguments.iter().copied().chain(["-q", "--force"]).collect();
-        output(&mut folder.stickslip(&again), 0);
+        folder.ok(&again);
         for name in folder.names().iter().filter(|name| name.starts_with("out")) {
             std::fs::remove_file(folder.path(name)).unwrap();
         }

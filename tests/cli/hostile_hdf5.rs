@@ -1,6 +1,6 @@
 //! HDF5 files that this program did not write, or no longer as it did: an error or a result, nothing else.
 
-use crate::common::cli::{Folder, LONG, output};
+use crate::common::cli::{Folder, LONG, output, says};
 use crate::common::hostile::{Dice, damage, survive};
 use crate::common::unlocked;
 use crate::common::unlocked::{create, open_rw};
@@ -26,7 +26,7 @@ events = true
 /// A folder with `run.h5`, a result of the program.
 fn with_run() -> Folder {
     let folder = Folder::new();
-    output(&mut folder.short_run(&["-q", "-o", "run.h5"]), 0);
+    folder.ok_short("-q -o run.h5");
     folder
 }
 
@@ -94,7 +94,7 @@ fn regression_a_title_that_is_not_unicode_is_no_reason_to_fail() {
 #[test]
 fn regression_names_of_another_encoding_are_listed() {
     let folder = with_run();
-    folder.write("sound.h5", std::fs::read(folder.path("run.h5")).unwrap());
+    folder.write("sound.h5", folder.read("run.h5"));
     {
         let file = open_rw(folder.path("run.h5")).unwrap();
         let added = file.new_dataset_builder().with_data(&[1.0, 2.0]);
@@ -111,9 +111,7 @@ fn regression_names_of_another_encoding_are_listed() {
     patch(&folder.path("run.h5"), b"zusatz_UVW", b"zusatz_U\xfcW");
     let (code, stdout, stderr) = survive(&folder.path(""), &["inspect", "run.h5"]);
     assert_eq!(code, 0, "{stderr}");
-    for shown in ["zusatz_\u{fffd}", "zusatz_U\u{fffd}W", "not UTF-8", "time"] {
-        assert!(stdout.contains(shown), "no {shown} in {stdout}");
-    }
+    says(&stdout, &["zusatz_\u{fffd}", "zusatz_U\u{fffd}W", "not UTF-8", "time"]);
     let (code, stdout, _) = survive(&folder.path(""), &["check", "run.h5"]);
     assert!(code == 1 && stdout.contains("is not UTF-8"), "{stdout}");
     refused(&folder, &["compare", "run.h5", "other.h5"], &["run.h5", "is not UTF-8"]);
@@ -266,7 +264,7 @@ fn with_two_shards() -> Folder {
 
 /// A copy of a file without its last line, as HDF5 leaves a file that it changes.
 fn unseal(folder: &Folder, from: &str, to: &str) {
-    let bytes = std::fs::read(folder.path(from)).unwrap();
+    let bytes = folder.read(from);
     let text = String::from_utf8_lossy(&bytes[bytes.len() - 26..]);
     assert!(text.starts_with("stickslip CRC-32 ") && text.ends_with('\n'), "{text}");
     folder.write(to, &bytes[..bytes.len() - 26]);
@@ -277,7 +275,7 @@ fn unseal(folder: &Folder, from: &str, to: &str) {
 fn lose_chunk(folder: &Folder, name: &str, variable: &str) {
     let chunk = unlocked::open(folder.path(name)).unwrap();
     let chunk = chunk.dataset(variable).unwrap().chunk_info(0).unwrap();
-    let mut bytes = std::fs::read(folder.path(name)).unwrap();
+    let mut bytes = folder.read(name);
     // A key (bytes of the chunk, filters left out, first row, 0) and the address of the chunk.
     let is_key = |at: &usize| {
         let size = bytes[at - 24..].first_chunk().map(|size| u32::from_le_bytes(*size));
@@ -292,11 +290,8 @@ fn lose_chunk(folder: &Folder, name: &str, variable: &str) {
 #[test]
 fn regression_nothing_is_made_from_a_damaged_file() {
     let folder = with_two_shards();
-    output(&mut folder.short_run(&["-q", "-o", "run.h5"]), 0);
-    output(
-        &mut folder.stickslip(&["sweep", "study.toml", "-o", "sweep.h5", "-q"]),
-        0,
-    );
+    folder.ok_short("-q -o run.h5");
+    folder.ok("sweep study.toml -o sweep.h5 -q");
     folder.write("other.csv", "time,relative_velocity\n0,1\n0.01,1\n0.02,1\n");
     folder.write("base.toml", STUDY.replace("\"paper\"", "\"bad.h5\""));
     let free = "[[free]]\nkey = \"torsion.damping\"\nfrom = 10\nto = 30\n[[target]]\nquantity = \"onset_time\"\nvalue = \"1 s\"\n";
@@ -353,11 +348,11 @@ fn regression_nothing_is_made_from_a_damaged_file() {
         ),
     ] {
         for sealed in [true, false] {
-            folder.write("bad.h5", std::fs::read(folder.path(file)).unwrap());
+            folder.write("bad.h5", folder.read(file));
             if !sealed {
                 unseal(&folder, file, "bad.h5");
             }
-            output(&mut folder.stickslip(&["check", "bad.h5"]), 0);
+            folder.ok("check bad.h5");
             lose_chunk(&folder, "bad.h5", variable);
             for arguments in commands {
                 refused(
@@ -382,7 +377,7 @@ fn regression_nothing_is_made_from_a_damaged_file() {
 #[test]
 fn regression_a_damaged_result_is_no_foreign_candidate() {
     let folder = with_run();
-    folder.write("bad.h5", std::fs::read(folder.path("run.h5")).unwrap());
+    folder.write("bad.h5", folder.read("run.h5"));
     patch(&folder.path("bad.h5"), b"stickslip-result", b"stickslip-resulu");
     for arguments in [["compare", "run.h5", "bad.h5"], ["compare", "bad.h5", "run.h5"]] {
         refused(&folder, &arguments, &["bad.h5"]);
@@ -396,7 +391,7 @@ fn regression_a_damaged_result_is_no_foreign_candidate() {
 #[test]
 fn property_any_changed_bit_is_found() {
     let folder = with_run();
-    let sound = std::fs::read(folder.path("run.h5")).unwrap();
+    let sound = folder.read("run.h5");
     // Here a changed letter passed: the links of dimensions, and the attributes of /meta.
     let names = ["DIMENSION_LIST", "REFERENCE_LIST", "command_line"];
     let at = |name: &str| {
@@ -532,7 +527,7 @@ fn regression_other_files_are_read_only_on_demand() {
     for command in ["inspect", "certify", "plot"] {
         refused(&folder, &[command, "run.h5"], &["/events", "--follow-external"]);
     }
-    output(&mut folder.short_run(&["-q", "-o", "run2.h5"]), 0);
+    folder.ok_short("-q -o run2.h5");
     for name in ["links.h5", "virtual.h5"] {
         let (code, _, stderr) = survive(&folder.path(""), &["compare", "run2.h5", name, "--follow-external"]);
         assert_eq!(code, 0, "{name}: {stderr}");
@@ -646,11 +641,8 @@ fn regression_a_pattern_of_names_leads_to_no_other_file() {
 #[test]
 fn regression_a_shard_that_is_gone_is_an_error() {
     let folder = with_two_shards();
-    output(
-        &mut folder.stickslip(&["merge", "1.h5", "2.h5", "-o", "whole.h5", "--virtual"]),
-        0,
-    );
-    output(&mut folder.stickslip(&["check", "whole.h5"]), 0);
+    folder.ok("merge 1.h5 2.h5 -o whole.h5 --virtual");
+    folder.ok("check whole.h5");
     let wrong = |words: &[&str]| {
         for more in [&[][..], &["--follow-external"]] {
             let (code, stdout, _) = survive(&folder.path(""), &[&["check", "whole.h5"][..], more].concat());
@@ -752,7 +744,7 @@ fn regression_a_reading_process_at_a_standstill_is_not_waited_for() {
     if !made.is_ok_and(|status| status.success()) {
         return;
     }
-    let mut compare = folder.start(&["compare", "run.h5", "pipe.csv"]);
+    let mut compare = folder.start("compare run.h5 pipe.csv");
     // It is opened for reading when the reference has been read.
     let mut pipe = std::fs::OpenOptions::new()
         .write(true)
@@ -819,18 +811,12 @@ fn regression_a_growing_file_can_be_read_at_any_time() {
 
 /// The seeds of the campaign: files of the program, and one of another.
 fn seeds(folder: &Folder) -> Vec<(&'static str, Vec<u8>)> {
-    output(&mut folder.short_run(&["-q", "-o", "reference.h5"]), 0);
+    folder.ok_short("-q -o reference.h5");
     folder.write("study.toml", STUDY);
-    output(
-        &mut folder.stickslip(&["sweep", "study.toml", "-o", "sweep.h5", "-q"]),
-        0,
-    );
+    folder.ok("sweep study.toml -o sweep.h5 -q");
     for shard in ["1", "2"] {
         let (part, name) = (format!("{shard}/2"), format!("{shard}.h5"));
-        output(
-            &mut folder.stickslip(&["sweep", "study.toml", "--shard", &part, "-o", &name, "-q"]),
-            0,
-        );
+        folder.ok(&["sweep", "study.toml", "--shard", &part, "-o", &name, "-q"]);
     }
     {
         let file = write_candidate(&folder.path("candidate.h5"));
@@ -851,7 +837,7 @@ fn seeds(folder: &Folder) -> Vec<(&'static str, Vec<u8>)> {
             .unwrap();
     }
     ["reference.h5", "sweep.h5", "1.h5", "candidate.h5"]
-        .map(|name| (name, std::fs::read(folder.path(name)).unwrap()))
+        .map(|name| (name, folder.read(name)))
         .to_vec()
 }
 

@@ -7,9 +7,11 @@ use stickslip::simulation::Method;
 #[test]
 fn cli_help_and_errors_list_every_method() {
     let folder = Folder::new();
-    let (help, _) = output(&mut folder.stickslip(&["run", "--help"]), 0);
-    let said = refusal(&mut folder.short_run(&["--method", "erk-dormandprince"]));
-    assert!(said.contains("did you mean \"erk-dormand-prince-54\""), "{said}");
+    let help = folder.ok("run --help");
+    let said = folder.refused_short(
+        "--method erk-dormandprince",
+        &["did you mean \"erk-dormand-prince-54\""],
+    );
     // The help is wrapped to the width of a terminal.
     let help: String = help.split_whitespace().collect();
     for method in Method::all() {
@@ -68,7 +70,7 @@ fn cli_a_fixed_step_needs_a_method_a_unit_and_stability() {
         "-o",
         "fixed.h5",
     ];
-    output(&mut folder.short_run(&steps), 0);
+    folder.ok_short(&steps);
     let meta = folder.result("fixed.h5").meta().unwrap();
     let value = |name: &str| format!("{:?}", meta.iter().find(|entry| entry.0 == name).unwrap().1);
     assert!(value("method").contains("erk-dormand-prince-54"));
@@ -101,7 +103,7 @@ fn cli_the_papers_procedure_is_flagged() {
     );
     let samples = first.samples(0..first.sample_count().unwrap()).unwrap();
     drop(first);
-    output(&mut folder.stickslip(&["run", "paper.h5", "-o", "again.h5"]), 0);
+    folder.ok("run paper.h5 -o again.h5");
     let again = folder.result("again.h5");
     assert_eq!(again.samples(0..again.sample_count().unwrap()).unwrap(), samples);
 }

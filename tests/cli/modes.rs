@@ -1,26 +1,27 @@
 //! `stickslip modes`.
 
-use crate::common::cli::{Folder, json, output, refusal};
+use crate::common::cli::{Folder, json, output, says};
 
 #[test]
 fn cli_modes_says_the_same_in_table_and_json() {
     let folder = Folder::new();
-    let (table, stderr) = output(&mut folder.stickslip(&["modes"]), 0);
+    let (table, stderr) = output(&mut folder.stickslip("modes"), 0);
     assert_eq!(stderr, "");
-    let (document, _) = output(&mut folder.stickslip(&["modes", "paper", "--json"]), 0);
+    let document = folder.ok("modes paper --json");
     let document = json(&document);
     assert_eq!(document["stability"], "lost");
     assert_eq!(document["instability"]["onset_decided_by"], "perturbation");
     let time = document["instability"]["time"].as_f64().unwrap();
-    for words in [
-        format!("{time:.9} s"),
-        format!("{:.6} rad/s", document["critical_speed"].as_f64().unwrap()),
-        format!("{:.2}", document["instability"]["growth_exponent"].as_f64().unwrap()),
-        "4.1570 kHz".to_owned(),
-        "the perturbation".to_owned(),
-    ] {
-        assert!(table.contains(&words), "{words} in {table}");
-    }
+    says(
+        &table,
+        &[
+            format!("{time:.9} s"),
+            format!("{:.6} rad/s", document["critical_speed"].as_f64().unwrap()),
+            format!("{:.2}", document["instability"]["growth_exponent"].as_f64().unwrap()),
+            "4.1570 kHz".to_owned(),
+            "the perturbation".to_owned(),
+        ],
+    );
     let states = document["states"].as_array().unwrap();
     assert_eq!(states.len(), 6);
     assert_eq!(folder.names(), [""; 0]);
@@ -47,7 +48,7 @@ fn cli_modes_agree_with_what_run_prints() {
         ("release", "perturbation"),
     ] {
         let (report, warnings) = output(&mut folder.stickslip(&["run", case]), 0);
-        let (table, _) = output(&mut folder.stickslip(&["modes", case]), 0);
+        let table = folder.ok(&["modes", case]);
         for (in_run, in_modes) in [
             ("loss of stability", "loss of stability (zero of the margin)"),
             ("growth exponent G", "growth exponent G"),
@@ -57,8 +58,11 @@ fn cli_modes_agree_with_what_run_prints() {
         ] {
             assert_eq!(value(&report, in_run), value(&table, in_modes), "{case}: {in_run}");
         }
-        let (document, _) = output(&mut folder.stickslip(&["modes", case, "--json"]), 0);
-        assert_eq!(json(&document)["instability"]["onset_decided_by"], decided_by, "{case}");
+        assert_eq!(
+            folder.json(&["modes", case])["instability"]["onset_decided_by"],
+            decided_by,
+            "{case}"
+        );
         let warned = warnings.contains("amplified rounding");
         assert_eq!(warned, decided_by == "rounding", "{case}: {warnings}");
     }
@@ -67,19 +71,18 @@ fn cli_modes_agree_with_what_run_prints() {
 #[test]
 fn cli_modes_of_a_result_are_those_of_its_case() {
     let folder = Folder::new();
-    output(&mut folder.stickslip(&["run", "paper-si", "-q"]), 0);
-    let (of_case, _) = output(&mut folder.stickslip(&["modes", "paper-si"]), 0);
-    let (of_file, _) = output(&mut folder.stickslip(&["modes", "paper-si.h5"]), 0);
+    folder.ok("run paper-si -q");
+    let of_case = folder.ok("modes paper-si");
+    let of_file = folder.ok("modes paper-si.h5");
     assert_eq!(of_case, of_file);
 }
 
 #[test]
 fn cli_modes_without_an_instability_says_why() {
     let folder = Folder::new();
-    let (table, _) = output(&mut folder.stickslip(&["modes", "--set", "friction.decay=0"]), 0);
+    let table = folder.ok("modes --set friction.decay=0");
     assert!(table.contains("friction does not fall with speed"), "{table}");
-    let refused = refusal(&mut folder.stickslip(&["modes", "--set", "friction.decoy=0"]));
-    assert!(refused.contains("friction.decoy"), "{refused}");
+    folder.refused("modes --set friction.decoy=0", &["friction.decoy"]);
 }
 
 /// A friction law that falls within 1e-5 rad/s: before that the kick dies out like any other, at 1000 1/s of c_t/2J, and what
@@ -88,13 +91,13 @@ fn cli_modes_without_an_instability_says_why() {
 fn cli_modes_of_a_window_that_nothing_can_swing_up_in() {
     let folder = Folder::new();
     let steep = ["modes", "--set", "friction.decay=1e6"];
-    let (table, _) = output(&mut folder.stickslip(&steep), 0);
+    let table = folder.ok(&steep);
     assert!(table.contains("shorter than one oscillation"), "{table}");
     assert!(table.contains("not counted: no oscillation fits in"), "{table}");
     // No rate of what does not come about: those that are left are of the modes that there are, at some 1000 1/s.
     let numbers = table.split_whitespace().filter_map(|word| word.parse::<f64>().ok());
     assert!(numbers.filter(|number| *number > 1e4).count() == 0, "{table}");
-    let (document, _) = output(&mut folder.stickslip(&[&steep[..], &["--json"]].concat()), 0);
+    let document = folder.ok(&[&steep[..], &["--json"]].concat());
     let document = json(&document);
     let number = |name: &str| document["instability"][name].as_f64().unwrap();
     let expected = -1000.0 * (number("time") - 6.966);
@@ -102,7 +105,7 @@ fn cli_modes_of_a_window_that_nothing_can_swing_up_in() {
     let gained = number("e_folds_gained");
     assert!((gained - expected).abs() < 0.05 * expected.abs(), "{gained} {expected}");
     assert!(number("smooth_end") - number("time") < document["natural_period"].as_f64().unwrap());
-    let (table, _) = output(&mut folder.stickslip(&["modes"]), 0);
+    let table = folder.ok("modes");
     assert!(!table.contains("shorter than one oscillation"), "{table}");
 }
 
@@ -122,12 +125,9 @@ fn cli_modes_names_the_points_of_a_friction_table() {
             "the perturbation or the points of the friction table",
         ),
     ] {
-        let (said, _) = output(&mut folder.stickslip(&[&["modes", "paper"], settings].concat()), 0);
+        let said = folder.ok(&[&["modes", "paper"], settings].concat());
         assert!(said.contains(words), "{said}");
-        let (document, _) = output(
-            &mut folder.stickslip(&[&["modes", "paper", "--json"], settings].concat()),
-            0,
-        );
+        let document = folder.ok(&[&["modes", "paper", "--json"], settings].concat());
         assert_eq!(json(&document)["instability"]["onset_decided_by"], "friction-points");
     }
 }
@@ -136,38 +136,34 @@ fn cli_modes_names_the_points_of_a_friction_table() {
 #[test]
 fn cli_modes_of_trains() {
     let folder = Folder::new();
-    let (table, stderr) = output(&mut folder.stickslip(&["modes", "belt-exponential"]), 0);
+    let (table, stderr) = output(&mut folder.stickslip("modes belt-exponential"), 0);
     assert_eq!(stderr, "");
-    let (document, _) = output(&mut folder.stickslip(&["modes", "belt-exponential", "--json"]), 0);
+    let document = folder.ok("modes belt-exponential --json");
     let document = json(&document);
     assert_eq!(document["motion"], "translation");
     assert_eq!(document["operating_points"][0]["stability"], "unstable");
     let critical = &document["critical_relative_velocities"]["changes"][0];
     assert_eq!(critical["unstable_above"], false);
-    for words in [
-        format!("{:.8}", critical["value"].as_f64().unwrap()),
-        "omega_r, m/s".to_owned(),
-        "steady sliding at  0.3 m/s".to_owned(),
-        "1.59155".to_owned(),
-        "stick mode: ".to_owned(),
-        "axial mode: ".to_owned(),
-    ] {
-        assert!(table.contains(&words), "{words} in {table}");
-    }
-    assert!(!table.contains("rad"), "{table}");
-    let (changed, _) = output(
-        &mut folder.stickslip(&["modes", "belt-exponential", "--set", "rotor.speed=0.5"]),
-        0,
+    says(
+        &table,
+        &[
+            format!("{:.8}", critical["value"].as_f64().unwrap()),
+            "omega_r, m/s".to_owned(),
+            "steady sliding at  0.3 m/s".to_owned(),
+            "1.59155".to_owned(),
+            "stick mode: ".to_owned(),
+            "axial mode: ".to_owned(),
+        ],
     );
+    assert!(!table.contains("rad"), "{table}");
+    let changed = folder.ok("modes belt-exponential --set rotor.speed=0.5");
     assert!(changed.contains("stability          stable"), "{changed}");
-    let (turning, _) = output(&mut folder.stickslip(&["modes", "drill-string"]), 0);
+    let turning = folder.ok("modes drill-string");
     assert!(turning.contains("rad/s") && turning.contains("N m"), "{turning}");
-    let (clutch, _) = output(&mut folder.stickslip(&["modes", "clutch"]), 0);
+    let clutch = folder.ok("modes clutch");
     assert!(clutch.contains("not steady"), "{clutch}");
-    let refused = refusal(&mut folder.stickslip(&["modes", "clutch", "--figure", "modes.svg"]));
-    assert!(refused.contains("--figure"), "{refused}");
-    let refused = refusal(&mut folder.stickslip(&["modes", "paper", "--figure", "nowhere/modes.svg"]));
-    assert!(refused.contains("another with --figure"), "{refused}");
+    folder.refused("modes clutch --figure modes.svg", &["--figure"]);
+    folder.refused("modes paper --figure nowhere/modes.svg", &["another with --figure"]);
     assert_eq!(folder.names(), [""; 0]);
 }
 

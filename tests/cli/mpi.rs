@@ -103,7 +103,7 @@ fn report(output: &Output) -> serde_json::Value {
 }
 
 fn same(folder: &Folder, first: &str, second: &str) {
-    let read = |name: &str| std::fs::read(folder.path(name)).unwrap();
+    let read = |name: &str| folder.read(name);
     assert!(read(first) == read(second), "{first} and {second}");
 }
 
@@ -113,7 +113,7 @@ fn property_any_number_of_ranks_gives_the_file_of_one_machine() {
     for (study, text) in [("sample", SAMPLE), ("boundary", BOUNDARY)] {
         let name = format!("{study}.toml");
         folder.write(&name, text);
-        output(&mut folder.stickslip(&["sweep", &name]), 0);
+        folder.ok(&["sweep", &name]);
         for (ranks, jobs) in [(2, "1"), (3, "2")] {
             let report = report(&run(
                 &folder,
@@ -144,10 +144,7 @@ fn property_any_number_of_ranks_gives_the_file_of_one_machine() {
         ));
     }
     let parts = ["sample.shard-1-of-2.h5", "sample.shard-2-of-2.h5"];
-    output(
-        &mut folder.stickslip(&["merge", parts[0], parts[1], "-o", "ranks.h5", "--force"]),
-        0,
-    );
+    folder.ok(&["merge", parts[0], parts[1], "-o", "ranks.h5", "--force"]);
     same(&folder, "sample.h5", "ranks.h5");
 }
 
@@ -184,7 +181,7 @@ fn waits_for(what: &str, mut there: impl FnMut() -> bool) {
 fn property_killed_ranks_lose_what_is_under_way_and_a_resumed_job_ends_the_same() {
     let folder = Folder::new();
     folder.write("map.toml", SAMPLE.replace("count = 400", "count = 4000"));
-    output(&mut folder.stickslip(&["sweep", "map.toml"]), 0);
+    folder.ok("sweep map.toml");
     let length = |name: &str| std::fs::metadata(folder.path(name)).map_or(0, |file| file.len());
     // The last rank of a job, and rank 0 of another.
     for (victim, name) in [(2, "last"), (0, "first")] {
@@ -215,7 +212,7 @@ fn cli_a_terminated_job_saves_its_points_for_one_machine_to_go_on_with() {
     // Open MPI takes a second or two to hand the signal on: the study has to last longer.
     let points = 20_000;
     folder.write("map.toml", SAMPLE.replace("count = 400", &format!("count = {points}")));
-    output(&mut folder.stickslip(&["sweep", "map.toml"]), 0);
+    folder.ok("sweep map.toml");
     let job = mpirun(&folder, 2, &["sweep", "map.toml", "-o", "ended.h5"])
         .spawn()
         .unwrap();
@@ -226,13 +223,14 @@ fn cli_a_terminated_job_saves_its_points_for_one_machine_to_go_on_with() {
     signal("-TERM", job.id());
     assert!(!ended(job).status.success());
     // Without --resume nothing of it is touched.
-    let (_, stderr) = output(&mut folder.stickslip(&["sweep", "map.toml", "-o", "ended.h5"]), 2);
+    let (_, stderr) = output(&mut folder.stickslip("sweep map.toml -o ended.h5"), 2);
     assert!(stderr.contains("--resume goes on with it"), "{stderr}");
-    let (stdout, _) = output(
-        &mut folder.stickslip(&["sweep", "map.toml", "-o", "ended.h5", "--resume", "--json"]),
-        0,
+    assert!(
+        folder.json("sweep map.toml -o ended.h5 --resume")["run_now"]
+            .as_u64()
+            .unwrap()
+            < points
     );
-    assert!(json(&stdout)["run_now"].as_u64().unwrap() < points);
     same(&folder, "map.h5", "ended.h5");
     assert_eq!(folder.names(), ["ended.h5", "map.h5", "map.toml"]);
 }

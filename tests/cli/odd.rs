@@ -123,7 +123,7 @@ const ODD: &[(&str, &[&str])] = &[
 fn cli_odd_cases_are_computed_as_physics_wants() {
     let folder = Folder::new();
     for (name, settings) in ODD {
-        let mut command = folder.stickslip(&["run", "--json", "-o", "x.h5"]);
+        let mut command = folder.stickslip("run --json -o x.h5");
         for setting in *settings {
             command.args(["--set", setting]);
         }
@@ -238,10 +238,7 @@ fn cli_odd_mirrored_case_gives_the_mirrored_run() {
         ("forward.h5", "initial.speed=100", ""),
         ("backward.h5", "initial.speed=-100", "-"),
     ] {
-        output(
-            &mut folder.stickslip(&["run", "-q", "-o", name, "--set", speed, "--set", &kick(sign)]),
-            0,
-        );
+        folder.ok(&["run", "-q", "-o", name, "--set", speed, "--set", &kick(sign)]);
     }
     let times = |name: &str| -> Vec<f64> { folder.result(name).events().unwrap().iter().map(|e| e.time).collect() };
     assert_eq!(times("forward.h5"), times("backward.h5"));

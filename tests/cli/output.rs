@@ -1,6 +1,6 @@
 //! Where results go, what they may replace, and what happens where they cannot be written.
 
-use crate::common::cli::{Folder, SHORT, json, output, refusal};
+use crate::common::cli::{Folder, SHORT, json, output, refusal, says};
 use std::process::Stdio;
 use stickslip::results::Status;
 
@@ -9,8 +9,8 @@ const FOREIGN: &str = "someone's thesis";
 #[test]
 fn cli_output_replaces_an_own_result() {
     let folder = Folder::new();
-    output(&mut folder.short_run(&["-q", "--set", "initial.speed=50"]), 0);
-    output(&mut folder.short_run(&["-q", "--set", "initial.speed=60"]), 0);
+    folder.ok_short("-q --set initial.speed=50");
+    folder.ok_short("-q --set initial.speed=60");
     assert_eq!(folder.names(), ["paper.h5"]);
     assert_eq!(folder.result("paper.h5").column("theta_dot", 0..1).unwrap(), [60.0]);
 }
@@ -19,11 +19,10 @@ fn cli_output_replaces_an_own_result() {
 fn cli_output_replaces_a_foreign_file_only_by_force() {
     let folder = Folder::new();
     let path = folder.write("paper.h5", FOREIGN);
-    let stderr = refusal(&mut folder.short_run(&[]));
-    assert!(stderr.contains("paper.h5: ") && stderr.contains("--force"), "{stderr}");
+    folder.refused_short("", &["paper.h5: ", "--force"]);
     assert_eq!(std::fs::read_to_string(&path).unwrap(), FOREIGN);
     assert_eq!(folder.names(), ["paper.h5"]);
-    output(&mut folder.short_run(&["--force"]), 0);
+    folder.ok_short("--force");
     assert_eq!(folder.result("paper.h5").status(), &Status::Complete);
 }
 
@@ -32,35 +31,32 @@ fn cli_output_replaces_a_foreign_file_only_by_force() {
 fn cli_output_spares_a_foreign_partial_file() {
     let folder = Folder::new();
     let path = folder.write("paper.partial.h5", FOREIGN);
-    let stderr = refusal(&mut folder.short_run(&[]));
-    assert!(stderr.contains("paper.partial.h5"), "{stderr}");
+    folder.refused_short("", &["paper.partial.h5"]);
     assert_eq!(std::fs::read_to_string(&path).unwrap(), FOREIGN);
 }
 
 #[test]
 fn cli_output_is_never_the_input() {
     let folder = Folder::new();
-    let (text, _) = output(&mut folder.stickslip(&["case", "paper"]), 0);
+    let text = folder.ok("case paper");
     let case = folder.write("brake.toml", &text);
     for arguments in [
         &["brake.toml", "-o", "brake.toml"][..],
         &["brake.toml", "-o", "./brake.toml", "--force"],
     ] {
-        let stderr = refusal(&mut folder.short_run(arguments));
-        assert!(stderr.contains("input"), "{stderr}");
+        folder.refused_short(arguments, &["input"]);
     }
     assert_eq!(std::fs::read_to_string(&case).unwrap(), text);
 
-    output(&mut folder.short_run(&["-q", "-o", "first.h5"]), 0);
-    let first = std::fs::read(folder.path("first.h5")).unwrap();
+    folder.ok_short("-q -o first.h5");
+    let first = folder.read("first.h5");
     for arguments in [
         &["first.h5", "-o", "first.h5"][..],
         &["first.h5", "-o", "first.h5", "--force"],
     ] {
-        let stderr = refusal(&mut folder.short_run(arguments));
-        assert!(stderr.contains("input"), "{stderr}");
+        folder.refused_short(arguments, &["input"]);
     }
-    assert_eq!(std::fs::read(folder.path("first.h5")).unwrap(), first);
+    assert_eq!(folder.read("first.h5"), first);
 }
 
 #[test]
@@ -73,11 +69,10 @@ fn cli_output_needs_a_folder_and_a_name() {
         ("new/", "this is a folder"),
         (".", "this is a folder"),
     ] {
-        let stderr = refusal(&mut folder.short_run(&["-o", output]));
-        assert!(stderr.contains(words), "{output}: {stderr}");
+        folder.refused_short(&["-o", output], &[words]);
     }
     assert_eq!(folder.names(), ["results"]);
-    output(&mut folder.short_run(&["-q", "-o", "results/x.h5"]), 0);
+    folder.ok_short("-q -o results/x.h5");
     assert!(folder.path("results/x.h5").is_file());
 }
 
@@ -88,12 +83,11 @@ fn cli_output_of_two_runs_at_once() {
     let folder = Folder::new();
     let mut first = folder.start(&[&["run", "-o", "x.h5", "-q"], crate::common::cli::LONG].concat());
     wait_for(&folder, "x.partial.h5");
-    let stderr = refusal(&mut folder.short_run(&["-o", "x.h5"]));
-    assert!(stderr.contains("another run is writing this file"), "{stderr}");
+    folder.refused_short("-o x.h5", &["another run is writing this file"]);
     first.kill().unwrap();
     first.wait().unwrap();
     // The killed run's lock is gone with it.
-    output(&mut folder.short_run(&["-q", "-o", "x.h5"]), 0);
+    folder.ok_short("-q -o x.h5");
     assert_eq!(folder.names(), ["x.h5"]);
 }
 
@@ -111,7 +105,7 @@ fn wait_for(folder: &Folder, name: &str) {
 #[test]
 fn cli_output_replaces_no_pipe() {
     let folder = Folder::new();
-    output(&mut folder.short_run(&["-q", "-o", "run.h5"]), 0);
+    folder.ok_short("-q -o run.h5");
     for (name, arguments) in [
         ("p.h5", &["run", "paper", "-o", "p.h5"][..]),
         ("p.csv", &["export", "run.h5", "-o", "p.csv"]),
@@ -122,7 +116,7 @@ fn cli_output_replaces_no_pipe() {
         assert!(made.unwrap().success());
         for force in [None, Some("--force")] {
             let said = refusal(folder.stickslip(arguments).args(force));
-            assert!(said.contains(name) && said.contains("a pipe or a device"), "{said}");
+            says(&said, &[name, "a pipe or a device"]);
         }
         let kind = std::fs::metadata(folder.path(name)).unwrap().file_type();
         assert!(std::os::unix::fs::FileTypeExt::is_fifo(&kind), "{name}");
@@ -161,8 +155,7 @@ fn cli_output_to_a_full_disk_is_an_error() {
                 .timeout(std::time::Duration::from_secs(60)),
             1,
         );
-        assert!(stderr.contains("paper.partial.h5: "), "{stderr}");
-        assert!(stderr.contains("choose another folder"), "{stderr}");
+        says(&stderr, &["paper.partial.h5: ", "choose another folder"]);
         assert!(!folder.path("paper.h5").exists());
         if kilobytes == 64 {
             // The run has not begun: there is the error alone.
@@ -173,7 +166,7 @@ fn cli_output_to_a_full_disk_is_an_error() {
         }
     }
     // With space again, the run that failed is replaced.
-    output(&mut folder.stickslip(&["run", "-q"]), 0);
+    folder.ok("run -q");
     assert_eq!(folder.names(), ["paper.h5"]);
 }
 
@@ -181,7 +174,7 @@ fn cli_output_to_a_full_disk_is_an_error() {
 #[test]
 fn cli_output_without_a_reader() {
     let folder = Folder::new();
-    output(&mut folder.short_run(&["-q", "-o", "x.h5"]), 0);
+    folder.ok_short("-q -o x.h5");
     // Without the kick, which such a short run would not come to, and would warn of.
     let short = |name| ["run", "-o", name, SHORT[0], SHORT[1], "--set", "perturbation=[]"];
     for arguments in [

@@ -1,6 +1,6 @@
 //! `stickslip plot` and `stickslip modes --figure`.
 
-use crate::common::cli::{Folder, json, output, refusal};
+use crate::common::cli::{Folder, json, output, refusal, says};
 use crate::common::unlocked;
 use std::ops::ControlFlow;
 use std::path::Path;
@@ -12,7 +12,7 @@ use stickslip::results::{Header, Overwrite, ResultWriter, Status};
 /// A folder with the paper's run.
 fn with_run() -> Folder {
     let folder = Folder::new();
-    output(&mut folder.stickslip(&["run", "-q"]), 0);
+    folder.ok("run -q");
     folder
 }
 
@@ -43,12 +43,12 @@ fn png_size(bytes: &[u8]) -> (u32, u32) {
 fn cli_plot_draws_the_catalogue_twice_alike() {
     let folder = with_run();
     let started = Instant::now();
-    let (stdout, stderr) = output(&mut folder.stickslip(&["plot", "paper.h5", "--json"]), 0);
+    let (stdout, stderr) = output(&mut folder.stickslip("plot paper.h5 --json"), 0);
     // Twenty figures in two formats in less than two seconds on an idle machine; tests share theirs.
     assert!(started.elapsed().as_secs_f64() < 20.0, "{:?}", started.elapsed());
     assert_eq!(stderr, "");
     let document = json(&stdout);
-    let (listed, _) = output(&mut folder.stickslip(&["plot", "--list", "--json"]), 0);
+    let listed = folder.ok("plot --list --json");
     let listed = json(&listed);
     let (files, absent) = (
         document["files"].as_array().unwrap(),
@@ -62,19 +62,18 @@ fn cli_plot_draws_the_catalogue_twice_alike() {
         .iter()
         .map(|file| {
             let name = file["file"].as_str().unwrap();
-            let bytes = std::fs::read(folder.path(name)).unwrap();
+            let bytes = folder.read(name);
             if name.ends_with(".png") {
                 // 85 mm at 300 dots per inch.
                 assert_eq!(png_size(&bytes).0, 1004, "{name}");
             } else {
                 let text = String::from_utf8(bytes.clone()).unwrap();
-                assert!(text.contains("width=\"85mm\""), "{name}");
-                assert!(text.contains(file["title"].as_str().unwrap()), "{name}");
+                says(&text, &["width=\"85mm\"", file["title"].as_str().unwrap()]);
             }
             bytes
         })
         .collect();
-    output(&mut folder.stickslip(&["plot", "paper.h5", "-q"]), 0);
+    folder.ok("plot paper.h5 -q");
     for (file, before) in files.iter().zip(contents) {
         assert!(
             std::fs::read(folder.path(file["file"].as_str().unwrap())).unwrap() == before,
@@ -87,24 +86,16 @@ fn cli_plot_draws_the_catalogue_twice_alike() {
 #[test]
 fn cli_plot_says_which_samples_are_missing() {
     let folder = Folder::new();
-    output(
-        &mut folder.stickslip(&["run", "-q", "--set", "output.window=[]", "--set", "output.around=none"]),
-        0,
-    );
-    let (document, _) = output(&mut folder.stickslip(&["plot", "paper.h5", "--json"]), 0);
+    folder.ok("run -q --set output.window=[] --set output.around=none");
+    let document = folder.ok("plot paper.h5 --json");
     let document = json(&document);
     let sampling = document["sampling"].as_str().unwrap();
-    output(&mut folder.stickslip(&["run", "paper.h5", "-q", "--set", sampling]), 0);
-    let (again, _) = output(
-        &mut folder.stickslip(&["plot", "paper.repeat.h5", "-o", "all", "--json"]),
-        0,
+    folder.ok(&["run", "paper.h5", "-q", "--set", sampling]);
+    assert_eq!(
+        folder.json("plot paper.repeat.h5 -o all")["not_drawn"],
+        serde_json::json!([])
     );
-    assert_eq!(json(&again)["not_drawn"], serde_json::json!([]));
-    let refused = refusal(&mut folder.stickslip(&["plot", "paper.h5", "--only", "phase-axial"]));
-    assert!(
-        refused.contains("too far apart") && refused.contains("output.window="),
-        "{refused}"
-    );
+    folder.refused("plot paper.h5 --only phase-axial", &["too far apart", "output.window="]);
 }
 
 /// The drawn line of a channel covers the height from its least to its largest value, which are those of the file.
@@ -121,7 +112,7 @@ fn cli_plot_of_a_channel_draws_all_of_it() {
         "--to",
         "6.99",
     ];
-    output(&mut folder.stickslip(&[&arguments[..], &["-o", "own.svg"]].concat()), 0);
+    folder.ok(&[&arguments[..], &["-o", "own.svg"]].concat());
     let text = std::fs::read_to_string(folder.path("own.svg")).unwrap();
     let line = polylines(&text).into_iter().max_by_key(Vec::len).unwrap();
     // 8001 samples come to at most four points in each of the 1200 buckets.
@@ -151,7 +142,7 @@ fn cli_plot_of_a_channel_draws_all_of_it() {
 #[test]
 fn cli_plot_of_ones_own_in_every_form() {
     let folder = with_run();
-    output(&mut folder.stickslip(&["run", "paper-si", "-q"]), 0);
+    folder.ok("run paper-si -q");
     for (arguments, file, words) in [
         (
             &["--phase", "phi1", "phi1_dot"][..],
@@ -167,7 +158,7 @@ fn cli_plot_of_ones_own_in_every_form() {
         (&["paper-si.h5", "--channel", "theta_dot"], "theta_dot", "paper-si"),
     ] {
         let all = [&["plot", "paper.h5", "--format", "svg"], arguments].concat();
-        let (stdout, _) = output(&mut folder.stickslip(&all), 0);
+        let stdout = folder.ok(&all);
         assert_eq!(stdout, format!("figures/{file}.svg\n"));
         let text = std::fs::read_to_string(folder.path(&format!("figures/{file}.svg"))).unwrap();
         assert!(text.contains(words), "{file}: {words}");
@@ -179,8 +170,8 @@ fn cli_plot_of_ones_own_in_every_form() {
 #[test]
 fn cli_plot_of_two_runs_is_silent() {
     let folder = with_run();
-    output(&mut folder.stickslip(&["run", "paper-si", "-q"]), 0);
-    let (document, stderr) = output(&mut folder.stickslip(&["plot", "paper.h5", "paper-si.h5", "--json"]), 0);
+    folder.ok("run paper-si -q");
+    let (document, stderr) = output(&mut folder.stickslip("plot paper.h5 paper-si.h5 --json"), 0);
     assert_eq!(stderr, "");
     let document = json(&document);
     let mut titles = document["files"]
@@ -201,16 +192,17 @@ fn cli_plot_spares_other_files() {
     for name in ["mine.svg", "mine.png"] {
         folder.write(name, "<svg>drawn by hand</svg>");
         let arguments = ["plot", "paper.h5", "--only", "4", "-o", name];
-        let refused = refusal(&mut folder.stickslip(&arguments));
-        assert!(refused.contains(name) && refused.contains("--force"), "{refused}");
-        assert_eq!(std::fs::read(folder.path(name)).unwrap(), b"<svg>drawn by hand</svg>");
-        output(&mut folder.stickslip(&[&arguments[..], &["--force"]].concat()), 0);
+        folder.refused(&arguments, &[name, "--force"]);
+        assert_eq!(folder.read(name), b"<svg>drawn by hand</svg>");
+        folder.ok(&[&arguments[..], &["--force"]].concat());
         // By now it is one of its own.
-        output(&mut folder.stickslip(&arguments), 0);
+        folder.ok(&arguments);
     }
     std::fs::rename(folder.path("paper.h5"), folder.path("run.svg")).unwrap();
-    let refused = refusal(&mut folder.stickslip(&["plot", "run.svg", "--only", "4", "-o", "run.svg", "--force"]));
-    assert!(refused.contains("this is the file to be drawn"), "{refused}");
+    folder.refused(
+        "plot run.svg --only 4 -o run.svg --force",
+        &["this is the file to be drawn"],
+    );
     folder.result("run.svg");
 }
 
@@ -317,11 +309,8 @@ fn cli_plot_of_an_interrupted_run_draws_what_is_there() {
     let folder = Folder::new();
     for (stop, has_sticks) in [(6.98, true), (3.0, false)] {
         interrupted(&folder.path("cut.h5"), stop);
-        let (document, stderr) = output(&mut folder.stickslip(&["plot", "cut.partial.h5", "--json"]), 0);
-        assert!(
-            stderr.contains("was interrupted") && stderr.contains("up to t = "),
-            "{stderr}"
-        );
+        let (document, stderr) = output(&mut folder.stickslip("plot cut.partial.h5 --json"), 0);
+        says(&stderr, &["was interrupted", "up to t = "]);
         let drawn = |name: &str| {
             let document = json(&document);
             let files = document["files"].as_array().unwrap();
@@ -340,35 +329,27 @@ fn cli_plot_of_failed_and_empty_runs() {
     let folder = Folder::new();
     let chattering = ["run", "-q", "--set", "contact.breakaway_test=\"stator\""];
     output(&mut folder.stickslip(&chattering), 1);
-    let (_, stderr) = output(
-        &mut folder.stickslip(&["plot", "paper.partial.h5", "--only", "5", "-o", "z.png"]),
-        0,
-    );
+    let (_, stderr) = output(&mut folder.stickslip("plot paper.partial.h5 --only 5 -o z.png"), 0);
     assert!(stderr.contains("this run failed"), "{stderr}");
     let writer = ResultWriter::create(&folder.path("empty.h5"), Overwrite::OwnResults, &[], &header()).unwrap();
     writer
         .finish(Status::Interrupted, &crate::common::results::stick_slip(), 0.0)
         .unwrap();
-    let refused = refusal(&mut folder.stickslip(&["plot", "empty.partial.h5"]));
-    assert!(
-        refused.contains("has no trajectory") && refused.contains("stickslip run"),
-        "{refused}"
-    );
+    folder.refused("plot empty.partial.h5", &["has no trajectory", "stickslip run"]);
 }
 
 #[test]
 fn cli_modes_draws_its_figure() {
     let folder = Folder::new();
     for name in ["modes.svg", "modes.png"] {
-        output(&mut folder.stickslip(&["modes", "-q", "--figure", name]), 0);
-        output(&mut folder.stickslip(&["modes", "-q", "--figure", name]), 0);
+        folder.ok(&["modes", "-q", "--figure", name]);
+        folder.ok(&["modes", "-q", "--figure", name]);
     }
     let text = std::fs::read_to_string(folder.path("modes.svg")).unwrap();
     assert!(text.contains("0.5478 rad/s"), "the critical speed stands in it");
-    assert_eq!(png_size(&std::fs::read(folder.path("modes.png")).unwrap()).0, 1004);
+    assert_eq!(png_size(&folder.read("modes.png")).0, 1004);
     folder.write("mine.svg", "mine");
     for name in ["mine.svg", "modes.jpg"] {
-        let refused = refusal(&mut folder.stickslip(&["modes", "--figure", name]));
-        assert!(refused.contains(name), "{refused}");
+        folder.refused(&["modes", "--figure", name], &[name]);
     }
 }

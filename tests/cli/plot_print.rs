@@ -1,6 +1,6 @@
 //! Figures ready for print, exact at events, and of a candidate beside its reference.
 
-use crate::common::cli::{Folder, output, refusal};
+use crate::common::cli::{Folder, refusal};
 use crate::common::compare::{csv, paper, rows_of};
 use std::process::Command;
 use stickslip::plot::Run;
@@ -13,7 +13,7 @@ fn with_run() -> Folder {
 }
 
 fn text_of(folder: &Folder, name: &str) -> String {
-    String::from_utf8_lossy(&std::fs::read(folder.path(name)).unwrap()).into_owned()
+    String::from_utf8_lossy(&folder.read(name)).into_owned()
 }
 
 /// The size of a page in points.
@@ -43,11 +43,8 @@ fn cli_plot_for_print_has_the_size_that_is_asked_for() {
             "--font-size",
             "8pt",
         ];
-        output(
-            &mut folder.stickslip(&[&arguments[..], more, &["-o", name]].concat()),
-            0,
-        );
-        std::fs::read(folder.path(name)).unwrap()
+        folder.ok(&[&arguments[..], more, &["-o", name]].concat());
+        folder.read(name)
     };
     for name in ["a.pdf", "a.eps", "a.svg", "a.png"] {
         assert!(draw(name, &["--no-title"]) == draw(name, &["--no-title"]), "{name}");
@@ -71,8 +68,7 @@ fn cli_plot_for_print_has_the_size_that_is_asked_for() {
     assert!(size(&text_of(&folder, "b.eps"), "%%HiResBoundingBox: ").1 > size(&eps, "%%HiResBoundingBox: ").1 + 5.0);
     for name in ["mine.pdf", "mine.eps"] {
         folder.write(name, "%PDF drawn by hand");
-        let refused = refusal(&mut folder.stickslip(&["plot", "paper.h5", "--only", "4", "-o", name]));
-        assert!(refused.contains("--force"), "{refused}");
+        folder.refused(&["plot", "paper.h5", "--only", "4", "-o", name], &["--force"]);
     }
 }
 
@@ -82,10 +78,7 @@ fn cli_plot_for_print_is_read_by_another_program() {
     let folder = with_run();
     let mut boxes = Vec::new();
     for name in ["a.pdf", "a.eps"] {
-        output(
-            &mut folder.stickslip(&["plot", "paper.h5", "--only", "durations", "-o", name]),
-            0,
-        );
+        folder.ok(&["plot", "paper.h5", "--only", "durations", "-o", name]);
         let arguments = ["-q", "-dNOPAUSE", "-dBATCH", "-dSAFER", "-sDEVICE=bbox"];
         let Ok(found) = Command::new("gs").args(arguments).arg(folder.path(name)).output() else {
             assert!(
@@ -122,36 +115,19 @@ fn cli_plot_refuses_sizes_without_room() {
         }
     }
     // A smaller letter needs less.
-    output(
-        &mut folder.stickslip(&[
-            "plot",
-            "paper.h5",
-            "--only",
-            "4",
-            "--width",
-            "2in",
-            "--font-size",
-            "5pt",
-            "-o",
-            "a.svg",
-        ]),
-        0,
-    );
+    folder.ok("plot paper.h5 --only 4 --width 2in --font-size 5pt -o a.svg");
 }
 
 /// Symbols and powers are set, names are not; the paper's numbers stand on figures of its own case alone.
 #[test]
 fn cli_plot_sets_symbols_and_knows_the_papers_case() {
     let folder = with_run();
-    output(&mut folder.stickslip(&["run", "paper-si", "-q", "-o", "a_b.h5"]), 0);
-    output(
-        &mut folder.stickslip(&["plot", "paper.h5", "--only", "stick-slip-close-up", "-o", "a.svg"]),
-        0,
-    );
+    folder.ok("run paper-si -q -o a_b.h5");
+    folder.ok("plot paper.h5 --only stick-slip-close-up -o a.svg");
     let svg = text_of(&folder, "a.svg");
     assert!(svg.contains("T<tspan") && !svg.contains("T_f"), "{svg}");
     for (file, number) in [("paper.h5", true), ("a_b.h5", false)] {
-        output(&mut folder.stickslip(&["plot", file, "--only", "15", "-o", "a.svg"]), 0);
+        folder.ok(&["plot", file, "--only", "15", "-o", "a.svg"]);
         assert_eq!(text_of(&folder, "a.svg").contains("(paper, Fig. 15)"), number, "{file}");
     }
 }
@@ -173,7 +149,7 @@ fn property_curves_go_through_the_states_at_events() {
         "-o",
         "sparse.h5",
     ];
-    output(&mut folder.stickslip(&sparse), 0);
+    folder.ok(&sparse);
     let run = Run::open(&folder.path("sparse.h5")).unwrap();
     let radius = run.system.radius;
     let curve = run.curves(&["friction_torque"], (6.9745, 6.9905)).unwrap().remove(0);
@@ -209,7 +185,7 @@ fn property_curves_go_through_the_states_at_events() {
         "--to",
         "6.978",
     ];
-    output(&mut folder.stickslip(&[&arguments[..], &["-o", "a.svg"]].concat()), 0);
+    folder.ok(&[&arguments[..], &["-o", "a.svg"]].concat());
     let svg = text_of(&folder, "a.svg");
     assert!(
         svg.contains("too few samples") && svg.contains("straight lines for"),
@@ -217,10 +193,7 @@ fn property_curves_go_through_the_states_at_events() {
     );
     // With the built-in windows nothing is marked.
     let folder = with_run();
-    output(
-        &mut folder.stickslip(&["plot", "paper.h5", "--only", "stick-slip-transition", "-o", "a.svg"]),
-        0,
-    );
+    folder.ok("plot paper.h5 --only stick-slip-transition -o a.svg");
     assert!(!text_of(&folder, "a.svg").contains("too few samples"));
 }
 
@@ -234,10 +207,7 @@ fn cli_a_comparison_is_something_to_look_at() {
         .map(|(t, row)| (t + 1e-6, row))
         .collect::<Vec<_>>();
     folder.write("mine.csv", csv(&rows));
-    output(
-        &mut folder.stickslip(&["compare", "paper.h5", "mine.csv", "-q", "--report", "a.html"]),
-        0,
-    );
+    folder.ok("compare paper.h5 mine.csv -q --report a.html");
     let page = text_of(&folder, "a.html");
     assert_eq!(page.matches("<svg").count(), 4);
     assert!(
@@ -245,10 +215,7 @@ fn cli_a_comparison_is_something_to_look_at() {
         "{page}"
     );
     let before = folder.names();
-    output(
-        &mut folder.stickslip(&["compare", "paper.h5", "mine.csv", "-q", "--report", "a.md"]),
-        0,
-    );
+    folder.ok("compare paper.h5 mine.csv -q --report a.md");
     let report = text_of(&folder, "a.md");
     let new: Vec<String> = folder
         .names()
@@ -263,23 +230,8 @@ fn cli_a_comparison_is_something_to_look_at() {
         "{report}"
     );
     // Over its own, and not over another's.
-    output(
-        &mut folder.stickslip(&["compare", "paper.h5", "mine.csv", "-q", "--report", "a.md"]),
-        0,
-    );
-    let (listed, _) = output(
-        &mut folder.stickslip(&[
-            "plot",
-            "paper.h5",
-            "--candidate",
-            "mine.csv",
-            "--format",
-            "svg",
-            "-o",
-            "drawn",
-        ]),
-        0,
-    );
+    folder.ok("compare paper.h5 mine.csv -q --report a.md");
+    let listed = folder.ok("plot paper.h5 --candidate mine.csv --format svg -o drawn");
     assert_eq!(listed.lines().count(), 4, "{listed}");
     let channel = [
         "plot",
@@ -293,33 +245,17 @@ fn cli_a_comparison_is_something_to_look_at() {
         "--to",
         "6.976",
     ];
-    output(&mut folder.stickslip(&[&channel[..], &["-o", "own.svg"]].concat()), 0);
+    folder.ok(&[&channel[..], &["-o", "own.svg"]].concat());
     let own = text_of(&folder, "own.svg");
     assert!(
         own.contains(">\nmine\n<") && own.contains("|error| at the same time"),
         "{own}"
     );
     let lacking = ["plot", "paper.h5", "--candidate", "mine.csv", "--channel", "z"];
-    let refused = refusal(&mut folder.stickslip(&lacking));
-    assert!(
-        refused.contains("mine.csv") && refused.contains("relative_velocity"),
-        "{refused}"
-    );
+    folder.refused(&lacking, &["mine.csv", "relative_velocity"]);
     // A table of events has no curve.
     let table = "kind,time\nstick,6.975\nslip,6.97505\n";
     folder.write("events.csv", table);
-    let (listed, _) = output(
-        &mut folder.stickslip(&[
-            "plot",
-            "paper.h5",
-            "--candidate",
-            "events.csv",
-            "--format",
-            "svg",
-            "-o",
-            "drawn",
-        ]),
-        0,
-    );
+    let listed = folder.ok("plot paper.h5 --candidate events.csv --format svg -o drawn");
     assert_eq!(listed.lines().count(), 1, "{listed}");
 }

@@ -1,6 +1,6 @@
 //! `stickslip plot` of files that hold many runs, and of certified ones: what is drawn is what the file says.
 
-use crate::common::cli::{Folder, json, output, refusal};
+use crate::common::cli::{Folder, json, refusal, says};
 use plotters::style::RGBColor;
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -37,14 +37,14 @@ values = [22.606]
 
 /// The base case, from a lower speed.
 fn with_map(folder: &Folder, study: &str) -> SweepFile {
-    let (case, _) = output(&mut folder.stickslip(&["case", "paper"]), 0);
+    let case = folder.ok("case paper");
     let lines = case
         .lines()
         .map(|line| if line.starts_with("speed") { "speed = 3" } else { line });
     folder.write("base.toml", lines.collect::<Vec<_>>().join("\n"));
     folder.write("map.toml", study);
-    output(&mut folder.stickslip(&["sweep", "map.toml", "-q", "-j", "1"]), 0);
-    SweepFile::open(&folder.path("map.h5")).unwrap()
+    folder.ok("sweep map.toml -q -j 1");
+    folder.sweep_file("map.h5")
 }
 
 /// x, y, width, height and fill of a rectangle.
@@ -96,7 +96,7 @@ fn cli_a_map_has_the_values_of_the_file() {
         "{title}"
     );
     let of_sticks = ["plot", "map.h5", "-o", "map.svg", "--json", "--quantity", "stick_count"];
-    let (stdout, _) = output(&mut folder.stickslip(&of_sticks), 0);
+    let stdout = folder.ok(&of_sticks);
     assert_eq!(json(&stdout)["files"][0]["figure"], "map-stick_count");
     let choice = Choice {
         quantities: vec!["stick_count".to_owned()],
@@ -189,10 +189,7 @@ fn cli_a_map_shows_what_has_no_value() {
         ),
     );
     assert!(!file.failures().unwrap().is_empty());
-    output(
-        &mut folder.stickslip(&["plot", "map.h5", "--quantity", "first_period", "-o", "map.svg"]),
-        0,
-    );
+    folder.ok("plot map.h5 --quantity first_period -o map.svg");
     let svg = std::fs::read_to_string(folder.path("map.svg")).unwrap();
     assert!(svg.contains("failed"), "the legend names what is crossed out");
     let data = StudyData::read(&file).unwrap();
@@ -212,7 +209,7 @@ fn cli_the_command_of_a_point_runs_it() {
     );
     let study = study.replace("solver.method = \"series\"\n", "title = \"it's \\\"quoted\\\"\"\n");
     let file = with_map(&folder, &study);
-    output(&mut folder.stickslip(&["plot", "map.h5", "--html", "map.html"]), 0);
+    folder.ok("plot map.h5 --html map.html");
     let page = std::fs::read_to_string(folder.path("map.html")).unwrap();
     let data = page
         .split("id=\"study-data\">")
@@ -277,26 +274,19 @@ fn cli_more_axes_are_panels_or_held() {
     let folder = Folder::new();
     let study = MAP.replace("values = [22.606]", "values = [18, 20, 22]");
     with_map(&folder, &study);
-    output(&mut folder.stickslip(&["plot", "map.h5", "-o", "all.svg"]), 0);
+    folder.ok("plot map.h5 -o all.svg");
     let svg = std::fs::read_to_string(folder.path("all.svg")).unwrap();
-    for caption in [" = 18 N", " = 20 N", " = 22 N"] {
-        assert!(svg.contains(caption), "{caption}");
-    }
+    says(&svg, &[" = 18 N", " = 20 N", " = 22 N"]);
     let held = ["plot", "map.h5", "--at", "torsion.damping=20", "-o", "held.svg"];
-    output(&mut folder.stickslip(&held), 0);
+    folder.ok(&held);
     let svg = std::fs::read_to_string(folder.path("held.svg")).unwrap();
     assert!(svg.contains(" = 20 N") && !svg.contains(" = 18 N"));
     let line = ["--at", "torsion.damping=20", "--at", "friction.low_speed=0.5"];
-    let (stdout, _) = output(
-        &mut folder.stickslip(
-            &[
-                &["plot", "map.h5", "-o", "line.svg", "--quantity", "onset_time", "--json"],
-                &line[..],
-            ]
-            .concat(),
-        ),
-        0,
-    );
+    let stdout = folder.ok(&[
+        &["plot", "map.h5", "-o", "line.svg", "--quantity", "onset_time", "--json"],
+        &line[..],
+    ]
+    .concat());
     assert_eq!(json(&stdout)["files"][0]["figure"], "curves-onset_time");
     let axes = [
         "plot",
@@ -307,7 +297,7 @@ fn cli_more_axes_are_panels_or_held() {
         "-o",
         "axes.svg",
     ];
-    output(&mut folder.stickslip(&axes), 0);
+    folder.ok(&axes);
     let cases: [(&[&str], &[&str]); 9] = [
         (
             &["--quantity", "stick_cont"],
@@ -370,8 +360,7 @@ fn cli_a_sample_has_its_distribution() {
     let mut onsets = file.numbers("onset_time").unwrap();
     onsets.sort_by(f64::total_cmp);
     assert!(onsets.iter().all(|time| time.is_finite()), "{onsets:?}");
-    let (stdout, _) = output(&mut folder.stickslip(&["plot", "map.h5", "--json"]), 0);
-    let document = json(&stdout);
+    let document = folder.json("plot map.h5");
     let names: Vec<&str> = document["files"]
         .as_array()
         .unwrap()
@@ -405,13 +394,10 @@ fn cli_a_sample_has_its_distribution() {
         assert!(bar[2].as_u64().unwrap().abs_diff(inside) <= 1, "{bar}: {inside}");
     }
     assert_eq!(bars.iter().map(|bar| bar[2].as_u64().unwrap()).sum::<u64>(), 64);
-    let (text, _) = output(&mut folder.stickslip(&["plot", "map.h5"]), 0);
-    let (report, _) = output(&mut folder.stickslip(&["sweep", "map.toml", "-j", "1"]), 0);
+    let text = folder.ok("plot map.h5");
+    let report = folder.ok("sweep map.toml -j 1");
     for said in [&text, &report] {
-        assert!(
-            said.contains("onset_time (s): 64 runs") && said.contains("50 %") && said.contains("####"),
-            "{said}"
-        );
+        says(&said, &["onset_time (s): 64 runs", "50 %", "####"]);
     }
 }
 
@@ -424,10 +410,9 @@ fn cli_a_calibration_has_its_region() {
                  key = \"torsion.stiffness\"\nfrom = 1e6\nto = 2e7\n[[target]]\nquantity = \"natural_period\"\n\
                  value = \"0.00024 s\"\n[search]\npoints = 64\nstarts = 2\n";
     folder.write("two.toml", study);
-    output(&mut folder.stickslip(&["calibrate", "two.toml", "-q", "-j", "1"]), 0);
-    let (stdout, _) = output(&mut folder.stickslip(&["plot", "two.h5", "-o", "two.svg", "--json"]), 0);
-    assert_eq!(json(&stdout)["files"][0]["figure"], "region");
-    let file = SweepFile::open(&folder.path("two.h5")).unwrap();
+    folder.ok("calibrate two.toml -q -j 1");
+    assert_eq!(folder.json("plot two.h5 -o two.svg")["files"][0]["figure"], "region");
+    let file = folder.sweep_file("two.h5");
     let periods = file.numbers("natural_period").unwrap();
     let places: Vec<(f64, f64)> = file
         .numbers("torsion_surface_inertia")
@@ -459,10 +444,7 @@ fn cli_a_calibration_has_its_region() {
         [(optimum[0], optimum[1])]
     );
     // One parameter alone has its residual; and other quantities of the runs can be drawn.
-    output(
-        &mut folder.stickslip(&["plot", "two.h5", "--quantity", "natural_period", "-o", "runs"]),
-        0,
-    );
+    folder.ok("plot two.h5 --quantity natural_period -o runs");
 }
 
 /// The figure of the file is that of the study that has just run, to the last byte.
@@ -474,25 +456,25 @@ fn cli_a_work_precision_file_is_drawn_without_a_run() {
                  steps = [\"20 us\"]\n";
     folder.write("small.toml", study);
     let arguments = ["work-precision", "small.toml", "--figure", "ran", "-q"];
-    output(&mut folder.stickslip(&arguments), 0);
-    let (stdout, _) = output(&mut folder.stickslip(&["plot", "small.h5", "-o", "read", "--json"]), 0);
-    assert_eq!(json(&stdout)["files"][0]["figure"], "work-precision");
+    folder.ok(&arguments);
+    assert_eq!(
+        folder.json("plot small.h5 -o read")["files"][0]["figure"],
+        "work-precision"
+    );
     for name in ["work-precision.svg", "work-precision.png"] {
         let read = |place: &str| std::fs::read(folder.path(place).join(name)).unwrap();
         assert!(read("ran") == read("read"), "{name}");
     }
-    let said = refusal(&mut folder.stickslip(&["plot", "small.h5", "--html", "page.html"]));
-    assert!(said.contains("has no page"), "{said}");
+    folder.refused("plot small.h5 --html page.html", &["has no page"]);
 }
 
 /// Each event of a certified file stands at its uncertainty; a run without a certificate says how to get one.
 #[test]
 fn cli_a_certified_file_has_its_uncertainties() {
     let folder = Folder::new();
-    output(&mut folder.stickslip(&["certify", "belt-coulomb", "-q"]), 0);
+    folder.ok("certify belt-coulomb -q");
     let name = "belt-coulomb.certified.h5";
-    let (stdout, _) = output(&mut folder.stickslip(&["plot", name, "--json"]), 0);
-    let names: Vec<String> = json(&stdout)["files"]
+    let names: Vec<String> = folder.json(&["plot", name])["files"]
         .as_array()
         .unwrap()
         .iter()
@@ -515,9 +497,11 @@ fn cli_a_certified_file_has_its_uncertainties() {
     for (k, value) in drawn {
         assert_eq!(value, stored[k].max(1e-16), "{k}");
     }
-    output(&mut folder.stickslip(&["run", "belt-coulomb", "-q", "--no-witness"]), 0);
-    let said = refusal(&mut folder.stickslip(&["plot", "belt-coulomb.h5", "--only", "event-uncertainties"]));
-    assert!(said.contains("stickslip certify"), "{said}");
+    folder.ok("run belt-coulomb -q --no-witness");
+    folder.refused(
+        "plot belt-coulomb.h5 --only event-uncertainties",
+        &["stickslip certify"],
+    );
 }
 
 /// A file of another kind, and a shard, say what can be drawn.
@@ -526,22 +510,17 @@ fn cli_other_files_say_what_can_be_drawn() {
     let folder = Folder::new();
     let file = with_map(&folder, MAP);
     drop(file);
-    output(
-        &mut folder.stickslip(&["sweep", "map.toml", "-q", "--shard", "1/2", "-o", "shard.h5"]),
-        0,
-    );
-    let said = refusal(&mut folder.stickslip(&["plot", "shard.h5"]));
-    assert!(said.contains("one shard") && said.contains("stickslip merge"), "{said}");
-    output(&mut folder.short_run(&["-q", "-o", "run.h5"]), 0);
-    let said = refusal(&mut folder.stickslip(&["plot", "run.h5", "--quantity", "stick_count"]));
-    assert!(said.contains("--quantity") && said.contains("--channel"), "{said}");
+    folder.ok("sweep map.toml -q --shard 1/2 -o shard.h5");
+    folder.refused("plot shard.h5", &["one shard", "stickslip merge"]);
+    folder.ok_short("-q -o run.h5");
+    folder.refused("plot run.h5 --quantity stick_count", &["--quantity", "--channel"]);
 }
 
 /// The built-in studies are listed with the command that takes them, and each can be printed.
 #[test]
 fn cli_case_lists_studies_and_prints_them() {
     let folder = Folder::new();
-    let (listed, _) = output(&mut folder.stickslip(&["case", "--list", "--json"]), 0);
+    let listed = folder.ok("case --list --json");
     let listed = json(&listed);
     let command = |name: &str| {
         let mut entries = listed.as_array().unwrap().iter();
@@ -556,7 +535,7 @@ fn cli_case_lists_studies_and_prints_them() {
         ("work-precision", "work-precision"),
     ] {
         assert_eq!(command(name), Some(takes.into()), "{name}");
-        let (text, _) = output(&mut folder.stickslip(&["case", name]), 0);
+        let text = folder.ok(&["case", name]);
         assert!(text.contains("title ="), "{name}: {text}");
     }
 }
@@ -571,18 +550,10 @@ fn cli_the_default_quantity_is_what_the_study_asks_for() {
         "map.toml",
         format!("show = [\"growth_exponent\", \"onset_time\"]\n{small}"),
     );
-    output(&mut folder.stickslip(&["sweep", "map.toml", "-q"]), 0);
-    let (stdout, _) = output(
-        &mut folder.stickslip(&["plot", "map.h5", "-o", "f", "--format", "svg", "--json"]),
-        0,
-    );
-    let document = json(&stdout);
+    folder.ok("sweep map.toml -q");
+    let document = folder.json("plot map.h5 -o f --format svg");
     assert_eq!(document["files"][0]["figure"], "curves-growth_exponent");
     assert_eq!(document["files"][1]["figure"], "curves-onset_time");
     folder.write("wrong.toml", format!("show = \"onset\"\n{small}"));
-    let refused = refusal(&mut folder.stickslip(&["sweep", "wrong.toml"]));
-    assert!(
-        refused.contains("wrong.toml:1: show: ") && refused.contains("onset_time"),
-        "{refused}"
-    );
+    folder.refused("sweep wrong.toml", &["wrong.toml:1: show: ", "onset_time"]);
 }

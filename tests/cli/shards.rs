@@ -1,7 +1,7 @@
 //! `stickslip sweep --shard` and `stickslip merge` as a user starts them: shards make the file of one machine, virtual
 //! files hold the same values, and what does not make a whole is refused.
 
-use crate::common::cli::{Folder, json, output, refusal};
+use crate::common::cli::{Folder, json, output, refusal, says};
 use crate::common::unlocked;
 use stickslip::results::SweepFile;
 
@@ -55,19 +55,11 @@ from = 0.3
 to = 0.9
 "#;
 
-fn read(folder: &Folder, name: &str) -> Vec<u8> {
-    std::fs::read(folder.path(name)).unwrap()
-}
-
 /// Sweeps every shard of a study and returns their names.
 fn shards(folder: &Folder, study: &str, count: usize) -> Vec<String> {
     let names = (1..=count).map(|shard| {
         let part = format!("{shard}/{count}");
-        let (stdout, _) = output(
-            &mut folder.stickslip(&["sweep", &format!("{study}.toml"), "--shard", &part, "--json"]),
-            0,
-        );
-        let report = json(&stdout);
+        let report = folder.json(&["sweep", &format!("{study}.toml"), "--shard", &part]);
         assert_eq!(report["shard"]["index"], shard);
         let name = format!("{study}.shard-{shard}-of-{count}.h5");
         assert_eq!(report["file"], name.as_str());
@@ -89,7 +81,7 @@ fn property_shards_of_any_number_make_the_bytes_of_one_machine() {
     for (study, text, points) in [("grid", GRID, 30), ("sample", SAMPLE, 23)] {
         folder.write(&format!("{study}.toml"), text);
         let one = format!("{study}.h5");
-        output(&mut folder.stickslip(&["sweep", &format!("{study}.toml")]), 0);
+        folder.ok(&["sweep", &format!("{study}.toml")]);
         for count in 1..=5 {
             let mut names = shards(&folder, study, count);
             names.reverse();
@@ -98,10 +90,7 @@ fn property_shards_of_any_number_make_the_bytes_of_one_machine() {
             let report = json(&stdout);
             assert_eq!((&report["points"], &report["shards"]), (&points.into(), &count.into()));
             assert!(report["failed"].as_u64().unwrap() > 0, "{study} has points that fail");
-            assert!(
-                read(&folder, &one) == read(&folder, &merged),
-                "{study} in {count} shards"
-            );
+            assert!(folder.read(&one) == folder.read(&merged), "{study} in {count} shards");
         }
     }
 }
@@ -128,7 +117,7 @@ fn property_a_virtual_file_holds_what_the_copied_one_holds() {
     std::fs::create_dir(folder.path("parts")).unwrap();
     for (study, text) in [("grid", GRID), ("sample", SAMPLE)] {
         folder.write(&format!("{study}.toml"), text);
-        output(&mut folder.stickslip(&["sweep", &format!("{study}.toml")]), 0);
+        folder.ok(&["sweep", &format!("{study}.toml")]);
         for count in [1, 3, 4] {
             // The shards in a folder of their own, so that the way to them is relative.
             let names: Vec<String> = shards(&folder, study, count)
@@ -142,8 +131,8 @@ fn property_a_virtual_file_holds_what_the_copied_one_holds() {
                 &mut merge(&folder, &names, &["-o", "virtual.h5", "--virtual", "--force"]),
                 0,
             );
-            let whole = SweepFile::open(&folder.path(&format!("{study}.h5"))).unwrap();
-            let parts = SweepFile::open(&folder.path("virtual.h5")).unwrap();
+            let whole = folder.sweep_file(&format!("{study}.h5"));
+            let parts = folder.sweep_file("virtual.h5");
             for text in ["title", "status", "study_digest", "format", "meta/program_commit"] {
                 assert_eq!(whole.text(text), parts.text(text));
             }
@@ -184,8 +173,8 @@ fn property_a_virtual_file_holds_what_the_copied_one_holds() {
     for name in ["parts", "virtual.h5"] {
         std::fs::rename(folder.path(name), folder.path(&format!("elsewhere/{name}"))).unwrap();
     }
-    let whole = SweepFile::open(&folder.path("sample.h5")).unwrap();
-    let parts = SweepFile::open(&folder.path("elsewhere/virtual.h5")).unwrap();
+    let whole = folder.sweep_file("sample.h5");
+    let parts = folder.sweep_file("elsewhere/virtual.h5");
     assert_eq!(variables(&whole, "/"), variables(&parts, "/"));
 }
 
@@ -238,23 +227,19 @@ fn cli_shards_that_make_no_whole_are_refused() {
     );
     refused(&[&"absent.h5".to_owned()], &["absent.h5: no such file"]);
     refused(&[&"map.toml".to_owned()], &["map.toml: not an HDF5 file"]);
-    output(&mut folder.stickslip(&["sweep", "map.toml"]), 0);
+    folder.ok("sweep map.toml");
     refused(&[&"map.h5".to_owned()], &["map.h5: not the file of a shard"]);
     // A shard is no whole, either.
-    let stderr = refusal(&mut folder.stickslip(&["plot", &three[0]]));
-    assert!(stderr.contains("not"), "{stderr}");
+    folder.refused(&["plot", &three[0]], &["not"]);
     // What is there stays there: the output, and an input above all.
-    let before = read(&folder, "map.h5");
+    let before = folder.read("map.h5");
     let stderr = refusal(&mut merge(&folder, &three, &["-o", "map.h5"]));
-    assert!(
-        stderr.contains("map.h5: exists") && stderr.contains("--force"),
-        "{stderr}"
-    );
+    says(&stderr, &["map.h5: exists", "--force"]);
     let stderr = refusal(&mut merge(&folder, &three, &["-o", &three[1], "--force"]));
     assert!(stderr.contains("this is an input"), "{stderr}");
-    assert!(before == read(&folder, "map.h5"));
+    assert!(before == folder.read("map.h5"));
     output(&mut merge(&folder, &three, &["-o", "map.h5", "--force"]), 0);
-    assert!(before == read(&folder, "map.h5"));
+    assert!(before == folder.read("map.h5"));
     // An interruption leaves a partial file, which is none.
     let partial = "map.shard-2-of-3.partial.h5";
     std::fs::rename(folder.path(&three[1]), folder.path(partial)).unwrap();
@@ -270,7 +255,7 @@ fn cli_an_interrupted_shard_is_incomplete_and_resumes() {
     // Slow enough to be interrupted: a few hundred points.
     let study = SAMPLE.replace("count = 23", "count = 3000");
     folder.write("map.toml", study);
-    let mut child = folder.start(&["sweep", "map.toml", "--shard", "2/2", "-j", "1"]);
+    let mut child = folder.start("sweep map.toml --shard 2/2 -j 1");
     let journal = folder.path("map.shard-2-of-2.journal");
     while !std::fs::metadata(&journal).is_ok_and(|file| file.len() > 2000) {
         assert!(
@@ -287,38 +272,27 @@ fn cli_an_interrupted_shard_is_incomplete_and_resumes() {
             .success()
     );
     assert_eq!(child.wait().unwrap().code(), Some(130));
-    output(&mut folder.stickslip(&["sweep", "map.toml", "--shard", "1/2"]), 0);
+    folder.ok("sweep map.toml --shard 1/2");
     let names = [
         "map.shard-1-of-2.h5".to_owned(),
         "map.shard-2-of-2.partial.h5".to_owned(),
     ];
     let stderr = refusal(&mut merge(&folder, &names, &["-o", "all.h5"]));
-    assert!(stderr.contains("shard 2 of 2 is incomplete"), "{stderr}");
-    assert!(stderr.contains("of its 1500 points are done"), "{stderr}");
-    let (stdout, _) = output(
-        &mut folder.stickslip(&["sweep", "map.toml", "--shard", "2/2", "--resume", "--json"]),
-        0,
-    );
-    let report = json(&stdout);
+    says(&stderr, &["shard 2 of 2 is incomplete", "of its 1500 points are done"]);
+    let report = folder.json("sweep map.toml --shard 2/2 --resume");
     assert_eq!(report["points"], 1500);
     assert!(report["run_now"].as_u64().unwrap() < 1500);
     // Another time there is nothing left to do; another shard under its name is another matter.
     let again = ["sweep", "map.toml", "--shard", "2/2", "--resume", "--json"];
-    assert_eq!(json(&output(&mut folder.stickslip(&again), 0).0)["run_now"], 0);
-    let stderr = refusal(&mut folder.stickslip(&[
-        "sweep",
-        "map.toml",
-        "--shard",
-        "1/2",
-        "--resume",
-        "-o",
-        "map.shard-2-of-2.h5",
-    ]));
-    assert!(stderr.contains("holds another shard (2 of 2, not 1 of 2)"), "{stderr}");
+    assert_eq!(json(&folder.ok(&again))["run_now"], 0);
+    folder.refused(
+        "sweep map.toml --shard 1/2 --resume -o map.shard-2-of-2.h5",
+        &["holds another shard (2 of 2, not 1 of 2)"],
+    );
     let names = ["map.shard-1-of-2.h5".to_owned(), "map.shard-2-of-2.h5".to_owned()];
     output(&mut merge(&folder, &names, &["-o", "all.h5"]), 0);
-    output(&mut folder.stickslip(&["sweep", "map.toml"]), 0);
-    assert!(read(&folder, "all.h5") == read(&folder, "map.h5"));
+    folder.ok("sweep map.toml");
+    assert!(folder.read("all.h5") == folder.read("map.h5"));
 }
 
 #[test]
@@ -326,7 +300,7 @@ fn cli_a_task_of_a_job_array_knows_its_shard() {
     let folder = Folder::new();
     folder.write("map.toml", SAMPLE);
     for task in ["0", "1"] {
-        let mut command = folder.stickslip(&["sweep", "map.toml", "--shard", "slurm"]);
+        let mut command = folder.stickslip("sweep map.toml --shard slurm");
         for (name, value) in [("ID", task), ("MIN", "0"), ("MAX", "1"), ("STEP", "1"), ("COUNT", "2")] {
             command.env(format!("SLURM_ARRAY_TASK_{name}"), value);
         }
@@ -336,34 +310,24 @@ fn cli_a_task_of_a_job_array_knows_its_shard() {
         folder.names(),
         ["map.shard-1-of-2.h5", "map.shard-2-of-2.h5", "map.toml"]
     );
-    let mut outside = folder.stickslip(&["sweep", "map.toml", "--shard", "slurm"]);
+    let mut outside = folder.stickslip("sweep map.toml --shard slurm");
     outside.env_remove("SLURM_ARRAY_TASK_ID");
     let stderr = refusal(&mut outside);
     assert!(stderr.contains("SLURM_ARRAY_TASK_ID is not set"), "{stderr}");
-    let stderr = refusal(&mut folder.stickslip(&["sweep", "map.toml", "--shard", "3/2"]));
-    assert!(stderr.contains("K/N with K from 1 to N"), "{stderr}");
-    let stderr = refusal(&mut folder.stickslip(&["sweep", "map.toml", "--shard", "1/24"]));
-    assert!(
-        stderr.contains("the study has 23 points, too few for 24 shards"),
-        "{stderr}"
+    folder.refused("sweep map.toml --shard 3/2", &["K/N with K from 1 to N"]);
+    folder.refused(
+        "sweep map.toml --shard 1/24",
+        &["the study has 23 points, too few for 24 shards"],
     );
     // Several processes that know nothing of each other would all compute the same.
     if cfg!(not(feature = "mpi")) {
         for variable in ["OMPI_COMM_WORLD_SIZE", "PMI_SIZE"] {
-            let stderr = refusal(folder.stickslip(&["sweep", "map.toml"]).env(variable, "2"));
-            assert!(
-                stderr.contains("--features mpi") && stderr.contains("--shard"),
-                "{stderr}"
-            );
+            let stderr = refusal(folder.stickslip("sweep map.toml").env(variable, "2"));
+            says(&stderr, &["--features mpi", "--shard"]);
         }
-        let stderr = refusal(&mut folder.stickslip(&["sweep", "map.toml", "--mpi"]));
-        assert!(stderr.contains("has no MPI"), "{stderr}");
+        folder.refused("sweep map.toml --mpi", &["has no MPI"]);
     }
-    let stderr = refusal(&mut folder.stickslip(&["sweep", "critical-curve", "--shard", "1/4"]));
-    assert!(
-        stderr.contains("traces a boundary") && stderr.contains("MPI"),
-        "{stderr}"
-    );
+    folder.refused("sweep critical-curve --shard 1/4", &["traces a boundary", "MPI"]);
 }
 
 /// A merger of many shards has few of them open at a time: with a reading process and its socket for each, it would need more
@@ -374,10 +338,7 @@ fn cli_merge_of_many_shards_takes_few_processes() {
     let folder = Folder::new();
     let study = SAMPLE.replace("count = 23", "count = 40");
     folder.write("many.toml", study);
-    output(
-        &mut folder.stickslip(&["sweep", "many.toml", "-o", "whole.h5", "-q"]),
-        0,
-    );
+    folder.ok("sweep many.toml -o whole.h5 -q");
     let names = shards(&folder, "many", 40);
     for more in ["", "--virtual"] {
         let command = format!("ulimit -n 32 && exec \"$0\" merge --force -q -o merged.h5 {more} \"$@\"");
@@ -389,7 +350,7 @@ fn cli_merge_of_many_shards_takes_few_processes() {
             .unwrap();
         assert!(merged.status.success(), "{}", crate::common::cli::text(&merged.stderr));
         if more.is_empty() {
-            assert!(read(&folder, "merged.h5") == read(&folder, "whole.h5"));
+            assert!(folder.read("merged.h5") == folder.read("whole.h5"));
         }
     }
 }

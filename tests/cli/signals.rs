@@ -1,7 +1,7 @@
 //! A run that is stopped: Ctrl-C, a termination signal.
 #![cfg(unix)]
 
-use crate::common::cli::{Folder, LONG, json, text};
+use crate::common::cli::{Folder, LONG, json, says, text};
 use crate::common::unlocked;
 use std::process::{Child, Command, Output};
 use std::time::{Duration, Instant};
@@ -50,8 +50,7 @@ fn cli_signals_leave_a_readable_file() {
         let output = interrupted(&folder, signal, &["run"]);
         let stderr = text(&output.stderr);
         assert_eq!(output.status.code(), Some(130), "{signal}: {stderr}");
-        assert!(stderr.contains("interrupted at t = 0."), "{stderr}");
-        assert!(stderr.contains("saved in paper.partial.h5"), "{stderr}");
+        says(&stderr, &["interrupted at t = 0.", "saved in paper.partial.h5"]);
         // Nothing else is left, no lock either.
         assert_eq!(folder.names(), ["paper.partial.h5"]);
         let file = folder.result("paper.partial.h5");
@@ -94,7 +93,7 @@ fn cli_signals_interrupted_run_can_be_repeated() {
     let folder = Folder::new();
     interrupted(&folder, "INT", &["run", "-q"]);
     let whole = ["--set", "solver.max_step=1", "--set", "output.interval=0.1"];
-    let mut again = folder.stickslip(&["run", "paper.partial.h5", "-q", "-o", "whole.h5"]);
+    let mut again = folder.stickslip("run paper.partial.h5 -q -o whole.h5");
     crate::common::cli::output(again.args(whole), 0);
     assert_eq!(folder.result("whole.h5").status(), &Status::Complete);
 }
@@ -219,7 +218,7 @@ fn cli_signals_an_interrupted_oracle_leaves_the_certificate() {
 
 /// A comparison with what comes through a pipe, as far as it can go before something does; with its own temporary folder.
 fn waiting_comparison(folder: &Folder) -> (Child, std::fs::File) {
-    crate::common::cli::output(&mut folder.short_run(&["-q", "-o", "run.h5"]), 0);
+    crate::common::cli::output(&mut folder.short_run("-q -o run.h5"), 0);
     std::fs::create_dir(folder.path("temporary")).unwrap();
     let made = Command::new("mkfifo").arg(folder.path("pipe.csv")).status();
     assert!(made.unwrap().success());

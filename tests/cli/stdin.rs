@@ -1,6 +1,6 @@
 //! A case through standard input, errors as JSON, --strict, and help.
 
-use crate::common::cli::{Folder, SHORT, json, output, refusal};
+use crate::common::cli::{Folder, SHORT, json, output, refusal, says};
 
 fn short<'a>(arguments: &[&'a str]) -> Vec<&'a str> {
     arguments.iter().chain(SHORT).copied().collect()
@@ -10,7 +10,7 @@ fn short<'a>(arguments: &[&'a str]) -> Vec<&'a str> {
 #[test]
 fn cli_run_reads_a_case_from_standard_input() {
     let folder = Folder::new();
-    let (text, _) = output(&mut folder.stickslip(&["case", "paper"]), 0);
+    let text = folder.ok("case paper");
     output(
         folder
             .stickslip(&short(&["run", "-", "-q", "-o", "piped.h5"]))
@@ -18,7 +18,7 @@ fn cli_run_reads_a_case_from_standard_input() {
         0,
     );
     folder.write("mine.toml", &text);
-    output(&mut folder.stickslip(&short(&["run", "mine.toml", "-q"])), 0);
+    folder.ok(&short(&["run", "mine.toml", "-q"]));
     let (piped, mine) = (folder.result("piped.h5"), folder.result("mine.h5"));
     assert_eq!(piped.resolved().unwrap(), mine.resolved().unwrap());
     assert_eq!(piped.case_text().unwrap(), text);
@@ -26,19 +26,16 @@ fn cli_run_reads_a_case_from_standard_input() {
         piped.column("theta", 0..51).unwrap(),
         mine.column("theta", 0..51).unwrap()
     );
-    let (stdout, _) = output(folder.stickslip(&["modes", "-", "--json"]).write_stdin(text.clone()), 0);
+    let (stdout, _) = output(folder.stickslip("modes - --json").write_stdin(text.clone()), 0);
     json(&stdout);
     // It has no name after which its result could be called.
     for command in ["run", "certify"] {
         let stderr = refusal(folder.stickslip(&[command, "-"]).write_stdin(text.clone()));
-        assert!(
-            stderr.contains("standard input") && stderr.contains("-o result.h5"),
-            "{stderr}"
-        );
+        says(&stderr, &["standard input", "-o result.h5"]);
     }
     let broken = text.replace("breakaway = 0.6", "breakway = 0.6");
     let line = broken.lines().position(|line| line.starts_with("breakway")).unwrap() + 1;
-    let stderr = refusal(folder.stickslip(&["run", "-", "-o", "x.h5"]).write_stdin(broken));
+    let stderr = refusal(folder.stickslip("run - -o x.h5").write_stdin(broken));
     assert!(
         stderr.contains(&format!("standard input:{line}: friction.breakway: unknown key")),
         "{stderr}"
@@ -69,11 +66,7 @@ fn cli_outputs_are_not_called_minus() {
         &["export", "x.h5", "--benchmark", "-o", "-"],
         &["compare", "a.h5", "b.h5", "--report", "-"],
     ] {
-        let stderr = refusal(&mut folder.stickslip(arguments));
-        assert!(
-            stderr.contains("not written to standard output"),
-            "{arguments:?}: {stderr}"
-        );
+        folder.refused(arguments, &["not written to standard output"]);
     }
     assert_eq!(folder.names(), [] as [&str; 0]);
 }
@@ -82,7 +75,7 @@ fn cli_outputs_are_not_called_minus() {
 #[test]
 fn cli_errors_are_json_where_json_is_asked_for() {
     let folder = Folder::new();
-    let (text, _) = output(&mut folder.stickslip(&["case", "paper"]), 0);
+    let text = folder.ok("case paper");
     folder.write("broken.toml", text.replace("breakaway = 0.6", "breakway = 0.6"));
     let line = text.lines().position(|line| line.starts_with("breakaway")).unwrap() + 1;
     let error = |arguments: &[&str], status: i32| {
@@ -140,52 +133,40 @@ fn cli_errors_are_json_where_json_is_asked_for() {
 #[test]
 fn cli_strict_lets_no_warning_pass() {
     let folder = Folder::new();
-    let (_, stderr) = output(&mut folder.stickslip(&["run", "unperturbed"]), 0);
+    let (_, stderr) = output(&mut folder.stickslip("run unperturbed"), 0);
     assert!(stderr.contains("warning: "), "{stderr}");
-    let (_, stderr) = output(&mut folder.stickslip(&["run", "unperturbed", "--strict"]), 1);
+    let (_, stderr) = output(&mut folder.stickslip("run unperturbed --strict"), 1);
     assert!(stderr.contains("--strict lets no warning pass"), "{stderr}");
     assert!(folder.path("unperturbed.h5").exists());
-    let (stdout, _) = output(
-        &mut folder.stickslip(&["run", "unperturbed", "--strict", "--json", "-q"]),
-        1,
-    );
+    let (stdout, _) = output(&mut folder.stickslip("run unperturbed --strict --json -q"), 1);
     assert!(!json(&stdout)["warnings"].as_array().unwrap().is_empty());
-    output(&mut folder.stickslip(&["run", "paper", "--strict", "-q"]), 0);
-    output(
-        &mut folder.stickslip(&["certify", "unperturbed.h5", "--strict", "-q"]),
-        1,
-    );
+    folder.ok("run paper --strict -q");
+    output(&mut folder.stickslip("certify unperturbed.h5 --strict -q"), 1);
     folder.write(
         "study.toml",
         "case = 'paper'\n[set]\n'output.end_time' = 0.05\n[[axis]]\nkey = 'torsion.damping'\nvalues = [20, 30]\n",
     );
-    output(&mut folder.stickslip(&["sweep", "study.toml", "-q"]), 0);
-    let (_, stderr) = output(
-        &mut folder.stickslip(&["sweep", "study.toml", "-q", "--force", "--strict"]),
-        1,
-    );
+    folder.ok("sweep study.toml -q");
+    let (_, stderr) = output(&mut folder.stickslip("sweep study.toml -q --force --strict"), 1);
     assert!(stderr.contains("of 2 points"), "{stderr}");
 }
 
 #[test]
 fn cli_help_of_commands_and_what_a_misspelt_one_means() {
     let folder = Folder::new();
-    let (all, _) = output(&mut folder.stickslip(&["help"]), 0);
+    let all = folder.ok("help");
     for command in ["run", "export", "work-precision", "help"] {
         assert!(
             all.lines().any(|line| line.trim_start().starts_with(command)),
             "{command} in {all}"
         );
     }
-    let (of_run, _) = output(&mut folder.stickslip(&["help", "run"]), 0);
-    assert_eq!(of_run, output(&mut folder.stickslip(&["run", "--help"]), 0).0);
-    let (of_export, _) = output(&mut folder.stickslip(&["help", "export"]), 0);
+    let of_run = folder.ok("help run");
+    assert_eq!(of_run, folder.ok("run --help"));
+    let of_export = folder.ok("help export");
     let wide: Vec<&str> = of_export.lines().filter(|line| line.chars().count() > 80).collect();
     assert_eq!(wide, Vec::<&str>::new());
-    let stderr = refusal(&mut folder.stickslip(&["comparre"]));
-    assert!(stderr.contains("'compare'"), "{stderr}");
-    let stderr = refusal(&mut folder.stickslip(&["integrate"]));
-    assert!(stderr.contains("The commands are run, certify,"), "{stderr}");
-    let stderr = refusal(&mut folder.stickslip(&["run", "--method", "serise"]));
-    assert!(stderr.contains("did you mean \"series\"?"), "{stderr}");
+    folder.refused("comparre", &["'compare'"]);
+    folder.refused("integrate", &["The commands are run, certify,"]);
+    folder.refused("run --method serise", &["did you mean \"series\"?"]);
 }

@@ -1,7 +1,6 @@
 //! `stickslip sweep` as a user starts it: files that depend on the study alone, kills and resumption, refusals.
 
-use crate::common::cli::{Folder, json, output, refusal};
-use stickslip::results::SweepFile;
+use crate::common::cli::{Folder, refusal, says};
 
 /// Runs that are over in a millisecond: the ramp and the beginning of the sliding, with a few that fail among them.
 const QUICK: &str = r#"
@@ -30,19 +29,14 @@ values = ["auto", "erk"]
 events = true
 "#;
 
-fn read(folder: &Folder, name: &str) -> Vec<u8> {
-    std::fs::read(folder.path(name)).unwrap()
-}
-
 #[test]
 fn results_a_grid_has_its_axes_as_dimensions_and_its_failures_in_words() {
     let folder = Folder::new();
     folder.write("map.toml", QUICK);
-    let (stdout, _) = output(&mut folder.stickslip(&["sweep", "map.toml", "--json"]), 0);
-    let report = json(&stdout);
+    let report = folder.json("sweep map.toml");
     assert_eq!((&report["points"], &report["failed"]), (&36.into(), &12.into()));
     assert_eq!(folder.names(), ["map.h5", "map.toml"]);
-    let file = SweepFile::open(&folder.path("map.h5")).unwrap();
+    let file = folder.sweep_file("map.h5");
     assert_eq!(file.text("status").as_deref(), Some("complete"));
     assert_eq!(file.text("study_digest").as_deref(), report["digest"].as_str());
     assert_eq!(file.shape("stick_count").unwrap(), [6, 3, 2]);
@@ -89,17 +83,11 @@ fn results_a_grid_has_its_axes_as_dimensions_and_its_failures_in_words() {
 fn property_the_file_does_not_depend_on_threads_interruptions_or_time() {
     let folder = Folder::new();
     folder.write("map.toml", QUICK);
-    output(
-        &mut folder.stickslip(&["sweep", "map.toml", "-j", "1", "-o", "one.h5"]),
-        0,
-    );
+    folder.ok("sweep map.toml -j 1 -o one.h5");
     for jobs in ["2", "7"] {
         let name = format!("of-{jobs}.h5");
-        output(
-            &mut folder.stickslip(&["sweep", "map.toml", "-j", jobs, "-o", &name]),
-            0,
-        );
-        assert!(read(&folder, "one.h5") == read(&folder, &name), "with {jobs} threads");
+        folder.ok(&["sweep", "map.toml", "-j", jobs, "-o", &name]);
+        assert!(folder.read("one.h5") == folder.read(&name), "with {jobs} threads");
     }
 }
 
@@ -111,11 +99,11 @@ fn property_killed_at_any_moment_and_resumed_the_file_is_the_same() {
     // Some hundred points, a second or two in all.
     let study = QUICK.replace("count = 6", "count = 60");
     folder.write("map.toml", &study);
-    output(&mut folder.stickslip(&["sweep", "map.toml", "-o", "whole.h5"]), 0);
+    folder.ok("sweep map.toml -o whole.h5");
     let kills: u64 = std::env::var("STICKSLIP_TEST_KILLS").map_or(50, |kills| kills.parse().unwrap());
     let mut under_way = 0;
     for kill in 0..kills {
-        let mut child = folder.start(&["sweep", "map.toml", "-j", "2", "-o", "killed.h5", "--resume"]);
+        let mut child = folder.start("sweep map.toml -j 2 -o killed.h5 --resume");
         // At no particular moment; the sweep itself takes longer than the longest.
         std::thread::sleep(Duration::from_micros(2_000 + kill * 7919 % 60_000));
         child.kill().unwrap();
@@ -124,30 +112,22 @@ fn property_killed_at_any_moment_and_resumed_the_file_is_the_same() {
         // What has come to its end is compared, and begun anew.
         if folder.path("killed.h5").exists() && !folder.path("killed.journal").exists() {
             assert!(
-                read(&folder, "whole.h5") == read(&folder, "killed.h5"),
+                folder.read("whole.h5") == folder.read("killed.h5"),
                 "after {kill} kills"
             );
             std::fs::remove_file(folder.path("killed.h5")).unwrap();
         }
     }
-    let (stdout, _) = output(
-        &mut folder.stickslip(&["sweep", "map.toml", "-o", "killed.h5", "--resume", "--json"]),
-        0,
-    );
-    assert_eq!(json(&stdout)["points"], 360);
+    assert_eq!(folder.json("sweep map.toml -o killed.h5 --resume")["points"], 360);
     assert!(
         under_way > kills / 2,
         "{under_way} of {kills} kills came while points were run"
     );
-    assert!(read(&folder, "whole.h5") == read(&folder, "killed.h5"));
+    assert!(folder.read("whole.h5") == folder.read("killed.h5"));
     assert_eq!(folder.names(), ["killed.h5", "map.toml", "whole.h5"]);
     // Resumed once more there is nothing to do, and nothing is done.
-    let (stdout, _) = output(
-        &mut folder.stickslip(&["sweep", "map.toml", "-o", "killed.h5", "--resume", "--json"]),
-        0,
-    );
-    assert_eq!(json(&stdout)["run_now"], 0);
-    assert!(read(&folder, "whole.h5") == read(&folder, "killed.h5"));
+    assert_eq!(folder.json("sweep map.toml -o killed.h5 --resume")["run_now"], 0);
+    assert!(folder.read("whole.h5") == folder.read("killed.h5"));
 }
 
 #[test]
@@ -158,7 +138,7 @@ fn cli_what_was_begun_is_neither_lost_nor_mixed_with_another_study() {
     folder.write("map.toml", &study);
     folder.write("other.toml", study.replace("to = 30", "to = 31"));
     // A journal with some points, as an interruption leaves it.
-    let mut child = folder.start(&["sweep", "map.toml", "-j", "1"]);
+    let mut child = folder.start("sweep map.toml -j 1");
     let journal = folder.path("map.journal");
     while !std::fs::metadata(&journal).is_ok_and(|file| file.len() > 200) {
         assert!(
@@ -169,16 +149,13 @@ fn cli_what_was_begun_is_neither_lost_nor_mixed_with_another_study() {
     }
     child.kill().unwrap();
     child.wait().unwrap();
-    let stderr = refusal(&mut folder.stickslip(&["sweep", "map.toml"]));
-    assert!(stderr.contains("--resume goes on with it"), "{stderr}");
-    let stderr = refusal(&mut folder.stickslip(&["sweep", "other.toml", "-o", "map.h5", "--resume"]));
-    assert!(stderr.contains("belongs to another study"), "{stderr}");
-    output(&mut folder.stickslip(&["sweep", "map.toml", "--force"]), 0);
+    folder.refused("sweep map.toml", &["--resume goes on with it"]);
+    folder.refused("sweep other.toml -o map.h5 --resume", &["belongs to another study"]);
+    folder.ok("sweep map.toml --force");
     assert!(!journal.exists());
-    let stderr = refusal(&mut folder.stickslip(&["sweep", "other.toml", "-o", "map.h5", "--resume"]));
-    assert!(stderr.contains("is the file of another study"), "{stderr}");
+    folder.refused("sweep other.toml -o map.h5 --resume", &["is the file of another study"]);
     // Without --resume it is a result of this program, and a new sweep replaces it.
-    output(&mut folder.stickslip(&["sweep", "other.toml", "-o", "map.h5"]), 0);
+    folder.ok("sweep other.toml -o map.h5");
 }
 
 /// What is wrong, and the place and the words by which the refusal names it.
@@ -288,7 +265,7 @@ fn cli_bad_studies_are_refused_with_file_line_and_key() {
         let bad = QUICK.replacen(from, to, 1);
         assert_ne!(bad, QUICK, "{from}");
         folder.write("bad.toml", bad);
-        let stderr = refusal(&mut folder.stickslip(&["sweep", "bad.toml"]));
+        let stderr = refusal(&mut folder.stickslip("sweep bad.toml"));
         let found = words.iter().filter(|word| stderr.contains(**word)).count();
         assert!(found > 0, "{to}: {stderr}");
         assert!(
@@ -308,8 +285,8 @@ fn cli_a_table_of_points_is_read_with_units_and_refused_by_line() {
         "points.csv",
         "friction.decay, torsion.damping\n5, 200 lbf in s/rad\n# a remark\n2.5 s/rad, 10\n",
     );
-    output(&mut folder.stickslip(&["sweep", "table.toml"]), 0);
-    let file = SweepFile::open(&folder.path("table.h5")).unwrap();
+    folder.ok("sweep table.toml");
+    let file = folder.sweep_file("table.h5");
     assert_eq!(file.numbers("point").unwrap(), [0.0, 1.0]);
     assert_eq!(file.numbers("friction_decay").unwrap(), [5.0, 2.5]);
     // 200 lbf in s/rad, exactly converted.
@@ -324,11 +301,7 @@ fn cli_a_table_of_points_is_read_with_units_and_refused_by_line() {
         ("friction.decay\n", "a table of points without a point"),
     ] {
         folder.write("points.csv", table);
-        let stderr = refusal(&mut folder.stickslip(&["sweep", "table.toml"]));
-        assert!(
-            stderr.contains(words) && stderr.contains("table.toml:2: points:"),
-            "{stderr}"
-        );
+        folder.refused("sweep table.toml", &[words, "table.toml:2: points:"]);
     }
 }
 
@@ -352,8 +325,8 @@ fn cli_a_study_may_choose_another_friction_law() {
     );
     folder.write("keys.toml", study("[set.friction]\ndecay = 4", "friction.high_speed"));
     for name in ["inline", "table", "keys"] {
-        output(&mut folder.stickslip(&["sweep", &format!("{name}.toml"), "-q"]), 0);
-        let file = SweepFile::open(&folder.path(&format!("{name}.h5"))).unwrap();
+        folder.ok(&["sweep", &format!("{name}.toml"), "-q"]);
+        let file = folder.sweep_file(&format!("{name}.h5"));
         assert_eq!(file.numbers("status").unwrap(), [0.0, 0.0], "{name}");
     }
 }
@@ -364,14 +337,11 @@ fn cli_a_kept_trajectory_is_a_result_file_of_each_point() {
     let study = "case = \"paper\"\n[set]\noutput.end_time = 0.01\noutput.interval = 1e-3\noutput.window = []\n\
                  [[axis]]\nkey = \"friction.decay\"\nvalues = [2, 3]\n[keep]\ntrajectory = true\nevents = true\n";
     folder.write("runs.toml", study);
-    output(&mut folder.stickslip(&["sweep", "runs.toml"]), 0);
+    folder.ok("sweep runs.toml");
     for (number, decay) in [(0, 2.0), (1, 3.0)] {
         let run = folder.result(&format!("runs.runs/{number:06}.h5"));
         assert_eq!(run.sample_count().unwrap(), 11);
-        let events = SweepFile::open(&folder.path("runs.h5"))
-            .unwrap()
-            .numbers("events/point")
-            .unwrap();
+        let events = folder.sweep_file("runs.h5").numbers("events/point").unwrap();
         let kept = events.iter().filter(|&&point| point == f64::from(number)).count();
         assert_eq!(kept, run.events().unwrap().len());
         assert!(run.resolved().unwrap().contains(&format!("decay = {decay:?}")));
@@ -409,22 +379,17 @@ growth_contours = [0.5]
 fn property_a_boundary_does_not_depend_on_threads_and_is_drawn() {
     let folder = Folder::new();
     folder.write("limit.toml", BOUNDARY);
-    let (stdout, _) = output(&mut folder.stickslip(&["sweep", "limit.toml", "-j", "1", "--json"]), 0);
-    let report = json(&stdout);
+    let report = folder.json("sweep limit.toml -j 1");
     assert_eq!(report["curves"].as_array().unwrap().len(), 1);
-    output(
-        &mut folder.stickslip(&["sweep", "limit.toml", "-j", "3", "-o", "three.h5"]),
-        0,
-    );
-    assert!(read(&folder, "limit.h5") == read(&folder, "three.h5"));
-    output(&mut folder.stickslip(&["plot", "limit.h5", "-o", "limit.svg"]), 0);
-    let figure = String::from_utf8(read(&folder, "limit.svg")).unwrap();
+    folder.ok("sweep limit.toml -j 3 -o three.h5");
+    assert!(folder.read("limit.h5") == folder.read("three.h5"));
+    folder.ok("plot limit.h5 -o limit.svg");
+    let figure = String::from_utf8(folder.read("limit.svg")).unwrap();
     assert!(figure.contains("stable at every speed"), "the linear limit is named");
     // A grid has no boundary, and is drawn as a map.
     folder.write("map.toml", QUICK);
-    output(&mut folder.stickslip(&["sweep", "map.toml"]), 0);
-    let (stdout, _) = output(&mut folder.stickslip(&["plot", "map.h5", "-o", "map.svg", "--json"]), 0);
-    assert_eq!(json(&stdout)["files"][0]["file"], "map.svg");
+    folder.ok("sweep map.toml");
+    assert_eq!(folder.json("plot map.h5 -o map.svg")["files"][0]["file"], "map.svg");
 }
 
 /// `inspect` lists a sweep; what wants the result of one run says what it was given, and what to do with it.
@@ -432,20 +397,20 @@ fn property_a_boundary_does_not_depend_on_threads_and_is_drawn() {
 fn cli_every_command_knows_a_sweep_file() {
     let folder = Folder::new();
     folder.write("map.toml", QUICK);
-    output(&mut folder.stickslip(&["sweep", "map.toml"]), 0);
-    let (stdout, _) = output(&mut folder.stickslip(&["inspect", "map.h5"]), 0);
-    for words in [
-        "stickslip-sweep",
-        "6 x 3 x 2",
-        "number of sticks",
-        "/failures",
-        "/events",
-        "default_rtol",
-    ] {
-        assert!(stdout.contains(words), "{words}: {stdout}");
-    }
-    let (stdout, _) = output(&mut folder.stickslip(&["inspect", "map.h5", "--json"]), 0);
-    let contents = json(&stdout);
+    folder.ok("sweep map.toml");
+    let stdout = folder.ok("inspect map.h5");
+    says(
+        &stdout,
+        &[
+            "stickslip-sweep",
+            "6 x 3 x 2",
+            "number of sticks",
+            "/failures",
+            "/events",
+            "default_rtol",
+        ],
+    );
+    let contents = folder.json("inspect map.h5");
     let sticks = contents["variables"]
         .as_array()
         .unwrap()
@@ -455,19 +420,11 @@ fn cli_every_command_knows_a_sweep_file() {
     // The fill value of the points that failed is none of the counts.
     assert_eq!((&sticks["min"], &sticks["shape"]), (&0.0.into(), &vec![6, 3, 2].into()));
     for command in ["certify", "modes", "run"] {
-        let stderr = refusal(&mut folder.stickslip(&[command, "map.h5"]));
-        assert!(
-            stderr.contains("the many runs of a sweep") && stderr.contains("trajectory = true"),
-            "{command}: {stderr}"
-        );
+        folder.refused(&[command, "map.h5"], &["the many runs of a sweep", "trajectory = true"]);
     }
-    output(
-        &mut folder.stickslip(&["run", "paper", "-o", "run.h5", "--set", "output.end_time=0.01"]),
-        0,
-    );
+    folder.ok("run paper -o run.h5 --set output.end_time=0.01");
     for pair in [["map.h5", "run.h5"], ["run.h5", "map.h5"]] {
-        let stderr = refusal(&mut folder.stickslip(&["compare", pair[0], pair[1]]));
-        assert!(stderr.contains("the many runs of a sweep"), "{pair:?}: {stderr}");
+        folder.refused(&["compare", pair[0], pair[1]], &["the many runs of a sweep"]);
     }
 }
 
@@ -480,7 +437,7 @@ fn cli_a_sweep_says_what_makes_its_boundary_doubtful() {
         "none.toml",
         BOUNDARY.replace("instability_time > 0", "stick_count > 1000"),
     );
-    let (stdout, _) = output(&mut folder.stickslip(&["sweep", "none.toml"]), 0);
+    let stdout = folder.ok("sweep none.toml");
     assert!(
         stdout.contains("the first grid, 5 x 4, stick_count > 1000 changes nowhere"),
         "{stdout}"
@@ -488,11 +445,7 @@ fn cli_a_sweep_says_what_makes_its_boundary_doubtful() {
     assert!(!stdout.contains("a stick that lasts"), "{stdout}");
     let short = "case = \"paper\"\nset.solver.method = \"series\"\n[[axis]]\nkey = \"initial.speed\"\nvalues = [100, 200, 250]\n";
     folder.write("short.toml", short);
-    let (stdout, _) = output(&mut folder.stickslip(&["sweep", "short.toml"]), 0);
+    let stdout = folder.ok("sweep short.toml");
     assert!(stdout.contains("2 runs end before a stick that lasts"), "{stdout}");
-    let (stdout, _) = output(
-        &mut folder.stickslip(&["sweep", "short.toml", "--json", "-o", "j.h5"]),
-        0,
-    );
-    assert_eq!(json(&stdout)["unfinished"], 2);
+    assert_eq!(folder.json("sweep short.toml -o j.h5")["unfinished"], 2);
 }

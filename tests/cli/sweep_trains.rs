@@ -1,7 +1,7 @@
 //! `stickslip sweep`, `merge` and `calibrate` of cases of two trains as a user starts them: numbers against closed forms and single
 //! runs, files that depend on the study alone, and refusals.
 
-use crate::common::cli::{Folder, json, output, refusal};
+use crate::common::cli::{Folder, json, output, refusal, says};
 use std::f64::consts::PI;
 use stickslip::results::{ResultFile, SweepFile};
 
@@ -27,12 +27,8 @@ values = ["100 N/m", 400]
 events = true
 "#;
 
-fn read(folder: &Folder, name: &str) -> Vec<u8> {
-    std::fs::read(folder.path(name)).unwrap()
-}
-
 fn sweep(folder: &Folder, arguments: &[&str]) -> serde_json::Value {
-    let (stdout, _) = output(folder.stickslip(&["sweep"]).args(arguments).arg("--json"), 0);
+    let (stdout, _) = output(folder.stickslip("sweep").args(arguments).arg("--json"), 0);
     json(&stdout)
 }
 
@@ -45,7 +41,7 @@ fn analytic_a_grid_of_coulomb_belts() {
     let report = sweep(&folder, &["belt.toml"]);
     assert_eq!((&report["points"], &report["failed"]), (&8.into(), &0.into()));
     assert_eq!(report["unfinished"], 0);
-    let file = SweepFile::open(&folder.path("belt.h5")).unwrap();
+    let file = folder.sweep_file("belt.h5");
     let numbers = |name: &str| file.numbers(name).unwrap();
     assert_eq!(file.shape("attractor_period").unwrap(), [4, 2]);
     assert_eq!(file.attribute("rotor_speed", "units").as_deref(), Some("m/s"));
@@ -106,7 +102,7 @@ fn analytic_a_grid_of_coulomb_belts() {
     // The mass has no lists but these, and a brake's quantities are not here.
     assert!(file.numbers("growth_exponent").is_err());
     assert!(numbers("stick_threshold").iter().all(|value| value.is_nan()));
-    let (stdout, _) = output(&mut folder.stickslip(&["check", "belt.h5"]), 0);
+    let stdout = folder.ok("check belt.h5");
     assert!(stdout.contains("all checksums agree"), "{stdout}");
 }
 
@@ -141,7 +137,7 @@ width = 0.1
 "#;
     folder.write("two.toml", study);
     sweep(&folder, &["two.toml"]);
-    let file = SweepFile::open(&folder.path("two.h5")).unwrap();
+    let file = folder.sweep_file("two.h5");
     let column = |name: &str| file.numbers(&format!("stability_limit/{name}")).unwrap();
     let (speeds, dampings) = (column("rotor_speed"), column("stator_damping_0"));
     assert_eq!(speeds.len(), 2 * 61);
@@ -165,7 +161,7 @@ fn results_what_a_run_of_trains_does_not_have_is_absent() {
     let study = "case = \"belt-coulomb\"\n[[axis]]\nkey = \"rotor.speed\"\nvalues = [0.1, 0.2]\n";
     folder.write("slip.toml", study);
     sweep(&folder, &["slip.toml"]);
-    let file = SweepFile::open(&folder.path("slip.h5")).unwrap();
+    let file = folder.sweep_file("slip.h5");
     let at = |name: &str| file.numbers(name).unwrap()[1];
     assert_eq!((at("motion"), at("stick_count"), at("event_count")), (3.0, 0.0, 0.0));
     assert_eq!(at("attractor_sticks"), -1.0);
@@ -215,28 +211,17 @@ fn regression_points_are_the_single_runs_of_their_cases() {
     ];
     sets.extend(settings.iter().map(|(key, value)| format!("{key}={value}")));
     sets.iter().for_each(|set| single.extend(["--set", set.as_str()]));
-    let (stdout, _) = output(&mut folder.stickslip(&single), 0);
+    let stdout = folder.ok(&single);
     let summary = json(&stdout)["summary"].clone();
     assert!(summary["sticks"].as_u64().unwrap() > 5, "{summary}");
     // The same base case: built in, as a file, and as the result of a run.
     let text = stickslip::case::CaseSource::built_in("groan").unwrap().text;
     folder.write("mine.toml", text);
-    output(
-        &mut folder.stickslip(&[
-            "run",
-            "mine.toml",
-            "-q",
-            "--set",
-            "output.end_time=0.01",
-            "-o",
-            "done.h5",
-        ]),
-        0,
-    );
+    folder.ok("run mine.toml -q --set output.end_time=0.01 -o done.h5");
     for case in ["groan", "mine.toml", "done.h5"] {
         folder.write("study.toml", format!("case = \"{case}\"\n{base}{axes}"));
         sweep(&folder, &["study.toml"]);
-        let file = SweepFile::open(&folder.path("study.h5")).unwrap();
+        let file = folder.sweep_file("study.h5");
         for (name, expected) in [
             ("stick_count", &summary["sticks"]),
             ("event_count", &summary["events"]),
@@ -285,7 +270,7 @@ width = 3e-3
     folder.write("hopf.toml", study);
     let report = sweep(&folder, &["hopf.toml"]);
     assert_eq!(report["curves"].as_array().unwrap().len(), 1);
-    let file = SweepFile::open(&folder.path("hopf.h5")).unwrap();
+    let file = folder.sweep_file("hopf.h5");
     let line = |group: &str| {
         let column = |name: &str| file.numbers(&format!("{group}/{name}")).unwrap();
         column("rotor_speed").into_iter().zip(column("stator_damping_0"))
@@ -304,7 +289,7 @@ width = 3e-3
     assert!(points >= 5, "{points}");
     // `modes` has the same line.
     let arguments = ["modes", "belt-exponential", "--json", "--set", "rotor.speed=0.25"];
-    let (stdout, _) = output(&mut folder.stickslip(&arguments), 0);
+    let stdout = folder.ok(&arguments);
     let critical = json(&stdout)["critical_stator_damping"]["changes"][0]["value"]
         .as_f64()
         .unwrap();
@@ -320,23 +305,13 @@ fn regression_groan_over_the_speed_holds_for_single_runs() {
     folder.write("groan.toml", format!("{}values = [0.02, 0.5, 1.5]\n", &text[..axis]));
     let report = sweep(&folder, &["groan.toml"]);
     assert_eq!((&report["failed"], &report["unfinished"]), (&0.into(), &0.into()));
-    let file = SweepFile::open(&folder.path("groan.h5")).unwrap();
+    let file = folder.sweep_file("groan.h5");
     let numbers = |name: &str| file.numbers(name).unwrap();
     assert_eq!(numbers("motion"), [0.0, 0.0, 2.0]);
     assert_eq!(numbers("attractor_sticks"), [2.0, 1.0, -1.0]);
     assert_eq!(file.attribute("attractor_amplitude", "units").as_deref(), Some("rad"));
     assert_eq!(numbers("stick_count")[2], 0.0);
-    let arguments = [
-        "run",
-        "groan",
-        "--json",
-        "--no-witness",
-        "--set",
-        "rotor.speed=0.5",
-        "--set",
-        "output.end_time=6",
-    ];
-    let (stdout, _) = output(&mut folder.stickslip(&arguments), 0);
+    let stdout = folder.ok("run groan --json --no-witness --set rotor.speed=0.5 --set output.end_time=6");
     let single = &json(&stdout)["summary"]["outcome"];
     // Each run says how far it is from the periodic motion: less than 1e-4 of it.
     for (name, other) in [
@@ -372,15 +347,12 @@ fn property_shards_of_trains_merge_into_the_file_of_one_machine() {
     let folder = Folder::new();
     folder.write("belt.toml", SMOOTH);
     sweep(&folder, &["belt.toml", "-o", "whole.h5"]);
-    let threshold = SweepFile::open(&folder.path("whole.h5"))
-        .unwrap()
-        .numbers("stick_threshold")
-        .unwrap();
+    let threshold = folder.sweep_file("whole.h5").numbers("stick_threshold").unwrap();
     assert_eq!(threshold[..2], [0.02, 0.05]);
     for jobs in ["1", "3"] {
         sweep(&folder, &["belt.toml", "-j", jobs, "-o", "again.h5"]);
         assert!(
-            read(&folder, "whole.h5") == read(&folder, "again.h5"),
+            folder.read("whole.h5") == folder.read("again.h5"),
             "with {jobs} threads"
         );
     }
@@ -388,15 +360,15 @@ fn property_shards_of_trains_merge_into_the_file_of_one_machine() {
     for (k, name) in names.iter().enumerate() {
         sweep(&folder, &["belt.toml", "--shard", &format!("{}/3", k + 1), "-o", name]);
     }
-    output(folder.stickslip(&["merge", "-q", "-o", "merged.h5"]).args(names), 0);
-    assert!(read(&folder, "whole.h5") == read(&folder, "merged.h5"));
+    output(folder.stickslip("merge -q -o merged.h5").args(names), 0);
+    assert!(folder.read("whole.h5") == folder.read("merged.h5"));
     output(
         folder
             .stickslip(&["merge", "-q", "--virtual", "-o", "virtual.h5"])
             .args(names),
         0,
     );
-    let [whole, merged] = ["whole.h5", "virtual.h5"].map(|name| SweepFile::open(&folder.path(name)).unwrap());
+    let [whole, merged] = ["whole.h5", "virtual.h5"].map(|name| folder.sweep_file(name));
     for name in ["motion", "attractor_period", "stick_threshold", "stick_count"] {
         let same = |(a, b): (&f64, &f64)| a == b || (a.is_nan() && b.is_nan());
         let (a, b) = (whole.numbers(name).unwrap(), merged.numbers(name).unwrap());
@@ -420,7 +392,7 @@ fn results_trajectories_of_the_points_are_results_of_trains() {
         BELT.replace("events = true", "events = true\ntrajectory = true"),
     );
     sweep(&folder, &["belt.toml"]);
-    let file = SweepFile::open(&folder.path("belt.h5")).unwrap();
+    let file = folder.sweep_file("belt.h5");
     let counts = file.numbers("event_count").unwrap();
     let points = file.numbers("events/point").unwrap();
     for (point, count) in counts.iter().enumerate() {
@@ -436,7 +408,7 @@ fn results_trajectories_of_the_points_are_results_of_trains() {
     // What the points come to is no matter of whether they are stored.
     folder.write("plain.toml", BELT);
     sweep(&folder, &["plain.toml"]);
-    let plain = SweepFile::open(&folder.path("plain.h5")).unwrap();
+    let plain = folder.sweep_file("plain.h5");
     for name in ["attractor_period", "last_slip_duration", "onset_time"] {
         assert_eq!(plain.numbers(name).unwrap(), file.numbers(name).unwrap(), "{name}");
     }
@@ -452,7 +424,7 @@ fn property_a_killed_sweep_of_trains_is_resumed_to_the_same_file() {
     folder.write("belt.toml", &long);
     folder.write("other.toml", long.replace("5 mm/s", "6 mm/s"));
     sweep(&folder, &["belt.toml", "-o", "whole.h5"]);
-    let mut child = folder.start(&["sweep", "belt.toml", "-j", "1", "-o", "killed.h5"]);
+    let mut child = folder.start("sweep belt.toml -j 1 -o killed.h5");
     let journal = folder.path("killed.journal");
     while !std::fs::metadata(&journal).is_ok_and(|file| file.len() > 400) {
         assert!(
@@ -463,12 +435,11 @@ fn property_a_killed_sweep_of_trains_is_resumed_to_the_same_file() {
     }
     child.kill().unwrap();
     child.wait().unwrap();
-    let stderr = refusal(&mut folder.stickslip(&["sweep", "other.toml", "-o", "killed.h5", "--resume"]));
-    assert!(stderr.contains("belongs to another study"), "{stderr}");
+    folder.refused("sweep other.toml -o killed.h5 --resume", &["belongs to another study"]);
     let report = sweep(&folder, &["belt.toml", "-o", "killed.h5", "--resume"]);
     assert_eq!(report["points"], 120);
     assert!(report["run_now"].as_u64().unwrap() < 120, "{report}");
-    assert!(read(&folder, "whole.h5") == read(&folder, "killed.h5"));
+    assert!(folder.read("whole.h5") == folder.read("killed.h5"));
 }
 
 #[test]
@@ -488,7 +459,7 @@ fn cli_samples_and_tables_of_points_know_the_keys_of_trains() {
     );
     folder.write("points.csv", "rotor.speed,stator.inertia[0]\n0.2,1\n0.3 m/s,1.5\n");
     assert_eq!(sweep(&folder, &["table.toml"])["points"], 2);
-    let file = SweepFile::open(&folder.path("table.h5")).unwrap();
+    let file = folder.sweep_file("table.h5");
     assert_eq!(file.numbers("stator_inertia_0").unwrap(), [1.0, 1.5]);
     for (from, to, words) in [
         (
@@ -509,8 +480,7 @@ fn cli_samples_and_tables_of_points_know_the_keys_of_trains() {
     ] {
         let table = "rotor.speed,stator.inertia[0]\n0.2,1\n0.3 m/s,1.5\n".replace(from, to);
         folder.write("points.csv", table);
-        let stderr = refusal(&mut folder.stickslip(&["sweep", "table.toml"]));
-        assert!(stderr.contains(words), "{words} in {stderr}");
+        folder.refused("sweep table.toml", &[words]);
     }
 }
 
@@ -580,15 +550,14 @@ fn cli_axes_that_the_base_case_does_not_have_are_refused_in_its_words() {
             "bad.toml",
             format!("case = \"{case}\"\n[[axis]]\nkey = \"{key}\"\nvalues = [-1e300, -2e300]\n"),
         );
-        let mut command = folder.stickslip(&["sweep", "bad.toml"]);
+        let mut command = folder.stickslip("sweep bad.toml");
         // A torque of that size is a case, which fails.
         if key == "rotor.torque" {
             output(&mut command, 1);
             continue;
         }
         let stderr = refusal(&mut command);
-        assert!(stderr.contains(words), "{words} in {stderr}");
-        assert!(stderr.contains("bad.toml:3: axis.0.key: "), "{stderr}");
+        says(&stderr, &[words, "bad.toml:3: axis.0.key: "]);
     }
     // Limits and units of values, and the settings.
     for (line, words) in [
@@ -615,8 +584,7 @@ fn cli_axes_that_the_base_case_does_not_have_are_refused_in_its_words() {
         ),
     ] {
         folder.write("bad.toml", format!("case = \"groan\"\n[[axis]]\n{line}\n"));
-        let stderr = refusal(&mut folder.stickslip(&["sweep", "bad.toml"]));
-        assert!(stderr.contains(words), "{words} in {stderr}");
+        folder.refused("sweep bad.toml", &[words]);
     }
 }
 
@@ -628,7 +596,7 @@ fn cli_an_axis_does_not_extend_a_list_that_is_set() {
     folder.write("set.toml", format!("{axis}[set]\nrotor.inertia = 2\n"));
     folder.write("axis.toml", axis);
     for arguments in [&["set.toml"][..], &["axis.toml", "--set", "rotor.inertia=2"]] {
-        let stderr = refusal(folder.stickslip(&["sweep"]).args(arguments));
+        let stderr = refusal(folder.stickslip("sweep").args(arguments));
         let words = "there is no rotor.inertia.1: its one element is rotor.inertia.0";
         assert!(stderr.contains(words), "{words} in {stderr}");
     }
@@ -647,7 +615,7 @@ fn analytic_a_stick_that_may_be_one_of_a_cycle_is_counted() {
         folder.write(&format!("{case}.toml"), format!("case = \"{case}\"\n{axis}"));
         let report = sweep(&folder, &[&format!("{case}.toml")]);
         assert_eq!(report["unfinished"], unfinished, "{case}");
-        let file = SweepFile::open(&folder.path(&format!("{case}.h5"))).unwrap();
+        let file = folder.sweep_file(&format!("{case}.h5"));
         assert_eq!(file.numbers("motion").unwrap(), motions);
     }
 }
@@ -696,9 +664,7 @@ fn cli_boundaries_are_on_quantities_that_the_runs_have() {
         ),
     ] {
         folder.write("bad.toml", study(case, axes, rest));
-        let stderr = refusal(&mut folder.stickslip(&["sweep", "bad.toml"]));
-        assert!(stderr.contains(words), "{words} in {stderr}");
-        assert!(stderr.contains("bad.toml:13: boundary."), "{stderr}");
+        folder.refused("sweep bad.toml", &[words, "bad.toml:13: boundary."]);
     }
 }
 
@@ -744,7 +710,7 @@ fn analytic_a_calibration_of_trains_finds_the_case() {
     let folder = Folder::new();
     folder.write("belt.toml", CALIBRATION);
     let arguments = ["calibrate", "belt.toml", "--case", "found.toml", "--json"];
-    let (stdout, _) = output(&mut folder.stickslip(&arguments), 0);
+    let stdout = folder.ok(&arguments);
     let report = json(&stdout);
     assert_eq!(report["consistent"], true);
     // k = 100 N/m and mu_d = 0.3, within what four digits leave.
@@ -762,7 +728,7 @@ fn analytic_a_calibration_of_trains_finds_the_case() {
     assert_eq!(units, ["s", "s", "m", "1"]);
     let half = report["targets"][2]["half_width"].as_f64().unwrap();
     assert!((half - 5e-6).abs() < 1e-18, "{half}");
-    let file = SweepFile::open(&folder.path("belt.h5")).unwrap();
+    let file = folder.sweep_file("belt.h5");
     assert_eq!(
         file.text("references").as_deref(),
         Some("stickslip, docs/model.md: Trains")
@@ -771,11 +737,9 @@ fn analytic_a_calibration_of_trains_finds_the_case() {
         file.shape("attractor_amplitude").unwrap()[0] as u64,
         report["runs"].as_u64().unwrap()
     );
-    let (stdout, _) = output(
-        &mut folder.stickslip(&["run", "found.toml", "--json", "--no-witness"]),
-        0,
-    );
-    let period = json(&stdout)["summary"]["outcome"]["period"].as_f64().unwrap();
+    let period = folder.json("run found.toml --no-witness")["summary"]["outcome"]["period"]
+        .as_f64()
+        .unwrap();
     assert!((period - 0.6712).abs() < 2e-4, "{period}");
     for (from, to, words) in [
         ("\"14.14 mm\"", "\"14.14 mrad\"", "target.2.value: expected a length, m"),
@@ -802,7 +766,6 @@ fn analytic_a_calibration_of_trains_finds_the_case() {
     ] {
         assert!(CALIBRATION.contains(from), "{from}");
         folder.write("wrong.toml", CALIBRATION.replace(from, to));
-        let stderr = refusal(&mut folder.stickslip(&["calibrate", "wrong.toml"]));
-        assert!(stderr.contains(words), "{words} in {stderr}");
+        folder.refused("calibrate wrong.toml", &[words]);
     }
 }

@@ -1,10 +1,10 @@
 //! `stickslip plot` of runs of two trains.
 
-use crate::common::cli::{Folder, json, output, refusal};
+use crate::common::cli::{Folder, json, output};
 
 fn svg(folder: &Folder, arguments: &[&str]) -> String {
     let drawn: Vec<&str> = [arguments, &["-q", "-o", "figure.svg", "--force"]].concat();
-    output(&mut folder.stickslip(&[&["plot"][..], &drawn].concat()), 0);
+    folder.ok(&[&["plot"][..], &drawn].concat());
     std::fs::read_to_string(folder.path("figure.svg")).unwrap()
 }
 
@@ -12,8 +12,8 @@ fn svg(folder: &Folder, arguments: &[&str]) -> String {
 #[test]
 fn cli_plot_of_trains_draws_its_figures() {
     let folder = Folder::new();
-    output(&mut folder.stickslip(&["run", "belt-leine", "-q"]), 0);
-    let (listed, _) = output(&mut folder.stickslip(&["plot", "belt-leine.h5", "--list", "--json"]), 0);
+    folder.ok("run belt-leine -q");
+    let listed = folder.ok("plot belt-leine.h5 --list --json");
     let listed = json(&listed);
     let names: Vec<&str> = listed
         .as_array()
@@ -38,10 +38,7 @@ fn cli_plot_of_trains_draws_its_figures() {
         ]
     );
     assert_eq!(listed[5]["title"], "First sticks: relative velocity and forces");
-    let (document, stderr) = output(
-        &mut folder.stickslip(&["plot", "belt-leine.h5", "--format", "svg", "--json"]),
-        0,
-    );
+    let (document, stderr) = output(&mut folder.stickslip("plot belt-leine.h5 --format svg --json"), 0);
     assert_eq!(stderr, "");
     let document = json(&document);
     assert_eq!(document["not_drawn"], serde_json::json!([]));
@@ -67,10 +64,7 @@ fn cli_plot_of_trains_draws_its_figures() {
 #[test]
 fn cli_plot_of_trains_draws_any_channel() {
     let folder = Folder::new();
-    output(
-        &mut folder.stickslip(&["run", "drill-string", "-q", "--set", "output.end_time=10"]),
-        0,
-    );
+    folder.ok("run drill-string -q --set output.end_time=10");
     let speeds = svg(
         &folder,
         &[
@@ -92,10 +86,9 @@ fn cli_plot_of_trains_draws_any_channel() {
     // Ten seconds are no two cycles: the portrait is of the whole run.
     let portrait = svg(&folder, &["drill-string.h5", "--only", "phase-portrait"]);
     assert!(!portrait.contains("last period"), "{portrait}");
-    let refused = refusal(&mut folder.stickslip(&["plot", "drill-string.h5", "--channel", "rotor_speed_2"]));
-    assert!(
-        refused.contains("rotor_speed_1") && refused.contains("did you mean"),
-        "{refused}"
+    folder.refused(
+        "plot drill-string.h5 --channel rotor_speed_2",
+        &["rotor_speed_1", "did you mean"],
     );
 }
 
@@ -103,21 +96,9 @@ fn cli_plot_of_trains_draws_any_channel() {
 #[test]
 fn cli_plot_of_trains_says_what_it_has_not() {
     let folder = Folder::new();
-    output(&mut folder.stickslip(&["run", "belt-coulomb", "-q"]), 0);
-    output(&mut folder.stickslip(&["run", "clutch", "-q"]), 0);
-    output(
-        &mut folder.stickslip(&[
-            "run",
-            "-q",
-            "--set",
-            "output.end_time=0.05",
-            "--set",
-            "output.window=[]",
-            "--set",
-            "output.around=none",
-        ]),
-        0,
-    );
+    folder.ok("run belt-coulomb -q");
+    folder.ok("run clutch -q");
+    folder.ok("run -q --set output.end_time=0.05 --set output.window=[] --set output.around=none");
     for (figure, words) in [
         ("axial-settling", "axial mode"),
         ("relative-velocity-growth", "stickslip modes"),
@@ -127,36 +108,30 @@ fn cli_plot_of_trains_says_what_it_has_not() {
         ("phase-stick-slip-rotor", "no shaft"),
         ("rotor-speed", "as it is driven"),
     ] {
-        let refused = refusal(&mut folder.stickslip(&["plot", "belt-coulomb.h5", "--only", figure]));
-        assert!(
-            refused.contains(figure) && refused.contains(words) && refused.contains("phase-portrait"),
-            "{refused}"
+        folder.refused(
+            &["plot", "belt-coulomb.h5", "--only", figure],
+            &[figure, words, "phase-portrait"],
         );
     }
-    let refused = refusal(&mut folder.stickslip(&["plot", "paper.h5", "--only", "phase-portrait"]));
-    assert!(refused.contains("slows down by itself"), "{refused}");
+    folder.refused("plot paper.h5 --only phase-portrait", &["slows down by itself"]);
     let both = |first| ["plot", first, "clutch.h5", "--channel", "relative_velocity"];
-    let refused = refusal(&mut folder.stickslip(&both("belt-coulomb.h5")));
-    assert!(refused.contains("no axes in common"), "{refused}");
+    folder.refused(&both("belt-coulomb.h5"), &["no axes in common"]);
     // How a case was written is no reason.
     let drawn = [&both("paper.h5")[..], &["-q", "-o", "both.svg"]].concat();
-    output(&mut folder.stickslip(&drawn), 0);
+    folder.ok(&drawn);
 }
 
 /// The page is made by the same command as a brake's, in the units of its motion, with its certificate.
 #[test]
 fn cli_plot_of_trains_makes_a_page() {
     let folder = Folder::new();
-    output(&mut folder.stickslip(&["run", "clutch", "-q"]), 0);
-    let (stdout, stderr) = output(&mut folder.stickslip(&["plot", "clutch.h5", "--html", "page.html"]), 0);
+    folder.ok("run clutch -q");
+    let (stdout, stderr) = output(&mut folder.stickslip("plot clutch.h5 --html page.html"), 0);
     assert_eq!((stdout.as_str(), stderr.as_str()), ("page.html\n", ""));
     let page = std::fs::read_to_string(folder.path("page.html")).unwrap();
     assert!(page.contains("\"certificate\":null") && page.contains("\"N m\""));
-    output(&mut folder.stickslip(&["certify", "clutch.h5", "-q"]), 0);
-    let (document, _) = output(
-        &mut folder.stickslip(&["plot", "clutch.certified.h5", "--html", "page.html", "--json"]),
-        0,
-    );
+    folder.ok("certify clutch.h5 -q");
+    let document = folder.ok("plot clutch.certified.h5 --html page.html --json");
     let document = json(&document);
     assert_eq!(document["page"]["samples"], document["page"]["samples_kept"]);
     let page = std::fs::read_to_string(folder.path("page.html")).unwrap();
@@ -167,7 +142,7 @@ fn cli_plot_of_trains_makes_a_page() {
 #[test]
 fn cli_plot_of_trains_says_what_the_samples_miss() {
     let folder = Folder::new();
-    output(&mut folder.stickslip(&["run", "belt-leine", "-q"]), 0);
+    folder.ok("run belt-leine -q");
     let speed = svg(&folder, &["belt-leine.h5", "--only", "relative-velocity"]);
     assert!(!speed.contains("straight lines"), "{speed}");
     // A slip takes 4.3 s: seven of eight have no sample.
@@ -183,7 +158,7 @@ fn cli_plot_of_trains_says_what_the_samples_miss() {
             "--set",
             &interval,
         ];
-        output(&mut folder.stickslip(&far), 0);
+        folder.ok(&far);
     };
     // Two samples in a slip are too few, too: its motion has a period of 6.3 s. A stick is a straight line.
     sparse("2");
@@ -198,7 +173,7 @@ fn cli_plot_of_trains_says_what_the_samples_miss() {
     let portrait = svg(&folder, &["belt-leine.h5", "--only", "phase-portrait"]);
     assert!(portrait.contains("joined by straight lines"), "{portrait}");
     // A corner is of a signal, whatever that drives.
-    output(&mut folder.stickslip(&["run", "clutch", "-q"]), 0);
+    folder.ok("run clutch -q");
     let speed = svg(&folder, &["clutch.h5", "--only", "relative-velocity"]);
     assert!(
         speed.contains("corner of a signal") && !speed.contains("F(t)"),
@@ -211,18 +186,7 @@ fn cli_plot_of_trains_says_what_the_samples_miss() {
 fn cli_plot_of_trains_goes_through_events() {
     let folder = Folder::new();
     // Published: belt-leine sticks first at 9.295999525480 s, which is no sample.
-    output(
-        &mut folder.stickslip(&[
-            "run",
-            "belt-leine",
-            "-q",
-            "--set",
-            "output.interval=1",
-            "--set",
-            "output.around=none",
-        ]),
-        0,
-    );
+    folder.ok("run belt-leine -q --set output.interval=1 --set output.around=none");
     let window = ["--from", "8.5", "--to", "10.5"];
     let draw = |channel: &str| {
         svg(
@@ -246,8 +210,8 @@ fn cli_plot_of_trains_goes_through_events() {
 #[test]
 fn cli_results_of_trains_cite_their_own_source() {
     let folder = Folder::new();
-    output(&mut folder.stickslip(&["run", "clutch", "-q"]), 0);
-    let (said, _) = output(&mut folder.stickslip(&["inspect", "clutch.h5", "--json"]), 0);
+    folder.ok("run clutch -q");
+    let said = folder.ok("inspect clutch.h5 --json");
     assert!(said.contains("docs/model.md") && !said.contains("9275147"), "{said}");
 }
 
@@ -255,22 +219,10 @@ fn cli_results_of_trains_cite_their_own_source() {
 #[test]
 fn regression_the_first_wrong_event_of_a_candidate_is_enlarged() {
     let folder = Folder::new();
-    output(&mut folder.stickslip(&["run", "belt-leine", "-q"]), 0);
+    folder.ok("run belt-leine -q");
     // A belt with a stiffer spring: a cycle is shorter by some hundredth of a second, and the errors of eight cycles add up.
-    let other = [
-        "run",
-        "belt-leine",
-        "-q",
-        "-o",
-        "mine.h5",
-        "--set",
-        "stator.stiffness=1.003",
-    ];
-    output(&mut folder.stickslip(&other), 0);
-    let (compared, _) = output(
-        &mut folder.stickslip(&["compare", "belt-leine.h5", "mine.h5", "--json"]),
-        0,
-    );
+    folder.ok("run belt-leine -q -o mine.h5 --set stator.stiffness=1.003");
+    let compared = folder.ok("compare belt-leine.h5 mine.h5 --json");
     let compared = &json(&compared)["comparisons"][0];
     let events = compared["event_errors"]["events"].as_array().unwrap();
     let error = |event: &serde_json::Value| event["error"].as_f64().unwrap().abs();
@@ -289,7 +241,7 @@ fn regression_the_first_wrong_event_of_a_candidate_is_enlarged() {
         "-o",
         "drawn",
     ];
-    output(&mut folder.stickslip(&drawn), 0);
+    folder.ok(&drawn);
     let figures = |name: &str| {
         let found = std::fs::read_dir(folder.path("drawn")).unwrap();
         let mut paths = found.map(|entry| entry.unwrap().path());

@@ -1,6 +1,6 @@
 //! What is said about the program itself, its cases and its files, and about wrong usage.
 
-use crate::common::cli::{Folder, json, output, refusal};
+use crate::common::cli::{Folder, json, output, refusal, says};
 use predicates::prelude::*;
 
 #[test]
@@ -67,24 +67,23 @@ fn cli_wrong_usage_is_status_2_and_says_so_on_standard_error() {
 #[test]
 fn cli_case_prints_a_case_to_start_from() {
     let folder = Folder::new();
-    let (text, stderr) = output(&mut folder.stickslip(&["case", "paper"]), 0);
+    let (text, stderr) = output(&mut folder.stickslip("case paper"), 0);
     assert_eq!(stderr, "");
     folder.write("mine.toml", &text);
-    output(&mut folder.short_run(&["mine.toml", "-q"]), 0);
-    output(&mut folder.short_run(&["paper", "-q"]), 0);
+    folder.ok_short("mine.toml -q");
+    folder.ok_short("paper -q");
     assert_eq!(
         folder.result("mine.h5").resolved().unwrap(),
         folder.result("paper.h5").resolved().unwrap()
     );
-    let (stdout, _) = output(&mut folder.stickslip(&["case", "paper", "--json"]), 0);
-    assert_eq!(json(&stdout)["text"], text.as_str());
+    assert_eq!(folder.json("case paper")["text"], text.as_str());
 }
 
 #[test]
 fn cli_case_lists_the_built_in_cases() {
     let folder = Folder::new();
-    let (stdout, _) = output(&mut folder.stickslip(&["case", "--list"]), 0);
-    let (listed, _) = output(&mut folder.stickslip(&["case", "--list", "--json"]), 0);
+    let stdout = folder.ok("case --list");
+    let listed = folder.ok("case --list --json");
     let listed = json(&listed);
     for name in ["paper", "paper-si", "unperturbed", "release"] {
         assert!(
@@ -112,21 +111,22 @@ fn cli_unknown_case_names_those_that_exist() {
 #[test]
 fn cli_case_errors_name_file_line_and_key() {
     let folder = Folder::new();
-    let (text, _) = output(&mut folder.stickslip(&["case", "paper-si"]), 0);
+    let text = folder.ok("case paper-si");
     let line = |part: &str| text.lines().position(|line| line.starts_with(part)).unwrap() + 1;
     let broken = text
         .replace("mass = \"4.54 kg\"", "mass = -1")
         .replace("breakaway = 0.6 ", "breakway = 0.6 ")
         .replace("radius = \"0.052388 m\"", "radius = \"0.05 kg\"");
     folder.write("broken.toml", broken);
-    let stderr = refusal(&mut folder.stickslip(&["run", "broken.toml"]));
-    for words in [
-        format!("broken.toml:{}: axial.mass: must be greater than 0", line("mass")),
-        format!("broken.toml:{}: friction.breakway: unknown key", line("breakaway")),
-        format!("broken.toml:{}: contact.radius: expected a length", line("radius")),
-    ] {
-        assert!(stderr.contains(&words), "{words} in {stderr}");
-    }
+    let stderr = refusal(&mut folder.stickslip("run broken.toml"));
+    says(
+        &stderr,
+        &[
+            format!("broken.toml:{}: axial.mass: must be greater than 0", line("mass")),
+            format!("broken.toml:{}: friction.breakway: unknown key", line("breakaway")),
+            format!("broken.toml:{}: contact.radius: expected a length", line("radius")),
+        ],
+    );
     assert_eq!(folder.names(), ["broken.toml"]);
 }
 
@@ -139,8 +139,8 @@ fn cli_run_refuses_what_is_no_case() {
     folder.write("syntax.toml", "[axial\nmass = 1");
     folder.write("fake.h5", b"\x89HDF\r\n\x1a\nand nothing else");
     std::fs::create_dir(folder.path("folder")).unwrap();
-    output(&mut folder.short_run(&["-q", "-o", "whole.h5"]), 0);
-    let whole = std::fs::read(folder.path("whole.h5")).unwrap();
+    folder.ok_short("-q -o whole.h5");
+    let whole = folder.read("whole.h5");
     folder.write("half.h5", &whole[..whole.len() / 2]);
     let before = folder.names();
     for (name, words) in [
@@ -154,8 +154,7 @@ fn cli_run_refuses_what_is_no_case() {
         ("./missing", "./missing: "),
         ("", "no built-in case"),
     ] {
-        let stderr = refusal(&mut folder.stickslip(&["run", name]));
-        assert!(stderr.contains(words), "{name}: {stderr}");
+        folder.refused(&["run", name], &[words]);
     }
     assert_eq!(folder.names(), before);
 }
@@ -164,37 +163,37 @@ fn cli_run_refuses_what_is_no_case() {
 #[test]
 fn cli_run_takes_unicode() {
     let folder = Folder::new();
-    let (text, _) = output(&mut folder.stickslip(&["case", "paper"]), 0);
+    let text = folder.ok("case paper");
     let title = "摩擦 Bremse μ₀ 🛑";
     folder.write(
         "摩擦.toml",
         text.replace("Two-disk brake, the paper's parameters in US units", title),
     );
-    let (stdout, _) = output(&mut folder.short_run(&["摩擦.toml"]), 0);
-    assert!(stdout.contains(title) && stdout.contains("摩擦.h5"), "{stdout}");
+    let stdout = folder.ok_short("摩擦.toml");
+    says(&stdout, &[title, "摩擦.h5"]);
     assert_eq!(folder.result("摩擦.h5").title(), title);
 }
 
 #[test]
 fn cli_inspect_shows_every_variable_with_unit_and_meaning() {
     let folder = Folder::new();
-    output(&mut folder.short_run(&["-q", "-o", "x.h5"]), 0);
-    let (stdout, stderr) = output(&mut folder.stickslip(&["inspect", "x.h5"]), 0);
+    folder.ok_short("-q -o x.h5");
+    let (stdout, stderr) = output(&mut folder.stickslip("inspect x.h5"), 0);
     assert_eq!(stderr, "");
-    for words in [
-        "stickslip-result",
-        "complete",
-        "natural_period",
-        "relative velocity omega_r",
-        "rad s-1",
-        "2 slip-forward",
-        "1e-10",
-    ] {
-        assert!(stdout.contains(words), "{words} in {stdout}");
-    }
+    says(
+        &stdout,
+        &[
+            "stickslip-result",
+            "complete",
+            "natural_period",
+            "relative velocity omega_r",
+            "rad s-1",
+            "2 slip-forward",
+            "1e-10",
+        ],
+    );
     assert!(stdout.lines().all(|line| line == line.trim_end()), "{stdout:?}");
-    let (stdout, _) = output(&mut folder.stickslip(&["inspect", "x.h5", "--json"]), 0);
-    let document = json(&stdout);
+    let document = folder.json("inspect x.h5");
     let variables = document["variables"].as_array().unwrap();
     let time = variables
         .iter()
@@ -221,8 +220,7 @@ fn cli_inspect_refuses_what_is_no_result() {
         ("folder", "folder: this is a folder"),
         ("missing.h5", "no such file"),
     ] {
-        let stderr = refusal(&mut folder.stickslip(&["inspect", name]));
-        assert!(stderr.contains(words), "{name}: {stderr}");
+        let stderr = folder.refused(&["inspect", name], &[words]);
         assert!(!stderr.contains("with -o"), "{stderr}");
     }
 }

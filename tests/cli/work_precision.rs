@@ -1,6 +1,6 @@
 //! `stickslip work-precision`, and what it says of a wrong study.
 
-use crate::common::cli::{Folder, json, output, refusal};
+use crate::common::cli::{Folder, json, output, says};
 use crate::common::unlocked;
 use std::path::Path;
 
@@ -48,25 +48,19 @@ fn cli_a_study_is_a_file_a_table_a_document_and_a_figure() {
     drop(file);
 
     let picture = std::fs::read_to_string(folder.path("pictures/work-precision.svg")).unwrap();
-    for text in [
-        "erk-verner-76",
-        "uncertainty of the reference",
-        "calls of the right-hand side",
-        "fixed steps",
-    ] {
-        assert!(picture.contains(text), "{text}");
-    }
-    assert!(
-        std::fs::read(folder.path("pictures/work-precision.png"))
-            .unwrap()
-            .starts_with(b"\x89PNG")
+    says(
+        &picture,
+        &[
+            "erk-verner-76",
+            "uncertainty of the reference",
+            "calls of the right-hand side",
+            "fixed steps",
+        ],
     );
+    assert!(folder.read("pictures/work-precision.png").starts_with(b"\x89PNG"));
 
     // Its own earlier file and figure are replaced; the table has a row for each run.
-    let (table, _) = output(
-        &mut folder.stickslip(&["work-precision", "small.toml", "--figure", "pictures"]),
-        0,
-    );
+    let table = folder.ok("work-precision small.toml --figure pictures");
     assert!(
         table.contains("erk-verner-76") && table.contains("the oracle with"),
         "{table}"
@@ -74,11 +68,9 @@ fn cli_a_study_is_a_file_a_table_a_document_and_a_figure() {
     // The file shows itself to whoever inspects it as what it is, and no other file is replaced.
     // So is what is in the way of the lock.
     std::fs::create_dir(folder.path(".locked.partial.h5.lock")).unwrap();
-    let said = refusal(&mut folder.stickslip(&["work-precision", "small.toml", "-o", "locked.h5"]));
-    assert!(said.contains(".locked.partial.h5.lock"), "{said}");
+    folder.refused("work-precision small.toml -o locked.h5", &[".locked.partial.h5.lock"]);
     let foreign = folder.write("foreign.h5", "mine");
-    let said = refusal(&mut folder.stickslip(&["work-precision", "small.toml", "-o", "foreign.h5"]));
-    assert!(said.contains("--force"), "{said}");
+    folder.refused("work-precision small.toml -o foreign.h5", &["--force"]);
     assert_eq!(std::fs::read(foreign).unwrap(), b"mine");
 }
 
@@ -86,7 +78,7 @@ fn cli_a_study_is_a_file_a_table_a_document_and_a_figure() {
 fn said(text: &str, status: i32) -> String {
     let folder = Folder::new();
     folder.write("study.toml", text);
-    let (stdout, stderr) = output(&mut folder.stickslip(&["work-precision", "study.toml"]), status);
+    let (stdout, stderr) = output(&mut folder.stickslip("work-precision study.toml"), status);
     assert_eq!(stdout, "");
     assert_eq!(folder.names(), ["study.toml"], "{stderr}");
     stderr
@@ -197,24 +189,19 @@ fn cli_a_reference_that_cannot_be_reached_is_an_error() {
     ] {
         folder.write(name, text);
         folder.write("study.toml", with(&format!("truth = \"{name}\"")));
-        let said = refusal(&mut folder.stickslip(&["work-precision", "study.toml"]));
-        assert!(said.contains(name) && said.contains(why), "{said}");
+        folder.refused("work-precision study.toml", &[name, why]);
     }
 
     // Without a perturbation no two methods agree: exit status 1, and why.
     let unperturbed = with("method = \"auto\"").replace("\"paper-si\"", "\"unperturbed\"");
     let said = said(&unperturbed, 1);
-    assert!(
-        said.contains("there is no reference") && said.contains("perturbation"),
-        "{said}"
-    );
+    says(&said, &["there is no reference", "perturbation"]);
 }
 
 #[test]
 fn cli_the_built_in_study_is_found_by_name() {
     let folder = Folder::new();
-    let said = refusal(&mut folder.stickslip(&["work-precision", "work"]));
-    assert!(said.contains("there is work-precision"), "{said}");
+    folder.refused("work-precision work", &["there is work-precision"]);
     let text = stickslip::analysis::work_precision::STUDIES[0].text;
     let study = stickslip::analysis::work_precision::Study::find("work-precision").unwrap();
     assert_eq!((study.text.as_str(), study.name.as_str()), (text, "work-precision"));

@@ -4,7 +4,7 @@ use std::path::PathBuf;
 use std::process::Stdio;
 
 use assert_cmd::Command;
-use stickslip::results::ResultFile;
+use stickslip::results::{ResultFile, SweepFile};
 
 /// A run that is over in a moment: the ramp and the beginning of the sliding.
 pub const SHORT: &[&str] = &["--set", "output.end_time=0.05", "--set", "output.interval=1e-3"];
@@ -47,31 +47,74 @@ impl Folder {
     }
 
     /// The program with these arguments, ended after a minute if it hangs.
-    pub fn stickslip(&self, arguments: &[&str]) -> Command {
+    pub fn stickslip(&self, arguments: impl Arguments) -> Command {
         let mut command = Command::new(env!("CARGO_BIN_EXE_stickslip"));
         command
             .current_dir(self.0.path())
-            .args(arguments)
+            .args(arguments.list())
             .timeout(std::time::Duration::from_secs(60));
         command
     }
 
     /// `stickslip run` of a few milliseconds, with more arguments.
-    pub fn short_run(&self, arguments: &[&str]) -> Command {
-        let mut command = self.stickslip(&["run"]);
-        command.args(arguments).args(SHORT);
+    pub fn short_run(&self, arguments: impl Arguments) -> Command {
+        let mut command = self.stickslip("run");
+        command.args(arguments.list()).args(SHORT);
         command
     }
 
+    /// Standard output of the program, which ends with status 0.
+    #[track_caller]
+    pub fn ok(&self, arguments: impl Arguments) -> String {
+        output(&mut self.stickslip(arguments), 0).0
+    }
+
+    /// The same of a short run.
+    #[track_caller]
+    pub fn ok_short(&self, arguments: impl Arguments) -> String {
+        output(&mut self.short_run(arguments), 0).0
+    }
+
+    /// The document that the program prints with `--json`.
+    #[track_caller]
+    pub fn json(&self, arguments: impl Arguments) -> serde_json::Value {
+        json(&output(self.stickslip(arguments).arg("--json"), 0).0)
+    }
+
+    /// What the program says of these arguments, which it refuses, in all these words.
+    #[track_caller]
+    pub fn refused(&self, arguments: impl Arguments, words: &[impl AsRef<str>]) -> String {
+        let stderr = refusal(&mut self.stickslip(arguments));
+        says(&stderr, words);
+        stderr
+    }
+
+    /// The same of a short run.
+    #[track_caller]
+    pub fn refused_short(&self, arguments: impl Arguments, words: &[impl AsRef<str>]) -> String {
+        let stderr = refusal(&mut self.short_run(arguments));
+        says(&stderr, words);
+        stderr
+    }
+
     /// The program as a child process whose output is kept.
-    pub fn start(&self, arguments: &[&str]) -> std::process::Child {
+    pub fn start(&self, arguments: impl Arguments) -> std::process::Child {
         std::process::Command::new(env!("CARGO_BIN_EXE_stickslip"))
             .current_dir(self.0.path())
-            .args(arguments)
+            .args(arguments.list())
             .stdout(Stdio::piped())
             .stderr(Stdio::piped())
             .spawn()
             .unwrap()
+    }
+
+    /// The bytes of a file.
+    pub fn read(&self, name: &str) -> Vec<u8> {
+        std::fs::read(self.path(name)).unwrap()
+    }
+
+    pub fn sweep_file(&self, name: &str) -> SweepFile {
+        SweepFile::open(&self.path(name)).unwrap()
     }
 
     pub fn result(&self, name: &str) -> ResultFile {
@@ -79,7 +122,51 @@ impl Folder {
     }
 }
 
+/// Arguments of the program: a text in which spaces part them, or a list.
+pub trait Arguments {
+    fn list(&self) -> Vec<String>;
+}
+
+impl Arguments for &str {
+    fn list(&self) -> Vec<String> {
+        self.split_whitespace().map(str::to_owned).collect()
+    }
+}
+
+impl Arguments for &String {
+    fn list(&self) -> Vec<String> {
+        self.as_str().list()
+    }
+}
+
+impl<S: AsRef<str>> Arguments for &[S] {
+    fn list(&self) -> Vec<String> {
+        self.iter().map(|argument| argument.as_ref().to_owned()).collect()
+    }
+}
+
+impl<S: AsRef<str>, const N: usize> Arguments for &[S; N] {
+    fn list(&self) -> Vec<String> {
+        self.as_slice().list()
+    }
+}
+
+impl<S: AsRef<str>> Arguments for &Vec<S> {
+    fn list(&self) -> Vec<String> {
+        self.as_slice().list()
+    }
+}
+
+/// Asserts that all the words stand in a text.
+#[track_caller]
+pub fn says(text: &str, words: &[impl AsRef<str>]) {
+    for word in words {
+        assert!(text.contains(word.as_ref()), "{:?} in {text}", word.as_ref());
+    }
+}
+
 /// Standard output and standard error of a command that ends with `status`.
+#[track_caller]
 pub fn output(command: &mut Command, status: i32) -> (String, String) {
     let output = command.output().unwrap();
     let (stdout, stderr) = (text(&output.stdout), text(&output.stderr));
@@ -90,6 +177,7 @@ pub fn output(command: &mut Command, status: i32) -> (String, String) {
 }
 
 /// What a refused command says on standard error; nothing is on standard output.
+#[track_caller]
 pub fn refusal(command: &mut Command) -> String {
     let (stdout, stderr) = output(command, 2);
     assert_eq!(stdout, "");

@@ -1,6 +1,6 @@
 //! Figures: thinning keeps what is seen, and no text covers another or the data.
 
-use crate::common::cli::{Folder, output};
+use crate::common::cli::Folder;
 use proptest::prelude::*;
 use resvg::usvg;
 use stickslip::case::builtin::TRAINS;
@@ -10,7 +10,6 @@ use stickslip::plot::entry::Subject;
 use stickslip::plot::figure::{Cell, ColorKey, Map};
 use stickslip::plot::studies::{self, Choice};
 use stickslip::plot::{Axis, Curve, Figure, Panel, Run, raster, svg};
-use stickslip::results::SweepFile;
 
 fn curves() -> impl Strategy<Value = Vec<(f64, f64)>> {
     prop::collection::vec((0.0..1.0f64, -1e3..1e3f64), 1..2000).prop_map(|steps| {
@@ -146,8 +145,8 @@ fn property_no_text_covers_another_or_the_data() {
     let folder = Folder::new();
     let window = "output.window=[{from=0.998,to=1.012,interval=2e-6},{from=6.96,to=6.992,interval=2.5e-6},\
                   {from=6.992,to=7.3,interval=5e-5}]";
-    output(&mut folder.stickslip(&["run", "-q", "--set", window]), 0);
-    output(&mut folder.stickslip(&["run", "paper-si", "-q"]), 0);
+    folder.ok(&["run", "-q", "--set", window]);
+    folder.ok("run paper-si -q");
     let runs = [folder.path("paper.h5"), folder.path("paper-si.h5")].map(|path| Run::open(&path).unwrap());
     for runs in [&runs[..1], &runs[..]] {
         let subject = Subject::new(runs).unwrap();
@@ -169,7 +168,7 @@ fn property_no_text_of_trains_covers_another_or_the_data() {
     for (name, sampling) in runs {
         let mut arguments = vec!["run", name, "-q", "--no-witness", "--force", "-o", "run.h5"];
         arguments.extend(sampling.iter().flatten().flat_map(|set| ["--set", set]));
-        output(&mut folder.stickslip(&arguments), 0);
+        folder.ok(&arguments);
         let runs = [Run::open(&folder.path("run.h5")).unwrap()];
         let subject = Subject::new(&runs).unwrap();
         for entry in catalogue::of_run(&runs[0]) {
@@ -340,11 +339,8 @@ fn property_figures_of_studies_are_readable() {
             &format!("{name}.toml"),
             format!("title = \"{name}\"\ncase = \"paper\"\n{short}{study}"),
         );
-        output(
-            &mut folder.stickslip(&["sweep", &format!("{name}.toml"), "-q", "-j", "1"]),
-            0,
-        );
-        let file = SweepFile::open(&folder.path(&format!("{name}.h5"))).unwrap();
+        folder.ok(&["sweep", &format!("{name}.toml"), "-q", "-j", "1"]);
+        let file = folder.sweep_file(&format!("{name}.h5"));
         let quantities = ["stick_count", "onset_time", "energy_residual"].map(str::to_owned);
         let choice = Choice {
             quantities: quantities.to_vec(),
@@ -361,10 +357,10 @@ fn property_figures_of_studies_are_readable() {
                        key = \"torsion.stiffness\"\nfrom = 1e5\nto = 2e7\nspacing = \"log\"\n[[target]]\n\
                        quantity = \"natural_period\"\nvalue = \"0.00024 s\"\n[search]\npoints = 32\nstarts = 2\n";
     folder.write("two.toml", calibration);
-    output(&mut folder.stickslip(&["calibrate", "two.toml", "-q", "-j", "1"]), 0);
-    let file = SweepFile::open(&folder.path("two.h5")).unwrap();
+    folder.ok("calibrate two.toml -q -j 1");
+    let file = folder.sweep_file("two.h5");
     let mut figures = studies::figures(&file, &Choice::default()).unwrap();
-    output(&mut folder.stickslip(&["certify", "belt-coulomb", "-q"]), 0);
+    folder.ok("certify belt-coulomb -q");
     let runs = [Run::open(&folder.path("belt-coulomb.certified.h5")).unwrap()];
     let subject = Subject::new(&runs).unwrap();
     for name in ["event-uncertainties", "error-bands"] {

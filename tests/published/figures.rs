@@ -1,6 +1,6 @@
 //! The data of the figures against what the paper says of its own.
 
-use crate::common::cli::{Folder, output};
+use crate::common::cli::Folder;
 use std::sync::OnceLock;
 use stickslip::analysis::stability::SystemModes;
 use stickslip::friction::Law;
@@ -18,7 +18,7 @@ fn file() -> &'static std::path::Path {
     static FILE: OnceLock<(Folder, std::path::PathBuf)> = OnceLock::new();
     let (_, path) = FILE.get_or_init(|| {
         let folder = Folder::new();
-        output(&mut folder.stickslip(&["run", "-q"]), 0);
+        folder.ok("run -q");
         let path = folder.path("paper.h5");
         (folder, path)
     });
