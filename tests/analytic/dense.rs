@@ -1,9 +1,10 @@
 //! Dense output and the samples around events: what they give is the run, at the times that the run gives itself.
 
+use crate::common::cases::{built_in, parsed};
 use crate::common::truth;
 use stickslip::Run;
 use stickslip::SavedRun;
-use stickslip::case::{Case, CaseSource, Override};
+use stickslip::case::{Case, CaseSource};
 use stickslip::model::system::System;
 use stickslip::numerics::chebyshev::{COEFFICIENTS, place, value};
 use stickslip::record::{
@@ -84,12 +85,11 @@ fn followed(case: &Case) -> Followed {
 }
 
 fn paper(overrides: &[&str]) -> Case {
-    let overrides: Vec<Override> = overrides.iter().map(|text| Override::parse(text).unwrap()).collect();
-    Case::read(&CaseSource::built_in("paper-si").unwrap(), &overrides).unwrap()
+    built_in("paper-si", overrides)
 }
 
 fn trains(source: &CaseSource, overrides: &[&str]) -> Vec<f64> {
-    let overrides: Vec<Override> = overrides.iter().map(|text| Override::parse(text).unwrap()).collect();
+    let overrides = parsed(&overrides);
     let case = Case::read(source, &overrides).unwrap();
     let threshold = case.threshold();
     let mut recorder = MemoryRecorder::default();
@@ -242,8 +242,8 @@ fn property_samples_follow_the_events_of_a_case_without_windows() {
                 format!("output.interval={interval}"),
                 format!("output.margin={margin}"),
             ];
-            let overrides: Vec<Override> = overrides.iter().map(|text| Override::parse(text).unwrap()).collect();
-            let mut case = Case::read(&CaseSource::built_in(name).unwrap(), &overrides).unwrap();
+            let overrides = overrides.each_ref().map(String::as_str);
+            let mut case = built_in(name, &overrides);
             case.solver.method = method;
             let run = followed(&case);
             let times: Vec<f64> = run.rows.samples.iter().map(|sample| sample.time).collect();

@@ -1,8 +1,8 @@
 //! The model against closed forms, differences and balances.
 
+use crate::common::cases::built_in;
 use nalgebra::DMatrix;
 use proptest::prelude::*;
-use stickslip::case::{Case, CaseSource, Override};
 use stickslip::model::axial::{AxialMotion, ChangeCause};
 use stickslip::model::contact::{uniform_pressure_radius, uniform_wear_radius};
 use stickslip::model::equations::{Outside, SystemEquations};
@@ -18,8 +18,7 @@ const AXIAL: Axial = Axial {
 
 /// The paper's disks.
 fn system(changes: &[&str]) -> SystemEquations {
-    let changes: Vec<Override> = changes.iter().map(|text| Override::parse(text).unwrap()).collect();
-    let case = Case::read(&CaseSource::built_in("paper-si").unwrap(), &changes).unwrap();
+    let case = built_in("paper-si", changes);
     SystemEquations::new(case.system())
 }
 

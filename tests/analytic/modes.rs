@@ -1,5 +1,6 @@
 //! The linear modes against closed forms, and what is said of the loss of stability.
 
+use crate::common::cases::built_in;
 use crate::common::{disks, output, run};
 use proptest::prelude::*;
 use std::f64::consts::TAU;
@@ -7,17 +8,12 @@ use stickslip::analysis::Modes;
 use stickslip::analysis::stability::SystemModes;
 use stickslip::analysis::stability::modes::{OnsetDecision, SlowingModes, Stability};
 use stickslip::analysis::stability::states::{SystemMode, SystemState};
-use stickslip::case::{Case, CaseSource, Override};
+use stickslip::case::Case;
 use stickslip::friction::{Exponential, Law};
 use stickslip::model::system::{ContactLaw, End, Initial, Pressing, System, Train};
 use stickslip::model::{BreakawayTest, Torsion};
 use stickslip::record::EventKind;
 use stickslip::signal::Drive;
-
-fn case(name: &str, overrides: &[&str]) -> Case {
-    let overrides: Vec<Override> = overrides.iter().map(|text| Override::parse(text).unwrap()).collect();
-    Case::read(&CaseSource::built_in(name).unwrap(), &overrides).unwrap()
-}
 
 fn modes_of(case: &Case) -> Modes {
     Modes::of_case(&case.system, &case.solver, case.output.end_time)
@@ -43,7 +39,7 @@ const EIGENVALUE: f64 = 1e-10;
 
 #[test]
 fn published_natural_period_and_frequency_of_the_paper() {
-    let modes = modes_of(&case("paper", &[]));
+    let modes = modes_of(&built_in("paper", &[]));
     let slowing = modes.slowing.unwrap();
     assert_eq!(format!("{:.2}", slowing.torsional_frequency / 1e3), "4.16");
     assert_eq!(format!("{:.5}", slowing.natural_period), "0.00024");
@@ -63,7 +59,7 @@ fn published_natural_period_and_frequency_of_the_paper() {
 
 #[test]
 fn analytic_axial_mode() {
-    let case = case("paper-si", &[]);
+    let case = built_in("paper-si", &[]);
     let axial = disks(&case).axial;
     let modes = modes_of(&case);
     let axial_modes = &modes.general.states[0].modes;
@@ -81,7 +77,7 @@ fn analytic_axial_mode() {
 /// Two real roots whose product is k_e/m and whose sum is -c_a/m.
 #[test]
 fn analytic_overdamped_axial_mode_has_two_real_roots() {
-    let case = case("paper-si", &["axial.damping=60000"]);
+    let case = built_in("paper-si", &["axial.damping=60000"]);
     let axial = disks(&case).axial;
     let states = modes_of(&case).general.states;
     let roots: Vec<f64> = states[0].modes.iter().map(|m| m.growth_rate).collect();
@@ -214,7 +210,7 @@ proptest! {
 /// Each shape is an eigenvector: A v = lambda v in the equation of the rotor, I theta'' = -T_r, of a stick mode.
 #[test]
 fn analytic_shape_satisfies_the_rotor_equation() {
-    let case = case("paper", &[]);
+    let case = built_in("paper", &[]);
     let Torsion {
         rotor_inertia: i,
         stiffness: k,
@@ -240,7 +236,7 @@ fn analytic_shape_satisfies_the_rotor_equation() {
 /// ringing of the ramp's end, which has died away).
 #[test]
 fn analytic_critical_speed_is_that_of_the_run() {
-    let case = case("paper", &[]);
+    let case = built_in("paper", &[]);
     let modes = slowing_of(&case);
     let critical = modes.critical_speed.unwrap();
     let (slope, damping) = (
@@ -266,7 +262,7 @@ fn analytic_critical_speed_is_that_of_the_run() {
 #[test]
 fn analytic_eigenvalue_crossing_is_neutral() {
     for name in ["paper", "paper-si"] {
-        let case = case(name, &[]);
+        let case = built_in(name, &[]);
         let modes = slowing_of(&case);
         let lost = modes.instability.unwrap();
         let crossing = lost.eigenvalue_crossing.unwrap();
@@ -290,7 +286,7 @@ fn analytic_eigenvalue_crossing_is_neutral() {
 #[test]
 fn analytic_onset_is_laid_to_what_decides_it() {
     let decided = |name: &str, overrides: &[&str]| {
-        let lost = slowing_of(&case(name, overrides)).instability.unwrap();
+        let lost = slowing_of(&built_in(name, overrides)).instability.unwrap();
         lost.onset_decided_by
     };
     assert_eq!(decided("paper", &[]), OnsetDecision::Perturbation);
@@ -303,7 +299,7 @@ fn analytic_onset_is_laid_to_what_decides_it() {
 #[test]
 fn analytic_sliding_that_stays_stable_is_called_so() {
     let stability = |overrides: &[&str]| {
-        let modes = slowing_of(&case("paper", overrides));
+        let modes = slowing_of(&built_in("paper", overrides));
         assert_eq!(modes.instability, None);
         modes.stability
     };

@@ -1,8 +1,9 @@
 //! Whole runs of the brake against exact solutions, balances and symmetries.
 
+use crate::common::cases::built_in;
 use crate::common::linear_brake::LinearBrake;
 use crate::common::{disks, event_sequence, output, run, solver, truth};
-use stickslip::case::{Case, CaseSource, builtin};
+use stickslip::case::builtin;
 use stickslip::friction::{Exponential, Friction, Law};
 use stickslip::model::{Kick, KickTime, Mode, Parameters};
 use stickslip::record::{EventKind, MemoryRecorder, Sample, State};
@@ -255,17 +256,13 @@ fn every_event(name: &str, breakaway: f64, method: Method) {
     }
 }
 
-fn built_in(name: &str) -> Case {
-    Case::read(&CaseSource::built_in(name).unwrap(), &[]).unwrap()
-}
-
 /// Kinetic + elastic + dissipated - work is what it was at the start, to the rounding of some ten thousand steps: the
 /// right-hand side integrates the losses along with the state, and the methods keep a sum of quadratures and squares
 /// far better than their tolerance.
 #[test]
 fn analytic_energy_balances_over_the_built_in_cases() {
     for case in builtin::CASES {
-        let found = built_in(case.name);
+        let found = built_in(case.name, &[]);
         let (recorder, report) = run(&disks(&found), &found.solver, &found.output);
         let relative = report.energy_residual / report.initial_energy;
         println!("{}: {relative:.1e}", case.name);

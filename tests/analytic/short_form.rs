@@ -1,5 +1,6 @@
 //! A brake by its short form and as two trains: the same events, the loss of stability among them, by every kind of method.
 
+use crate::common::cases::parsed;
 use crate::common::disks;
 use crate::common::random_brakes::{Random, difference, random_brake, random_release};
 use std::ops::ControlFlow;
@@ -57,7 +58,7 @@ fn brake(name: &str, changes: &[Override]) -> Case {
 }
 
 fn changed(name: &str, changes: &[&str]) -> Case {
-    let changes: Vec<_> = changes.iter().map(|text| Override::parse(text).unwrap()).collect();
+    let changes = parsed(&changes);
     brake(name, &changes)
 }
 
@@ -373,7 +374,7 @@ fn multiprecision_long_steps_of_chains() {
         "initial.speed=20",
         "output.end_time=1.2",
     ];
-    let changes = changes.map(|text| Override::parse(text).unwrap());
+    let changes = parsed(&changes);
     let case = Case::read(&source, &changes).unwrap();
     let request = OracleRequest {
         digits: 20,
@@ -447,7 +448,7 @@ fn sundials_one_sided_tests_of_unequal_surfaces() {
             format!("contact.breakaway_test={test}"),
             "output.end_time=0.075".to_owned(),
         ];
-        let changes = changes.map(|text| Override::parse(&text).unwrap());
+        let changes = parsed(&changes);
         let case = Case::read(&unequal(), &changes).unwrap();
         let series = by(&case, Method::Series);
         let far = distance(test, [&series, &by(&case, Method::Cvode)]);

@@ -1,12 +1,13 @@
 //! The modes of two trains, their steady sliding, and where it loses its stability, against closed forms and against
 //! eigenvalues of equations in absolute coordinates that are set up here.
 
+use crate::common::cases::parsed;
 use nalgebra::DMatrix;
 use proptest::prelude::*;
 use std::f64::consts::TAU;
 use stickslip::analysis::stability::Verdict;
 use stickslip::analysis::stability::states::{Change, SystemModes, SystemState};
-use stickslip::case::{Case, CaseSource, Override};
+use stickslip::case::{Case, CaseSource};
 use stickslip::friction::{Exponential, FrictionLaw, Law, Stribeck};
 use stickslip::model::BreakawayTest;
 use stickslip::model::system::*;
@@ -16,7 +17,7 @@ use stickslip::signal::Drive;
 const CLOSED_FORM: f64 = 1e-12;
 
 fn built_in(name: &str, overrides: &[&str]) -> System {
-    let overrides: Vec<Override> = overrides.iter().map(|text| Override::parse(text).unwrap()).collect();
+    let overrides = parsed(&overrides);
     let source = CaseSource::built_in(name).unwrap();
     Case::read(&source, &overrides).unwrap().system
 }

@@ -3,17 +3,18 @@
 // Published digits are given in full.
 #![allow(clippy::excessive_precision)]
 
+use crate::common::cases::{
+    attractor, built_in, by, expect, kinds, near, parsed, recorded, reported, summary, written,
+};
 use num_rational::BigRational;
 use std::f64::consts::{PI, TAU};
 use std::ops::ControlFlow;
-use stickslip::Run;
-use stickslip::analysis::Attractor;
-use stickslip::analysis::{Outcome, SavedRun, Summary};
+use stickslip::analysis::Outcome;
 use stickslip::case::builtin::TRAINS;
-use stickslip::case::{Case, CaseSource, Origin, Override};
+use stickslip::case::{Case, CaseSource};
 use stickslip::oracle::{self, OracleOptions};
-use stickslip::record::{Channels, Event, EventKind, MemoryRecorder};
-use stickslip::simulation::{Method, RunReport, SolverOptions};
+use stickslip::record::{Channels, Event, EventKind};
+use stickslip::simulation::Method;
 
 /// The series errs by roundings: some units in the last place of the time (1.4e-14 s at 100 s) at each of some tens of events.
 const SERIES: f64 = 1e-12;
@@ -24,77 +25,9 @@ const AUTO: f64 = 1e-9;
 /// Every method of these tests, and what its event times are true to, s.
 const METHODS: [(&str, f64); 2] = [("series", SERIES), ("auto", AUTO)];
 
-fn changes(settings: &[&str]) -> Vec<Override> {
-    let read = |text: &&str| Override::parse(text).unwrap_or_else(|error| panic!("{text}: {error}"));
-    settings.iter().map(read).collect()
-}
-
-/// A built-in case with settings.
-fn built_in(name: &str, settings: &[&str]) -> Case {
-    Case::read(&CaseSource::built_in(name).unwrap(), &changes(settings)).unwrap()
-}
-
-/// A case of this text.
-fn written(text: &str) -> Case {
-    let source = CaseSource {
-        text: text.to_owned(),
-        origin: Origin::File("test.toml".into()),
-    };
-    Case::read(&source, &[]).unwrap_or_else(|error| panic!("{error}"))
-}
-
-fn run(case: &Case) -> (MemoryRecorder, RunReport) {
-    let mut recorder = MemoryRecorder::default();
-    let report = Run::of_system(&case.system, case.threshold(), &case.solver, &case.output)
-        .record(&mut recorder)
-        .start()
-        .unwrap();
-    (recorder, report)
-}
-
 /// A built-in case by a method.
-fn by(name: &str, method: &str, settings: &[&str]) -> (MemoryRecorder, RunReport) {
-    let method = format!("solver.method=\"{method}\"");
-    let settings: Vec<&str> = settings.iter().copied().chain([method.as_str()]).collect();
-    run(&built_in(name, &settings))
-}
-
-/// The headline of a built-in case by a method.
-fn summary(name: &str, method: &str, settings: &[&str]) -> Summary {
-    let method = format!("solver.method=\"{method}\"");
-    let settings: Vec<&str> = settings.iter().copied().chain([method.as_str()]).collect();
-    let folder = tempfile::tempdir().unwrap();
-    let case = built_in(name, &settings);
-    let saved = SavedRun::new(&case, &folder.path().join("run.h5")).start().unwrap();
-    assert!(saved.failure.is_none());
-    saved.summary
-}
-
-#[track_caller]
-fn attractor(summary: &Summary) -> &Attractor {
-    summary
-        .attractor()
-        .unwrap_or_else(|| panic!("not periodic: {:?}", summary.outcome))
-}
-
-#[track_caller]
-fn near(found: f64, expected: f64, tolerance: f64) {
-    let error = (found - expected).abs();
-    assert!(error <= tolerance, "{found} for {expected}: off by {error:.1e}");
-}
-
-/// The events of these kinds at these times.
-#[track_caller]
-fn expect(events: &[Event], expected: &[(EventKind, f64)], tolerance: f64) {
-    let kinds: Vec<EventKind> = events.iter().map(|event| event.kind).collect();
-    let wanted: Vec<EventKind> = expected.iter().map(|(kind, _)| *kind).collect();
-    assert_eq!(kinds, wanted);
-    let mut worst = 0.0_f64;
-    for (event, (_, time)) in events.iter().zip(expected) {
-        worst = worst.max((event.time - time).abs());
-    }
-    println!("{} events within {worst:.1e} s", events.len());
-    assert!(worst <= tolerance, "{worst:e} s");
+fn case_by(name: &str, method: &str, settings: &[&str]) -> Case {
+    by(&built_in(name, settings), Method::from_name(method).unwrap())
 }
 
 // Masses on a belt.
@@ -138,8 +71,12 @@ fn analytic_mass_on_a_belt_with_coulomb_friction() {
         }
         for method in ["series", "auto"] {
             // All of it is linear, so that `auto` takes the series as well.
-            expect(&by("belt-coulomb", method, settings).0.events, &expected, SERIES);
-            let summary = summary("belt-coulomb", method, settings);
+            expect(
+                &recorded(&case_by("belt-coulomb", method, settings)).events,
+                &expected,
+                SERIES,
+            );
+            let summary = summary(&case_by("belt-coulomb", method, settings));
             let attractor = attractor(&summary);
             near(attractor.period, slip + stick, 1e-13 * end);
             // About F_k/k, with the amplitude of an oscillation through x = F_s/k at the speed of the belt.
@@ -150,63 +87,6 @@ fn analytic_mass_on_a_belt_with_coulomb_friction() {
             near(extremes.position.1, sliding / k + amplitude, 1e-13);
             near(extremes.relative_velocity.1, v + amplitude * w, 1e-12);
             assert_eq!(attractor.sticks, 1);
-        }
-    }
-}
-
-/// Leine, van Campen, de Kraker and van den Steen (1998), as this program's oracle and quadratures have their numbers to 19 digits.
-#[test]
-fn published_block_on_a_belt_of_leine() {
-    const SLIP: f64 = 4.295_999_525_480_154_883;
-    const PERIOD: f64 = 12.001_031_294_830_578_65;
-    const RESTICK: f64 = -0.541_006_353_870_084_752_7;
-    const LARGEST: f64 = 1.133_944_676_441_656_84;
-    for (method, tolerance) in METHODS {
-        // From the first slip, as the paper does, and from a slack spring, 5 s earlier.
-        for (settings, start) in [(&["initial.stator_twist=1"][..], 0.0), (&[][..], 5.0)] {
-            let (recorder, _) = by("belt-leine", method, settings);
-            // From the limit of stick it slips at once: that is where the run begins, or its first event.
-            let skipped = recorder
-                .events
-                .iter()
-                .position(|event| event.kind == EventKind::Stick)
-                .unwrap();
-            let mut expected = Vec::new();
-            for k in 0..20 {
-                let slip = start + f64::from(k) * PERIOD;
-                expected.extend([(EventKind::Stick, slip + SLIP), (EventKind::Slip, slip + PERIOD)]);
-            }
-            expected.retain(|(_, time)| *time < 100.0);
-            expect(&recorder.events[skipped..], &expected, tolerance);
-            for event in recorder.events.iter().filter(|event| event.kind == EventKind::Stick) {
-                // At 0.2 m/s an error of the time is 0.2 of it in x.
-                near(event.before.phi1, RESTICK, tolerance);
-            }
-        }
-        let summary = summary("belt-leine", method, &[]);
-        let attractor = attractor(&summary);
-        near(attractor.period, PERIOD, tolerance / 7.0);
-        assert_eq!((attractor.sticks, attractor.sections), (1, 1));
-        // The period is gone through again by the series, whatever the method.
-        near(attractor.extremes.as_ref().unwrap().position.1, LARGEST, tolerance);
-    }
-}
-
-/// Regularised friction shortens Leine's period by 5.9 % (arc tangent) and 0.84 % (hyperbolic tangent) at 1 mm/s.
-#[test]
-fn published_regularised_belts_have_shorter_periods() {
-    for (name, period, percent) in [
-        ("belt-leine-arctan", 11.298_150_66, "5.9"),
-        ("belt-leine-tanh", 11.900_599_94, "0.84"),
-    ] {
-        for (method, _) in METHODS {
-            let summary = summary(name, method, &[]);
-            let found = attractor(&summary).period;
-            // The numbers are printed to 1e-8.
-            near(found, period, 5.1e-9);
-            let short = 100.0 * (1.0 - found / 12.001_031_294_830_578);
-            let digits = percent.len() - 2;
-            assert_eq!(format!("{short:.digits$}"), percent);
         }
     }
 }
@@ -227,7 +107,7 @@ fn analytic_hopf_speed_of_a_belt() {
             "initial.stator_speed=0".to_owned(),
         ];
         let settings: Vec<&str> = settings.iter().map(String::as_str).collect();
-        let (recorder, _) = by("belt-exponential", "series", &settings);
+        let recorder = recorded(&case_by("belt-exponential", "series", &settings));
         assert_eq!(recorder.events.len(), 0);
         // The size of a damped oscillation; what the law's curvature does to it is of the order of the deviation, 1e-4.
         let size = |u: f64, rate: f64| u.hypot((rate + decay * u) / omega);
@@ -236,102 +116,6 @@ fn analytic_hopf_speed_of_a_belt() {
         let end = size(last.state.phi1 - rest, last.state.phi1_dot);
         near((end / start).ln(), -decay * last.time, 1e-4);
     }
-}
-
-// Harmonic forces.
-
-/// A block under 8 cos t with a friction of 0.8 9.81 N: its first four events.
-#[test]
-fn published_block_under_a_harmonic_force() {
-    let expected = [
-        (EventKind::Stick, 0.338_608_184_671_980_617_36),
-        (EventKind::Slip, 2.946_346_791_223_862_957),
-        (EventKind::Stick, 3.532_834_608_886_999_449),
-        (EventKind::Slip, 6.087_939_444_813_656_195),
-    ];
-    for method in ["series", "auto"] {
-        let (recorder, _) = by("block", method, &[]);
-        // A few units in the last place of 6 s.
-        expect(&recorder.events[..4], &expected, 1e-14);
-        let summary = summary("block", method, &[]);
-        near(attractor(&summary).period, TAU, 1e-13);
-        assert_eq!(attractor(&summary).sticks, 2);
-    }
-}
-
-/// Hairer, Norsett and Wanner, Solving Ordinary Differential Equations I, section II.6.
-#[test]
-fn published_oscillator_of_hairer() {
-    let expected = [
-        (EventKind::Reversal, 0.562_805_325_245_3),
-        (EventKind::Stick, 2.035_200_434_043_5),
-        (EventKind::Slip, 2.628_126_755_809_7),
-        (EventKind::Stick, 3.727_196_522_742_0),
-        (EventKind::Slip, 4.684_882_175_372_5),
-        (EventKind::Stick, 5.617_946_465_565_3),
-        (EventKind::Slip, 6.719_353_686_218_0),
-        (EventKind::Stick, 7.551_351_894_203_3),
-        (EventKind::Slip, 8.743_675_079_723_8),
-        (EventKind::Stick, 9.504_242_740_781_7),
-    ];
-    for method in ["series", "auto"] {
-        // Printed to 1e-13.
-        expect(&by("hairer", method, &[]).0.events, &expected, 1.5e-13);
-    }
-}
-
-/// Den Hartog (1931): X = sqrt(V^2 - q^2 U^2), V = 1/(1 - beta^2), U = sin(pi/beta)/(beta (1 + cos(pi/beta))); reversals each
-/// pi/beta. The start is rounded, so that the motion is the periodic one up to what a rounding grows to.
-#[test]
-fn published_oscillator_of_den_hartog() {
-    for (beta, q, printed) in [
-        (0.5, 0.3, 1.333_333_333_333),
-        (2.0, 0.3, 0.297_676_184_992),
-        (0.8, 0.4, 2.501_787_881_002),
-        (1.5, 0.5, 0.553_774_924_195),
-        (0.6, 0.3, 1.535_601_809_281),
-    ] {
-        let v = 1.0 / (1.0 - beta * beta);
-        let u = if beta == 0.5 {
-            0.0
-        } else {
-            (PI / beta).sin() / (beta * (1.0 + (PI / beta).cos()))
-        };
-        let amplitude = f64::sqrt(v * v - q * q * u * u);
-        near(amplitude, printed, 6e-13);
-        let settings = den_hartog(beta, q, amplitude, v, u);
-        let settings: Vec<&str> = settings.iter().map(String::as_str).collect();
-        for method in ["series", "auto"] {
-            let summary = summary("den-hartog", method, &settings);
-            let attractor = attractor(&summary);
-            near(attractor.period, TAU / beta, 1e-12);
-            assert_eq!(attractor.sticks, 0);
-            let extremes = attractor.extremes.as_ref().unwrap();
-            near(extremes.amplitude.unwrap(), amplitude, 1e-12);
-            near(extremes.amplitude.unwrap(), printed, 2e-12);
-            let (recorder, _) = by("den-hartog", method, &settings);
-            let expected: Vec<_> = recorder
-                .events
-                .iter()
-                .enumerate()
-                .map(|(k, _)| (EventKind::Reversal, (k + 1) as f64 * PI / beta))
-                .collect();
-            expect(&recorder.events, &expected, SERIES);
-            assert!(recorder.events.len() >= (100.0 * beta / PI) as usize - 1);
-        }
-    }
-}
-
-/// The settings of one of Den Hartog's motions: the phase has cosine X/V and sine -q U/V.
-fn den_hartog(beta: f64, q: f64, amplitude: f64, v: f64, u: f64) -> Vec<String> {
-    let phase = f64::atan2(-q * u / v, amplitude / v);
-    vec![
-        format!("stator.torque.angular_frequency={beta:e}"),
-        format!("friction.kinetic={q:e}"),
-        format!("friction.breakaway={q:e}"),
-        format!("initial.stator_twist={amplitude:e}"),
-        format!("stator.torque.phase={phase:e}"),
-    ]
 }
 
 // The brake, and conservation.
@@ -355,7 +139,7 @@ damping = "22.606 N m s/rad"
 end = "fixed"
 
 [contact]"#;
-    written(&format!("{before}{trains}{after}"))
+    written(&format!("{before}{trains}{after}"), &[])
 }
 
 /// The short form `[torsion]` by its series and the same brake as two trains: the same events. Without a slow manifold the trains
@@ -364,18 +148,17 @@ end = "fixed"
 /// loss of stability; the growth up to the kick multiplies that.
 #[test]
 fn analytic_the_paper_brake_as_two_trains_is_the_short_form() {
-    let mut short = Case::read(&CaseSource::built_in("paper-si").unwrap(), &[]).unwrap();
+    let mut short = built_in("paper-si", &[]);
     short.solver.method = Method::Series;
-    let mut expected = MemoryRecorder::default();
-    Run::new(&short).record(&mut expected).start().unwrap();
-    // A margin that passes zero where omega_r turns has a blunt zero: tests/analytic_short_form.rs has those.
+    let expected = recorded(&short);
+    // A margin that passes zero where omega_r turns has a blunt zero: tests/analytic/short_form.rs has those.
     let sharp = |event: &&Event| !matches!(event.kind, EventKind::Destabilised | EventKind::Restabilised);
     let expected: Vec<_> = expected.events.iter().filter(sharp).collect();
     assert!(expected.len() > 100);
     for (method, within) in [(Method::Series, 1e-12), (Method::Auto, 1e-11)] {
         let mut trains = brake();
         trains.solver.method = method;
-        let (found, report) = run(&trains);
+        let (found, report) = reported(&trains);
         // A stick is one step of a closed form, and so is the last, of three seconds.
         let sticks = found
             .events
@@ -405,7 +188,7 @@ fn analytic_the_paper_brake_as_two_trains_is_the_short_form() {
 fn analytic_energy_balances_of_every_built_in_case_of_trains() {
     for case in TRAINS {
         for (method, tolerance) in [("series", 1e-12), ("auto", 1e-11)] {
-            let (recorder, report) = by(case.name, method, &[]);
+            let (recorder, report) = reported(&case_by(case.name, method, &[]));
             let mut size = f64::MIN_POSITIVE;
             for sample in &recorder.samples {
                 let c = &sample.channels;
@@ -437,7 +220,7 @@ fn analytic_energy_balances_of_every_built_in_case_of_trains() {
 #[test]
 fn analytic_a_clutch_locks_by_momentum() {
     for method in ["series", "auto"] {
-        let (recorder, _) = by("clutch", method, &[]);
+        let recorder = recorded(&case_by("clutch", method, &[]));
         expect(
             &recorder.events,
             &[(EventKind::Corner, 0.5), (EventKind::Stick, 11.0 / 12.0)],
@@ -465,8 +248,9 @@ fn analytic_a_clutch_locks_by_momentum() {
 #[test]
 fn analytic_a_driven_speed_that_jumps() {
     let case = |method: &str| {
-        written(&format!(
-            r#"
+        written(
+            &format!(
+                r#"
 title = "a belt that jumps"
 motion = "translation"
 [rotor]
@@ -488,10 +272,12 @@ end_time = 3.0
 [solver]
 method = "{method}"
 "#
-        ))
+            ),
+            &[],
+        )
     };
     for method in ["series", "auto"] {
-        let (recorder, _) = run(&case(method));
+        let recorder = recorded(&case(method));
         let of_contact: Vec<Event> = recorder
             .events
             .iter()
@@ -516,8 +302,9 @@ method = "{method}"
 #[test]
 fn analytic_a_normal_force_opens_and_closes_the_contact() {
     let case = |method: &str| {
-        written(&format!(
-            r#"
+        written(
+            &format!(
+                r#"
 title = "a belt that is touched"
 motion = "translation"
 [rotor]
@@ -537,10 +324,12 @@ end_time = 10.0
 [solver]
 method = "{method}"
 "#
-        ))
+            ),
+            &[],
+        )
     };
     for method in ["series", "auto"] {
-        let (recorder, _) = run(&case(method));
+        let recorder = recorded(&case(method));
         let quarter = PI / 6.0;
         let expected: Vec<_> = (0..9)
             .map(|k| {
@@ -573,8 +362,9 @@ fn analytic_a_block_at_rest_stays_there_while_its_contact_opens_and_closes() {
     for method in ["series", "auto", "erk", "esdirk", "cvode", "cvode-adams"] {
         // From rest; sliding at first; with a bearing, too.
         for (speed, viscous) in [(0.0, 0.0), (0.1, 0.0), (0.1, 0.2)] {
-            let case = written(&format!(
-                r#"
+            let case = written(
+                &format!(
+                    r#"
 title = "a block whose normal force comes and goes"
 motion = "translation"
 [rotor]
@@ -598,8 +388,10 @@ interval = 1.0
 [solver]
 method = "{method}"
 "#
-            ));
-            let (recorder, _) = run(&case);
+                ),
+                &[],
+            );
+            let recorder = recorded(&case);
             let skipped = usize::from(speed != 0.0);
             assert!(
                 recorder.events[..skipped]
@@ -626,8 +418,9 @@ method = "{method}"
 #[test]
 fn analytic_a_stick_between_shaken_ends_does_not_drift() {
     let case = |rotor: &str| {
-        written(&format!(
-            r#"
+        written(
+            &format!(
+                r#"
 title = "stick between two shaken ends"
 motion = "translation"
 [rotor]
@@ -650,15 +443,17 @@ interval = 10.0
 [solver]
 method = "series"
 "#
-        ))
+            ),
+            &[],
+        )
     };
-    let (shaken, report) = run(&case(""));
+    let (shaken, report) = reported(&case(""));
     assert!(shaken.events.is_empty(), "{report:?}");
     // A rounding or two of positions up to 0.1.
     for sample in &shaken.samples {
         near(sample.state.phi1, (1.0 - (20.0 * sample.time).cos()) / 20.0, 1e-16);
     }
-    let (joined, _) = run(&case(
+    let joined = recorded(&case(
         "inertia = [2.0, 0.7]\nstiffness = [300.0, 500.0]\ndamping = [3.0, 2.0]",
     ));
     assert!(joined.events.is_empty());
@@ -672,8 +467,9 @@ method = "series"
 #[test]
 fn analytic_kicks_on_one_side() {
     for (on, rotor, stator) in [("both", 0.75, -0.25), ("rotor", 1.0, 0.0), ("stator", 0.0, -1.0)] {
-        let case = written(&format!(
-            r#"
+        let case = written(
+            &format!(
+                r#"
 title = "a clutch that is hit"
 [rotor]
 inertia = 1.0
@@ -698,8 +494,10 @@ on = "{on}"
 [output]
 end_time = 10.0
 "#
-        ));
-        let (recorder, report) = run(&case);
+            ),
+            &[],
+        );
+        let (recorder, report) = reported(&case);
         // omega_r falls by 0.6 + 0.2 in a second, from 4 and, from the kick on, from 2.8 + 1.
         expect(
             &recorder.events,
@@ -730,8 +528,9 @@ fn drill_string(count: usize, end: f64) -> Case {
     let mut viscous = vec![0.0; count];
     viscous[0] = 50.0;
     viscous[count - 1] = 425.0;
-    written(&format!(
-        r#"
+    written(
+        &format!(
+            r#"
 title = "a drill string in pieces"
 [rotor]
 inertia = {}
@@ -754,11 +553,13 @@ decay = "0.9 s/rad"
 end_time = {end}
 interval = 1.0
 "#,
-        list(&inertia),
-        list(&vec![473.0 * shafts; count - 1]),
-        list(&vec![23.2 * shafts; count - 1]),
-        list(&viscous),
-    ))
+            list(&inertia),
+            list(&vec![473.0 * shafts; count - 1]),
+            list(&vec![23.2 * shafts; count - 1]),
+            list(&viscous),
+        ),
+        &[],
+    )
 }
 
 /// What a cycle costs, in evaluations of the right-hand side, does not rise with time: that of the last third of a run and that of
@@ -769,7 +570,7 @@ fn analytic_long_trains_cost_the_same_in_every_cycle() {
         for method in [Method::Series, Method::Auto] {
             let mut case = drill_string(count, 150.0);
             case.solver.method = method;
-            let (recorder, report) = run(&case);
+            let (recorder, report) = reported(&case);
             let cost = |from: f64, to: f64| {
                 let within = recorder.segments.iter().filter(|s| s.start >= from && s.end <= to);
                 let (time, work) = within.fold((0.0, 0), |(time, work), s| {
@@ -801,8 +602,8 @@ fn analytic_long_trains_cost_the_same_in_every_cycle() {
 #[test]
 fn multiprecision_samples_of_a_groaning_brake() {
     let settings = ["output.interval=0.1", "solver.method=\"series\""];
-    let (recorder, _) = run(&built_in("groan", &settings));
-    let exact = Case::exact(&CaseSource::built_in("groan").unwrap(), &changes(&settings))
+    let recorder = recorded(&built_in("groan", &settings));
+    let exact = Case::exact(&CaseSource::built_in("groan").unwrap(), &parsed(&settings))
         .unwrap()
         .system;
     let rational = |value: f64| BigRational::from_float(value).unwrap();
@@ -828,7 +629,7 @@ fn multiprecision_samples_of_a_groaning_brake() {
 /// What the motion comes to, in a case without an attractor.
 #[test]
 fn analytic_a_clutch_is_stuck_in_the_end() {
-    match summary("clutch", "auto", &[]).outcome {
+    match summary(&built_in("clutch", &[])).outcome {
         Some(Outcome::Stuck { since }) => near(since, 11.0 / 12.0, 1e-14),
         other => panic!("{other:?}"),
     }
@@ -838,22 +639,15 @@ fn analytic_a_clutch_is_stuck_in_the_end() {
 
 /// The same case by another method.
 fn with(case: &Case, method: &str) -> Case {
-    let solver = SolverOptions {
-        method: Method::from_name(method).unwrap(),
-        ..case.solver.clone()
-    };
-    let mut case = case.clone();
-    case.solver = solver;
-    case
+    by(case, Method::from_name(method).unwrap())
 }
 
 /// The largest distances of a run from one by the series: of events (s), and of works and energies as a share of the energy
 /// turned over.
 #[track_caller]
 fn from_series(case: &Case, method: &str) -> (f64, f64) {
-    let (exact, turnover) = run(&with(case, "series"));
-    let (found, report) = run(&with(case, method));
-    let kinds = |events: &[Event]| events.iter().map(|event| event.kind).collect::<Vec<_>>();
+    let (exact, turnover) = reported(&with(case, "series"));
+    let (found, report) = reported(&with(case, method));
     assert_eq!(kinds(&found.events), kinds(&exact.events), "{method}");
     let times = found.events.iter().zip(&exact.events);
     let events = times.map(|(a, b)| (a.time - b.time).abs()).fold(0.0, f64::max);
@@ -884,10 +678,13 @@ fn from_series(case: &Case, method: &str) -> (f64, f64) {
 
 /// A mass on a belt, of this inertia, stiffness, damping, friction and output.
 fn on_a_belt(speed: &str, stator: &str, force: &str, friction: &str, end: &str) -> Case {
-    written(&format!(
-        "title = \"belt\"\nmotion = \"translation\"\n[rotor]\nend = \"driven\"\nspeed = {speed}\n[stator]\nend = \"fixed\"\n\
+    written(
+        &format!(
+            "title = \"belt\"\nmotion = \"translation\"\n[rotor]\nend = \"driven\"\nspeed = {speed}\n[stator]\nend = \"fixed\"\n\
          {stator}\n[contact]\nnormal_force = {force}\n[friction]\n{friction}\n[output]\nend_time = {end}\ninterval = 0.1\n"
-    ))
+        ),
+        &[],
+    )
 }
 
 /// The stick of a mass on a belt has a double zero among its eigenvalues, which rounding splits: no time scale. Tolerances of
@@ -962,13 +759,16 @@ fn property_steps_see_a_narrow_friction_law() {
 fn property_steps_see_a_narrow_regularisation() {
     for smoothing in ["tanh", "arctan"] {
         for (scale, kick) in [(0.01, -0.93), (0.002, -0.71)] {
-            let case = written(&format!(
-                "title = \"thrown back\"\nmotion = \"translation\"\n[rotor]\nend = \"driven\"\nspeed = 1.0\n[stator]\nend = \"fixed\"\n\
+            let case = written(
+                &format!(
+                    "title = \"thrown back\"\nmotion = \"translation\"\n[rotor]\nend = \"driven\"\nspeed = 1.0\n[stator]\nend = \"fixed\"\n\
                  inertia = 1.0\nstiffness = 100.0\n[contact]\nnormal_force = 10.0\n[friction]\nlaw = \"coulomb\"\nkinetic = 0.3\n\
                  regularisation = {{ function = \"{smoothing}\", speed = {scale} }}\nthreshold = 0.05\n[initial]\nstator_speed = -1.0\n\
                  [output]\nend_time = 2.0\ninterval = 0.1\n[[perturbation]]\nkind = \"kick\"\ntime = 0.3\nrelative_velocity = {kick}\n\
                  on = \"both\"\n"
-            ));
+                ),
+                &[],
+            );
             for method in ["auto", "erk", "esdirk", "cvode"] {
                 let (events, _) = from_series(&case, method);
                 println!("{smoothing} {scale} {method}: events {events:.1e} s");
@@ -1000,7 +800,7 @@ const SWUNG: &str = "title = \"graze\"\nmotion = \"translation\"\n[rotor]\nend =
 #[test]
 fn property_a_slip_of_microseconds_is_right_or_said() {
     for (text, one_step, multistep) in [(PUSHED, 1e-11, 1e-11), (SWUNG, 4e-9, 3e-8)] {
-        let case = written(text);
+        let case = written(text, &[]);
         for (method, tolerance) in [
             ("auto", one_step),
             ("erk", one_step),
@@ -1010,10 +810,10 @@ fn property_a_slip_of_microseconds_is_right_or_said() {
             let (events, _) = from_series(&case, method);
             println!("{method}: events {events:.1e} s");
             assert!(events < tolerance, "{method}: {events:e} s");
-            assert_eq!(run(&with(&case, method)).1.grazing, None, "{method}");
+            assert_eq!(reported(&with(&case, method)).1.grazing, None, "{method}");
         }
         for method in ["cvode-adams", "cvode-bdf"] {
-            let grazing = run(&with(&case, method)).1.grazing;
+            let grazing = reported(&with(&case, method)).1.grazing;
             println!("{method}: {grazing:?}");
             assert!(grazing.is_some(), "{method}");
         }
@@ -1027,7 +827,7 @@ fn property_a_slip_of_microseconds_is_right_or_said() {
         "3.0",
     );
     for method in ["cvode", "cvode-adams", "cvode-bdf"] {
-        assert_eq!(run(&with(&plain, method)).1.grazing, None, "{method}");
+        assert_eq!(reported(&with(&plain, method)).1.grazing, None, "{method}");
     }
 }
 
@@ -1041,13 +841,16 @@ fn property_rounding_of_a_speed_at_rest_ends_no_segment() {
         "law = \"lugre\"\nlow_speed = 1.5\nhigh_speed = 1.0\nscale = 1e-3\nexponent = 2\nbristle_stiffness = 1e5\n\
          bristle_damping = 316.0\nviscous = 0.4",
     ] {
-        let case = written(&format!(
-            "title = \"from rest\"\nmotion = \"translation\"\n[rotor]\nend = \"driven\"\nspeed = 0.1\ninertia = 1.0\nstiffness = 2.0\n\
+        let case = written(
+            &format!(
+                "title = \"from rest\"\nmotion = \"translation\"\n[rotor]\nend = \"driven\"\nspeed = 0.1\ninertia = 1.0\nstiffness = 2.0\n\
              [stator]\nend = \"fixed\"\n[contact]\nnormal_force = 1.0\n[friction]\n{law}\n[initial]\nrotor_speed = 0.0\n\
              [output]\nend_time = 1.0\ninterval = 0.1\n"
-        ));
+            ),
+            &[],
+        );
         for method in ["series", "auto", "esdirk", "cvode"] {
-            let segments = run(&with(&case, method)).0.segments.len();
+            let segments = reported(&with(&case, method)).0.segments.len();
             assert!(segments <= 2, "{method}: {segments}");
         }
     }
@@ -1079,8 +882,9 @@ kinetic = 0.4
 [output]
 end_time = 5.0
 "#,
+        &[],
     );
-    let kinds: Vec<EventKind> = run(&case).0.events.iter().map(|event| event.kind).collect();
+    let kinds: Vec<EventKind> = reported(&case).0.events.iter().map(|event| event.kind).collect();
     assert!(!kinds.contains(&EventKind::Slip), "{kinds:?}");
     assert_eq!(kinds.iter().filter(|kind| **kind == EventKind::Corner).count(), 4);
 }

@@ -1,12 +1,13 @@
 //! The built-in cases, against the parameters of the independent truth.
 
+use crate::common::cases::built_in;
 use stickslip::case::{Case, CaseSource, builtin};
 use stickslip::model::system::{Kick, KickSide};
 use stickslip::model::{BreakawayTest, KickTime, Parameters};
 use stickslip::signal::{Signal, Table};
 
 fn case(name: &str) -> Case {
-    Case::read(&CaseSource::built_in(name).unwrap(), &[]).unwrap_or_else(|error| panic!("{error}"))
+    built_in(name, &[])
 }
 
 #[test]

@@ -1,5 +1,6 @@
 //! Values set from outside the file, and numbers read and set by path.
 
+use crate::common::cases::parsed;
 use proptest::prelude::*;
 use stickslip::case::{Case, CaseNumber, CaseSource, Override, WrittenCase, schema};
 use stickslip::model::system::{Kick, KickSide};
@@ -8,7 +9,7 @@ use stickslip::signal::{Ramp, Signal, Table};
 use stickslip::simulation::{Method, OutputWindow, SolverOptions};
 
 fn with(name: &str, overrides: &[&str]) -> Result<Case, String> {
-    let overrides: Vec<Override> = overrides.iter().map(|text| Override::parse(text).unwrap()).collect();
+    let overrides = parsed(&overrides);
     Case::read(&CaseSource::built_in(name).unwrap(), &overrides).map_err(|error| error.to_string())
 }
 

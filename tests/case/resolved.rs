@@ -1,5 +1,6 @@
 //! The resolved text of a case reads back as the identical case.
 
+use crate::common::cases::built_in;
 use std::path::PathBuf;
 
 use proptest::collection::vec;
@@ -19,18 +20,18 @@ fn read(text: String) -> Case {
 
 #[test]
 fn the_built_in_cases_survive_resolution() {
-    for built_in in builtin::CASES {
-        let case = Case::read(&CaseSource::built_in(built_in.name).unwrap(), &[]).unwrap();
+    for known in builtin::CASES {
+        let case = built_in(known.name, &[]);
         let resolved = case.resolved();
         let again = read(resolved.clone());
-        assert_eq!(again, case, "{}", built_in.name);
-        assert_eq!(again.resolved(), resolved, "{}", built_in.name);
+        assert_eq!(again, case, "{}", known.name);
+        assert_eq!(again.resolved(), resolved, "{}", known.name);
     }
 }
 
 #[test]
 fn regression_resolved_text_of_the_paper_case() {
-    let case = Case::read(&CaseSource::built_in("paper").unwrap(), &[]).unwrap();
+    let case = built_in("paper", &[]);
     insta::assert_snapshot!(case.resolved(), @r#"
 title = "Two-disk brake, the paper's parameters in US units" # what the case is, for people
 
@@ -307,7 +308,7 @@ proptest! {
         solver in solver(),
         output in output(),
     ) {
-        let mut case = Case::read(&CaseSource::built_in("paper").unwrap(), &[]).unwrap();
+        let mut case = built_in("paper", &[]);
         case.title = title;
         case.system = System::from(&parameters);
         case.solver = solver;

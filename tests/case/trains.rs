@@ -1,5 +1,6 @@
 //! Cases of trains: what is read of them, and what is said about a wrong one: the file, the line, the key, and what to do.
 
+use crate::common::cases::{built_in, parsed};
 use std::path::PathBuf;
 
 use num_rational::BigRational;
@@ -250,7 +251,7 @@ fn case_trains_without_stick_have_a_threshold_and_need_no_breakaway() {
 
 #[test]
 fn case_trains_say_the_numbers_of_the_brake() {
-    let paper = Case::read(&CaseSource::built_in("paper").unwrap(), &[]).unwrap();
+    let paper = built_in("paper", &[]);
     let paper = Parameters::of(&paper.system).unwrap();
     let case = parse(BRAKE);
     let trains = &case.system;
@@ -500,10 +501,7 @@ fn case_trains_built_in_are_valid() {
         "initial.stator_twist=0.2976761849915291949",
         "stator.torque.phase=2.674827314542496877",
     ];
-    let settings = settings.map(|text| Override::parse(text).unwrap());
-    let case = Case::read(&CaseSource::built_in("den-hartog").unwrap(), &settings)
-        .unwrap()
-        .system;
+    let case = built_in("den-hartog", &settings).system;
     assert_eq!(case.initial.stator_twist, [0.297_676_184_991_529_2]);
     // The phase at which x = X, x' = 0 at the start: V cos(phase) = X, with V = 1/(1 - 4).
     let Drive::Wave(wave) = &case.stator.torque.as_ref().unwrap().signal else {
@@ -745,7 +743,7 @@ drive.toml: stator: missing: the train of the stator; write [stator] with inerti
 #[test]
 fn case_trains_elements_of_lists_are_set_by_their_index() {
     let with = |case: &str, changes: &[&str]| {
-        let changes: Vec<Override> = changes.iter().map(|change| Override::parse(change).unwrap()).collect();
+        let changes = parsed(&changes);
         Case::read(&CaseSource::built_in(case).unwrap(), &changes).map_err(|error| error.to_string())
     };
     let groan = with(
@@ -804,7 +802,7 @@ fn case_trains_elements_of_lists_are_set_by_their_index() {
 #[test]
 fn regression_cases_of_either_form_have_samples_around_their_events() {
     let around = |source: &CaseSource, overrides: &[&str]| {
-        let overrides: Vec<Override> = overrides.iter().map(|text| Override::parse(text).unwrap()).collect();
+        let overrides = parsed(&overrides);
         let case = Case::read(source, &overrides).unwrap();
         (case.output.follow.around, case.resolved())
     };

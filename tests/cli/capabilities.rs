@@ -1,7 +1,7 @@
 //! What works for which case: the tables of docs/capabilities.md, filled in by the program itself. A cell is a number, or the
 //! sentence by which the program says why there is none.
 //!
-//! `STICKSLIP_WRITE=1 cargo test --release --test cli_capabilities` writes the tables anew.
+//! `STICKSLIP_WRITE=1 cargo test --release --test cli capabilities::` writes the tables anew.
 
 use std::collections::BTreeMap;
 use std::fmt::Write as _;

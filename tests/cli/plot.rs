@@ -1,12 +1,12 @@
 //! `stickslip plot` and `stickslip modes --figure`.
 
+use crate::common::cases::built_in;
 use crate::common::cli::{Folder, json, output, refusal, says};
 use crate::common::unlocked;
 use std::ops::ControlFlow;
 use std::path::Path;
 use std::time::Instant;
 use stickslip::Run;
-use stickslip::case::{Case, CaseSource};
 use stickslip::results::{Header, Overwrite, ResultWriter, Status};
 
 /// A folder with the paper's run.
@@ -276,7 +276,7 @@ fn cli_plot_refuses_with_the_remedy() {
 
 /// A header as that of a run of the paper's brake.
 fn header() -> Header {
-    let case = Case::read(&CaseSource::built_in("paper").unwrap(), &[]).unwrap();
+    let case = built_in("paper", &[]);
     Header {
         resolved: case.resolved(),
         ..crate::common::results::header()
@@ -285,7 +285,7 @@ fn header() -> Header {
 
 /// Writes what a run of the paper's brake had come to when it was interrupted at `stop` (s).
 fn interrupted(path: &Path, stop: f64) -> std::path::PathBuf {
-    let case = Case::read(&CaseSource::built_in("paper").unwrap(), &[]).unwrap();
+    let case = built_in("paper", &[]);
     let mut writer = ResultWriter::create(path, Overwrite::OwnResults, &[], &header()).unwrap();
     Run::new(&case)
         .record(&mut writer)

@@ -1,11 +1,12 @@
 //! A bare explicit solver of the brake with switches for the faults that such solvers have, and what it writes.
 
+use super::cases::{built_in, parsed};
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
 use std::sync::OnceLock;
 
 use stickslip::Run;
-use stickslip::case::{Case, CaseSource, Override};
+use stickslip::case::{Case, CaseSource};
 use stickslip::compare::{Comparison, Mapping, Reference};
 use stickslip::friction::Law;
 use stickslip::model::Parameters;
@@ -15,7 +16,7 @@ use stickslip::results::{Header, Overwrite, ResultFile, ResultWriter, Status, St
 /// Runs a built-in case with overrides into a result file.
 pub fn run(path: &Path, case: &str, overrides: &[&str]) {
     let source = CaseSource::built_in(case).unwrap();
-    let overrides: Vec<Override> = overrides.iter().map(|text| Override::parse(text).unwrap()).collect();
+    let overrides = parsed(&overrides);
     let case = Case::read(&source, &overrides).unwrap();
     let header = Header {
         title: case.title.clone(),
@@ -56,7 +57,7 @@ pub fn compare(candidate: &Path, mapping: &Mapping) -> Comparison {
 
 /// The parameters of `paper`.
 pub fn parameters() -> Parameters {
-    let case = Case::read(&CaseSource::built_in("paper").unwrap(), &[]).unwrap();
+    let case = built_in("paper", &[]);
     Parameters::of(&case.system).unwrap()
 }
 

@@ -2,6 +2,7 @@
 #![allow(dead_code)] // each test program uses its part
 
 pub mod campaign;
+pub mod cases;
 pub mod cli;
 pub mod compare;
 pub mod explicit;
@@ -11,7 +12,7 @@ pub mod page;
 pub mod random_brakes;
 pub mod results;
 pub mod rigid_growth;
-pub mod trains;
+
 pub mod unlocked;
 
 use stickslip::Run;

@@ -1,11 +1,11 @@
 //! Error bands of the trajectory against true errors: dense output of the oracle at equal phase and at equal time.
 
+use crate::common::cases::{parsed, recorded};
 use crate::common::disks;
 use crate::common::random_brakes::random_brake;
 use num_rational::BigRational;
 use num_traits::Zero;
 use std::ops::ControlFlow;
-use stickslip::Run;
 use stickslip::analysis::bands::Stretch;
 use stickslip::analysis::certificate::{Certificate, certify};
 use stickslip::case::{Case, CaseSource, Override};
@@ -13,7 +13,7 @@ use stickslip::model::nearest_double;
 use stickslip::model::system::ExactSystem;
 use stickslip::model::{Mode, Parameters};
 use stickslip::oracle::{self, Number, OracleOptions, OracleReport, OracleState};
-use stickslip::record::{Channels, Event, EventKind, MemoryRecorder, Sample, State};
+use stickslip::record::{Channels, Event, EventKind, Sample, State};
 use stickslip::signal::{Ramp, Signal};
 
 /// Rows of a stretch that are held against the oracle.
@@ -163,8 +163,7 @@ struct Found {
 fn check(name: &str, source: &CaseSource, overrides: &[Override], found: &mut Found) -> Certificate {
     let case = Case::read(source, overrides).unwrap();
     let exact_parameters = Case::exact(source, overrides).unwrap().system;
-    let mut recorder = MemoryRecorder::default();
-    Run::new(&case).record(&mut recorder).start().unwrap();
+    let recorder = recorded(&case);
     let certificate = certify(&case, &recorder, &|| false).unwrap();
     let end = case.output.end_time;
     let truth = solve(&exact_parameters, end, Vec::new()).events;
@@ -329,10 +328,9 @@ fn multiprecision_bands_cover_the_rounding_of_energies_that_are_differences() {
         "output.interval=0.02",
         "output.end_time=0.88",
     ];
-    let overrides: Vec<Override> = settings.iter().map(|text| Override::parse(text).unwrap()).collect();
+    let overrides = parsed(&settings);
     let case = Case::read(&source, &overrides).unwrap();
-    let mut recorder = MemoryRecorder::default();
-    Run::new(&case).record(&mut recorder).start().unwrap();
+    let recorder = recorded(&case);
     let certificate = certify(&case, &recorder, &|| false).unwrap();
     let exact_parameters = Case::exact(&source, &overrides).unwrap().system;
     let truth = solve(&exact_parameters, case.output.end_time, Vec::new()).events;

@@ -1,18 +1,17 @@
 //! Certified uncertainties against true errors, by the oracle.
 
+use crate::common::cases::recorded;
 use crate::common::random_brakes::{difference, exact_events, random_brake};
-use stickslip::Run;
 use stickslip::analysis::Certify;
 use stickslip::analysis::advice::shortfall;
 use stickslip::analysis::certificate::{Certificate, Verdict, certify};
 use stickslip::analysis::exact::last_word;
 use stickslip::case::{Case, CaseSource, Override};
-use stickslip::record::{Event, EventKind, MemoryRecorder};
+use stickslip::record::{Event, EventKind};
 
 fn certified(source: &CaseSource, overrides: &[Override]) -> (Case, Vec<Event>, Certificate) {
     let case = Case::read(source, overrides).unwrap();
-    let mut recorder = MemoryRecorder::default();
-    Run::new(&case).record(&mut recorder).start().unwrap();
+    let recorder = recorded(&case);
     let certificate = certify(&case, &recorder, &|| false).unwrap();
     (case, recorder.events, certificate)
 }
@@ -171,8 +170,7 @@ fn multiprecision_the_oracle_contradicts_what_is_wrong() {
     let source = CaseSource::built_in("paper-si").unwrap();
     let case = Case::read(&source, &overrides).unwrap();
     let exact = Case::exact(&source, &overrides).unwrap();
-    let mut result = MemoryRecorder::default();
-    Run::new(&case).record(&mut result).start().unwrap();
+    let result = recorded(&case);
     let certified = Certify::new(&case).oracle(&exact, 25).start(&result).unwrap();
     let (true_one, solution) = (certified.certificate, certified.exact.expect("asked for"));
     assert!(true_one.by_oracle && true_one.contradiction.is_none());

@@ -1,18 +1,17 @@
 //! Separations, contacts and the order of events at one instant against the oracle.
 
+use crate::common::cases::{parsed, recorded};
 use crate::common::random_brakes::{difference, exact_events};
-use stickslip::Run;
-use stickslip::case::{Case, CaseSource, Override};
+use stickslip::case::{Case, CaseSource};
 use stickslip::oracle::OracleEvent;
-use stickslip::record::{Event, EventKind, MemoryRecorder};
+use stickslip::record::{Event, EventKind};
 
 /// The events of a run and of the oracle, of `paper-si` with these changes.
 fn both(settings: &[String]) -> (Vec<Event>, Vec<OracleEvent>) {
-    let overrides: Vec<Override> = settings.iter().map(|text| Override::parse(text).unwrap()).collect();
+    let overrides = parsed(&settings);
     let source = CaseSource::built_in("paper-si").unwrap();
     let case = Case::read(&source, &overrides).unwrap_or_else(|error| panic!("{error}"));
-    let mut recorder = MemoryRecorder::default();
-    Run::new(&case).record(&mut recorder).start().unwrap();
+    let recorder = recorded(&case);
     let exact = exact_events(&source, &overrides, case.output.end_time, 33);
     (recorder.events, exact)
 }

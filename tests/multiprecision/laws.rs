@@ -5,6 +5,7 @@
 //! instability, or where the law has none at the end of sliding; a kick in stick-slip, or a force that lets go, makes it
 //! slip again.
 
+use crate::common::cases::recorded;
 use crate::common::random_brakes::{Random, difference, exact_events};
 use std::ops::ControlFlow;
 use stickslip::Run;
@@ -13,7 +14,7 @@ use stickslip::analysis::linearised::linearise;
 use stickslip::case::{Case, CaseSource, Override, WrittenCase};
 use stickslip::friction::FrictionLaw;
 use stickslip::oracle::{self, OracleError, OracleEvent, OracleOptions, rational};
-use stickslip::record::{Event, EventKind, MemoryRecorder};
+use stickslip::record::{Event, EventKind};
 use stickslip::simulation::natural_period;
 
 /// A multiple of what rounding may move an event by, that a method may lose by its own arithmetic.
@@ -39,12 +40,6 @@ fn case(overrides: &[Override], more: &[&str]) -> Case {
     let more = more.iter().map(|text| Override::parse(text).unwrap());
     let all: Vec<Override> = overrides.iter().cloned().chain(more).collect();
     Case::read(&CaseSource::built_in("paper-si").unwrap(), &all).unwrap()
-}
-
-fn run(case: &Case) -> MemoryRecorder {
-    let mut recorder = MemoryRecorder::default();
-    Run::new(case).record(&mut recorder).start().unwrap();
-    recorder
 }
 
 /// Kind and distance from the exact event of each event; the sequences are the same.
@@ -80,7 +75,7 @@ fn hold(overrides: &[Override], what: &str) -> Option<usize> {
         (&["solver.method=auto", "solver.rtol=1e-13"][..], 1e-11),
         (&["solver.method=series"][..], 1e-12),
     ] {
-        let recorder = run(&case(overrides, settings));
+        let recorder = recorded(&case(overrides, settings));
         let what = format!("{what}, {settings:?}");
         let mut worst = 0.0_f64;
         for ((kind, error), rounding) in errors(&recorder.events, &exact, &what).into_iter().zip(&allowance) {
@@ -106,7 +101,7 @@ fn hold_and_certify(friction: &str, more: &[&str], least: usize) {
     let source = CaseSource::built_in("paper-si").unwrap();
     let exact = Case::exact(&source, &overrides).unwrap();
     let case = case(&overrides, &[]);
-    let result = run(&case);
+    let result = recorded(&case);
     let certificate = Certify::new(&case)
         .oracle(&exact, 25)
         .start(&result)

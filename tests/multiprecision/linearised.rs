@@ -1,28 +1,22 @@
 //! The linearised run against differences of oracle runs.
 
+use crate::common::cases::{parsed, recorded};
 use num_bigint::BigInt;
 use num_rational::BigRational;
 use std::ops::ControlFlow;
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicUsize, Ordering};
-use stickslip::Run;
 use stickslip::analysis::linearised::{Linearised, linearise};
-use stickslip::case::{Case, CaseNumber, CaseSource, Override, WrittenCase};
+use stickslip::case::{Case, CaseNumber, CaseSource, WrittenCase};
 use stickslip::model::system::{ExactSystem, Pressing};
 use stickslip::model::{KickTime, nearest_double};
 use stickslip::oracle::{self, OracleEvent, OracleOptions, rational};
-use stickslip::record::{EventKind, MemoryRecorder};
+use stickslip::record::EventKind;
 use stickslip::signal::{Ramp, Signal, Table};
-
-fn run(case: &Case) -> MemoryRecorder {
-    let mut recorder = MemoryRecorder::default();
-    Run::new(case).record(&mut recorder).start().unwrap();
-    recorder
-}
 
 fn setup(name: &str, set: &[&str]) -> (Case, ExactSystem, Linearised) {
     let source = CaseSource::built_in(name).unwrap();
-    let set: Vec<Override> = set.iter().map(|text| Override::parse(text).unwrap()).collect();
+    let set = parsed(&set);
     let case = Case::read(&source, &set).unwrap();
     let exact = Case::exact(&source, &set).unwrap().system;
     let linearised = linearise(&WrittenCase::of(&case), None, &|| false).unwrap();
@@ -292,7 +286,7 @@ fn multiprecision_growth_covers_the_kick() {
         );
     }
     // The e-folds of the eigenvalues, to within those of the phase and the shape of the modes.
-    let recorder = run(&case);
+    let recorder = recorded(&case);
     let growth = stickslip::analysis::Growth::of_run(&case.system, &recorder.events, 1.2).expect("unstable");
     let first = linearised
         .events

@@ -4,7 +4,8 @@
 mod common;
 
 mod bands;
-mod campaign;
+mod campaign_of_brakes;
+mod campaign_of_trains;
 mod certificate;
 mod closed_form;
 mod contact;
@@ -16,7 +17,6 @@ mod linearised;
 mod oracle;
 mod series_brakes;
 mod shared_errors;
-mod train_campaign;
 mod train_cases;
 mod train_sensitivities;
 mod trains;

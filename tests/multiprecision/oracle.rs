@@ -1,15 +1,15 @@
 //! The oracle against the independent multiprecision code (data/truth): every event and every sample.
 
+use crate::common::cases::{built_in, parsed, recorded};
 use num_rational::BigRational;
 use num_traits::{Signed, Zero};
 use std::ops::ControlFlow;
 use std::time::Duration;
-use stickslip::Run;
 use stickslip::case::{Case, CaseSource, Override};
 use stickslip::model::nearest_double;
 use stickslip::model::system::Pressing;
 use stickslip::oracle::{self, Number, OracleOptions, OracleReport, OracleRequest, rational};
-use stickslip::record::{EventKind, MemoryRecorder};
+use stickslip::record::EventKind;
 
 /// The truth of a case, and the oracle's run of the built-in case it belongs to.
 fn solved(case: &str, truth: &str, digits: u32) -> (serde_json::Value, OracleReport) {
@@ -226,7 +226,7 @@ fn multiprecision_a_solution_finds_how_many_digits_it_takes() {
         "initial.speed=3",
         "actuation={profile=\"ramp\", force=2225, rise_time=0.02}",
     ];
-    let overrides = overrides.map(|text| Override::parse(text).unwrap());
+    let overrides = parsed(&overrides);
     assert!(claims("unperturbed", &overrides, 0.0, "0.4", 25) >= 60);
 }
 
@@ -234,10 +234,9 @@ fn multiprecision_a_solution_finds_how_many_digits_it_takes() {
 /// promise of 1e-9 s.
 #[test]
 fn multiprecision_release_agrees_with_the_solvers() {
-    let case = Case::read(&CaseSource::built_in("release").unwrap(), &[]).unwrap();
+    let case = built_in("release", &[]);
     let report = release(33);
-    let mut recorder = MemoryRecorder::default();
-    Run::new(&case).record(&mut recorder).start().unwrap();
+    let recorder = recorded(&case);
     let kinds: Vec<_> = report.events.iter().map(|e| e.kind).collect();
     assert_eq!(kinds, recorder.events.iter().map(|e| e.kind).collect::<Vec<_>>());
     for kind in [
@@ -300,11 +299,10 @@ fn multiprecision_a_slip_that_rushes_through_the_friction_law_is_that_of_series(
             format!("output.end_time={}", time + 0.01),
             "solver.method=series".to_owned(),
         ];
-        let overrides = settings.map(|text| Override::parse(&text).unwrap());
+        let overrides = parsed(&settings);
         let source = CaseSource::built_in("paper-si").unwrap();
         let case = Case::read(&source, &overrides).unwrap();
-        let mut recorder = MemoryRecorder::default();
-        Run::new(&case).record(&mut recorder).start().unwrap();
+        let recorder = recorded(&case);
         let options = OracleOptions {
             digits: 33,
             end_time: rational(&format!("{}", case.output.end_time)).unwrap(),

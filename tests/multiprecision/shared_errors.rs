@@ -1,17 +1,17 @@
 //! Certified uncertainties where all methods had once one error: a kick added to a slow manifold whose series is far from
 //! exact, and sums of thousands of equal steps, rounded in one direction.
 
+use crate::common::cases::recorded;
 use crate::common::disks;
 use crate::common::random_brakes::{difference, exact_events};
 use std::ops::ControlFlow;
-use stickslip::Run;
 use stickslip::analysis::certificate::{Verdict, certify};
 use stickslip::case::{Case, CaseSource, Override};
 use stickslip::model::equations::SystemEquations;
 use stickslip::model::nearest_double;
 use stickslip::model::slow_manifold::{Slip, on_slow_manifold};
 use stickslip::oracle::{self, Number, OracleOptions, rational};
-use stickslip::record::{EventKind, MemoryRecorder};
+use stickslip::record::EventKind;
 
 fn overrides(texts: &[&str]) -> Vec<Override> {
     texts.iter().map(|text| Override::parse(text).unwrap()).collect()
@@ -24,8 +24,7 @@ fn source() -> CaseSource {
 /// Certifies a case and holds every event against the exact one of its kind: (uncertainty, error) of each.
 fn check(name: &str, changes: &[Override], exact: &[(EventKind, Number)]) -> Vec<(f64, f64)> {
     let case = Case::read(&source(), changes).unwrap();
-    let mut recorder = MemoryRecorder::default();
-    Run::new(&case).record(&mut recorder).start().unwrap();
+    let recorder = recorded(&case);
     let certificate = certify(&case, &recorder, &|| false).unwrap();
     assert_eq!(certificate.verdict, Verdict::Converged, "{name}");
     let kinds = |kinds: Vec<EventKind>| kinds;

@@ -1,6 +1,6 @@
 //! The built-in cases of trains by every kind of method, and certificates of others, against the oracle.
 
-use crate::common::trains::{self, overrides, run, source, truth};
+use crate::common::cases::{self, parsed, run, source, truth};
 use num_rational::BigRational;
 use num_traits::{One, ToPrimitive, Zero};
 use std::time::{Duration, Instant};
@@ -101,7 +101,7 @@ fn multiprecision_every_built_in_case_of_trains_by_every_kind_of_method() {
 
 /// A run of a case, and its certificate with so many digits.
 fn certified(text: &str, changes: &[&str], digits: u32) -> (MemoryRecorder, Certificate) {
-    let (_, record, certified) = trains::certified(&source(text), &overrides(changes), digits);
+    let (_, record, certified) = cases::certified(&source(text), &parsed(changes), digits);
     (record, certified.certificate)
 }
 

@@ -1,7 +1,7 @@
 //! What the numbers of a case of trains do to its events, against closed forms, the oracle and the brake's own linearisation;
 //! and the bands of a trajectory against a closed form.
 
-use crate::common::trains::{certified, overrides, recorded, source, truth};
+use crate::common::cases::{certified, parsed, recorded, source, truth};
 use std::f64::consts::PI;
 use std::time::{Duration, Instant};
 use stickslip::analysis::certificate::Verdict;
@@ -120,7 +120,7 @@ fn multiprecision_slopes_of_built_in_cases() {
     let mut failures = Vec::new();
     for (name, settings) in cases {
         let source = CaseSource::built_in(name).unwrap();
-        let changes = overrides(settings);
+        let changes = parsed(settings);
         let found = of_case(&source, &changes);
         let exact = |path: &str, value: f64| -> Option<Vec<Number>> {
             let mut changes = changes.clone();
@@ -447,7 +447,7 @@ fn analytic_bands_cover_the_rows_of_the_coulomb_belt() {
         ["solver.method=erk", "solver.rtol=1e-9"],
         ["solver.method=cvode-adams", "solver.rtol=1e-11"],
     ] {
-        let changes = overrides(&settings);
+        let changes = parsed(&settings);
         let (_, record, certificate) = certified(&source, &changes, 18);
         let certificate = certificate.certificate;
         assert_eq!(certificate.verdict, Verdict::Converged, "{settings:?}");

@@ -1,6 +1,7 @@
 //! What a run of trains says of the motion that it comes to: the least period, no period where there is none, and digits that
 //! hold.
 
+use crate::common::cases::parsed;
 use stickslip::SavedRun;
 use stickslip::analysis::{Summary, Witness};
 use stickslip::case::{Case, CaseSource, Origin, Override};
@@ -11,7 +12,7 @@ fn run(text: &str, changes: &[&str]) -> (Summary, Option<Witness>) {
         text: text.to_owned(),
         origin: Origin::File("case.toml".into()),
     };
-    let changes: Vec<Override> = changes.iter().map(|change| Override::parse(change).unwrap()).collect();
+    let changes = parsed(&changes);
     let case = Case::read(&source, &changes).unwrap();
     let folder = tempfile::tempdir().unwrap();
     let saved = SavedRun::new(&case, &folder.path().join("run.h5"))

@@ -1,4 +1,5 @@
 //! What a certificate says of results that are not what their case gives.
+use crate::common::cases::{built_in, recorded};
 use stickslip::Run;
 use stickslip::analysis::bands::{Compared, compared_output};
 use stickslip::analysis::certificate::{Verdict, certify};
@@ -19,8 +20,7 @@ fn quick(more: &[&str]) -> (Case, MemoryRecorder) {
         .map(|s| Override::parse(s).unwrap())
         .collect();
     let case = Case::read(&CaseSource::built_in("paper-si").unwrap(), &overrides).unwrap();
-    let mut recorder = MemoryRecorder::default();
-    Run::new(&case).record(&mut recorder).start().unwrap();
+    let recorder = recorded(&case);
     (case, recorder)
 }
 
@@ -113,10 +113,8 @@ fn property_an_event_without_an_uncertainty_is_not_converged() {
         "perturbation=[{time=0.188993, relative_velocity=-7.028369e-5}]",
         "output={end_time=0.7697, interval=0.05}",
     ];
-    let overrides: Vec<Override> = settings.iter().map(|s| Override::parse(s).unwrap()).collect();
-    let case = Case::read(&CaseSource::built_in("paper-si").unwrap(), &overrides).unwrap();
-    let mut recorder = MemoryRecorder::default();
-    Run::new(&case).record(&mut recorder).start().unwrap();
+    let case = built_in("paper-si", &settings);
+    let recorder = recorded(&case);
     let certificate = certify(&case, &recorder, &|| false).unwrap();
     assert_eq!(certificate.verdict, Verdict::NoiseDetermined);
     let converged = |e: &&stickslip::analysis::certificate::CertifiedEvent| e.verdict == Verdict::Converged;

@@ -1,6 +1,7 @@
 //! The paper's procedure: legal sequences, what (9) says at its events, and errors of the kind that the documentation
 //! tells of, against the independent multiprecision truth.
 
+use crate::common::cases::built_in;
 use crate::common::{channel, disks, event_sequence, output, run, solver, truth};
 use stickslip::analysis::CycleStatistics;
 use stickslip::model::Mode;
@@ -119,7 +120,7 @@ fn multiprecision_unperturbed_case_is_noise() {
 #[test]
 fn property_release_is_legal() {
     use stickslip::case::{Case, CaseSource};
-    let case = Case::read(&CaseSource::built_in("release").unwrap(), &[]).unwrap();
+    let case = built_in("release", &[]);
     let by = |method| {
         let options = SolverOptions {
             method,

@@ -1,5 +1,6 @@
 //! What half a unit in the last digit of a number does to the final stick: by slopes and by reruns.
 
+use crate::common::cases::{built_in, recorded};
 use std::sync::atomic::{AtomicUsize, Ordering};
 use stickslip::Run;
 use stickslip::analysis::linearised::linearise;
@@ -11,8 +12,7 @@ use stickslip::model::Parameters;
 use stickslip::record::{Event, MemoryRecorder};
 
 fn case(settings: &[&str]) -> Case {
-    let overrides: Vec<Override> = settings.iter().map(|s| Override::parse(s).unwrap()).collect();
-    Case::read(&CaseSource::built_in("paper-si").unwrap(), &overrides).unwrap()
+    built_in("paper-si", settings)
 }
 
 /// A short slide from a low speed, with a kick at the loss of stability: sticks and slips within a quarter of a second.
@@ -30,8 +30,7 @@ fn written(case: &Case, halves: &[(&str, f64)]) -> WrittenCase {
 }
 
 fn events(case: &Case) -> Vec<Event> {
-    let mut recorder = MemoryRecorder::default();
-    Run::new(case).record(&mut recorder).start().unwrap();
+    let recorder = recorded(case);
     recorder.events
 }
 

@@ -1,5 +1,6 @@
 //! The tolerance that the points of a study have by default: what it is worth, and who has another one.
 
+use crate::common::cases::parsed;
 use std::collections::BTreeMap;
 use std::sync::atomic::AtomicBool;
 use stickslip::case::Override;
@@ -40,7 +41,7 @@ spacing = "log"
 }
 
 fn values(study: &Study, settings: &[&str]) -> BTreeMap<u64, Values> {
-    let settings: Vec<Override> = settings.iter().map(|text| Override::parse(text).unwrap()).collect();
+    let settings = parsed(&settings);
     let study = study.with(&settings);
     let points = (0..study.point_count().unwrap()).filter_map(|number| study.point(number));
     let mut found = BTreeMap::new();

@@ -1,5 +1,6 @@
 //! What a run's user is warned of, as values that a program can match on.
 
+use crate::common::cases::built_in;
 use crate::common::{disks, run};
 use stickslip::analysis::Summary;
 use stickslip::analysis::warning::{BalanceRemedy, Warning, finer, warnings};
@@ -7,8 +8,7 @@ use stickslip::case::{Case, CaseSource, Override};
 use stickslip::simulation::{Method, SolverOptions};
 
 fn warned(case: &str, settings: &[&str]) -> Vec<Warning> {
-    let overrides: Vec<Override> = settings.iter().map(|s| Override::parse(s).unwrap()).collect();
-    let case = Case::read(&CaseSource::built_in(case).unwrap(), &overrides).unwrap();
+    let case = built_in(case, settings);
     let (_, report) = run(&disks(&case), &case.solver, &case.output);
     let summary = Summary::of_run(&case.system, &report);
     warnings(&case, &summary)
@@ -162,10 +162,7 @@ fn property_advice_on_accuracy_fits_the_method() {
 /// The limit of an open balance follows `rtol`, where a method controls its error; a fixed step has no such excuse.
 #[test]
 fn property_an_open_balance_is_measured_by_the_tolerance() {
-    let with = |settings: &[&str]| {
-        let overrides: Vec<Override> = settings.iter().map(|s| Override::parse(s).unwrap()).collect();
-        Case::read(&CaseSource::built_in("paper").unwrap(), &overrides).unwrap()
-    };
+    let with = |settings: &[&str]| built_in("paper", settings);
     let loose = with(&["solver.method=\"cvode\"", "solver.rtol=1e-5"]);
     let (_, report) = run(&disks(&loose), &loose.solver, &loose.output);
     let summary = Summary::of_run(&loose.system, &report);

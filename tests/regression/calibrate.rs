@@ -1,4 +1,5 @@
 //! The paper's numbers and the friction decay rate that it does not print: what the built-in calibrations come to.
+use crate::common::cases::built_in;
 use std::sync::atomic::AtomicBool;
 use stickslip::Run;
 use stickslip::analysis::Summary;
@@ -42,10 +43,7 @@ fn regression_the_us_values_meet_the_papers_numbers_near_five() {
     assert!(decay.least > 4.97 && decay.largest < 5.01, "{decay:?}");
     // Calibrations run by series; by the SUNDIALS solvers the optimum meets the same numbers.
     let mut case = study.case_at(&calibration.shares).unwrap();
-    case.solver.method = Case::read(&CaseSource::built_in("paper").unwrap(), &[])
-        .unwrap()
-        .solver
-        .method;
+    case.solver.method = built_in("paper", &[]).solver.method;
     let report = Run::new(&case).start().unwrap();
     let summary = Summary::of_run(&case.system, &report);
     let within = |here: Option<f64>, value: f64, half: f64| (here.unwrap() - value).abs() <= half;

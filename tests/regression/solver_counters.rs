@@ -1,10 +1,11 @@
 //! What the built-in reference runs cost, as snapshots: a change of cost has to be seen and accepted.
 //!
-//! After a change that is meant: `INSTA_UPDATE=always cargo test --test regression_solver_counters`, and read the diff.
+//! After a change that is meant: `INSTA_UPDATE=always cargo test --test regression solver_counters::`, and read the diff.
 //!
 //! The last bit of a right-hand side decides which steps a solver takes, and it belongs to the mathematical library and the
 //! processor. Where both are those of the snapshots, every count is held exactly; elsewhere within [`SHARE`].
 
+use crate::common::cases::built_in;
 use std::fmt::Write as _;
 use stickslip::case::{Case, CaseSource};
 use stickslip::record::Segment;
@@ -15,7 +16,7 @@ type Counter = fn(&Segment) -> u64;
 
 /// Sums over the segments of each solver.
 fn counters(case: &str, method: Method) -> String {
-    let case = Case::read(&CaseSource::built_in(case).unwrap(), &[]).unwrap();
+    let case = built_in(case, &[]);
     let solver = SolverOptions {
         method,
         ..case.solver.clone()

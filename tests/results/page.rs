@@ -1,5 +1,6 @@
 //! The interactive page holds what the result file holds: its arrays, decoded, against the file's columns.
 
+use crate::common::cases::parsed;
 use crate::common::unlocked;
 use std::path::{Path, PathBuf};
 
@@ -25,7 +26,7 @@ fn page_of(path: &Path) -> (ResultFile, page::Page, Page) {
 /// A run of the built-in case into a file, as far as its trajectory and events go.
 fn run(folder: &TempDir, overrides: &[&str]) -> PathBuf {
     let source = CaseSource::built_in("paper").unwrap();
-    let overrides: Vec<Override> = overrides.iter().map(|text| Override::parse(text).unwrap()).collect();
+    let overrides = parsed(&overrides);
     let case = Case::read(&source, &overrides).unwrap();
     let path = folder.path().join("paper.h5");
     let header = Header {

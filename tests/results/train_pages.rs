@@ -1,5 +1,6 @@
 //! The interactive page of two trains holds what the result file holds, in the words and units of its motion.
 
+use crate::common::cases::parsed;
 use crate::common::unlocked;
 use std::path::{Path, PathBuf};
 
@@ -53,7 +54,7 @@ fn source(name: &str) -> CaseSource {
 
 /// A run of a case into a file, and its page.
 fn page_of(folder: &TempDir, name: &str, overrides: &[&str]) -> (Case, ResultFile, Page) {
-    let overrides: Vec<Override> = overrides.iter().map(|text| Override::parse(text).unwrap()).collect();
+    let overrides = parsed(&overrides);
     let case = Case::read(&source(name), &overrides).unwrap_or_else(|error| panic!("{error}"));
     let path = folder.path().join(format!("{name}.h5"));
     SavedRun::new(&case, &path).start().unwrap();

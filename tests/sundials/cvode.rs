@@ -1,7 +1,7 @@
 //! `cvode`, CVODE on its best path, against `series`, which shares nothing with it but the equations and the rules.
 //!
 //! It promises 1e-9 s by default and 1e-10 s at rtol = 1e-13 (measured: 7.4e-10 and 4.7e-11 s, both in `release`), on brakes
-//! whose sticks are not those of rounding. `series` is within 2e-14 s of the oracle on them (`multiprecision_series_brakes`).
+//! whose sticks are not those of rounding. `series` is within 2e-14 s of the oracle on them (`multiprecision/series_brakes`).
 
 use crate::common::random_brakes::{random_brake, random_release};
 use crate::common::{disks, event_sequence, run};

@@ -3,9 +3,9 @@
 //! Two methods that share nothing but the equations and the rules. `auto` at rtol 1e-13 is itself within 1e-12 s of the
 //! multiprecision events; 1e-11 s is ten times that.
 
+use crate::common::cases::built_in;
 use crate::common::{disks, event_sequence, output, run, solver, truth};
 use stickslip::Run;
-use stickslip::case::{Case, CaseSource};
 use stickslip::friction::{Exponential, Friction};
 use stickslip::hybrid::RunError;
 use stickslip::model::system::System;
@@ -64,7 +64,7 @@ fn count(recorder: &MemoryRecorder, kind: EventKind) -> usize {
 
 #[test]
 fn sundials_release_and_grip() {
-    let case = Case::read(&CaseSource::built_in("release").unwrap(), &[]).unwrap();
+    let case = built_in("release", &[]);
     let recorder = hold("release", &disks(&case), case.output.end_time);
     assert!(count(&recorder, EventKind::Separation) >= 2 && count(&recorder, EventKind::Stick) >= 2);
 }
@@ -72,7 +72,7 @@ fn sundials_release_and_grip() {
 /// Without torsional damping the stability margin is zero where the contact force is. A contact that begins there goes on.
 #[test]
 fn sundials_release_without_torsional_damping() {
-    let mut parameters = disks(&Case::read(&CaseSource::built_in("release").unwrap(), &[]).unwrap());
+    let mut parameters = disks(&built_in("release", &[]));
     parameters.torsion.damping = 0.0;
     let out = output(0.46, 1e-3);
     let by = |method, rtol| event_sequence(&run(&parameters, &solver(method, rtol), &out).0);

@@ -1,6 +1,6 @@
 //! The campaign: certificates of random brakes against the oracle, over wide ranges and where those end.
 //!
-//!     STICKSLIP_CAMPAIGN=0..2000 cargo test --release --test multiprecision_campaign -- --ignored --nocapture
+//!     STICKSLIP_CAMPAIGN=0..2000 cargo test --release --test multiprecision campaign_of_brakes -- --ignored --nocapture
 //!
 //! prints the tables of docs/accuracy.md. The criterion: an event said to be converged is no farther from the oracle than
 //! its uncertainty, up to the rounding of a double, and a converged sequence is the oracle's.

@@ -1,6 +1,6 @@
 //! Random trains, friction laws and drives: certificates and methods against the oracle.
 //!
-//! `STICKSLIP_TRAINS_FIRST=0 STICKSLIP_TRAINS_COUNT=100 cargo test --release --test multiprecision_train_campaign -- --ignored
+//! `STICKSLIP_TRAINS_FIRST=0 STICKSLIP_TRAINS_COUNT=100 cargo test --release --test multiprecision campaign_of_trains -- --ignored
 //! --nocapture` takes other systems than the default's.
 
 use crate::common::random_brakes::Random;
