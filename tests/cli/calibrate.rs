@@ -1,6 +1,6 @@
 //! `stickslip calibrate` as a user starts it: report, file, case, refusals, interruption.
 
-use crate::common::cli::{Folder, json, output, refusal, says};
+use crate::common::cli::{Folder, json, output, refusal, says, send};
 
 /// Decided by T_n = 2 pi sqrt(J/k_t) alone, in runs that are over in a moment.
 const QUICK: &str = r#"
@@ -204,11 +204,7 @@ fn cli_an_interruption_leaves_the_runs_made_so_far() {
     folder.write("long.toml", long.replace("\"actuation.rise_time\" = 0.01", ""));
     let mut child = folder.start("calibrate long.toml -j 2");
     std::thread::sleep(std::time::Duration::from_secs(4));
-    let interrupt = std::process::Command::new("kill")
-        .args(["-INT", &child.id().to_string()])
-        .status()
-        .unwrap();
-    assert!(interrupt.success());
+    send("INT", child.id());
     let ended = child.wait().unwrap();
     assert_eq!(ended.code(), Some(130));
     let file = folder.sweep_file("long.partial.h5");

@@ -82,22 +82,13 @@ fn cli_output_needs_a_folder_and_a_name() {
 fn cli_output_of_two_runs_at_once() {
     let folder = Folder::new();
     let mut first = folder.start(&[&["run", "-o", "x.h5", "-q"], crate::common::cli::LONG].concat());
-    wait_for(&folder, "x.partial.h5");
+    folder.wait_for(&mut first, "x.partial.h5", 0);
     folder.refused_short("-o x.h5", &["another run is writing this file"]);
     first.kill().unwrap();
     first.wait().unwrap();
     // The killed run's lock is gone with it.
     folder.ok_short("-q -o x.h5");
     assert_eq!(folder.names(), ["x.h5"]);
-}
-
-#[cfg(unix)]
-fn wait_for(folder: &Folder, name: &str) {
-    let deadline = std::time::Instant::now() + std::time::Duration::from_secs(30);
-    while !folder.path(name).exists() {
-        assert!(std::time::Instant::now() < deadline, "no {name}: {:?}", folder.names());
-        std::thread::sleep(std::time::Duration::from_millis(5));
-    }
 }
 
 /// A pipe belongs to whoever reads it: no command puts a file in its place.

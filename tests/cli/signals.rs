@@ -1,7 +1,7 @@
 //! A run that is stopped: Ctrl-C, a termination signal.
 #![cfg(unix)]
 
-use crate::common::cli::{Folder, LONG, json, says, text};
+use crate::common::cli::{Folder, LONG, json, says, send, text};
 use crate::common::unlocked;
 use std::process::{Child, Command, Output};
 use std::time::{Duration, Instant};
@@ -11,7 +11,7 @@ use stickslip::results::Status;
 fn interrupted(folder: &Folder, signal: &str, arguments: &[&str]) -> Output {
     let mut child = folder.start(&[arguments, LONG].concat());
     wait_until_under_way(folder, &mut child);
-    send(signal, &child);
+    send(signal, child.id());
     let sent = Instant::now();
     let deadline = sent + Duration::from_secs(20);
     while child.try_wait().unwrap().is_none() {
@@ -27,20 +27,9 @@ fn interrupted(folder: &Folder, signal: &str, arguments: &[&str]) -> Output {
 }
 
 fn wait_until_under_way(folder: &Folder, child: &mut Child) {
-    let deadline = Instant::now() + Duration::from_secs(30);
-    while !folder.path("paper.partial.h5").exists() {
-        assert!(Instant::now() < deadline && child.try_wait().unwrap().is_none());
-        std::thread::sleep(Duration::from_millis(5));
-    }
+    folder.wait_for(child, "paper.partial.h5", 0);
     // Some samples on.
     std::thread::sleep(Duration::from_millis(500));
-}
-
-fn send(signal: &str, child: &Child) {
-    let status = Command::new("kill")
-        .args([format!("-{signal}"), child.id().to_string()])
-        .status();
-    assert!(status.unwrap().success());
 }
 
 #[test]
@@ -108,7 +97,7 @@ fn cli_signals_end_a_certificate_without_a_trace() {
         assert!(Instant::now() < deadline && child.try_wait().unwrap().is_none());
         std::thread::sleep(Duration::from_millis(5));
     }
-    send("INT", &child);
+    send("INT", child.id());
     let sent = Instant::now();
     while child.try_wait().unwrap().is_none() {
         if sent.elapsed() > Duration::from_secs(20) {
@@ -149,7 +138,7 @@ fn cli_signals_a_certificate_says_where_it_was_interrupted() {
     let folder = Folder::new();
     let mut child = folder.start(&[&["certify"], LONG].concat());
     wait_for(&folder, &mut child, &|name| name.contains("uncertified"));
-    send("INT", &child);
+    send("INT", child.id());
     let output = ended(child);
     assert_eq!(output.status.code(), Some(130));
     assert_eq!(
@@ -165,7 +154,7 @@ fn cli_signals_a_certificate_says_where_it_was_interrupted() {
     ];
     let mut child = folder.start(&slow);
     wait_for(&folder, &mut child, &|name| name.ends_with(".uncertified.h5"));
-    send("INT", &child);
+    send("INT", child.id());
     let output = ended(child);
     assert_eq!(output.status.code(), Some(130));
     assert_eq!(
@@ -202,7 +191,7 @@ fn cli_signals_an_interrupted_oracle_leaves_the_certificate() {
         line.clear();
         assert!(stderr.read_line(&mut line).unwrap() > 0, "it ended before");
     }
-    send("INT", &child);
+    send("INT", child.id());
     let output = ended(child);
     let mut rest = String::new();
     stderr.read_to_string(&mut rest).unwrap();
@@ -247,7 +236,7 @@ fn cli_signals_end_a_comparison_without_a_trace() {
     // More than a pipe holds: some of it has been read.
     pipe.write_all(&b"time,relative_velocity\n0,0\n".repeat(10_000))
         .unwrap();
-    send("TERM", &child);
+    send("TERM", child.id());
     let output = ended(child);
     assert_eq!(output.status.code(), None);
     assert_eq!(std::fs::read_dir(folder.path("temporary")).unwrap().count(), 0);

@@ -3,7 +3,7 @@
 use crate::common::cli::{Folder, refusal, says};
 
 /// Runs that are over in a millisecond: the ramp and the beginning of the sliding, with a few that fail among them.
-const QUICK: &str = r#"
+pub const QUICK: &str = r#"
 title = "a quick map"
 case = "paper"
 
@@ -139,20 +139,13 @@ fn cli_what_was_begun_is_neither_lost_nor_mixed_with_another_study() {
     folder.write("other.toml", study.replace("to = 30", "to = 31"));
     // A journal with some points, as an interruption leaves it.
     let mut child = folder.start("sweep map.toml -j 1");
-    let journal = folder.path("map.journal");
-    while !std::fs::metadata(&journal).is_ok_and(|file| file.len() > 200) {
-        assert!(
-            child.try_wait().unwrap().is_none(),
-            "it ended before it could be interrupted"
-        );
-        std::thread::sleep(std::time::Duration::from_micros(200));
-    }
+    folder.wait_for(&mut child, "map.journal", 200);
     child.kill().unwrap();
     child.wait().unwrap();
     folder.refused("sweep map.toml", &["--resume goes on with it"]);
     folder.refused("sweep other.toml -o map.h5 --resume", &["belongs to another study"]);
     folder.ok("sweep map.toml --force");
-    assert!(!journal.exists());
+    assert!(!folder.path("map.journal").exists());
     folder.refused("sweep other.toml -o map.h5 --resume", &["is the file of another study"]);
     // Without --resume it is a result of this program, and a new sweep replaces it.
     folder.ok("sweep other.toml -o map.h5");
@@ -349,7 +342,7 @@ fn cli_a_kept_trajectory_is_a_result_file_of_each_point() {
 }
 
 /// A light rotor that stops within milliseconds, so that runs are cheap.
-const BOUNDARY: &str = r#"
+pub const BOUNDARY: &str = r#"
 case = "paper"
 [set]
 perturbation = []

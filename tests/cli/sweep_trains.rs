@@ -417,7 +417,6 @@ fn results_trajectories_of_the_points_are_results_of_trains() {
 #[cfg(unix)]
 #[test]
 fn property_a_killed_sweep_of_trains_is_resumed_to_the_same_file() {
-    use std::time::Duration;
     let folder = Folder::new();
     // Some hundred points, a second or so in all.
     let long = SMOOTH.replace("count = 4", "count = 60");
@@ -425,14 +424,7 @@ fn property_a_killed_sweep_of_trains_is_resumed_to_the_same_file() {
     folder.write("other.toml", long.replace("5 mm/s", "6 mm/s"));
     sweep(&folder, &["belt.toml", "-o", "whole.h5"]);
     let mut child = folder.start("sweep belt.toml -j 1 -o killed.h5");
-    let journal = folder.path("killed.journal");
-    while !std::fs::metadata(&journal).is_ok_and(|file| file.len() > 400) {
-        assert!(
-            child.try_wait().unwrap().is_none(),
-            "it ended before it could be killed"
-        );
-        std::thread::sleep(Duration::from_micros(200));
-    }
+    folder.wait_for(&mut child, "killed.journal", 400);
     child.kill().unwrap();
     child.wait().unwrap();
     folder.refused("sweep other.toml -o killed.h5 --resume", &["belongs to another study"]);

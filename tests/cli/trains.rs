@@ -1,6 +1,6 @@
 //! `stickslip` with cases of two trains, as its user sees it.
 
-use crate::common::cli::{Folder, json, output, says};
+use crate::common::cli::{Folder, json, output, says, send};
 use stickslip::results::Status;
 
 #[test]
@@ -287,19 +287,9 @@ fn cli_an_interrupted_run_of_trains_keeps_what_it_has() {
     let folder = Folder::new();
     // Minutes of small steps.
     let mut child = folder.start("run groan --method erk --set solver.max_step=1e-8 --set output.interval=1e-6");
-    let partial = folder.path("groan.partial.h5");
     // Until it is at work; a file of this size has rows.
-    for _ in 0..300 {
-        if partial.metadata().is_ok_and(|data| data.len() > 50_000) {
-            break;
-        }
-        std::thread::sleep(std::time::Duration::from_millis(100));
-    }
-    let interrupt = std::process::Command::new("kill")
-        .args(["-INT", &child.id().to_string()])
-        .status()
-        .unwrap();
-    assert!(interrupt.success());
+    folder.wait_for(&mut child, "groan.partial.h5", 50_000);
+    send("INT", child.id());
     assert_eq!(child.wait().unwrap().code(), Some(130));
     assert_eq!(
         folder

@@ -1,7 +1,8 @@
 //! The program as a user starts it: in a folder of its own, by its arguments.
 
 use std::path::PathBuf;
-use std::process::Stdio;
+use std::process::{Child, Stdio};
+use std::time::{Duration, Instant};
 
 use assert_cmd::Command;
 use stickslip::results::{ResultFile, SweepFile};
@@ -52,7 +53,7 @@ impl Folder {
         command
             .current_dir(self.0.path())
             .args(arguments.list())
-            .timeout(std::time::Duration::from_secs(60));
+            .timeout(Duration::from_secs(60));
         command
     }
 
@@ -98,7 +99,7 @@ impl Folder {
     }
 
     /// The program as a child process whose output is kept.
-    pub fn start(&self, arguments: impl Arguments) -> std::process::Child {
+    pub fn start(&self, arguments: impl Arguments) -> Child {
         std::process::Command::new(env!("CARGO_BIN_EXE_stickslip"))
             .current_dir(self.0.path())
             .args(arguments.list())
@@ -106,6 +107,17 @@ impl Folder {
             .stderr(Stdio::piped())
             .spawn()
             .unwrap()
+    }
+
+    /// Waits until a file that the program makes has more than so many bytes.
+    #[track_caller]
+    pub fn wait_for(&self, child: &mut Child, name: &str, bytes: u64) {
+        let deadline = Instant::now() + Duration::from_secs(30);
+        while !std::fs::metadata(self.path(name)).is_ok_and(|file| file.len() >= bytes) {
+            assert!(Instant::now() < deadline, "no {name}: {:?}", self.names());
+            assert!(child.try_wait().unwrap().is_none(), "it ended before it had {name}");
+            std::thread::sleep(Duration::from_micros(200));
+        }
     }
 
     /// The bytes of a file.
@@ -120,6 +132,15 @@ impl Folder {
     pub fn result(&self, name: &str) -> ResultFile {
         ResultFile::open(&self.path(name)).unwrap()
     }
+}
+
+/// Sends a signal, such as TERM.
+#[track_caller]
+pub fn send(signal: &str, process: u32) {
+    let kill = std::process::Command::new("kill")
+        .args([format!("-{signal}"), process.to_string()])
+        .status();
+    assert!(kill.unwrap().success());
 }
 
 /// Arguments of the program: a text in which spaces part them, or a list.

@@ -1,13 +1,14 @@
 //! A bare explicit solver of the brake with switches for the faults that such solvers have, and what it writes.
 
 use super::cases::{built_in, parsed};
+use super::cli::says;
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
 use std::sync::OnceLock;
 
 use stickslip::Run;
 use stickslip::case::{Case, CaseSource};
-use stickslip::compare::{Comparison, Mapping, Reference};
+use stickslip::compare::{Cause, Comparison, Mapping, Reference};
 use stickslip::friction::Law;
 use stickslip::model::Parameters;
 use stickslip::record::{EventKind, Recorder, State};
@@ -53,6 +54,27 @@ pub fn paper() -> &'static Path {
 /// Compares a candidate with the run of `paper`.
 pub fn compare(candidate: &Path, mapping: &Mapping) -> Comparison {
     Reference::open(paper()).unwrap().compare(candidate, mapping).unwrap()
+}
+
+pub fn causes(comparison: &Comparison) -> Vec<Cause> {
+    comparison.causes.iter().map(|d| d.cause).collect()
+}
+
+/// Asserts that nothing is accused, and that no event is missing or spurious.
+#[track_caller]
+pub fn agrees(c: &Comparison) {
+    assert_eq!(causes(c), [], "{}", c.verdict);
+    assert_eq!((c.missing, c.spurious), (0, 0), "{}", c.verdict);
+}
+
+/// The evidence for a cause, in which these words stand.
+#[track_caller]
+pub fn evidence<'a>(comparison: &'a Comparison, cause: Cause, words: &[&str]) -> &'a str {
+    let found = comparison.causes.iter().find(|d| d.cause == cause);
+    let none = || panic!("{cause:?} in {}", comparison.verdict);
+    let said = &found.unwrap_or_else(none).evidence;
+    says(said, words);
+    said
 }
 
 /// The parameters of `paper`.

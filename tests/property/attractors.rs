@@ -4,7 +4,7 @@
 use crate::common::cases::parsed;
 use stickslip::SavedRun;
 use stickslip::analysis::{Summary, Witness};
-use stickslip::case::{Case, CaseSource, Origin, Override};
+use stickslip::case::{Case, CaseSource, Origin};
 
 /// A run of a case, with another method beside it.
 fn run(text: &str, changes: &[&str]) -> (Summary, Option<Witness>) {

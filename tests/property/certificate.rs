@@ -1,6 +1,5 @@
 //! What a certificate says of results that are not what their case gives.
 use crate::common::cases::{built_in, recorded};
-use stickslip::Run;
 use stickslip::analysis::bands::{Compared, compared_output};
 use stickslip::analysis::certificate::{Verdict, certify};
 use stickslip::case::{Case, CaseSource, Override};

@@ -1,25 +1,19 @@
 //! Solvers of a block on a belt, sound or with one fault, against the reference: what `compare` says of each.
 
+use crate::common::cases::built_in;
+use crate::common::compare::{agrees, causes, evidence};
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
 use std::sync::OnceLock;
 
 use stickslip::SavedRun;
-use stickslip::case::{Case, CaseSource, Override};
 use stickslip::compare::{Cause, Comparison, Mapping, Reference};
 use stickslip::results::{Overwrite, ResultFile};
 
 /// Runs a built-in case of trains with overrides into a result file.
 fn run(path: &Path, case: &str, overrides: &[&str]) {
-    let source = CaseSource::built_in(case).unwrap();
     // Samples at one interval, as another solver writes them.
-    let plain = ["output.around=none"];
-    let overrides: Vec<Override> = plain
-        .iter()
-        .chain(overrides)
-        .map(|text| Override::parse(text).unwrap())
-        .collect();
-    let case = Case::read(&source, &overrides).unwrap();
+    let case = built_in(case, &[overrides, &["output.around=none"]].concat());
     let report = SavedRun::new(&case, path).overwrite(Overwrite::Force).start().unwrap();
     assert!(report.failure.is_none() && report.unsaved.is_none());
 }
@@ -169,35 +163,44 @@ fn judged(reference: &Path, texts: &[(&str, String)], change: impl Fn(&mut Mappi
     reference.compare(&folder.path().join(texts[0].0), &mapping).unwrap()
 }
 
-/// Judged by its samples alone.
+/// Rows judged by themselves.
+fn rows_judged(reference: &Path, rows: &[[f64; 3]]) -> Comparison {
+    judged(reference, &[("mine.csv", csv("t,x,v", rows))], |_| {})
+}
+
 fn judge(solver: Solver) -> Comparison {
-    judged(belt(), &[("mine.csv", csv("t,x,v", &solver.run().0))], |_| {})
+    rows_judged(belt(), &solver.run().0)
 }
 
-fn causes(comparison: &Comparison) -> Vec<Cause> {
-    comparison.causes.iter().map(|d| d.cause).collect()
+/// Rows with a table of events.
+fn judged_with_events(rows: &[[f64; 3]], events: &[(f64, &str)]) -> Comparison {
+    let mut table = "time,kind\n".to_owned();
+    for (time, kind) in events {
+        writeln!(table, "{time:?},{kind}").unwrap();
+    }
+    judged(
+        belt(),
+        &[("mine.csv", csv("t,x,v", rows)), ("events.csv", table)],
+        |_| {},
+    )
 }
 
-fn evidence(comparison: &Comparison, cause: Cause) -> &str {
-    let found = comparison.causes.iter().find(|d| d.cause == cause);
-    &found
-        .unwrap_or_else(|| panic!("{cause:?} in {}", comparison.verdict))
-        .evidence
+/// The run of a case, and three of its columns as another solver would write them.
+fn own_rows(folder: &Path, case: &str, columns: [&str; 3]) -> (PathBuf, Vec<[f64; 3]>) {
+    let path = folder.join(format!("{case}.h5"));
+    run(&path, case, &[]);
+    let file = ResultFile::open(&path).unwrap();
+    let rows = file.sample_count().unwrap();
+    let [time, x, v] = columns.map(|name| file.column(name, 0..rows).unwrap());
+    let rows = (0..rows).map(|k| [time[k], x[k], v[k]]).collect();
+    (path, rows)
 }
 
 /// Its events come with it: their errors are those against the known solution.
 #[test]
 fn published_a_sound_solver_is_judged_by_its_true_error() {
     let (rows, events) = SOUND.run();
-    let mut table = "time,kind\n".to_owned();
-    for (time, kind) in &events {
-        writeln!(table, "{time:?},{kind}").unwrap();
-    }
-    let c = judged(
-        belt(),
-        &[("mine.csv", csv("t,x,v", &rows)), ("events.csv", table)],
-        |_| {},
-    );
+    let c = judged_with_events(&rows, &events);
     assert_eq!(causes(&c), [], "{}", c.verdict);
     assert_eq!((c.missing, c.spurious, c.reference_events), (0, 0, 16), "{}", c.verdict);
     // Slip and period as in the case belt-leine; the first slip begins at 5 s.
@@ -230,8 +233,7 @@ fn published_a_sound_solver_is_judged_by_its_true_error() {
 #[test]
 fn property_a_sound_solver_is_not_accused() {
     let c = judge(SOUND);
-    assert_eq!(causes(&c), [], "{}", c.verdict);
-    assert_eq!((c.missing, c.spurious), (0, 0), "{}", c.verdict);
+    agrees(&c);
     // The parabolas of the detection, with 600 samples in a period.
     assert!(c.event_errors.max.unwrap() < 1e-4, "{}", c.verdict);
 }
@@ -250,8 +252,7 @@ fn property_regularised_friction_is_recognised_with_its_speed() {
             ..SOUND
         };
         let c = judge(solver);
-        let said = evidence(&c, Cause::RegularisedLaw);
-        assert!(said.contains(name) && said.contains("eps = 1.0"), "{said}");
+        evidence(&c, Cause::RegularisedLaw, &[name, "eps = 1.0"]);
     }
 }
 
@@ -275,7 +276,7 @@ fn published_a_regularised_period_is_short_by_what_is_known() {
         (theirs.period - 11.90059994).abs() < 1e-3 && theirs.sticks == 1,
         "{theirs:?}"
     );
-    evidence(&c, Cause::RegularisedLaw);
+    evidence(&c, Cause::RegularisedLaw, &[]);
 }
 
 /// Where the reference is regularised too, the same threshold is crossed.
@@ -288,9 +289,8 @@ fn property_a_regularised_reference_is_compared_by_its_threshold() {
         step: 1e-3,
         ..SOUND
     };
-    let c = judged(reference, &[("mine.csv", csv("t,x,v", &solver.run().0))], |_| {});
-    assert_eq!((c.missing, c.spurious), (0, 0), "{}", c.verdict);
-    assert_eq!(causes(&c), [], "{}", c.verdict);
+    let c = rows_judged(reference, &solver.run().0);
+    agrees(&c);
     // Parabolas through samples of 1 ms; near |w| = 10 mm/s it changes over milliseconds.
     assert!(c.event_errors.max.unwrap() < 1e-4, "{}", c.verdict);
     assert!(c.cycles.unwrap().per_cycle.abs() < 1e-5);
@@ -332,13 +332,14 @@ fn property_another_number_of_the_equations_is_named_with_its_value() {
 
     static FILE: OnceLock<(tempfile::TempDir, PathBuf)> = OnceLock::new();
     let reference = made(&FILE, "belt-leine", &["stator.damping=0.05"]);
-    let texts = [("mine.csv", csv("t,x,v", &SOUND.run().0))];
-    let c = judged(reference, &texts, |_| {});
+    let c = rows_judged(reference, &SOUND.run().0);
     let (path, value) = one_number(&c);
     assert_eq!(path, "stator.damping.0", "{}", c.verdict);
     assert!(value.abs() < 1e-7, "{}", c.verdict);
-    let texts = [("mine.csv", csv("t,x,v", &Solver { damping: 0.05, ..SOUND }.run().0))];
-    assert_eq!(causes(&judged(reference, &texts, |_| {})), []);
+    assert_eq!(
+        causes(&rows_judged(reference, &Solver { damping: 0.05, ..SOUND }.run().0)),
+        []
+    );
 
     // What the case does not have: a damping of the shaft to the ground is one of the mass.
     let c = judge(Solver { damping: 0.05, ..SOUND });
@@ -357,18 +358,17 @@ fn property_another_number_of_the_equations_is_named_with_its_value() {
 fn property_a_breakaway_at_the_limit_of_slip_is_named() {
     static FILE: OnceLock<(tempfile::TempDir, PathBuf)> = OnceLock::new();
     let reference = made(&FILE, "belt-leine", &["friction.breakaway=1.2"]);
-    let texts = [("mine.csv", csv("t,x,v", &SOUND.run().0))];
-    let c = judged(reference, &texts, |_| {});
-    let said = evidence(&c, Cause::StickTest);
-    assert!(
-        said.contains(" mu_0 F_n: that is the limit of slip, mu(0) = 1, and not mu_0 = 1.2"),
-        "{said}"
+    let c = rows_judged(reference, &SOUND.run().0);
+    evidence(
+        &c,
+        Cause::StickTest,
+        &[" mu_0 F_n: that is the limit of slip, mu(0) = 1, and not mu_0 = 1.2"],
     );
     let sound = Solver {
         breakaway: 1.2,
         ..SOUND
     };
-    let c = judged(reference, &[("mine.csv", csv("t,x,v", &sound.run().0))], |_| {});
+    let c = rows_judged(reference, &sound.run().0);
     assert_eq!(causes(&c), [], "{}", c.verdict);
 }
 
@@ -378,7 +378,7 @@ fn property_events_at_the_ends_of_steps_are_named() {
         located: false,
         ..SOUND
     });
-    evidence(&c, Cause::EventsLate);
+    evidence(&c, Cause::EventsLate, &[]);
     assert_eq!((c.missing, c.spurious), (0, 0), "{}", c.verdict);
     // Steps beyond the stop and the limit make each cycle longer.
     assert!(c.cycles.unwrap().per_cycle.abs() > 1e-4);
@@ -389,34 +389,22 @@ fn property_units_signs_and_offsets_are_named() {
     let rows = SOUND.run().0;
     let changed = |change: fn([f64; 3]) -> [f64; 3]| {
         let rows: Vec<[f64; 3]> = rows.iter().map(|&row| change(row)).collect();
-        judged(belt(), &[("mine.csv", csv("t,x,v", &rows))], |_| {})
+        rows_judged(belt(), &rows)
     };
     let late = changed(|[t, x, v]| [t + 0.5, x, v]);
-    assert!(
-        evidence(&late, Cause::TimeOffset).contains(" s later: its times count from another start"),
-        "{}",
-        late.verdict
+    evidence(
+        &late,
+        Cause::TimeOffset,
+        &[" s later: its times count from another start"],
     );
     let milliseconds = changed(|[t, x, v]| [1e3 * t, x, v]);
-    assert!(
-        evidence(&milliseconds, Cause::WrongUnits).contains("time looks like ms"),
-        "{}",
-        milliseconds.verdict
-    );
+    evidence(&milliseconds, Cause::WrongUnits, &["time looks like ms"]);
     let millimetres = changed(|[t, x, v]| [t, 1e3 * x, v]);
-    assert!(
-        evidence(&millimetres, Cause::WrongUnits).contains("phi1 looks like mm"),
-        "{}",
-        millimetres.verdict
-    );
+    evidence(&millimetres, Cause::WrongUnits, &["phi1 looks like mm"]);
     // The program's sign of the relative velocity is belt less block.
     let turned: Vec<[f64; 3]> = rows.iter().map(|&[t, x, v]| [t, x, v - SPEED]).collect();
     let turned = judged(belt(), &[("mine.csv", csv("t,x,relative_velocity", &turned))], |_| {});
-    assert!(
-        evidence(&turned, Cause::WrongUnits).contains("relative_velocity has the opposite sign"),
-        "{}",
-        turned.verdict
-    );
+    evidence(&turned, Cause::WrongUnits, &["relative_velocity has the opposite sign"]);
 }
 
 /// The rows of a drill string as a plain solver has them: absolute angles and speeds.
@@ -461,27 +449,16 @@ fn property_absolute_coordinates_become_the_channels() {
         &[("mine.csv", absolute(180.0 / std::f64::consts::PI))],
         |_| {},
     );
-    assert!(
-        evidence(&degrees, Cause::WrongUnits).contains("deg"),
-        "{}",
-        degrees.verdict
-    );
+    evidence(&degrees, Cause::WrongUnits, &["deg"]);
 }
 
 /// omega_r = 0 in the first sample of what slips at once is no stick.
 #[test]
 fn property_a_run_that_slips_from_rest_has_no_first_slip() {
     let folder = tempfile::tempdir().unwrap();
-    let path = folder.path().join("block.h5");
-    run(&path, "block", &[]);
-    let file = ResultFile::open(&path).unwrap();
-    let rows = file.sample_count().unwrap();
-    let column = |name: &str| file.column(name, 0..rows).unwrap();
-    let (time, x, v) = (column("time"), column("theta"), column("theta_dot"));
-    let rows: Vec<[f64; 3]> = (0..rows).map(|k| [time[k], x[k], v[k]]).collect();
-    let c = judged(&path, &[("mine.csv", csv("t,x,v", &rows))], |_| {});
-    assert_eq!((c.missing, c.spurious), (0, 0), "{}", c.verdict);
-    assert_eq!(causes(&c), [], "{}", c.verdict);
+    let (path, rows) = own_rows(folder.path(), "block", ["time", "theta", "theta_dot"]);
+    let c = rows_judged(&path, &rows);
+    agrees(&c);
 }
 
 /// The equations lead from one sample to the next, however far that is.
@@ -517,17 +494,7 @@ fn property_a_sparse_reference_is_a_function_of_time() {
 #[test]
 fn property_a_cycle_left_out_in_the_middle_moves_no_later_event() {
     let (rows, events) = SOUND.run();
-    let judge = |events: &[(f64, &str)]| {
-        let mut table = "time,kind\n".to_owned();
-        for (time, kind) in events {
-            writeln!(table, "{time:?},{kind}").unwrap();
-        }
-        judged(
-            belt(),
-            &[("mine.csv", csv("t,x,v", &rows)), ("events.csv", table)],
-            |_| {},
-        )
-    };
+    let judge = |events: &[(f64, &str)]| judged_with_events(&rows, events);
     let mut without = events.clone();
     without.drain(6..8);
     let c = judge(&without);
@@ -551,15 +518,9 @@ fn property_a_cycle_left_out_in_the_middle_moves_no_later_event() {
 fn property_a_slip_displacement_follows_from_a_position_that_starts_elsewhere() {
     let folder = tempfile::tempdir().unwrap();
     for case in ["belt-coulomb", "den-hartog", "hairer"] {
-        let path = folder.path().join(format!("{case}.h5"));
-        run(&path, case, &[]);
-        let file = ResultFile::open(&path).unwrap();
-        let rows = file.sample_count().unwrap();
-        let column = |name: &str| file.column(name, 0..rows).unwrap();
-        let (time, x, v) = (column("time"), column("phi1"), column("phi1_dot"));
-        assert!(x[0] > 0.01, "{case}");
-        let rows: Vec<[f64; 3]> = (0..rows).map(|k| [time[k], x[k], v[k]]).collect();
-        let c = judged(&path, &[("mine.csv", csv("t,x,v", &rows))], |_| {});
+        let (path, rows) = own_rows(folder.path(), case, ["time", "phi1", "phi1_dot"]);
+        assert!(rows[0][1] > 0.01, "{case}");
+        let c = rows_judged(&path, &rows);
         let slip: Vec<_> = c
             .channels
             .iter()
@@ -618,14 +579,8 @@ fn property_a_period_of_samples_is_that_of_the_reference() {
         ("belt-coulomb", ["phi1", "phi1_dot"]),
         ("den-hartog", ["phi1", "phi1_dot"]),
     ] {
-        let path = folder.path().join(format!("{case}.h5"));
-        run(&path, case, &[]);
-        let file = ResultFile::open(&path).unwrap();
-        let rows = file.sample_count().unwrap();
-        let column = |name: &str| file.column(name, 0..rows).unwrap();
-        let (time, x, v) = (column("time"), column(x), column(v));
-        let rows: Vec<[f64; 3]> = (0..rows).map(|k| [time[k], x[k], v[k]]).collect();
-        let c = judged(&path, &[("mine.csv", csv("t,x,v", &rows))], |_| {});
+        let (path, rows) = own_rows(folder.path(), case, ["time", x, v]);
+        let c = rows_judged(&path, &rows);
         let [ours, theirs] = c.attractors.unwrap().map(Option::unwrap);
         // Both ends are found within an interval of the samples.
         assert!(

@@ -119,7 +119,6 @@ fn multiprecision_unperturbed_case_is_noise() {
 /// A release: separations and contacts too, to the accuracy of the step that shows them.
 #[test]
 fn property_release_is_legal() {
-    use stickslip::case::{Case, CaseSource};
     let case = built_in("release", &[]);
     let by = |method| {
         let options = SolverOptions {

@@ -2,14 +2,13 @@
 
 use crate::common::cases::{built_in, recorded};
 use std::sync::atomic::{AtomicUsize, Ordering};
-use stickslip::Run;
 use stickslip::analysis::linearised::linearise;
 use stickslip::analysis::sensitivity::{
     Affected, CaseSensitivities, Outcome, Sensitivities, Sensitivity, sensitivities as of_case,
 };
-use stickslip::case::{Case, CaseSource, Override, WrittenCase};
+use stickslip::case::{Case, WrittenCase};
 use stickslip::model::Parameters;
-use stickslip::record::{Event, MemoryRecorder};
+use stickslip::record::Event;
 
 fn case(settings: &[&str]) -> Case {
     built_in("paper-si", settings)

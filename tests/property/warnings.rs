@@ -4,7 +4,7 @@ use crate::common::cases::built_in;
 use crate::common::{disks, run};
 use stickslip::analysis::Summary;
 use stickslip::analysis::warning::{BalanceRemedy, Warning, finer, warnings};
-use stickslip::case::{Case, CaseSource, Override};
+use stickslip::case::Case;
 use stickslip::simulation::{Method, SolverOptions};
 
 fn warned(case: &str, settings: &[&str]) -> Vec<Warning> {

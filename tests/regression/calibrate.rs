@@ -4,7 +4,6 @@ use std::sync::atomic::AtomicBool;
 use stickslip::Run;
 use stickslip::analysis::Summary;
 use stickslip::calibrate::{Calibration, CalibrationOptions, CalibrationStudy, Determined, Role, calibrate};
-use stickslip::case::{Case, CaseSource};
 
 fn study(name: &str) -> CalibrationStudy {
     CalibrationStudy::parse(CalibrationStudy::built_in(name).unwrap(), &[]).unwrap()

@@ -7,7 +7,6 @@
 
 use crate::common::cases::built_in;
 use std::fmt::Write as _;
-use stickslip::case::{Case, CaseSource};
 use stickslip::record::Segment;
 use stickslip::simulation::{Method, SolverOptions};
 

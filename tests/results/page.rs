@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 use crate::common::page::{Page, assert_decoded, codes, doubles};
 use crate::common::results::{header, record, stick_slip, write};
 use stickslip::Run;
-use stickslip::case::{Case, CaseSource, Override};
+use stickslip::case::{Case, CaseSource};
 use stickslip::plot::PlotError;
 use stickslip::plot::page::{self, SIZE_LIMIT, SIZE_LIMIT_OF_TWO};
 use stickslip::record::EventKind;
