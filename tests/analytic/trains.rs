@@ -1,7 +1,4 @@
-//! Runs of two trains against closed forms, published numbers, and the oracle at one case's samples.
-
-// Published digits are given in full.
-#![allow(clippy::excessive_precision)]
+//! Runs of two trains against closed forms, and against the oracle at one case's samples. Published numbers: `published/problems`.
 
 use crate::common::cases::{
     attractor, built_in, by, expect, kinds, near, parsed, recorded, reported, summary, written,
@@ -21,9 +18,6 @@ const SERIES: f64 = 1e-12;
 
 /// What `auto` promises by default: 1e-9 s.
 const AUTO: f64 = 1e-9;
-
-/// Every method of these tests, and what its event times are true to, s.
-const METHODS: [(&str, f64); 2] = [("series", SERIES), ("auto", AUTO)];
 
 /// A built-in case by a method.
 fn case_by(name: &str, method: &str, settings: &[&str]) -> Case {

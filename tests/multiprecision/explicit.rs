@@ -16,8 +16,7 @@ fn multiprecision_every_pair_finds_every_event() {
     for method in pairs {
         let order = method.explicit_table().unwrap().order();
         let rtol = match order {
-            0..=2 => 1e-7,
-            3 => 1e-7,
+            0..=3 => 1e-7,
             _ => SolverOptions::default().rtol,
         };
         let (recorder, _) = run(

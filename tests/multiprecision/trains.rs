@@ -1,4 +1,4 @@
-//! The oracle for two trains against closed forms and numbers of the literature.
+//! The oracle for two trains against closed forms and plain doubles. Numbers of the literature: `published/problems`.
 
 use crate::common::random_brakes::Random;
 use num_bigint::BigInt;
