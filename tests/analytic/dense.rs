@@ -89,7 +89,7 @@ fn paper(overrides: &[&str]) -> Case {
 }
 
 fn trains(source: &CaseSource, overrides: &[&str]) -> Vec<f64> {
-    let overrides = parsed(&overrides);
+    let overrides = parsed(overrides);
     let case = Case::read(source, &overrides).unwrap();
     let threshold = case.threshold();
     let mut recorder = MemoryRecorder::default();

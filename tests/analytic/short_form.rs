@@ -58,7 +58,7 @@ fn brake(name: &str, changes: &[Override]) -> Case {
 }
 
 fn changed(name: &str, changes: &[&str]) -> Case {
-    let changes = parsed(&changes);
+    let changes = parsed(changes);
     brake(name, &changes)
 }
 

@@ -17,7 +17,7 @@ use stickslip::signal::Drive;
 const CLOSED_FORM: f64 = 1e-12;
 
 fn built_in(name: &str, overrides: &[&str]) -> System {
-    let overrides = parsed(&overrides);
+    let overrides = parsed(overrides);
     let source = CaseSource::built_in(name).unwrap();
     Case::read(&source, &overrides).unwrap().system
 }

@@ -9,7 +9,7 @@ use stickslip::signal::{Ramp, Signal, Table};
 use stickslip::simulation::{Method, OutputWindow, SolverOptions};
 
 fn with(name: &str, overrides: &[&str]) -> Result<Case, String> {
-    let overrides = parsed(&overrides);
+    let overrides = parsed(overrides);
     Case::read(&CaseSource::built_in(name).unwrap(), &overrides).map_err(|error| error.to_string())
 }
 

@@ -743,7 +743,7 @@ drive.toml: stator: missing: the train of the stator; write [stator] with inerti
 #[test]
 fn case_trains_elements_of_lists_are_set_by_their_index() {
     let with = |case: &str, changes: &[&str]| {
-        let changes = parsed(&changes);
+        let changes = parsed(changes);
         Case::read(&CaseSource::built_in(case).unwrap(), &changes).map_err(|error| error.to_string())
     };
     let groan = with(
@@ -802,7 +802,7 @@ fn case_trains_elements_of_lists_are_set_by_their_index() {
 #[test]
 fn regression_cases_of_either_form_have_samples_around_their_events() {
     let around = |source: &CaseSource, overrides: &[&str]| {
-        let overrides = parsed(&overrides);
+        let overrides = parsed(overrides);
         let case = Case::read(source, &overrides).unwrap();
         (case.output.follow.around, case.resolved())
     };

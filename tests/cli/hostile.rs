@@ -84,7 +84,7 @@ fn cli_a_stuck_point_of_a_sweep_is_a_failed_point() {
         "{document}"
     );
     let message = document["failures"][0]["message"].as_str().unwrap();
-    says(&message, &["wall time", "in mode"]);
+    says(message, &["wall time", "in mode"]);
 }
 
 #[test]

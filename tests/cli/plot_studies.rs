@@ -397,7 +397,7 @@ fn cli_a_sample_has_its_distribution() {
     let text = folder.ok("plot map.h5");
     let report = folder.ok("sweep map.toml -j 1");
     for said in [&text, &report] {
-        says(&said, &["onset_time (s): 64 runs", "50 %", "####"]);
+        says(said, &["onset_time (s): 64 runs", "50 %", "####"]);
     }
 }
 

@@ -17,7 +17,7 @@ use stickslip::results::{Header, Overwrite, ResultFile, ResultWriter, Status, St
 /// Runs a built-in case with overrides into a result file.
 pub fn run(path: &Path, case: &str, overrides: &[&str]) {
     let source = CaseSource::built_in(case).unwrap();
-    let overrides = parsed(&overrides);
+    let overrides = parsed(overrides);
     let case = Case::read(&source, &overrides).unwrap();
     let header = Header {
         title: case.title.clone(),

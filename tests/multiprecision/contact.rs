@@ -8,7 +8,7 @@ use stickslip::record::{Event, EventKind};
 
 /// The events of a run and of the oracle, of `paper-si` with these changes.
 fn both(settings: &[String]) -> (Vec<Event>, Vec<OracleEvent>) {
-    let overrides = parsed(&settings);
+    let overrides = parsed(settings);
     let source = CaseSource::built_in("paper-si").unwrap();
     let case = Case::read(&source, &overrides).unwrap_or_else(|error| panic!("{error}"));
     let recorder = recorded(&case);

@@ -16,7 +16,7 @@ use stickslip::signal::{Ramp, Signal, Table};
 
 fn setup(name: &str, set: &[&str]) -> (Case, ExactSystem, Linearised) {
     let source = CaseSource::built_in(name).unwrap();
-    let set = parsed(&set);
+    let set = parsed(set);
     let case = Case::read(&source, &set).unwrap();
     let exact = Case::exact(&source, &set).unwrap().system;
     let linearised = linearise(&WrittenCase::of(&case), None, &|| false).unwrap();

@@ -12,7 +12,7 @@ fn run(text: &str, changes: &[&str]) -> (Summary, Option<Witness>) {
         text: text.to_owned(),
         origin: Origin::File("case.toml".into()),
     };
-    let changes = parsed(&changes);
+    let changes = parsed(changes);
     let case = Case::read(&source, &changes).unwrap();
     let folder = tempfile::tempdir().unwrap();
     let saved = SavedRun::new(&case, &folder.path().join("run.h5"))

@@ -41,7 +41,7 @@ spacing = "log"
 }
 
 fn values(study: &Study, settings: &[&str]) -> BTreeMap<u64, Values> {
-    let settings = parsed(&settings);
+    let settings = parsed(settings);
     let study = study.with(&settings);
     let points = (0..study.point_count().unwrap()).filter_map(|number| study.point(number));
     let mut found = BTreeMap::new();

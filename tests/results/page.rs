@@ -26,7 +26,7 @@ fn page_of(path: &Path) -> (ResultFile, page::Page, Page) {
 /// A run of the built-in case into a file, as far as its trajectory and events go.
 fn run(folder: &TempDir, overrides: &[&str]) -> PathBuf {
     let source = CaseSource::built_in("paper").unwrap();
-    let overrides = parsed(&overrides);
+    let overrides = parsed(overrides);
     let case = Case::read(&source, &overrides).unwrap();
     let path = folder.path().join("paper.h5");
     let header = Header {

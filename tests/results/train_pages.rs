@@ -54,7 +54,7 @@ fn source(name: &str) -> CaseSource {
 
 /// A run of a case into a file, and its page.
 fn page_of(folder: &TempDir, name: &str, overrides: &[&str]) -> (Case, ResultFile, Page) {
-    let overrides = parsed(&overrides);
+    let overrides = parsed(overrides);
     let case = Case::read(&source(name), &overrides).unwrap_or_else(|error| panic!("{error}"));
     let path = folder.path().join(format!("{name}.h5"));
     SavedRun::new(&case, &path).start().unwrap();
