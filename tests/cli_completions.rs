@@ -1,15 +1,14 @@
 //! What shells propose, and the manual pages: each script in the shell that it is for, and the pages in man and mandoc.
 //! Where one of them is not installed its test reports itself as ignored; with STICKSLIP_IGNORE_NONE set, as failed.
 
-mod cli_common;
-mod results_common;
+mod common;
 
 use std::path::Path;
 use std::process::Command;
 
-use cli_common::{Folder, json, output, refusal};
+use common::cli::{Folder, output};
+use common::results::missing;
 use libtest_mimic::{Arguments, Completion, Failed, Trial};
-use results_common::missing;
 
 fn main() {
     let tests = vec![
@@ -27,7 +26,7 @@ fn main() {
 /// A folder with two files and a script of the shell.
 fn folder_with_script(shell: &str) -> Folder {
     let folder = Folder::new();
-    let (script, _) = output(&mut folder.stickslip(&["completions", shell]), 0);
+    let script = folder.ok(&["completions", shell]);
     folder.write("script", script);
     folder.write("mine.toml", "");
     folder.write("mine.h5", "");
@@ -146,20 +145,18 @@ fn in_zsh() -> Result<Completion, Failed> {
 fn known_shells() -> Result<(), Failed> {
     let folder = Folder::new();
     for shell in ["bash", "zsh", "fish"] {
-        let (script, _) = output(&mut folder.stickslip(&["completions", shell]), 0);
+        let script = folder.ok(&["completions", shell]);
         assert!(script.contains("STICKSLIP_COMPLETE"), "{script}");
         assert!(!script.contains("target/"), "{script}");
-        let (document, _) = output(&mut folder.stickslip(&["completions", shell, "--json"]), 0);
-        assert_eq!(json(&document)["script"], script.as_str());
+        assert_eq!(folder.json(&["completions", shell])["script"], script.as_str());
     }
-    let stderr = refusal(&mut folder.stickslip(&["completions", "tcsh"]));
-    assert!(stderr.contains("bash, zsh, fish"), "{stderr}");
+    folder.refused("completions tcsh", &["bash, zsh, fish"]);
     Ok(())
 }
 
 /// The commands that the help lists.
 fn commands(folder: &Folder) -> Vec<String> {
-    let (help, _) = output(&mut folder.stickslip(&["--help"]), 0);
+    let help = folder.ok("--help");
     let lines = help.lines().skip_while(|line| !line.starts_with("Commands:")).skip(1);
     let names = lines.take_while(|line| !line.is_empty());
     names
@@ -171,7 +168,7 @@ fn commands(folder: &Folder) -> Vec<String> {
 
 fn pages() -> Result<(), Failed> {
     let folder = Folder::new();
-    let (stdout, _) = output(&mut folder.stickslip(&["man", "share/man/man1"]), 0);
+    let stdout = folder.ok("man share/man/man1");
     let commands = commands(&folder);
     assert!(commands.len() >= 15, "{commands:?}");
     let mut expected: Vec<String> = commands.iter().map(|name| format!("stickslip-{name}.1")).collect();
@@ -185,14 +182,14 @@ fn pages() -> Result<(), Failed> {
     assert_eq!(written, expected);
     assert!(expected.iter().all(|name| stdout.contains(name)), "{stdout}");
     // Again, over them.
-    output(&mut folder.stickslip(&["man", "share/man/man1", "-q"]), 0);
+    folder.ok("man share/man/man1 -q");
     // A page that cannot be written is named.
     std::fs::create_dir_all(folder.path("half/stickslip-run.1")).unwrap();
-    let (_, stderr) = output(&mut folder.stickslip(&["man", "half"]), 1);
+    let (_, stderr) = output(&mut folder.stickslip("man half"), 1);
     assert!(stderr.contains("half/stickslip-run.1: the manual pages"), "{stderr}");
     // A folder that cannot be made, as there is a file of its name.
     folder.write("taken", "");
-    let (_, stderr) = output(&mut folder.stickslip(&["man", "taken"]), 1);
+    let (_, stderr) = output(&mut folder.stickslip("man taken"), 1);
     assert!(
         stderr.contains("taken: the manual pages could not be written"),
         "{stderr}"
@@ -203,13 +200,13 @@ fn pages() -> Result<(), Failed> {
 /// Every option of every command's help is in its page, as man shows it.
 fn in_man() -> Result<Completion, Failed> {
     let folder = Folder::new();
-    output(&mut folder.stickslip(&["man", "."]), 0);
+    folder.ok("man .");
     for command in commands(&folder) {
         let page = format!("./stickslip-{command}.1");
         let Some(text) = printed(&folder, "man", &["--warnings=w", "--local-file", &page]) else {
             return missing("man is not installed");
         };
-        let (help, _) = output(&mut folder.stickslip(&[&command, "--help"]), 0);
+        let help = folder.ok(&[&command, "--help"]);
         for option in help
             .split_whitespace()
             .filter(|word| word.starts_with("--") && word.len() > 2)
@@ -223,7 +220,7 @@ fn in_man() -> Result<Completion, Failed> {
 
 fn in_mandoc() -> Result<Completion, Failed> {
     let folder = Folder::new();
-    output(&mut folder.stickslip(&["man", "."]), 0);
+    folder.ok("man .");
     let mut names: Vec<String> = folder.names();
     names.retain(|name| name.ends_with(".1"));
     assert!(!names.is_empty());

@@ -23,10 +23,9 @@ use stickslip::compare::{Mapping, Reference};
 use stickslip::results::{MergeOptions, merge};
 use stickslip::sweep::{EventRow, Existing, Journal, Outcome, QUANTITIES, STUDIES, Study, StudySource};
 
-mod compare_common;
-mod explicit_common;
-mod unlocked;
+mod common;
 
+use common::unlocked;
 /// Files of each kind, unless the environment says how many.
 const FILES: u64 = 300;
 
@@ -301,7 +300,7 @@ fn studies() {
 fn reference() -> (tempfile::TempDir, Reference) {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("reference.h5");
-    compare_common::run(
+    common::compare::run(
         &path,
         "release",
         &["output.window=[]", "output.around=none", "output.interval=1e-3"],
@@ -403,7 +402,7 @@ fn archives() {
 
 /// The histories of explicit finite-element codes.
 fn explicit_codes() {
-    use explicit_common::{Group, Lsda, t01_head, t01_state, xy_table};
+    use common::explicit::{Group, Lsda, t01_head, t01_state, xy_table};
     let (folder, reference) = reference();
     let read = |name: &str, column: &str, bytes: &[u8]| {
         let path = folder.path().join(name);

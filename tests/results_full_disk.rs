@@ -1,13 +1,13 @@
 //! A full disk ends a run with an error, and leaves what was saved before; a folder that may not be written is named.
 //! Where this user may not mount a small disk, the test reports itself as ignored.
 
-mod results_common;
+mod common;
 
 use std::path::Path;
 use std::process::Command;
 
+use common::results::{Rows, bits, header, missing, record, stick_slip};
 use libtest_mimic::{Arguments, Completion, Failed, Trial};
-use results_common::{Rows, bits, header, missing, record, stick_slip};
 use stickslip::record::{Event, Recorder, RecorderError, Sample, Segment};
 use stickslip::results::{Overwrite, ResultFile, ResultWriter, Status, partial_path};
 

@@ -1,13 +1,13 @@
 //! What other programs see in a result file: h5dump, ncdump, and the readers of Python. Where one of them is not
 //! installed its test reports itself as ignored; with STICKSLIP_IGNORE_NONE set, as the project's checks do, as failed.
 
-mod results_common;
+mod common;
 
 use std::path::Path;
 use std::process::Command;
 
+use common::results::{missing, write};
 use libtest_mimic::{Arguments, Completion, Failed, Trial};
-use results_common::{missing, write};
 use stickslip::results::schema;
 
 fn main() {
@@ -67,7 +67,7 @@ fn h5dump_sees_plain_columns() -> Result<Completion, Failed> {
     );
     let times = times.unwrap();
     for row in [4998, 4999] {
-        let time = results_common::sample(row).time;
+        let time = common::results::sample(row).time;
         assert!(times.contains(&format!("{time}")), "{time}: {times}");
     }
     Ok(Completion::Completed)

@@ -16,7 +16,7 @@
 //!
 //! A further law is a file beside these that implements [`Law`] and [`Parameters`], and its name in `laws!` below. What it
 //! takes besides: the keys of those of its parameters that no other law has (`case/schema.rs`), its formula in the oracle
-//! (`oracle/friction.rs`), which shares no code with this folder, a case of `tests/analytic_friction.rs`, and its line in
+//! (`oracle/friction.rs`), which shares no code with this folder, a case of `tests/analytic/friction.rs`, and its line in
 //! the docs.
 
 mod coulomb;

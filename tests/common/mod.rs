@@ -1,11 +1,20 @@
-//! What several test files share: the multiprecision truth and runs held in memory.
-#![allow(dead_code)]
+//! What several test files share. Here: the multiprecision truth and runs held in memory.
+#![allow(dead_code)] // each test program uses its part
 
 pub mod campaign;
+pub mod cases;
+pub mod cli;
+pub mod compare;
+pub mod explicit;
+pub mod hostile;
 pub mod linear_brake;
+pub mod page;
 pub mod random_brakes;
+pub mod results;
 pub mod rigid_growth;
-pub mod trains;
+
+pub mod unlocked;
+
 use stickslip::Run;
 use stickslip::case::Case;
 use stickslip::friction::{Exponential, Friction};

@@ -1,0 +1,353 @@
+//! Dense output and the samples around events: what they give is the run, at the times that the run gives itself.
+
+use crate::common::cases::{built_in, parsed};
+use crate::common::truth;
+use stickslip::Run;
+use stickslip::SavedRun;
+use stickslip::case::{Case, CaseSource};
+use stickslip::model::system::System;
+use stickslip::numerics::chebyshev::{COEFFICIENTS, place, value};
+use stickslip::record::{
+    Channels, Event, EventKind, MemoryRecorder, Piece, Recorder, RecorderError, Sample, Segment, State,
+};
+use stickslip::results::{ResultFile, Side};
+use stickslip::simulation::natural_period;
+use stickslip::simulation::{Around, Following, Method};
+
+const COLUMNS: usize = State::COUNT + Channels::COUNT;
+
+/// A clutch that is gripped at once: it locks while its engine and vehicle exchange momentum.
+const CLUTCH: &str = r#"[rotor]
+inertia = 0.2
+end = "free"
+torque = 80
+
+[stator]
+inertia = 1.5
+end = "free"
+
+[contact]
+radius = 0.1
+normal_force = 57e3
+
+[friction]
+law = "coulomb"
+breakaway = 0.3
+kinetic = 0.3
+
+[initial]
+speed = 200
+
+[output]
+end_time = 5
+"#;
+
+/// A run with its pieces.
+#[derive(Default)]
+struct Followed {
+    rows: MemoryRecorder,
+    /// Start, end, segment, coefficients.
+    pieces: Vec<(f64, f64, u32, Vec<f64>)>,
+}
+
+impl Recorder for Followed {
+    fn sample(&mut self, sample: &Sample) -> Result<(), RecorderError> {
+        self.rows.sample(sample)
+    }
+    fn event(&mut self, event: &Event) -> Result<(), RecorderError> {
+        self.rows.event(event)
+    }
+    fn segment(&mut self, segment: &Segment) -> Result<(), RecorderError> {
+        self.rows.segment(segment)
+    }
+    fn piece(&mut self, piece: &Piece<'_>) -> Result<(), RecorderError> {
+        self.pieces
+            .push((piece.start, piece.end, piece.segment, piece.coefficients.to_vec()));
+        Ok(())
+    }
+}
+
+fn columns(sample: &Sample) -> [f64; COLUMNS] {
+    let (state, channels) = (sample.state.values(), sample.channels.values());
+    std::array::from_fn(|k| {
+        if k < State::COUNT {
+            state[k]
+        } else {
+            channels[k - State::COUNT]
+        }
+    })
+}
+
+fn followed(case: &Case) -> Followed {
+    let mut followed = Followed::default();
+    Run::new(case).record(&mut followed).start().unwrap();
+    followed
+}
+
+fn paper(overrides: &[&str]) -> Case {
+    built_in("paper-si", overrides)
+}
+
+fn trains(source: &CaseSource, overrides: &[&str]) -> Vec<f64> {
+    let overrides = parsed(overrides);
+    let case = Case::read(source, &overrides).unwrap();
+    let threshold = case.threshold();
+    let mut recorder = MemoryRecorder::default();
+    let run = Run::of_system(&case.system, threshold, &case.solver, &case.output);
+    run.record(&mut recorder).start().unwrap();
+    recorder.samples.iter().map(|sample| sample.time).collect()
+}
+
+/// A case of trains has its samples where its events are, too: also in a slip that is short against the interval of the samples,
+/// of trains that have no natural period.
+#[test]
+fn analytic_a_short_slip_of_trains_has_samples() {
+    let times = trains(&CaseSource::text(CLUTCH), &[]);
+    // The torque of the contact is 1710 N m: 200 rad/s/(1710/0.2 - 80/0.2 + 1710/1.5) rad/s^2 = 21.5 ms. Twenty samples between
+    // its ends, of which the first is at t = 0 and the last is an event.
+    let locked = 200.0 / (1710.0 / 0.2 - 80.0 / 0.2 + 1710.0 / 1.5);
+    let inside = times.iter().filter(|t| **t > 0.0 && **t < locked).count();
+    assert!(inside >= 19, "{inside} samples in {locked} s");
+    assert!(times.windows(2).all(|pair| pair[0] < pair[1]));
+}
+
+/// A run that would have more samples around its events than a file has is dense as it begins and as it ends.
+#[test]
+fn property_too_many_samples_around_events_are_the_first_and_the_last() {
+    // 16 periods of the mass on its spring, with 1e5 samples each.
+    let belt = CaseSource::built_in("belt-coulomb").unwrap();
+    let times = trains(&belt, &["output.samples_per_period=1e5"]);
+    assert!(times.windows(2).all(|pair| pair[0] < pair[1]));
+    // 5001 plain samples beside 300,000, of which rounding and what is at the same time take some.
+    assert!((299_000..=305_002).contains(&times.len()), "{}", times.len());
+    let count = |from: f64, to: f64| times.iter().filter(|t| **t >= from && **t < to).count();
+    // 150,000 samples are 0.94 s of this belt.
+    assert!(count(0.0, 0.8) > 100_000, "{}", count(0.0, 0.8));
+    assert!(count(9.2, 10.0) > 100_000, "{}", count(9.2, 10.0));
+    assert_eq!(count(4.0, 5.0), 500);
+}
+
+/// The samples of a window come from the engines themselves, at times that the pieces have not seen. The error of each channel is told
+/// by the channel's largest value; the energy residual is a difference of sums that are that well known.
+#[test]
+fn analytic_every_channel_is_that_of_the_run_at_every_time() {
+    for method in [Method::Auto, Method::Series, Method::Cvode] {
+        let mut case = paper(&["output.dense=true"]);
+        case.solver.method = method;
+        let run = followed(&case);
+        assert!(
+            run.pieces.len() < 20_000,
+            "{}: {} pieces",
+            method.name(),
+            run.pieces.len()
+        );
+        assert_eq!(run.pieces[0].0, 0.0);
+        assert_eq!(run.pieces.last().unwrap().1, case.output.end_time);
+        for pair in run.pieces.windows(2) {
+            assert_eq!(pair[0].1, pair[1].0, "there is no gap");
+        }
+        // No piece goes over an event.
+        for event in &run.rows.events {
+            let over = run
+                .pieces
+                .iter()
+                .find(|piece| piece.0 < event.time && event.time < piece.1);
+            assert!(over.is_none(), "{event:?}");
+        }
+        let mut largest = [0.0f64; COLUMNS];
+        for sample in &run.rows.samples {
+            for (largest, value) in largest.iter_mut().zip(columns(sample)) {
+                *largest = largest.max(value.abs());
+            }
+        }
+        let residual = COLUMNS - 1;
+        largest[residual] = largest[State::COUNT + 4];
+        let mut worst = (0.0, 0, 0.0);
+        for sample in &run.rows.samples {
+            let index = run.pieces.partition_point(|piece| piece.0 <= sample.time).max(1) - 1;
+            let (start, end, segment, coefficients) = &run.pieces[index];
+            assert_eq!(*segment, sample.segment, "{}", sample.time);
+            let x = place(sample.time, *start, *end);
+            for (k, expected) in columns(sample).into_iter().enumerate() {
+                let found = value(&coefficients[k * COEFFICIENTS..][..COEFFICIENTS], x);
+                let error = (found - expected).abs() / largest[k].max(f64::MIN_POSITIVE);
+                if error > worst.0 {
+                    worst = (error, k, sample.time);
+                }
+            }
+        }
+        println!("{}: {} pieces, {worst:?}", method.name(), run.pieces.len());
+        // What the solvers of SUNDIALS give inside a step is smooth to a part of the tolerance of 1e-10.
+        let bound = if method == Method::Series { 2e-12 } else { 3e-11 };
+        assert!(worst.0 < bound, "{}: {worst:?}", method.name());
+    }
+}
+
+/// Following a run changes none of its events, by no bit.
+#[test]
+fn regression_events_are_those_of_the_run_that_is_not_followed() {
+    for method in [Method::Auto, Method::Series, Method::CvodeBdf] {
+        let mut case = paper(&["output.window=[]", "output.around=\"none\""]);
+        case.solver.method = method;
+        let plain = followed(&case);
+        case.output.follow = Following {
+            around: Some(Around::Events),
+            dense: true,
+            ..Following::default()
+        };
+        let with = followed(&case);
+        assert_eq!(plain.rows.events, with.rows.events);
+        assert_eq!(plain.rows.segments, with.rows.segments);
+        // The plain samples are among the others.
+        let mut all = with.rows.samples.iter();
+        for sample in &plain.rows.samples {
+            assert!(all.any(|other| other == sample), "{}", sample.time);
+        }
+    }
+}
+
+/// A case without windows has its samples where its events are: a hundred in a natural period around each.
+#[test]
+fn property_samples_follow_the_events_of_a_case_without_windows() {
+    let case = paper(&["output.window=[]"]);
+    assert_eq!(case.output.follow.around, Some(Around::Events));
+    let run = followed(&case);
+    let period = natural_period(&case.system).unwrap();
+    let times: Vec<f64> = run.rows.samples.iter().map(|sample| sample.time).collect();
+    assert!(times.windows(2).all(|pair| pair[0] < pair[1]));
+    assert_eq!((times[0], *times.last().unwrap()), (0.0, case.output.end_time));
+    for event in &run.rows.events {
+        let (from, to) = ((event.time - 20.0 * period).max(0.0), event.time + 20.0 * period);
+        let inside = times.partition_point(|t| *t < from)..times.partition_point(|t| *t <= to);
+        let gaps = times[inside.clone()].windows(2).map(|pair| pair[1] - pair[0]);
+        let widest = gaps.fold(0.0, f64::max);
+        assert!(
+            inside.len() as f64 > 99.0 * (to - from) / period,
+            "{event:?}: {}",
+            inside.len()
+        );
+        assert!(widest < 1.01 * period / 100.0, "{event:?}: {widest:e}");
+    }
+    assert!(times.len() < 100_000, "{}", times.len());
+
+    // However far the plain samples are apart, and whatever the margin is compared with the steps, times increase.
+    for (interval, margin) in [(1e-3, 5e-3), (2e-4, 1e-3), (5e-3, 1e-3), (1e-2, 3e-2), (1.0, 1e-4)] {
+        for (name, method) in [
+            ("paper", Method::Auto),
+            ("release", Method::Auto),
+            ("unperturbed", Method::Series),
+        ] {
+            let overrides = [
+                "output.window=[]".to_owned(),
+                format!("output.interval={interval}"),
+                format!("output.margin={margin}"),
+            ];
+            let overrides = overrides.each_ref().map(String::as_str);
+            let mut case = built_in(name, &overrides);
+            case.solver.method = method;
+            let run = followed(&case);
+            let times: Vec<f64> = run.rows.samples.iter().map(|sample| sample.time).collect();
+            let back = times.windows(2).find(|pair| pair[0] >= pair[1]);
+            assert!(back.is_none(), "{name}, {interval}, {margin}: {back:?}");
+            let plain = (case.output.end_time / interval) as usize + 1;
+            assert!(times.len() >= plain, "{name}: {} of {plain}", times.len());
+        }
+    }
+
+    // Where the samples around events are used up, the plain ones go on.
+    let case = paper(&[
+        "output.window=[]",
+        "output.samples_per_period=2e4",
+        "output.interval=1e-3",
+    ]);
+    let run = followed(&case);
+    let times: Vec<f64> = run.rows.samples.iter().map(|sample| sample.time).collect();
+    assert!(times.windows(2).all(|pair| pair[0] < pair[1]));
+    assert!((300_000..311_000).contains(&times.len()), "{}", times.len());
+    assert_eq!(*times.last().unwrap(), case.output.end_time);
+
+    // Around the first stick alone.
+    let case = paper(&[
+        "output.window=[]",
+        "output.around=\"onset\"",
+        "output.margin=1e-3",
+        "output.samples_per_period=40",
+    ]);
+    let run = followed(&case);
+    let onset = run
+        .rows
+        .events
+        .iter()
+        .find(|event| event.kind == EventKind::Stick)
+        .unwrap()
+        .time;
+    let near = run
+        .rows
+        .samples
+        .iter()
+        .filter(|sample| (sample.time - onset).abs() < 1e-3)
+        .count();
+    let expected = 2e-3 / (period / 40.0);
+    assert!((near as f64 - expected).abs() < 2.5, "{near}, {expected}");
+    assert!(run.rows.samples.len() < near + 1010);
+}
+
+/// The multiprecision truth has states between the events, at which this run has no sample. After the onset of the truth's own
+/// noise-free growth the run is as near to it as its events are.
+#[test]
+fn multiprecision_states_between_the_samples_are_the_oracles() {
+    let truth = truth("si-kick");
+    let mut case = paper(&["output.window=[]", "output.dense=true"]);
+    case.system = System::from(&truth.parameters);
+    case.output.end_time = truth.end_time;
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("truth.h5");
+    SavedRun::new(&case, &path).start().unwrap();
+    let file = ResultFile::open(&path).unwrap();
+    let dense = file.dense().unwrap().unwrap();
+    assert_eq!(dense.span(), Some((0.0, case.output.end_time)));
+    let mut compared = 0;
+    for sample in &truth.samples {
+        if sample.time > case.output.end_time {
+            continue;
+        }
+        for (name, expected) in &sample.state {
+            // What a unit of the channel is worth: angles of a twist, an angle per turn of the fast mode, a speed.
+            let (name, scale) = match name.as_str() {
+                "stator_twist" => ("phi1", 1e-5),
+                "rotor_twist" => ("rotor_twist", 1e-5),
+                "z" => ("z", 1e-5),
+                name => (name, 1.0),
+            };
+            let found = dense.values(name, &[sample.time], Side::After).unwrap()[0];
+            let error = (found - expected).abs() / scale;
+            println!("{name} at {}: {found:e}, off by {error:.1e} of {scale:e}", sample.time);
+            assert!(error < 1e-8, "{name} at {}: {found} {expected}", sample.time);
+            compared += 1;
+        }
+    }
+    assert!(compared > 20, "{compared}");
+    // At an event, each side has its own value: where the surfaces stick, the friction torque jumps.
+    let stick = file
+        .events()
+        .unwrap()
+        .into_iter()
+        .find(|event| event.kind == EventKind::Stick)
+        .unwrap();
+    let torque = |side| dense.values("friction_torque", &[stick.time], side).unwrap()[0];
+    assert!((torque(Side::Before) - torque(Side::After)).abs() > 0.1);
+    let before = stick.before;
+    for (name, before) in [
+        ("theta_dot", before.theta_dot),
+        ("phi1", before.phi1),
+        ("rotor_twist_rate", before.rotor_twist_rate),
+    ] {
+        let found = dense.values(name, &[stick.time], Side::Before).unwrap()[0];
+        assert!(
+            (found - before).abs() <= 1e-12 * before.abs().max(1e-3),
+            "{name}: {found} {before}"
+        );
+    }
+    assert!(dense.values("no_such", &[1.0], Side::After).is_err());
+    assert!(dense.values("z", &[case.output.end_time + 1.0], Side::After).unwrap()[0].is_nan());
+}

@@ -1,0 +1,11 @@
+//! The case file: keys, units, overrides, built-in cases, and what is said of a mistake.
+
+#[path = "../common/mod.rs"]
+mod common;
+
+mod builtin;
+mod errors;
+mod overrides;
+mod resolved;
+mod trains;
+mod units;

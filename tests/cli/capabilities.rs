@@ -1,0 +1,408 @@
+//! What works for which case: the tables of docs/capabilities.md, filled in by the program itself. A cell is a number, or the
+//! sentence by which the program says why there is none.
+//!
+//! `STICKSLIP_WRITE=1 cargo test --release --test cli capabilities::` writes the tables anew.
+
+use std::collections::BTreeMap;
+use std::fmt::Write as _;
+use std::path::Path;
+use std::time::Duration;
+
+use crate::common::cli::Folder;
+use serde_json::Value;
+
+/// A built-in case, and two of its numbers: the first is moved, the second spans the plane of a boundary.
+struct Subject {
+    case: &'static str,
+    number: (&'static str, f64),
+    second: (&'static str, f64),
+}
+
+const fn subject(case: &'static str, number: (&'static str, f64), second: (&'static str, f64)) -> Subject {
+    Subject { case, number, second }
+}
+
+const FORCE: &str = "contact.normal_force";
+const RAMP: &str = "contact.normal_force.value";
+
+const SUBJECTS: [Subject; 16] = [
+    subject("paper", ("friction.decay", 5.0), ("actuation.force", 2224.1)),
+    subject("paper-si", ("friction.decay", 3.5), ("actuation.force", 2225.0)),
+    subject("unperturbed", ("friction.decay", 3.5), ("actuation.force", 2225.0)),
+    subject("release", ("friction.decay", 3.5), ("torsion.rotor_inertia", 2.26)),
+    subject("belt-coulomb", (FORCE, 10.0), ("stator.inertia.0", 1.0)),
+    subject("belt-leine", (FORCE, 1.0), ("stator.inertia.0", 1.0)),
+    subject("belt-leine-arctan", (FORCE, 1.0), ("stator.inertia.0", 1.0)),
+    subject("belt-leine-tanh", (FORCE, 1.0), ("stator.inertia.0", 1.0)),
+    subject("belt-exponential", (FORCE, 10.0), ("stator.inertia.0", 1.0)),
+    subject("block", (FORCE, 9.81), ("rotor.inertia.0", 1.0)),
+    subject("hairer", (FORCE, 4.0), ("stator.inertia.0", 1.0)),
+    subject("den-hartog", (FORCE, 1.0), ("stator.inertia.0", 1.0)),
+    subject("groan", (RAMP, 4000.0), ("stator.inertia.0", 0.35)),
+    subject("drill-string", (FORCE, 53018.0), ("rotor.inertia.0", 374.0)),
+    subject("clutch", (RAMP, 5000.0), ("rotor.inertia.0", 0.2)),
+    subject("lugre-slider", (FORCE, 1.0), ("rotor.inertia.0", 1.0)),
+];
+
+/// Longer texts become notes below their table.
+const LONGEST_CELL: usize = 40;
+
+/// The tables of the page: a marker, and the columns.
+const TABLES: [(&str, &[&str]); 5] = [
+    ("runs", &["series", "cvode", "cvode-bdf", "erk", "esdirk", "paper"]),
+    ("truth", &["true to the oracle", "error bands", "sensitivities"]),
+    (
+        "stability",
+        &["modes", "growth exponent", "kick at the instability", "one-sided test"],
+    ),
+    (
+        "studies",
+        &[
+            "compare",
+            "a changed number",
+            "work-precision",
+            "sweep",
+            "calibrate",
+            "boundary",
+        ],
+    ),
+    ("pictures", &["figures", "page", "columns of an export"]),
+];
+
+/// One case, tried in a folder of its own.
+struct Trial {
+    folder: Folder,
+    subject: &'static Subject,
+    /// What `run` says of the case by `series`, whose result is series.h5.
+    series: Value,
+    cells: BTreeMap<&'static str, String>,
+}
+
+impl Trial {
+    /// The document that the program prints with `--json`, or the reason why it refuses.
+    fn document(&self, arguments: &[&str]) -> Result<Value, String> {
+        let mut command = self.folder.stickslip(arguments);
+        command.args(["--json", "--quiet"]).timeout(Duration::from_secs(600));
+        let output = command.output().unwrap();
+        let document: Value = serde_json::from_slice(&output.stdout)
+            .unwrap_or_else(|error| panic!("{}: {arguments:?}: {error}", self.subject.case));
+        match output.status.code() {
+            Some(0) => Ok(document),
+            Some(1 | 2) => Err(reason(&document["error"])),
+            other => panic!("{}: {arguments:?}: {other:?}", self.subject.case),
+        }
+    }
+
+    fn run(&self, arguments: &[&str]) -> Result<Value, String> {
+        let mut all = vec!["run", self.subject.case, "--no-witness"];
+        all.extend(arguments);
+        self.document(&all)
+    }
+
+    /// Events of a run, or why they are none.
+    fn events(&self, arguments: &[&str]) -> String {
+        match self.run(arguments) {
+            Ok(document) if document["summary"]["noise_determined"] == true => "others".to_owned(),
+            Ok(document) => match unheard(&document) {
+                Some(why) => why,
+                None => document["summary"]["events"].to_string(),
+            },
+            Err(reason) => reason,
+        }
+    }
+
+    fn cell(&mut self, column: &'static str, text: impl Into<String>) {
+        self.cells.insert(column, text.into());
+    }
+
+    fn runs(&mut self) {
+        self.series = self.run(&["--method", "series", "-o", "series.h5"]).unwrap();
+        self.cell("series", self.series["summary"]["events"].to_string());
+        for method in ["cvode", "cvode-bdf", "erk", "esdirk", "paper"] {
+            let name = format!("{method}.h5");
+            let events = self.events(&["--method", method, "-o", &name]);
+            // How many events amplified errors make hangs on the last bit, and so on the machine.
+            let others = events.parse::<u32>().is_ok() && events != self.cells["series"];
+            self.cell(method, if others { "others".to_owned() } else { events });
+        }
+    }
+
+    fn truth(&mut self) {
+        let found = self
+            .document(&["certify", "series.h5", "--oracle", "-o", "certified.h5"])
+            .unwrap();
+        let events = found["events"].as_array().unwrap();
+        let converged = events.iter().filter(|event| event["verdict"] == "converged").count();
+        self.cell("true to the oracle", format!("{converged} of {}", events.len()));
+        let bands = found["channels"].as_array().unwrap();
+        let bands = bands.iter().filter(|channel| channel["band"].is_number()).count();
+        self.cell("error bands", bands.to_string());
+        let numbers = found["sensitivity"].as_array().unwrap();
+        self.cell("sensitivities", numbers.len().to_string());
+    }
+
+    fn stability(&mut self) {
+        let modes = self.document(&["modes", self.subject.case]).unwrap();
+        let states = modes["states"].as_array().unwrap().iter();
+        let count: usize = states.map(|state| state["modes"].as_array().unwrap().len()).sum();
+        self.cell("modes", count.to_string());
+        let growth = match self.series["summary"]["growth_exponent"].as_f64() {
+            Some(growth) => format!("{growth:.1}"),
+            None => "sliding does not slow down to an instability by itself".to_owned(),
+        };
+        self.cell("growth exponent", growth);
+        let kick = "perturbation=[{kind=\"kick\",time=\"instability\",relative_velocity=1e-3}]";
+        let kicked = self.events(&["--method", "series", "-o", "kick.h5", "--set", kick]);
+        self.cell("kick at the instability", kicked);
+        let one_sided = self.events(&[
+            "--method",
+            "series",
+            "-o",
+            "one.h5",
+            "--set",
+            "contact.breakaway_test=rotor",
+        ]);
+        self.cell("one-sided test", one_sided);
+    }
+
+    fn studies(&mut self) {
+        let Subject { case, number, second } = self.subject;
+        let by_erk = self.document(&["compare", "series.h5", "erk.h5"]).unwrap();
+        self.cell("compare", matched(&by_erk));
+        let changed = format!("{}={}", number.0, number.1 * 1.02);
+        self.run(&["--method", "series", "-o", "changed.h5", "--set", &changed])
+            .unwrap();
+        // As another program would hand it over: columns, and no case.
+        self.document(&["export", "changed.h5", "-o", "changed.csv"]).unwrap();
+        let said = self.document(&["compare", "series.h5", "changed.csv"]).unwrap();
+        let causes = said["comparisons"][0]["causes"].as_array().unwrap().iter();
+        let causes: Vec<&str> = causes.map(|cause| cause["cause"].as_str().unwrap()).collect();
+        self.cell(
+            "a changed number",
+            if causes.is_empty() {
+                "nothing is said".to_owned()
+            } else {
+                causes.join(", ")
+            },
+        );
+
+        let head = format!("case = \"{case}\"\n");
+        self.folder.write(
+            "precision.toml",
+            head.clone()
+                + "[[series]]\nmethods = [\"series\", \"erk\"]\ntolerances = [1e-6, 1e-9]\n\
+                   [reference]\nmethod = \"series\"\ncheck = \"cvode\"\nrtol = 1e-12\n",
+        );
+        let cell = match self.document(&["work-precision", "precision.toml"]) {
+            Ok(document) => format!("{} runs", document["runs"].as_array().unwrap().len()),
+            Err(reason) => reason,
+        };
+        self.cell("work-precision", cell);
+
+        let summary = &self.series["summary"];
+        // Runs of a study end soon after what they are asked for; a motion without sticks is asked for its amplitude.
+        let (quantity, value, end) = match summary["onset_time"].as_f64() {
+            Some(onset) => ("onset_time", onset, 1.2 * onset),
+            None => {
+                let amplitude = summary["outcome"]["extremes"]["amplitude"].as_f64().unwrap();
+                ("attractor_amplitude", amplitude, summary["end"].as_f64().unwrap())
+            }
+        };
+        let set = format!("[set]\nsolver.method = \"series\"\noutput.end_time = {end}\n");
+        let axis = |key: &str, value: f64, count: u32| {
+            format!(
+                "[[axis]]\nkey = \"{key}\"\nfrom = {}\nto = {}\ncount = {count}\n",
+                0.97 * value,
+                1.02 * value
+            )
+        };
+        let swept = format!("{head}{set}{}", axis(number.0, number.1, 2));
+        self.folder.write("swept.toml", swept);
+        let cell = match self.document(&["sweep", "swept.toml"]) {
+            Ok(document) => format!("{} points, {} failed", document["points"], document["failed"]),
+            Err(reason) => reason,
+        };
+        self.cell("sweep", cell);
+
+        let free = format!(
+            "{head}{set}[[free]]\nkey = \"{}\"\nfrom = {}\nto = {}\n\
+             [[target]]\nquantity = \"{quantity}\"\nvalue = {value:?}\nhalf_width = {}\n[search]\npoints = 16\nstarts = 1\n",
+            number.0,
+            0.97 * number.1,
+            1.02 * number.1,
+            1e-4 * value,
+        );
+        self.folder.write("found.toml", free);
+        let cell = match self.document(&["calibrate", "found.toml"]) {
+            Ok(document) if document["consistent"] == true => "found".to_owned(),
+            Ok(_) => "not found".to_owned(),
+            Err(reason) => reason,
+        };
+        self.cell("calibrate", cell);
+
+        let boundary = format!(
+            "{head}{set}{}{}[boundary]\nx = \"{}\"\ny = \"{}\"\ncriterion = \"{quantity} > {value:?}\"\nrefinements = 0\nwidth = 1e-3\n",
+            axis(number.0, number.1, 3),
+            axis(second.0, second.1, 3),
+            number.0,
+            second.0,
+        );
+        self.folder.write("limit.toml", boundary);
+        let cell = match self.document(&["sweep", "limit.toml"]) {
+            Ok(document) => match document["curves"].as_array() {
+                Some(curves) => format!("curves: {}", curves.len()),
+                None => "none in this range".to_owned(),
+            },
+            Err(reason) => reason,
+        };
+        self.cell("boundary", cell);
+    }
+
+    fn pictures(&mut self) {
+        let figures = self
+            .document(&["plot", "series.h5", "-o", "figures", "--format", "svg"])
+            .unwrap();
+        self.cell("figures", figures["files"].as_array().unwrap().len().to_string());
+        let page = self.document(&["plot", "series.h5", "--html", "page.html"]).unwrap();
+        assert!(
+            page["page"]["samples_kept"].as_u64().unwrap() > 0,
+            "{}",
+            self.subject.case
+        );
+        self.cell("page", "yes");
+        let table = self.document(&["export", "series.h5", "-o", "rows.csv"]).unwrap();
+        self.cell(
+            "columns of an export",
+            table["columns"].as_array().unwrap().len().to_string(),
+        );
+    }
+}
+
+/// Matched events and what is accused, of a comparison that should accuse nothing.
+fn matched(document: &Value) -> String {
+    let pair = &document["comparisons"][0];
+    match pair["causes"].as_array().unwrap().len() {
+        0 => format!("{} events agree", pair["event_errors"]["matched"]),
+        n => format!("{n} causes"),
+    }
+}
+
+/// What a run says of a kick that never came.
+fn unheard(document: &Value) -> Option<String> {
+    let summary = &document["summary"];
+    (summary["kicks_without_instability"] != 0).then(|| "sliding never loses its stability".to_owned())
+}
+
+/// The reason in the program's document of a failure, without place and time.
+fn reason(error: &Value) -> String {
+    // Of a run that failed on its way the first sentence is when, the second why.
+    let of_run = error
+        .as_str()
+        .map(|text| text.split_once(". ").map_or(text, |(_, why)| why));
+    let of_input = error["places"][0]["message"].as_str().or(error["message"].as_str());
+    let text = of_run.or(of_input).unwrap();
+    // What is behind these has numbers of the run, whose last digits hang on the machine.
+    let end = [" (", "; the nearest"].iter().filter_map(|mark| text.find(mark)).min();
+    text[..end.unwrap_or(text.len())].replace('|', "\\|")
+}
+
+/// The page with its tables made of these cells.
+fn filled(page: &str, cells: &[BTreeMap<&'static str, String>]) -> String {
+    let mut filled = page.to_owned();
+    for (marker, columns) in TABLES {
+        let begin = format!("<!-- {marker} -->\n");
+        let end = format!("<!-- end of {marker} -->");
+        let from = filled.find(&begin).expect(marker) + begin.len();
+        let to = filled.find(&end).expect(marker);
+        let mut notes: Vec<&str> = Vec::new();
+        let mut table = format!(
+            "\n| case | {} |\n|---|{}\n",
+            columns.join(" | "),
+            "---|".repeat(columns.len())
+        );
+        for (subject, row) in SUBJECTS.iter().zip(cells) {
+            write!(table, "| `{}` |", subject.case).unwrap();
+            for column in columns {
+                let text = row[column].as_str();
+                if text.len() <= LONGEST_CELL {
+                    write!(table, " {text} |").unwrap();
+                    continue;
+                }
+                let known = notes.iter().position(|note| *note == text);
+                let number = known.unwrap_or_else(|| {
+                    notes.push(text);
+                    notes.len() - 1
+                });
+                write!(table, " ({}) |", number + 1).unwrap();
+            }
+            table.push('\n');
+        }
+        table.push('\n');
+        for (index, note) in notes.iter().enumerate() {
+            writeln!(table, "({}) {note}\n", index + 1).unwrap();
+        }
+        filled.replace_range(from..to, &table);
+    }
+    filled
+}
+
+#[test]
+fn regression_what_works_for_which_case_is_as_the_manual_says() {
+    // Two threads: each takes every second case.
+    let attempt = |subject: &'static Subject| {
+        let mut trial = Trial {
+            folder: Folder::new(),
+            subject,
+            series: Value::Null,
+            cells: BTreeMap::new(),
+        };
+        trial.runs();
+        trial.truth();
+        trial.stability();
+        trial.studies();
+        trial.pictures();
+        trial.cells
+    };
+    let mut cells: Vec<_> = std::thread::scope(|scope| {
+        let half = |first: usize| {
+            let subjects = SUBJECTS.iter().enumerate().skip(first).step_by(2);
+            scope.spawn(move || {
+                subjects
+                    .map(|(index, subject)| (index, attempt(subject)))
+                    .collect::<Vec<_>>()
+            })
+        };
+        let halves = [half(0), half(1)];
+        halves.into_iter().flat_map(|half| half.join().unwrap()).collect()
+    });
+    cells.sort_by_key(|(index, _)| *index);
+    let cells: Vec<_> = cells.into_iter().map(|(_, cells)| cells).collect();
+
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("docs/capabilities.md");
+    let page = std::fs::read_to_string(&path).unwrap();
+    let now = filled(&page, &cells);
+    if std::env::var_os("STICKSLIP_WRITE").is_some() {
+        std::fs::write(&path, &now).unwrap();
+    } else {
+        assert_eq!(
+            now, page,
+            "STICKSLIP_WRITE=1 writes the tables of docs/capabilities.md anew"
+        );
+    }
+}
+
+#[test]
+fn property_every_built_in_case_is_in_the_tables() {
+    let folder = Folder::new();
+    let list = folder.stickslip("case --list").output().unwrap();
+    let list = String::from_utf8(list.stdout).unwrap();
+    let runs = list.lines().map(|line| line.split_whitespace().collect::<Vec<_>>());
+    let mut names: Vec<String> = runs
+        .filter(|words| words.get(1) == Some(&"run"))
+        .map(|words| words[0].to_owned())
+        .collect();
+    let mut known: Vec<String> = SUBJECTS.iter().map(|subject| subject.case.to_owned()).collect();
+    names.sort();
+    known.sort();
+    assert_eq!(names, known);
+}

@@ -1,0 +1,411 @@
+//! `stickslip certify`.
+
+use crate::common::cli::{Folder, json, output, says};
+use crate::common::unlocked;
+
+/// A short slide from a low speed, with a kick: sticks and slips within a quarter of a second.
+const QUICK: &[&str] = &[
+    "--set",
+    "initial.speed=3",
+    "--set",
+    "actuation={profile=\"ramp\", force=2225, rise_time=0.02}",
+    "--set",
+    "perturbation=[{time=\"instability\", relative_velocity=1e-4}]",
+    "--set",
+    "output={end_time=0.4, interval=0.01}",
+];
+
+fn certify<'a>(case: &'a str, more: &[&'a str]) -> Vec<&'a str> {
+    [&["certify", case], QUICK, more].concat()
+}
+
+/// The JSON reader of the test does not round to the nearest double.
+fn same(stored: f64, document: &serde_json::Value) -> bool {
+    let number = document.as_f64().expect("a number");
+    (stored - number).abs() <= 4.0 * f64::EPSILON * number.abs()
+}
+
+#[test]
+fn cli_certify_says_the_same_in_table_json_and_file() {
+    let folder = Folder::new();
+    let (table, stderr) = output(&mut folder.stickslip(&certify("paper-si", &["--digits", "9"])), 0);
+    assert_eq!(stderr, "");
+    assert_eq!(folder.names(), ["paper-si.certified.h5"]);
+    says(
+        &table,
+        &[
+            "converged: every event within",
+            "growth exponent G",
+            "cvode-bdf",
+            "cvode-adams",
+            "erk",
+            "at a fixed time",
+            "what moves the final stick",
+            "kick above the methods' own noise",
+        ],
+    );
+    let document = folder.ok(&certify("paper-si", &["--json"]));
+    let document = json(&document);
+    assert_eq!(document["verdict"], "converged");
+    let events = document["events"].as_array().unwrap();
+    let file = unlocked::open(folder.path("paper-si.certified.h5")).unwrap();
+    let stored = file
+        .dataset("events/time_uncertainty")
+        .unwrap()
+        .read_raw::<f64>()
+        .unwrap();
+    assert_eq!(stored.len(), events.len());
+    for (stored, event) in stored.iter().zip(events) {
+        assert!(same(*stored, &event["uncertainty"]), "{event}: {stored:e}");
+    }
+    let stretches = document["stretches"].as_array().unwrap();
+    assert_eq!(stretches.len(), events.len() + 1);
+    let read = |name: &str| {
+        file.dataset(&format!("certificate/{name}"))
+            .unwrap()
+            .read_raw::<f64>()
+            .unwrap()
+    };
+    let (band, rate, times) = (
+        read("band_phi2_dot"),
+        read("rate_phi2_dot"),
+        read("stretch_time_uncertainty"),
+    );
+    let mut largest = [0.0_f64; 2];
+    for (index, stretch) in stretches.iter().enumerate() {
+        if stretch["converged"] == false {
+            assert!(
+                band[index].is_nan() && stretch["bands"]["phi2_dot"].is_null(),
+                "{stretch}"
+            );
+            continue;
+        }
+        assert!(same(band[index], &stretch["bands"]["phi2_dot"]), "{stretch}");
+        assert!(same(rate[index], &stretch["rates"]["phi2_dot"]), "{stretch}");
+        let fixed = band[index] + rate[index] * times[index];
+        largest = [largest[0].max(band[index]), largest[1].max(fixed)];
+    }
+    let channels = document["channels"].as_array().unwrap();
+    let speed = channels.iter().find(|c| c["name"] == "phi2_dot").unwrap();
+    assert!(
+        same(largest[0], &speed["band"]) && same(largest[1], &speed["at_fixed_time"]),
+        "{speed}"
+    );
+    let force = document["sensitivity"].as_array().unwrap().iter();
+    let force = force.clone().find(|p| p["parameter"] == "actuation.force").unwrap();
+    // From --set, a plain number.
+    assert_eq!(force["half_last_digit"], 0.5, "{force}");
+    let table = file.dataset("sensitivity/time_sensitivity").unwrap();
+    let parameters = document["sensitivity"].as_array().unwrap();
+    assert_eq!(table.shape(), [events.len(), parameters.len()]);
+    let values = table.read_raw::<f64>().unwrap();
+    for (column, parameter) in parameters.iter().enumerate() {
+        let last = values[(events.len() - 1) * parameters.len() + column];
+        assert!(
+            same(last, &parameter["time_sensitivity"][events.len() - 1]),
+            "{parameter}"
+        );
+    }
+}
+
+#[test]
+fn cli_certify_a_file_is_certified_as_it_is() {
+    let folder = Folder::new();
+    let run: Vec<&str> = [&["run", "paper-si", "-q", "-o", "mine.h5"], QUICK].concat();
+    folder.ok(&run);
+    let before = folder.read("mine.h5");
+    folder.ok("certify mine.h5 -q");
+    assert_eq!(folder.names(), ["mine.certified.h5", "mine.h5"]);
+    assert_eq!(folder.read("mine.h5"), before);
+    // A certified file is a result file, and can be certified again, elsewhere.
+    folder.ok("inspect mine.certified.h5");
+    folder.ok("certify mine.certified.h5 -q -o again.h5");
+    folder.refused("certify mine.h5 -q -o mine.h5", &["mine.h5"]);
+    folder.refused("certify mine.h5 --set friction.decay=4", &["--set"]);
+}
+
+#[test]
+fn cli_certify_with_the_oracle_prints_exact_events() {
+    let folder = Folder::new();
+    let document = folder.ok(&certify("paper-si", &["--oracle", "--json", "--digits", "28"]));
+    let document = json(&document);
+    let exact = document["oracle"]["events"].as_array().unwrap();
+    let events = document["events"].as_array().unwrap();
+    let errors = document["oracle"]["true_errors"].as_array().unwrap();
+    assert_eq!(exact.len(), events.len());
+    for (index, event) in events.iter().enumerate() {
+        assert_eq!(exact[index]["kind"], event["kind"]);
+        let error = errors[index].as_f64().unwrap();
+        assert!(
+            error.abs() <= event["uncertainty"].as_f64().unwrap(),
+            "{event}: {error:e}"
+        );
+    }
+    let stick = exact.iter().find(|e| e["kind"] == "stick").unwrap()["time"]
+        .as_str()
+        .unwrap();
+    assert!(stick.len() >= 28, "{stick}");
+    // The distance, and the oracle's own error, is the uncertainty; what the methods say stays beside it, and is wider.
+    assert_eq!(document["contradiction"], serde_json::Value::Null);
+    let file = unlocked::open(folder.path("paper-si.certified.h5")).unwrap();
+    let read = |name: &str| file.dataset(name).unwrap().read_raw::<f64>().unwrap();
+    let (stored, by_ladder) = (read("events/time_uncertainty"), read("certificate/ladder_uncertainty"));
+    let true_errors = read("certificate/true_error");
+    for (index, event) in events.iter().enumerate() {
+        assert_eq!(event["verdict"], "converged");
+        let error = event["true_error"].as_f64().unwrap();
+        let own = exact[index]["error"].as_f64().unwrap();
+        // The oracle's 28 digits are more than a double shows.
+        assert!(own < 1e-27 && exact[index]["digits"].as_u64().unwrap() >= 28);
+        assert!(same(error.abs() + own, &event["uncertainty"]), "{event}");
+        assert!(same(stored[index], &event["uncertainty"]) && same(by_ladder[index], &event["ladder_uncertainty"]));
+        assert!(same(true_errors[index], &event["true_error"]), "{event}");
+        assert!(by_ladder[index] >= stored[index], "{event}");
+    }
+}
+
+/// The default run of a short brake has 12 digits or so; `series` has two more, of which no ladder knows.
+#[test]
+fn cli_certify_the_oracle_has_the_last_word() {
+    let folder = Folder::new();
+    let series = certify("paper-si", &["--set", "solver.method=\"series\"", "--digits", "14"]);
+    let (_, stderr) = output(&mut folder.stickslip(&series), 1);
+    assert!(stderr.contains("14 digits were asked for"), "{stderr}");
+    let table = folder.ok(&[series.as_slice(), &["--oracle"]].concat());
+    says(
+        &table,
+        &["converged: every event within", "of the exact one", "by the methods, s"],
+    );
+}
+
+/// Without a kick the onset is noise to every method but `series`, which the oracle bears out: that is what is recommended,
+/// and it does what is said of it.
+#[test]
+fn cli_certify_tries_its_advice_before_it_gives_it() {
+    let folder = Folder::new();
+    let without = [
+        "certify",
+        "unperturbed",
+        "--set",
+        "output.window=[]",
+        "--set",
+        "output.around=none",
+        "--oracle",
+        "--digits",
+        "12",
+    ];
+    let (_, stderr) = output(&mut folder.stickslip(&without), 1);
+    let advice = "--set 'solver.method=\"series\"' has ";
+    says(&stderr, &["noise-determined", advice]);
+    let with = [without.as_slice(), &["--set", "solver.method=\"series\"", "-q"]].concat();
+    folder.ok(&with);
+}
+
+#[test]
+fn cli_certify_refuses_what_it_cannot_do() {
+    let folder = Folder::new();
+    let fails = |arguments: &[&str], status: i32, words: &[&str]| {
+        let (_, stderr) = output(&mut folder.stickslip(arguments), status);
+        for word in words {
+            assert!(stderr.contains(word), "{word} in {stderr}");
+        }
+    };
+    fails(&["certify", "paper", "--digits", "17"], 2, &["--digits 17", "--oracle"]);
+    fails(&["certify", "paper", "--digits", "0"], 2, &["--digits 0"]);
+    // More than the conditioning allows, of a converged run.
+    fails(
+        &certify("paper-si", &["--digits", "16"]),
+        1,
+        &["16 digits", "rounding to double precision"],
+    );
+    // Noise: the exit status says so only where digits are asked for.
+    let noise = &[
+        "--set",
+        "perturbation=[]",
+        "--set",
+        "initial.speed=6",
+        "--set",
+        "output.end_time=0.8",
+    ];
+    let without = certify("paper-si", noise);
+    let table = folder.ok(&without);
+    assert!(table.contains("noise-determined"), "{table}");
+    fails(
+        &[without.as_slice(), &["--digits", "3"]].concat(),
+        1,
+        &["noise-determined", "Set a perturbation"],
+    );
+    fails(
+        &certify("paper-si", &["--set", "solver.max_events=3"]),
+        1,
+        &["event budget", "solver.max_events"],
+    );
+    // A file that has lost its case.
+    folder.ok(&[&["run", "paper-si", "-q", "-o", "lost.h5"], QUICK].concat());
+    let lost = unlocked::open_rw(folder.path("lost.h5")).unwrap();
+    lost.unlink("input/resolved").unwrap();
+    lost.close().unwrap();
+    fails(
+        &["certify", "lost.h5"],
+        2,
+        &["lost.h5", "/input/resolved", "certify the case itself"],
+    );
+    folder.write("not.h5", b"\x89HDF\r\n\x1a\n nothing else");
+    fails(&["certify", "not.h5"], 2, &["not.h5"]);
+    // No case file, whatever is not in it.
+    folder.write("empty.h5", b"");
+    fails(&["certify", "empty.h5"], 2, &["empty.h5", "not an HDF5 file"]);
+    assert!(
+        folder.names().iter().all(|name| !name.contains("uncertified")),
+        "{:?}",
+        folder.names()
+    );
+}
+
+#[test]
+fn cli_certify_draws_the_onset_against_the_tolerance() {
+    let folder = Folder::new();
+    let figure = ["--json", "--figure", "onset.svg"];
+    let document = folder.ok(&certify("paper-si", &figure));
+    let document = json(&document);
+    assert_eq!(folder.names(), ["onset.svg", "paper-si.certified.h5"]);
+    assert!(folder.path("onset.svg").metadata().unwrap().len() > 0);
+    let events = document["events"].as_array().unwrap();
+    let certified = events.iter().find(|e| e["kind"] == "stick").unwrap()["time"]
+        .as_f64()
+        .unwrap();
+    let onsets = document["onsets"].as_array().unwrap();
+    let kicked: Vec<_> = onsets.iter().filter(|o| o["kicked"] == true).collect();
+    // As many without the kick, over the same methods and tolerances.
+    assert_eq!(onsets.len(), 2 * kicked.len());
+    for onset in kicked {
+        // What every method alone promises at the default tolerance.
+        if onset["rtol"].as_f64().unwrap() <= 1e-10 {
+            let distance = (onset["first_stick"].as_f64().unwrap() - certified).abs();
+            assert!(distance < 1e-6, "{onset}: {distance:e}");
+        }
+    }
+    // Without it sliding goes on further.
+    for onset in onsets.iter().filter(|o| o["kicked"] == false) {
+        assert!(onset["first_stick"].as_f64().unwrap() > certified, "{onset}");
+    }
+    folder.refused(
+        &certify("paper-si", &["--figure", "onset.tiff"]),
+        &["onset.tiff", ".svg"],
+    );
+}
+
+/// What half a last digit does to the final stick: the same in table, JSON and file, and a run with such a digit has it.
+#[test]
+fn cli_certify_reruns_half_a_last_digit() {
+    let folder = Folder::new();
+    let (table, stderr) = output(&mut folder.stickslip(&certify("paper-si", &[])), 0);
+    assert_eq!(stderr, "");
+    says(
+        &table,
+        &[
+            "rerun +, s",
+            "nonlinear",
+            "* friction.low_speed +, friction.breakaway -: friction.breakaway: must be at least friction.low_speed",
+            " instead of ",
+            "goes along with the loss of stability",
+        ],
+    );
+    let document = folder.ok(&certify("paper-si", &["--json"]));
+    let document = json(&document);
+    assert_eq!(document["final_stick"]["without_reruns"], serde_json::Value::Null);
+    assert_eq!(document["warnings"], serde_json::json!([]));
+    let parameters = document["sensitivity"].as_array().unwrap();
+    let file = unlocked::open(folder.path("paper-si.certified.h5")).unwrap();
+    let numbers = |name: &str| {
+        file.dataset(&format!("sensitivity/{name}"))
+            .unwrap()
+            .read_raw::<f64>()
+            .unwrap()
+    };
+    let codes = |name: &str| {
+        file.dataset(&format!("sensitivity/{name}"))
+            .unwrap()
+            .read_raw::<i8>()
+            .unwrap()
+    };
+    let sticks = |name: &str| {
+        file.dataset(&format!("sensitivity/{name}"))
+            .unwrap()
+            .read_raw::<i64>()
+            .unwrap()
+    };
+    for side in ["minus", "plus"] {
+        let (shift, outcome) = (numbers(&format!("shift_{side}")), codes(&format!("outcome_{side}")));
+        let sticks = sticks(&format!("sticks_{side}"));
+        assert_eq!(
+            (shift.len(), outcome.len(), sticks.len()),
+            (parameters.len(), parameters.len(), parameters.len())
+        );
+        for (index, parameter) in parameters.iter().enumerate() {
+            let rerun = &parameter["final_stick"][side];
+            match rerun["shift"].as_f64() {
+                Some(_) => assert!(same(shift[index], &rerun["shift"]), "{parameter}"),
+                None => assert!(shift[index].is_nan(), "{parameter}"),
+            }
+            let name = [
+                "same-events",
+                "other-events",
+                "noise-determined",
+                "no-final-stick",
+                "invalid",
+                "failed",
+                "too-long",
+            ];
+            assert_eq!(rerun["outcome"], name[outcome[index] as usize], "{parameter}");
+            assert_eq!(rerun["sticks"].as_i64().unwrap_or(-1), sticks[index], "{parameter}");
+        }
+    }
+    let (half, nonlinear) = (numbers("half_last_digit"), codes("nonlinear"));
+    for (index, parameter) in parameters.iter().enumerate() {
+        assert!(same(half[index], &parameter["half_last_digit"]), "{parameter}");
+        let expected = parameter["final_stick"]["nonlinear"].as_bool().map_or(-1, i8::from);
+        assert_eq!(nonlinear[index], expected, "{parameter}");
+    }
+    // One of them, run by hand.
+    let force = parameters.iter().find(|p| p["parameter"] == "actuation.force").unwrap();
+    let stop = |force: &str| {
+        let set = ["--method", "series", "--json", "--set", force, "-o", "by-hand.h5"];
+        let run: Vec<&str> = [&["run", "paper-si"], QUICK, &set].concat();
+        let document = folder.ok(&run);
+        json(&document)["summary"]["final_stick_time"].as_f64().unwrap()
+    };
+    let shift = stop("actuation.force=2225.5") - stop("actuation.force=2225");
+    let told = force["final_stick"]["plus"]["shift"].as_f64().unwrap();
+    // Both runs are within 1e-12 s.
+    assert!((shift - told).abs() < 2e-12, "{shift:e} {told:e}");
+}
+
+/// A final stick that belongs to noise has no sensitivities; the file says so.
+#[test]
+fn cli_certify_without_a_final_stick_has_no_reruns() {
+    let folder = Folder::new();
+    let (table, stderr) = output(
+        &mut folder.stickslip(&certify("paper-si", &["--set", "output={end_time=0.1, interval=0.01}"])),
+        0,
+    );
+    assert!(!table.contains("what moves the final stick"), "{table}");
+    // What `run` warns of is said here, too.
+    assert!(
+        stderr.contains("warning: 1 of the kicks set at the instability never came"),
+        "{stderr}"
+    );
+    let file = unlocked::open(folder.path("paper-si.certified.h5")).unwrap();
+    let shift = file
+        .dataset("sensitivity/shift_plus")
+        .unwrap()
+        .read_raw::<f64>()
+        .unwrap();
+    assert!(!shift.is_empty() && shift.iter().all(|x| x.is_nan()));
+    let outcome = file
+        .dataset("sensitivity/outcome_plus")
+        .unwrap()
+        .read_raw::<i8>()
+        .unwrap();
+    assert!(outcome.iter().all(|code| *code == -1));
+}

@@ -1,0 +1,324 @@
+//! `stickslip check`: a file is as the program wrote it, or it says what is not.
+
+use crate::common::cli::{Folder, json, output};
+use crate::common::unlocked;
+
+const STUDY: &str = r#"
+case = "paper"
+[set]
+output.end_time = 0.02
+actuation.rise_time = 0.01
+[[axis]]
+key = "torsion.damping"
+from = 10
+to = 30
+count = 4
+[[axis]]
+key = "solver.method"
+values = ["series", "auto"]
+[keep]
+events = true
+"#;
+
+/// The file is sound, and has checksums.
+fn sound(folder: &Folder, name: &str) {
+    let stdout = folder.ok(&["check", name]);
+    assert!(stdout.contains("all checksums agree"), "{stdout}");
+}
+
+/// The places that are wrong.
+fn wrong(folder: &Folder, name: &str) -> Vec<(String, String)> {
+    let (stdout, stderr) = output(&mut folder.stickslip(&["check", name, "--json"]), 1);
+    assert!(stderr.contains("problem"), "{stderr}");
+    let report = json(&stdout);
+    let text = |value: &serde_json::Value| value.as_str().unwrap().to_owned();
+    let problems = report["problems"].as_array().unwrap();
+    problems.iter().map(|p| (text(&p["place"]), text(&p["what"]))).collect()
+}
+
+#[test]
+fn cli_every_run_passes() {
+    let folder = Folder::new();
+    for method in ["auto", "series", "paper"] {
+        folder.ok(&["run", "--method", method, "-o", "run.h5", "-q"]);
+        sound(&folder, "run.h5");
+    }
+    folder.ok("run release -o run.h5 -q --set output.steps=true");
+    sound(&folder, "run.h5");
+    let end = ["--set", "solver.max_events=20"];
+    output(
+        &mut folder.stickslip(&["run", "-o", "some.h5", "-q", end[0], end[1]]),
+        1,
+    );
+    sound(&folder, "some.partial.h5");
+}
+
+#[test]
+fn cli_sweeps_and_their_shards_pass() {
+    let folder = Folder::new();
+    folder.write("study.toml", STUDY);
+    folder.ok("sweep study.toml -o sweep.h5 -q");
+    sound(&folder, "sweep.h5");
+    // A per cent sign begins a pattern of names in HDF5.
+    let names = ["50% 1.h5", "%b.h5"];
+    for (shard, name) in ["1/2", "2/2"].into_iter().zip(names) {
+        folder.ok(&["sweep", "study.toml", "--shard", shard, "-o", name, "-q"]);
+        sound(&folder, name);
+    }
+    folder.ok(&["merge", names[0], names[1], "-o", "merged.h5"]);
+    sound(&folder, "merged.h5");
+    assert_eq!(folder.read("merged.h5"), folder.read("sweep.h5"));
+    folder.ok(&["merge", names[0], names[1], "-o", "virtual.h5", "--virtual"]);
+    sound(&folder, "virtual.h5");
+    let status = |name: &str| folder.sweep_file(name).numbers("status").unwrap();
+    assert_eq!(status("virtual.h5"), status("sweep.h5"));
+}
+
+#[test]
+fn cli_what_was_changed_is_named() {
+    let folder = Folder::new();
+    folder.ok_short("-q -o run.h5");
+    let change = |change: &dyn Fn(&hdf5::File)| {
+        std::fs::copy(folder.path("run.h5"), folder.path("bad.h5")).unwrap();
+        let opened = unlocked::open_rw(folder.path("bad.h5"));
+        change(&opened.unwrap());
+        wrong(&folder, "bad.h5")
+    };
+    let set = |name: &'static str, row: usize, value: f64| {
+        move |file: &hdf5::File| file.dataset(name).unwrap().write_slice(&[value], row..row + 1).unwrap()
+    };
+    let only = |problems: Vec<(String, String)>, place: &str, what: &str| {
+        assert!(
+            problems.iter().any(|p| p.0 == place && p.1.contains(what)),
+            "{problems:?}"
+        );
+    };
+    only(
+        change(&set("trajectory/time", 7, 0.0)),
+        "row 7 of /trajectory",
+        "comes after",
+    );
+    only(
+        change(&set("trajectory/z", 5, f64::NAN)),
+        "row 5 of /trajectory",
+        "z is NaN",
+    );
+    only(change(&set("segments/end", 0, -1.0)), "row 0 of /segments", "goes from");
+    let segment = |file: &hdf5::File| {
+        let column = file.dataset("trajectory/segment").unwrap();
+        column.write_slice(&[-1], 7..8).unwrap();
+    };
+    only(change(&segment), "/", "row 7 of /trajectory/segment, but -1");
+    only(change(&segment), "/trajectory/segment", "checksum");
+    let steps = |file: &hdf5::File| {
+        let column = file.dataset("segments/steps").unwrap();
+        column.write_slice(&[-5_i64], 0..1).unwrap();
+    };
+    only(change(&steps), "/", "row 0 of /segments/steps, but -5");
+    let status = |text: Option<&'static str>| {
+        move |file: &hdf5::File| {
+            file.delete_attr("status").unwrap();
+            if let Some(text) = text {
+                let text: hdf5::types::VarLenUnicode = text.parse().unwrap();
+                let made = file.new_attr::<hdf5::types::VarLenUnicode>().create("status");
+                made.unwrap().write_scalar(&text).unwrap();
+            }
+        }
+    };
+    only(change(&status(Some("complete\n"))), "/", "status");
+    only(change(&status(None)), "/", "status is missing");
+    let text = |file: &hdf5::File| {
+        let input = file.group("input").unwrap();
+        input.unlink("case").unwrap();
+        let made = input.new_dataset::<hdf5::types::VarLenUnicode>().create("case");
+        made.unwrap()
+            .write_scalar(&"a".parse::<hdf5::types::VarLenUnicode>().unwrap())
+            .unwrap();
+    };
+    only(change(&text), "/input/case", "fixed length");
+    // What is said of the checksums has one, too.
+    let described = |file: &hdf5::File| {
+        let text: hdf5::types::VarLenUnicode = "path".parse().unwrap();
+        let sums = file.dataset("meta/checksums").unwrap();
+        sums.attr("long_name").unwrap().write_scalar(&text).unwrap();
+    };
+    only(change(&described), "/meta/checksums", "checksum");
+    let unlink = |file: &hdf5::File| file.unlink("events/kind").unwrap();
+    only(change(&unlink), "/events/kind", "missing");
+    only(change(&unlink), "/events/kind", "checksum");
+    let short = |file: &hdf5::File| file.dataset("trajectory/phi1").unwrap().resize([3]).unwrap();
+    only(change(&short), "/trajectory/phi1", "3 rows");
+    let count = |file: &hdf5::File| {
+        file.group("stick_slip")
+            .unwrap()
+            .attr("stick_count")
+            .unwrap()
+            .write_scalar(&17_i64)
+            .unwrap();
+    };
+    only(change(&count), "/stick_slip", "/events has 0");
+    only(change(&count), "/stick_slip", "checksum");
+    let unit = |file: &hdf5::File| {
+        let unit: hdf5::types::VarLenUnicode = "rpm".parse().unwrap();
+        file.dataset("trajectory/theta_dot")
+            .unwrap()
+            .attr("units")
+            .unwrap()
+            .write_scalar(&unit)
+            .unwrap();
+    };
+    only(change(&unit), "/trajectory/theta_dot", "units is \"rpm\"");
+}
+
+/// Modes, kinds of events and segments are one story. The checksums, which find the change too, say less.
+#[test]
+fn cli_a_change_of_mode_without_its_event_is_named() {
+    let folder = Folder::new();
+    folder.ok("run -o run.h5 -q");
+    let kinds = folder.result("run.h5").events().unwrap();
+    let first = |kind: &str| kinds.iter().position(|event| event.kind.name() == kind).unwrap();
+    let (stick, corner) = (first("stick"), first("corner"));
+    for (column, row, code, place, words) in [
+        // A slip in place of the first stick, which leads from slip to stick.
+        (
+            "events/kind",
+            stick,
+            1_i8,
+            format!("row {stick} of /events"),
+            "a slip does not lead",
+        ),
+        (
+            "events/kind",
+            stick,
+            5,
+            format!("row {stick} of /events"),
+            "a kick does not lead",
+        ),
+        (
+            "events/mode_after",
+            stick,
+            3,
+            format!("row {stick} of /events"),
+            "a stick does not lead",
+        ),
+        (
+            "events/mode_after",
+            corner,
+            1,
+            format!("row {corner} of /events"),
+            "a corner does not lead",
+        ),
+        (
+            "segments/mode",
+            1,
+            3,
+            "row 1 of /segments".to_owned(),
+            "after what comes before it",
+        ),
+    ] {
+        std::fs::copy(folder.path("run.h5"), folder.path("bad.h5")).unwrap();
+        let opened = unlocked::open_rw(folder.path("bad.h5"));
+        let dataset = opened.unwrap().dataset(column).unwrap();
+        dataset.write_slice(&[code], row..row + 1).unwrap();
+        drop(dataset);
+        let problems = wrong(&folder, "bad.h5");
+        assert!(
+            problems.iter().any(|p| p.0 == place && p.1.contains(words)),
+            "{column}, {place}: {problems:?}"
+        );
+    }
+}
+
+/// Whatever byte of a text is changed, and whatever byte of a chunk of numbers, it is found.
+#[test]
+fn property_a_changed_byte_of_a_text_or_of_numbers_is_found() {
+    let folder = Folder::new();
+    folder.ok_short("-q -o run.h5");
+    let sound = folder.read("run.h5");
+    let chunk = unlocked::open(folder.path("run.h5"))
+        .unwrap()
+        .dataset("trajectory/theta")
+        .unwrap()
+        .chunk_info(0)
+        .unwrap();
+    let text = b"rotor_inertia";
+    let text = (0..sound.len()).find(|&at| sound[at..].starts_with(text)).unwrap();
+    for at in (chunk.addr as usize..(chunk.addr + chunk.size) as usize)
+        .step_by(chunk.size as usize / 4)
+        .chain([text + 3])
+    {
+        let mut bad = sound.clone();
+        bad[at] ^= 0x10;
+        folder.write("bad.h5", &bad);
+        assert!(!wrong(&folder, "bad.h5").is_empty(), "byte {at}");
+    }
+}
+
+/// The index of the chunks has no checksum in HDF5, and what it has lost is read as zeros: a changed bit of a key is
+/// found, or changes no value.
+#[test]
+fn property_a_changed_bit_of_the_index_of_chunks_is_found() {
+    let folder = Folder::new();
+    folder.ok_short("-q -o run.h5");
+    let sound = folder.read("run.h5");
+    let read = |name: &str| {
+        let opened = unlocked::open(folder.path(name));
+        opened.unwrap().dataset("trajectory/theta").unwrap()
+    };
+    let values = read("run.h5").read_raw::<f64>().unwrap();
+    let chunk = read("run.h5").chunk_info(0).unwrap();
+    // A key (bytes of the chunk, filters left out, first row, 0) and the address of the chunk.
+    let address = (0..sound.len())
+        .find(|&at| {
+            sound[at..].starts_with(&chunk.addr.to_le_bytes()) && at >= 24 && {
+                let size = u32::from_le_bytes(*sound[at - 24..].first_chunk().unwrap());
+                u64::from(size) == chunk.size
+            }
+        })
+        .unwrap();
+    let mut found = 0;
+    for bit in 0..8 * 24 {
+        let mut bad = sound.clone();
+        bad[address - 24 + bit / 8] ^= 1 << (bit % 8);
+        folder.write("bad.h5", &bad);
+        let checked = folder.stickslip("check bad.h5").output().unwrap();
+        match checked.status.code() {
+            Some(0) => assert_eq!(read("bad.h5").read_raw::<f64>().unwrap(), values, "bit {bit}"),
+            Some(1) => found += 1,
+            code => panic!("bit {bit}: status {code:?}"),
+        }
+    }
+    // All of the row, at the least: that is how a chunk gets lost.
+    assert!(found >= 64, "{found} of 192 bits");
+}
+
+/// A certified copy has the checksums of the values that the run has written; there is none of damaged values.
+#[test]
+fn cli_a_certified_copy_keeps_the_checksums_of_the_values() {
+    let folder = Folder::new();
+    folder.ok_short("-q -o run.h5");
+    folder.ok("certify run.h5 -o sound.h5 -q");
+    sound(&folder, "sound.h5");
+    {
+        let opened = unlocked::open_rw(folder.path("run.h5"));
+        let column = opened.unwrap().dataset("trajectory/normal_force").unwrap();
+        column.write_slice(&[17.0], 3..4).unwrap();
+    }
+    let certify = ["certify", "run.h5", "-o", "changed.h5", "-q"];
+    let (_, stderr) = output(&mut folder.stickslip(&certify), 2);
+    assert!(
+        stderr.contains("/trajectory/normal_force: is not what was written: its checksum"),
+        "{stderr}"
+    );
+    assert!(!folder.path("changed.h5").exists());
+}
+
+#[test]
+fn cli_what_is_no_file_of_this_program_is_wrong_input() {
+    let folder = Folder::new();
+    folder.write("text.h5", "time,theta\n");
+    unlocked::create(folder.path("other.h5")).unwrap();
+    for name in ["text.h5", "other.h5", "none.h5"] {
+        output(&mut folder.stickslip(&["check", name]), 2);
+    }
+}

@@ -1,0 +1,461 @@
+//! `stickslip compare` as a user starts it: formats, mappings, reports, requirements, and files that are no good.
+
+use crate::common::cli::{Folder, json, output, refusal, says};
+use crate::common::compare::{csv, events_csv, paper, rows_of, word_of};
+use crate::common::unlocked;
+use std::io::Write;
+
+fn with_reference() -> Folder {
+    let folder = Folder::new();
+    std::fs::copy(paper(), folder.path("paper.h5")).unwrap();
+    folder
+}
+
+/// The series of the reference from the kick on.
+fn series() -> String {
+    csv(&rows_of(paper(), 6.966))
+}
+
+/// The one comparison that a command prints as JSON.
+fn compared(folder: &Folder, arguments: &[&str]) -> serde_json::Value {
+    let mut all = vec!["compare", "paper.h5", "--json"];
+    all.extend(arguments);
+    let stdout = folder.ok(&all);
+    json(&stdout)["comparisons"][0].clone()
+}
+
+fn agrees(c: &serde_json::Value) {
+    assert_eq!(
+        (&c["missing"], &c["spurious"]),
+        (&0.into(), &0.into()),
+        "{}",
+        c["verdict"]
+    );
+    assert_eq!(c["event_errors"]["matched"], 95, "{}", c["verdict"]);
+}
+
+/// An uncompressed or compressed NPZ archive.
+fn npz(path: &std::path::Path, arrays: &[(&str, Vec<f64>)], compressed: bool) {
+    let mut archive = zip::ZipWriter::new(std::fs::File::create(path).unwrap());
+    let method = if compressed {
+        zip::CompressionMethod::Deflated
+    } else {
+        zip::CompressionMethod::Stored
+    };
+    let options = zip::write::SimpleFileOptions::default().compression_method(method);
+    for (name, values) in arrays {
+        archive.start_file(format!("{name}.npy"), options).unwrap();
+        let mut header = format!(
+            "{{'descr': '<f8', 'fortran_order': False, 'shape': ({},), }}",
+            values.len()
+        );
+        while (header.len() + 11) % 64 != 0 {
+            header.push(' ');
+        }
+        header.push('\n');
+        archive.write_all(b"\x93NUMPY\x01\x00").unwrap();
+        archive.write_all(&(header.len() as u16).to_le_bytes()).unwrap();
+        archive.write_all(header.as_bytes()).unwrap();
+        for value in values {
+            archive.write_all(&value.to_le_bytes()).unwrap();
+        }
+    }
+    archive.finish().unwrap();
+}
+
+#[test]
+fn cli_every_format_is_read() {
+    let folder = with_reference();
+    let rows = rows_of(paper(), 6.966);
+    let time: Vec<f64> = rows.iter().map(|row| row.0).collect();
+    let velocity: Vec<f64> = rows.iter().map(|row| row.1[5]).collect();
+
+    folder.write("series.csv", series());
+    agrees(&compared(&folder, &["series.csv"]));
+    folder.write("semicolons.csv", format!("# a comment\n{}", series().replace(',', ";")));
+    agrees(&compared(&folder, &["semicolons.csv"]));
+    folder.write("events.csv", events_csv(&word_of(paper())));
+    let c = compared(&folder, &["events.csv"]);
+    agrees(&c);
+    assert_eq!(
+        (c["format"].as_str(), c["event_errors"]["max"].as_f64()),
+        (Some("events table"), Some(0.0))
+    );
+    let c = compared(&folder, &["series.csv", "--events", "events.csv"]);
+    assert_eq!(
+        (&c["detection"], c["event_errors"]["max"].as_f64()),
+        (&serde_json::Value::Null, Some(0.0))
+    );
+
+    for compressed in [false, true] {
+        let arrays = [("t", time.clone()), ("omega_r", velocity.clone())];
+        npz(&folder.path("series.npz"), &arrays, compressed);
+        agrees(&compared(&folder, &["series.npz"]));
+    }
+
+    // As numpy.savetxt has it without further ado, and as programs that align their columns do.
+    let numbers = series().split_once('\n').unwrap().1.to_owned();
+    let header = format!("# time,{}\n", crate::common::compare::NAMES.join(","));
+    folder.write(
+        "savetxt.txt",
+        format!("# a comment\n{header}{}", numbers.replace(',', " ")),
+    );
+    agrees(&compared(&folder, &["savetxt.txt"]));
+    folder.write(
+        "aligned.txt",
+        format!("  {}", series().replace(',', "   ").replace('\n', "\n  ")),
+    );
+    agrees(&compared(&folder, &["aligned.txt"]));
+    let mut latin = b"# Gr\xf6\xdfen\n".to_vec();
+    latin.extend(series().bytes());
+    folder.write("latin.csv", latin);
+    agrees(&compared(&folder, &["latin.csv"]));
+
+    // Events by name in HDF5, as h5py writes a list of texts.
+    let word = word_of(paper());
+    let file = unlocked::create(folder.path("named.h5")).unwrap();
+    let times: Vec<f64> = word.iter().map(|event| event.0).collect();
+    let texts = word
+        .iter()
+        .map(|event| event.1.parse::<hdf5::types::VarLenUnicode>().unwrap());
+    let texts: Vec<_> = texts.collect();
+    let group = file.create_group("events").unwrap();
+    group.new_dataset_builder().with_data(&times).create("time").unwrap();
+    group.new_dataset_builder().with_data(&texts).create("kind").unwrap();
+    drop((group, file));
+    let c = compared(&folder, &["named.h5"]);
+    agrees(&c);
+    assert_eq!(c["event_errors"]["max"], 0.0);
+
+    let file = unlocked::create(folder.path("other.h5")).unwrap();
+    let group = file.create_group("run/3").unwrap();
+    group.new_dataset_builder().with_data(&time).create("clock").unwrap();
+    // As solve_ivp has it, one component in a row; and as most others have it.
+    let flat: Vec<f64> = rows
+        .iter()
+        .map(|row| row.1[4])
+        .chain(velocity.iter().copied())
+        .collect();
+    let flat = ndarray_of(&flat, (2, time.len()));
+    group.new_dataset_builder().with_data(flat.view()).create("y").unwrap();
+    group
+        .new_dataset_builder()
+        .with_data(flat.t().as_standard_layout().view())
+        .create("table")
+        .unwrap();
+    drop((group, file));
+    for slice in ["run/3/y[1]", "y[1,:]", "table[1]", "run/3/table[:,1]"] {
+        let column = format!("relative_velocity={slice}:rad/s");
+        agrees(&compared(
+            &folder,
+            &["other.h5", "--column", "time=clock", "--column", &column],
+        ));
+    }
+}
+
+/// The matrix type of the HDF5 binding.
+fn ndarray_of(values: &[f64], shape: (usize, usize)) -> ndarray::Array2<f64> {
+    ndarray::Array2::from_shape_vec(shape, values.to_vec()).unwrap()
+}
+
+/// The bar names the candidate on standard error, if asked for; the last that it shows is the pass over the states.
+#[test]
+fn cli_compare_has_a_progress_bar() {
+    let folder = with_reference();
+    std::fs::copy(paper(), folder.path("mine.h5")).unwrap();
+    for (choice, shown) in [("always", true), ("auto", false), ("never", false)] {
+        let (stdout, stderr) = output(
+            &mut folder.stickslip(&["compare", "paper.h5", "mine.h5", "--progress", choice]),
+            0,
+        );
+        assert_eq!(stderr.contains("mine.h5: states, t = "), shown, "{choice}: {stderr}");
+        assert!(!stdout.contains("states, t = "), "{choice}");
+    }
+}
+
+#[test]
+fn cli_names_and_units_come_from_a_mapping_or_from_headers() {
+    let folder = with_reference();
+    let rows = rows_of(paper(), 6.966);
+    let rpm = 30.0 / std::f64::consts::PI;
+    let mut text = "ms,w (rpm)\n".to_owned();
+    let mut headed = "time [ms],relative_velocity [rpm]\n".to_owned();
+    for (time, values) in &rows {
+        let line = format!("{:?},{:?}\n", 1e3 * time, rpm * values[5]);
+        text += &line;
+        headed += &line;
+    }
+    folder.write("mine.csv", &text);
+    folder.write("headed.csv", headed);
+    agrees(&compared(&folder, &["headed.csv"]));
+    agrees(&compared(
+        &folder,
+        &["mine.csv", "--column", "time=ms:ms", "--column", "relative_velocity=w"],
+    ));
+    folder.write(
+        "map.toml",
+        "time = { name = \"ms\", unit = \"ms\" }\n[channels]\nrelative_velocity = { name = \"w\", unit = \"rpm\" }\n\
+         [detection]\nvelocity_tolerance = \"1e-7 rad/s\"\nhysteresis = 3\n",
+    );
+    let c = compared(&folder, &["mine.csv", "--map", "map.toml"]);
+    agrees(&c);
+    assert_eq!(c["detection"]["velocity_tolerance"], 1e-7);
+    assert_eq!(c["detection"]["hysteresis"], 3.0);
+    folder.write("kinds.csv", "time,kind\n6.975001494461,0\n6.975049781418,free\n");
+    folder.write("kinds.toml", "[events.kinds]\nfree = \"slip\"\n");
+    let c = compared(&folder, &["kinds.csv", "--map", "kinds.toml"]);
+    assert_eq!((&c["missing"], &c["spurious"]), (&93.into(), &0.into()));
+}
+
+#[test]
+fn cli_requirements_make_a_gate() {
+    let folder = with_reference();
+    folder.write("series.csv", series());
+    let require = |requirements: &[&str], status: i32| {
+        let mut all = vec!["compare", "paper.h5", "series.csv", "-q"];
+        for requirement in requirements {
+            all.extend(["--require", requirement]);
+        }
+        output(&mut folder.stickslip(&all), status)
+    };
+    require(&["onset<1e-6", "missing<=0", "events<1e-6", "scd>=2"], 0);
+    let (stdout, stderr) = require(&["onset<1e-6", "onset<1e-15", "scd>17"], 1);
+    assert_eq!(stdout, "");
+    assert!(
+        stderr.contains("onset<1e-15") && stderr.contains("scd>17") && !stderr.contains("onset<1e-6"),
+        "{stderr}"
+    );
+    for wrong in ["onset", "onset<", "onset<x", "nonsense<1", "onset=1"] {
+        folder.refused(&["compare", "paper.h5", "series.csv", "--require", wrong], &[wrong]);
+    }
+}
+
+/// What a candidate does not reach is neither right nor wrong.
+#[test]
+fn cli_requirements_are_not_met_by_what_is_not_covered() {
+    let folder = with_reference();
+    let lines = |from: f64, to: f64| {
+        let line = |k: u32| format!("{},1.0\n", from + (to - from) * f64::from(k) / 50.0);
+        format!("time,relative_velocity\n{}", (0..50).map(line).collect::<String>())
+    };
+    folder.write("before.csv", lines(0.0, 1.0));
+    folder.write("after.csv", lines(50.0, 60.0));
+    for name in ["before.csv", "after.csv"] {
+        let c = compared(&folder, &[name]);
+        assert_eq!((&c["reference_events"], &c["uncovered"]), (&0.into(), &95.into()));
+        assert!(
+            c["verdict"]
+                .as_str()
+                .unwrap()
+                .contains("covers none of the reference's 95 events"),
+            "{c}"
+        );
+        for metric in [
+            "missing<=0",
+            "spurious<=0",
+            "uncovered<=0",
+            "events<1",
+            "onset<1",
+            "sticks<=0",
+            "last_period<1",
+        ] {
+            let arguments = ["compare", "paper.h5", name, "-q", "--require", metric];
+            let (_, stderr) = output(&mut folder.stickslip(&arguments), 1);
+            assert!(stderr.contains(metric), "{stderr}");
+        }
+    }
+    let rows: Vec<_> = rows_of(paper(), 6.966).into_iter().filter(|row| row.0 < 6.98).collect();
+    folder.write("half.csv", csv(&rows));
+    let half = |metric: &str, status: i32| {
+        let arguments = ["compare", "paper.h5", "half.csv", "--require", metric];
+        output(&mut folder.stickslip(&arguments), status).0
+    };
+    let stdout = half("missing<=0", 0);
+    assert!(stdout.contains(" of 95 events)"), "{stdout}");
+    half("onset<1e-6", 0);
+    half("uncovered<=0", 1);
+    half("final_stick<1", 1);
+}
+
+/// A pipe, whose other end nobody opens, is not waited for.
+#[cfg(unix)]
+#[test]
+fn regression_a_report_waits_for_no_pipe() {
+    let folder = Folder::new();
+    let made = std::process::Command::new("mkfifo")
+        .arg(folder.path("report.md"))
+        .status();
+    assert!(made.unwrap().success());
+    for force in [None, Some("--force")] {
+        let arguments = ["compare", "none.h5", "none.csv", "--report", "report.md"];
+        let refused = refusal(folder.stickslip(&arguments).args(force));
+        says(&refused, &["a pipe or a device", "another name with --report"]);
+    }
+}
+
+#[test]
+fn cli_reports_are_written_and_nothing_else_is_replaced() {
+    let folder = with_reference();
+    folder.write("a&b.csv", events_csv(&word_of(paper())));
+    for name in ["report.html", "report.md"] {
+        let arguments = ["compare", "paper.h5", "a&b.csv", "-q", "--report", name];
+        folder.ok(&arguments);
+        let text = std::fs::read_to_string(folder.path(name)).unwrap();
+        says(&text, &["the event sequences agree", "final stick"]);
+        // Every event is in it, and once more over an earlier report.
+        assert!(text.matches("slip").count() > 47);
+        folder.ok(&arguments);
+    }
+    let html = std::fs::read_to_string(folder.path("report.html")).unwrap();
+    assert!(html.contains("a&amp;b.csv") && !html.contains("http"));
+    folder.write("mine.md", "my notes");
+    let refused = |name: &str| refusal(&mut folder.stickslip(&["compare", "paper.h5", "a&b.csv", "--report", name]));
+    assert!(refused("mine.md").contains("--force"));
+    assert!(refused("report.pdf").contains(".html or .md"));
+    assert!(refused("nowhere/report.md").contains("folder"));
+    assert_eq!(std::fs::read_to_string(folder.path("mine.md")).unwrap(), "my notes");
+}
+
+/// A file that is refused, and what the message has to say.
+#[test]
+fn cli_malformed_candidates_are_refused_with_place_and_remedy() {
+    let folder = with_reference();
+    let good = "time,relative_velocity\n0.0,1.0\n0.1,0.9\n0.2,0.8\n";
+    let line = |n: usize, new: &str| {
+        let mut lines: Vec<&str> = good.lines().collect();
+        lines[n - 1] = new;
+        lines.join("\n") + "\n"
+    };
+    for (name, text, words) in [
+        ("ragged.csv", line(3, "0.1"), &["line 3", "1 fields", "2"][..]),
+        ("nan.csv", line(3, "0.1,nan"), &["row 1", "relative_velocity", "NaN"]),
+        ("words.csv", line(4, "0.2,fast"), &["line 4", "fast", "1.5e-3"]),
+        ("decreasing.csv", line(4, "0.05,0.8"), &["row 2", "0.05", "0.1", "sort"]),
+        ("doubled.csv", line(4, "0.1,0.8"), &["row 2", "twice", "keep one"]),
+        (
+            "no-time.csv",
+            line(1, "a,relative_velocity"),
+            &["times", "--column time=NAME"],
+        ),
+        (
+            "no-velocity.csv",
+            line(1, "time,theta_dot"),
+            &["relative velocity", "phi1_dot"],
+        ),
+        ("nothing.csv", line(1, "time,speeed"), &["speeed", "--column"]),
+        ("empty.csv", String::new(), &["no line of data"]),
+        ("header.csv", "time,relative_velocity\n".to_owned(), &["no samples"]),
+        (
+            "unit.csv",
+            line(1, "time,relative_velocity [N]"),
+            &["unit", "N", "--column"],
+        ),
+        (
+            "events.csv",
+            "time,kind\n1.0,stick\n2.0,jump\n".to_owned(),
+            &["row 1", "jump", "events.kinds"],
+        ),
+        (
+            "order.csv",
+            "time,kind\n2.0,stick\n1.0,slip\n".to_owned(),
+            &["row 1", "sort"],
+        ),
+        ("binary.csv", "\0\0\u{1}\0".to_owned(), &["HDF5, NPZ or CSV"]),
+        ("false.npz", "PK not really".to_owned(), &["NPZ", "numpy.savez"]),
+    ] {
+        folder.write(name, text);
+        let error = refusal(&mut folder.stickslip(&["compare", "paper.h5", name]));
+        for word in words.iter().chain(&[name]) {
+            assert!(error.contains(word), "{name}: \"{word}\" in {error}");
+        }
+        assert_eq!(error.trim_end().lines().count(), 1, "{error}");
+    }
+}
+
+#[test]
+fn cli_damaged_files_are_refused() {
+    let folder = with_reference();
+    let whole = folder.read("paper.h5");
+    for part in [9, 600, whole.len() / 2, whole.len() - 1000] {
+        folder.write("cut.h5", &whole[..part]);
+        folder.refused("compare paper.h5 cut.h5", &["cut.h5"]);
+        folder.refused("compare cut.h5 paper.h5", &["cut.h5"]);
+    }
+    let rows = rows_of(paper(), 6.97);
+    let columns = [
+        ("time", rows.iter().map(|r| r.0).collect()),
+        ("relative_velocity", rows.iter().map(|r| r.1[5]).collect::<Vec<f64>>()),
+    ];
+    npz(&folder.path("whole.npz"), &columns, false);
+    let whole = folder.read("whole.npz");
+    folder.write("cut.npz", &whole[..whole.len() / 2]);
+    folder.refused("compare paper.h5 cut.npz", &["cut.npz", "numpy.savez"]);
+    // One bit of the last value of the first array, which is stored as it is: the CRC-32 of the member differs.
+    let mut flipped = whole.clone();
+    let second = b"relative_velocity.npy";
+    let at = (0..whole.len()).find(|&at| whole[at..].starts_with(second)).unwrap() - 30 - 8;
+    flipped[at] ^= 1;
+    folder.write("flipped.npz", &flipped);
+    folder.refused(
+        "compare paper.h5 flipped.npz",
+        &["flipped.npz", "time: Invalid checksum"],
+    );
+    npz(
+        &folder.path("uneven.npz"),
+        &[columns[0].clone(), ("relative_velocity", vec![1.0; 5])],
+        false,
+    );
+    folder.refused("compare paper.h5 uneven.npz", &["5 rows"]);
+    // Another model's file: HDF5 without anything that is known.
+    let file = unlocked::create(folder.path("weather.h5")).unwrap();
+    file.new_dataset_builder()
+        .with_data(&[1.0, 2.0])
+        .create("rain")
+        .unwrap();
+    drop(file);
+    folder.refused("compare paper.h5 weather.h5", &["rain", "--column"]);
+    for (reference, candidate) in [
+        ("nowhere.h5", "paper.h5"),
+        ("paper.h5", "nowhere.csv"),
+        ("paper.h5", "."),
+        ("weather.h5", "paper.h5"),
+    ] {
+        refusal(&mut folder.stickslip(&["compare", reference, candidate]));
+    }
+}
+
+#[test]
+fn cli_wrong_mappings_are_refused_by_line_and_name() {
+    let folder = with_reference();
+    folder.write("series.csv", series());
+    for (text, words) in [
+        ("time = 3\n", &["line 1", "name"][..]),
+        ("\n[channels]\nrelative_velocty = \"w\"\n", &["relative_velocity?"]),
+        (
+            "[channels]\nphi1 = { name = \"phi1\", unit = \"N\" }\n",
+            &["phi1", "force"],
+        ),
+        ("[channels]\nphi1 = \"phi_one\"\n", &["phi_one"]),
+        ("[detection]\nvelocity_tolerance = -1\n", &["at least 0"]),
+        ("colour = 1\n", &["colour"]),
+        ("time = \n", &["line 1", "TOML"]),
+    ] {
+        folder.write("map.toml", text);
+        let error = refusal(&mut folder.stickslip("compare paper.h5 series.csv --map map.toml"));
+        for word in words {
+            assert!(error.contains(word), "{text}: {error}");
+        }
+    }
+    for option in ["phi1", "nonsense=x", "time=time:N", "phi1=phi_one"] {
+        let error = refusal(&mut folder.stickslip(&["compare", "paper.h5", "series.csv", "--column", option]));
+        assert!(!error.is_empty());
+    }
+    for (option, value) in [
+        ("--velocity-tolerance", "wide"),
+        ("--velocity-tolerance", "-1"),
+        ("--hysteresis", "0.5"),
+    ] {
+        let assignment = format!("{option}={value}");
+        refusal(&mut folder.stickslip(&["compare", "paper.h5", "series.csv", &assignment]));
+    }
+}

@@ -1,0 +1,274 @@
+//! `stickslip compare` with candidates that have one number of the case otherwise: planted in a bare solver that starts at the kick, and
+//! in runs of this program from t = 0, of which the candidate is the table of events.
+
+use crate::common::cli::{Folder, json, says};
+use crate::common::compare::{SOUND, Solver, csv, events_csv, kick, paper, parameters, rows_of, run, word_of};
+use serde_json::Value;
+use stickslip::friction::FrictionLaw;
+use stickslip::model::Parameters;
+use stickslip::record::State;
+
+fn with_reference() -> Folder {
+    let folder = Folder::new();
+    std::fs::copy(paper(), folder.path("paper.h5")).unwrap();
+    folder
+}
+
+/// The comparison of a file, and what the program prints of it.
+fn compared(folder: &Folder, candidate: &str, options: &[&str]) -> (Value, String) {
+    let arguments = [&["compare", "paper.h5", candidate], options].concat();
+    let text = folder.ok(&arguments);
+    let arguments = [&["compare", "paper.h5", candidate, "--json"], options].concat();
+    let stdout = folder.ok(&arguments);
+    (json(&stdout)["comparisons"][0].clone(), text)
+}
+
+/// By a solver of the kicked brake with steps of a microsecond.
+fn solved(change: impl FnOnce(&mut Parameters, &mut State)) -> (Value, String) {
+    let (_, _, mut state) = kick();
+    let mut p = parameters();
+    change(&mut p, &mut state);
+    let folder = with_reference();
+    folder.write("mine.csv", csv(&SOUND.run_with(&p, &state)));
+    compared(&folder, "mine.csv", &[])
+}
+
+/// By this program, of whose run the events alone are given.
+fn events_of(overrides: &[&str]) -> (Value, String) {
+    let folder = with_reference();
+    let path = folder.path("other.h5");
+    run(&path, "paper", overrides);
+    folder.write("mine.csv", events_csv(&word_of(&path)));
+    compared(&folder, "mine.csv", &[])
+}
+
+/// The one number that a comparison names, with its value and error; the part explained.
+fn one_number(c: &Value) -> (String, f64, f64, f64) {
+    let found = &c["parameters"];
+    let numbers = found["numbers"]
+        .as_array()
+        .unwrap_or_else(|| panic!("{}", c["verdict"]));
+    assert_eq!(numbers.len(), 1, "{}", c["verdict"]);
+    let number = |key: &str| numbers[0][key].as_f64().unwrap();
+    let path = numbers[0]["path"].as_str().unwrap().to_owned();
+    (
+        path,
+        number("value"),
+        number("error"),
+        found["explained"].as_f64().unwrap(),
+    )
+}
+
+fn exponential(p: &mut Parameters) -> &mut stickslip::friction::Exponential {
+    match &mut p.friction.law {
+        FrictionLaw::Exponential(law) => law,
+        other => panic!("{other:?}"),
+    }
+}
+
+/// By which factor of its case a number is planted, and how.
+type Planted = (&'static str, f64, fn(&mut Parameters));
+
+/// The equations hold between the events whatever those are, so the value comes out as planted: the steps of the solver err by
+/// (omega h)^5/120 = 1e-10 of an oscillation each, the quadrature by 1e-9, and the slope of a number is 1e-3 of the terms at least.
+#[test]
+fn cli_a_number_planted_in_the_equations_is_named_with_its_value() {
+    let planted: [Planted; 7] = [
+        ("friction.decay", 4.9 / 5.0, |p| exponential(p).decay = 4.9),
+        ("contact.radius", 1.001, |p| p.contact.radius *= 1.001),
+        ("torsion.damping", 0.9, |p| p.torsion.damping *= 0.9),
+        ("friction.low_speed", 0.59 / 0.6, |p| exponential(p).low_speed = 0.59),
+        ("torsion.surface_inertia", 2.0, |p| p.torsion.surface_inertia *= 2.0),
+        ("torsion.stiffness", 1.01, |p| p.torsion.stiffness *= 1.01),
+        ("torsion.rotor_inertia", 1.01, |p| p.torsion.rotor_inertia *= 1.01),
+    ];
+    for (path, factor, change) in planted {
+        let (c, text) = solved(|p, _| change(p));
+        let (found, value, error, explained) = one_number(&c);
+        assert_eq!(found, path, "{}", c["verdict"]);
+        let expected = factor * c["parameters"]["numbers"][0]["reference"].as_f64().unwrap();
+        assert!((value / expected - 1.0).abs() < 1e-5, "{path}: {value} for {expected}");
+        assert!(error < 1e-3 * expected, "{path}: {error}");
+        assert!(explained > 0.99, "{path}: {explained}");
+        assert_eq!(c["causes"][0]["cause"], "another-parameter", "{}", c["verdict"]);
+        // Tried: the case with it has the events, which the solver takes at its steps.
+        let rerun = &c["parameters"]["rerun"];
+        assert_eq!(rerun["after"]["unmatched"], 0, "{path}: {rerun}");
+        assert!(rerun["after"]["max"].as_f64().unwrap() < 2e-5, "{path}: {rerun}");
+        assert!(text.contains("likely cause: another parameter: "), "{text}");
+    }
+}
+
+/// mu_0 is in no equation: it is read from the torque at which sticks end, and from the events. By a run of this program, of which the
+/// candidate has the samples and the events.
+#[test]
+fn cli_another_breakaway_is_named_with_its_coefficient() {
+    let folder = with_reference();
+    let path = folder.path("other.h5");
+    run(&path, "paper", &["friction.breakaway=0.62"]);
+    folder.write("mine.csv", csv(&rows_of(&path, 6.966)));
+    folder.write("events.csv", events_csv(&word_of(&path)));
+    let (c, text) = compared(&folder, "mine.csv", &["--events", "events.csv"]);
+    let (found, value, _, _) = one_number(&c);
+    assert_eq!(found, "friction.breakaway", "{}", c["verdict"]);
+    assert!((value - 0.62).abs() < 1e-5, "{value}");
+    assert!(text.contains("mu_0 = 0.62"), "{text}");
+}
+
+#[test]
+fn cli_a_right_solver_is_not_told_another_number() {
+    let (c, text) = solved(|_, _| {});
+    assert!(
+        c.get("parameters").is_none() && c.get("kick").is_none() && c.get("clock").is_none(),
+        "{text}"
+    );
+    assert_eq!(c["causes"], Value::Array(Vec::new()));
+    // Nor is one whose steps or method are at fault.
+    let (start, _, state) = kick();
+    assert!(start > 6.9);
+    let folder = with_reference();
+    for (name, solver) in [
+        (
+            "damped.csv",
+            Solver {
+                step: 5e-6,
+                implicit: true,
+                ..SOUND
+            },
+        ),
+        ("coarse.csv", Solver { step: 8e-6, ..SOUND }),
+        (
+            "angles.csv",
+            Solver {
+                absolute_angles: true,
+                ..SOUND
+            },
+        ),
+    ] {
+        if solver.absolute_angles {
+            folder.write(name, csv(&solver.run()));
+        } else {
+            folder.write(name, csv(&solver.run_with(&parameters(), &state)));
+        }
+        let (c, text) = compared(&folder, name, &[]);
+        assert!(c.get("parameters").is_none(), "{name}: {text}");
+    }
+}
+
+#[test]
+fn cli_two_mistakes_are_not_laid_on_one_number() {
+    let (c, _) = solved(|p, _| {
+        exponential(p).decay = 4.9;
+        p.torsion.damping *= 0.9;
+    });
+    let numbers = c["parameters"]["numbers"].as_array().unwrap();
+    let mut paths: Vec<&str> = numbers.iter().map(|number| number["path"].as_str().unwrap()).collect();
+    paths.sort_unstable();
+    assert_eq!(paths, ["friction.decay", "torsion.damping"], "{}", c["verdict"]);
+    // Three are more than can be told.
+    let (c, text) = solved(|p, _| {
+        exponential(p).decay = 4.9;
+        p.torsion.damping *= 0.9;
+        p.torsion.stiffness *= 1.01;
+    });
+    assert!(c.get("parameters").is_none(), "{text}");
+}
+
+/// A candidate that begins just after the kick shows it by the state that it begins with.
+#[test]
+fn cli_another_kick_is_named_with_its_size_and_its_surface() {
+    let (_, before, after) = kick();
+    let jump = [after.phi2_dot - before.phi2_dot, after.phi1_dot - before.phi1_dot];
+    let with = |rotor: f64, stator: f64| {
+        let (c, text) = solved(|_, state| {
+            state.phi1_dot = before.phi1_dot + stator * jump[1];
+            state.phi2_dot = before.phi2_dot + rotor * jump[0];
+            state.rotor_twist_rate = before.rotor_twist_rate - rotor * jump[0];
+            state.relative_velocity = state.phi2_dot - state.phi1_dot;
+        });
+        assert_eq!(c["causes"][0]["cause"], "another-kick", "{text}");
+        assert!(c.get("parameters").is_none(), "{text}");
+        let found = |k: usize| c["kick"]["jumps"][k].as_f64().unwrap();
+        // In the first microsecond nothing but rounding of some 1e-16 rad/s comes to the jump of 6.5e-7 rad/s.
+        for (k, part) in [rotor, stator].into_iter().enumerate() {
+            assert!((found(k) - part * jump[k]).abs() < 1e-3 * jump[k].abs(), "{text}");
+        }
+        text
+    };
+    assert!(with(2.0, 2.0).contains("2.0000 times the reference's"));
+    assert!(with(2.0, 0.0).contains("on the rotor's surface alone"));
+    assert!(with(0.0, 2.0).contains("on the stator's surface alone"));
+}
+
+#[test]
+fn cli_times_that_count_from_the_kick_are_named() {
+    let (start, _, state) = kick();
+    let mut rows = SOUND.run_with(&parameters(), &state);
+    for (time, _) in &mut rows {
+        *time -= start;
+    }
+    let folder = with_reference();
+    folder.write("mine.csv", csv(&rows));
+    let (c, text) = compared(&folder, "mine.csv", &[]);
+    assert_eq!(c["clock"]["counts_from"], "the kick", "{text}");
+    assert!((c["clock"]["offset"].as_f64().unwrap() + start).abs() < 1e-5, "{text}");
+    assert!(text.contains("its times count from the kick"), "{text}");
+    // The events alone.
+    let word: Vec<_> = word_of(paper())
+        .into_iter()
+        .map(|(time, kind)| (time - start, kind))
+        .collect();
+    folder.write("events.csv", events_csv(&word));
+    let (c, _) = compared(&folder, "events.csv", &[]);
+    assert_eq!(c["clock"]["counts_from"], "the kick");
+    assert!(c["clock"]["left"].as_f64().unwrap() < 1e-12);
+}
+
+/// A table of events tells the number that makes the events of a run those of the table. The candidate's own runs err by less than
+/// 1e-9 s, and a slope of an event time is 1e-4 s for a change by all of the number at least.
+#[test]
+fn cli_events_alone_name_a_number() {
+    let planted = [
+        ("friction.decay", 4.9),
+        ("contact.radius", 0.052439887),
+        ("torsion.damping", 20.337),
+        ("friction.low_speed", 0.59),
+        ("friction.breakaway", 0.62),
+        ("perturbation.0.relative_velocity", 2.6e-6),
+        ("torsion.surface_inertia", 0.0226),
+    ];
+    for (path, value) in planted {
+        let (c, text) = events_of(&[&format!("{path}={value}")]);
+        let found = &c["parameters"];
+        let numbers = [&found["numbers"], &found["or"]]
+            .into_iter()
+            .flat_map(|list| list.as_array().cloned().unwrap_or_default());
+        let named: Vec<Value> = numbers.filter(|number| number["path"] == path).collect();
+        assert_eq!(named.len(), 1, "{path}: {text}");
+        let got = named[0]["value"].as_f64().unwrap();
+        assert!((got / value - 1.0).abs() < 1e-4, "{path}: {got} for {value}");
+        assert_eq!(found["found_by"], "events");
+        assert_eq!(found["rerun"]["after"]["unmatched"], 0, "{path}");
+    }
+}
+
+#[test]
+fn cli_rows_with_six_digits_are_called_so() {
+    let (_, _, state) = kick();
+    let rows = SOUND.run_with(&parameters(), &state);
+    let folder = with_reference();
+    let mut text = "time,relative_velocity\n".to_owned();
+    for (time, values) in &rows {
+        text += &format!("{time:.5},{:.5e}\n", values[5]);
+    }
+    folder.write("short.csv", text);
+    let (report, _) = crate::common::cli::output(&mut folder.stickslip("compare paper.h5 short.csv"), 0);
+    says(
+        &report,
+        &[
+            "its times are numbers with 5 decimals",
+            "have the time of the one before and are left out: write more digits",
+        ],
+    );
+    assert!(!report.contains("is there twice"), "{report}");
+}

@@ -1,0 +1,228 @@
+//! `stickslip compare` and `stickslip work-precision` of trains as a user starts them.
+
+use crate::common::cli::{Folder, json, output, refusal, says};
+
+/// The paper's brake with a short ramp, in both forms.
+const BRAKE: &str = "
+[axial]
+mass = 4.54
+stiffness = 55.38e6
+damping = 8760
+[actuation]
+profile = \"ramp\"
+force = 2225
+rise_time = 0.01
+[torsion]
+rotor_inertia = 0.0002
+surface_inertia = 0.0113
+stiffness = 7.71e6
+damping = 22.606
+[contact]
+radius = 0.052388
+[friction]
+breakaway = 0.6
+low_speed = 0.6
+high_speed = 0.3
+decay = 3.5
+[initial]
+speed = 100
+[output]
+end_time = 0.005
+interval = 1e-5
+";
+
+fn brake_as_trains() -> String {
+    BRAKE
+        .replace(
+            "[torsion]
+rotor_inertia = 0.0002
+surface_inertia = 0.0113
+stiffness = 7.71e6
+damping = 22.606
+",
+            "[rotor]
+inertia = [0.0113, 0.0002]
+stiffness = 7.71e6
+damping = 22.606
+end = \"free\"
+[stator]
+inertia = 0.0113
+stiffness = 7.71e6
+damping = 22.606
+end = \"fixed\"
+",
+        )
+        .to_owned()
+}
+
+#[test]
+fn cli_a_result_of_trains_is_compared_with_another_method() {
+    let folder = Folder::new();
+    folder.ok("run drill-string -q");
+    let other = ["run", "drill-string", "-q", "--method", "cvode", "-o", "cvode.h5"];
+    folder.ok(&other);
+    let (stdout, stderr) = output(&mut folder.stickslip("compare drill-string.h5 cvode.h5 --report report.html --require events<1e-7 --require period<1e-7 --require drift<1e-8 --require missing<=0"), 0);
+    assert_eq!(stderr, "");
+    says(
+        &stdout,
+        &[
+            "the event sequences agree",
+            "the surface of the rotor on its shaft",
+            "sticks in a period",
+            "rad/s",
+            "a cycle",
+            "not compared: final_stick",
+        ],
+    );
+    let page = std::fs::read_to_string(folder.path("report.html")).unwrap();
+    assert!(
+        page.contains("matched events") && page.contains("rotor_twist"),
+        "{page}"
+    );
+    let short = ["compare", "drill-string.h5", "cvode.h5", "--require", "final_stick<1"];
+    let (_, stderr) = output(&mut folder.stickslip(&short), 1);
+    assert!(stderr.contains("final_stick does not exist"), "{stderr}");
+}
+
+#[test]
+fn cli_columns_of_trains_are_named_and_have_units() {
+    let folder = Folder::new();
+    folder.ok("run belt-leine -q");
+    // In stick to 5 s: 200 mm/s.
+    let rows: String = (0..50).map(|k| format!("{},{},200\n", 100 * k, 20 * k)).collect();
+    folder.write("mine.csv", format!("clock,place,pace\n{rows}"));
+    folder.write(
+        "map.toml",
+        "time = { name = \"clock\", unit = \"ms\" }\n[channels]\nstator_position_0 = { name = \"place\", unit = \"mm\" }\n\
+         velocity = { name = \"pace\", unit = \"mm/s\" }\n[detection]\nvelocity_tolerance = \"1 um/s\"\n",
+    );
+    let arguments = ["compare", "belt-leine.h5", "mine.csv", "--map", "map.toml", "--json"];
+    let stdout = folder.ok(&arguments);
+    let c = &json(&stdout)["comparisons"][0];
+    assert_eq!(c["detection"]["velocity_tolerance"], 1e-6);
+    let channels = c["channels"].as_array().unwrap();
+    let names: Vec<&str> = channels.iter().map(|row| row["channel"].as_str().unwrap()).collect();
+    assert_eq!(
+        names,
+        ["relative_velocity", "phi1", "phi1_dot", "slip_displacement"],
+        "{c}"
+    );
+    assert_eq!(
+        (&channels[1]["unit"], &channels[2]["unit"]),
+        (&"m".into(), &"m/s".into())
+    );
+    assert!(channels.iter().all(|row| row["max"].as_f64().unwrap() < 1e-14), "{c}");
+    // A unit of rotation, and a name that is nobody's.
+    let wrong = ["compare", "belt-leine.h5", "mine.csv", "--column", "velocity=pace:rpm"];
+    assert!(refusal(&mut folder.stickslip(&wrong)).contains("rpm"));
+    let wrong = ["compare", "belt-leine.h5", "mine.csv", "--column", "rotor_twist_3=pace"];
+    assert!(refusal(&mut folder.stickslip(&wrong)).contains("there are relative_velocity, phi1, phi1_dot"));
+}
+
+#[test]
+fn cli_brakes_and_trains_are_compared_where_they_are_the_same() {
+    let folder = Folder::new();
+    folder.write("brake.toml", BRAKE);
+    folder.write("trains.toml", brake_as_trains());
+    for case in ["brake.toml", "trains.toml"] {
+        folder.ok(&["run", case, "-q", "--no-witness"]);
+    }
+    for pair in [["brake.h5", "trains.h5"], ["trains.h5", "brake.h5"]] {
+        let arguments = [
+            "compare",
+            pair[0],
+            pair[1],
+            "--json",
+            "--require",
+            "mescd>6",
+            "--require",
+            "missing<=0",
+        ];
+        let stdout = folder.ok(&arguments);
+        let c = &json(&stdout)["comparisons"][0];
+        assert_eq!(c["causes"].as_array().unwrap().len(), 0, "{c}");
+        assert!(c["samples"].as_u64().unwrap() > 100, "{c}");
+        // The axial motion is a closed form in both runs, and the Taylor series of its equation between samples.
+        let channels = c["channels"].as_array().unwrap();
+        for axial in ["z", "z_dot"] {
+            let rows: Vec<_> = channels.iter().filter(|row| row["channel"] == axial).collect();
+            assert!(!rows.is_empty(), "{axial} in {c}");
+            assert!(rows.iter().all(|row| row["mescd"].as_f64().unwrap() > 12.0), "{rows:?}");
+        }
+    }
+    // One key of the short form is a number of both trains.
+    let other = ["run", "brake.toml", "--set", "torsion.damping=20", "-o", "other.h5"];
+    folder.ok(&[&other[..], &["-q", "--no-witness"]].concat());
+    for pair in [["other.h5", "trains.h5"], ["trains.h5", "other.h5"]] {
+        let c = &folder.json(&["compare", pair[0], pair[1]])["comparisons"][0];
+        assert_eq!(c["causes"][0]["cause"], "another-case", "{c}");
+        let keys: Vec<_> = c["case_differences"]
+            .as_array()
+            .unwrap()
+            .iter()
+            .map(|d| &d["key"])
+            .collect();
+        assert_eq!(keys, ["rotor.damping", "stator.damping"], "{c}");
+    }
+    folder.ok("run belt-leine -q --no-witness");
+    for pair in [["belt-leine.h5", "brake.h5"], ["brake.h5", "belt-leine.h5"]] {
+        folder.refused(&["compare", pair[0], pair[1]], &["another motion"]);
+    }
+    folder.ok("run drill-string -q --no-witness");
+    folder.refused("compare belt-leine.h5 drill-string.h5", &["another motion"]);
+}
+
+#[test]
+fn cli_a_certified_result_of_trains_is_a_reference() {
+    let folder = Folder::new();
+    folder.ok("run clutch -q");
+    folder.ok("certify clutch.h5 -q");
+    folder.ok("compare clutch.certified.h5 clutch.h5 --require events<1e-12 -q");
+}
+
+#[test]
+fn cli_work_precision_of_trains_is_against_the_oracle() {
+    let folder = Folder::new();
+    folder.write(
+        "belt.toml",
+        "title = \"A belt\"\ncase = \"belt-leine\"\nset = [\"output.end_time=30\"]\n\n[[series]]\nmethods = [\"auto\", \
+         \"cvode-adams\"]\ntolerances = [1e-5, 1e-9]\n",
+    );
+    let arguments = ["work-precision", "belt.toml", "--figure", "pictures", "--json"];
+    let (stdout, stderr) = output(&mut folder.stickslip(&arguments), 0);
+    assert_eq!(stderr, "");
+    let document = json(&stdout);
+    let reference = &document["reference"];
+    assert!(
+        reference["description"]
+            .as_str()
+            .unwrap()
+            .starts_with("the oracle with"),
+        "{reference}"
+    );
+    assert_eq!(reference["events"], 5);
+    // Of times up to 29 s neighbouring doubles.
+    assert!(reference["uncertainty"]["largest_event"].as_f64().unwrap() < 1e-14);
+    let runs = document["runs"].as_array().unwrap();
+    let error = |k: usize| runs[k]["error"]["largest_event"].as_f64().unwrap();
+    assert!(
+        error(0) > error(1) && error(1) < 1e-8 && error(2) > error(3),
+        "{stdout}"
+    );
+    assert_eq!(folder.names(), ["belt.h5", "belt.toml", "pictures"]);
+
+    folder.write(
+        "runs.toml",
+        "case = \"belt-leine\"\n[[series]]\nmethods = [\"erk\"]\ntolerances = [1e-6]\n[reference]\nmethod = \"series\"\n",
+    );
+    let stdout = folder.ok("work-precision runs.toml");
+    assert!(stdout.contains("Reference: series at rtol 1e-13"), "{stdout}");
+    folder.write(
+        "truth.toml",
+        "case = \"belt-leine\"\n[[series]]\nmethods = [\"erk\"]\ntolerances = [1e-6]\n[reference]\ntruth = \"x.json\"\n",
+    );
+    folder.refused(
+        "work-precision truth.toml",
+        &["truth.toml:6: reference.truth", "oracle"],
+    );
+}

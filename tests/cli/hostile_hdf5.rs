@@ -1,0 +1,964 @@
+//! HDF5 files that this program did not write, or no longer as it did: an error or a result, nothing else.
+
+use crate::common::cli::{Folder, LONG, output, says};
+use crate::common::hostile::{Dice, damage, survive};
+use crate::common::unlocked;
+use crate::common::unlocked::{create, open_rw};
+use hdf5::types::{TypeDescriptor, VarLenAscii, VarLenUnicode};
+use std::path::Path;
+
+/// A small study of quick runs, with events.
+const STUDY: &str = r#"
+case = "paper"
+[set]
+output.end_time = 0.02
+actuation.rise_time = 0.01
+solver.method = "series"
+[[axis]]
+key = "torsion.damping"
+from = 10
+to = 30
+count = 6
+[keep]
+events = true
+"#;
+
+/// A folder with `run.h5`, a result of the program.
+fn with_run() -> Folder {
+    let folder = Folder::new();
+    folder.ok_short("-q -o run.h5");
+    folder
+}
+
+/// A file of another program: a time and a relative velocity.
+fn write_candidate(path: &Path) -> hdf5::File {
+    let file = create(path).unwrap();
+    let times: Vec<f64> = (0..100).map(|k| f64::from(k) * 5e-4).collect();
+    for name in ["time", "relative_velocity"] {
+        file.new_dataset_builder().with_data(&times).create(name).unwrap();
+    }
+    file
+}
+
+/// Replaces all that is `from` in a file by as many other bytes.
+fn patch(path: &Path, from: &[u8], to: &[u8]) {
+    let mut bytes = std::fs::read(path).unwrap();
+    let places: Vec<usize> = (0..bytes.len()).filter(|&at| bytes[at..].starts_with(from)).collect();
+    assert!(!places.is_empty());
+    for at in places {
+        bytes[at..at + to.len()].copy_from_slice(to);
+    }
+    std::fs::write(path, bytes).unwrap();
+}
+
+/// A command on hostile input, which ends with 2 and says these words.
+fn refused(folder: &Folder, arguments: &[&str], words: &[&str]) {
+    let (code, _, stderr) = survive(&folder.path(""), arguments);
+    assert_eq!(code, 2, "{arguments:?}: {stderr}");
+    for word in words {
+        assert!(stderr.contains(word), "{arguments:?}: no \"{word}\" in {stderr}");
+    }
+}
+
+#[test]
+fn regression_texts_of_another_encoding_are_shown_with_replacements() {
+    let folder = with_run();
+    {
+        let file = write_candidate(&folder.path("latin.h5"));
+        let time = file.dataset("time").unwrap();
+        let unit = VarLenAscii::from_ascii("sXYZ").unwrap();
+        time.new_attr::<VarLenAscii>()
+            .create("units")
+            .unwrap()
+            .write_scalar(&unit)
+            .unwrap();
+    }
+    patch(&folder.path("latin.h5"), b"sXYZ", b"s\xb2\xff\xb2");
+    refused(&folder, &["compare", "run.h5", "latin.h5"], &["unit", "\u{fffd}"]);
+    patch(&folder.path("run.h5"), b"axial displacement", b"axial \xb2isplacement");
+    let (code, stdout, stderr) = survive(&folder.path(""), &["inspect", "--json", "run.h5"]);
+    assert_eq!(code, 0, "{stderr}");
+    assert!(stdout.contains("axial \u{fffd}isplacement"));
+}
+
+#[test]
+fn regression_a_title_that_is_not_unicode_is_no_reason_to_fail() {
+    let folder = with_run();
+    patch(&folder.path("run.h5"), b"Two-disk", b"Two\xb2disk");
+    assert_eq!(survive(&folder.path(""), &["inspect", "run.h5"]).0, 0);
+    // The case is to be parsed, so that it has to be what was written.
+    refused(&folder, &["run", "run.h5", "-o", "again.h5"], &["run.h5"]);
+}
+
+/// Nobody can ask for them by these names: they are shown, and the rest is read.
+#[test]
+fn regression_names_of_another_encoding_are_listed() {
+    let folder = with_run();
+    folder.write("sound.h5", folder.read("run.h5"));
+    {
+        let file = open_rw(folder.path("run.h5")).unwrap();
+        let added = file.new_dataset_builder().with_data(&[1.0, 2.0]);
+        added.create("zusatz_XYZ").unwrap();
+        let attribute = file.new_attr::<i64>().create("zusatz_UVW").unwrap();
+        attribute.write_scalar(&1_i64).unwrap();
+        let other = write_candidate(&folder.path("other.h5"));
+        let added = other.new_dataset_builder().with_data(&[1.0, 2.0]);
+        added.create("zusatz_XYZ").unwrap();
+    }
+    for name in ["run.h5", "other.h5"] {
+        patch(&folder.path(name), b"zusatz_XYZ", b"zusatz_\xb2\xff\xb2");
+    }
+    patch(&folder.path("run.h5"), b"zusatz_UVW", b"zusatz_U\xfcW");
+    let (code, stdout, stderr) = survive(&folder.path(""), &["inspect", "run.h5"]);
+    assert_eq!(code, 0, "{stderr}");
+    says(&stdout, &["zusatz_\u{fffd}", "zusatz_U\u{fffd}W", "not UTF-8", "time"]);
+    let (code, stdout, _) = survive(&folder.path(""), &["check", "run.h5"]);
+    assert!(code == 1 && stdout.contains("is not UTF-8"), "{stdout}");
+    refused(&folder, &["compare", "run.h5", "other.h5"], &["run.h5", "is not UTF-8"]);
+    let (code, _, stderr) = survive(&folder.path(""), &["compare", "sound.h5", "other.h5"]);
+    assert_eq!(code, 0, "{stderr}");
+}
+
+#[test]
+fn regression_links_that_lead_back_are_followed_once() {
+    let folder = with_run();
+    {
+        let file = open_rw(folder.path("run.h5")).unwrap();
+        file.link_soft("/", "whole").unwrap();
+        file.group("events").unwrap().link_hard("/", "whole").unwrap();
+        let other = write_candidate(&folder.path("cycle.h5"));
+        let inner = other.create_group("a/b/c").unwrap();
+        inner.link_soft("/a", "back").unwrap();
+        inner.link_hard("/", "root").unwrap();
+        inner.link_soft("/a/b/c/self", "self").unwrap();
+    }
+    let (code, stdout, stderr) = survive(&folder.path(""), &["inspect", "run.h5", "--json"]);
+    assert_eq!(code, 0, "{stderr}");
+    let listed = crate::common::cli::json(&stdout);
+    let variables = listed["variables"].as_array().unwrap();
+    let times = variables.iter().filter(|v| v["name"] == "time");
+    assert_eq!(times.filter(|v| v["group"] == "/trajectory").count(), 1);
+    let mut places: Vec<String> = variables
+        .iter()
+        .map(|v| format!("{}/{}", v["group"], v["name"]))
+        .collect();
+    let count = places.len();
+    places.sort();
+    places.dedup();
+    assert_eq!(places.len(), count);
+    assert!(
+        places.iter().all(|place| place.matches("whole").count() <= 1),
+        "{places:?}"
+    );
+    let (code, _, stderr) = survive(&folder.path(""), &["compare", "run.h5", "cycle.h5"]);
+    assert_eq!(code, 0, "{stderr}");
+}
+
+#[test]
+fn regression_groups_within_groups_have_an_end() {
+    let folder = with_run();
+    {
+        let file = open_rw(folder.path("run.h5")).unwrap();
+        let mut group = file.create_group("deep").unwrap();
+        for _ in 0..20_000 {
+            group = group.create_group("g").unwrap();
+        }
+    }
+    refused(
+        &folder,
+        &["inspect", "run.h5"],
+        &["32 groups within each other", "docs/limits.md"],
+    );
+    refused(
+        &folder,
+        &["compare", "run.h5", "run.h5"],
+        &["32 groups within each other"],
+    );
+}
+
+#[test]
+fn regression_values_that_are_not_stored_are_not_read() {
+    let folder = with_run();
+    {
+        let file = open_rw(folder.path("run.h5")).unwrap();
+        let empty = file.new_dataset::<f64>().chunk(1024).shape((1_usize << 40)..);
+        empty.create("empty").unwrap();
+        let other = create(folder.path("wide.h5")).unwrap();
+        let wide = other.new_dataset::<f64>().shape([1, 1 << 40]);
+        wide.create("time").unwrap();
+        wide.create("relative_velocity").unwrap();
+    }
+    refused(
+        &folder,
+        &["inspect", "run.h5"],
+        &["/empty", "1099511627776", "stores 0"],
+    );
+    refused(&folder, &["compare", "run.h5", "wide.h5"], &["1099511627776"]);
+}
+
+#[test]
+fn regression_a_long_text_is_refused_before_memory_is_asked_for() {
+    let folder = with_run();
+    {
+        let file = open_rw(folder.path("run.h5")).unwrap();
+        let input = file.group("input").unwrap();
+        for name in ["case", "resolved"] {
+            input.unlink(name).unwrap();
+            let kind = TypeDescriptor::FixedUnicode(u32::MAX as usize);
+            input.new_dataset_builder().empty_as(&kind).create(name).unwrap();
+        }
+    }
+    refused(&folder, &["run", "run.h5", "-o", "again.h5"], &["4294967295 bytes"]);
+    refused(&folder, &["certify", "run.h5"], &["4294967295 bytes"]);
+    refused(&folder, &["compare", "run.h5", "run.h5"], &["4294967295 bytes"]);
+}
+
+#[test]
+fn regression_more_events_than_are_stored_are_an_error() {
+    let folder = with_run();
+    {
+        let file = open_rw(folder.path("run.h5")).unwrap();
+        for name in file.group("events").unwrap().member_names().unwrap() {
+            file.dataset(&format!("events/{name}"))
+                .unwrap()
+                .resize([1_usize << 34])
+                .unwrap();
+        }
+    }
+    for arguments in [
+        &["plot", "run.h5", "-o", "figures"][..],
+        &["compare", "run.h5", "run.h5"],
+        &["certify", "run.h5"],
+        &["inspect", "run.h5"],
+    ] {
+        refused(&folder, arguments, &["17179869184"]);
+    }
+}
+
+/// Changes a copy of a shard's file, and merges it.
+fn merge_changed(folder: &Folder, change: impl Fn(&hdf5::File), words: &[&str]) {
+    std::fs::copy(folder.path("1.h5"), folder.path("changed.h5")).unwrap();
+    change(&open_rw(folder.path("changed.h5")).unwrap());
+    for more in [&[][..], &["--virtual"]] {
+        let arguments = [&["merge", "changed.h5", "2.h5", "-o", "merged.h5"][..], more].concat();
+        refused(folder, &arguments, words);
+        assert!(!folder.path("merged.h5").exists());
+    }
+}
+
+fn set_number(file: &hdf5::File, name: &str, value: i64) {
+    file.attr(name).unwrap().write_scalar(&value).unwrap();
+}
+
+/// A folder with the study and its halves, 1.h5 and 2.h5.
+fn with_two_shards() -> Folder {
+    let folder = Folder::new();
+    folder.write("study.toml", STUDY);
+    for shard in ["1", "2"] {
+        let (part, name) = (format!("{shard}/2"), format!("{shard}.h5"));
+        let mut sweep = folder.stickslip(&["sweep", "study.toml", "--shard", &part, "-o", &name, "-q"]);
+        output(&mut sweep, 0);
+    }
+    folder
+}
+
+/// A copy of a file without its last line, as HDF5 leaves a file that it changes.
+fn unseal(folder: &Folder, from: &str, to: &str) {
+    let bytes = folder.read(from);
+    let text = String::from_utf8_lossy(&bytes[bytes.len() - 26..]);
+    assert!(text.starts_with("stickslip CRC-32 ") && text.ends_with('\n'), "{text}");
+    folder.write(to, &bytes[..bytes.len() - 26]);
+}
+
+/// Changes a bit of the first row of the first chunk of a variable, as the index of its chunks has it: HDF5 does not
+/// find the chunk any more, and reads its fill value.
+fn lose_chunk(folder: &Folder, name: &str, variable: &str) {
+    let chunk = unlocked::open(folder.path(name)).unwrap();
+    let chunk = chunk.dataset(variable).unwrap().chunk_info(0).unwrap();
+    let mut bytes = folder.read(name);
+    // A key (bytes of the chunk, filters left out, first row, 0) and the address of the chunk.
+    let is_key = |at: &usize| {
+        let size = bytes[at - 24..].first_chunk().map(|size| u32::from_le_bytes(*size));
+        bytes[*at..].starts_with(&chunk.addr.to_le_bytes()) && size.map(u64::from) == Some(chunk.size)
+    };
+    let address = (24..bytes.len()).find(is_key).unwrap();
+    bytes[address - 14] ^= 1;
+    folder.write(name, &bytes);
+}
+
+/// Nothing new is made from a damaged file, with the sum of its bytes or without: each command refuses it as `check` does.
+#[test]
+fn regression_nothing_is_made_from_a_damaged_file() {
+    let folder = with_two_shards();
+    folder.ok_short("-q -o run.h5");
+    folder.ok("sweep study.toml -o sweep.h5 -q");
+    folder.write("other.csv", "time,relative_velocity\n0,1\n0.01,1\n0.02,1\n");
+    folder.write("base.toml", STUDY.replace("\"paper\"", "\"bad.h5\""));
+    let free = "[[free]]\nkey = \"torsion.damping\"\nfrom = 10\nto = 30\n[[target]]\nquantity = \"onset_time\"\nvalue = \"1 s\"\n";
+    folder.write("calibration.toml", format!("case = \"bad.h5\"\n{free}"));
+    let before = folder.names().len();
+    let shard = [
+        "sweep",
+        "study.toml",
+        "--resume",
+        "-q",
+        "-o",
+        "bad.h5",
+        "--shard",
+        "1/2",
+    ];
+    for (file, variable, commands) in [
+        (
+            "1.h5",
+            "energy_residual",
+            &[
+                &["merge", "bad.h5", "2.h5", "-o", "new.h5"][..],
+                &["merge", "bad.h5", "2.h5", "-o", "new.h5", "--virtual"],
+                &shard,
+            ][..],
+        ),
+        (
+            "sweep.h5",
+            "energy_residual",
+            &[
+                &shard[..6],
+                &["plot", "bad.h5", "-o", "new"],
+                &["plot", "bad.h5", "--html", "new.html"],
+            ][..],
+        ),
+        (
+            "run.h5",
+            "trajectory/theta",
+            &[
+                &["run", "bad.h5", "-o", "new.h5"][..],
+                &["certify", "bad.h5", "-o", "new.h5"],
+                &["modes", "bad.h5"],
+                &["export", "bad.h5", "-o", "new.csv"],
+                &["export", "bad.h5", "-o", "new.csv", "--rate", "1000"],
+                &["sweep", "base.toml", "-o", "new.h5"],
+                &["calibrate", "calibration.toml", "-o", "new.h5"],
+                &["compare", "bad.h5", "run.h5"],
+                &["compare", "run.h5", "bad.h5", "--report", "new.md"],
+                &["compare", "run.h5", "other.csv", "--events", "bad.h5"],
+                &["plot", "bad.h5", "-o", "new"],
+                &["plot", "run.h5", "bad.h5", "-o", "new"],
+                &["plot", "bad.h5", "--html", "new.html"],
+                &["plot", "run.h5", "--candidate", "bad.h5", "-o", "new"],
+            ][..],
+        ),
+    ] {
+        for sealed in [true, false] {
+            folder.write("bad.h5", folder.read(file));
+            if !sealed {
+                unseal(&folder, file, "bad.h5");
+            }
+            folder.ok("check bad.h5");
+            lose_chunk(&folder, "bad.h5", variable);
+            for arguments in commands {
+                refused(
+                    &folder,
+                    arguments,
+                    &["bad.h5", &format!("/{variable}: is not what was written")],
+                );
+            }
+            // It is shown, with a warning.
+            let (code, _, stderr) = survive(&folder.path(""), &["inspect", "bad.h5"]);
+            assert!(code == 0 && stderr.contains("bad.h5: damaged"), "{stderr}");
+            let (_, stdout, _) = survive(&folder.path(""), &["inspect", "--json", "bad.h5"]);
+            let damage = crate::common::cli::json(&stdout)["damage"].to_string();
+            assert!(damage.contains(&format!("/{variable}: is not")), "{damage}");
+            // What `survive` writes, and the damaged file itself.
+            assert_eq!(folder.names().len(), before + 3, "{:?}", folder.names());
+        }
+    }
+}
+
+/// A result that is not recognised any more is no file of another program.
+#[test]
+fn regression_a_damaged_result_is_no_foreign_candidate() {
+    let folder = with_run();
+    folder.write("bad.h5", folder.read("run.h5"));
+    patch(&folder.path("bad.h5"), b"stickslip-result", b"stickslip-resulu");
+    for arguments in [["compare", "run.h5", "bad.h5"], ["compare", "bad.h5", "run.h5"]] {
+        refused(&folder, &arguments, &["bad.h5"]);
+    }
+    let (_, stdout, _) = survive(&folder.path(""), &["inspect", "--json", "run.h5"]);
+    assert!(crate::common::cli::json(&stdout)["damage"].is_null());
+}
+
+/// Any bit of a file, wherever HDF5 keeps it: `check` refuses the file, whatever HDF5 makes of it. The sum of the bytes
+/// leaves no single bit out; without it, about one file in a hundred passed.
+#[test]
+fn property_any_changed_bit_is_found() {
+    let folder = with_run();
+    let sound = folder.read("run.h5");
+    // Here a changed letter passed: the links of dimensions, and the attributes of /meta.
+    let names = ["DIMENSION_LIST", "REFERENCE_LIST", "command_line"];
+    let at = |name: &str| {
+        let found = |at: &usize| sound[*at..].starts_with(name.as_bytes());
+        (0..sound.len()).find(found).unwrap()
+    };
+    let mut places: Vec<usize> = names.into_iter().map(at).collect();
+    let mut dice = Dice(0);
+    places.extend((0..40).map(|_| dice.below(sound.len())));
+    // Of the last line, too.
+    places.extend([sound.len() - 26, sound.len() - 2]);
+    let found = |bad: &[u8], what: &str| {
+        folder.write("bad.h5", bad);
+        let (code, stdout, stderr) = survive(&folder.path(""), &["check", "bad.h5"]);
+        assert_ne!(code, 0, "{what}: {stdout}{stderr}");
+    };
+    for at in places {
+        let mut bad = sound.clone();
+        bad[at] ^= 1 << dice.below(8);
+        found(&bad, &format!("byte {at}"));
+    }
+    // HDF5 does not miss the end of the last line.
+    for lost in [1, 20] {
+        found(&sound[..sound.len() - lost], &format!("{lost} bytes lost"));
+    }
+}
+
+/// A file of an earlier version has no sum of its bytes, and is read as before.
+#[test]
+fn regression_a_file_without_the_sum_of_its_bytes_is_sound() {
+    let folder = with_run();
+    unseal(&folder, "run.h5", "earlier.h5");
+    let (code, stdout, _) = survive(&folder.path(""), &["check", "earlier.h5"]);
+    assert!(code == 0 && stdout.contains("there is none of all bytes"), "{stdout}");
+    for arguments in [
+        &["run", "earlier.h5", "-o", "again.h5", "-q"][..],
+        &["certify", "earlier.h5", "-o", "certified.h5", "-q"],
+        &["compare", "earlier.h5", "earlier.h5", "-q", "--json"],
+        &["plot", "earlier.h5", "-o", "figures", "-q"],
+        &["inspect", "earlier.h5", "-q", "--json"],
+    ] {
+        assert_eq!(survive(&folder.path(""), arguments).0, 0, "{arguments:?}");
+    }
+    // HDF5 cuts the line off when it changes a file; what certify makes has one again.
+    drop(
+        open_rw(folder.path("run.h5"))
+            .unwrap()
+            .new_attr::<i64>()
+            .create("mine")
+            .unwrap(),
+    );
+    let (_, stdout, _) = survive(&folder.path(""), &["check", "--json", "run.h5"]);
+    assert_eq!(crate::common::cli::json(&stdout)["sealed"], false);
+    let (code, stdout, _) = survive(&folder.path(""), &["check", "--json", "certified.h5"]);
+    assert!(
+        code == 0 && crate::common::cli::json(&stdout)["sealed"] == true,
+        "{stdout}"
+    );
+}
+
+#[test]
+fn regression_a_shard_that_lies_about_its_study_is_refused() {
+    let folder = with_two_shards();
+    merge_changed(
+        &folder,
+        |file| set_number(file, "shard_count", 1 << 40),
+        &["shard_count"],
+    );
+    merge_changed(&folder, |file| set_number(file, "shard_count", -1), &["shard_count"]);
+    merge_changed(&folder, |file| set_number(file, "shard", 1 << 40), &["shard"]);
+    let shape = |shape: &'static [i64]| {
+        move |file: &hdf5::File| {
+            file.delete_attr("study_shape").unwrap();
+            file.new_attr_builder().with_data(shape).create("study_shape").unwrap();
+        }
+    };
+    merge_changed(&folder, shape(&[1 << 32, 1 << 32]), &["study_shape"]);
+    merge_changed(&folder, shape(&[1 << 40, 1 << 40]), &["study_shape"]);
+    merge_changed(&folder, shape(&[2, 3]), &["division"]);
+    merge_changed(&folder, shape(&[0]), &["study_shape"]);
+    merge_changed(&folder, shape(&[1 << 36]), &["point"]);
+    for name in ["study_axes", "study_variables"] {
+        let empty = |file: &hdf5::File| {
+            let text = VarLenUnicode::new();
+            file.attr(name).unwrap().write_scalar(&text).unwrap();
+        };
+        merge_changed(&folder, empty, &[name]);
+    }
+    let scalar = |file: &hdf5::File| {
+        let events = file.group("events").unwrap();
+        events.unlink("point").unwrap();
+        events.new_dataset::<i64>().create("point").unwrap();
+    };
+    merge_changed(&folder, scalar, &["events/point"]);
+    let scalar = |file: &hdf5::File| {
+        file.unlink("point").unwrap();
+        file.new_dataset::<i64>().create("point").unwrap();
+    };
+    merge_changed(&folder, scalar, &["point"]);
+}
+
+#[test]
+fn regression_other_files_are_read_only_on_demand() {
+    let folder = with_run();
+    {
+        let secret = write_candidate(&folder.path("secret.h5"));
+        drop(secret);
+        let links = create(folder.path("links.h5")).unwrap();
+        for name in ["time", "relative_velocity"] {
+            links.link_external("secret.h5", name, name).unwrap();
+        }
+        let file = open_rw(folder.path("run.h5")).unwrap();
+        file.unlink("events").unwrap();
+        file.link_external("secret.h5", "/", "events").unwrap();
+        std::fs::write(folder.path("numbers"), [0; 800]).unwrap();
+        let external = create(folder.path("external.h5")).unwrap();
+        let virtual_file = create(folder.path("virtual.h5")).unwrap();
+        let secret = folder.path("secret.h5");
+        for name in ["time", "relative_velocity"] {
+            let stored = external.new_dataset::<f64>().shape([100]).external("numbers", 0, 800);
+            stored.create(name).unwrap();
+            let source = secret.to_str().unwrap();
+            let made = virtual_file.new_dataset::<f64>().shape([100]);
+            made.virtual_map(source, name, [100], .., [100], ..)
+                .create(name)
+                .unwrap();
+        }
+    }
+    for name in ["links.h5", "external.h5", "virtual.h5"] {
+        std::fs::copy(folder.path("secret.h5"), folder.path("reference")).unwrap();
+        refused(&folder, &["compare", "run.h5", name], &["--follow-external"]);
+    }
+    for command in ["inspect", "certify", "plot"] {
+        refused(&folder, &[command, "run.h5"], &["/events", "--follow-external"]);
+    }
+    folder.ok_short("-q -o run2.h5");
+    for name in ["links.h5", "virtual.h5"] {
+        let (code, _, stderr) = survive(&folder.path(""), &["compare", "run2.h5", name, "--follow-external"]);
+        assert_eq!(code, 0, "{name}: {stderr}");
+    }
+}
+
+/// As times are refused that do not increase.
+#[test]
+fn regression_a_reference_with_values_that_are_none_is_refused() {
+    for (name, value) in [("theta", f64::NAN), ("phi1_dot", f64::INFINITY)] {
+        let folder = with_run();
+        std::fs::copy(folder.path("run.h5"), folder.path("sound.h5")).unwrap();
+        let file = open_rw(folder.path("run.h5")).unwrap();
+        let column = file.dataset(&format!("trajectory/{name}")).unwrap();
+        column.write_slice(&[value], 5..6).unwrap();
+        // Written when nothing holds the file any more.
+        drop((column, file));
+        let words = ["row 5", name];
+        refused(&folder, &["compare", "run.h5", "sound.h5"], &words);
+        refused(&folder, &["certify", "run.h5", "-o", "certified.h5"], &words);
+        assert!(!folder.path("certified.h5").exists());
+    }
+}
+
+/// What cannot be read is said where it is missed, and is no reason to refuse the rest.
+#[test]
+fn regression_a_column_that_is_left_out_is_said_to_be() {
+    let folder = with_run();
+    let columns = |names: [&str; 2], long: &str| {
+        let file = create(folder.path("other.h5")).unwrap();
+        let times: Vec<f64> = (0..100).map(|k| f64::from(k) * 5e-4).collect();
+        for name in names {
+            file.new_dataset_builder().with_data(&times).create(name).unwrap();
+        }
+        let empty = file.new_dataset::<f64>().chunk(1024).shape((1_usize << 40)..);
+        empty.create(long).unwrap();
+        file.link_external("secret.h5", "z", "z").unwrap();
+    };
+    columns(["other", "relative_velocity"], "time");
+    refused(
+        &folder,
+        &["compare", "run.h5", "other.h5"],
+        &["no column of times", "left out", "1099511627776"],
+    );
+    columns(["time", "relative_velocity"], "other");
+    let (code, _, stderr) = survive(&folder.path(""), &["compare", "run.h5", "other.h5"]);
+    assert_eq!(code, 0, "{stderr}");
+}
+
+/// A file whose two variables are made of those of another, by these names.
+fn write_virtual(path: &Path, source: &str, names: [&str; 2]) {
+    let file = create(path).unwrap();
+    for (name, from) in ["time", "relative_velocity"].into_iter().zip(names) {
+        let made = file.new_dataset::<f64>().shape([100]);
+        let made = made.virtual_map(source, from, [100], .., [100], ..);
+        made.create(name).unwrap();
+    }
+}
+
+/// Ways out of the folder that a name does not show: links of the file system.
+#[cfg(unix)]
+#[test]
+fn regression_links_of_the_file_system_lead_to_no_other_file() {
+    let folder = with_run();
+    std::fs::create_dir(folder.path("shared")).unwrap();
+    drop(write_candidate(&folder.path("secret.h5")));
+    std::os::unix::fs::symlink("../secret.h5", folder.path("shared/link.h5")).unwrap();
+    std::os::unix::fs::symlink("..", folder.path("shared/up")).unwrap();
+    drop(write_candidate(&folder.path("shared/beside0.h5")));
+    std::os::unix::fs::symlink("beside0.h5", folder.path("shared/near.h5")).unwrap();
+    let own = ["time", "relative_velocity"];
+    for source in ["link.h5", "up/secret.h5"] {
+        write_virtual(&folder.path("shared/virtual.h5"), source, own);
+        refused(
+            &folder,
+            &["compare", "run.h5", "shared/virtual.h5"],
+            &[source, "--follow-external"],
+        );
+    }
+    write_virtual(&folder.path("shared/virtual.h5"), "near.h5", own);
+    let compare = ["compare", "run.h5", "shared/virtual.h5"];
+    let (code, _, stderr) = survive(&folder.path(""), &compare);
+    assert_eq!(code, 0, "{stderr}");
+    // The file itself may be named by a link.
+    std::os::unix::fs::symlink("shared/virtual.h5", folder.path("named.h5")).unwrap();
+    let (code, _, stderr) = survive(&folder.path(""), &["compare", "run.h5", "named.h5"]);
+    assert_eq!(code, 0, "{stderr}");
+}
+
+/// A name that has a pattern stands for any number of files, of which nobody has a list. The two files are by h5py (HDF5
+/// 2.0.0), as the binding has no virtual dataset without end: `time` and `relative_velocity` of `beside%b.h5`, and `time%b`
+/// and `relative_velocity%b` of `beside0.h5`.
+#[test]
+fn regression_a_pattern_of_names_leads_to_no_other_file() {
+    let folder = with_run();
+    folder.write("file.h5", include_bytes!("../common/hostile/pattern-file.h5"));
+    folder.write("name.h5", include_bytes!("../common/hostile/pattern-name.h5"));
+    for (name, source) in [("file.h5", "beside%b.h5"), ("name.h5", "beside0.h5")] {
+        let _ = std::fs::remove_file(folder.path("beside0.h5"));
+        let compare = ["compare", "run.h5", name];
+        refused(&folder, &compare, &[source, "--follow-external"]);
+        drop(write_candidate(&folder.path("beside0.h5")));
+        refused(&folder, &compare, &[source, "--follow-external"]);
+    }
+    let follow = ["compare", "run.h5", "file.h5", "--follow-external"];
+    let (code, _, stderr) = survive(&folder.path(""), &follow);
+    assert_eq!(code, 0, "{stderr}");
+}
+
+/// HDF5 reads what is not there as a fill value.
+#[test]
+fn regression_a_shard_that_is_gone_is_an_error() {
+    let folder = with_two_shards();
+    folder.ok("merge 1.h5 2.h5 -o whole.h5 --virtual");
+    folder.ok("check whole.h5");
+    let wrong = |words: &[&str]| {
+        for more in [&[][..], &["--follow-external"]] {
+            let (code, stdout, _) = survive(&folder.path(""), &[&["check", "whole.h5"][..], more].concat());
+            assert_eq!(code, 1, "{stdout}");
+            for word in words {
+                assert!(stdout.contains(word), "no \"{word}\" in {stdout}");
+            }
+            // Once, and not for every variable.
+            let lines = stdout
+                .lines()
+                .filter(|line| words.iter().all(|word| line.contains(word)));
+            assert!(words.contains(&"has no") || lines.count() == 1, "{stdout}");
+            refused(&folder, &[&["inspect", "whole.h5"][..], more].concat(), words);
+        }
+    };
+    std::fs::rename(folder.path("2.h5"), folder.path("away.h5")).unwrap();
+    wrong(&["2.h5", "not there"]);
+    #[cfg(unix)]
+    {
+        make_pipe(&folder, "2.h5");
+        wrong(&["2.h5", "no plain file"]);
+        std::fs::remove_file(folder.path("2.h5")).unwrap();
+    }
+    drop(create(folder.path("2.h5")).unwrap());
+    wrong(&["2.h5", "has no"]);
+}
+
+/// A named pipe, made by a command that every Unix has.
+#[cfg(unix)]
+fn make_pipe(folder: &Folder, name: &str) {
+    let made = std::process::Command::new("mkfifo").arg(folder.path(name)).status();
+    assert!(made.unwrap().success());
+}
+
+#[cfg(unix)]
+#[test]
+fn regression_a_pipe_is_no_result() {
+    let folder = with_run();
+    make_pipe(&folder, "pipe.h5");
+    refused(&folder, &["inspect", "pipe.h5"], &["pipe.h5"]);
+    refused(&folder, &["plot", "pipe.h5"], &["pipe.h5"]);
+}
+
+/// A lock is a plain file. Whoever opened the pipe to read it would wait for ever.
+#[cfg(unix)]
+#[test]
+fn regression_a_pipe_in_place_of_a_lock_is_not_waited_for() {
+    let folder = with_run();
+    for lock in [".run.h5.lock", ".new.partial.h5.lock"] {
+        make_pipe(&folder, lock);
+    }
+    assert_eq!(survive(&folder.path(""), &["inspect", "run.h5"]).0, 0);
+    refused(
+        &folder,
+        &["run", "-q", "-o", "new.h5", "--set", "output.end_time=0.01"],
+        &[".new.partial.h5.lock", "not a result of this program"],
+    );
+}
+
+/// This process is given the processes that are left when their parents end: none is.
+#[cfg(target_os = "linux")]
+#[test]
+fn regression_no_reading_process_is_left() {
+    let folder = with_run();
+    rustix::process::set_child_subreaper(Some(rustix::process::getpid())).unwrap();
+    let own = std::process::id().to_string();
+    for arguments in [
+        &["inspect", "run.h5"][..],
+        &["compare", "run.h5", "run.h5"],
+        &["plot", "run.h5", "-o", "figures"],
+        &["compare", "run.h5", "missing.h5"],
+    ] {
+        survive(&folder.path(""), arguments);
+        for process in std::fs::read_dir("/proc").unwrap() {
+            let stat = process.unwrap().path().join("stat");
+            let Ok(stat) = std::fs::read_to_string(stat) else {
+                continue;
+            };
+            let (name, rest) = stat.rsplit_once(") ").unwrap();
+            let (id, name) = name.split_once(" (").unwrap();
+            let fields: Vec<&str> = rest.split(' ').collect();
+            // Reading processes, and they alone, are the first of a group.
+            let is_left = name == "stickslip" && fields[1] == own && fields[2] == id;
+            assert!(!is_left, "{arguments:?}: {stat}");
+        }
+    }
+}
+
+/// A process that neither computes nor reads anything, as one whose disk does not answer, is given up, and the file is not
+/// blamed. It is stopped while the candidate is still to come.
+#[cfg(target_os = "linux")]
+#[test]
+fn regression_a_reading_process_at_a_standstill_is_not_waited_for() {
+    use std::io::{Read, Write};
+    let folder = with_run();
+    let made = std::process::Command::new("mkfifo")
+        .arg(folder.path("pipe.csv"))
+        .status();
+    if !made.is_ok_and(|status| status.success()) {
+        return;
+    }
+    let mut compare = folder.start("compare run.h5 pipe.csv");
+    // It is opened for reading when the reference has been read.
+    let mut pipe = std::fs::OpenOptions::new()
+        .write(true)
+        .open(folder.path("pipe.csv"))
+        .unwrap();
+    let own = compare.id().to_string();
+    let readers: Vec<i32> = std::fs::read_dir("/proc")
+        .unwrap()
+        .filter_map(|process| std::fs::read_to_string(process.ok()?.path().join("stat")).ok())
+        .filter_map(|stat| {
+            let (id, rest) = stat.split_once(" (stickslip) ")?;
+            (rest.split(' ').nth(1)? == own).then(|| id.parse().unwrap())
+        })
+        .collect();
+    assert!(!readers.is_empty());
+    for &reader in &readers {
+        let reader = rustix::process::Pid::from_raw(reader).unwrap();
+        rustix::process::kill_process(reader, rustix::process::Signal::STOP).unwrap();
+    }
+    let rows: String = (0..100).map(|k| format!("{},{}\n", f64::from(k) * 5e-4, k)).collect();
+    write!(pipe, "time,relative_velocity\n{rows}").unwrap();
+    drop(pipe);
+    let status = compare.wait().unwrap();
+    let mut said = String::new();
+    compare.stderr.take().unwrap().read_to_string(&mut said).unwrap();
+    assert_eq!(status.code(), Some(1), "{said}");
+    assert!(
+        said.contains("neither computed nor read") && !said.contains("damaged"),
+        "{said}"
+    );
+}
+
+/// A file that a run is writing is read as its last flush left it, every time.
+#[test]
+fn regression_a_growing_file_can_be_read_at_any_time() {
+    let folder = Folder::new();
+    let steps = [LONG, &["--set", "output.steps=true", "--set", "solver.max_step=1e-6"]].concat();
+    let mut run = folder.start(&[&["run", "-q", "-o", "grows.h5"][..], &steps].concat());
+    let partial = folder.path("grows.partial.h5");
+    while !partial.exists() {
+        std::thread::sleep(std::time::Duration::from_millis(5));
+    }
+    let mut rows = Vec::new();
+    for _ in 0..12 {
+        let (code, stdout, stderr) = survive(&folder.path(""), &["inspect", "--json", "grows.partial.h5"]);
+        assert_eq!(code, 0, "{stderr}");
+        assert!(stderr.contains("still being written"), "{stderr}");
+        let listed = crate::common::cli::json(&stdout);
+        assert_eq!(listed["growing"], true);
+        let variables = listed["variables"].as_array().unwrap();
+        let time = variables
+            .iter()
+            .find(|v| v["group"] == "/trajectory" && v["name"] == "time")
+            .unwrap();
+        rows.push(time["shape"][0].as_u64().unwrap());
+    }
+    run.kill().unwrap();
+    run.wait().unwrap();
+    assert!(rows.is_sorted(), "{rows:?}");
+    let (code, stdout, _) = survive(&folder.path(""), &["inspect", "--json", "grows.partial.h5"]);
+    // A kill in the middle of a flush may leave it unreadable.
+    assert!(code == 2 || crate::common::cli::json(&stdout)["growing"] == false);
+}
+
+/// The seeds of the campaign: files of the program, and one of another.
+fn seeds(folder: &Folder) -> Vec<(&'static str, Vec<u8>)> {
+    folder.ok_short("-q -o reference.h5");
+    folder.write("study.toml", STUDY);
+    folder.ok("sweep study.toml -o sweep.h5 -q");
+    for shard in ["1", "2"] {
+        let (part, name) = (format!("{shard}/2"), format!("{shard}.h5"));
+        folder.ok(&["sweep", "study.toml", "--shard", &part, "-o", &name, "-q"]);
+    }
+    {
+        let file = write_candidate(&folder.path("candidate.h5"));
+        let kinds: Vec<VarLenUnicode> = ["stick", "slip"].map(|kind| kind.parse().unwrap()).to_vec();
+        let events = file.create_group("events").unwrap();
+        events.new_dataset_builder().with_data(&kinds).create("kind").unwrap();
+        events
+            .new_dataset_builder()
+            .with_data(&[0.01, 0.02])
+            .create("time")
+            .unwrap();
+        let time = file.dataset("time").unwrap();
+        let unit: VarLenUnicode = "s".parse().unwrap();
+        time.new_attr::<VarLenUnicode>()
+            .create("units")
+            .unwrap()
+            .write_scalar(&unit)
+            .unwrap();
+    }
+    ["reference.h5", "sweep.h5", "1.h5", "candidate.h5"]
+        .map(|name| (name, folder.read(name)))
+        .to_vec()
+}
+
+/// What is done with a damaged copy of a seed, `bad.h5`.
+fn commands(seed: &str) -> &'static [&'static [&'static str]] {
+    match seed {
+        "reference.h5" => &[
+            &["inspect", "bad.h5"],
+            &["inspect", "bad.h5", "--json"],
+            &["compare", "bad.h5", "reference.h5"],
+            &["compare", "reference.h5", "bad.h5"],
+            &["plot", "bad.h5", "-o", "figures", "--force"],
+            &["plot", "bad.h5", "--html", "page.html", "--force"],
+            &["run", "bad.h5", "-o", "again.h5", "--force", "-q"],
+            &["run", "reference.h5", "-o", "bad.h5", "-q"],
+            &["modes", "bad.h5"],
+        ],
+        "1.h5" => &[
+            &["merge", "bad.h5", "2.h5", "-o", "merged.h5", "--force"],
+            &["merge", "bad.h5", "2.h5", "-o", "merged.h5", "--force", "--virtual"],
+            &["inspect", "bad.h5"],
+            &[
+                "sweep",
+                "study.toml",
+                "--shard",
+                "1/2",
+                "--resume",
+                "-o",
+                "bad.h5",
+                "-q",
+            ],
+        ],
+        "sweep.h5" => &[
+            &["inspect", "bad.h5"],
+            &["plot", "bad.h5", "-o", "figures", "--force"],
+            &["sweep", "study.toml", "--resume", "-o", "bad.h5", "-q"],
+        ],
+        _ => &[&["compare", "reference.h5", "bad.h5"]],
+    }
+}
+
+/// A sound file.
+struct Seed {
+    name: &'static str,
+    bytes: Vec<u8>,
+    listed: Option<Vec<String>>,
+}
+
+/// The variables of a file with their types, shapes, units and bounds, and the attributes that checksums cover, in
+/// alphabetical order; `None` if it cannot be listed.
+fn listed(folder: &Folder, name: &str) -> Option<Vec<String>> {
+    let (code, stdout, _) = survive(&folder.path(""), &["inspect", "--json", name]);
+    (code == 0).then(|| {
+        let listed = crate::common::cli::json(&stdout);
+        let array = |name: &str| listed[name].as_array().unwrap().iter();
+        let covered = |a: &&serde_json::Value| {
+            let later = [&a["name"] == "history", &a["name"] == "status"];
+            a["group"] != "/meta" && !later.contains(&true)
+        };
+        let attributes = array("attributes").filter(covered);
+        let mut lines: Vec<String> = array("variables").chain(attributes).map(|v| v.to_string()).collect();
+        lines.sort();
+        lines
+    })
+}
+
+/// What `check` finds nothing wrong with is listed as it was written, which is as the seed.
+fn checked(folder: &Folder, seed: &Seed, case: u64) {
+    let (code, stdout, _) = survive(&folder.path(""), &["check", "bad.h5"]);
+    if code == 0 && stdout.contains("all checksums agree") {
+        assert_eq!(
+            listed(folder, "bad.h5"),
+            seed.listed,
+            "case {case}, a damaged {}",
+            seed.name
+        );
+    }
+}
+
+/// Damages copies of every seed, a number of times each, and gives each to `check` and to one of its commands. A case that fails leaves
+/// its file in the temporary folder and says its number, by which [`damage`] makes it again.
+fn campaign(first: u64, cases: u64) {
+    let folder = Folder::new();
+    let seeds: Vec<Seed> = seeds(&folder)
+        .into_iter()
+        .map(|(name, bytes)| Seed {
+            name,
+            bytes,
+            listed: listed(&folder, name),
+        })
+        .collect();
+    for case in first..first + cases {
+        let seed = &seeds[case as usize % seeds.len()];
+        let mut dice = Dice(case);
+        let mut bad = seed.bytes.clone();
+        damage(&mut bad, &mut dice);
+        folder.write("bad.h5", &bad);
+        let choices = commands(seed.name);
+        let arguments = choices[dice.below(choices.len())];
+        let survived = std::panic::catch_unwind(|| {
+            checked(&folder, seed, case);
+            survive(&folder.path(""), arguments)
+        });
+        if survived.is_err() {
+            let kept = std::env::temp_dir().join(format!("stickslip-hostile-{case}.h5"));
+            std::fs::write(&kept, &bad).unwrap();
+            panic!(
+                "case {case} of the campaign, a damaged {}, kept as {}",
+                seed.name,
+                kept.display()
+            );
+        }
+    }
+}
+
+/// `STICKSLIP_HOSTILE_CASES` asks for more, `STICKSLIP_HOSTILE_FIRST` for others.
+#[test]
+fn property_damaged_files_are_an_error_or_a_result() {
+    let asked = |name: &str, otherwise| std::env::var(name).map_or(otherwise, |text| text.parse().unwrap());
+    campaign(
+        asked("STICKSLIP_HOSTILE_FIRST", 0),
+        asked("STICKSLIP_HOSTILE_CASES", 60),
+    );
+}

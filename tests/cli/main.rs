@@ -1,0 +1,36 @@
+//! The program as a user starts it, command by command.
+
+#[path = "../common/mod.rs"]
+mod common;
+
+mod calibrate;
+mod capabilities;
+mod certify;
+mod check;
+mod compare;
+mod compare_explicit;
+mod compare_parameters;
+mod compare_trains;
+mod export;
+mod hostile;
+mod hostile_hdf5;
+mod methods;
+mod modes;
+#[cfg(feature = "mpi")]
+mod mpi;
+mod odd;
+mod output;
+mod page;
+mod plot;
+mod plot_print;
+mod plot_studies;
+mod run;
+mod shards;
+mod signals;
+mod stdin;
+mod sweep;
+mod sweep_trains;
+mod trains;
+mod trains_plot;
+mod usage;
+mod work_precision;

@@ -1,0 +1,204 @@
+//! Where results go, what they may replace, and what happens where they cannot be written.
+
+use crate::common::cli::{Folder, SHORT, json, output, refusal, says};
+use std::process::Stdio;
+use stickslip::results::Status;
+
+const FOREIGN: &str = "someone's thesis";
+
+#[test]
+fn cli_output_replaces_an_own_result() {
+    let folder = Folder::new();
+    folder.ok_short("-q --set initial.speed=50");
+    folder.ok_short("-q --set initial.speed=60");
+    assert_eq!(folder.names(), ["paper.h5"]);
+    assert_eq!(folder.result("paper.h5").column("theta_dot", 0..1).unwrap(), [60.0]);
+}
+
+#[test]
+fn cli_output_replaces_a_foreign_file_only_by_force() {
+    let folder = Folder::new();
+    let path = folder.write("paper.h5", FOREIGN);
+    folder.refused_short("", &["paper.h5: ", "--force"]);
+    assert_eq!(std::fs::read_to_string(&path).unwrap(), FOREIGN);
+    assert_eq!(folder.names(), ["paper.h5"]);
+    folder.ok_short("--force");
+    assert_eq!(folder.result("paper.h5").status(), &Status::Complete);
+}
+
+/// The same for the name that the file has while it is written.
+#[test]
+fn cli_output_spares_a_foreign_partial_file() {
+    let folder = Folder::new();
+    let path = folder.write("paper.partial.h5", FOREIGN);
+    folder.refused_short("", &["paper.partial.h5"]);
+    assert_eq!(std::fs::read_to_string(&path).unwrap(), FOREIGN);
+}
+
+#[test]
+fn cli_output_is_never_the_input() {
+    let folder = Folder::new();
+    let text = folder.ok("case paper");
+    let case = folder.write("brake.toml", &text);
+    for arguments in [
+        &["brake.toml", "-o", "brake.toml"][..],
+        &["brake.toml", "-o", "./brake.toml", "--force"],
+    ] {
+        folder.refused_short(arguments, &["input"]);
+    }
+    assert_eq!(std::fs::read_to_string(&case).unwrap(), text);
+
+    folder.ok_short("-q -o first.h5");
+    let first = folder.read("first.h5");
+    for arguments in [
+        &["first.h5", "-o", "first.h5"][..],
+        &["first.h5", "-o", "first.h5", "--force"],
+    ] {
+        folder.refused_short(arguments, &["input"]);
+    }
+    assert_eq!(folder.read("first.h5"), first);
+}
+
+#[test]
+fn cli_output_needs_a_folder_and_a_name() {
+    let folder = Folder::new();
+    std::fs::create_dir(folder.path("results")).unwrap();
+    for (output, words) in [
+        ("missing/x.h5", "the folder missing does not exist"),
+        ("results", "this is a folder"),
+        ("new/", "this is a folder"),
+        (".", "this is a folder"),
+    ] {
+        folder.refused_short(&["-o", output], &[words]);
+    }
+    assert_eq!(folder.names(), ["results"]);
+    folder.ok_short("-q -o results/x.h5");
+    assert!(folder.path("results/x.h5").is_file());
+}
+
+/// Two runs at once into one file: the second is refused, the first is whole.
+#[cfg(unix)]
+#[test]
+fn cli_output_of_two_runs_at_once() {
+    let folder = Folder::new();
+    let mut first = folder.start(&[&["run", "-o", "x.h5", "-q"], crate::common::cli::LONG].concat());
+    folder.wait_for(&mut first, "x.partial.h5", 0);
+    folder.refused_short("-o x.h5", &["another run is writing this file"]);
+    first.kill().unwrap();
+    first.wait().unwrap();
+    // The killed run's lock is gone with it.
+    folder.ok_short("-q -o x.h5");
+    assert_eq!(folder.names(), ["x.h5"]);
+}
+
+/// A pipe belongs to whoever reads it: no command puts a file in its place.
+#[cfg(unix)]
+#[test]
+fn cli_output_replaces_no_pipe() {
+    let folder = Folder::new();
+    folder.ok_short("-q -o run.h5");
+    for (name, arguments) in [
+        ("p.h5", &["run", "paper", "-o", "p.h5"][..]),
+        ("p.csv", &["export", "run.h5", "-o", "p.csv"]),
+        ("p.svg", &["plot", "run.h5", "-o", "p.svg", "--only", "rotor-speed"]),
+        ("p.html", &["plot", "run.h5", "--html", "p.html"]),
+    ] {
+        let made = std::process::Command::new("mkfifo").arg(folder.path(name)).status();
+        assert!(made.unwrap().success());
+        for force in [None, Some("--force")] {
+            let said = refusal(folder.stickslip(arguments).args(force));
+            says(&said, &[name, "a pipe or a device"]);
+        }
+        let kind = std::fs::metadata(folder.path(name)).unwrap().file_type();
+        assert!(std::os::unix::fs::FileTypeExt::is_fifo(&kind), "{name}");
+    }
+}
+
+/// A folder that is there and takes no file.
+#[cfg(target_os = "linux")]
+#[test]
+fn cli_output_that_cannot_be_created_names_a_remedy() {
+    let folder = Folder::new();
+    for arguments in [
+        &["run", "paper", "-o", "/proc/x.h5"][..],
+        &["certify", "paper", "-o", "/proc/x.h5"],
+        &["sweep", "critical-curve", "-o", "/proc/x.h5"],
+    ] {
+        let (_, stderr) = output(&mut folder.stickslip(arguments), 1);
+        assert!(stderr.contains("no file can be created there"), "{stderr}");
+        assert!(stderr.trim_end().ends_with("choose another folder with -o"), "{stderr}");
+    }
+}
+
+/// Under a limit on the size of files, which stands for a full disk: an error, and what was saved is readable.
+#[cfg(target_os = "linux")]
+#[test]
+fn cli_output_to_a_full_disk_is_an_error() {
+    let folder = Folder::new();
+    let program = env!("CARGO_BIN_EXE_stickslip");
+    // In units of 1024 bytes, by bash.
+    for kilobytes in [64, 900] {
+        let script = format!("ulimit -f {kilobytes}; trap '' XFSZ; exec {program} run --json");
+        let (stdout, stderr) = output(
+            assert_cmd::Command::new("bash")
+                .args(["-c", &script])
+                .current_dir(folder.path("."))
+                .timeout(std::time::Duration::from_secs(60)),
+            1,
+        );
+        says(&stderr, &["paper.partial.h5: ", "choose another folder"]);
+        assert!(!folder.path("paper.h5").exists());
+        if kilobytes == 64 {
+            // The run has not begun: there is the error alone.
+            assert_eq!(json(&stdout)["error"]["exit_status"], 1);
+        } else {
+            assert_eq!(json(&stdout)["status"], "failed");
+            assert_eq!(folder.result("paper.partial.h5").status(), &Status::Interrupted);
+        }
+    }
+    // With space again, the run that failed is replaced.
+    folder.ok("run -q");
+    assert_eq!(folder.names(), ["paper.h5"]);
+}
+
+/// A reader that goes away, as `| head` does, is no error and loses nothing.
+#[test]
+fn cli_output_without_a_reader() {
+    let folder = Folder::new();
+    folder.ok_short("-q -o x.h5");
+    // Without the kick, which such a short run would not come to, and would warn of.
+    let short = |name| ["run", "-o", name, SHORT[0], SHORT[1], "--set", "perturbation=[]"];
+    for arguments in [
+        &["case", "paper"][..],
+        &["inspect", "x.h5"],
+        &short("y.h5"),
+        &[&short("z.h5")[..], &["--json"]].concat(),
+    ] {
+        let mut child = folder.start(arguments);
+        drop(child.stdout.take());
+        let end = child.wait_with_output().unwrap();
+        assert_eq!(end.status.code(), Some(0), "{arguments:?}");
+        assert_eq!(crate::common::cli::text(&end.stderr), "", "{arguments:?}");
+    }
+    assert_eq!(folder.result("y.h5").status(), &Status::Complete);
+    assert_eq!(folder.result("z.h5").status(), &Status::Complete);
+}
+
+/// A standard output that cannot be written is an error, though the result is there.
+#[cfg(target_os = "linux")]
+#[test]
+fn cli_output_to_a_full_device() {
+    let folder = Folder::new();
+    let full = std::fs::OpenOptions::new().write(true).open("/dev/full").unwrap();
+    let end = std::process::Command::new(env!("CARGO_BIN_EXE_stickslip"))
+        .current_dir(folder.path("."))
+        .args(["run"])
+        .args(SHORT)
+        .stdout(full)
+        .stderr(Stdio::piped())
+        .output()
+        .unwrap();
+    assert_eq!(end.status.code(), Some(1));
+    assert!(crate::common::cli::text(&end.stderr).contains("standard output"));
+    assert_eq!(folder.result("paper.h5").status(), &Status::Complete);
+}

@@ -1,0 +1,355 @@
+//! `stickslip plot` and `stickslip modes --figure`.
+
+use crate::common::cases::built_in;
+use crate::common::cli::{Folder, json, output, refusal, says};
+use crate::common::unlocked;
+use std::ops::ControlFlow;
+use std::path::Path;
+use std::time::Instant;
+use stickslip::Run;
+use stickslip::results::{Header, Overwrite, ResultWriter, Status};
+
+/// A folder with the paper's run.
+fn with_run() -> Folder {
+    let folder = Folder::new();
+    folder.ok("run -q");
+    folder
+}
+
+/// Least and largest x and y of the polylines of an SVG figure in drawing units.
+fn polylines(svg: &str) -> Vec<Vec<(f64, f64)>> {
+    let lines = svg.split("<polyline").skip(1);
+    lines
+        .filter_map(|rest| rest.split("points=\"").nth(1)?.split('"').next())
+        .map(|points| {
+            let pairs = points.split_whitespace().map(|pair| {
+                let (x, y) = pair.split_once(',').unwrap();
+                (x.parse().unwrap(), y.parse().unwrap())
+            });
+            pairs.collect()
+        })
+        .collect()
+}
+
+fn png_size(bytes: &[u8]) -> (u32, u32) {
+    assert_eq!(&bytes[..8], b"\x89PNG\r\n\x1a\n");
+    let number = |at: usize| u32::from_be_bytes(bytes[at..at + 4].try_into().unwrap());
+    (number(16), number(20))
+}
+
+/// Every figure that the run has, in both formats, under the name that --list gives it; the others with the reason. A
+/// second time they are replaced without a question, and are the same to the last byte.
+#[test]
+fn cli_plot_draws_the_catalogue_twice_alike() {
+    let folder = with_run();
+    let started = Instant::now();
+    let (stdout, stderr) = output(&mut folder.stickslip("plot paper.h5 --json"), 0);
+    // Twenty figures in two formats in less than two seconds on an idle machine; tests share theirs.
+    assert!(started.elapsed().as_secs_f64() < 20.0, "{:?}", started.elapsed());
+    assert_eq!(stderr, "");
+    let document = json(&stdout);
+    let listed = folder.ok("plot --list --json");
+    let listed = json(&listed);
+    let (files, absent) = (
+        document["files"].as_array().unwrap(),
+        document["not_drawn"].as_array().unwrap(),
+    );
+    // Those of other kinds of files are listed, too.
+    let of_runs = listed.as_array().unwrap().iter().filter(|entry| entry["of"] == "run");
+    assert_eq!(files.len() / 2 + absent.len(), of_runs.count());
+    assert!(files.len() >= 30, "{document}");
+    let contents: Vec<Vec<u8>> = files
+        .iter()
+        .map(|file| {
+            let name = file["file"].as_str().unwrap();
+            let bytes = folder.read(name);
+            if name.ends_with(".png") {
+                // 85 mm at 300 dots per inch.
+                assert_eq!(png_size(&bytes).0, 1004, "{name}");
+            } else {
+                let text = String::from_utf8(bytes.clone()).unwrap();
+                says(&text, &["width=\"85mm\"", file["title"].as_str().unwrap()]);
+            }
+            bytes
+        })
+        .collect();
+    folder.ok("plot paper.h5 -q");
+    for (file, before) in files.iter().zip(contents) {
+        assert!(
+            std::fs::read(folder.path(file["file"].as_str().unwrap())).unwrap() == before,
+            "{file}"
+        );
+    }
+}
+
+/// What sampling lacks is named, and the run that is recommended has it all.
+#[test]
+fn cli_plot_says_which_samples_are_missing() {
+    let folder = Folder::new();
+    folder.ok("run -q --set output.window=[] --set output.around=none");
+    let document = folder.ok("plot paper.h5 --json");
+    let document = json(&document);
+    let sampling = document["sampling"].as_str().unwrap();
+    folder.ok(&["run", "paper.h5", "-q", "--set", sampling]);
+    assert_eq!(
+        folder.json("plot paper.repeat.h5 -o all")["not_drawn"],
+        serde_json::json!([])
+    );
+    folder.refused("plot paper.h5 --only phase-axial", &["too far apart", "output.window="]);
+}
+
+/// The drawn line of a channel covers the height from its least to its largest value, which are those of the file.
+#[test]
+fn cli_plot_of_a_channel_draws_all_of_it() {
+    let folder = with_run();
+    let arguments = [
+        "plot",
+        "paper.h5",
+        "--channel",
+        "relative_velocity",
+        "--from",
+        "6.97",
+        "--to",
+        "6.99",
+    ];
+    folder.ok(&[&arguments[..], &["-o", "own.svg"]].concat());
+    let text = std::fs::read_to_string(folder.path("own.svg")).unwrap();
+    let line = polylines(&text).into_iter().max_by_key(Vec::len).unwrap();
+    // 8001 samples come to at most four points in each of the 1200 buckets.
+    assert!(line.len() > 1200 && line.len() <= 4800, "{}", line.len());
+    assert!(line.windows(2).all(|p| p[0].0 <= p[1].0));
+    let file = folder.result("paper.h5");
+    let all = 0..file.sample_count().unwrap();
+    let (t, w) = (
+        file.column("time", all.clone()).unwrap(),
+        file.column("relative_velocity", all).unwrap(),
+    );
+    let inside: Vec<f64> = t
+        .iter()
+        .zip(&w)
+        .filter(|(t, _)| (6.97..=6.99).contains(*t))
+        .map(|(_, w)| *w)
+        .collect();
+    let bounds = |v: &mut dyn Iterator<Item = f64>| v.fold((f64::MAX, f64::MIN), |(l, h), x| (l.min(x), h.max(x)));
+    let (low, high) = bounds(&mut inside.iter().copied());
+    let (top, bottom) = bounds(&mut line.iter().map(|p| p.1));
+    // y falls as the value rises: first and last sample stand where the range says, to the rounding of the drawing.
+    let place = |value: f64| bottom - (value - low) / (high - low) * (bottom - top);
+    assert!((line[0].1 - place(inside[0])).abs() <= 1.5, "{:?}", line[0]);
+    assert!((line[line.len() - 1].1 - place(inside[inside.len() - 1])).abs() <= 1.5);
+}
+
+#[test]
+fn cli_plot_of_ones_own_in_every_form() {
+    let folder = with_run();
+    folder.ok("run paper-si -q");
+    for (arguments, file, words) in [
+        (
+            &["--phase", "phi1", "phi1_dot"][..],
+            "phi1_dot-against-phi1",
+            "stator surface speed",
+        ),
+        (
+            &["--channel", "z", "--x", "normal_force"],
+            "z-against-normal_force",
+            "contact force",
+        ),
+        (&["--channel", "phi1_dot", "--channel", "mode"], "phi1_dot-mode", "mode"),
+        (&["paper-si.h5", "--channel", "theta_dot"], "theta_dot", "paper-si"),
+    ] {
+        let all = [&["plot", "paper.h5", "--format", "svg"], arguments].concat();
+        let stdout = folder.ok(&all);
+        assert_eq!(stdout, format!("figures/{file}.svg\n"));
+        let text = std::fs::read_to_string(folder.path(&format!("figures/{file}.svg"))).unwrap();
+        assert!(text.contains(words), "{file}: {words}");
+    }
+}
+
+/// All figures of two runs, whatever the renderer meets in them: nothing is said, and what is found of one run alone
+/// stands in no title.
+#[test]
+fn cli_plot_of_two_runs_is_silent() {
+    let folder = with_run();
+    folder.ok("run paper-si -q");
+    let (document, stderr) = output(&mut folder.stickslip("plot paper.h5 paper-si.h5 --json"), 0);
+    assert_eq!(stderr, "");
+    let document = json(&document);
+    let mut titles = document["files"]
+        .as_array()
+        .unwrap()
+        .iter()
+        .map(|f| f["title"].as_str().unwrap());
+    assert!(titles.all(|title| !title.contains("verges")), "{document}");
+    // Straight pieces of no length.
+    let constant = ["plot", "paper.h5", "--channel", "mode", "--x", "time", "-o", "mode.png"];
+    assert_eq!(output(&mut folder.stickslip(&constant), 0).1, "");
+}
+
+/// Only what the program drew itself is replaced, and an input never.
+#[test]
+fn cli_plot_spares_other_files() {
+    let folder = with_run();
+    for name in ["mine.svg", "mine.png"] {
+        folder.write(name, "<svg>drawn by hand</svg>");
+        let arguments = ["plot", "paper.h5", "--only", "4", "-o", name];
+        folder.refused(&arguments, &[name, "--force"]);
+        assert_eq!(folder.read(name), b"<svg>drawn by hand</svg>");
+        folder.ok(&[&arguments[..], &["--force"]].concat());
+        // By now it is one of its own.
+        folder.ok(&arguments);
+    }
+    std::fs::rename(folder.path("paper.h5"), folder.path("run.svg")).unwrap();
+    folder.refused(
+        "plot run.svg --only 4 -o run.svg --force",
+        &["this is the file to be drawn"],
+    );
+    folder.result("run.svg");
+}
+
+#[test]
+fn cli_plot_refuses_with_the_remedy() {
+    let folder = with_run();
+    folder.write("text.h5", "no HDF5");
+    {
+        // A handle holds the file open.
+        let sweep = unlocked::create(folder.path("sweep.h5")).unwrap();
+        let format: hdf5::types::VarLenUnicode = "stickslip-study".parse().unwrap();
+        let attribute = sweep.new_attr::<hdf5::types::VarLenUnicode>().create("format").unwrap();
+        attribute.write_scalar(&format).unwrap();
+    }
+    std::fs::copy(folder.path("paper.h5"), folder.path("bare.h5")).unwrap();
+    let bare = unlocked::open_unsummed(folder.path("bare.h5")).unwrap();
+    bare.unlink("trajectory").unwrap();
+    bare.close().unwrap();
+    for (arguments, words) in [
+        (&["missing.h5"][..], &["missing.h5", "no such file"][..]),
+        (&["text.h5"], &["text.h5", "not an HDF5 file"]),
+        (&["paper.h5", "--only", "25"], &["critical curve", "sweep"]),
+        (&["paper.h5", "--only", "17"], &["17", "--list"]),
+        (&["paper.h5", "--only", "duration"], &["did you mean durations?"]),
+        (
+            &["paper.h5", "--channel", "thetadot"],
+            &["did you mean theta_dot?", "relative_velocity, slip_displacement"],
+        ),
+        (&["paper.h5", "--phase", "z", "w"], &["\"w\"", "z_dot"]),
+        (
+            &["paper.h5", "--channel", "z", "--from", "5", "--to", "4"],
+            &["--from 5", "--to 4"],
+        ),
+        (
+            &["sweep.h5"],
+            &["sweep.h5", "format is \"stickslip-study\"", "stickslip run"],
+        ),
+        (
+            &["bare.h5"],
+            &["bare.h5", "/trajectory", "there are: ", "events", "stick_slip"],
+        ),
+        (
+            &["paper.h5", "--channel", "z", "--from", "11"],
+            &["from 11", "from 0 to 10 s"],
+        ),
+        (&["paper.h5", "--channel", "z", "--from", "nan"], &["--from", "seconds"]),
+        (&["paper.h5", "--from", "1"], &["--channel"]),
+        (&["paper.h5", "-o", "one.svg"], &["one.svg", "folder"]),
+        (
+            &["paper.h5", "--only", "4", "-o", "one.tiff"],
+            &["one.tiff", ".svg, .png, .pdf or .eps"],
+        ),
+        (
+            &["paper.h5", "--only", "4", "-o", "no/one.svg"],
+            &["no/one.svg", "does not exist"],
+        ),
+        (&["paper.h5", "-o", "text.h5"], &["text.h5", "folder"]),
+        (&["paper.h5", "--width", "1"], &["--width", "60"]),
+        (
+            &["paper.h5", "--only", "4", "--width", "1000", "--dpi", "2400"],
+            &["too large", "--dpi"],
+        ),
+        (&[], &["<FILE>"]),
+    ] {
+        let refused = refusal(&mut folder.stickslip(&[&["plot"], arguments].concat()));
+        for word in words {
+            assert!(refused.contains(word), "{word} in {refused}");
+        }
+    }
+}
+
+/// A header as that of a run of the paper's brake.
+fn header() -> Header {
+    let case = built_in("paper", &[]);
+    Header {
+        resolved: case.resolved(),
+        ..crate::common::results::header()
+    }
+}
+
+/// Writes what a run of the paper's brake had come to when it was interrupted at `stop` (s).
+fn interrupted(path: &Path, stop: f64) -> std::path::PathBuf {
+    let case = built_in("paper", &[]);
+    let mut writer = ResultWriter::create(path, Overwrite::OwnResults, &[], &header()).unwrap();
+    Run::new(&case)
+        .record(&mut writer)
+        .control(|progress| {
+            if progress.time > stop {
+                ControlFlow::Break(())
+            } else {
+                ControlFlow::Continue(())
+            }
+        })
+        .start()
+        .unwrap();
+    writer
+        .finish(Status::Interrupted, &crate::common::results::stick_slip(), 0.1)
+        .unwrap()
+}
+
+/// What is there is drawn, and it is said how far that goes: cut within the stick-slip, and before it.
+#[test]
+fn cli_plot_of_an_interrupted_run_draws_what_is_there() {
+    let folder = Folder::new();
+    for (stop, has_sticks) in [(6.98, true), (3.0, false)] {
+        interrupted(&folder.path("cut.h5"), stop);
+        let (document, stderr) = output(&mut folder.stickslip("plot cut.partial.h5 --json"), 0);
+        says(&stderr, &["was interrupted", "up to t = "]);
+        let drawn = |name: &str| {
+            let document = json(&document);
+            let files = document["files"].as_array().unwrap();
+            files.iter().any(|file| file["figure"] == name)
+        };
+        assert!(drawn("rotor-speed") && drawn("friction-law"));
+        assert_eq!(drawn("durations"), has_sticks);
+        assert_eq!(drawn("stick-slip-transition"), has_sticks);
+        assert!(!drawn("phase-final-stick-stator"));
+    }
+}
+
+/// A run that fails leaves its partial file; a file without a sample has nothing to draw.
+#[test]
+fn cli_plot_of_failed_and_empty_runs() {
+    let folder = Folder::new();
+    let chattering = ["run", "-q", "--set", "contact.breakaway_test=\"stator\""];
+    output(&mut folder.stickslip(&chattering), 1);
+    let (_, stderr) = output(&mut folder.stickslip("plot paper.partial.h5 --only 5 -o z.png"), 0);
+    assert!(stderr.contains("this run failed"), "{stderr}");
+    let writer = ResultWriter::create(&folder.path("empty.h5"), Overwrite::OwnResults, &[], &header()).unwrap();
+    writer
+        .finish(Status::Interrupted, &crate::common::results::stick_slip(), 0.0)
+        .unwrap();
+    folder.refused("plot empty.partial.h5", &["has no trajectory", "stickslip run"]);
+}
+
+#[test]
+fn cli_modes_draws_its_figure() {
+    let folder = Folder::new();
+    for name in ["modes.svg", "modes.png"] {
+        folder.ok(&["modes", "-q", "--figure", name]);
+        folder.ok(&["modes", "-q", "--figure", name]);
+    }
+    let text = std::fs::read_to_string(folder.path("modes.svg")).unwrap();
+    assert!(text.contains("0.5478 rad/s"), "the critical speed stands in it");
+    assert_eq!(png_size(&folder.read("modes.png")).0, 1004);
+    folder.write("mine.svg", "mine");
+    for name in ["mine.svg", "modes.jpg"] {
+        folder.refused(&["modes", "--figure", name], &[name]);
+    }
+}

@@ -1,0 +1,261 @@
+//! Figures ready for print, exact at events, and of a candidate beside its reference.
+
+use crate::common::cli::{Folder, refusal};
+use crate::common::compare::{csv, paper, rows_of};
+use std::process::Command;
+use stickslip::plot::Run;
+use stickslip::record::EventKind;
+
+fn with_run() -> Folder {
+    let folder = Folder::new();
+    std::fs::copy(paper(), folder.path("paper.h5")).unwrap();
+    folder
+}
+
+fn text_of(folder: &Folder, name: &str) -> String {
+    String::from_utf8_lossy(&folder.read(name)).into_owned()
+}
+
+/// The size of a page in points.
+fn size(text: &str, key: &str) -> (f64, f64) {
+    let numbers = text.split_once(key).unwrap().1.trim_start_matches([' ', '[']);
+    let numbers: Vec<f64> = numbers
+        .split([' ', ']', '\n'])
+        .filter(|word| !word.is_empty())
+        .take(4)
+        .map(|word| word.parse().unwrap())
+        .collect();
+    (numbers[2], numbers[3])
+}
+
+/// 84 mm are 238.11 points in each format; the letters are outlines, and the second drawing is the first to the last byte.
+#[test]
+fn cli_plot_for_print_has_the_size_that_is_asked_for() {
+    let folder = with_run();
+    let draw = |name: &str, more: &[&str]| {
+        let arguments = [
+            "plot",
+            "paper.h5",
+            "--only",
+            "stick-slip-close-up",
+            "--width",
+            "84mm",
+            "--font-size",
+            "8pt",
+        ];
+        folder.ok(&[&arguments[..], more, &["-o", name]].concat());
+        folder.read(name)
+    };
+    for name in ["a.pdf", "a.eps", "a.svg", "a.png"] {
+        assert!(draw(name, &["--no-title"]) == draw(name, &["--no-title"]), "{name}");
+    }
+    let (pdf, eps, svg) = (
+        text_of(&folder, "a.pdf"),
+        text_of(&folder, "a.eps"),
+        text_of(&folder, "a.svg"),
+    );
+    // A unit of the drawing is 0.03 points.
+    for (width, _) in [size(&pdf, "/MediaBox"), size(&eps, "%%HiResBoundingBox: ")] {
+        assert!((width - 84.0 / 25.4 * 72.0).abs() < 0.05, "{width}");
+    }
+    assert!(svg.contains("width=\"84mm\""), "{svg}");
+    assert!(pdf.starts_with("%PDF-1.4") && !pdf.contains("/Font"));
+    assert!(eps.starts_with("%!PS-Adobe-3.0 EPSF-3.0") && !eps.contains("findfont"));
+    assert!(eps.lines().all(|line| line.len() <= 255));
+    // The title is in the document's description alone; with it the figure is higher.
+    assert_eq!(svg.matches("First sticks: relative velocity").count(), 1);
+    draw("b.eps", &[]);
+    assert!(size(&text_of(&folder, "b.eps"), "%%HiResBoundingBox: ").1 > size(&eps, "%%HiResBoundingBox: ").1 + 5.0);
+    for name in ["mine.pdf", "mine.eps"] {
+        folder.write(name, "%PDF drawn by hand");
+        folder.refused(&["plot", "paper.h5", "--only", "4", "-o", name], &["--force"]);
+    }
+}
+
+/// What Ghostscript, where there is one, finds on the page of either format is inside of it, and the same.
+#[test]
+fn cli_plot_for_print_is_read_by_another_program() {
+    let folder = with_run();
+    let mut boxes = Vec::new();
+    for name in ["a.pdf", "a.eps"] {
+        folder.ok(&["plot", "paper.h5", "--only", "durations", "-o", name]);
+        let arguments = ["-q", "-dNOPAUSE", "-dBATCH", "-dSAFER", "-sDEVICE=bbox"];
+        let Ok(found) = Command::new("gs").args(arguments).arg(folder.path(name)).output() else {
+            assert!(
+                std::env::var_os("STICKSLIP_IGNORE_NONE").is_none(),
+                "Ghostscript is missing"
+            );
+            return;
+        };
+        assert!(found.status.success(), "{found:?}");
+        let text = String::from_utf8_lossy(&found.stderr).into_owned();
+        boxes.push(size(&text, "%%HiResBoundingBox: "));
+    }
+    let (width, height) = size(&text_of(&folder, "a.eps"), "%%HiResBoundingBox: ");
+    // White ground and margins are no ink; a pixel of bbox is 1/72 of an inch at most.
+    assert!(
+        (boxes[0].0 - boxes[1].0).abs() < 1.0 && (boxes[0].1 - boxes[1].1).abs() < 1.0,
+        "{boxes:?}"
+    );
+    assert!(boxes[0].0 > 0.9 * width && boxes[0].0 <= width && boxes[0].1 > 0.9 * height && boxes[0].1 <= height);
+}
+
+#[test]
+fn cli_plot_refuses_sizes_without_room() {
+    let folder = with_run();
+    for (arguments, words) in [
+        (&["--width", "84furlong"][..], &["84mm", "240pt"][..]),
+        (&["--width", "2in"], &["60.0mm"]),
+        (&["--font-size", "40"], &["from 4 to 24"]),
+        (&["--width", "84mm", "--font-size", "12pt"], &["no room", "102.9mm"]),
+    ] {
+        let refused = refusal(&mut folder.stickslip(&[&["plot", "paper.h5"], arguments].concat()));
+        for word in words {
+            assert!(refused.contains(word), "{word} in {refused}");
+        }
+    }
+    // A smaller letter needs less.
+    folder.ok("plot paper.h5 --only 4 --width 2in --font-size 5pt -o a.svg");
+}
+
+/// Symbols and powers are set, names are not; the paper's numbers stand on figures of its own case alone.
+#[test]
+fn cli_plot_sets_symbols_and_knows_the_papers_case() {
+    let folder = with_run();
+    folder.ok("run paper-si -q -o a_b.h5");
+    folder.ok("plot paper.h5 --only stick-slip-close-up -o a.svg");
+    let svg = text_of(&folder, "a.svg");
+    assert!(svg.contains("T<tspan") && !svg.contains("T_f"), "{svg}");
+    for (file, number) in [("paper.h5", true), ("a_b.h5", false)] {
+        folder.ok(&["plot", file, "--only", "15", "-o", "a.svg"]);
+        assert_eq!(text_of(&folder, "a.svg").contains("(paper, Fig. 15)"), number, "{file}");
+    }
+}
+
+/// In a file without dense samples: the torque of the interface reaches mu_0 r F_n at every breakaway, as the file has it
+/// in internal_force, and its jumps are upright.
+#[test]
+fn property_curves_go_through_the_states_at_events() {
+    let folder = Folder::new();
+    let sparse = [
+        "run",
+        "-q",
+        "--set",
+        "output.window=[]",
+        "--set",
+        "output.around=none",
+        "--set",
+        "output.interval=1e-3",
+        "-o",
+        "sparse.h5",
+    ];
+    folder.ok(&sparse);
+    let run = Run::open(&folder.path("sparse.h5")).unwrap();
+    let radius = run.system.radius;
+    let curve = run.curves(&["friction_torque"], (6.9745, 6.9905)).unwrap().remove(0);
+    let (mut slips, mut upright) = (0, 0);
+    for event in &run.events {
+        let here: Vec<f64> = curve
+            .iter()
+            .filter(|point| point.0 == event.time)
+            .map(|point| point.1)
+            .collect();
+        if event.kind == EventKind::Slip {
+            let peak = event.internal_force * radius;
+            // Two sums of the same terms, and the friction of the next state, which moves at 1e-9 rad/s at most.
+            assert!(
+                here.iter().any(|torque| (torque / peak - 1.0).abs() < 1e-7),
+                "{peak} {here:?}"
+            );
+            assert!((peak - 69.91).abs() < 0.01, "{peak}");
+            slips += 1;
+        } else if event.kind == EventKind::Stick {
+            upright += usize::from(here.len() == 2 && here[0] != here[1]);
+        }
+    }
+    assert_eq!((slips, upright), (47, 48));
+    // What lies between two of them is not shown for what it is.
+    let arguments = [
+        "plot",
+        "sparse.h5",
+        "--channel",
+        "relative_velocity",
+        "--from",
+        "6.974",
+        "--to",
+        "6.978",
+    ];
+    folder.ok(&[&arguments[..], &["-o", "a.svg"]].concat());
+    let svg = text_of(&folder, "a.svg");
+    assert!(
+        svg.contains("too few samples") && svg.contains("straight lines for"),
+        "{svg}"
+    );
+    // With the built-in windows nothing is marked.
+    let folder = with_run();
+    folder.ok("plot paper.h5 --only stick-slip-transition -o a.svg");
+    assert!(!text_of(&folder, "a.svg").contains("too few samples"));
+}
+
+/// A candidate that misses a stick: the figures of the report and of `plot --candidate` are the same, and show the place.
+#[test]
+fn cli_a_comparison_is_something_to_look_at() {
+    let folder = with_run();
+    // Late by a microsecond from the start.
+    let rows = rows_of(paper(), 6.966)
+        .into_iter()
+        .map(|(t, row)| (t + 1e-6, row))
+        .collect::<Vec<_>>();
+    folder.write("mine.csv", csv(&rows));
+    folder.ok("compare paper.h5 mine.csv -q --report a.html");
+    let page = text_of(&folder, "a.html");
+    assert_eq!(page.matches("<svg").count(), 4);
+    assert!(
+        page.contains("largest error") && page.contains("Error of the time of each event"),
+        "{page}"
+    );
+    let before = folder.names();
+    folder.ok("compare paper.h5 mine.csv -q --report a.md");
+    let report = text_of(&folder, "a.md");
+    let new: Vec<String> = folder
+        .names()
+        .into_iter()
+        .filter(|name| !before.contains(name))
+        .collect();
+    assert_eq!(new.len(), 5, "{new:?}");
+    assert!(
+        new.iter()
+            .filter(|name| name.ends_with(".svg"))
+            .all(|name| report.contains(name.as_str())),
+        "{report}"
+    );
+    // Over its own, and not over another's.
+    folder.ok("compare paper.h5 mine.csv -q --report a.md");
+    let listed = folder.ok("plot paper.h5 --candidate mine.csv --format svg -o drawn");
+    assert_eq!(listed.lines().count(), 4, "{listed}");
+    let channel = [
+        "plot",
+        "paper.h5",
+        "--candidate",
+        "mine.csv",
+        "--channel",
+        "phi1_dot",
+        "--from",
+        "6.974",
+        "--to",
+        "6.976",
+    ];
+    folder.ok(&[&channel[..], &["-o", "own.svg"]].concat());
+    let own = text_of(&folder, "own.svg");
+    assert!(
+        own.contains(">\nmine\n<") && own.contains("|error| at the same time"),
+        "{own}"
+    );
+    let lacking = ["plot", "paper.h5", "--candidate", "mine.csv", "--channel", "z"];
+    folder.refused(&lacking, &["mine.csv", "relative_velocity"]);
+    // A table of events has no curve.
+    let table = "kind,time\nstick,6.975\nslip,6.97505\n";
+    folder.write("events.csv", table);
+    let listed = folder.ok("plot paper.h5 --candidate events.csv --format svg -o drawn");
+    assert_eq!(listed.lines().count(), 1, "{listed}");
+}

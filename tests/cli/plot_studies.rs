@@ -1,0 +1,559 @@
+//! `stickslip plot` of files that hold many runs, and of certified ones: what is drawn is what the file says.
+
+use crate::common::cli::{Folder, json, refusal, says};
+use plotters::style::RGBColor;
+use std::collections::BTreeMap;
+use std::path::Path;
+use stickslip::plot::colors;
+use stickslip::plot::figure::{Cell, ColorKey};
+use stickslip::plot::studies::{self, Choice, StudyData};
+use stickslip::results::{ResultFile, SweepFile};
+
+/// Sticks after a stop from a low speed, in milliseconds of computing; at the two lowest frictions no point is valid.
+const MAP: &str = r#"
+title = "a map"
+case = "base.toml"
+
+[set]
+solver.method = "series"
+"actuation.rise_time" = "20 ms"
+perturbation = [{ kind = "kick", time = "instability", relative_velocity = 1e-4 }]
+
+[[axis]]
+key = "friction.decay"
+from = 0.5
+to = 80
+count = 7
+spacing = "log"
+
+[[axis]]
+key = ["friction.low_speed", "friction.breakaway"]
+values = [0.6, 0.45, 0.5]
+
+[[axis]]
+key = "torsion.damping"
+values = [22.606]
+"#;
+
+/// The base case, from a lower speed.
+fn with_map(folder: &Folder, study: &str) -> SweepFile {
+    let case = folder.ok("case paper");
+    let lines = case
+        .lines()
+        .map(|line| if line.starts_with("speed") { "speed = 3" } else { line });
+    folder.write("base.toml", lines.collect::<Vec<_>>().join("\n"));
+    folder.write("map.toml", study);
+    folder.ok("sweep map.toml -q -j 1");
+    folder.sweep_file("map.h5")
+}
+
+/// x, y, width, height and fill of a rectangle.
+type Rectangle = (f64, f64, f64, f64, String);
+
+/// The rectangles of an SVG.
+fn rectangles(svg: &str) -> Vec<Rectangle> {
+    let rectangles = svg.split("<rect ").skip(1);
+    rectangles
+        .map(|rest| {
+            let part = |name: &str| {
+                rest.split(&format!("{name}=\""))
+                    .nth(1)
+                    .unwrap()
+                    .split('"')
+                    .next()
+                    .unwrap()
+            };
+            let number = |name: &str| part(name).parse::<f64>().unwrap();
+            (
+                number("x"),
+                number("y"),
+                number("width"),
+                number("height"),
+                part("fill").to_owned(),
+            )
+        })
+        .collect()
+}
+
+fn hex(RGBColor(r, g, b): RGBColor) -> String {
+    format!("#{r:02X}{g:02X}{b:02X}")
+}
+
+/// The cells of the figure have the values of the file, and the drawn rectangles the colours of these values: the middle of
+/// each cell is looked up in the picture.
+#[test]
+fn cli_a_map_has_the_values_of_the_file() {
+    let folder = Folder::new();
+    let file = with_map(&folder, MAP);
+    // Of each run the first stick has a time of its own, and many runs have equally many sticks.
+    let [default] = &studies::figures(&file, &Choice::default()).unwrap()[..] else {
+        panic!("one figure");
+    };
+    assert_eq!(default.name, "map-onset_time");
+    let title = &default.title;
+    assert!(
+        title.ends_with(", the quantity that tells most points apart"),
+        "{title}"
+    );
+    let of_sticks = ["plot", "map.h5", "-o", "map.svg", "--json", "--quantity", "stick_count"];
+    let stdout = folder.ok(&of_sticks);
+    assert_eq!(json(&stdout)["files"][0]["figure"], "map-stick_count");
+    let choice = Choice {
+        quantities: vec!["stick_count".to_owned()],
+        ..Choice::default()
+    };
+    let [figure] = &studies::figures(&file, &choice).unwrap()[..] else {
+        panic!("one figure");
+    };
+    let title = &figure.title;
+    assert!(title.ends_with(": number of sticks"), "{title}");
+    let [panel] = &figure.panels[..] else {
+        panic!("one panel")
+    };
+    let map = panel.map.as_ref().unwrap();
+    let (counts, frictions) = (
+        file.numbers("stick_count").unwrap(),
+        file.numbers("friction_low_speed").unwrap(),
+    );
+    assert!(counts.iter().any(|count| *count != counts[0]), "{counts:?}");
+    assert_eq!(frictions, [0.6, 0.45, 0.5]);
+    assert_eq!((map.x_edges.len(), map.y_edges.len()), (8, 4));
+    // Rows in the order of their values, whatever that of the file.
+    for (row, level) in [(0, 1), (1, 2), (2, 0)] {
+        for column in 0..7 {
+            assert_eq!(
+                map.cells[7 * row + column],
+                Cell::Value(counts[3 * column + level]),
+                "{row} {column}"
+            );
+        }
+    }
+    // The edges are in the middle of the levels, of the logarithms where these are even.
+    let decay = file.numbers("friction_decay").unwrap();
+    assert!((map.x_edges[1] - (decay[0] * decay[1]).sqrt()).abs() < 1e-9);
+    assert!((map.y_edges[1] - 0.475).abs() < 1e-12);
+    let ColorKey::Scale(axis) = &map.key else {
+        panic!("{:?}", map.key)
+    };
+    let (low, high) = axis.range.unwrap();
+    let least = counts.iter().copied().fold(f64::INFINITY, f64::min);
+    assert_eq!((low, high), (least, counts.iter().copied().fold(0.0, f64::max)));
+    // The picture. The bar of the colours is 256 steps wide, and none of the map is as low.
+    let svg = std::fs::read_to_string(folder.path("map.svg")).unwrap();
+    let all = rectangles(&svg);
+    let bar = all.iter().filter(|r| r.3 < 250.0 && r.3 > 150.0).count();
+    assert!(bar >= 256, "{bar}");
+    let cells: Vec<_> = all
+        .iter()
+        .filter(|r| r.3 > 250.0 && r.4 != "#FFFFFF" && r.4 != "none")
+        .collect();
+    let edge = |part: &dyn Fn(&Rectangle) -> f64, least: bool| {
+        let values = cells.iter().map(|r| part(r));
+        if least {
+            values.fold(f64::INFINITY, f64::min)
+        } else {
+            values.fold(0.0, f64::max)
+        }
+    };
+    let (left, right) = (edge(&|r| r.0, true), edge(&|r| r.0 + r.2, false));
+    let (top, bottom) = (edge(&|r| r.1, true), edge(&|r| r.1 + r.3, false));
+    for row in 0..3 {
+        for column in 0..7 {
+            let x = left + (column as f64 + 0.5) / 7.0 * (right - left);
+            let (from, to) = (map.y_edges[row], map.y_edges[row + 1]);
+            let (low_edge, high_edge) = (map.y_edges[0], map.y_edges[3]);
+            let y = bottom - (0.5 * (from + to) - low_edge) / (high_edge - low_edge) * (bottom - top);
+            let inside = |r: &&&Rectangle| r.0 <= x && x <= r.0 + r.2 && r.1 <= y && y <= r.1 + r.3;
+            // What is drawn last is seen.
+            let drawn = &cells.iter().rfind(inside).unwrap().4;
+            let Cell::Value(value) = map.cells[7 * row + column] else {
+                panic!("no value")
+            };
+            let step = ((value - low) / (high - low) * 256.0).floor().min(255.0);
+            assert_eq!(*drawn, hex(colors::at((step + 0.5) / 256.0)), "{row} {column}: {value}");
+        }
+    }
+}
+
+/// Points that failed are crossed out, and those without a value grey; the legend says so, and neither depends on colour.
+#[test]
+fn cli_a_map_shows_what_has_no_value() {
+    let folder = Folder::new();
+    // Below the high-speed coefficient with a breakaway below it, no case is valid; where nothing sticks twice there is no period.
+    let study = MAP.replace("[0.6, 0.45, 0.5]", "[0.6, 0.1, 0.31]");
+    let file = with_map(
+        &folder,
+        &study.replace(
+            "key = [\"friction.low_speed\", \"friction.breakaway\"]",
+            "key = \"friction.breakaway\"",
+        ),
+    );
+    assert!(!file.failures().unwrap().is_empty());
+    folder.ok("plot map.h5 --quantity first_period -o map.svg");
+    let svg = std::fs::read_to_string(folder.path("map.svg")).unwrap();
+    assert!(svg.contains("failed"), "the legend names what is crossed out");
+    let data = StudyData::read(&file).unwrap();
+    let failed = data.status.iter().filter(|status| **status == 1.0).count();
+    let crossed = svg.matches("<polyline").count();
+    assert!(crossed >= 2 * failed, "{crossed} lines for {failed} points");
+}
+
+/// The command that a point's click shows, put together as the page does, runs the point: same sticks, same times.
+#[cfg(unix)]
+#[test]
+fn cli_the_command_of_a_point_runs_it() {
+    let folder = Folder::new();
+    let study = MAP.replace(
+        "[[axis]]\nkey = \"torsion.damping\"\nvalues = [22.606]",
+        "[[axis]]\nkey = \"solver.method\"\nvalues = [\"series\", \"auto\"]",
+    );
+    let study = study.replace("solver.method = \"series\"\n", "title = \"it's \\\"quoted\\\"\"\n");
+    let file = with_map(&folder, &study);
+    folder.ok("plot map.h5 --html map.html");
+    let page = std::fs::read_to_string(folder.path("map.html")).unwrap();
+    let data = page
+        .split("id=\"study-data\">")
+        .nth(1)
+        .unwrap()
+        .split("</script>")
+        .next()
+        .unwrap();
+    let data = json(data);
+    let command = data["command"].as_str().unwrap();
+    assert!(command.starts_with("stickslip run base.toml --set "), "{command}");
+    assert!(!command.contains("rtol"), "the method is an axis: {command}");
+    let path = format!(
+        "{}:{}",
+        Path::new(env!("CARGO_BIN_EXE_stickslip")).parent().unwrap().display(),
+        std::env::var("PATH").unwrap()
+    );
+    let (counts, onsets) = (
+        file.numbers("stick_count").unwrap(),
+        file.numbers("onset_time").unwrap(),
+    );
+    let study = StudyData::read(&file).unwrap();
+    for point in [0, 9, 22, counts.len() - 1] {
+        let mut whole = command.to_owned();
+        for axis in &study.axes {
+            let value = axis.values[point];
+            let word = axis
+                .words
+                .get(value as usize)
+                .map_or_else(|| format!("{value}"), |word| format!("\"{word}\""));
+            for key in &axis.keys {
+                whole += &format!(" --set '{key}={word}'");
+                if key == "solver.method" {
+                    whole += " --set solver.rtol=1e-8";
+                }
+            }
+        }
+        whole += " -q --no-witness -o point.h5";
+        let status = std::process::Command::new("sh")
+            .args(["-c", &whole])
+            .current_dir(folder.path(""))
+            .env("PATH", &path)
+            .status()
+            .unwrap();
+        assert!(status.success(), "{whole}");
+        let run = ResultFile::open(&folder.path("point.h5")).unwrap();
+        let table = run.stick_slip().unwrap().unwrap();
+        assert_eq!(table.value("stick_count"), Some(counts[point]), "{whole}");
+        let onset = table.value("onset_time").unwrap_or(f64::NAN);
+        // Samples are steps' ends of no engine: the same steps, the same times.
+        assert!(
+            (onset - onsets[point]).abs() <= 1e-13 || onset.is_nan() && onsets[point].is_nan(),
+            "{onset} {} by {whole}",
+            onsets[point]
+        );
+    }
+}
+
+/// Of more than two axes there is a panel for each value of the others, or these are held; unknown names say what there is.
+#[test]
+fn cli_more_axes_are_panels_or_held() {
+    let folder = Folder::new();
+    let study = MAP.replace("values = [22.606]", "values = [18, 20, 22]");
+    with_map(&folder, &study);
+    folder.ok("plot map.h5 -o all.svg");
+    let svg = std::fs::read_to_string(folder.path("all.svg")).unwrap();
+    says(&svg, &[" = 18 N", " = 20 N", " = 22 N"]);
+    let held = ["plot", "map.h5", "--at", "torsion.damping=20", "-o", "held.svg"];
+    folder.ok(&held);
+    let svg = std::fs::read_to_string(folder.path("held.svg")).unwrap();
+    assert!(svg.contains(" = 20 N") && !svg.contains(" = 18 N"));
+    let line = ["--at", "torsion.damping=20", "--at", "friction.low_speed=0.5"];
+    let stdout = folder.ok(&[
+        &["plot", "map.h5", "-o", "line.svg", "--quantity", "onset_time", "--json"],
+        &line[..],
+    ]
+    .concat());
+    assert_eq!(json(&stdout)["files"][0]["figure"], "curves-onset_time");
+    let axes = [
+        "plot",
+        "map.h5",
+        "--axes",
+        "torsion.damping",
+        "friction_decay",
+        "-o",
+        "axes.svg",
+    ];
+    folder.ok(&axes);
+    let cases: [(&[&str], &[&str]); 9] = [
+        (
+            &["--quantity", "stick_cont"],
+            &["no quantity \"stick_cont\"", "stick_count"],
+        ),
+        (
+            &["--at", "torsion.damping=21"],
+            &["no point has torsion.damping=21", "18"],
+        ),
+        (&["--at", "torsion.damping"], &["AXIS=VALUE"]),
+        (&["--at", "torsion.damping=inf"], &["no point has torsion.damping=inf"]),
+        (
+            &["--axes", "friction.decay", "nonsense"],
+            &["no axis \"nonsense\"", "torsion.damping"],
+        ),
+        (&["--axes", "friction.decay", "friction.decay"], &["name two axes"]),
+        (&["--only", "curves"], &["no figure curves", "map-onset_time"]),
+        (&["--channel", "theta"], &["no channels", "--quantity"]),
+        (&["map.h5"], &["drawn by itself"]),
+    ];
+    for (arguments, words) in cases {
+        let said = refusal(&mut folder.stickslip(&[&["plot", "map.h5"], arguments].concat()));
+        for word in words {
+            assert!(said.contains(word), "{arguments:?}: {word} in {said}");
+        }
+    }
+}
+
+const ENSEMBLE: &str = r#"
+title = "an ensemble"
+case = "base.toml"
+
+[set]
+solver.method = "series"
+"actuation.rise_time" = "20 ms"
+perturbation = [{ kind = "kick", time = "instability", relative_velocity = 1e-4 }]
+
+[sample]
+method = "sobol"
+count = 64
+seed = 3
+
+[[axis]]
+key = "friction.decay"
+from = 4
+to = 6
+
+[[axis]]
+key = "perturbation.0.relative_velocity"
+from = 1e-7
+to = 1e-3
+spacing = "log"
+"#;
+
+/// Percentiles and bars are those of the column of the file, on the terminal, as JSON and at the end of the sweep.
+#[test]
+fn cli_a_sample_has_its_distribution() {
+    let folder = Folder::new();
+    let file = with_map(&folder, ENSEMBLE);
+    let mut onsets = file.numbers("onset_time").unwrap();
+    onsets.sort_by(f64::total_cmp);
+    assert!(onsets.iter().all(|time| time.is_finite()), "{onsets:?}");
+    let document = folder.json("plot map.h5");
+    let names: Vec<&str> = document["files"]
+        .as_array()
+        .unwrap()
+        .iter()
+        .map(|f| f["figure"].as_str().unwrap())
+        .collect();
+    assert!(
+        names.contains(&"samples-onset_time") && names.contains(&"plane-onset_time"),
+        "{names:?}"
+    );
+    let own = &document["distributions"][0];
+    assert_eq!(
+        (&own["quantity"], &own["count"], &own["without"]),
+        (&"onset_time".into(), &64.into(), &0.into())
+    );
+    let close = |value: &serde_json::Value, expected: f64| (value.as_f64().unwrap() / expected - 1.0).abs() < 1e-14;
+    // Of 64 values the median is the middle of the two in the middle.
+    assert!(
+        close(&own["percentiles"]["50"], 0.5 * (onsets[31] + onsets[32])),
+        "{own}"
+    );
+    assert!(
+        close(&own["percentiles"]["25"], onsets[15] + 0.75 * (onsets[16] - onsets[15])),
+        "{own}"
+    );
+    assert!(close(&own["least"], onsets[0]) && close(&own["largest"], onsets[63]));
+    let bars = own["bars"].as_array().unwrap();
+    for bar in bars {
+        let (from, to) = (bar[0].as_f64().unwrap(), bar[1].as_f64().unwrap());
+        let inside = onsets.iter().filter(|time| (from..to).contains(time)).count() as u64;
+        assert!(bar[2].as_u64().unwrap().abs_diff(inside) <= 1, "{bar}: {inside}");
+    }
+    assert_eq!(bars.iter().map(|bar| bar[2].as_u64().unwrap()).sum::<u64>(), 64);
+    let text = folder.ok("plot map.h5");
+    let report = folder.ok("sweep map.toml -j 1");
+    for said in [&text, &report] {
+        says(said, &["onset_time (s): 64 runs", "50 %", "####"]);
+    }
+}
+
+/// The dots that are called inside are the runs whose held targets hold, and the optimum is the file's.
+#[test]
+fn cli_a_calibration_has_its_region() {
+    let folder = Folder::new();
+    let study = "title = \"two inertias\"\ncase = \"paper\"\n[set]\noutput.end_time = 0.02\n\"actuation.rise_time\" = 0.01\n\
+                 perturbation = []\n[[free]]\nkey = \"torsion.surface_inertia\"\nfrom = 0.005\nto = 0.03\n[[free]]\n\
+                 key = \"torsion.stiffness\"\nfrom = 1e6\nto = 2e7\n[[target]]\nquantity = \"natural_period\"\n\
+                 value = \"0.00024 s\"\n[search]\npoints = 64\nstarts = 2\n";
+    folder.write("two.toml", study);
+    folder.ok("calibrate two.toml -q -j 1");
+    assert_eq!(folder.json("plot two.h5 -o two.svg")["files"][0]["figure"], "region");
+    let file = folder.sweep_file("two.h5");
+    let periods = file.numbers("natural_period").unwrap();
+    let places: Vec<(f64, f64)> = file
+        .numbers("torsion_surface_inertia")
+        .unwrap()
+        .into_iter()
+        .zip(file.numbers("torsion_stiffness").unwrap())
+        .collect();
+    let held: Vec<(f64, f64)> = places
+        .iter()
+        .zip(&periods)
+        .filter(|(_, period)| ((*period - 0.00024) / 0.000005).abs() <= 1.0)
+        .map(|(place, _)| *place)
+        .collect();
+    let figures = studies::figures(&file, &Choice::default()).unwrap();
+    let curve = |name: &str| {
+        figures[0].panels[0]
+            .curves
+            .iter()
+            .find(|curve| curve.label == name)
+            .unwrap()
+    };
+    let drawn: Vec<(f64, f64)> = curve("all held targets hold").points().collect();
+    assert!(held.len() > 50, "{}", held.len());
+    assert_eq!(drawn.len(), held.len());
+    assert!(held.iter().all(|place| drawn.contains(place)));
+    let optimum = file.numbers("calibration/optimum").unwrap();
+    assert_eq!(
+        curve("optimum").points().collect::<Vec<_>>(),
+        [(optimum[0], optimum[1])]
+    );
+    // One parameter alone has its residual; and other quantities of the runs can be drawn.
+    folder.ok("plot two.h5 --quantity natural_period -o runs");
+}
+
+/// The figure of the file is that of the study that has just run, to the last byte.
+#[test]
+fn cli_a_work_precision_file_is_drawn_without_a_run() {
+    let folder = Folder::new();
+    let study = "title = \"A small one\"\ncase = \"paper-si\"\nset = [\"output.end_time=7\"]\n\n[[series]]\n\
+                 methods = [\"auto\", \"paper\"]\ntolerances = [1e-6]\n\n[[series]]\nmethods = [\"erk\"]\n\
+                 steps = [\"20 us\"]\n";
+    folder.write("small.toml", study);
+    let arguments = ["work-precision", "small.toml", "--figure", "ran", "-q"];
+    folder.ok(&arguments);
+    assert_eq!(
+        folder.json("plot small.h5 -o read")["files"][0]["figure"],
+        "work-precision"
+    );
+    for name in ["work-precision.svg", "work-precision.png"] {
+        let read = |place: &str| std::fs::read(folder.path(place).join(name)).unwrap();
+        assert!(read("ran") == read("read"), "{name}");
+    }
+    folder.refused("plot small.h5 --html page.html", &["has no page"]);
+}
+
+/// Each event of a certified file stands at its uncertainty; a run without a certificate says how to get one.
+#[test]
+fn cli_a_certified_file_has_its_uncertainties() {
+    let folder = Folder::new();
+    folder.ok("certify belt-coulomb -q");
+    let name = "belt-coulomb.certified.h5";
+    let names: Vec<String> = folder.json(&["plot", name])["files"]
+        .as_array()
+        .unwrap()
+        .iter()
+        .map(|file| file["figure"].as_str().unwrap().to_owned())
+        .collect();
+    assert!(names.iter().any(|name| name == "event-uncertainties"), "{names:?}");
+    assert!(names.iter().any(|name| name == "error-bands"), "{names:?}");
+    let runs = [stickslip::plot::Run::open(&folder.path(name)).unwrap()];
+    let subject = stickslip::plot::entry::Subject::new(&runs).unwrap();
+    let entry = stickslip::plot::catalogue::find("event-uncertainties").unwrap();
+    let figure = entry.build(&subject).unwrap().unwrap();
+    let curve = figure.panels[0]
+        .curves
+        .iter()
+        .find(|curve| curve.label == "uncertainty of the time")
+        .unwrap();
+    let drawn: BTreeMap<usize, f64> = curve.points().map(|(k, value)| (k as usize, value)).collect();
+    let stored = folder.result(name).event_column("time_uncertainty").unwrap();
+    assert_eq!(drawn.len(), stored.iter().filter(|value| value.is_finite()).count());
+    for (k, value) in drawn {
+        assert_eq!(value, stored[k].max(1e-16), "{k}");
+    }
+    folder.ok("run belt-coulomb -q --no-witness");
+    folder.refused(
+        "plot belt-coulomb.h5 --only event-uncertainties",
+        &["stickslip certify"],
+    );
+}
+
+/// A file of another kind, and a shard, say what can be drawn.
+#[test]
+fn cli_other_files_say_what_can_be_drawn() {
+    let folder = Folder::new();
+    let file = with_map(&folder, MAP);
+    drop(file);
+    folder.ok("sweep map.toml -q --shard 1/2 -o shard.h5");
+    folder.refused("plot shard.h5", &["one shard", "stickslip merge"]);
+    folder.ok_short("-q -o run.h5");
+    folder.refused("plot run.h5 --quantity stick_count", &["--quantity", "--channel"]);
+}
+
+/// The built-in studies are listed with the command that takes them, and each can be printed.
+#[test]
+fn cli_case_lists_studies_and_prints_them() {
+    let folder = Folder::new();
+    let listed = folder.ok("case --list --json");
+    let listed = json(&listed);
+    let command = |name: &str| {
+        let mut entries = listed.as_array().unwrap().iter();
+        entries
+            .find(|entry| entry["name"] == name)
+            .map(|entry| entry["command"].clone())
+    };
+    for (name, takes) in [
+        ("paper", "run"),
+        ("critical-curve", "sweep"),
+        ("paper-decay", "calibrate"),
+        ("work-precision", "work-precision"),
+    ] {
+        assert_eq!(command(name), Some(takes.into()), "{name}");
+        let text = folder.ok(&["case", name]);
+        assert!(text.contains("title ="), "{name}: {text}");
+    }
+}
+
+/// Without --quantity a figure is of what the study asks for.
+#[test]
+fn cli_the_default_quantity_is_what_the_study_asks_for() {
+    let folder = Folder::new();
+    let small =
+        "case = \"paper\"\n[set]\noutput.end_time = 0.01\n[[axis]]\nkey = \"torsion.damping\"\nvalues = [10, 20]\n";
+    folder.write(
+        "map.toml",
+        format!("show = [\"growth_exponent\", \"onset_time\"]\n{small}"),
+    );
+    folder.ok("sweep map.toml -q");
+    let document = folder.json("plot map.h5 -o f --format svg");
+    assert_eq!(document["files"][0]["figure"], "curves-growth_exponent");
+    assert_eq!(document["files"][1]["figure"], "curves-onset_time");
+    folder.write("wrong.toml", format!("show = \"onset\"\n{small}"));
+    folder.refused("sweep wrong.toml", &["wrong.toml:1: show: ", "onset_time"]);
+}

@@ -1,0 +1,568 @@
+//! `stickslip run` as its user sees it: what it computes, prints and leaves behind.
+
+use crate::common::cli::{Folder, json, output, refusal, says};
+use crate::common::unlocked;
+use predicates::prelude::*;
+use stickslip::record::{Event, EventKind};
+use stickslip::results::Status;
+
+/// Without arguments it is the paper's brake, into paper.h5.
+#[test]
+fn cli_run_without_a_case_is_the_paper_case() {
+    let folder = Folder::new();
+    let (stdout, stderr) = output(&mut folder.stickslip("run"), 0);
+    assert_eq!(folder.names(), ["paper.h5"]);
+    assert_eq!(stderr, "");
+    // Beside the paper's numbers, and with the name of the file at the end.
+    says(
+        &stdout,
+        &[
+            "100 (48 sticks, 47 slips,",
+            "1 kick, 1 corner,",
+            "3 changes of stability)",
+            "6.975001",
+            "6.989377",
+            "paper.h5",
+            "esdirk",
+            "closed-form",
+        ],
+    );
+    let wide: Vec<&str> = stdout.lines().filter(|line| line.chars().count() > 80).collect();
+    assert_eq!(wide, Vec::<&str>::new());
+    assert!(stdout.lines().all(|line| line == line.trim_end()), "{stdout:?}");
+
+    let file = folder.result("paper.h5");
+    assert_eq!(file.status(), &Status::Complete);
+    let samples = file.samples(0..file.sample_count().unwrap()).unwrap();
+    assert!(samples.windows(2).all(|pair| pair[0].time < pair[1].time));
+    assert_eq!(samples.first().unwrap().time, 0.0);
+    assert_eq!(samples.last().unwrap().time, 10.0);
+    let of_kind = |kind| file.events().unwrap().iter().filter(|event| event.kind == kind).count();
+    assert_eq!(of_kind(EventKind::Stick), 48);
+    assert_eq!(of_kind(EventKind::Slip), 47);
+}
+
+#[test]
+fn cli_run_sets_keys_of_the_case() {
+    let folder = Folder::new();
+    let settings = [
+        "--set",
+        "torsion.damping=\"100 lbf in s/rad\"",
+        "--set",
+        "initial.speed=50",
+        "-o",
+        "x.h5",
+    ];
+    folder.ok_short(&settings);
+    let resolved = folder.result("x.h5").resolved().unwrap();
+    assert!(resolved.contains("damping = 11.29848290276167"), "{resolved}");
+    assert!(resolved.contains("speed = 50"), "{resolved}");
+    let case_text = folder.result("x.h5").case_text().unwrap();
+    assert!(case_text.contains("damping = \"200 lbf in s/rad\""), "{case_text}");
+}
+
+#[test]
+fn cli_run_refuses_bad_settings() {
+    let folder = Folder::new();
+    for (setting, words) in [
+        (
+            "torsion.dampin=1",
+            "--set torsion.dampin: unknown key; did you mean torsion.damping?",
+        ),
+        ("torsion.damping=\"5 N\"", "\"5 N\" is a force"),
+        ("torsion.damping=nan", "--set torsion.damping: must be finite"),
+        (
+            "torsion.surface_inertia=0",
+            "--set torsion.surface_inertia: must be greater than 0",
+        ),
+        (
+            "friction.breakaway=0.1",
+            "--set friction.breakaway: must be at least friction.low_speed",
+        ),
+        ("solver.max_events=0", "--set solver.max_events"),
+        ("solver.rtol=0.5", "--set solver.rtol"),
+        ("output.interval=1e-12", "samples"),
+        ("torsion", "expected KEY=VALUE"),
+        ("=1", "is not a key"),
+    ] {
+        folder.refused(&["run", "--set", setting], &[words]);
+    }
+    assert_eq!(folder.names(), Vec::<String>::new());
+}
+
+/// The doubles at the time of the last sample are too far apart for the oscillation, or it is no time at all.
+#[test]
+fn cli_run_refuses_what_doubles_cannot_resolve() {
+    let folder = Folder::new();
+    for setting in [
+        "output.end_time=1e300",
+        "output.end_time=1e12",
+        "output.end_time=1e-300",
+    ] {
+        let spacing = ["--set", "output.interval=1e299", "--set", setting];
+        let stderr = refusal(folder.stickslip("run").args(spacing));
+        assert!(stderr.contains("--set output.end_time: "), "{setting}: {stderr}");
+    }
+    folder.refused("run --set solver.rtol=1e-16", &["--set solver.rtol: "]);
+}
+
+/// Every method gives the same sticks and slips, and says in the file what it was.
+#[test]
+fn cli_run_methods_agree() {
+    let folder = Folder::new();
+    // A stop that is soon over: the paper's from 7 rad/s, with the kick in the unstable window.
+    let quick = [
+        "--set",
+        "initial.speed=7",
+        "--set",
+        "actuation.rise_time=0.01",
+        "--set",
+        "perturbation=[{time=\"instability\", relative_velocity=1e-4}]",
+        "--set",
+        "output={end_time=0.6, interval=0.01}",
+        "-q",
+    ];
+    let mut words: Vec<(&str, Vec<Event>)> = Vec::new();
+    for method in ["auto", "cvode", "cvode-bdf", "cvode-adams", "erk", "esdirk", "series"] {
+        let name = format!("{method}.h5");
+        let (stdout, stderr) = output(
+            folder.stickslip(&["run", "--method", method, "-o", &name]).args(quick),
+            0,
+        );
+        assert_eq!(stdout, "", "{method}");
+        println!("{method}: {stderr}");
+        let file = folder.result(&name);
+        let meta = file.meta().unwrap();
+        let named = meta.iter().find(|(key, _)| key == "method").unwrap();
+        assert_eq!(serde_json::to_value(&named.1).unwrap(), serde_json::Value::from(method));
+        let events = file.events().unwrap().into_iter();
+        words.push((method, events.filter(|event| event.kind.in_event_sequence()).collect()));
+    }
+    let (_, reference) = &words[0];
+    assert!(reference.len() > 20);
+    for (method, events) in &words[1..] {
+        let kinds = |events: &[Event]| events.iter().map(|event| event.kind).collect::<Vec<_>>();
+        assert_eq!(kinds(events), kinds(reference), "{method}");
+        for (a, b) in events.iter().zip(reference) {
+            // What the pure methods promise at their default tolerance.
+            assert!((a.time - b.time).abs() < 1e-6, "{method}: {} and {}", a.time, b.time);
+        }
+    }
+}
+
+#[test]
+fn cli_run_refuses_an_unknown_method() {
+    let folder = Folder::new();
+    folder.refused("run --method cvode-bfd", &["did you mean \"cvode-bdf\"?"]);
+}
+
+/// The names that scripts rely on.
+#[test]
+fn cli_run_json_is_one_document_with_known_names() {
+    let folder = Folder::new();
+    let (stdout, stderr) = output(&mut folder.stickslip("run --json"), 0);
+    assert_eq!(stderr, "");
+    let document = json(&stdout);
+    let names = |value: &serde_json::Value| value.as_object().unwrap().keys().cloned().collect::<Vec<_>>();
+    for name in [
+        "status",
+        "file",
+        "case",
+        "title",
+        "method",
+        "rtol",
+        "wall_time",
+        "summary",
+        "warnings",
+    ] {
+        assert!(names(&document).contains(&name.to_owned()), "{name} in {stdout}");
+    }
+    assert_eq!(document["status"], "complete");
+    assert_eq!(document["file"], "paper.h5");
+    assert_eq!(document["method"], "auto");
+    assert_eq!(document["warnings"], serde_json::json!([]));
+    assert!(document.get("error").is_none());
+    let summary = &document["summary"];
+    for name in [
+        "end",
+        "events",
+        "sticks",
+        "slips",
+        "onset_time",
+        "final_stick_time",
+        "first_stick_duration",
+        "last_stick_duration",
+        "stick_duration_range",
+        "first_slip_duration",
+        "last_slip_duration",
+        "slip_duration_range",
+        "first_period",
+        "last_period",
+        "natural_period",
+        "axial_displacement",
+        "instability_time",
+        "growth_exponent",
+        "e_folds_gained",
+        "energy_residual",
+        "energy_residual_relative",
+        "noise_determined",
+        "kicks_never_given",
+        "interrupted",
+        "work",
+    ] {
+        assert!(names(summary).contains(&name.to_owned()), "{name} in {stdout}");
+    }
+    assert_eq!(summary["sticks"], 48);
+    assert!(summary["energy_residual_relative"].as_f64().unwrap() < 1e-12);
+}
+
+#[test]
+fn cli_run_json_of_a_failed_run() {
+    let folder = Folder::new();
+    let (stdout, stderr) = output(&mut folder.stickslip("run --json --set solver.max_events=10"), 1);
+    let document = json(&stdout);
+    assert_eq!(document["status"], "failed");
+    assert_eq!(document["file"], "paper.partial.h5");
+    let error = document["error"].as_str().unwrap();
+    assert!(error.contains("event budget of 10"), "{error}");
+    assert!(stderr.contains(error), "{stderr}");
+}
+
+#[test]
+fn cli_run_json_of_wrong_input_is_its_error() {
+    let folder = Folder::new();
+    let (stdout, stderr) = output(&mut folder.stickslip("run --json --set nonsense=1"), 2);
+    assert_eq!(json(&stdout)["error"]["exit_status"], 2);
+    assert!(stderr.contains("nonsense"), "{stderr}");
+}
+
+#[test]
+fn cli_run_quiet_prints_nothing_but_errors() {
+    let folder = Folder::new();
+    let (stdout, stderr) = output(&mut folder.short_run("-q"), 0);
+    assert_eq!((stdout.as_str(), stderr.as_str()), ("", ""));
+    // Not even the warning.
+    let (stdout, stderr) = output(&mut folder.stickslip("run unperturbed --quiet"), 0);
+    assert_eq!((stdout.as_str(), stderr.as_str()), ("", ""));
+    let (stdout, stderr) = output(&mut folder.stickslip("run -q --set solver.max_events=10"), 1);
+    assert_eq!(stdout, "");
+    assert!(stderr.contains("event budget"), "{stderr}");
+}
+
+/// The bar is on standard error, in pipes only if asked for.
+#[test]
+fn cli_run_progress_is_on_standard_error() {
+    let folder = Folder::new();
+    let end = [" s of 10 s", "events"];
+    for (arguments, shown) in [
+        (&["--progress", "always"][..], true),
+        (&["--progress", "never"], false),
+        (&["--progress", "auto"], false),
+        (&[], false),
+        (&["-q"], false),
+        (&["--json"], false),
+        (&["--json", "--progress", "always"], true),
+    ] {
+        let (stdout, stderr) = output(folder.stickslip("run").args(arguments), 0);
+        for words in end {
+            assert_eq!(stderr.contains(words), shown, "{arguments:?}: {stderr}");
+        }
+        assert!(!stdout.contains(end[0]), "{arguments:?}");
+    }
+    refusal(&mut folder.stickslip("run --progress sometimes"));
+}
+
+/// `stickslip run FILE.h5` gives the same numbers to the last bit, and says under which case the first was started.
+#[test]
+fn cli_run_repeats_a_result_to_the_last_bit() {
+    let folder = Folder::new();
+    folder.ok("run -q --set friction.decay=4.9");
+    let stdout = folder.ok("run paper.h5");
+    assert!(stdout.contains("paper.repeat.h5"), "{stdout}");
+    assert_eq!(folder.names(), ["paper.h5", "paper.repeat.h5"]);
+    let (first, second) = (folder.result("paper.h5"), folder.result("paper.repeat.h5"));
+    let count = first.sample_count().unwrap();
+    assert!(count > 10_000);
+    assert_eq!(second.sample_count().unwrap(), count);
+    // Debug prints doubles so that they read back as themselves.
+    let bits = |rows: &dyn std::fmt::Debug| format!("{rows:?}");
+    assert!(bits(&first.samples(0..count).unwrap()) == bits(&second.samples(0..count).unwrap()));
+    assert!(bits(&first.events().unwrap()) == bits(&second.events().unwrap()));
+    assert!(bits(&first.segments().unwrap()) == bits(&second.segments().unwrap()));
+    assert_eq!(first.case_text().unwrap(), second.case_text().unwrap());
+    assert_eq!(first.resolved().unwrap(), second.resolved().unwrap());
+}
+
+/// A repeated run can be another one, too.
+#[test]
+fn cli_run_repeats_a_result_with_changes() {
+    let folder = Folder::new();
+    folder.ok_short("-q -o a.h5");
+    folder.ok("run a.h5 -q -o b.h5 --set output.end_time=0.02");
+    let times = folder.result("b.h5").column("time", 0..21).unwrap();
+    assert_eq!(times.last(), Some(&0.02));
+}
+
+/// Without a perturbation there is a warning that names G and the remedy; the remedy works.
+#[test]
+fn cli_run_unperturbed_warns_that_noise_decides() {
+    let folder = Folder::new();
+    let (_, stderr) = output(&mut folder.stickslip("run unperturbed"), 0);
+    let said = predicate::str::contains("warning: ")
+        .and(predicate::str::contains("rounding error"))
+        .and(predicate::str::contains("G = "))
+        .and(predicate::str::contains("--set 'perturbation="));
+    assert!(said.eval(&stderr), "{stderr}");
+    let remedy = stderr.split("--set '").nth(1).unwrap().split('\'').next().unwrap();
+    let (_, stderr) = output(&mut folder.stickslip(&["run", "unperturbed", "--set", remedy]), 0);
+    assert_eq!(stderr, "");
+    let stdout = folder.ok("run unperturbed --json");
+    assert_eq!(json(&stdout)["summary"]["noise_determined"], true);
+    assert_eq!(json(&stdout)["warnings"].as_array().unwrap().len(), 1);
+}
+
+/// Kicks that the run ends before, at a time and at the instability: each with what is to be done, or what is known.
+#[test]
+fn cli_run_says_if_it_ends_before_a_kick() {
+    let folder = Folder::new();
+    let document = folder.json("run --set output.end_time=2");
+    assert_eq!(document["summary"]["kicks_never_given"], 1);
+    let warning = document["warnings"][0].as_str().unwrap();
+    assert!(
+        warning.contains("the run ended at t = 2 s, before its time"),
+        "{warning}"
+    );
+    let kick = "perturbation=[{time=\"instability\",relative_velocity=1e-4}]";
+    let (_, stderr) = output(
+        &mut folder.stickslip(&["run", "--set", "output.end_time=2", "--set", kick]),
+        0,
+    );
+    assert!(
+        stderr.contains("the run ended at t = 2 s, before sliding lost its stability"),
+        "{stderr}"
+    );
+}
+
+/// The paper's numbers stand beside its own parameters, whatever solves them and whatever is sampled.
+#[test]
+fn cli_run_puts_the_paper_beside_its_own_parameters() {
+    let folder = Folder::new();
+    let case = folder.write("mine.toml", include_str!("../../data/cases/paper.toml"));
+    let mine = case.to_str().unwrap();
+    for (arguments, beside) in [
+        (&["--set", "solver.rtol=1e-12"][..], true),
+        (&["--method", "erk"], true),
+        (&["--set", "output.end_time=7.5"], true),
+        (&[mine], true),
+        (&["--set", "friction.decay=4.9"], false),
+        (&["paper-si"], false),
+    ] {
+        let mut command = folder.stickslip("run");
+        let (stdout, _) = output(command.args(arguments), 0);
+        assert_eq!(stdout.contains("6.9896 s"), beside, "{arguments:?}: {stdout}");
+    }
+}
+
+/// A kick that dies out in the stable sliding is called dead, and one of nothing is none.
+#[test]
+fn cli_run_calls_a_dead_kick_dead() {
+    let folder = Folder::new();
+    let line = |row: &str, kick: &str| {
+        let kick = format!("perturbation=[{{{kick}}}]");
+        let stdout = folder.ok(&["run", "--set", &kick]);
+        let found = stdout.lines().find(|line| line.starts_with(row));
+        found.unwrap().to_owned()
+    };
+    assert!(line("kick above", "time=1e-3, relative_velocity=1e-4").ends_with(", it has died out"));
+    assert!(line("e-folds", "time=\"instability\", relative_velocity=0").ends_with("none"));
+    assert!(!line("kick above", "time=6.966, relative_velocity=1e-4").contains("died"));
+}
+
+/// Without a falling friction sliding never loses its stability.
+#[test]
+fn cli_run_says_if_a_kick_never_came() {
+    let folder = Folder::new();
+    let (_, stderr) = output(&mut folder.stickslip("run release --set friction.decay=0"), 0);
+    assert!(
+        stderr.contains("warning: 1 of the kicks set at the instability never came"),
+        "{stderr}"
+    );
+}
+
+/// Located exactly, a breakaway by the stator torque alone is undone at once, in the course of the stick-slip: an error,
+/// not an endless run.
+#[test]
+fn cli_run_chattering_is_a_clear_error() {
+    let folder = Folder::new();
+    let stator = ["run", "paper-si", "--set", "contact.breakaway_test=stator"];
+    let (stdout, stderr) = output(&mut folder.stickslip(&stator), 1);
+    assert_eq!(stdout, "");
+    let said = predicate::str::contains("chattering at t = 6.985")
+        .and(predicate::str::contains(" transitions at one instant"))
+        .and(predicate::str::contains("mode "))
+        .and(predicate::str::contains("by the guard \""))
+        .and(predicate::str::contains("breakaway_test"))
+        .and(predicate::str::contains("paper-si.partial.h5"));
+    assert!(said.eval(&stderr), "{stderr}");
+    assert_eq!(folder.names(), ["paper-si.partial.h5"]);
+    let file = folder.result("paper-si.partial.h5");
+    let Status::Failed(message) = file.status() else {
+        panic!("{:?}", file.status())
+    };
+    assert!(message.contains("chattering"), "{message}");
+    assert!(file.sample_count().unwrap() > 1000);
+}
+
+/// The rotor torque alone lags behind the transmitted torque by a thousandth: the same word, its last stick microseconds
+/// later.
+#[test]
+fn cli_run_the_rotor_test_moves_the_last_stick_by_microseconds() {
+    let folder = Folder::new();
+    let word = |test: &str, file: &str| -> Vec<(EventKind, f64)> {
+        let setting = format!("contact.breakaway_test={test}");
+        folder.ok(&["run", "paper-si", "--set", &setting, "-o", file]);
+        let events = folder.result(file).events().unwrap();
+        let word = events.iter().filter(|event| event.kind.in_event_sequence());
+        word.map(|event| (event.kind, event.time)).collect()
+    };
+    let (transmitted, rotor) = (word("transmitted", "transmitted.h5"), word("rotor", "rotor.h5"));
+    let kinds = |word: &[(EventKind, f64)]| word.iter().map(|event| event.0).collect::<Vec<_>>();
+    assert_eq!(kinds(&transmitted), kinds(&rotor));
+    let moved = rotor.last().unwrap().1 - transmitted.last().unwrap().1;
+    assert!((1e-6..1e-5).contains(&moved.abs()), "{moved:e}");
+}
+
+/// The stop that was computed until the budget was used up is in the file, which says so.
+#[test]
+fn cli_run_event_budget_is_a_clear_error() {
+    let folder = Folder::new();
+    let (stdout, stderr) = output(&mut folder.stickslip("run --set solver.max_events=10"), 1);
+    assert_eq!(stdout, "");
+    says(
+        &stderr,
+        &[
+            "the event budget of 10 transitions is used up at t = 6.97",
+            "solver.max_events",
+        ],
+    );
+    let file = folder.result("paper.partial.h5");
+    assert!(matches!(file.status(), Status::Failed(_)));
+    let events = file.events().unwrap();
+    assert_eq!(events.iter().filter(|event| event.kind.in_event_sequence()).count(), 11);
+    assert!(folder.names().iter().all(|name| name != "paper.h5"));
+}
+
+/// A method at a tolerance that does not resolve the run gives a result, but not without a word about it.
+#[test]
+fn cli_run_warns_of_an_energy_balance_that_does_not_close() {
+    let folder = Folder::new();
+    let loose = ["run", "--method", "cvode-bdf", "--set", "solver.rtol=0.1"];
+    let (_, stderr) = output(&mut folder.stickslip(&loose), 0);
+    assert!(
+        stderr.contains("warning: the energy balance does not close"),
+        "{stderr}"
+    );
+}
+
+/// The witness is one line under the table, the same in JSON and in the file, and can be left out.
+#[test]
+fn cli_run_has_a_witness() {
+    let folder = Folder::new();
+    let attribute = |name: &str| {
+        let file = unlocked::open(folder.path("paper.h5")).unwrap();
+        let group = file.group("witness").ok()?;
+        group
+            .attr(name)
+            .unwrap()
+            .read_scalar::<hdf5::types::VarLenUnicode>()
+            .ok()
+    };
+    let (stdout, stderr) = output(&mut folder.stickslip("run"), 0);
+    assert_eq!(stderr, "");
+    let lines: Vec<&str> = stdout.lines().filter(|line| line.starts_with("witness ")).collect();
+    let [line] = lines[..] else { panic!("{stdout}") };
+    assert!(
+        line.starts_with("witness cvode: the same 95 events, all within "),
+        "{line}"
+    );
+    assert_eq!(attribute("statement").unwrap().as_str(), line);
+    assert_eq!(attribute("testimony").unwrap().as_str(), "same-sequence");
+
+    let witness = &folder.json("run")["witness"];
+    assert_eq!(witness["method"], "cvode");
+    assert_eq!(witness["testimony"], "same-sequence");
+    assert_eq!(witness["events"], 95);
+    assert_eq!(witness["agreeing_events"], 95);
+    // What both promise by default.
+    assert!(witness["largest_difference"].as_f64().unwrap() < 2e-9, "{witness}");
+
+    let stdout = folder.ok("run --no-witness");
+    assert!(!stdout.contains("witness"), "{stdout}");
+    assert!(attribute("statement").is_none());
+    let stdout = folder.ok("run --no-witness --json");
+    assert!(json(&stdout).get("witness").is_none(), "{stdout}");
+}
+
+/// The witness of `cvode` is another method; where the onset is noise no alarm is raised.
+#[test]
+fn cli_run_witnesses_differ_where_they_must() {
+    let folder = Folder::new();
+    let witness = |arguments: &[&str]| {
+        let (stdout, _) = output(folder.stickslip("run --json").args(arguments), 0);
+        json(&stdout)["witness"].clone()
+    };
+    let own = witness(&["--method", "cvode"]);
+    assert_eq!(
+        (&own["method"], &own["testimony"]),
+        (&"series".into(), &"same-sequence".into())
+    );
+    let noise = witness(&["unperturbed"]);
+    assert_eq!(noise["testimony"], "noise-determined", "{noise}");
+    assert!(
+        noise["statement"].as_str().unwrap().contains("amplified rounding"),
+        "{noise}"
+    );
+    let paper = witness(&["--method", "paper"]);
+    assert_eq!(paper["testimony"], "sequence-differs", "{paper}");
+    for said in [own, noise, paper] {
+        assert!(said["statement"].as_str().unwrap().chars().count() <= 80, "{said}");
+    }
+}
+
+/// Where nothing damps the torsional oscillation, a witness would take seconds: it is left out, and not begun where the run's
+/// own steps foretell it. Without a run's segments it has to find out.
+#[test]
+fn cli_run_leaves_a_long_witness_out() {
+    use stickslip::analysis::witness::{Sequence, Testimony, witness};
+    let folder = Folder::new();
+    let undamped = [
+        "--set",
+        "torsion.damping=0",
+        "--set",
+        "output.window=[]",
+        "--set",
+        "output.around=none",
+    ];
+    let run = ["run", "paper-si", "--method", "series", "--json"];
+    let (stdout, _) = output(folder.stickslip(&run).args(undamped), 0);
+    let said = &json(&stdout)["witness"];
+    assert_eq!(said["testimony"], "left-out", "{said}");
+    assert_eq!(
+        said["statement"],
+        "witness cvode: left out, as it takes more than a second"
+    );
+    // Not begun: it knows of no event.
+    assert_eq!(said["events"], 0, "{said}");
+    assert!(said["largest_difference"].is_null(), "{said}");
+
+    use stickslip::case::{Case, CaseSource, Override};
+    let overrides = [undamped[1], undamped[3]].map(|text| Override::parse(text).unwrap());
+    let case = Case::read(&CaseSource::built_in("paper-si").unwrap(), &overrides).unwrap();
+    let mut sequence = Sequence::default();
+    for event in folder.result("paper-si.h5").events().unwrap() {
+        stickslip::record::Recorder::event(&mut sequence, &event).unwrap();
+    }
+    let given_up = witness(&case, &sequence, false, &|| false).expect("nobody stops it");
+    assert_eq!(given_up.testimony, Testimony::LeftOut);
+    assert_eq!(given_up.statement, said["statement"].as_str().unwrap());
+}

@@ -1,0 +1,324 @@
+//! `stickslip sweep --shard` and `stickslip merge` as a user starts them: shards make the file of one machine, virtual
+//! files hold the same values, and what does not make a whole is refused.
+
+use crate::common::cli::{Folder, json, output, refusal, says, send};
+use crate::common::unlocked;
+use crate::sweep::QUICK;
+use stickslip::results::SweepFile;
+
+/// Runs of a few milliseconds, a third of which fail; three axes, the last a short one of words.
+fn grid() -> String {
+    QUICK
+        .replace("count = 6", "count = 5")
+        .replace("\"auto\", \"erk\"", "\"series\", \"auto\"")
+}
+
+/// The same as a sample: a table of points.
+pub const SAMPLE: &str = r#"
+case = "paper"
+[set]
+output.end_time = 0.02
+actuation.rise_time = 0.01
+solver.method = "series"
+[sample]
+method = "latin-hypercube"
+count = 23
+[[axis]]
+key = "torsion.damping"
+from = 10
+to = 30
+[[axis]]
+key = "contact.breakaway_test"
+values = ["transmitted", "stator"]
+[[axis]]
+key = "friction.low_speed"
+from = 0.3
+to = 0.9
+"#;
+
+/// Sweeps every shard of a study and returns their names.
+fn shards(folder: &Folder, study: &str, count: usize) -> Vec<String> {
+    let names = (1..=count).map(|shard| {
+        let part = format!("{shard}/{count}");
+        let report = folder.json(&["sweep", &format!("{study}.toml"), "--shard", &part]);
+        assert_eq!(report["shard"]["index"], shard);
+        let name = format!("{study}.shard-{shard}-of-{count}.h5");
+        assert_eq!(report["file"], name.as_str());
+        name
+    });
+    names.collect()
+}
+
+fn merge(folder: &Folder, shards: &[String], more: &[&str]) -> assert_cmd::Command {
+    let mut arguments = vec!["merge"];
+    arguments.extend(shards.iter().map(String::as_str));
+    arguments.extend(more);
+    folder.stickslip(&arguments)
+}
+
+#[test]
+fn property_shards_of_any_number_make_the_bytes_of_one_machine() {
+    let folder = Folder::new();
+    for (study, text, points) in [("grid", grid(), 30), ("sample", SAMPLE.to_owned(), 23)] {
+        folder.write(&format!("{study}.toml"), text);
+        let one = format!("{study}.h5");
+        folder.ok(&["sweep", &format!("{study}.toml")]);
+        for count in 1..=5 {
+            let mut names = shards(&folder, study, count);
+            names.reverse();
+            let merged = format!("{study}-{count}.h5");
+            let (stdout, _) = output(&mut merge(&folder, &names, &["-o", &merged, "--json"]), 0);
+            let report = json(&stdout);
+            assert_eq!((&report["points"], &report["shards"]), (&points.into(), &count.into()));
+            assert!(report["failed"].as_u64().unwrap() > 0, "{study} has points that fail");
+            assert!(folder.read(&one) == folder.read(&merged), "{study} in {count} shards");
+        }
+    }
+}
+
+/// Every variable of `group` in the file, in alphabetical order of the names.
+fn variables(file: &SweepFile, group: &str) -> Vec<(String, Vec<u64>)> {
+    let mut names = file.variables(group);
+    names.sort();
+    let values = names.into_iter().map(|name| {
+        let path = format!("{group}/{name}");
+        // Bits, so that NaN equals NaN; texts are compared as failures.
+        let bits = match name.as_str() {
+            "message" => Vec::new(),
+            _ => file.numbers(&path).unwrap().into_iter().map(f64::to_bits).collect(),
+        };
+        (path, bits)
+    });
+    values.collect()
+}
+
+#[test]
+fn property_a_virtual_file_holds_what_the_copied_one_holds() {
+    let folder = Folder::new();
+    std::fs::create_dir(folder.path("parts")).unwrap();
+    for (study, text) in [("grid", grid()), ("sample", SAMPLE.to_owned())] {
+        folder.write(&format!("{study}.toml"), text);
+        folder.ok(&["sweep", &format!("{study}.toml")]);
+        for count in [1, 3, 4] {
+            // The shards in a folder of their own, so that the way to them is relative.
+            let names: Vec<String> = shards(&folder, study, count)
+                .into_iter()
+                .map(|name| {
+                    std::fs::rename(folder.path(&name), folder.path(&format!("parts/{name}"))).unwrap();
+                    format!("parts/{name}")
+                })
+                .collect();
+            output(
+                &mut merge(&folder, &names, &["-o", "virtual.h5", "--virtual", "--force"]),
+                0,
+            );
+            let whole = folder.sweep_file(&format!("{study}.h5"));
+            let parts = folder.sweep_file("virtual.h5");
+            for text in ["title", "status", "study_digest", "format", "meta/program_commit"] {
+                assert_eq!(whole.text(text), parts.text(text));
+            }
+            assert_eq!(whole.failures().unwrap(), parts.failures().unwrap());
+            for group in ["/", "/failures"] {
+                assert_eq!(
+                    variables(&whole, group),
+                    variables(&parts, group),
+                    "{study} in {count} shards"
+                );
+            }
+            if study == "grid" {
+                assert_eq!(parts.shape("stick_count").unwrap(), [5, 3, 2]);
+                // Events are there shard by shard: the same ones in another order.
+                let events = |file: &SweepFile| {
+                    let columns = [
+                        "point",
+                        "time",
+                        "kind",
+                        "mode_after",
+                        "relative_velocity",
+                        "internal_force",
+                    ];
+                    let columns = columns.map(|name| file.numbers(&format!("/events/{name}")).unwrap());
+                    let mut rows: Vec<Vec<f64>> = (0..columns[0].len())
+                        .map(|row| columns.iter().map(|column| column[row]).collect())
+                        .collect();
+                    rows.sort_by(|a, b| a.partial_cmp(b).unwrap());
+                    rows
+                };
+                assert!(!events(&whole).is_empty());
+                assert_eq!(events(&whole), events(&parts));
+            }
+        }
+    }
+    // Moved together they still find each other.
+    std::fs::create_dir(folder.path("elsewhere")).unwrap();
+    for name in ["parts", "virtual.h5"] {
+        std::fs::rename(folder.path(name), folder.path(&format!("elsewhere/{name}"))).unwrap();
+    }
+    let whole = folder.sweep_file("sample.h5");
+    let parts = folder.sweep_file("elsewhere/virtual.h5");
+    assert_eq!(variables(&whole, "/"), variables(&parts, "/"));
+}
+
+#[test]
+fn cli_shards_that_make_no_whole_are_refused() {
+    let folder = Folder::new();
+    folder.write("map.toml", SAMPLE);
+    folder.write("other.toml", SAMPLE.replace("to = 30", "to = 31"));
+    let three = shards(&folder, "map", 3);
+    let two = shards(&folder, "map", 2);
+    let other = shards(&folder, "other", 3);
+    let refused = |names: &[&String], words: &[&str]| {
+        let names: Vec<String> = names.iter().map(|name| (*name).clone()).collect();
+        for more in [&["-o", "no.h5"][..], &["-o", "no.h5", "--virtual"]] {
+            let stderr = refusal(&mut merge(&folder, &names, more));
+            for word in words {
+                assert!(stderr.contains(word), "{word}: {stderr}");
+            }
+            assert!(!folder.path("no.h5").exists());
+        }
+    };
+    refused(&[&three[0], &three[2]], &["shard 2 of 3 is missing", "--shard"]);
+    refused(&[&three[1]], &["shards 1 and 3 of 3 are missing"]);
+    refused(
+        &[&three[0], &three[1], &other[2]],
+        &["different studies", &three[0], &other[2]],
+    );
+    refused(
+        &[&three[0], &three[1], &three[2], &three[1]],
+        &["are both shard 2 of 3"],
+    );
+    refused(&[&three[0], &two[1]], &["one of 3 shards", "one of 2"]);
+    // As another build of the program would have written it.
+    std::fs::copy(folder.path(&three[2]), folder.path("built.h5")).unwrap();
+    {
+        let file = unlocked::open_rw(folder.path("built.h5")).unwrap();
+        let meta = file.group("meta").unwrap();
+        meta.delete_attr("program_commit").unwrap();
+        let commit = meta
+            .new_attr::<hdf5::types::VarLenUnicode>()
+            .create("program_commit")
+            .unwrap();
+        commit
+            .write_scalar(&"another".parse::<hdf5::types::VarLenUnicode>().unwrap())
+            .unwrap();
+    }
+    refused(
+        &[&three[0], &three[1], &"built.h5".to_owned()],
+        &["different builds of the program", "program_commit", "another"],
+    );
+    refused(&[&"absent.h5".to_owned()], &["absent.h5: no such file"]);
+    refused(&[&"map.toml".to_owned()], &["map.toml: not an HDF5 file"]);
+    folder.ok("sweep map.toml");
+    refused(&[&"map.h5".to_owned()], &["map.h5: not the file of a shard"]);
+    // A shard is no whole, either.
+    folder.refused(&["plot", &three[0]], &["not"]);
+    // What is there stays there: the output, and an input above all.
+    let before = folder.read("map.h5");
+    let stderr = refusal(&mut merge(&folder, &three, &["-o", "map.h5"]));
+    says(&stderr, &["map.h5: exists", "--force"]);
+    let stderr = refusal(&mut merge(&folder, &three, &["-o", &three[1], "--force"]));
+    assert!(stderr.contains("this is an input"), "{stderr}");
+    assert!(before == folder.read("map.h5"));
+    output(&mut merge(&folder, &three, &["-o", "map.h5", "--force"]), 0);
+    assert!(before == folder.read("map.h5"));
+    // An interruption leaves a partial file, which is none.
+    let partial = "map.shard-2-of-3.partial.h5";
+    std::fs::rename(folder.path(&three[1]), folder.path(partial)).unwrap();
+    refused(
+        &[&three[0], &three[1], &three[2]],
+        &[&three[1], "was interrupted", "--resume"],
+    );
+}
+
+#[test]
+fn cli_an_interrupted_shard_is_incomplete_and_resumes() {
+    let folder = Folder::new();
+    // Slow enough to be interrupted: a few hundred points.
+    let study = SAMPLE.replace("count = 23", "count = 3000");
+    folder.write("map.toml", study);
+    let mut child = folder.start("sweep map.toml --shard 2/2 -j 1");
+    folder.wait_for(&mut child, "map.shard-2-of-2.journal", 2000);
+    send("TERM", child.id());
+    assert_eq!(child.wait().unwrap().code(), Some(130));
+    folder.ok("sweep map.toml --shard 1/2");
+    let names = [
+        "map.shard-1-of-2.h5".to_owned(),
+        "map.shard-2-of-2.partial.h5".to_owned(),
+    ];
+    let stderr = refusal(&mut merge(&folder, &names, &["-o", "all.h5"]));
+    says(&stderr, &["shard 2 of 2 is incomplete", "of its 1500 points are done"]);
+    let report = folder.json("sweep map.toml --shard 2/2 --resume");
+    assert_eq!(report["points"], 1500);
+    assert!(report["run_now"].as_u64().unwrap() < 1500);
+    // Another time there is nothing left to do; another shard under its name is another matter.
+    let again = ["sweep", "map.toml", "--shard", "2/2", "--resume", "--json"];
+    assert_eq!(json(&folder.ok(&again))["run_now"], 0);
+    folder.refused(
+        "sweep map.toml --shard 1/2 --resume -o map.shard-2-of-2.h5",
+        &["holds another shard (2 of 2, not 1 of 2)"],
+    );
+    let names = ["map.shard-1-of-2.h5".to_owned(), "map.shard-2-of-2.h5".to_owned()];
+    output(&mut merge(&folder, &names, &["-o", "all.h5"]), 0);
+    folder.ok("sweep map.toml");
+    assert!(folder.read("all.h5") == folder.read("map.h5"));
+}
+
+#[test]
+fn cli_a_task_of_a_job_array_knows_its_shard() {
+    let folder = Folder::new();
+    folder.write("map.toml", SAMPLE);
+    for task in ["0", "1"] {
+        let mut command = folder.stickslip("sweep map.toml --shard slurm");
+        for (name, value) in [("ID", task), ("MIN", "0"), ("MAX", "1"), ("STEP", "1"), ("COUNT", "2")] {
+            command.env(format!("SLURM_ARRAY_TASK_{name}"), value);
+        }
+        output(&mut command, 0);
+    }
+    assert_eq!(
+        folder.names(),
+        ["map.shard-1-of-2.h5", "map.shard-2-of-2.h5", "map.toml"]
+    );
+    let mut outside = folder.stickslip("sweep map.toml --shard slurm");
+    outside.env_remove("SLURM_ARRAY_TASK_ID");
+    let stderr = refusal(&mut outside);
+    assert!(stderr.contains("SLURM_ARRAY_TASK_ID is not set"), "{stderr}");
+    folder.refused("sweep map.toml --shard 3/2", &["K/N with K from 1 to N"]);
+    folder.refused(
+        "sweep map.toml --shard 1/24",
+        &["the study has 23 points, too few for 24 shards"],
+    );
+    // Several processes that know nothing of each other would all compute the same.
+    if cfg!(not(feature = "mpi")) {
+        for variable in ["OMPI_COMM_WORLD_SIZE", "PMI_SIZE"] {
+            let stderr = refusal(folder.stickslip("sweep map.toml").env(variable, "2"));
+            says(&stderr, &["--features mpi", "--shard"]);
+        }
+        folder.refused("sweep map.toml --mpi", &["has no MPI"]);
+    }
+    folder.refused("sweep critical-curve --shard 1/4", &["traces a boundary", "MPI"]);
+}
+
+/// A merger of many shards has few of them open at a time: with a reading process and its socket for each, it would need more
+/// than 32 descriptors. They take turns, and nothing gets lost.
+#[cfg(unix)]
+#[test]
+fn cli_merge_of_many_shards_takes_few_processes() {
+    let folder = Folder::new();
+    let study = SAMPLE.replace("count = 23", "count = 40");
+    folder.write("many.toml", study);
+    folder.ok("sweep many.toml -o whole.h5 -q");
+    let names = shards(&folder, "many", 40);
+    for more in ["", "--virtual"] {
+        let command = format!("ulimit -n 32 && exec \"$0\" merge --force -q -o merged.h5 {more} \"$@\"");
+        let merged = std::process::Command::new("sh")
+            .args(["-c", &command, env!("CARGO_BIN_EXE_stickslip")])
+            .args(&names)
+            .current_dir(folder.path(""))
+            .output()
+            .unwrap();
+        assert!(merged.status.success(), "{}", crate::common::cli::text(&merged.stderr));
+        if more.is_empty() {
+            assert!(folder.read("merged.h5") == folder.read("whole.h5"));
+        }
+    }
+}

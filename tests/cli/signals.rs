@@ -1,0 +1,284 @@
+//! A run that is stopped: Ctrl-C, a termination signal.
+#![cfg(unix)]
+
+use crate::common::cli::{Folder, LONG, json, says, send, text};
+use crate::common::unlocked;
+use std::process::{Child, Command, Output};
+use std::time::{Duration, Instant};
+use stickslip::results::Status;
+
+/// Starts a long run, and sends it a signal while it is under way.
+fn interrupted(folder: &Folder, signal: &str, arguments: &[&str]) -> Output {
+    let mut child = folder.start(&[arguments, LONG].concat());
+    wait_until_under_way(folder, &mut child);
+    send(signal, child.id());
+    let sent = Instant::now();
+    let deadline = sent + Duration::from_secs(20);
+    while child.try_wait().unwrap().is_none() {
+        if Instant::now() > deadline {
+            child.kill().unwrap();
+            panic!("no end 20 s after {signal}");
+        }
+        std::thread::sleep(Duration::from_millis(5));
+    }
+    let output = child.wait_with_output().unwrap();
+    assert!(sent.elapsed() < Duration::from_secs(5), "{:?}", sent.elapsed());
+    output
+}
+
+fn wait_until_under_way(folder: &Folder, child: &mut Child) {
+    folder.wait_for(child, "paper.partial.h5", 0);
+    // Some samples on.
+    std::thread::sleep(Duration::from_millis(500));
+}
+
+#[test]
+fn cli_signals_leave_a_readable_file() {
+    for signal in ["INT", "TERM"] {
+        let folder = Folder::new();
+        let output = interrupted(&folder, signal, &["run"]);
+        let stderr = text(&output.stderr);
+        assert_eq!(output.status.code(), Some(130), "{signal}: {stderr}");
+        says(&stderr, &["interrupted at t = 0.", "saved in paper.partial.h5"]);
+        // Nothing else is left, no lock either.
+        assert_eq!(folder.names(), ["paper.partial.h5"]);
+        let file = folder.result("paper.partial.h5");
+        assert_eq!(file.status(), &Status::Interrupted);
+        let count = file.sample_count().unwrap();
+        assert!(count > 1);
+        let times = file.column("time", 0..count).unwrap();
+        assert!(times.windows(2).all(|pair| pair[0] < pair[1]));
+        let end = file.segments().unwrap().last().unwrap().end;
+        assert!(stderr.contains(&format!("t = {end:.9} s")), "{end} in {stderr}");
+        assert!(*times.last().unwrap() <= end);
+    }
+}
+
+#[test]
+fn cli_signals_and_json() {
+    let folder = Folder::new();
+    let output = interrupted(&folder, "INT", &["run", "--json"]);
+    assert_eq!(output.status.code(), Some(130));
+    let document = json(&text(&output.stdout));
+    assert_eq!(document["status"], "interrupted");
+    assert_eq!(document["file"], "paper.partial.h5");
+    assert_eq!(document["summary"]["interrupted"], true);
+}
+
+#[test]
+fn cli_signals_and_quiet() {
+    let folder = Folder::new();
+    let output = interrupted(&folder, "TERM", &["run", "-q"]);
+    assert_eq!(output.status.code(), Some(130));
+    assert_eq!(
+        (text(&output.stdout), text(&output.stderr)),
+        (String::new(), String::new())
+    );
+}
+
+/// An interrupted run can be repeated from its partial file, and then completed.
+#[test]
+fn cli_signals_interrupted_run_can_be_repeated() {
+    let folder = Folder::new();
+    interrupted(&folder, "INT", &["run", "-q"]);
+    let whole = ["--set", "solver.max_step=1", "--set", "output.interval=0.1"];
+    let mut again = folder.stickslip("run paper.partial.h5 -q -o whole.h5");
+    crate::common::cli::output(again.args(whole), 0);
+    assert_eq!(folder.result("whole.h5").status(), &Status::Complete);
+}
+
+/// Also during its first run, whose file is nobody's and goes again.
+#[test]
+fn cli_signals_end_a_certificate_without_a_trace() {
+    let folder = Folder::new();
+    let mut child = folder.start(&[&["certify", "-q"], LONG].concat());
+    let deadline = Instant::now() + Duration::from_secs(30);
+    while !folder.names().iter().any(|name| name.contains("uncertified")) {
+        assert!(Instant::now() < deadline && child.try_wait().unwrap().is_none());
+        std::thread::sleep(Duration::from_millis(5));
+    }
+    send("INT", child.id());
+    let sent = Instant::now();
+    while child.try_wait().unwrap().is_none() {
+        if sent.elapsed() > Duration::from_secs(20) {
+            child.kill().unwrap();
+            panic!("no end 20 s after INT");
+        }
+        std::thread::sleep(Duration::from_millis(5));
+    }
+    let output = child.wait_with_output().unwrap();
+    assert_eq!(output.status.code(), Some(130), "{}", text(&output.stderr));
+    assert_eq!(folder.names(), [""; 0]);
+}
+
+/// Waits for the end of a child that was sent a signal.
+fn ended(mut child: Child) -> Output {
+    let sent = Instant::now();
+    while child.try_wait().unwrap().is_none() {
+        if sent.elapsed() > Duration::from_secs(20) {
+            child.kill().unwrap();
+            panic!("no end 20 s after the signal");
+        }
+        std::thread::sleep(Duration::from_millis(5));
+    }
+    child.wait_with_output().unwrap()
+}
+
+fn wait_for(folder: &Folder, child: &mut Child, name: &dyn Fn(&str) -> bool) {
+    let deadline = Instant::now() + Duration::from_secs(30);
+    while !folder.names().iter().any(|found| name(found)) {
+        assert!(Instant::now() < deadline && child.try_wait().unwrap().is_none());
+        std::thread::sleep(Duration::from_millis(5));
+    }
+}
+
+/// At what stage, and what is kept: nothing of the run itself and of the ladder,
+#[test]
+fn cli_signals_a_certificate_says_where_it_was_interrupted() {
+    let folder = Folder::new();
+    let mut child = folder.start(&[&["certify"], LONG].concat());
+    wait_for(&folder, &mut child, &|name| name.contains("uncertified"));
+    send("INT", child.id());
+    let output = ended(child);
+    assert_eq!(output.status.code(), Some(130));
+    assert_eq!(
+        text(&output.stderr),
+        "stickslip: interrupted during the run that was to be certified; no certificate was written\n"
+    );
+    let slow = [
+        "certify",
+        "--set",
+        "solver.max_step=1e-5",
+        "--set",
+        "output={end_time=2, interval=0.1}",
+    ];
+    let mut child = folder.start(&slow);
+    wait_for(&folder, &mut child, &|name| name.ends_with(".uncertified.h5"));
+    send("INT", child.id());
+    let output = ended(child);
+    assert_eq!(output.status.code(), Some(130));
+    assert_eq!(
+        text(&output.stderr),
+        "stickslip: interrupted during the ladder of independent runs; no certificate was written\n"
+    );
+    assert_eq!(folder.names(), [""; 0]);
+}
+
+/// and the certificate where it is the oracle that is interrupted.
+#[test]
+fn cli_signals_an_interrupted_oracle_leaves_the_certificate() {
+    use std::io::{BufRead, BufReader, Read};
+    let folder = Folder::new();
+    let mut child = folder.start(&[
+        "certify",
+        "paper-si",
+        "-v",
+        "--oracle",
+        "--digits",
+        "80",
+        "--set",
+        "initial.speed=3",
+        "--set",
+        "actuation={profile=\"ramp\", force=2225, rise_time=0.02}",
+        "--set",
+        "perturbation=[{time=\"instability\", relative_velocity=1e-4}]",
+        "--set",
+        "output={end_time=0.4, interval=0.01}",
+    ]);
+    let mut stderr = BufReader::new(child.stderr.take().unwrap());
+    let mut line = String::new();
+    while !line.contains("the oracle begins") {
+        line.clear();
+        assert!(stderr.read_line(&mut line).unwrap() > 0, "it ended before");
+    }
+    send("INT", child.id());
+    let output = ended(child);
+    let mut rest = String::new();
+    stderr.read_to_string(&mut rest).unwrap();
+    assert_eq!(output.status.code(), Some(130), "{rest}");
+    let words =
+        "interrupted while the oracle computed; paper-si.certified.h5 has the certificate, without exact events";
+    assert!(rest.contains(words), "{rest}");
+    assert_eq!(folder.names(), ["paper-si.certified.h5"]);
+    let file = unlocked::open(folder.path("paper-si.certified.h5")).unwrap();
+    assert!(file.link_exists("certificate/verdict") && !file.link_exists("certificate/oracle"));
+    assert!(file.link_exists("sensitivity/shift_plus"));
+}
+
+/// A comparison with what comes through a pipe, as far as it can go before something does; with its own temporary folder.
+fn waiting_comparison(folder: &Folder) -> (Child, std::fs::File) {
+    crate::common::cli::output(&mut folder.short_run("-q -o run.h5"), 0);
+    std::fs::create_dir(folder.path("temporary")).unwrap();
+    let made = Command::new("mkfifo").arg(folder.path("pipe.csv")).status();
+    assert!(made.unwrap().success());
+    let child = Command::new(env!("CARGO_BIN_EXE_stickslip"))
+        .current_dir(folder.path(""))
+        .args(["compare", "run.h5", "pipe.csv"])
+        .env("TMPDIR", folder.path("temporary"))
+        .stdout(std::process::Stdio::piped())
+        .stderr(std::process::Stdio::piped())
+        .spawn()
+        .unwrap();
+    // There as soon as it has been opened for reading.
+    let pipe = std::fs::File::options()
+        .write(true)
+        .open(folder.path("pipe.csv"))
+        .unwrap();
+    (child, pipe)
+}
+
+/// What came through a pipe so far is not left in the folder of temporary files.
+#[test]
+fn cli_signals_end_a_comparison_without_a_trace() {
+    use std::io::Write;
+    let folder = Folder::new();
+    let (child, mut pipe) = waiting_comparison(&folder);
+    // More than a pipe holds: some of it has been read.
+    pipe.write_all(&b"time,relative_velocity\n0,0\n".repeat(10_000))
+        .unwrap();
+    send("TERM", child.id());
+    let output = ended(child);
+    assert_eq!(output.status.code(), None);
+    assert_eq!(std::fs::read_dir(folder.path("temporary")).unwrap().count(), 0);
+}
+
+/// Whoever ends the reading process says nothing about the file.
+#[cfg(target_os = "linux")]
+#[test]
+fn cli_signals_to_the_reading_process_are_not_blamed_on_the_file() {
+    use std::io::Write;
+    let folder = Folder::new();
+    let (child, mut pipe) = waiting_comparison(&folder);
+    let parent = child.id().to_string();
+    let of_ours = |process: &std::path::Path| {
+        let command = std::fs::read(process.join("cmdline")).unwrap_or_default();
+        let words: Vec<&[u8]> = command.split(|&byte| byte == 0).collect();
+        words.get(1) == Some(&&b"--read-hdf5-for-parent"[..]) && words.get(2) == Some(&parent.as_bytes())
+    };
+    let processes = std::fs::read_dir("/proc").unwrap().map(|entry| entry.unwrap().path());
+    let readers: Vec<_> = processes.filter(|process| of_ours(process)).collect();
+    assert!(!readers.is_empty());
+    for reader in readers {
+        let number = reader.file_name().unwrap();
+        assert!(
+            Command::new("kill")
+                .arg("-KILL")
+                .arg(number)
+                .status()
+                .unwrap()
+                .success()
+        );
+    }
+    pipe.write_all(b"time,relative_velocity\n0,0\n0.01,0\n0.02,0\n")
+        .unwrap();
+    drop(pipe);
+    let output = ended(child);
+    let stderr = text(&output.stderr);
+    // The reference's rows are read after the candidate's: the reader is missed.
+    assert_eq!(output.status.code(), Some(1), "{stderr}");
+    assert!(stderr.contains("ended from outside, with signal 9"), "{stderr}");
+    assert!(
+        !stderr.contains("damaged") && !stderr.contains("repeat the run"),
+        "{stderr}"
+    );
+}

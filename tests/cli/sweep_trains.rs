@@ -1,0 +1,826 @@
+//! `stickslip sweep`, `merge` and `calibrate` of cases of two trains as a user starts them: numbers against closed forms and single
+//! runs, files that depend on the study alone, and refusals.
+
+use crate::common::cli::{Folder, json, output, refusal, says};
+use std::f64::consts::PI;
+use stickslip::case::{Case, CaseSource, Override};
+use stickslip::results::{ResultFile, SweepFile};
+use stickslip::sweep::{STUDIES, StudySource};
+
+/// The mass on a belt with Coulomb friction that begins on the belt: every slip and stick in closed form.
+const BELT: &str = r#"
+title = "Coulomb belt"
+case = "belt-coulomb"
+
+[set]
+output.end_time = "20 s"
+
+[[axis]]
+key = ["rotor.speed", "initial.stator_speed"]
+from = "0.05 m/s"
+to = "0.2 m/s"
+count = 4
+
+[[axis]]
+key = "stator.stiffness.0"
+values = ["100 N/m", 400]
+
+[keep]
+events = true
+"#;
+
+fn sweep(folder: &Folder, arguments: &[&str]) -> serde_json::Value {
+    let (stdout, _) = output(folder.stickslip("sweep").args(arguments).arg("--json"), 0);
+    json(&stdout)
+}
+
+/// D = (mu_0 - mu_d) F_n = 1 N, m = 1 kg: slips of (pi + 2 atan(v k/(w D)))/w and sticks of 2 D/(k v); the spring swings about mu_d F_n/k by
+/// hypot(D/k, v/w). Such segments are linear, so that the events hold to rounding.
+#[test]
+fn analytic_a_grid_of_coulomb_belts() {
+    let folder = Folder::new();
+    folder.write("belt.toml", BELT);
+    let report = sweep(&folder, &["belt.toml"]);
+    assert_eq!((&report["points"], &report["failed"]), (&8.into(), &0.into()));
+    assert_eq!(report["unfinished"], 0);
+    let file = folder.sweep_file("belt.h5");
+    let numbers = |name: &str| file.numbers(name).unwrap();
+    assert_eq!(file.shape("attractor_period").unwrap(), [4, 2]);
+    assert_eq!(file.attribute("rotor_speed", "units").as_deref(), Some("m/s"));
+    assert_eq!(
+        file.attribute("rotor_speed", "keys").as_deref(),
+        Some("rotor.speed initial.stator_speed")
+    );
+    assert_eq!(file.attribute("attractor_amplitude", "units").as_deref(), Some("m"));
+    assert_eq!(
+        file.attribute("attractor_relative_velocity_max", "units").as_deref(),
+        Some("m s-1")
+    );
+    assert_eq!(
+        file.attribute("motion", "flag_meanings").as_deref(),
+        Some("periodic stuck not-periodic steady-slip steady-stick steady-separated steady-engaged")
+    );
+    assert_eq!(file.text("meta/motion").as_deref(), Some("translation"));
+    assert_eq!(
+        file.text("references").as_deref(),
+        Some("stickslip, docs/model.md: Trains")
+    );
+    assert_eq!(
+        file.attribute("events/relative_velocity", "units").as_deref(),
+        Some("m s-1")
+    );
+    assert_eq!(
+        file.attribute("events/mode_after", "flag_meanings").as_deref(),
+        Some("separated stick slip-forward slip-backward engaged")
+    );
+    let (speeds, springs) = (numbers("rotor_speed"), numbers("stator_stiffness_0"));
+    let [slip, stick, period, amplitude, sticks, motion] = [
+        "last_slip_duration",
+        "last_stick_duration",
+        "attractor_period",
+        "attractor_amplitude",
+        "attractor_sticks",
+        "motion",
+    ]
+    .map(numbers);
+    for (i, v) in speeds.iter().enumerate() {
+        for (j, k) in springs.iter().enumerate() {
+            let (point, w) = (2 * i + j, k.sqrt());
+            let expected_slip = (PI + 2.0 * (v * k / w).atan()) / w;
+            let expected_stick = 2.0 / (k * v);
+            let near = |value: f64, expected: f64, what: &str| {
+                assert!(
+                    (value - expected).abs() < 1e-11,
+                    "{what} at {v}, {k}: {value}, not {expected}"
+                );
+            };
+            near(slip[point], expected_slip, "slip");
+            near(stick[point], expected_stick, "stick");
+            near(period[point], expected_slip + expected_stick, "period");
+            near(amplitude[point], (1.0 / k).hypot(v / w), "amplitude");
+            assert_eq!((motion[point], sticks[point]), (0.0, 1.0));
+        }
+    }
+    // A driven belt does not slow down by itself: nothing grows on the way.
+    assert!(numbers("growth_exponent").iter().all(|value| value.is_nan()));
+    assert!(numbers("noise_determined").iter().all(|value| *value == -1.0));
+    assert!(numbers("stick_threshold").iter().all(|value| value.is_nan()));
+    let stdout = folder.ok("check belt.h5");
+    assert!(stdout.contains("all checksums agree"), "{stdout}");
+}
+
+/// What a run does not have is NaN, or -1 of a count, and never 0: the mass begins in a slip that never ends.
+/// The coefficient mu_d + (mu_s - mu_d) exp(-(v/v_s)^2) falls over a stretch of speeds alone: with the damping c of the mass steady
+/// sliding is unstable where 2 (mu_s - mu_d) F_n v/v_s^2 exp(-(v/v_s)^2) is above c, between two speeds of the belt, and stable at both
+/// ends of the axis. That changes with v by at least 3 N s^2/m^2 at all of the points, so that they hold to rounding.
+#[test]
+fn analytic_sliding_that_becomes_stable_again_has_two_limits() {
+    let folder = Folder::new();
+    let study = r#"
+case = "belt-exponential"
+[set]
+solver.method = "series"
+output.end_time = 2
+friction = { law = "stribeck", breakaway = 0.4, low_speed = 0.4, high_speed = 0.2, scale = 0.5 }
+contact.normal_force = 10
+[[axis]]
+key = "rotor.speed"
+from = 0.01
+to = 2
+count = 9
+[[axis]]
+key = "stator.damping.0"
+from = 0.5
+to = 2.9
+count = 3
+[boundary]
+criterion = "stick_count >= 1"
+refinements = 0
+width = 0.1
+"#;
+    folder.write("two.toml", study);
+    sweep(&folder, &["two.toml"]);
+    let file = folder.sweep_file("two.h5");
+    let column = |name: &str| file.numbers(&format!("stability_limit/{name}")).unwrap();
+    let (speeds, dampings) = (column("rotor_speed"), column("stator_damping_0"));
+    assert_eq!(speeds.len(), 2 * 61);
+    // The steepest fall is at v_s/sqrt(2).
+    let steepest = 0.5 / 2f64.sqrt();
+    for (pair, c) in speeds.chunks(2).zip(dampings.chunks(2)) {
+        assert!(
+            c[0] == c[1] && pair[0] < steepest && steepest < pair[1],
+            "{pair:?} {c:?}"
+        );
+        for v in pair {
+            let fall = 2.0 * 0.2 * 10.0 * v / 0.25 * (-v * v / 0.25).exp();
+            assert!((fall / c[0] - 1.0).abs() < 1e-12, "{v} {c:?}: {fall}");
+        }
+    }
+}
+
+#[test]
+fn results_what_a_run_of_trains_does_not_have_is_absent() {
+    let folder = Folder::new();
+    let study = "case = \"belt-coulomb\"\n[[axis]]\nkey = \"rotor.speed\"\nvalues = [0.1, 0.2]\n";
+    folder.write("slip.toml", study);
+    sweep(&folder, &["slip.toml"]);
+    let file = folder.sweep_file("slip.h5");
+    let at = |name: &str| file.numbers(name).unwrap()[1];
+    assert_eq!((at("motion"), at("stick_count"), at("event_count")), (3.0, 0.0, 0.0));
+    assert_eq!(at("attractor_sticks"), -1.0);
+    for name in [
+        "onset_time",
+        "final_stick_time",
+        "first_stick_duration",
+        "last_slip_duration",
+        "first_period",
+        "attractor_period",
+        "attractor_amplitude",
+        "attractor_position_min",
+        "attractor_since",
+        "last_event_time",
+    ] {
+        assert!(at(name).is_nan(), "{name}");
+    }
+}
+
+/// A point of a study is the single run of its case, for elements of lists, parts of signals, initial values, and whichever
+/// way the base case is given.
+#[test]
+fn regression_points_are_the_single_runs_of_their_cases() {
+    let folder = Folder::new();
+    let settings = [
+        ("rotor.inertia.1", "1.4"),
+        ("rotor.viscous.1", "0.02"),
+        ("rotor.speed.amplitude", "0.05"),
+        ("rotor.speed.frequency", "3"),
+        ("contact.normal_force.value", "3900"),
+        ("initial.rotor_twist.1", "1e-3"),
+        ("friction.breakaway", "0.47"),
+        ("solver.rtol", "1e-9"),
+    ];
+    let drive = "rotor.speed = { profile = \"sine\", mean = 0.3, amplitude = 0.1, frequency = \"2 Hz\" }\n";
+    let start = "initial.rotor_speed = [0.1, 0.1]\n";
+    let base = format!("[set]\noutput.end_time = 1\nsolver.method = \"series\"\n{start}{drive}");
+    let axes: String = settings
+        .iter()
+        .map(|(key, value)| format!("[[axis]]\nkey = \"{key}\"\nvalues = [{value}]\n"))
+        .collect();
+    let mut single = vec!["run", "groan", "--json", "--no-witness", "--method", "series"];
+    let mut sets = vec![
+        "output.end_time=1".to_owned(),
+        "initial.rotor_speed=[0.1, 0.1]".to_owned(),
+        "rotor.speed={ profile = \"sine\", mean = 0.3, amplitude = 0.1, frequency = \"2 Hz\" }".to_owned(),
+    ];
+    sets.extend(settings.iter().map(|(key, value)| format!("{key}={value}")));
+    sets.iter().for_each(|set| single.extend(["--set", set.as_str()]));
+    let stdout = folder.ok(&single);
+    let summary = json(&stdout)["summary"].clone();
+    assert!(summary["sticks"].as_u64().unwrap() > 5, "{summary}");
+    // The same base case: built in, as a file, and as the result of a run.
+    let text = stickslip::case::CaseSource::built_in("groan").unwrap().text;
+    folder.write("mine.toml", text);
+    folder.ok("run mine.toml -q --set output.end_time=0.01 -o done.h5");
+    for case in ["groan", "mine.toml", "done.h5"] {
+        folder.write("study.toml", format!("case = \"{case}\"\n{base}{axes}"));
+        sweep(&folder, &["study.toml"]);
+        let file = folder.sweep_file("study.h5");
+        for (name, expected) in [
+            ("stick_count", &summary["sticks"]),
+            ("event_count", &summary["events"]),
+            ("onset_time", &summary["onset_time"]),
+            ("longest_slip_duration", &summary["slip_duration_range"][1]),
+            ("shortest_stick_duration", &summary["stick_duration_range"][0]),
+        ] {
+            let value = file.numbers(name).unwrap()[0];
+            let expected = expected.as_f64().unwrap();
+            // The reader of JSON may miss a number by its last bit.
+            assert!(
+                (value - expected).abs() <= 1e-15 * expected,
+                "{case}, {name}: {value}, not {expected}"
+            );
+        }
+    }
+}
+
+/// Steady sliding of a belt with the exponential law is stable above the damping alpha (mu_s - mu_d) F_n exp(-alpha v) per unit
+/// of mass. The line beside a boundary is that to rounding; and a start that has nearly died out finds it up to what the
+/// 350 s that are left make of a growth that slow: e-folds enough from 5 % below.
+#[test]
+fn analytic_the_boundary_of_a_slow_start_is_the_hopf_line() {
+    let folder = Folder::new();
+    let study = r#"
+case = "belt-exponential"
+[set]
+solver.method = "series"
+output.end_time = 400
+contact.normal_force = { profile = "ramp", value = 10, rise_time = 50 }
+[[axis]]
+key = "rotor.speed"
+from = 0.1
+to = 0.4
+count = 4
+[[axis]]
+key = "stator.damping.0"
+from = 1
+to = 6
+count = 4
+[boundary]
+criterion = "attractor_period > 0"
+refinements = 0
+width = 3e-3
+"#;
+    folder.write("hopf.toml", study);
+    let report = sweep(&folder, &["hopf.toml"]);
+    assert_eq!(report["curves"].as_array().unwrap().len(), 1);
+    let file = folder.sweep_file("hopf.h5");
+    let line = |group: &str| {
+        let column = |name: &str| file.numbers(&format!("{group}/{name}")).unwrap();
+        column("rotor_speed").into_iter().zip(column("stator_damping_0"))
+    };
+    let hopf = |v: f64| 5.0 * 0.2 * 10.0 * (-5.0 * v).exp();
+    let limit: Vec<(f64, f64)> = line("stability_limit").collect();
+    assert!(limit.len() > 40, "{}", limit.len());
+    for (v, c) in limit {
+        assert!((c / hopf(v) - 1.0).abs() < 1e-12, "{v} {c}");
+    }
+    let mut points = 0;
+    for (v, c) in line("boundary") {
+        assert!((0.93..1.005).contains(&(c / hopf(v))), "{v} {c}: {}", c / hopf(v));
+        points += 1;
+    }
+    assert!(points >= 5, "{points}");
+    // `modes` has the same line.
+    let arguments = ["modes", "belt-exponential", "--json", "--set", "rotor.speed=0.25"];
+    let stdout = folder.ok(&arguments);
+    let critical = json(&stdout)["critical_stator_damping"]["changes"][0]["value"]
+        .as_f64()
+        .unwrap();
+    assert!((critical / hopf(0.25) - 1.0).abs() < 1e-9, "{critical}");
+}
+
+/// Bursts, groan without bursts, and steady sliding: three points of the built-in study, by another method.
+#[test]
+fn regression_groan_over_the_speed_holds_for_single_runs() {
+    let folder = Folder::new();
+    let text = StudySource::find("groan-speed", STUDIES).unwrap().text;
+    let axis = text.find("from = ").unwrap();
+    folder.write("groan.toml", format!("{}values = [0.02, 0.5, 1.5]\n", &text[..axis]));
+    let report = sweep(&folder, &["groan.toml"]);
+    assert_eq!((&report["failed"], &report["unfinished"]), (&0.into(), &0.into()));
+    let file = folder.sweep_file("groan.h5");
+    let numbers = |name: &str| file.numbers(name).unwrap();
+    assert_eq!(numbers("motion"), [0.0, 0.0, 2.0]);
+    assert_eq!(numbers("attractor_sticks"), [2.0, 1.0, -1.0]);
+    assert_eq!(file.attribute("attractor_amplitude", "units").as_deref(), Some("rad"));
+    assert_eq!(numbers("stick_count")[2], 0.0);
+    let stdout = folder.ok("run groan --json --no-witness --set rotor.speed=0.5 --set output.end_time=6");
+    let single = &json(&stdout)["summary"]["outcome"];
+    // Each run says how far it is from the periodic motion: less than 1e-4 of it.
+    for (name, other) in [
+        ("attractor_period", &single["period"]),
+        ("attractor_amplitude", &single["extremes"]["amplitude"]),
+    ] {
+        let (value, other) = (numbers(name)[1], other.as_f64().unwrap());
+        assert!((value / other - 1.0).abs() < 2e-4, "{name}: {value}, {other}");
+    }
+}
+
+/// A contact without stick: its threshold hangs on its smoothness, at every point.
+const SMOOTH: &str = r#"
+title = "a smooth belt"
+case = "belt-leine-tanh"
+[set]
+solver.method = "series"
+output.end_time = 12
+[[axis]]
+key = "rotor.speed"
+from = "0.1 m/s"
+to = 0.4
+count = 4
+[[axis]]
+key = "friction.regularisation.speed"
+values = [2e-3, "5 mm/s"]
+[keep]
+events = true
+"#;
+
+#[test]
+fn property_shards_of_trains_merge_into_the_file_of_one_machine() {
+    let folder = Folder::new();
+    folder.write("belt.toml", SMOOTH);
+    sweep(&folder, &["belt.toml", "-o", "whole.h5"]);
+    let threshold = folder.sweep_file("whole.h5").numbers("stick_threshold").unwrap();
+    assert_eq!(threshold[..2], [0.02, 0.05]);
+    for jobs in ["1", "3"] {
+        sweep(&folder, &["belt.toml", "-j", jobs, "-o", "again.h5"]);
+        assert!(
+            folder.read("whole.h5") == folder.read("again.h5"),
+            "with {jobs} threads"
+        );
+    }
+    let names = ["s1.h5", "s2.h5", "s3.h5"];
+    for (k, name) in names.iter().enumerate() {
+        sweep(&folder, &["belt.toml", "--shard", &format!("{}/3", k + 1), "-o", name]);
+    }
+    output(folder.stickslip("merge -q -o merged.h5").args(names), 0);
+    assert!(folder.read("whole.h5") == folder.read("merged.h5"));
+    output(
+        folder
+            .stickslip(&["merge", "-q", "--virtual", "-o", "virtual.h5"])
+            .args(names),
+        0,
+    );
+    let [whole, merged] = ["whole.h5", "virtual.h5"].map(|name| folder.sweep_file(name));
+    for name in ["motion", "attractor_period", "stick_threshold", "stick_count"] {
+        let same = |(a, b): (&f64, &f64)| a == b || (a.is_nan() && b.is_nan());
+        let (a, b) = (whole.numbers(name).unwrap(), merged.numbers(name).unwrap());
+        assert!(a.iter().zip(&b).all(same), "{name}: {a:?} {b:?}");
+    }
+    for (variable, attribute) in [
+        ("motion", "flag_meanings"),
+        ("events/mode_after", "flag_meanings"),
+        ("events/relative_velocity", "units"),
+    ] {
+        let of = |file: &SweepFile| file.attribute(variable, attribute).unwrap();
+        assert_eq!(of(&whole), of(&merged), "{variable}");
+    }
+}
+
+#[test]
+fn results_trajectories_of_the_points_are_results_of_trains() {
+    let folder = Folder::new();
+    folder.write(
+        "belt.toml",
+        BELT.replace("events = true", "events = true\ntrajectory = true"),
+    );
+    sweep(&folder, &["belt.toml"]);
+    let file = folder.sweep_file("belt.h5");
+    let counts = file.numbers("event_count").unwrap();
+    let points = file.numbers("events/point").unwrap();
+    for (point, count) in counts.iter().enumerate() {
+        let kept = points.iter().filter(|&&of| of == point as f64).count();
+        let run = ResultFile::open(&folder.path(&format!("belt.runs/{point:06}.h5"))).unwrap();
+        assert_eq!(
+            (kept as f64, run.events().unwrap().len() as f64),
+            (*count, *count),
+            "point {point}"
+        );
+        assert!(run.resolved().unwrap().contains("[stator]"));
+    }
+    // What the points come to is no matter of whether they are stored.
+    folder.write("plain.toml", BELT);
+    sweep(&folder, &["plain.toml"]);
+    let plain = folder.sweep_file("plain.h5");
+    for name in ["attractor_period", "last_slip_duration", "onset_time"] {
+        assert_eq!(plain.numbers(name).unwrap(), file.numbers(name).unwrap(), "{name}");
+    }
+}
+
+#[cfg(unix)]
+#[test]
+fn property_a_killed_sweep_of_trains_is_resumed_to_the_same_file() {
+    let folder = Folder::new();
+    // Some hundred points, a second or so in all.
+    let long = SMOOTH.replace("count = 4", "count = 60");
+    folder.write("belt.toml", &long);
+    folder.write("other.toml", long.replace("5 mm/s", "6 mm/s"));
+    sweep(&folder, &["belt.toml", "-o", "whole.h5"]);
+    let mut child = folder.start("sweep belt.toml -j 1 -o killed.h5");
+    folder.wait_for(&mut child, "killed.journal", 400);
+    child.kill().unwrap();
+    child.wait().unwrap();
+    folder.refused("sweep other.toml -o killed.h5 --resume", &["belongs to another study"]);
+    let report = sweep(&folder, &["belt.toml", "-o", "killed.h5", "--resume"]);
+    assert_eq!(report["points"], 120);
+    assert!(report["run_now"].as_u64().unwrap() < 120, "{report}");
+    assert!(folder.read("whole.h5") == folder.read("killed.h5"));
+}
+
+#[test]
+fn cli_samples_and_tables_of_points_know_the_keys_of_trains() {
+    let folder = Folder::new();
+    let sample = "case = \"groan\"\n[set]\noutput.end_time = 0.6\nsolver.method = \"series\"\n[sample]\nmethod = \"sobol\"\n\
+                  count = 4\n[[axis]]\nkey = \"rotor.stiffness.1\"\nfrom = 6e3\nto = 9e3\n[[axis]]\n\
+                  key = \"contact.normal_force.rise_time\"\nfrom = \"0.1 s\"\nto = \"0.3 s\"\n";
+    folder.write("sample.toml", sample);
+    assert_eq!(
+        sweep(&folder, &["sample.toml", "--set", "rotor.inertia.1=1.3"])["failed"],
+        0
+    );
+    folder.write(
+        "table.toml",
+        "case = \"belt-leine\"\npoints = \"points.csv\"\n[set]\noutput.end_time = 10\n",
+    );
+    folder.write("points.csv", "rotor.speed,stator.inertia[0]\n0.2,1\n0.3 m/s,1.5\n");
+    assert_eq!(sweep(&folder, &["table.toml"])["points"], 2);
+    let file = folder.sweep_file("table.h5");
+    assert_eq!(file.numbers("stator_inertia_0").unwrap(), [1.0, 1.5]);
+    for (from, to, words) in [
+        (
+            "stator.inertia[0]",
+            "stator.inertia.1",
+            "points.csv:1: there is no stator.inertia.1: its one element is stator.inertia.0",
+        ),
+        (
+            "stator.inertia[0]",
+            "stator.inertai.0",
+            "did you mean stator.inertia.0?",
+        ),
+        (
+            "0.3 m/s",
+            "0.3 rad/s",
+            "points.csv:3: rotor.speed: expected a velocity, m/s",
+        ),
+    ] {
+        let table = "rotor.speed,stator.inertia[0]\n0.2,1\n0.3 m/s,1.5\n".replace(from, to);
+        folder.write("points.csv", table);
+        folder.refused("sweep table.toml", &[words]);
+    }
+}
+
+#[test]
+fn cli_axes_that_the_base_case_does_not_have_are_refused_in_its_words() {
+    let folder = Folder::new();
+    for (case, key, words) in [
+        (
+            "groan",
+            "rotor.inertai.1",
+            "a case has no key \"rotor.inertai.1\"; did you mean rotor.inertia.1?",
+        ),
+        (
+            "groan",
+            "rotor.inertia",
+            "rotor.inertia is a list, and an axis varies one number: its elements are rotor.inertia.0 and rotor.inertia.1",
+        ),
+        (
+            "groan",
+            "rotor.inertia.2",
+            "there is no rotor.inertia.2: its elements are rotor.inertia.0 and rotor.inertia.1",
+        ),
+        (
+            "belt-leine",
+            "rotor.inertia.0",
+            "there is no rotor.inertia.0: in this case the list is empty",
+        ),
+        (
+            "groan",
+            "rotor.speed.amplitude",
+            "rotor.speed is a number in this case and has no amplitude",
+        ),
+        (
+            "groan",
+            "contact.normal_force.amplitude",
+            "is of profile \"ramp\" in this case, which has value, rise_time",
+        ),
+        (
+            "groan",
+            "contact.normal_force.rise_tme",
+            "did you mean contact.normal_force.rise_time?",
+        ),
+        ("groan", "rotor.torque", "no point of the study"),
+        (
+            "groan",
+            "rotor.torque.amplitude",
+            "this case has no rotor.torque; give it one in [set]",
+        ),
+        (
+            "groan",
+            "torsion.damping",
+            "is a key of the short form, [torsion], but the case has [rotor] and [stator] instead; write rotor.damping.0",
+        ),
+        ("groan", "motion", "make one study for each motion"),
+        (
+            "groan",
+            "brake.pad",
+            "a case of trains has no key \"brake.pad\"; its keys are dotted paths",
+        ),
+        (
+            "paper",
+            "rotor.inertia.1",
+            "is a key of a case of trains, [rotor] and [stator], but the case is of the short form, [torsion]; write torsion.rotor_inertia",
+        ),
+    ] {
+        folder.write(
+            "bad.toml",
+            format!("case = \"{case}\"\n[[axis]]\nkey = \"{key}\"\nvalues = [-1e300, -2e300]\n"),
+        );
+        let mut command = folder.stickslip("sweep bad.toml");
+        // A torque of that size is a case, which fails.
+        if key == "rotor.torque" {
+            output(&mut command, 1);
+            continue;
+        }
+        let stderr = refusal(&mut command);
+        says(&stderr, &[words, "bad.toml:3: axis.0.key: "]);
+    }
+    // Limits and units of values, and the settings.
+    for (line, words) in [
+        (
+            "key = \"rotor.inertia.1\"\nvalues = [-1]",
+            "axis.0.values.0: must be greater than 0, but is -1",
+        ),
+        (
+            "key = \"rotor.damping.1\"\nvalues = [-1]",
+            "axis.0.values.0: must not be negative",
+        ),
+        (
+            "key = \"rotor.speed\"\nvalues = [\"1 m/s\"]",
+            "axis.0.values.0: expected an angular velocity, rad/s",
+        ),
+        ("key = \"rotor.end\"\nvalues = [\"drivn\"]", "did you mean \"driven\"?"),
+        (
+            "key = \"rotor.speed\"\nvalues = [1]\n[set]\nrotor.dampnig = 1",
+            "set.rotor.dampnig: a case has no key",
+        ),
+        (
+            "key = \"rotor.speed\"\nvalues = [1]\n[set]\nrotor.inertia = [1, 2, 3]",
+            "rotor.stiffness: no point of the study is a valid case: has 2 numbers, but 3 are expected",
+        ),
+    ] {
+        folder.write("bad.toml", format!("case = \"groan\"\n[[axis]]\n{line}\n"));
+        folder.refused("sweep bad.toml", &[words]);
+    }
+}
+
+/// A number that `[set]` or `--set` gives in the place of a list is a list of one, which an axis does not extend.
+#[test]
+fn cli_an_axis_does_not_extend_a_list_that_is_set() {
+    let folder = Folder::new();
+    let axis = "case = \"groan\"\n[[axis]]\nkey = \"rotor.inertia.1\"\nvalues = [1.3, 1.4]\n";
+    folder.write("set.toml", format!("{axis}[set]\nrotor.inertia = 2\n"));
+    folder.write("axis.toml", axis);
+    for arguments in [&["set.toml"][..], &["axis.toml", "--set", "rotor.inertia=2"]] {
+        let stderr = refusal(folder.stickslip("sweep").args(arguments));
+        let words = "there is no rotor.inertia.1: its one element is rotor.inertia.0";
+        assert!(stderr.contains(words), "{words} in {stderr}");
+    }
+}
+
+/// The belt of closed form rides for 0.2 s and slips for 0.471 s in turn, for ever: a stick from 1.342 s to 1.542 s. A run that
+/// ends in it has found no period, and a later end changes what it comes to; the clutch locks once for all.
+#[test]
+fn analytic_a_stick_that_may_be_one_of_a_cycle_is_counted() {
+    let folder = Folder::new();
+    for (case, ends, unfinished, motions) in [
+        ("belt-coulomb", "[1.4, 10.0]", 1, [1.0, 0.0]),
+        ("clutch", "[1.0, 2.0]", 0, [1.0, 1.0]),
+    ] {
+        let axis = format!("[[axis]]\nkey = \"output.end_time\"\nvalues = {ends}\n");
+        folder.write(&format!("{case}.toml"), format!("case = \"{case}\"\n{axis}"));
+        let report = sweep(&folder, &[&format!("{case}.toml")]);
+        assert_eq!(report["unfinished"], unfinished, "{case}");
+        let file = folder.sweep_file(&format!("{case}.h5"));
+        assert_eq!(file.numbers("motion").unwrap(), motions);
+    }
+}
+
+#[test]
+fn cli_boundaries_are_on_quantities_that_the_runs_have() {
+    let folder = Folder::new();
+    let study = |case: &str, axes: [&str; 2], rest: &str| {
+        let [x, y] = axes.map(|key| format!("[[axis]]\nkey = \"{key}\"\nfrom = 1\nto = 2\ncount = 3\n"));
+        format!("case = \"{case}\"\n{x}{y}[boundary]\n{rest}\n")
+    };
+    let (belt, brake) = (
+        ["rotor.speed", "stator.damping.0"],
+        ["friction.decay", "torsion.damping"],
+    );
+    for (case, axes, rest, words) in [
+        (
+            "belt-exponential",
+            belt,
+            "criterion = \"growth_exponent > 20\"",
+            "no run of this case has \"growth_exponent\": its sliding is not watched for a loss of stability: an end is driven",
+        ),
+        (
+            "belt-exponential",
+            belt,
+            "criterion = \"nothing_of_the_kind > 20\"",
+            "there are stick_count, slip_count",
+        ),
+        (
+            "belt-exponential",
+            belt,
+            "criterion = \"attractor_perod > 2\"",
+            "did you mean attractor_period?",
+        ),
+        (
+            "belt-exponential",
+            belt,
+            "growth_contours = [20]",
+            "boundary.growth_contours: no run of this case has \"growth_exponent\": its sliding is not watched",
+        ),
+        (
+            "paper",
+            brake,
+            "criterion = \"attractor_period > 2\"",
+            "no run of this case has \"attractor_period\": nothing drives its sliding",
+        ),
+    ] {
+        folder.write("bad.toml", study(case, axes, rest));
+        folder.refused("sweep bad.toml", &[words, "bad.toml:13: boundary."]);
+    }
+}
+
+/// A brake written as trains has the quantities, the limit and the contours of growth that its short form has.
+#[test]
+fn property_both_forms_of_a_brake_have_the_same_boundary() {
+    let folder = Folder::new();
+    let study = |case: &str, damping: &str| {
+        format!(
+            "case = \"{case}\"\n[set]\nsolver.method = \"series\"\n[[axis]]\nkey = \"friction.decay\"\nfrom = 0.05\nto = 0.8\n\
+             count = 4\nspacing = \"log\"\n[[axis]]\nkey = {damping}\nfrom = 5\nto = 40\ncount = 3\n[boundary]\n\
+             criterion = \"instability_time > 0\"\nrefinements = 0\nwidth = 1e-2\ngrowth_contours = [0.02]\n"
+        )
+    };
+    // A light rotor that stops within milliseconds.
+    let light = [
+        "perturbation=[]",
+        "axial.damping=20000 lbf s/in",
+        "actuation.rise_time=0",
+        "torsion.rotor_inertia=0.002",
+        "initial.speed=10",
+        "output.end_time=0.01",
+    ];
+    let light = light.map(|setting| Override::parse(setting).unwrap());
+    let case = Case::read(&CaseSource::built_in("paper").unwrap(), &light).unwrap();
+    let [free, surface, stiffness] =
+        ["rotor_inertia", "surface_inertia", "stiffness"].map(|key| case.number(&format!("torsion.{key}")).unwrap());
+    let shaft = format!("stiffness = {stiffness:?}\ndamping = 20");
+    let trains = format!(
+        "[rotor]\ninertia = [{surface:?}, {free:?}]\n{shaft}\nend = \"free\"\n\n[stator]\ninertia = {surface:?}\n{shaft}\n\
+         end = \"fixed\"\n"
+    );
+    let short = case.resolved();
+    let start = short.find("[torsion]").unwrap();
+    let end = start + 1 + short[start + 1..].find("\n[").unwrap();
+    folder.write("trains.toml", [&short[..start], &trains, &short[end..]].concat());
+    folder.write("short.toml", &short);
+    folder.write("a.toml", study("short.toml", "\"torsion.damping\""));
+    folder.write(
+        "b.toml",
+        study("trains.toml", "[\"rotor.damping.0\", \"stator.damping.0\"]"),
+    );
+    let [a, b] = ["a", "b"].map(|name| {
+        sweep(&folder, &[&format!("{name}.toml")]);
+        SweepFile::open(&folder.path(&format!("{name}.h5"))).unwrap()
+    });
+    let mut growing = 0;
+    for quantity in stickslip::sweep::QUANTITIES {
+        let [here, there] = [&a, &b].map(|file| file.numbers(quantity.name).unwrap());
+        assert_eq!(here.len(), there.len());
+        for (here, there) in here.iter().zip(&there) {
+            assert!(here.to_bits() == there.to_bits(), "{}: {here} {there}", quantity.name);
+            growing += usize::from(quantity.name == "growth_exponent" && *here > 0.0);
+        }
+    }
+    assert_eq!(growing, 3);
+    for group in ["linear_limit", "growth_contours"] {
+        let [here, there] = [&a, &b]
+            .map(|file| ["friction_decay", "level"].map(|name| file.numbers(&format!("{group}/{name}")).unwrap()));
+        assert!(!here[0].is_empty() && here == there, "{group}");
+    }
+}
+
+/// Spring and friction of the Coulomb belt from its slip, its stick and its amplitude as printed to four digits.
+const CALIBRATION: &str = r#"
+title = "spring and friction of a belt"
+case = "belt-coulomb"
+
+[[free]]
+key = "stator.stiffness.0"
+from = "60 N/m"
+to = "200 N/m"
+
+[[free]]
+key = "friction.kinetic"
+from = 0.2
+to = 0.39
+
+[[target]]
+quantity = "last_slip_duration"
+value = "0.4712 s"
+
+[[target]]
+quantity = "last_stick_duration"
+value = "200.0 ms"
+
+[[target]]
+quantity = "attractor_amplitude"
+value = "14.14 mm"
+
+[[target]]
+quantity = "attractor_sticks"
+value = 1
+weight = 0
+
+[search]
+points = 64
+starts = 2
+"#;
+
+#[test]
+fn analytic_a_calibration_of_trains_finds_the_case() {
+    let folder = Folder::new();
+    folder.write("belt.toml", CALIBRATION);
+    let arguments = ["calibrate", "belt.toml", "--case", "found.toml", "--json"];
+    let stdout = folder.ok(&arguments);
+    let report = json(&stdout);
+    assert_eq!(report["consistent"], true);
+    // k = 100 N/m and mu_d = 0.3, within what four digits leave.
+    for (place, true_value) in [(0, 100.0), (1, 0.3)] {
+        let parameter = &report["parameters"][place];
+        let number = |name: &str| parameter[name].as_f64().unwrap();
+        assert!(
+            number("least") < true_value && true_value < number("largest"),
+            "{parameter}"
+        );
+        assert!((number("optimum") / true_value - 1.0).abs() < 1e-3, "{parameter}");
+        assert_eq!(parameter["determined"], "determined");
+    }
+    let units: Vec<&str> = (0..4).map(|k| report["targets"][k]["unit"].as_str().unwrap()).collect();
+    assert_eq!(units, ["s", "s", "m", "1"]);
+    let half = report["targets"][2]["half_width"].as_f64().unwrap();
+    assert!((half - 5e-6).abs() < 1e-18, "{half}");
+    let file = folder.sweep_file("belt.h5");
+    assert_eq!(
+        file.text("references").as_deref(),
+        Some("stickslip, docs/model.md: Trains")
+    );
+    assert_eq!(
+        file.shape("attractor_amplitude").unwrap()[0] as u64,
+        report["runs"].as_u64().unwrap()
+    );
+    let period = folder.json("run found.toml --no-witness")["summary"]["outcome"]["period"]
+        .as_f64()
+        .unwrap();
+    assert!((period - 0.6712).abs() < 2e-4, "{period}");
+    for (from, to, words) in [
+        ("\"14.14 mm\"", "\"14.14 mrad\"", "target.2.value: expected a length, m"),
+        (
+            "\"attractor_amplitude\"",
+            "\"attractor_amplitde\"",
+            "did you mean attractor_amplitude?",
+        ),
+        (
+            "\"attractor_amplitude\"",
+            "\"natural_period\"",
+            "no run of this case has \"natural_period\": its sliding is not watched",
+        ),
+        (
+            "\"attractor_amplitude\"",
+            "\"motion\"",
+            "has no quantity \"motion\" to measure",
+        ),
+        (
+            "\"stator.stiffness.0\"",
+            "\"stator.stiffness.1\"",
+            "free.0.key: there is no stator.stiffness.1",
+        ),
+    ] {
+        assert!(CALIBRATION.contains(from), "{from}");
+        folder.write("wrong.toml", CALIBRATION.replace(from, to));
+        folder.refused("calibrate wrong.toml", &[words]);
+    }
+}

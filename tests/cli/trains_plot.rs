@@ -1,0 +1,258 @@
+//! `stickslip plot` of runs of two trains.
+
+use crate::common::cli::{Folder, json, output};
+
+fn svg(folder: &Folder, arguments: &[&str]) -> String {
+    let drawn: Vec<&str> = [arguments, &["-q", "-o", "figure.svg", "--force"]].concat();
+    folder.ok(&[&["plot"][..], &drawn].concat());
+    std::fs::read_to_string(folder.path("figure.svg")).unwrap()
+}
+
+/// What a run of trains has is what --list says of it, and all of it is drawn.
+#[test]
+fn cli_plot_of_trains_draws_its_figures() {
+    let folder = Folder::new();
+    folder.ok("run belt-leine -q");
+    let listed = folder.ok("plot belt-leine.h5 --list --json");
+    let listed = json(&listed);
+    let names: Vec<&str> = listed
+        .as_array()
+        .unwrap()
+        .iter()
+        .map(|e| e["figure"].as_str().unwrap())
+        .collect();
+    assert_eq!(
+        names,
+        [
+            "friction-law",
+            "surface-speeds",
+            "surface-speeds-close-up",
+            "relative-velocity",
+            "stick-slip-transition",
+            "stick-slip-close-up",
+            "stick-slip-end",
+            "durations",
+            "phase-stick-slip-stator",
+            "phase-stick-slip-torque",
+            "phase-portrait"
+        ]
+    );
+    assert_eq!(listed[5]["title"], "First sticks: relative velocity and forces");
+    let (document, stderr) = output(&mut folder.stickslip("plot belt-leine.h5 --format svg --json"), 0);
+    assert_eq!(stderr, "");
+    let document = json(&document);
+    assert_eq!(document["not_drawn"], serde_json::json!([]));
+    let files = document["files"].as_array().unwrap();
+    assert_eq!(files.len(), names.len());
+    for file in files {
+        let text = std::fs::read_to_string(folder.path(file["file"].as_str().unwrap())).unwrap();
+        let name = file["figure"].as_str().unwrap();
+        // The names of figures are those of every run.
+        let words = text.replace(name, "").to_lowercase();
+        assert!(!words.contains("rad") && !words.contains("torque"), "{name}");
+        assert!(text.contains("m/s") || name == "durations", "{name}");
+    }
+    let law = svg(&folder, &["belt-leine.h5", "--only", "friction-law"]);
+    assert!(!law.contains("paper"), "{law}");
+    // The period is known, and the portrait is of the last one.
+    let portrait = svg(&folder, &["belt-leine.h5", "--only", "phase-portrait"]);
+    assert!(portrait.contains("last period"), "{portrait}");
+    assert!(portrait.contains("stator surface position"), "{portrait}");
+}
+
+/// Channels of every shaft and inertia have axes with the units of the motion.
+#[test]
+fn cli_plot_of_trains_draws_any_channel() {
+    let folder = Folder::new();
+    folder.ok("run drill-string -q --set output.end_time=10");
+    let speeds = svg(
+        &folder,
+        &[
+            "drill-string.h5",
+            "--channel",
+            "rotor_speed_0",
+            "--channel",
+            "rotor_speed_1",
+        ],
+    );
+    assert!(speeds.contains("rad/s") && speeds.contains("rotor speed 1"), "{speeds}");
+    // What both have in common stands at the axis.
+    assert!(speeds.contains("rotor speed ("), "{speeds}");
+    let phase = svg(
+        &folder,
+        &["drill-string.h5", "--phase", "rotor_twist_0", "rotor_speed_0"],
+    );
+    assert!(phase.contains("rotor twist 0") && phase.contains("(rad)"), "{phase}");
+    // Ten seconds are no two cycles: the portrait is of the whole run.
+    let portrait = svg(&folder, &["drill-string.h5", "--only", "phase-portrait"]);
+    assert!(!portrait.contains("last period"), "{portrait}");
+    folder.refused(
+        "plot drill-string.h5 --channel rotor_speed_2",
+        &["rotor_speed_1", "did you mean"],
+    );
+}
+
+/// What trains do not have is refused by name with the reason; and runs without axes in common.
+#[test]
+fn cli_plot_of_trains_says_what_it_has_not() {
+    let folder = Folder::new();
+    folder.ok("run belt-coulomb -q");
+    folder.ok("run clutch -q");
+    folder.ok("run -q --set output.end_time=0.05 --set output.window=[] --set output.around=none");
+    for (figure, words) in [
+        ("axial-settling", "axial mode"),
+        ("relative-velocity-growth", "stickslip modes"),
+        ("surface-speeds-stop", "does not slow down"),
+        ("phase-final-stick-stator", "does not slow down"),
+        ("phase-plateau", "axial mode"),
+        ("phase-stick-slip-rotor", "no shaft"),
+        ("rotor-speed", "as it is driven"),
+    ] {
+        folder.refused(
+            &["plot", "belt-coulomb.h5", "--only", figure],
+            &[figure, words, "phase-portrait"],
+        );
+    }
+    folder.refused("plot paper.h5 --only phase-portrait", &["slows down by itself"]);
+    let both = |first| ["plot", first, "clutch.h5", "--channel", "relative_velocity"];
+    folder.refused(&both("belt-coulomb.h5"), &["no axes in common"]);
+    // How a case was written is no reason.
+    let drawn = [&both("paper.h5")[..], &["-q", "-o", "both.svg"]].concat();
+    folder.ok(&drawn);
+}
+
+/// The page is made by the same command as a brake's, in the units of its motion, with its certificate.
+#[test]
+fn cli_plot_of_trains_makes_a_page() {
+    let folder = Folder::new();
+    folder.ok("run clutch -q");
+    let (stdout, stderr) = output(&mut folder.stickslip("plot clutch.h5 --html page.html"), 0);
+    assert_eq!((stdout.as_str(), stderr.as_str()), ("page.html\n", ""));
+    let page = std::fs::read_to_string(folder.path("page.html")).unwrap();
+    assert!(page.contains("\"certificate\":null") && page.contains("\"N m\""));
+    folder.ok("certify clutch.h5 -q");
+    let document = folder.ok("plot clutch.certified.h5 --html page.html --json");
+    let document = json(&document);
+    assert_eq!(document["page"]["samples"], document["page"]["samples_kept"]);
+    let page = std::fs::read_to_string(folder.path("page.html")).unwrap();
+    assert!(page.contains("\"certificate\":{\"attributes\":[["), "no certificate");
+}
+
+/// What the sampling misses is said: slips that have no sample, and a period that has a few.
+#[test]
+fn cli_plot_of_trains_says_what_the_samples_miss() {
+    let folder = Folder::new();
+    folder.ok("run belt-leine -q");
+    let speed = svg(&folder, &["belt-leine.h5", "--only", "relative-velocity"]);
+    assert!(!speed.contains("straight lines"), "{speed}");
+    // A slip takes 4.3 s: seven of eight have no sample.
+    let sparse = |interval: &str| {
+        let interval = format!("output.interval={interval}");
+        let far = [
+            "run",
+            "belt-leine",
+            "-q",
+            "--force",
+            "--set",
+            "output.around=none",
+            "--set",
+            &interval,
+        ];
+        folder.ok(&far);
+    };
+    // Two samples in a slip are too few, too: its motion has a period of 6.3 s. A stick is a straight line.
+    sparse("2");
+    let speed = svg(&folder, &["belt-leine.h5", "--only", "relative-velocity"]);
+    assert!(
+        speed.contains("8 of 8") && speed.contains("\ntoo few samples\n"),
+        "{speed}"
+    );
+    sparse("11.9");
+    let speed = svg(&folder, &["belt-leine.h5", "--only", "relative-velocity"]);
+    assert!(speed.contains("two events with too few samples"), "{speed}");
+    let portrait = svg(&folder, &["belt-leine.h5", "--only", "phase-portrait"]);
+    assert!(portrait.contains("joined by straight lines"), "{portrait}");
+    // A corner is of a signal, whatever that drives.
+    folder.ok("run clutch -q");
+    let speed = svg(&folder, &["clutch.h5", "--only", "relative-velocity"]);
+    assert!(
+        speed.contains("corner of a signal") && !speed.contains("F(t)"),
+        "{speed}"
+    );
+}
+
+/// Curves go through the states at events, and not past them: at a restick from one sample in slip to one in stick.
+#[test]
+fn cli_plot_of_trains_goes_through_events() {
+    let folder = Folder::new();
+    // Published: belt-leine sticks first at 9.295999525480 s, which is no sample.
+    folder.ok("run belt-leine -q --set output.interval=1 --set output.around=none");
+    let window = ["--from", "8.5", "--to", "10.5"];
+    let draw = |channel: &str| {
+        svg(
+            &folder,
+            &[&["belt-leine.h5", "--channel", channel][..], &window].concat(),
+        )
+    };
+    let points = |text: &str| {
+        let lines = text
+            .split("points=\"")
+            .skip(1)
+            .map(|rest| rest.split('"').next().unwrap());
+        lines.map(|line| line.split_whitespace().count()).max().unwrap()
+    };
+    // Samples at 9 and 10 s; and the restick, twice at the same place.
+    let (through, past) = (points(&draw("relative_velocity")), points(&draw("dissipated_friction")));
+    assert!(through > past, "{through} points, {past} without the event");
+}
+
+/// Where equations come from is said of trains as well, and is not the paper of the brake.
+#[test]
+fn cli_results_of_trains_cite_their_own_source() {
+    let folder = Folder::new();
+    folder.ok("run clutch -q");
+    let said = folder.ok("inspect clutch.h5 --json");
+    assert!(said.contains("docs/model.md") && !said.contains("9275147"), "{said}");
+}
+
+/// The first event that is wrong is enlarged, and not the one with the largest error.
+#[test]
+fn regression_the_first_wrong_event_of_a_candidate_is_enlarged() {
+    let folder = Folder::new();
+    folder.ok("run belt-leine -q");
+    // A belt with a stiffer spring: a cycle is shorter by some hundredth of a second, and the errors of eight cycles add up.
+    folder.ok("run belt-leine -q -o mine.h5 --set stator.stiffness=1.003");
+    let compared = folder.ok("compare belt-leine.h5 mine.h5 --json");
+    let compared = &json(&compared)["comparisons"][0];
+    let events = compared["event_errors"]["events"].as_array().unwrap();
+    let error = |event: &serde_json::Value| event["error"].as_f64().unwrap().abs();
+    // A hundredth of the period of the mass on its spring, 2 pi s, or of the time scale that the comparison has.
+    let scale = compared["time_scale"]["period"].as_f64().unwrap();
+    let wrong = events.iter().find(|event| error(event) > 0.01 * scale).unwrap();
+    assert!(wrong["position"] != events.last().unwrap()["position"] && error(wrong) < error(events.last().unwrap()));
+    let drawn = [
+        "plot",
+        "belt-leine.h5",
+        "--candidate",
+        "mine.h5",
+        "--format",
+        "svg",
+        "-q",
+        "-o",
+        "drawn",
+    ];
+    folder.ok(&drawn);
+    let figures = |name: &str| {
+        let found = std::fs::read_dir(folder.path("drawn")).unwrap();
+        let mut paths = found.map(|entry| entry.unwrap().path());
+        paths.find(|path| path.to_string_lossy().contains(name))
+    };
+    let text = std::fs::read_to_string(figures("first-wrong-event").unwrap()).unwrap();
+    let title = format!(
+        "First wrong event: event {}, a {}",
+        wrong["position"],
+        wrong["kind"].as_str().unwrap()
+    );
+    assert!(text.contains(&title), "{title}");
+    assert!(figures("largest-error").is_none());
+}

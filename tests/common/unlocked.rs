@@ -1,0 +1,33 @@
+//! HDF5 files that a test makes, changes or reads itself, without HDF5's lock. The programs that other tests of the
+//! same process start in the meantime inherit every open file, and with it its lock: the file would be "in use" for as
+//! long as they run.
+
+use std::path::Path;
+
+use hdf5::{File, OpenMode, Result};
+
+pub fn create(path: impl AsRef<Path>) -> Result<File> {
+    in_mode(path.as_ref(), OpenMode::Create)
+}
+
+/// Opens a file to change it.
+pub fn open_rw(path: impl AsRef<Path>) -> Result<File> {
+    in_mode(path.as_ref(), OpenMode::ReadWrite)
+}
+
+/// Opens a result to change what it says, without its checksums: it is to be read as it is then.
+pub fn open_unsummed(path: impl AsRef<Path>) -> Result<File> {
+    let file = open_rw(path)?;
+    file.unlink("meta/checksums")?;
+    Ok(file)
+}
+
+pub fn open(path: impl AsRef<Path>) -> Result<File> {
+    in_mode(path.as_ref(), OpenMode::Read)
+}
+
+fn in_mode(path: &Path, mode: OpenMode) -> Result<File> {
+    File::with_options()
+        .with_fapl(|access| access.file_locking(false))
+        .open_as(path, mode)
+}

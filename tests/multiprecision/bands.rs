@@ -1,0 +1,416 @@
+//! Error bands of the trajectory against true errors: dense output of the oracle at equal phase and at equal time.
+
+use crate::common::cases::{parsed, recorded};
+use crate::common::disks;
+use crate::common::random_brakes::random_brake;
+use num_rational::BigRational;
+use num_traits::Zero;
+use std::ops::ControlFlow;
+use stickslip::analysis::bands::Stretch;
+use stickslip::analysis::certificate::{Certificate, certify};
+use stickslip::case::{Case, CaseSource, Override};
+use stickslip::model::nearest_double;
+use stickslip::model::system::ExactSystem;
+use stickslip::model::{Mode, Parameters};
+use stickslip::oracle::{self, Number, OracleOptions, OracleReport, OracleState};
+use stickslip::record::{Channels, Event, EventKind, Sample, State};
+use stickslip::signal::{Ramp, Signal};
+
+/// Rows of a stretch that are held against the oracle.
+const ROWS: usize = 12;
+
+fn exact(x: f64) -> BigRational {
+    Number::from_f64(x, 64).to_rational().expect("finite")
+}
+
+fn solve(exact: &ExactSystem, end: f64, sample_times: Vec<BigRational>) -> OracleReport {
+    let options = OracleOptions {
+        digits: 33,
+        end_time: oracle::rational(&format!("{end}")).unwrap(),
+        sample_times,
+        ..OracleOptions::default()
+    };
+    oracle::run(exact, &options, &mut |_| ControlFlow::Continue(())).unwrap()
+}
+
+/// The states of the program's columns from those of the oracle.
+fn states(s: &OracleState) -> Vec<(&'static str, BigRational)> {
+    let r = |x: &Number| x.to_rational().expect("finite");
+    let components = s.components();
+    let of = |name: &str| r(components.iter().find(|(other, _)| *other == name).expect(name).1);
+    let (theta, theta_dot, u, v) = (of("theta"), of("theta_dot"), of("rotor_twist"), of("stator_twist"));
+    let (phi1_dot, phi2_dot) = (of("phi1_dot"), of("phi2_dot"));
+    vec![
+        ("z", of("z")),
+        ("z_dot", of("z_dot")),
+        ("phi2", &theta - &u),
+        ("slip_displacement", &theta - &u - &v),
+        ("rotor_twist_rate", &theta_dot - &phi2_dot),
+        ("relative_velocity", &phi2_dot - &phi1_dot),
+        ("theta", theta),
+        ("theta_dot", theta_dot),
+        ("phi1", v),
+        ("phi1_dot", phi1_dot),
+        ("phi2_dot", phi2_dot),
+        ("rotor_twist", u),
+    ]
+}
+
+/// The other columns, from the states; the works of F and the dissipations, which the oracle does not have, together: what
+/// has been dissipated less the work done is the energy that has gone.
+fn channels(
+    p: &Parameters,
+    mode: Mode,
+    time: f64,
+    states: &[(&'static str, BigRational)],
+) -> Vec<(&'static str, BigRational)> {
+    let x = |name: &str| &states.iter().find(|s| s.0 == name).expect("a state").1;
+    let q = exact;
+    let half = q(0.5);
+    let pressing = -(q(p.axial.damping) * x("z_dot")) - q(p.axial.stiffness) * x("z");
+    let normal = if mode == Mode::Separated || pressing < BigRational::zero() {
+        BigRational::zero()
+    } else {
+        pressing
+    };
+    let torque = |twist: &str, rate: &str| q(p.torsion.stiffness) * x(twist) + q(p.torsion.damping) * x(rate);
+    let transmitted = (torque("rotor_twist", "rotor_twist_rate") + torque("phi1", "phi1_dot")) * &half;
+    let friction = match mode {
+        Mode::Separated => BigRational::zero(),
+        Mode::Stick => transmitted.clone(),
+        _ => {
+            let w = nearest_double(x("relative_velocity")).abs();
+            let f = p.friction.law.as_exponential().unwrap();
+            let mu = f.high_speed + (f.low_speed - f.high_speed) * (-f.decay * w).exp();
+            q(f64::from(mode.sense()) * mu * p.contact.radius) * &normal
+        }
+    };
+    let square = |name: &str| x(name) * x(name);
+    let surfaces = square("phi1_dot") + square("phi2_dot");
+    let kinetic = (q(p.torsion.rotor_inertia) * square("theta_dot")
+        + q(p.torsion.surface_inertia) * surfaces
+        + q(p.axial.mass) * square("z_dot"))
+        * &half;
+    let elastic = (q(p.torsion.stiffness) * (square("rotor_twist") + square("phi1"))
+        + q(p.axial.stiffness) * square("z"))
+        * &half;
+    let start = q(p.torsion.rotor_inertia + p.torsion.surface_inertia) * q(p.initial.speed * p.initial.speed) * &half;
+    let mut list = vec![
+        ("normal_force", normal),
+        ("friction_torque", friction),
+        ("transmitted_torque", transmitted),
+        ("energy_residual", BigRational::zero()),
+        ("gone", start - &kinetic - &elastic),
+        ("energy_kinetic", kinetic),
+        ("energy_elastic", elastic),
+    ];
+    if let Signal::Ramp(Ramp {
+        value: force,
+        rise_time,
+    }) = &p.actuation
+    {
+        list.push(("applied_force", q(*force * (time / rise_time).min(1.0))));
+    }
+    list
+}
+
+/// A column of a row, or what has gone from the energy.
+fn value(row: &Sample, name: &str) -> f64 {
+    let c = &row.channels;
+    match name {
+        "gone" => c.dissipated_friction + c.dissipated_damping - c.work_applied - c.work_perturbation,
+        _ => {
+            let mut values = row.state.values().into_iter().chain(c.values());
+            values.nth(column(name)).expect("a column")
+        }
+    }
+}
+
+fn column(name: &str) -> usize {
+    let columns = State::DESCRIPTIONS.iter().chain(Channels::DESCRIPTIONS);
+    columns
+        .map(|column| column.0)
+        .position(|known| known == name)
+        .unwrap_or_else(|| panic!("no column {name}"))
+}
+
+const GONE: [&str; 4] = [
+    "dissipated_friction",
+    "dissipated_damping",
+    "work_applied",
+    "work_perturbation",
+];
+
+fn band(stretch: &Stretch, name: &str, of: fn(&Stretch, usize) -> f64) -> f64 {
+    match name {
+        "gone" => GONE.iter().map(|name| of(stretch, column(name))).sum(),
+        _ => of(stretch, column(name)),
+    }
+}
+
+/// What was found: columns held against the oracle, those that their band does not cover, and by how much a band exceeds the
+/// largest error of its stretch.
+#[derive(Default)]
+struct Found {
+    held: usize,
+    /// Of them, those that have no band: no row of theirs lies in the stretch.
+    without: usize,
+    uncovered: Vec<String>,
+    excess: Vec<f64>,
+    modes: Vec<Mode>,
+}
+
+fn check(name: &str, source: &CaseSource, overrides: &[Override], found: &mut Found) -> Certificate {
+    let case = Case::read(source, overrides).unwrap();
+    let exact_parameters = Case::exact(source, overrides).unwrap().system;
+    let recorder = recorded(&case);
+    let certificate = certify(&case, &recorder, &|| false).unwrap();
+    let end = case.output.end_time;
+    let truth = solve(&exact_parameters, end, Vec::new()).events;
+    let times: Vec<BigRational> = truth.iter().map(|e| e.time.to_rational().unwrap()).collect();
+    // Rows: stretch, row, time of the same phase.
+    let mut chosen: Vec<(usize, &Sample, BigRational)> = Vec::new();
+    for (index, stretch) in certificate.bands.stretches.iter().enumerate() {
+        if !stretch.converged {
+            continue;
+        }
+        let at = |time: f64| recorder.samples.partition_point(|row| row.time <= time);
+        let rows = &recorder.samples[at(stretch.start)..at(stretch.end).max(at(stretch.start))];
+        let rows: Vec<&Sample> = rows.iter().filter(|row| row.time < stretch.end).collect();
+        let from = index
+            .checked_sub(1)
+            .map_or_else(BigRational::zero, |k| times[k].clone());
+        let to = times.get(index).cloned().unwrap_or_else(|| exact(end));
+        for k in 0..rows.len().min(ROWS) {
+            let row = rows[k * (rows.len() - 1) / (rows.len().min(ROWS) - 1).max(1)];
+            let (start, length) = (exact(stretch.start), exact(stretch.end) - exact(stretch.start));
+            let share = (exact(row.time) - start) / length;
+            chosen.push((index, row, &from + (&to - &from) * share));
+        }
+    }
+    let mut due: Vec<BigRational> = chosen.iter().flat_map(|c| [c.2.clone(), exact(c.1.time)]).collect();
+    due.sort();
+    due.dedup();
+    let report = solve(&exact_parameters, end, due.clone());
+    // A sample's time is rounded to the oracle's precision: by order.
+    assert_eq!(report.samples.len(), due.len());
+    let at = |time: &BigRational| &report.samples[due.binary_search(time).expect("asked for")].1;
+    let p = &disks(&case);
+    let mut hold =
+        |index: usize, row: &Sample, truth: &OracleState, of: fn(&Stretch, usize) -> f64, what: &str| -> f64 {
+            let stretch = &certificate.bands.stretches[index];
+            let mut exact_states = states(truth);
+            exact_states.extend(channels(p, row.mode, row.time, &exact_states));
+            let mut largest = 0.0_f64;
+            for (column, value_of) in &exact_states {
+                let error = nearest_double(&(exact(value(row, column)) - value_of)).abs();
+                let band = band(stretch, column, of);
+                found.held += 1;
+                if band.is_nan() {
+                    found.without += 1;
+                    continue;
+                }
+                largest = largest.max(error / band);
+                if error > band {
+                    let t = row.time;
+                    let text = format!(
+                        "{name}: {column} in {} at {t} {what}: {error:.2e} of {band:.2e}",
+                        row.mode.name()
+                    );
+                    found.uncovered.push(text);
+                }
+            }
+            largest
+        };
+    let mut excess: Vec<(usize, f64)> = Vec::new();
+    for (index, row, time) in &chosen {
+        let stretch = &certificate.bands.stretches[*index];
+        assert_eq!(row.mode, stretch.mode, "{name}: row at {}", row.time);
+        if excess.last().is_none_or(|last| last.0 != *index) {
+            excess.push((*index, 0.0));
+        }
+        let share = hold(*index, row, at(time), |s, k| s.bands[k], "at equal phase");
+        if let Some(last) = excess.last_mut() {
+            last.1 = last.1.max(share);
+        }
+        // At the row's own time, where it is on the same side of the events for sure.
+        let beside = |t: f64| (row.time - t).abs() <= stretch.time_uncertainty;
+        if !beside(stretch.start) && !beside(stretch.end) {
+            hold(*index, row, at(&exact(row.time)), Stretch::at_fixed_time, "at its time");
+        }
+    }
+    found.excess.extend(excess.iter().map(|(_, share)| 1.0 / share));
+    for (index, _) in &excess {
+        let mode = certificate.bands.stretches[*index].mode;
+        if !found.modes.contains(&mode) {
+            found.modes.push(mode);
+        }
+    }
+    events(name, &recorder.events, &certificate, &truth, found);
+    certificate
+}
+
+/// The states after the events, which begin a stretch.
+fn events(name: &str, own: &[Event], certificate: &Certificate, truth: &[oracle::OracleEvent], found: &mut Found) {
+    for (index, (event, truth)) in own.iter().zip(truth).enumerate() {
+        let stretch = &certificate.bands.stretches[index + 1];
+        if !stretch.converged {
+            continue;
+        }
+        assert_eq!(event.kind, truth.kind, "{name}: event {index}");
+        let values: Vec<f64> = event.after.values().to_vec();
+        for (column_name, value) in states(&truth.state) {
+            let error = nearest_double(&(exact(values[column(column_name)]) - value)).abs();
+            let band = stretch.bands[column(column_name)];
+            found.held += 1;
+            if error > band || band.is_nan() {
+                let text = format!("{name}: {column_name} after event {index}: {error:.2e} of {band:.2e}");
+                found.uncovered.push(text);
+            }
+        }
+    }
+}
+
+fn median(mut values: Vec<f64>) -> f64 {
+    values.sort_by(f64::total_cmp);
+    values[values.len() / 2]
+}
+
+fn dense(index: u64) -> Vec<Override> {
+    let mut overrides = random_brake(index);
+    overrides.push(Override::parse("output.interval=2e-5").unwrap());
+    overrides
+}
+
+fn report(found: &Found) {
+    println!(
+        "{} values held, {} without a band, {} not covered; the band of the median stretch is {:.1} times its largest error",
+        found.held,
+        found.without,
+        found.uncovered.len(),
+        median(found.excess.clone())
+    );
+    assert!(
+        found.uncovered.is_empty(),
+        "{:#?}",
+        &found.uncovered[..found.uncovered.len().min(20)]
+    );
+    assert!(found.held > 10_000 && found.without < found.held / 500);
+    // Useful, not only safe: as the events' uncertainties.
+    assert!(median(found.excess.clone()) < 100.0);
+}
+
+/// Slip of both phases, stick, and separation; corners of F and a kick between.
+#[test]
+fn multiprecision_bands_cover_the_errors_of_a_release() {
+    let mut found = Found::default();
+    let certificate = check("release", &CaseSource::built_in("release").unwrap(), &[], &mut found);
+    assert!(
+        certificate
+            .bands
+            .stretches
+            .iter()
+            .all(|s| s.converged || s.start == s.end)
+    );
+    assert_eq!(found.modes.len(), 3, "{:?}", found.modes);
+    report(&found);
+}
+
+/// The work of a kick is a difference of two kinetic energies, far larger than it is, and the residual one of all energies:
+/// where the runs of the ladder agree to the last digit, the rounding of those is all that the bands have.
+#[test]
+fn multiprecision_bands_cover_the_rounding_of_energies_that_are_differences() {
+    let source = CaseSource::built_in("release").unwrap();
+    // A row in a few stretches only.
+    let settings = [
+        "output.around=\"none\"",
+        "output.window=[]",
+        "output.interval=0.02",
+        "output.end_time=0.88",
+    ];
+    let overrides = parsed(&settings);
+    let case = Case::read(&source, &overrides).unwrap();
+    let recorder = recorded(&case);
+    let certificate = certify(&case, &recorder, &|| false).unwrap();
+    let exact_parameters = Case::exact(&source, &overrides).unwrap().system;
+    let truth = solve(&exact_parameters, case.output.end_time, Vec::new()).events;
+    let kick = truth
+        .iter()
+        .find(|event| event.kind == EventKind::Kick)
+        .expect("a kick");
+    // The momentum is kept: each surface takes half of the jump d, and J/2 times the difference of the squares is the work,
+    // J d (omega_r - d/2)/2 with omega_r after the kick.
+    let jump = &exact_parameters.kicks[0].relative_velocity;
+    let half = exact(0.5);
+    let after = states(&kick.state);
+    let relative = &after
+        .iter()
+        .find(|state| state.0 == "relative_velocity")
+        .expect("a state")
+        .1;
+    let inertia = exact(disks(&case).torsion.surface_inertia);
+    let work = inertia * jump * (relative - jump * &half) * &half;
+    let exact_channels = channels(
+        &disks(&case),
+        Mode::SlipForward,
+        nearest_double(&kick.time.to_rational().unwrap()),
+        &after,
+    );
+    let kinetic = nearest_double(
+        &exact_channels
+            .iter()
+            .find(|one| one.0 == "energy_kinetic")
+            .expect("a channel")
+            .1,
+    );
+    let (mut held, mut largest) = (0, 0.0_f64);
+    for stretch in certificate.bands.stretches.iter().filter(|stretch| stretch.converged) {
+        let inside = recorder
+            .samples
+            .iter()
+            .filter(|row| row.time > stretch.start && row.time < stretch.end);
+        for row in inside {
+            let kicked = row.time > nearest_double(&kick.time.to_rational().unwrap());
+            let done = if kicked { work.clone() } else { BigRational::zero() };
+            for (name, truth) in [("work_perturbation", done), ("energy_residual", BigRational::zero())] {
+                let error = nearest_double(&(exact(value(row, name)) - truth)).abs();
+                let band = stretch.bands[column(name)];
+                println!("{name} at {}: {error:.2e} of {band:.2e}", row.time);
+                assert!(error <= band, "{name} at {}: {error:.2e} of {band:.2e}", row.time);
+                if name == "work_perturbation" && kicked {
+                    // Eight roundings of that after the kick, and those of that before it are no fewer: what the runs share.
+                    assert!(band >= 8.0 * f64::EPSILON * kinetic, "{band:e} of {kinetic:e} J");
+                    held += 1;
+                    largest = largest.max(error);
+                }
+            }
+        }
+    }
+    // A test of something: the error is far more than the rounding of the work itself.
+    assert!(
+        held > 0 && largest > 100.0 * f64::EPSILON * nearest_double(&work),
+        "{held} {largest:e}"
+    );
+}
+
+#[test]
+#[ignore = "takes half a minute"]
+fn multiprecision_bands_cover_the_errors_of_paper_si() {
+    let mut found = Found::default();
+    check("paper-si", &CaseSource::built_in("paper-si").unwrap(), &[], &mut found);
+    report(&found);
+}
+
+#[test]
+#[ignore = "takes a minute or two"]
+fn multiprecision_bands_cover_the_errors_of_random_brakes() {
+    let source = CaseSource::built_in("paper-si").unwrap();
+    let mut found = Found::default();
+    for index in 0..20 {
+        let before = found.uncovered.len();
+        check(&format!("set {index}"), &source, &dense(index), &mut found);
+        let new: Vec<&String> = found.uncovered[before..].iter().take(5).collect();
+        println!("set {index}: {} not covered {new:#?}", found.uncovered.len() - before);
+    }
+    report(&found);
+}

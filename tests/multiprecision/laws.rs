@@ -1,0 +1,321 @@
+//! Every friction law on the paper's brake against the oracle: `auto` by default and at rtol 1e-13, `series`, and the
+//! certificate.
+//!
+//! The brake is `paper-si` from a low speed, so that the oracle takes a second. Its first stick comes at the end of an
+//! instability, or where the law has none at the end of sliding; a kick in stick-slip, or a force that lets go, makes it
+//! slip again.
+
+use crate::common::cases::recorded;
+use crate::common::random_brakes::{Random, difference, exact_events};
+use std::ops::ControlFlow;
+use stickslip::Run;
+use stickslip::analysis::Certify;
+use stickslip::analysis::linearised::linearise;
+use stickslip::case::{Case, CaseSource, Override, WrittenCase};
+use stickslip::friction::FrictionLaw;
+use stickslip::oracle::{self, OracleError, OracleEvent, OracleOptions, rational};
+use stickslip::record::{Event, EventKind};
+use stickslip::simulation::natural_period;
+
+/// A multiple of what rounding may move an event by, that a method may lose by its own arithmetic.
+const OF_ROUNDING: f64 = 100.0;
+
+/// Rounding that may move an event by more than this share of the natural period leaves its place in the oscillation open.
+const ILL_CONDITIONED: f64 = 0.02;
+
+/// The short brake with a friction table, and more.
+fn overrides(friction: &str, more: &[&str]) -> Vec<Override> {
+    let base = [
+        "initial.speed=3",
+        "actuation={profile=\"ramp\", force=2225, rise_time=0.02}",
+        "perturbation=[{time=\"instability\", relative_velocity=1e-4}]",
+        "output={end_time=0.4, interval=0.01}",
+    ];
+    let friction = format!("friction={friction}");
+    let all = base.into_iter().chain([friction.as_str()]).chain(more.iter().copied());
+    all.map(|text| Override::parse(text).unwrap()).collect()
+}
+
+fn case(overrides: &[Override], more: &[&str]) -> Case {
+    let more = more.iter().map(|text| Override::parse(text).unwrap());
+    let all: Vec<Override> = overrides.iter().cloned().chain(more).collect();
+    Case::read(&CaseSource::built_in("paper-si").unwrap(), &all).unwrap()
+}
+
+/// Kind and distance from the exact event of each event; the sequences are the same.
+fn errors(events: &[Event], exact: &[OracleEvent], what: &str) -> Vec<(EventKind, f64)> {
+    let own: Vec<EventKind> = events.iter().map(|event| event.kind).collect();
+    let expected: Vec<EventKind> = exact.iter().map(|event| event.kind).collect();
+    assert_eq!(own, expected, "{what}: the events");
+    let pairs = events.iter().zip(exact);
+    pairs
+        .map(|(event, exact)| (event.kind, difference(event.time, &exact.time).abs()))
+        .collect()
+}
+
+/// By how much rounding may move each event, s.
+fn rounding(case: &Case) -> Vec<f64> {
+    let linearised = linearise(&WrittenCase::of(case), None, &|| false).unwrap();
+    linearised.events.iter().map(|event| event.rounding).collect()
+}
+
+/// Holds the methods to the oracle; how many events of the sequence there are, or `None` where rounding decides.
+fn hold(overrides: &[Override], what: &str) -> Option<usize> {
+    let series = case(overrides, &["solver.method=series"]);
+    let allowance = rounding(&series);
+    let hardest = allowance.iter().copied().fold(0.0, f64::max);
+    if OF_ROUNDING * hardest > ILL_CONDITIONED * natural_period(&series.system).unwrap() {
+        println!("{what}: ill-conditioned, rounding moves an event by {hardest:.1e} s");
+        return None;
+    }
+    let source = CaseSource::built_in("paper-si").unwrap();
+    let exact = exact_events(&source, overrides, series.output.end_time, 38);
+    for (settings, allowed) in [
+        (&["solver.method=auto"][..], 1e-9),
+        (&["solver.method=auto", "solver.rtol=1e-13"][..], 1e-11),
+        (&["solver.method=series"][..], 1e-12),
+    ] {
+        let recorder = recorded(&case(overrides, settings));
+        let what = format!("{what}, {settings:?}");
+        let mut worst = 0.0_f64;
+        for ((kind, error), rounding) in errors(&recorder.events, &exact, &what).into_iter().zip(&allowance) {
+            let allowed = f64::max(allowed, OF_ROUNDING * rounding);
+            assert!(
+                error <= allowed,
+                "{what}: {} is off by {error:.1e} s of {allowed:.1e}",
+                kind.name()
+            );
+            worst = worst.max(error);
+        }
+        println!("{what}: {} events within {worst:.1e} s", exact.len());
+    }
+    Some(exact.iter().filter(|event| event.kind.in_event_sequence()).count())
+}
+
+/// The same with the certificate, whose uncertainties have to cover what the oracle says; at least so many events of the
+/// sequence.
+fn hold_and_certify(friction: &str, more: &[&str], least: usize) {
+    let overrides = overrides(friction, more);
+    let events = hold(&overrides, friction).expect("well-conditioned");
+    assert!(events >= least, "{friction}: {events} events");
+    let source = CaseSource::built_in("paper-si").unwrap();
+    let exact = Case::exact(&source, &overrides).unwrap();
+    let case = case(&overrides, &[]);
+    let result = recorded(&case);
+    let certificate = Certify::new(&case)
+        .oracle(&exact, 25)
+        .start(&result)
+        .unwrap()
+        .certificate;
+    assert_eq!(certificate.contradiction, None, "{friction}");
+    for event in &certificate.events {
+        let error = event.true_error.expect("the oracle has it").abs();
+        // What the methods' ladder says, before the oracle's word.
+        assert!(
+            error <= event.ladder_uncertainty,
+            "{friction}: off by {error:.1e} s, of {:.1e}",
+            event.ladder_uncertainty
+        );
+    }
+}
+
+/// Rising friction and a grip that is let go and taken again: what a law without an instability needs to slip again.
+const GRIP_AGAIN: &str = "actuation={profile=\"table\", time=[0, 0.02, 0.1, 0.12, 0.14, 0.16], \
+                          force=[0, 2225, 2225, 300, 300, 2225]}";
+
+#[test]
+fn multiprecision_coulomb() {
+    hold_and_certify(
+        "{law=\"coulomb\", breakaway=0.45, kinetic=0.3}",
+        &["initial.speed=1.5", "perturbation=[]", GRIP_AGAIN],
+        3,
+    );
+}
+
+#[test]
+fn multiprecision_hyperbolic() {
+    hold_and_certify(
+        "{law=\"hyperbolic\", breakaway=0.6, low_speed=0.6, high_speed=0.3, scale=0.25}",
+        &[],
+        3,
+    );
+}
+
+/// Gauss: flat at rest. Sliding is unstable between two speeds, and stable again below.
+#[test]
+fn multiprecision_stribeck() {
+    hold_and_certify(
+        "{law=\"stribeck\", breakaway=0.6, low_speed=0.6, high_speed=0.3, scale=0.5, viscous=0.01}",
+        &[],
+        1,
+    );
+}
+
+/// With the exponents that the law has beside 2, the first of which is the paper's law.
+#[test]
+fn multiprecision_stribeck_with_other_exponents() {
+    for exponent in [1, 3, 4] {
+        let friction = format!(
+            "{{law=\"stribeck\", breakaway=0.6, low_speed=0.6, high_speed=0.3, scale=0.35, exponent={exponent}}}"
+        );
+        assert!(hold(&overrides(&friction, &[]), &friction).expect("well-conditioned") >= 1);
+    }
+}
+
+/// Falling and flat where it ends; and a run that gets there.
+#[test]
+fn multiprecision_polynomial() {
+    hold_and_certify(
+        "{law=\"polynomial\", breakaway=0.6, low_speed=0.6, linear=-0.3, quadratic=0.1, cubic=-0.01, valid_below=4}",
+        &[],
+        1,
+    );
+}
+
+/// The paper's law by points: 16 of them, and curves between.
+const TABLE: &str = "speed=[0, 0.05, 0.1, 0.15, 0.2, 0.3, 0.4, 0.5, 0.6, 0.8, 1, 1.25, 1.5, 2, 2.5, 4], \
+                     coefficient=[0.6, 0.552, 0.511, 0.477, 0.449, 0.405, 0.374, 0.352, 0.337, 0.318, 0.309, \
+                     0.304, 0.302, 0.3005, 0.3, 0.3]";
+
+#[test]
+fn multiprecision_table_of_cubics() {
+    hold_and_certify(&format!("{{law=\"table\", breakaway=0.6, {TABLE}}}"), &[], 1);
+}
+
+/// Straight lines: the margin of stability jumps at the knots.
+#[test]
+fn multiprecision_table_of_lines() {
+    let friction = format!("{{law=\"table\", breakaway=0.6, {TABLE}, interpolation=\"linear\"}}");
+    hold_and_certify(&friction, &[], 1);
+}
+
+/// Where the law ends the run does, at the time and the speed that the oracle finds.
+#[test]
+fn multiprecision_beyond_the_polynomial() {
+    let overrides = overrides(
+        "{law=\"polynomial\", breakaway=0.6, low_speed=0.6, linear=-0.1, valid_below=3.5}",
+        &["perturbation=[{time=0.0123, relative_velocity=0.8}]"],
+    );
+    for method in ["auto", "series", "cvode", "paper"] {
+        let case = case(&overrides, &[&format!("solver.method={method}")]);
+        let failure = Run::new(&case).start().unwrap_err();
+        let message = failure.to_string();
+        for words in [
+            "t = 0.0123",
+            "3.",
+            "valid below 3.5 rad/s",
+            "friction.valid_below",
+            "slip-forward",
+        ] {
+            assert!(message.contains(words), "{method}: {words} in {message}");
+        }
+    }
+    let exact = Case::exact(&CaseSource::built_in("paper-si").unwrap(), &overrides)
+        .unwrap()
+        .system;
+    let options = OracleOptions {
+        digits: 30,
+        end_time: rational("0.4").unwrap(),
+        ..OracleOptions::default()
+    };
+    let error = oracle::run(&exact, &options, &mut |_| ControlFlow::Continue(())).unwrap_err();
+    assert!(
+        matches!(error, OracleError::BeyondLaw(time) if time == 0.0123),
+        "{error}"
+    );
+}
+
+/// A law of a kind (0 to 5) by a number, with parameters around the paper's.
+fn random_law(kind: usize, index: u64) -> String {
+    let mut random = Random(2_000_000 + 100 * kind as u64 + index);
+    let (low, high) = (random.within(0.5, 0.6), random.within(0.2, 0.4));
+    let drop = low - high;
+    match kind {
+        0 => format!("{{law=\"coulomb\", breakaway={low:.6}, kinetic={high:.6}}}"),
+        1 => format!(
+            "{{law=\"hyperbolic\", breakaway=0.6, low_speed={low:.6}, high_speed={high:.6}, scale={:.6}}}",
+            random.within(0.1, 0.5)
+        ),
+        2 => format!(
+            "{{law=\"stribeck\", breakaway=0.6, low_speed={low:.6}, high_speed={high:.6}, scale={:.6}, exponent={}, \
+             viscous={:.6}}}",
+            random.within(0.2, 0.7),
+            1 + index % 4,
+            random.within(0.0, 0.02)
+        ),
+        3 => {
+            // low - drop (3 u - 3 u^2 + u^3), u = x/end
+            let end = random.within(3.2, 4.0);
+            format!(
+                "{{law=\"polynomial\", breakaway=0.6, low_speed={low:.6}, linear={:.6}, quadratic={:.6}, cubic={:.6}, \
+                 valid_below={end:.6}}}",
+                -3.0 * drop / end,
+                3.0 * drop / end.powi(2),
+                -drop / end.powi(3),
+            )
+        }
+        _ => {
+            let (mut x, mut points) = (0.0, Vec::new());
+            let decay = random.within(2.5, 6.0);
+            while x < 3.5 {
+                points.push((x, high + drop * (-decay * x).exp()));
+                x += random.within(0.05, 0.1) + 0.2 * x;
+            }
+            let list = |part: fn(&(f64, f64)) -> f64| {
+                let texts: Vec<String> = points.iter().map(|point| format!("{:.6}", part(point))).collect();
+                texts.join(", ")
+            };
+            let interpolation = ["monotone-cubic", "linear"][kind - 4];
+            format!(
+                "{{law=\"table\", breakaway=0.6, speed=[{}], coefficient=[{}], interpolation=\"{interpolation}\"}}",
+                list(|point| point.0),
+                list(|point| point.1)
+            )
+        }
+    }
+}
+
+/// Six brakes of each law, with kicks of 1e-6 to 1e-2 rad/s.
+#[test]
+#[ignore = "takes minutes"]
+fn multiprecision_random_laws() {
+    for kind in 0..6 {
+        let mut conditioned = 0;
+        for index in 0..6 {
+            let friction = random_law(kind, index);
+            let kick = 10f64.powf(Random(index).within(-6.0, -2.0));
+            let kick = format!("perturbation=[{{time=\"instability\", relative_velocity={kick:.6e}}}]");
+            let more = if kind == 0 { [GRIP_AGAIN] } else { [kick.as_str()] };
+            conditioned += usize::from(hold(&overrides(&friction, &more), &friction).is_some());
+        }
+        assert!(conditioned >= 4, "{kind}: {conditioned}");
+    }
+}
+
+/// Every law of the program is one of the oracle, too.
+#[test]
+fn multiprecision_the_oracle_has_every_law() {
+    for name in FrictionLaw::NAMES {
+        assert!(
+            EXAMPLES
+                .iter()
+                .any(|example| example.contains(&format!("law=\"{name}\""))),
+            "{name}"
+        );
+    }
+    for example in EXAMPLES {
+        let overrides = overrides(example, &["output.end_time=1e-3"]);
+        let events = exact_events(&CaseSource::built_in("paper-si").unwrap(), &overrides, 1e-3, 20);
+        assert!(events.is_empty());
+    }
+}
+
+/// One of each.
+const EXAMPLES: &[&str] = &[
+    "{law=\"exponential\", breakaway=0.6, low_speed=0.6, high_speed=0.3, decay=3.5}",
+    "{law=\"coulomb\", breakaway=0.6, kinetic=0.3}",
+    "{law=\"hyperbolic\", breakaway=0.6, low_speed=0.6, high_speed=0.3, scale=0.25}",
+    "{law=\"stribeck\", breakaway=0.6, low_speed=0.6, high_speed=0.3, scale=0.5, viscous=0.01}",
+    "{law=\"polynomial\", breakaway=0.6, low_speed=0.6, linear=-0.3, quadratic=0.1, cubic=-0.01, valid_below=4}",
+    "{law=\"table\", breakaway=0.6, speed=[0, 1, 2], coefficient=[0.6, 0.4, 0.3]}",
+];

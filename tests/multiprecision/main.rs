@@ -1,0 +1,22 @@
+//! Held against the oracle, or against the files of data/truth.
+
+#[path = "../common/mod.rs"]
+mod common;
+
+mod bands;
+mod campaign_of_brakes;
+mod campaign_of_trains;
+mod certificate;
+mod closed_form;
+mod contact;
+mod events;
+mod explicit;
+mod growth;
+mod laws;
+mod linearised;
+mod oracle;
+mod series_brakes;
+mod shared_errors;
+mod train_cases;
+mod train_sensitivities;
+mod trains;

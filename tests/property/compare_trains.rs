@@ -1,0 +1,592 @@
+//! Solvers of a block on a belt, sound or with one fault, against the reference: what `compare` says of each.
+
+use crate::common::cases::built_in;
+use crate::common::compare::{agrees, causes, evidence};
+use std::fmt::Write;
+use std::path::{Path, PathBuf};
+use std::sync::OnceLock;
+
+use stickslip::SavedRun;
+use stickslip::compare::{Cause, Comparison, Mapping, Reference};
+use stickslip::results::{Overwrite, ResultFile};
+
+/// Runs a built-in case of trains with overrides into a result file.
+fn run(path: &Path, case: &str, overrides: &[&str]) {
+    // Samples at one interval, as another solver writes them.
+    let case = built_in(case, &[overrides, &["output.around=none"]].concat());
+    let report = SavedRun::new(&case, path).overwrite(Overwrite::Force).start().unwrap();
+    assert!(report.run.failure.is_none() && report.unsaved.is_none());
+}
+
+/// A run that is made once in this program.
+fn made(file: &'static OnceLock<(tempfile::TempDir, PathBuf)>, case: &str, overrides: &[&str]) -> &'static Path {
+    &file
+        .get_or_init(|| {
+            let folder = tempfile::tempdir().unwrap();
+            let path = folder.path().join("reference.h5");
+            run(&path, case, overrides);
+            (folder, path)
+        })
+        .1
+}
+
+fn belt() -> &'static Path {
+    static FILE: OnceLock<(tempfile::TempDir, PathBuf)> = OnceLock::new();
+    made(&FILE, "belt-leine", &[])
+}
+
+fn drill_string() -> &'static Path {
+    static FILE: OnceLock<(tempfile::TempDir, PathBuf)> = OnceLock::new();
+    made(&FILE, "drill-string", &[])
+}
+
+/// A smooth function in the place of the sign.
+type Smooth = fn(f64) -> f64;
+
+/// An explicit solver of Leine's belt: m = k = F_s = 1, belt speed 0.2, friction 1/(1 + 3 |w|).
+#[derive(Clone, Copy)]
+struct Solver {
+    step: f64,
+    stiffness: f64,
+    damping: f64,
+    /// Factor of the friction in slip.
+    friction: f64,
+    /// At which the stick ends.
+    breakaway: f64,
+    /// Events within a step, not at its end.
+    located: bool,
+    /// Instead of stick, with eps.
+    smooth: Option<(Smooth, f64)>,
+}
+
+/// The classical Runge-Kutta method with events: it errs by 1e-10 in a slip.
+const SOUND: Solver = Solver {
+    step: 0.01,
+    stiffness: 1.0,
+    damping: 0.0,
+    friction: 1.0,
+    breakaway: 1.0,
+    located: true,
+    smooth: None,
+};
+
+const SPEED: f64 = 0.2;
+const END: f64 = 100.0;
+
+/// Rows (t, x, v) and events.
+type Made = (Vec<[f64; 3]>, Vec<(f64, &'static str)>);
+
+impl Solver {
+    fn rates(&self, [x, v]: [f64; 2]) -> [f64; 2] {
+        let w = SPEED - v;
+        let mu = self.friction / (1.0 + 3.0 * w.abs());
+        let force = self.smooth.map_or(mu, |(smooth, eps)| mu * smooth(w / eps));
+        [v, -self.stiffness * x - self.damping * v + force]
+    }
+
+    fn advance(&self, y: [f64; 2], h: f64) -> [f64; 2] {
+        let plus = |h: f64, k: [f64; 2]| [y[0] + h * k[0], y[1] + h * k[1]];
+        let a = self.rates(y);
+        let b = self.rates(plus(h / 2.0, a));
+        let c = self.rates(plus(h / 2.0, b));
+        let d = self.rates(plus(h, c));
+        std::array::from_fn(|n| y[n] + h / 6.0 * (a[n] + 2.0 * b[n] + 2.0 * c[n] + d[n]))
+    }
+
+    fn run(&self) -> Made {
+        let (mut t, mut y, mut stuck) = (0.0, [0.0, SPEED], self.smooth.is_none());
+        let (mut rows, mut events) = (vec![[0.0, 0.0, SPEED]], Vec::new());
+        let limit = (self.breakaway - self.damping * SPEED) / self.stiffness;
+        for n in 1..=(END / self.step).round() as usize {
+            let grid = n as f64 * self.step;
+            while t < grid {
+                let h = grid - t;
+                let rest = (limit - y[0]) / SPEED;
+                if stuck && self.located && rest <= h {
+                    (t, y, stuck) = (t + rest, [limit, SPEED], false);
+                    events.push((t, "slip"));
+                } else if stuck {
+                    (t, y) = (grid, [y[0] + SPEED * h, SPEED]);
+                    if !self.located && y[0] > limit {
+                        stuck = false;
+                        events.push((t, "slip"));
+                    }
+                } else {
+                    let next = self.advance(y, h);
+                    let stops = self.smooth.is_none() && next[1] >= SPEED && y[1] < SPEED - 1e-12;
+                    let (mut low, mut high) = (0.0, h);
+                    for _ in 0..if stops && self.located { 60 } else { 0 } {
+                        let middle = 0.5 * (low + high);
+                        if self.advance(y, middle)[1] >= SPEED {
+                            high = middle;
+                        } else {
+                            low = middle;
+                        }
+                    }
+                    if stops {
+                        (t, y, stuck) = (
+                            if high < h { t + high } else { grid },
+                            [self.advance(y, high)[0], SPEED],
+                            true,
+                        );
+                        events.push((t, "stick"));
+                    } else {
+                        (t, y) = (grid, next);
+                    }
+                }
+            }
+            rows.push([grid, y[0], y[1]]);
+        }
+        (rows, events)
+    }
+}
+
+fn csv(header: &str, rows: &[[f64; 3]]) -> String {
+    let mut text = format!("{header}\n");
+    for [t, x, v] in rows {
+        writeln!(text, "{t:?},{x:?},{v:?}").unwrap();
+    }
+    text
+}
+
+fn judged(reference: &Path, texts: &[(&str, String)], change: impl Fn(&mut Mapping)) -> Comparison {
+    let folder = tempfile::tempdir().unwrap();
+    for (name, text) in texts {
+        std::fs::write(folder.path().join(name), text).unwrap();
+    }
+    let reference = Reference::open(reference).unwrap();
+    let mut mapping = reference.mapping();
+    change(&mut mapping);
+    if texts.len() > 1 {
+        mapping.event_file = Some(folder.path().join(texts[1].0));
+    }
+    reference.compare(&folder.path().join(texts[0].0), &mapping).unwrap()
+}
+
+/// Rows judged by themselves.
+fn rows_judged(reference: &Path, rows: &[[f64; 3]]) -> Comparison {
+    judged(reference, &[("mine.csv", csv("t,x,v", rows))], |_| {})
+}
+
+fn judge(solver: Solver) -> Comparison {
+    rows_judged(belt(), &solver.run().0)
+}
+
+/// Rows with a table of events.
+fn judged_with_events(rows: &[[f64; 3]], events: &[(f64, &str)]) -> Comparison {
+    let mut table = "time,kind\n".to_owned();
+    for (time, kind) in events {
+        writeln!(table, "{time:?},{kind}").unwrap();
+    }
+    judged(
+        belt(),
+        &[("mine.csv", csv("t,x,v", rows)), ("events.csv", table)],
+        |_| {},
+    )
+}
+
+/// The run of a case, and three of its columns as another solver would write them.
+fn own_rows(folder: &Path, case: &str, columns: [&str; 3]) -> (PathBuf, Vec<[f64; 3]>) {
+    let path = folder.join(format!("{case}.h5"));
+    run(&path, case, &[]);
+    let file = ResultFile::open(&path).unwrap();
+    let rows = file.sample_count().unwrap();
+    let [time, x, v] = columns.map(|name| file.column(name, 0..rows).unwrap());
+    let rows = (0..rows).map(|k| [time[k], x[k], v[k]]).collect();
+    (path, rows)
+}
+
+/// Its events come with it: their errors are those against the known solution.
+#[test]
+fn published_a_sound_solver_is_judged_by_its_true_error() {
+    let (rows, events) = SOUND.run();
+    let c = judged_with_events(&rows, &events);
+    assert_eq!(causes(&c), [], "{}", c.verdict);
+    assert_eq!((c.missing, c.spurious, c.reference_events), (0, 0, 16), "{}", c.verdict);
+    // Slip and period as in the case belt-leine; the first slip begins at 5 s.
+    let (slip, period) = (4.295_999_525_480_155, 12.001_031_294_830_579);
+    let exact = |k: usize| 5.0 + period * (k / 2) as f64 + if k % 2 == 1 { slip } else { 0.0 };
+    for (k, (time, _)) in events.iter().enumerate() {
+        let error = c.event_errors.events[k].error;
+        // What the reference itself errs by.
+        assert!((error - (time - exact(k))).abs() < 1e-10, "{k}: {error:e}");
+    }
+    assert!(c.event_errors.max.unwrap() < 1e-7, "{}", c.verdict);
+    let drift = c.cycles.as_ref().unwrap();
+    assert!(drift.per_cycle.abs() < 1e-8 && drift.cycles == 8, "{drift:?}");
+    let [ours, theirs] = c.attractors.unwrap().map(Option::unwrap);
+    assert_eq!((ours.sticks, theirs.sticks), (1, 1));
+    assert!((theirs.period - period).abs() < 1e-8 && (theirs.amplitude.unwrap() - 0.844688683252).abs() < 1e-8);
+    // A step of 0.01 errs by 1e-10 in the states, which a slip ends with.
+    let fewest = c
+        .channels
+        .iter()
+        .filter_map(|row| row.scd)
+        .min_by(f64::total_cmp)
+        .unwrap();
+    assert!(fewest > 7.0, "{fewest}");
+    // The time of a stop is known to some 1e-4 s between samples of 0.01 s, and the power of the belt jumps there by 0.3 W: 3e-5 J in
+    // each of 16 events.
+    assert!(c.energy_drift.unwrap().max < 1e-3, "{:?}", c.energy_drift);
+}
+
+#[test]
+fn property_a_sound_solver_is_not_accused() {
+    let c = judge(SOUND);
+    agrees(&c);
+    // The parabolas of the detection, with 600 samples in a period.
+    assert!(c.event_errors.max.unwrap() < 1e-4, "{}", c.verdict);
+}
+
+#[test]
+fn property_regularised_friction_is_recognised_with_its_speed() {
+    let functions: [(Smooth, &str); 3] = [
+        (f64::tanh, "tanh"),
+        (|v| std::f64::consts::FRAC_2_PI * v.atan(), "arctan"),
+        (|v| v.clamp(-1.0, 1.0), "up to 1"),
+    ];
+    for (smooth, name) in functions {
+        let solver = Solver {
+            smooth: Some((smooth, 1e-3)),
+            step: 1e-3,
+            ..SOUND
+        };
+        let c = judge(solver);
+        evidence(&c, Cause::RegularisedLaw, &[name, "eps = 1.0"]);
+    }
+}
+
+/// With a threshold its sticks count, and the period is that of the regularised law.
+#[test]
+fn published_a_regularised_period_is_short_by_what_is_known() {
+    let solver = Solver {
+        smooth: Some((f64::tanh, 1e-3)),
+        step: 1e-3,
+        ..SOUND
+    };
+    let texts = [("mine.csv", csv("t,x,v", &solver.run().0))];
+    let c = judged(belt(), &texts, |mapping| mapping.set_tolerance("10 mm/s").unwrap());
+    assert!(c.missing == 0 && c.spurious <= 1, "{}", c.verdict);
+    let cycles = c.cycles.as_ref().unwrap();
+    // 11.90059994 less 12.00103129 s, to what the detection errs by.
+    assert!((cycles.per_cycle + 0.10043135).abs() < 1e-4, "{cycles:?}");
+    let theirs = c.attractors.unwrap()[1].unwrap();
+    assert!(
+        // The ends of a single period are known to a sample.
+        (theirs.period - 11.90059994).abs() < 1e-3 && theirs.sticks == 1,
+        "{theirs:?}"
+    );
+    evidence(&c, Cause::RegularisedLaw, &[]);
+}
+
+/// Where the reference is regularised too, the same threshold is crossed.
+#[test]
+fn property_a_regularised_reference_is_compared_by_its_threshold() {
+    static FILE: OnceLock<(tempfile::TempDir, PathBuf)> = OnceLock::new();
+    let reference = made(&FILE, "belt-leine-tanh", &[]);
+    let solver = Solver {
+        smooth: Some((f64::tanh, 1e-3)),
+        step: 1e-3,
+        ..SOUND
+    };
+    let c = rows_judged(reference, &solver.run().0);
+    agrees(&c);
+    // Parabolas through samples of 1 ms; near |w| = 10 mm/s it changes over milliseconds.
+    assert!(c.event_errors.max.unwrap() < 1e-4, "{}", c.verdict);
+    assert!(c.cycles.unwrap().per_cycle.abs() < 1e-5);
+}
+
+/// A result of the program itself says by its case what it is.
+#[test]
+fn property_a_regularised_case_is_named_by_its_keys() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("arctan.h5");
+    run(&path, "belt-leine-arctan", &[]);
+    let reference = Reference::open(belt()).unwrap();
+    let c = reference.compare(&path, &Mapping::default()).unwrap();
+    assert_eq!(causes(&c).first(), Some(&Cause::RegularisedLaw), "{}", c.verdict);
+    let keys: Vec<&str> = c.case_differences.iter().map(|d| d.key.as_str()).collect();
+    assert!(keys.contains(&"friction.regularisation.speed"), "{keys:?}");
+}
+
+/// The one number that a comparison names: its path and its value.
+fn one_number(c: &Comparison) -> (&str, f64) {
+    assert_eq!(causes(c).first(), Some(&Cause::AnotherParameter), "{}", c.verdict);
+    let found = c.parameters.as_ref().unwrap();
+    assert_eq!(found.numbers.len(), 1, "{}", c.verdict);
+    (&found.numbers[0].path, found.numbers[0].value)
+}
+
+/// The solver errs by 1e-10 in a slip, and a stretch of five samples by (omega h)^7/118 of an oscillation, 1e-16.
+#[test]
+fn property_another_number_of_the_equations_is_named_with_its_value() {
+    let stiff = judge(Solver {
+        stiffness: 1.1,
+        ..SOUND
+    });
+    let (path, value) = one_number(&stiff);
+    assert_eq!(path, "stator.stiffness.0", "{}", stiff.verdict);
+    assert!((value - 1.1).abs() < 1e-7, "{}", stiff.verdict);
+    let rerun = stiff.parameters.as_ref().unwrap().rerun.unwrap();
+    assert_eq!(rerun.after.unmatched, 0, "{rerun:?}");
+
+    static FILE: OnceLock<(tempfile::TempDir, PathBuf)> = OnceLock::new();
+    let reference = made(&FILE, "belt-leine", &["stator.damping=0.05"]);
+    let c = rows_judged(reference, &SOUND.run().0);
+    let (path, value) = one_number(&c);
+    assert_eq!(path, "stator.damping.0", "{}", c.verdict);
+    assert!(value.abs() < 1e-7, "{}", c.verdict);
+    assert_eq!(
+        causes(&rows_judged(reference, &Solver { damping: 0.05, ..SOUND }.run().0)),
+        []
+    );
+
+    // What the case does not have: a damping of the shaft to the ground is one of the mass.
+    let c = judge(Solver { damping: 0.05, ..SOUND });
+    let (path, value) = one_number(&c);
+    let or = &c.parameters.as_ref().unwrap().or;
+    let paths: Vec<&str> = or.iter().map(|number| number.path.as_str()).chain([path]).collect();
+    assert!(
+        paths.contains(&"stator.damping.0") && paths.contains(&"stator.viscous.0"),
+        "{}",
+        c.verdict
+    );
+    assert!((value - 0.05).abs() < 1e-7, "{}", c.verdict);
+}
+
+#[test]
+fn property_a_breakaway_at_the_limit_of_slip_is_named() {
+    static FILE: OnceLock<(tempfile::TempDir, PathBuf)> = OnceLock::new();
+    let reference = made(&FILE, "belt-leine", &["friction.breakaway=1.2"]);
+    let c = rows_judged(reference, &SOUND.run().0);
+    evidence(
+        &c,
+        Cause::StickTest,
+        &[" mu_0 F_n: that is the limit of slip, mu(0) = 1, and not mu_0 = 1.2"],
+    );
+    let sound = Solver {
+        breakaway: 1.2,
+        ..SOUND
+    };
+    let c = rows_judged(reference, &sound.run().0);
+    assert_eq!(causes(&c), [], "{}", c.verdict);
+}
+
+#[test]
+fn property_events_at_the_ends_of_steps_are_named() {
+    let c = judge(Solver {
+        located: false,
+        ..SOUND
+    });
+    evidence(&c, Cause::EventsLate, &[]);
+    assert_eq!((c.missing, c.spurious), (0, 0), "{}", c.verdict);
+    // Steps beyond the stop and the limit make each cycle longer.
+    assert!(c.cycles.unwrap().per_cycle.abs() > 1e-4);
+}
+
+#[test]
+fn property_units_signs_and_offsets_are_named() {
+    let rows = SOUND.run().0;
+    let changed = |change: fn([f64; 3]) -> [f64; 3]| {
+        let rows: Vec<[f64; 3]> = rows.iter().map(|&row| change(row)).collect();
+        rows_judged(belt(), &rows)
+    };
+    let late = changed(|[t, x, v]| [t + 0.5, x, v]);
+    evidence(
+        &late,
+        Cause::TimeOffset,
+        &[" s later: its times count from another start"],
+    );
+    let milliseconds = changed(|[t, x, v]| [1e3 * t, x, v]);
+    evidence(&milliseconds, Cause::WrongUnits, &["time looks like ms"]);
+    let millimetres = changed(|[t, x, v]| [t, 1e3 * x, v]);
+    evidence(&millimetres, Cause::WrongUnits, &["phi1 looks like mm"]);
+    // The program's sign of the relative velocity is belt less block.
+    let turned: Vec<[f64; 3]> = rows.iter().map(|&[t, x, v]| [t, x, v - SPEED]).collect();
+    let turned = judged(belt(), &[("mine.csv", csv("t,x,relative_velocity", &turned))], |_| {});
+    evidence(&turned, Cause::WrongUnits, &["relative_velocity has the opposite sign"]);
+}
+
+/// The rows of a drill string as a plain solver has them: absolute angles and speeds.
+fn absolute(factor: f64) -> String {
+    let file = ResultFile::open(drill_string()).unwrap();
+    let rows = file.sample_count().unwrap();
+    let column = |name: &str| file.column(name, 0..rows).unwrap();
+    let names = ["time", "phi2", "theta", "phi2_dot", "theta_dot"];
+    let columns = names.map(column);
+    let mut text = "t,rotor_angle_0,rotor_angle_1,rotor_speed_0,rotor_speed_1\n".to_owned();
+    for row in 0..rows {
+        let values: Vec<String> = columns
+            .iter()
+            .enumerate()
+            .map(|(k, c)| format!("{:?}", c[row] * if k == 1 || k == 2 { factor } else { 1.0 }))
+            .collect();
+        writeln!(text, "{}", values.join(",")).unwrap();
+    }
+    text
+}
+
+#[test]
+fn property_absolute_coordinates_become_the_channels() {
+    let c = judged(drill_string(), &[("mine.csv", absolute(1.0))], |_| {});
+    let names: Vec<&str> = c.channels.iter().map(|row| &*row.channel).collect();
+    for name in ["relative_velocity", "rotor_twist", "rotor_twist_rate", "theta", "phi2"] {
+        assert!(names.contains(&name), "{name} in {names:?}");
+    }
+    // Differences of angles up to 600 rad.
+    let twist = c.channels.iter().find(|row| row.channel == "rotor_twist").unwrap();
+    assert!(twist.max < 1e-11, "{twist:?}");
+    assert_eq!(causes(&c), [], "{}", c.verdict);
+    assert_eq!(c.missing, 0, "{}", c.verdict);
+    let scale = c.time_scale.as_ref().unwrap();
+    // 2 pi sqrt(374/473)
+    assert!(
+        (scale.period - 5.587077).abs() < 1e-5 && scale.of.contains("rotor"),
+        "{scale:?}"
+    );
+    let degrees = judged(
+        drill_string(),
+        &[("mine.csv", absolute(180.0 / std::f64::consts::PI))],
+        |_| {},
+    );
+    evidence(&degrees, Cause::WrongUnits, &["deg"]);
+}
+
+/// omega_r = 0 in the first sample of what slips at once is no stick.
+#[test]
+fn property_a_run_that_slips_from_rest_has_no_first_slip() {
+    let folder = tempfile::tempdir().unwrap();
+    let (path, rows) = own_rows(folder.path(), "block", ["time", "theta", "theta_dot"]);
+    let c = rows_judged(&path, &rows);
+    agrees(&c);
+}
+
+/// The equations lead from one sample to the next, however far that is.
+#[test]
+fn property_a_sparse_reference_is_a_function_of_time() {
+    let folder = tempfile::tempdir().unwrap();
+    for case in ["belt-leine", "groan", "block", "lugre-slider", "belt-leine-tanh"] {
+        let (sparse, dense) = (folder.path().join("sparse.h5"), folder.path().join("dense.h5"));
+        run(&dense, case, &["output.end_time=2"]);
+        run(&sparse, case, &["output.end_time=2", "output.interval=0.8"]);
+        let c = Reference::open(&sparse)
+            .unwrap()
+            .compare(&dense, &Mapping::default())
+            .unwrap();
+        assert_eq!(
+            (c.samples_too_sparse, causes(&c).len()),
+            (0, 0),
+            "{case}: {}",
+            c.verdict
+        );
+        let fewest = c
+            .channels
+            .iter()
+            .filter_map(|row| row.mescd)
+            .min_by(f64::total_cmp)
+            .unwrap();
+        // What the runs themselves err by.
+        assert!(c.samples > 100 && fewest > 8.5, "{case}: {fewest}");
+    }
+}
+
+/// Every event of a sound solver but one slip and one stick in the middle, or one of each too many.
+#[test]
+fn property_a_cycle_left_out_in_the_middle_moves_no_later_event() {
+    let (rows, events) = SOUND.run();
+    let judge = |events: &[(f64, &str)]| judged_with_events(&rows, events);
+    let mut without = events.clone();
+    without.drain(6..8);
+    let c = judge(&without);
+    assert_eq!((c.missing, c.spurious), (2, 0), "{}", c.verdict);
+    let positions: Vec<usize> = c.sequence.iter().map(|difference| difference.position).collect();
+    assert_eq!(positions, [6, 7], "{}", c.verdict);
+    assert!(c.event_errors.max.unwrap() < 1e-7, "{}", c.verdict);
+    // Of 2.57 s, if later events were matched with those of the next cycle; all errors are below 1e-7 s.
+    assert!(c.cycles.unwrap().per_cycle.abs() < 1e-7);
+
+    let mut with = events.clone();
+    let stick = events[7].0;
+    with.splice(8..8, [(stick + 2.0, "slip"), (stick + 2.5, "stick")]);
+    let c = judge(&with);
+    assert_eq!((c.missing, c.spurious), (0, 2), "{}", c.verdict);
+    assert!(c.event_errors.max.unwrap() < 1e-7, "{}", c.verdict);
+}
+
+/// A spring that is twisted at the start: phi_2 - phi_1 from positions is what a file has as slip displacement.
+#[test]
+fn property_a_slip_displacement_follows_from_a_position_that_starts_elsewhere() {
+    let folder = tempfile::tempdir().unwrap();
+    for case in ["belt-coulomb", "den-hartog", "hairer"] {
+        let (path, rows) = own_rows(folder.path(), case, ["time", "phi1", "phi1_dot"]);
+        assert!(rows[0][1] > 0.01, "{case}");
+        let c = rows_judged(&path, &rows);
+        let slip: Vec<_> = c
+            .channels
+            .iter()
+            .filter(|row| row.channel == "slip_displacement")
+            .collect();
+        // The rounding of positions of some metres; between samples, what the reference errs by.
+        for row in &slip {
+            assert!(row.max < 1e-9, "{case}: {row:?}");
+        }
+        // Of what stands on the ground the slip displacement is the position itself, and is compared as that.
+        assert!(!slip.is_empty() || case != "belt-coulomb", "{case}");
+    }
+}
+
+/// The regularised law is the reference's.
+#[test]
+fn property_a_true_stick_is_not_called_regularised() {
+    static FILE: OnceLock<(tempfile::TempDir, PathBuf)> = OnceLock::new();
+    let reference = Reference::open(made(&FILE, "belt-leine-arctan", &[])).unwrap();
+    let c = reference.compare(belt(), &Mapping::default()).unwrap();
+    assert!(!causes(&c).contains(&Cause::RegularisedLaw), "{}", c.verdict);
+    assert!(causes(&c).contains(&Cause::AnotherCase), "{}", c.verdict);
+    let mapping = Mapping {
+        hysteresis: Some(3.0),
+        ..Mapping::default()
+    };
+    let refused = reference.compare(belt(), &mapping).unwrap_err().to_string();
+    assert!(refused.contains("leave out --hysteresis"), "{refused}");
+}
+
+/// A clutch locks for good.
+#[test]
+fn property_a_motion_without_cycles_has_a_final_stick() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("clutch.h5");
+    run(&path, "clutch", &[]);
+    let c = Reference::open(&path)
+        .unwrap()
+        .compare(&path, &Mapping::default())
+        .unwrap();
+    let last = c
+        .statistics
+        .iter()
+        .find(|statistic| statistic.name == "final_stick")
+        .unwrap();
+    assert!(last.reference.is_some() && last.error() == Some(0.0), "{last:?}");
+    assert!(c.absent.iter().all(|absent| absent.what != "final_stick"));
+}
+
+/// Its own samples, with a period that is the same both ways round (a block, Den Hartog's oscillator), and short sticks on a belt.
+#[test]
+fn property_a_period_of_samples_is_that_of_the_reference() {
+    let folder = tempfile::tempdir().unwrap();
+    for (case, [x, v]) in [
+        ("block", ["theta", "theta_dot"]),
+        ("belt-coulomb", ["phi1", "phi1_dot"]),
+        ("den-hartog", ["phi1", "phi1_dot"]),
+    ] {
+        let (path, rows) = own_rows(folder.path(), case, ["time", x, v]);
+        let c = rows_judged(&path, &rows);
+        let [ours, theirs] = c.attractors.unwrap().map(Option::unwrap);
+        // Both ends are found within an interval of the samples.
+        assert!(
+            (theirs.period - ours.period).abs() < 2.0 * c.interval.unwrap(),
+            "{case}: {theirs:?} for {ours:?}"
+        );
+        assert_eq!(theirs.sticks, ours.sticks, "{case}");
+    }
+}

@@ -1,0 +1,399 @@
+//! Figures: thinning keeps what is seen, and no text covers another or the data.
+
+use crate::common::cli::Folder;
+use proptest::prelude::*;
+use resvg::usvg;
+use stickslip::case::builtin::TRAINS;
+use stickslip::plot::catalogue::{self, ENTRIES, ExponentialFit};
+use stickslip::plot::decimate::{MinMax, Portrait};
+use stickslip::plot::entry::Subject;
+use stickslip::plot::figure::{Cell, ColorKey, Map};
+use stickslip::plot::studies::{self, Choice};
+use stickslip::plot::{Axis, Curve, Figure, Panel, Run, raster, svg};
+
+fn curves() -> impl Strategy<Value = Vec<(f64, f64)>> {
+    prop::collection::vec((0.0..1.0f64, -1e3..1e3f64), 1..2000).prop_map(|steps| {
+        let mut x = 5.0;
+        steps
+            .into_iter()
+            .map(|(dx, y)| {
+                // Uneven, with points that coincide.
+                x += if dx < 0.2 { 0.0 } else { dx.powi(8) };
+                (x, y)
+            })
+            .collect()
+    })
+}
+
+proptest! {
+    /// In each pixel the first, least, largest and last value are those of the whole curve; nothing is made up, moved
+    /// or put in another order, and what is kept has a bound.
+    #[test]
+    fn property_thinning_keeps_the_extremes_of_each_pixel(points in curves(), buckets in 1usize..200) {
+        let (from, to) = (points[0].0, points[points.len() - 1].0);
+        let mut thin = MinMax::new(from, to, buckets);
+        points.iter().for_each(|&(x, y)| thin.push(x, y));
+        let kept = thin.finish();
+        prop_assert!(kept.len() <= 4 * buckets);
+        let mut rest = points.iter();
+        for point in &kept {
+            prop_assert!(rest.any(|p| p == point), "{point:?} is not there, or out of order");
+        }
+        let pixel = |x: f64| if to > from {
+            (((x - from) * (buckets as f64 / (to - from))) as usize).min(buckets - 1)
+        } else {
+            0
+        };
+        for bucket in 0..buckets {
+            let inside = |list: &[(f64, f64)]| -> Vec<f64> {
+                list.iter().filter(|p| pixel(p.0) == bucket).map(|p| p.1).collect()
+            };
+            let (all, few) = (inside(&points), inside(&kept));
+            prop_assert_eq!(all.first(), few.first());
+            prop_assert_eq!(all.last(), few.last());
+            let largest = |v: &[f64]| v.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+            let least = |v: &[f64]| v.iter().copied().fold(f64::INFINITY, f64::min);
+            prop_assert_eq!((least(&all), largest(&all)), (least(&few), largest(&few)));
+        }
+    }
+
+    /// Every point of a portrait has a drawn point within a cell, a 900th of each range.
+    #[test]
+    fn property_portrait_is_drawn_within_a_cell(points in prop::collection::vec((-2.0..3.0f64, 1e-6..2e-6f64), 1..300)) {
+        let mut portrait = Portrait::new((-2.0, 3.0), (1e-6, 2e-6));
+        // The way there and back twice: what is drawn already is not drawn again.
+        for &(x, y) in points.iter().chain(points.iter().rev()).chain(&points) {
+            portrait.push(x, y);
+        }
+        let drawn: Vec<(f64, f64)> = portrait.finish().into_iter().flatten().collect();
+        let passages = 2 * points.len().saturating_sub(1);
+        prop_assert!(drawn.len() <= 2 * passages + 2, "{} of {}", drawn.len(), points.len());
+        for (x, y) in points {
+            let close = |&&(a, b): &&(f64, f64)| (a - x).abs() <= 5.0 / 900.0 && (b - y).abs() <= 1e-6 / 900.0;
+            prop_assert!(drawn.iter().any(|p| close(&p)), "({x}, {y})");
+        }
+    }
+
+    /// An exponential is found, whatever its factor; anything else has an R^2 below 1.
+    #[test]
+    fn analytic_exponential_fit(first in 1e-6..1e-3f64, factor in 0.8..1.3f64, count in 3i32..60) {
+        let durations: Vec<f64> = (0..count).map(|k| first * factor.powi(k)).collect();
+        let fit = ExponentialFit::of(&durations).unwrap();
+        prop_assert!((fit.factor - factor).abs() < 1e-9 && (fit.first / first - 1.0).abs() < 1e-9, "{fit:?}");
+        prop_assert!(fit.worst < 1e-9, "{fit:?}");
+    }
+}
+
+/// Boxes of the texts and of everything else but the white ground, in the order of the document.
+fn boxes(svg: &str) -> (usvg::Size, Vec<(String, usvg::Rect)>, Vec<usvg::Rect>) {
+    fn walk(group: &usvg::Group, texts: &mut Vec<(String, usvg::Rect)>, paths: &mut Vec<usvg::Rect>) {
+        for node in group.children() {
+            match node {
+                usvg::Node::Group(group) => walk(group, texts, paths),
+                usvg::Node::Text(text) => {
+                    let words = text.chunks().iter().map(|chunk| chunk.text()).collect::<String>();
+                    // The ink: the box of the flattened letters.
+                    texts.push((words, text.flattened().abs_bounding_box()));
+                }
+                other => paths.push(other.abs_bounding_box()),
+            }
+        }
+    }
+    let tree = raster::tree(svg).unwrap();
+    let (mut texts, mut paths) = (Vec::new(), Vec::new());
+    walk(tree.root(), &mut texts, &mut paths);
+    (tree.size(), texts, paths.split_off(1))
+}
+
+/// More than a twentieth of a millimetre of both.
+fn overlap(a: &usvg::Rect, b: &usvg::Rect) -> bool {
+    let slack = 0.2;
+    a.left() + slack < b.right()
+        && b.left() + slack < a.right()
+        && a.top() + slack < b.bottom()
+        && b.top() + slack < a.bottom()
+}
+
+fn assert_readable(figure: &Figure, width: f64) {
+    let text = svg::svg(figure, width).unwrap();
+    let (size, texts, paths) = boxes(&text);
+    let name = format!("{} at {width} mm", figure.name);
+    assert!(texts.len() > 6, "{name}: {texts:?}");
+    for (k, (words, place)) in texts.iter().enumerate() {
+        assert!(!words.trim().is_empty(), "{name}: an empty text");
+        let inside = place.left() >= 0.0
+            && place.top() >= 0.0
+            && place.right() <= size.width()
+            && place.bottom() <= size.height();
+        assert!(inside, "{name}: \"{words}\" leaves the picture: {place:?} in {size:?}");
+        for (others, other) in &texts[k + 1..] {
+            assert!(!overlap(place, other), "{name}: \"{words}\" covers \"{others}\"");
+        }
+        for path in &paths {
+            assert!(
+                !overlap(place, path),
+                "{name}: \"{words}\" stands on a line or the ground: {path:?}"
+            );
+        }
+    }
+}
+
+/// Every figure of the catalogue at a column's and at a screen's width, of one run and of two; letters as the renderer
+/// places them.
+#[test]
+fn property_no_text_covers_another_or_the_data() {
+    let folder = Folder::new();
+    let window = "output.window=[{from=0.998,to=1.012,interval=2e-6},{from=6.96,to=6.992,interval=2.5e-6},\
+                  {from=6.992,to=7.3,interval=5e-5}]";
+    folder.ok(&["run", "-q", "--set", window]);
+    folder.ok("run paper-si -q");
+    let runs = [folder.path("paper.h5"), folder.path("paper-si.h5")].map(|path| Run::open(&path).unwrap());
+    for runs in [&runs[..1], &runs[..]] {
+        let subject = Subject::new(runs).unwrap();
+        for entry in ENTRIES {
+            let figure = entry.build(&subject).unwrap().unwrap();
+            for width in [60.0, 85.0, 300.0] {
+                assert_readable(&figure, width);
+            }
+        }
+    }
+}
+
+/// The same of every built-in case of trains, and of one with so few samples that the titles say so.
+#[test]
+fn property_no_text_of_trains_covers_another_or_the_data() {
+    let folder = Folder::new();
+    let built_in = TRAINS.iter().map(|case| (case.name, None));
+    let runs = built_in.chain([("belt-leine", Some(["output.interval=5.3", "output.around=none"]))]);
+    for (name, sampling) in runs {
+        let mut arguments = vec!["run", name, "-q", "--no-witness", "--force", "-o", "run.h5"];
+        arguments.extend(sampling.iter().flatten().flat_map(|set| ["--set", set]));
+        folder.ok(&arguments);
+        let runs = [Run::open(&folder.path("run.h5")).unwrap()];
+        let subject = Subject::new(&runs).unwrap();
+        for entry in catalogue::of_run(&runs[0]) {
+            let figure = match entry.build(&subject).unwrap() {
+                Ok(figure) => figure,
+                // A close-up, whose samples are asked for.
+                Err(absent) => {
+                    assert!(sampling.is_some() && absent.window.is_some(), "{name}: {}", absent.why);
+                    continue;
+                }
+            };
+            assert_eq!(
+                figure.title.contains("straight lines"),
+                sampling.is_some() && !["friction-law", "durations"].contains(&entry.name),
+                "{name}: {}",
+                figure.title
+            );
+            for width in [60.0, 85.0, 300.0] {
+                assert_readable(&figure, width);
+            }
+        }
+    }
+}
+
+/// Powers of ten over fifteen decades and over none, without an error to show, and with nothing at all.
+#[test]
+fn property_work_precision_figures_are_readable() {
+    use stickslip::analysis::work_precision::{Errors, Knob, Measurement, Reference, StudyResult};
+    use stickslip::simulation::Method;
+    let run = |method, power: i32, error: Option<f64>| Measurement {
+        method,
+        knob: Knob::Tolerance(10f64.powi(power)),
+        failure: None,
+        errors: Errors {
+            onset: error,
+            final_stick: error,
+            largest: error,
+        },
+        events: 1,
+        same_sequence: true,
+        steps: 1,
+        rhs_evaluations: 1000 * (1 << -power),
+        jacobian_evaluations: 0,
+        wall_time: 0.01 * f64::from(-power),
+    };
+    let many = Method::all().take(9).flat_map(|method| {
+        [-4, -9, -12].map(|power| run(method, power, Some(if power == -12 { 0.0 } else { 10f64.powi(power) })))
+    });
+    for measurements in [
+        many.collect(),
+        vec![run(Method::Auto, -6, Some(1e-9))],
+        vec![run(Method::Paper, -6, None)],
+        vec![],
+    ] {
+        let result = StudyResult {
+            reference: Reference {
+                description: String::new(),
+                events: Vec::new(),
+                uncertainties: Vec::new(),
+            },
+            uncertainty: Errors {
+                onset: Some(1e-14),
+                final_stick: Some(1e-13),
+                largest: Some(2e-13),
+            },
+            measurements,
+            interrupted: false,
+        };
+        let figure = stickslip::plot::work_precision::figure("What the accuracy of the events costs", &result);
+        for width in [60.0, 85.0, 300.0] {
+            assert_readable(&figure, width);
+        }
+    }
+}
+
+/// Maps with everything that a cell can be, with codes and with a scale over decades; a plane of one cell.
+#[test]
+fn property_maps_are_readable() {
+    let scale = |low: f64, high: f64, unit: &str| {
+        ColorKey::Scale(Axis {
+            range: Some((low, high)),
+            logarithmic: low > 0.0 && high > 1e3 * low,
+            ..Axis::new("a quantity with a name of several words", unit)
+        })
+    };
+    let codes = [
+        "periodic",
+        "stuck",
+        "not-periodic",
+        "steady-slip",
+        "steady-stick",
+        "steady-separated",
+    ];
+    let codes = ColorKey::Codes((0..).zip(codes.map(str::to_owned)).collect());
+    let cells = |columns: usize, rows: usize, value: &dyn Fn(usize) -> f64| -> Vec<Cell> {
+        let cell = |k: usize| match k % 11 {
+            3 => Cell::Failed,
+            5 => Cell::Missing,
+            7 => Cell::Nothing,
+            _ => Cell::Value(value(k)),
+        };
+        (0..columns * rows).map(cell).collect()
+    };
+    let keys: [(ColorKey, &dyn Fn(usize) -> f64); 5] = [
+        (codes, &|k| (k % 6) as f64),
+        (scale(0.0, 563.0, "1"), &|k| (k * 7 % 564) as f64),
+        (scale(6.9746, 6.9771, "s"), &|k| 6.9746 + 1e-5 * (k % 200) as f64),
+        (scale(1e-14, 3e-2, "J"), &|k| 10f64.powf(-14.0 + 0.1 * (k % 110) as f64)),
+        (scale(4.0, 4.0, "rad s-1"), &|_| 4.0),
+    ];
+    for (key, value) in keys {
+        for (columns, rows) in [(1, 1), (13, 9), (90, 40)] {
+            let edges = |count: usize| (0..=count).map(|k| 0.5 + k as f64).collect::<Vec<f64>>();
+            let axis = |count: usize, name: &str, unit: &str| Axis {
+                range: Some((0.5, 0.5 + count as f64)),
+                ..Axis::new(name, unit).with_symbol("c_t")
+            };
+            let panel = |caption: &str| Panel {
+                caption: caption.to_owned(),
+                map: Some(Map {
+                    x_edges: edges(columns),
+                    y_edges: edges(rows),
+                    cells: cells(columns, rows, value),
+                    key: key.clone(),
+                }),
+                ..Panel::new(
+                    axis(columns, "friction decay", "s/rad"),
+                    axis(rows, "torsional damping", "N m s/rad"),
+                    vec![],
+                )
+            };
+            let captions: &[&str] = if rows == 9 {
+                &["δ = 1e-8 rad/s", "δ = 1e-4 rad/s"]
+            } else {
+                &[""]
+            };
+            let figure = Figure {
+                name: format!("map-{columns}-{rows}"),
+                title: "A study with a title of its own: what is drawn of it".to_owned(),
+                paper_figure: None,
+                panels: captions.iter().map(|caption| panel(caption)).collect(),
+            };
+            for width in [60.0, 85.0, 300.0] {
+                assert_readable(&figure, width);
+            }
+        }
+    }
+}
+
+/// Every figure of files with many runs, and of a certificate.
+#[test]
+fn property_figures_of_studies_are_readable() {
+    let folder = Folder::new();
+    let short = "[set]\nsolver.method = \"series\"\ninitial.speed = 3\nactuation = { profile = \"ramp\", force = 2225, \
+                 rise_time = 0.02 }\nperturbation = [{ kind = \"kick\", time = \"instability\", relative_velocity = 1e-4 }]\n";
+    let axis = |key: &str, rest: &str| format!("[[axis]]\nkey = \"{key}\"\n{rest}\n");
+    let decay = axis("friction.decay", "from = 1\nto = 60\ncount = 5\nspacing = \"log\"");
+    let damping = axis("torsion.damping", "values = [18, 20, 22, 25]");
+    let kick = axis("perturbation.0.relative_velocity", "values = [1e-6, 1e-4]");
+    let sampled = "[sample]\nmethod = \"sobol\"\ncount = 16\n[[axis]]\nkey = \"friction.decay\"\nfrom = 4\nto = 6\n[[axis]]\n\
+                   key = \"perturbation.0.relative_velocity\"\nfrom = 1e-7\nto = 1e-3\nspacing = \"log\"\n";
+    for (name, study) in [
+        ("line", decay.clone()),
+        ("map", format!("{decay}{damping}{kick}")),
+        ("sample", sampled.to_owned()),
+    ] {
+        folder.write(
+            &format!("{name}.toml"),
+            format!("title = \"{name}\"\ncase = \"paper\"\n{short}{study}"),
+        );
+        folder.ok(&["sweep", &format!("{name}.toml"), "-q", "-j", "1"]);
+        let file = folder.sweep_file(&format!("{name}.h5"));
+        let quantities = ["stick_count", "onset_time", "energy_residual"].map(str::to_owned);
+        let choice = Choice {
+            quantities: quantities.to_vec(),
+            ..Choice::default()
+        };
+        for figure in studies::figures(&file, &choice).unwrap() {
+            for width in [60.0, 85.0, 300.0] {
+                assert_readable(&figure, width);
+            }
+        }
+    }
+    let calibration = "title = \"two inertias\"\ncase = \"paper\"\n[set]\noutput.end_time = 0.02\n\"actuation.rise_time\" = 0.01\n\
+                       perturbation = []\n[[free]]\nkey = \"torsion.surface_inertia\"\nfrom = 0.005\nto = 0.03\n[[free]]\n\
+                       key = \"torsion.stiffness\"\nfrom = 1e5\nto = 2e7\nspacing = \"log\"\n[[target]]\n\
+                       quantity = \"natural_period\"\nvalue = \"0.00024 s\"\n[search]\npoints = 32\nstarts = 2\n";
+    folder.write("two.toml", calibration);
+    folder.ok("calibrate two.toml -q -j 1");
+    let file = folder.sweep_file("two.h5");
+    let mut figures = studies::figures(&file, &Choice::default()).unwrap();
+    folder.ok("certify belt-coulomb -q");
+    let runs = [Run::open(&folder.path("belt-coulomb.certified.h5")).unwrap()];
+    let subject = Subject::new(&runs).unwrap();
+    for name in ["event-uncertainties", "error-bands"] {
+        figures.push(catalogue::find(name).unwrap().build(&subject).unwrap().unwrap());
+    }
+    for figure in figures {
+        for width in [60.0, 85.0, 300.0] {
+            assert_readable(&figure, width);
+        }
+    }
+}
+
+/// Numbers that need many digits, long names, letters that SVG would take for its own, and no data at all.
+#[test]
+fn property_odd_figures_are_readable_too() {
+    let curve = |points: Vec<(f64, f64)>| Curve::line("a <&> b", stickslip::plot::style::BLUE, points);
+    let ranges = [
+        vec![(-1e-30, 5e300), (3e-30, 5.1e300)],
+        vec![(1e9, 371.123456789), (1e9 + 1e-3, 371.12345679)],
+        vec![(0.0, 0.0)],
+        vec![(0.0, -0.0), (1.0, 0.0)],
+        vec![],
+    ];
+    for points in ranges {
+        for unit in ["1", "rad s-1", "N"] {
+            let axis = || Axis::new("a quantity whose name is much longer than any axis", unit).with_symbol("Ω");
+            let figure = Figure {
+                name: "odd".to_owned(),
+                title: "A title that needs more than one line at the width of a column: <svg> & \"co\"".to_owned(),
+                paper_figure: Some(99),
+                panels: vec![Panel::new(axis(), axis(), vec![curve(points.clone())])],
+            };
+            assert_readable(&figure, 85.0);
+        }
+    }
+}

@@ -1,0 +1,402 @@
+//! The interactive page of two trains holds what the result file holds, in the words and units of its motion.
+
+use crate::common::cases::parsed;
+use crate::common::unlocked;
+use std::path::{Path, PathBuf};
+
+use crate::common::page::{Page, assert_decoded, doubles};
+use stickslip::analysis::SavedRun;
+use stickslip::analysis::headline::{headline, of_file};
+use stickslip::case::{Case, CaseSource, Origin, Override};
+use stickslip::plot::page::{self, SIZE_LIMIT};
+use stickslip::results::ResultFile;
+use tempfile::TempDir;
+
+/// A case of two trains whose contact opens: the normal force is negative for half of the time.
+const OPENING: &str = r#"motion = "translation"
+
+[rotor]
+end = "driven"
+speed = "0.2 m/s"
+
+[stator]
+inertia = [1.0, 2.0]
+stiffness = [40.0, 60.0]
+damping = [0.1, 0.1]
+end = "fixed"
+
+[contact]
+normal_force = { profile = "cosine", amplitude = 10.0, angular_frequency = 3.0 }
+
+[friction]
+law = "coulomb"
+breakaway = 0.4
+kinetic = 0.3
+
+[[perturbation]]
+time = 0.2
+relative_velocity = 1e-3
+on = "stator"
+
+[output]
+end_time = 10
+"#;
+
+fn source(name: &str) -> CaseSource {
+    match name {
+        "opening" => CaseSource {
+            text: OPENING.to_owned(),
+            origin: Origin::File(PathBuf::from("opening.toml")),
+        },
+        name => CaseSource::built_in(name).unwrap(),
+    }
+}
+
+/// A run of a case into a file, and its page.
+fn page_of(folder: &TempDir, name: &str, overrides: &[&str]) -> (Case, ResultFile, Page) {
+    let overrides = parsed(overrides);
+    let case = Case::read(&source(name), &overrides).unwrap_or_else(|error| panic!("{error}"));
+    let path = folder.path().join(format!("{name}.h5"));
+    SavedRun::new(&case, &path).start().unwrap();
+    let (file, page) = read(&path);
+    (case, file, page)
+}
+
+fn read(path: &Path) -> (ResultFile, Page) {
+    let file = ResultFile::open(path).unwrap();
+    let target = path.with_extension("html");
+    page::write(&file, None, &target, false).unwrap_or_else(|error| panic!("{error}"));
+    (file, Page::read(&target))
+}
+
+/// Columns of a file's trajectory that its page leaves out: those that another one repeats, or that are zero throughout.
+const LEFT_OUT: [&str; 9] = [
+    "time",
+    "mode",
+    "segment",
+    "rotor_twist",
+    "rotor_twist_rate",
+    "z",
+    "z_dot",
+    "applied_force",
+    "work_perturbation",
+];
+
+/// Every column of the file is on the page sample by sample, in a panel, and on both sides of every event.
+#[test]
+fn results_page_of_trains_has_every_channel() {
+    let folder = tempfile::tempdir().unwrap();
+    for (name, overrides, motion) in [
+        ("drill-string", &["output.end_time=40"][..], "rotation"),
+        ("belt-leine", &["output.end_time=30"], "translation"),
+        ("lugre-slider", &["output.end_time=10"], "translation"),
+        ("groan", &["output.end_time=0.6"], "rotation"),
+        ("opening", &[], "translation"),
+    ] {
+        let (case, file, page) = page_of(&folder, name, overrides);
+        assert_eq!(case.motion().name(), motion);
+        let rows = file.sample_count().unwrap();
+        let channels = page.channel_names();
+        for variable in file.contents().unwrap().variables {
+            let Some(name) = variable.name.trim_start_matches("/").strip_prefix("trajectory/") else {
+                continue;
+            };
+            let kick = name == "work_perturbation" && !case.system.kicks.is_empty();
+            let expected = kick || !LEFT_OUT.contains(&name);
+            assert_eq!(channels.iter().any(|channel| channel == name), expected, "{name}");
+        }
+        for channel in page.trajectory["channels"].as_array().unwrap() {
+            let name = channel["name"].as_str().unwrap();
+            let stored = file.column(name, 0..rows).unwrap();
+            assert_decoded(name, &page.channel(name).0, &stored, page.block());
+            let panels = page.run["panels"].as_array().unwrap();
+            let mut curves = panels.iter().flat_map(|panel| panel["curves"].as_array().unwrap());
+            assert!(curves.any(|curve| curve["name"] == name), "{name} is in no panel");
+            let unit = channel["unit"].as_str().unwrap();
+            assert_eq!(
+                unit.contains("rad") || unit == "N m",
+                motion == "rotation" && !["N", "J"].contains(&unit),
+                "{name}: {unit}"
+            );
+        }
+        let states = page.run["events"]["states"].as_array().unwrap();
+        assert!(states.len() > 5);
+        for state in states {
+            let name = state["name"].as_str().unwrap();
+            // By the equations, for the states that the file has.
+            if ["normal_force", "friction_torque", "transmitted_torque"].contains(&name) || name.starts_with("energy_")
+            {
+                assert_eq!(doubles(&state["before"]).len(), file.events().unwrap().len(), "{name}");
+                continue;
+            }
+            for side in ["before", "after"] {
+                let stored = file.event_column(&format!("{name}_{side}")).unwrap();
+                assert_eq!(doubles(&state[side]), stored, "{name}");
+            }
+        }
+        let further = ["rotor_speed_1", "stator_twist_1", "bristle_deflection"];
+        let present: Vec<&&str> = further
+            .iter()
+            .filter(|name| channels.iter().any(|c| c == **name))
+            .collect();
+        let expected: &[&str] = match name {
+            "drill-string" | "groan" => &["rotor_speed_1"],
+            "lugre-slider" => &["bristle_deflection"],
+            "opening" => &["stator_twist_1"],
+            _ => &[],
+        };
+        assert!(present.iter().copied().eq(expected.iter()), "{name}: {present:?}");
+        assert_eq!(page.html.matches("<script").count(), 3);
+        assert!(page.html.len() < SIZE_LIMIT);
+    }
+}
+
+/// The table says what `run` says, with the digits that are known.
+#[test]
+fn results_page_of_trains_says_what_the_run_comes_to() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("belt-leine.h5");
+    let case = Case::read(&source("belt-leine"), &[]).unwrap();
+    let report = SavedRun::new(&case, &path).start().unwrap();
+    let (_, page) = read(&path);
+    let said = headline(&case, &report.run.summary);
+    let shown: Vec<(&str, &str)> = page.run["headline"]
+        .as_array()
+        .unwrap()
+        .iter()
+        .map(|row| (row["name"].as_str().unwrap(), row["value"].as_str().unwrap()))
+        .collect();
+    let said: Vec<(&str, &str)> = said.iter().map(|row| (row.name, row.value.as_str())).collect();
+    assert_eq!(shown, said);
+    let value = |name: &str| shown.iter().find(|row| row.0 == name).unwrap().1;
+    // Published, of twelve digits: the period and the largest position. The period of `auto` is 8e-12 s long, so its last digit is
+    // rounded up.
+    assert_eq!(&value("period")[..13], "12.0010312948");
+    assert!(
+        value("position over a period").contains("1.133944676442 m (stator)"),
+        "{}",
+        value("position over a period")
+    );
+    assert_eq!(value("sticks in a period"), "1");
+    // A cycle is a stick and the slip after it.
+    let cycles = &page.run["cycles"];
+    let (sticks, slips) = (doubles(&cycles["stick_duration"]), doubles(&cycles["slip_duration"]));
+    assert_eq!(sticks.len(), 7);
+    // Published: 7.705031769350 and 4.295999525480; a run is within 1e-9 s of the exact solution.
+    assert!(sticks.iter().all(|d| (d - 7.705031769350).abs() < 1e-9), "{sticks:?}");
+    assert!(slips.iter().all(|d| (d - 4.295999525480).abs() < 1e-9), "{slips:?}");
+    for absent in ["Axial displacement", "T_r + T_s", "growth exponent"] {
+        assert!(!page.html.contains(absent), "{absent}");
+    }
+    assert!(!page.trajectory.to_string().contains("rad"));
+    assert_eq!(page.run["beside_paper"], false);
+}
+
+/// Bristles have no stick: a bounce across the threshold is counted, and the table says so.
+#[test]
+fn results_page_of_bristles_counts_falls_below_the_threshold() {
+    let folder = tempfile::tempdir().unwrap();
+    let (.., page) = page_of(&folder, "lugre-slider", &[]);
+    let rows = page.run["headline"].as_array().unwrap();
+    let value = |name: &str| {
+        rows.iter()
+            .find(|row| row["name"] == name)
+            .map(|row| row["value"].as_str().unwrap())
+    };
+    assert_eq!(value("sticks in a period"), None);
+    // A stop of 3.43 s, and after it one bounce across the threshold.
+    assert_eq!(value("falls below the threshold in a period"), Some("2"));
+    assert!(value("counted as a stick").unwrap().contains("each fall"));
+    assert!(page.run["breakaway_arm"].is_null());
+}
+
+/// The orbit is the last period, from samples and the states at events: it closes, and passes through these exactly.
+#[test]
+fn results_page_of_trains_shows_one_period() {
+    let folder = tempfile::tempdir().unwrap();
+    // Far samples: some thirty in a period, none of them at an event.
+    let (_, file, page) = page_of(&folder, "belt-leine", &["output.interval=0.4001", "output.around=none"]);
+    let orbit = &page.run["orbit"];
+    let period = orbit["period"].as_f64().unwrap();
+    assert!((period - 12.00103129483).abs() < 1e-9, "{period}");
+    let span = orbit["to"].as_f64().unwrap() - orbit["from"].as_f64().unwrap();
+    assert!(span >= period && span <= period + 0.41, "{span}");
+    assert_eq!(orbit["x"]["unit"], "m");
+    assert_eq!(orbit["y"]["unit"], "m s-1");
+    let lines = orbit["lines"].as_array().unwrap();
+    let points: Vec<(f64, f64)> = lines
+        .iter()
+        .flat_map(|line| doubles(&line["x"]).into_iter().zip(doubles(&line["y"])))
+        .collect();
+    // The last breakaway and the last stop are on it, as the file has them.
+    let (x, v) = ("phi1_after", "relative_velocity_after");
+    let (x, v) = (file.event_column(x).unwrap(), file.event_column(v).unwrap());
+    for k in x.len() - 2..x.len() {
+        // To a cell of the portrait, a 900th of the range.
+        assert!(
+            points
+                .iter()
+                .any(|p| (p.0 - x[k]).abs() < 2e-3 && (p.1 - v[k]).abs() < 2e-3),
+            "event {k} at ({}, {})",
+            x[k],
+            v[k]
+        );
+    }
+    // Published: the restick is at x = -0.541006353870.
+    assert!(
+        points
+            .iter()
+            .any(|p| (p.0 + 0.541006353870).abs() < 1e-6 && p.1.abs() < 1e-9)
+    );
+    assert!(page.html.contains("joined by straight lines"));
+    assert!(page.html.contains("id=\"last-period\""));
+    // One that does not repeat itself has no such view.
+    let (.., page) = page_of(&folder, "groan", &["output.end_time=0.6"]);
+    assert!(page.run["orbit"]["period"].is_null());
+    assert!(!page.html.contains("id=\"last-period\""));
+}
+
+/// 20,000 cycles in 200,000 samples: the page stays below its limit, says what it leaves out, and has the last period as it is.
+#[test]
+fn results_page_of_a_long_driven_run_is_bounded() {
+    let folder = tempfile::tempdir().unwrap();
+    let overrides = [
+        "output.end_time=13425",
+        "output.interval=0.067",
+        "output.around=none",
+        "solver.max_events=1000000",
+    ];
+    let (_, file, page) = page_of(&folder, "belt-coulomb", &overrides);
+    assert!(page.html.len() < SIZE_LIMIT, "{}", page.html.len());
+    let listed = doubles(&page.run["events"]["time"]).len();
+    let states = page.run["events"]["states"].as_array().unwrap().len();
+    assert!(
+        listed <= 5_000 && listed * states <= 100_000,
+        "{listed} events, {states} states"
+    );
+    let notes = format!("{}{}", page.run["notes"], page.trajectory["notes"]);
+    let events = file.events().unwrap().len();
+    assert!(
+        events >= 40_000 && notes.contains(&format!("first {listed} of {events} events")),
+        "{notes}"
+    );
+    assert!(notes.contains("and those of the last period"), "{notes}");
+    let rows = file.sample_count().unwrap();
+    let times = file.column("time", 0..rows).unwrap();
+    let entries = page.entries(&times);
+    assert_eq!(entries.last().unwrap().0.end, rows);
+    let last_period = times[rows - 1] - 0.6712388980384691;
+    for (range, bucket) in &entries {
+        assert!(
+            !bucket || times[range.end - 1] < last_period,
+            "a band at {}",
+            times[range.start]
+        );
+    }
+    let (low, high) = page.channel("relative_velocity");
+    // Every extreme is there. Exact: v_max = v + sqrt(v^2 + (w D/k)^2) of this belt.
+    let all = file.column("relative_velocity", 0..rows).unwrap();
+    let most = all.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+    let shown = low.iter().chain(&high).copied().fold(f64::NEG_INFINITY, f64::max);
+    assert!((most - shown).abs() <= 1e-7 * most, "{most} {shown}");
+}
+
+/// A file of a version without the extremes of the relative velocity is shown without them.
+#[test]
+fn results_page_of_a_file_without_later_attributes() {
+    let folder = tempfile::tempdir().unwrap();
+    let (case, file, _) = page_of(&folder, "belt-leine", &["output.end_time=60"]);
+    let rows = of_file(&file, Some(&case), &file.events().unwrap()).unwrap();
+    assert!(rows.iter().any(|row| row.name == "relative velocity over a period"));
+    let path = file.path().to_owned();
+    drop(file);
+    let open = unlocked::open_rw(&path).unwrap();
+    let group = open.group("stick_slip").unwrap();
+    for end in ["min", "max"] {
+        group
+            .delete_attr(&format!("attractor_relative_velocity_{end}"))
+            .unwrap();
+    }
+    drop((group, open));
+    let (_, page) = read(&path);
+    let rows = page.run["headline"].as_array().unwrap();
+    assert!(rows.iter().all(|row| row["name"] != "relative velocity over a period"));
+    assert!(rows.iter().any(|row| row["name"] == "period"));
+}
+
+/// The words of a brake's page are where they were.
+#[test]
+fn regression_page_of_a_brake_has_its_words() {
+    let folder = tempfile::tempdir().unwrap();
+    let case = stickslip::case::Case::read(
+        &CaseSource::built_in("paper").unwrap(),
+        &[
+            Override::parse("output.end_time=0.01").unwrap(),
+            Override::parse("output.window=[]").unwrap(),
+            Override::parse("output.around=none").unwrap(),
+        ],
+    )
+    .unwrap();
+    let path = folder.path().join("paper.h5");
+    SavedRun::new(&case, &path).start().unwrap();
+    let (_, page) = read(&path);
+    let panels = page.run["panels"].as_array().unwrap();
+    // Title, curves as (channel, legend, colour, limit), and what the panel is at first.
+    let said = |number: usize| {
+        let (panel, curves) = (&panels[number], panels[number]["curves"].as_array().unwrap());
+        let curve = |curve: &serde_json::Value| {
+            let text = |key: &str| curve[key].as_str().unwrap().to_owned();
+            format!(
+                "{}: {}, {}, {}",
+                text("name"),
+                text("label"),
+                text("colour"),
+                curve["limit"]
+            )
+        };
+        let (title, shown, change) = (panel["title"].as_str().unwrap(), &panel["shown"], &panel["change"]);
+        format!(
+            "{title}; {}; {shown}, {change}",
+            curves.iter().map(curve).collect::<Vec<_>>().join("; ")
+        )
+    };
+    assert_eq!(
+        said(0),
+        "Speed; theta_dot: rotor, blue, false; phi2_dot: rotor surface, vermillion, false; phi1_dot: stator surface, green, false; \
+         true, false"
+    );
+    assert!(
+        said(3).ends_with("; breakaway_torque_backward: −μ₀ r F_n, purple, true; true, false"),
+        "{}",
+        said(3)
+    );
+    assert!(
+        said(5).ends_with("; work_applied: work of F, purple, false; true, true"),
+        "{}",
+        said(5)
+    );
+    assert_eq!(
+        said(panels.len() - 1),
+        "Slip displacement; slip_displacement: φ₂ − φ₁, blue, false; false, false"
+    );
+    let friction = &page.run["portraits"][2];
+    assert_eq!(
+        (&friction["x"]["name"], &friction["x"]["label"]),
+        (&"relative_velocity".into(), &"ω_r".into())
+    );
+    assert_eq!(
+        (&friction["y"]["label"], &friction["y"]["jumps"]),
+        (&"torque".into(), &true.into())
+    );
+    for words in [
+        "\"slip-backward\": \"backward\", ",
+        "--backward: #f4e2ec;",
+        "<section class=\"card\"><h2>Rotor twist</h2><div class=\"figure\" id=\"portrait-rotor\"></div>",
+        "\"torque_unit\":\"N m\"",
+    ] {
+        assert!(page.html.contains(words), "{words}");
+    }
+    for other in ["{{", "orbit", "last-period", "engaged\": \"#"] {
+        assert!(!page.html.contains(other), "{other}");
+    }
+}

@@ -1,0 +1,72 @@
+//! `cvode`, CVODE on its best path, against `series`, which shares nothing with it but the equations and the rules.
+//!
+//! It promises 1e-9 s by default and 1e-10 s at rtol = 1e-13 (measured: 7.4e-10 and 4.7e-11 s, both in `release`), on brakes
+//! whose sticks are not those of rounding. `series` is within 2e-14 s of the oracle on them (`multiprecision/series_brakes`).
+
+use crate::common::random_brakes::{random_brake, random_release};
+use crate::common::{disks, event_sequence, run};
+use stickslip::analysis::Summary;
+use stickslip::case::{Case, CaseSource, Override};
+use stickslip::record::EventKind;
+use stickslip::simulation::{Method, SolverOptions};
+
+/// The largest difference of an event's time (s) at an rtol; `None` if the onset belongs to rounding.
+fn difference(name: &str, overrides: &[Override], rtol: f64) -> Option<f64> {
+    let case = Case::read(&CaseSource::built_in(name).unwrap(), overrides).unwrap();
+    let by = |method, rtol| {
+        let solver = SolverOptions {
+            method,
+            rtol,
+            ..case.solver.clone()
+        };
+        run(&disks(&case), &solver, &case.output)
+    };
+    let (own, report) = by(Method::Cvode, rtol);
+    if Summary::of_run(&case.system, &report).noise_determined {
+        return None;
+    }
+    assert!(
+        own.segments
+            .iter()
+            .all(|s| ["cvode-adams", "cvode-bdf"].contains(&s.solver))
+    );
+    let (own, exact) = (event_sequence(&own), event_sequence(&by(Method::Series, 1e-12).0));
+    let kinds = |word: &[(EventKind, f64)]| word.iter().map(|event| event.0).collect::<Vec<_>>();
+    assert_eq!(kinds(&own), kinds(&exact), "{name}, rtol {rtol:e}");
+    own.iter().zip(&exact).map(|(a, b)| (a.1 - b.1).abs()).reduce(f64::max)
+}
+
+fn hold(label: &str, name: &str, overrides: &[Override]) -> bool {
+    for (rtol, limit) in [(SolverOptions::default().rtol, 1e-9), (1e-13, 1e-10)] {
+        let Some(difference) = difference(name, overrides, rtol) else {
+            println!("{label}: the onset belongs to rounding");
+            return false;
+        };
+        println!("{label}: rtol {rtol:e}: {difference:.1e} s");
+        assert!(difference < limit, "{label}, rtol {rtol:e}: {difference:e} s");
+    }
+    true
+}
+
+#[test]
+fn sundials_cvode_on_the_built_in_cases() {
+    for name in ["paper", "paper-si", "release"] {
+        assert!(hold(name, name, &[]), "{name}");
+    }
+}
+
+#[test]
+fn sundials_cvode_on_random_brakes() {
+    let held = (0..8)
+        .filter(|&k| hold(&format!("brake {k}"), "paper-si", &random_brake(k)))
+        .count();
+    assert!(held >= 5, "{held}");
+}
+
+#[test]
+fn sundials_cvode_through_random_releases() {
+    let held = (0..2)
+        .filter(|&k| hold(&format!("release {k}"), "release", &random_release(k)))
+        .count();
+    assert!(held >= 1, "{held}");
+}
