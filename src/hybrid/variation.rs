@@ -42,8 +42,12 @@ const LARGER: f64 = 1.1;
 /// No step of the engine is taken in fewer than this.
 const LEAST_STEPS: f64 = 1.0;
 
-/// Of the inverse of the fastest eigenvalue, how far a difference in time reaches.
+/// Of the inverse of the fastest eigenvalue, how far an event is moved for the difference of its map.
 const AHEAD: f64 = 1e-5;
+
+/// Of the inverse of the fastest eigenvalue, the step of the difference of a guard in time. The difference is of fourth order: its
+/// truncation is below 1e-9 for signals up to 30 times as fast, and its rounding is that of a guard over this step.
+const GUARD_STEP: f64 = 3e-4;
 
 /// How far a state is moved for the difference of a map, as a share of its size.
 const NEAR: f64 = 1e-4;
@@ -409,12 +413,13 @@ impl<D: Dynamics, R: Rules<D>> Carried<D, R> {
         let direction = DVector::from_column_slice(&rates[..self.moving]);
         let e = NEAR * extent(&direction, &self.sizes(y, rates));
         let by_state = (at(t, &along(y, &direction, e)) - at(t, &along(y, &direction, -e))) / (2.0 * e);
-        let ahead = if self.fastest > 0.0 {
-            AHEAD / self.fastest
+        let h = if self.fastest > 0.0 {
+            GUARD_STEP / self.fastest
         } else {
-            AHEAD
+            GUARD_STEP
         };
-        by_state + (at(t + ahead, y) - at(t - ahead, y)) / (2.0 * ahead)
+        let over = |h: f64| at(t + h, y) - at(t - h, y);
+        by_state + (8.0 * over(h) - over(2.0 * h)) / (12.0 * h)
     }
 
     fn guard(&self, dynamics: &D, location: &D::Location, t: f64, y: &[f64], guard: usize) -> f64 {
@@ -533,11 +538,16 @@ where
             if dt != 0.0 && self.fastest > 0.0 {
                 e = e.min(AHEAD / (self.fastest * dt.abs()));
             }
-            let ends = [e, -e].map(|e| image(t + e * dt, &along(y, &moved, e)));
-            let own = match &ends {
-                [Some(forth), Some(back)] => {
-                    DVector::from_fn(self.moving, |k, _| (forth[k] - back[k]) / (2.0 * e) - after[k] * dt)
-                }
+            // Of the map the identity is left out, so that what it keeps is kept without rounding.
+            let change = |e: f64| {
+                let from = along(y, &moved, e);
+                let to = image(t + e * dt, &from)?;
+                Some(to.iter().zip(from).map(|(to, from)| to - from).collect::<Vec<_>>())
+            };
+            let own = match (change(e), change(-e)) {
+                (Some(forth), Some(back)) => DVector::from_fn(self.moving, |k, _| {
+                    moved[k] + (forth[k] - back[k]) / (2.0 * e) - after[k] * dt
+                }),
                 _ => DVector::from_element(self.moving, f64::NAN),
             };
             column.slope = own;

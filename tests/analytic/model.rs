@@ -18,14 +18,7 @@ const AXIAL: Axial = Axial {
 
 /// The paper's disks.
 fn system(changes: &[&str]) -> SystemEquations {
-<<<<<<< HEAD:tests/analytic_model.rs
-    let changes: Vec<Override> = changes.iter().map(|text| Override::parse(text).unwrap()).collect();
-    let case = Case::read(&CaseSource::built_in("paper-si").unwrap(), &changes).unwrap();
-    SystemEquations::new(&case.system)
-=======
-    let case = built_in("paper-si", changes);
-    SystemEquations::new(case.system())
->>>>>>> room-tests:tests/analytic/model.rs
+    SystemEquations::new(&built_in("paper-si", changes).system)
 }
 
 /// Equation (6) and (7) for D = 0.13, d = 0.08: r = 0.0525 and 0.0532539682...

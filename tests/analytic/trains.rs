@@ -20,53 +20,8 @@ const SERIES: f64 = 1e-12;
 const AUTO: f64 = 1e-9;
 
 /// A built-in case by a method.
-<<<<<<< HEAD:tests/analytic_trains.rs
-fn by(name: &str, method: &str, settings: &[&str]) -> (MemoryRecorder, RunReport) {
-    let method = format!("solver.method=\"{method}\"");
-    let settings: Vec<&str> = settings.iter().copied().chain([method.as_str()]).collect();
-    run(&built_in(name, &settings))
-}
-
-/// The headline of a built-in case by a method.
-fn summary(name: &str, method: &str, settings: &[&str]) -> Summary {
-    let method = format!("solver.method=\"{method}\"");
-    let settings: Vec<&str> = settings.iter().copied().chain([method.as_str()]).collect();
-    let folder = tempfile::tempdir().unwrap();
-    let case = built_in(name, &settings);
-    let saved = SavedRun::new(&case, &folder.path().join("run.h5")).start().unwrap();
-    assert!(saved.run.failure.is_none());
-    saved.run.summary
-}
-
-#[track_caller]
-fn attractor(summary: &Summary) -> &Attractor {
-    summary
-        .attractor()
-        .unwrap_or_else(|| panic!("not periodic: {:?}", summary.outcome))
-}
-
-#[track_caller]
-fn near(found: f64, expected: f64, tolerance: f64) {
-    let error = (found - expected).abs();
-    assert!(error <= tolerance, "{found} for {expected}: off by {error:.1e}");
-}
-
-/// The events of these kinds at these times.
-#[track_caller]
-fn expect(events: &[Event], expected: &[(EventKind, f64)], tolerance: f64) {
-    let kinds: Vec<EventKind> = events.iter().map(|event| event.kind).collect();
-    let wanted: Vec<EventKind> = expected.iter().map(|(kind, _)| *kind).collect();
-    assert_eq!(kinds, wanted);
-    let mut worst = 0.0_f64;
-    for (event, (_, time)) in events.iter().zip(expected) {
-        worst = worst.max((event.time - time).abs());
-    }
-    println!("{} events within {worst:.1e} s", events.len());
-    assert!(worst <= tolerance, "{worst:e} s");
-=======
 fn case_by(name: &str, method: &str, settings: &[&str]) -> Case {
     by(&built_in(name, settings), Method::from_name(method).unwrap())
->>>>>>> room-tests:tests/analytic/trains.rs
 }
 
 // Masses on a belt.

@@ -252,27 +252,18 @@ fn analytic_a_truth_may_be_of_any_case() {
             "study.toml",
             study.replace("truth.json", name).replace("belt-coulomb", case),
         );
-        let said = refusal(&mut folder.stickslip(&["work-precision", "study.toml"]));
-        assert!(said.contains("of another case"), "{said}");
+        folder.refused("work-precision study.toml", &["of another case"]);
     }
 }
 
 #[test]
 fn cli_the_built_in_study_is_found_by_name() {
     let folder = Folder::new();
-<<<<<<< HEAD:tests/cli_work_precision.rs
-    let said = refusal(&mut folder.stickslip(&["work-precision", "work"]));
-    assert!(said.contains("there is work-precision"), "{said}");
+    folder.refused("work-precision work", &["there is work-precision"]);
     let text = STUDIES[0].text;
     let study = Study::parse(StudySource::find("work-precision", STUDIES).unwrap()).unwrap();
     assert_eq!(
         (study.source.text.as_str(), study.source.name.as_str()),
         (text, "work-precision")
     );
-=======
-    folder.refused("work-precision work", &["there is work-precision"]);
-    let text = stickslip::analysis::work_precision::STUDIES[0].text;
-    let study = stickslip::analysis::work_precision::Study::find("work-precision").unwrap();
-    assert_eq!((study.text.as_str(), study.name.as_str()), (text, "work-precision"));
->>>>>>> room-tests:tests/cli/work_precision.rs
 }

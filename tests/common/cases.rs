@@ -123,8 +123,8 @@ pub fn certified(source: &CaseSource, changes: &[Override], digits: u32) -> (Cas
 pub fn summary(case: &Case) -> Summary {
     let folder = tempfile::tempdir().unwrap();
     let saved = SavedRun::new(case, &folder.path().join("run.h5")).start().unwrap();
-    assert!(saved.failure.is_none());
-    saved.summary
+    assert!(saved.run.failure.is_none());
+    saved.run.summary
 }
 
 #[track_caller]

@@ -5,7 +5,7 @@ use num_rational::BigRational;
 use stickslip::model::closed_form::ClosedForm;
 use stickslip::model::equations::SystemEquations;
 use stickslip::model::system::System;
-use stickslip::model::{BreakawayTest, Mode, nearest_double};
+use stickslip::model::{Mode, nearest_double};
 use stickslip::oracle::rational;
 
 /// From the state of each stick event to the slip that ends it, by how much the rotor's speed changes. That takes a sum for

@@ -1,18 +1,8 @@
 //! What is done to a copy of the reference comes back from the comparison.
 
-<<<<<<< HEAD:tests/property_compare.rs
-mod compare_common;
-mod unlocked;
-
-use compare_common::{compare, csv, events_csv, paper, rows_of, run, word_of, write};
-
-use stickslip::compare::{Comparison, Detection, Detector, Mapping, Point, Reference};
-=======
 use crate::common::compare::{compare, csv, events_csv, paper, rows_of, run, word_of, write};
 use crate::common::unlocked;
-use stickslip::compare::detect::{Detector, Point};
-use stickslip::compare::{Comparison, Detection, Mapping, Reference};
->>>>>>> room-tests:tests/property/compare.rs
+use stickslip::compare::{Comparison, Detection, Detector, Mapping, Point, Reference};
 use stickslip::record::sequence::Fault;
 use stickslip::results::ResultFile;
 

@@ -1,6 +1,5 @@
 //! The tolerance that the points of a study have by default: what it is worth, and who has another one.
 
-use crate::common::cases::parsed;
 use std::collections::BTreeMap;
 use std::sync::atomic::AtomicBool;
 use stickslip::case::Override;
@@ -45,12 +44,7 @@ spacing = "log"
 }
 
 fn values(study: &Study, settings: &[&str]) -> BTreeMap<u64, Values> {
-<<<<<<< HEAD:tests/property_study_tolerance.rs
     let study = study_with(&study.source.text, settings);
-=======
-    let settings = parsed(settings);
-    let study = study.with(&settings);
->>>>>>> room-tests:tests/property/study_tolerance.rs
     let points = (0..study.point_count().unwrap()).filter_map(|number| study.point(number));
     let mut found = BTreeMap::new();
     let keep = |group: Vec<Outcome>| {

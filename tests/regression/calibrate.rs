@@ -3,15 +3,10 @@ use crate::common::cases::built_in;
 use std::sync::atomic::AtomicBool;
 use stickslip::Run;
 use stickslip::analysis::Summary;
-<<<<<<< HEAD:tests/regression_calibrate.rs
 use stickslip::calibrate::{
     CALIBRATIONS, Calibration, CalibrationOptions, CalibrationStudy, Determined, Role, calibrate,
 };
-use stickslip::case::{Case, CaseSource};
 use stickslip::sweep::StudySource;
-=======
-use stickslip::calibrate::{Calibration, CalibrationOptions, CalibrationStudy, Determined, Role, calibrate};
->>>>>>> room-tests:tests/regression/calibrate.rs
 
 fn study(name: &str) -> CalibrationStudy {
     CalibrationStudy::parse(StudySource::find(name, CALIBRATIONS).unwrap(), &[]).unwrap()

@@ -3,13 +3,8 @@
 use std::collections::BTreeMap;
 use std::fs;
 
-<<<<<<< HEAD:tests/results_format.rs
-use results_common::{header, record, stick_slip, write};
-use stickslip::results::{AttributeValue, Overwrite, ResultFile, ResultWriter, Status, schema};
-=======
 use crate::common::results::{header, record, stick_slip, write};
-use stickslip::results::{AttributeValue, MetaValue, Overwrite, ResultFile, ResultWriter, Status, schema};
->>>>>>> room-tests:tests/results/format.rs
+use stickslip::results::{AttributeValue, Overwrite, ResultFile, ResultWriter, Status, schema};
 
 #[test]
 fn regression_identical_runs_give_identical_bytes() {

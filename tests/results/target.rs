@@ -4,15 +4,10 @@ use crate::common::unlocked;
 use std::fs;
 use std::path::{Path, PathBuf};
 
-<<<<<<< HEAD:tests/results_target.rs
-use results_common::{header, record, stick_slip, write};
+use crate::common::results::{header, record, stick_slip, write};
 use stickslip::results::{
     Overwrite, Reason, ResultError, ResultFile, ResultWriter, Status, check_target, partial_path,
 };
-=======
-use crate::common::results::{header, record, stick_slip, write};
-use stickslip::results::{Overwrite, ResultError, ResultFile, ResultWriter, Status, check_target, partial_path};
->>>>>>> room-tests:tests/results/target.rs
 
 fn create(path: &Path, overwrite: Overwrite) -> Result<ResultWriter, ResultError> {
     ResultWriter::create(path, overwrite, &[], &header())

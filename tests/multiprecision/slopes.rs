@@ -1,7 +1,7 @@
 //! What the numbers of a case of trains do to its events, against closed forms, the oracle and the brake's own linearisation;
 //! and the bands of a trajectory against a closed form.
 
-use crate::common::cases::{certified, parsed, recorded, source, truth};
+use crate::common::cases::{certified, parsed, recorded, source};
 use std::f64::consts::PI;
 use std::time::{Duration, Instant};
 use stickslip::analysis::certificate::Verdict;
@@ -10,7 +10,6 @@ use stickslip::analysis::sensitivity::{Affected, CaseSensitivities, Outcome, sen
 use stickslip::analysis::{Certify, Deadline, Written};
 use stickslip::case::{Case, CaseSource, Override, WrittenCase};
 use stickslip::model::Mode;
-use stickslip::oracle::Number;
 use stickslip::record::Event;
 
 /// The events of a case by its own method.
@@ -100,91 +99,6 @@ fn analytic_the_period_of_the_coulomb_belt_and_its_events() {
     let exact = period([1.0, 100.0, 10.0, 0.05, 0.4, 0.3]) - period(numbers);
     assert!((reruns[0].shift.unwrap() - exact).abs() < 1e-12, "{:?}", reruns[0]);
     assert_eq!(speed.nonlinear(), Some(true));
-}
-
-/// Differences of exact events: at 1e-10 of the number, with 28 digits, their error is below 1e-15 of the slope.
-#[test]
-fn multiprecision_slopes_of_built_in_cases() {
-    let cases: [(&str, &[&str]); 7] = [
-        ("belt-exponential", &["output.end_time=12"]),
-        ("belt-leine-tanh", &["output.end_time=20"]),
-        ("den-hartog", &["output.end_time=16"]),
-        ("groan", &["output.end_time=1.6"]),
-        ("drill-string", &["output.end_time=30"]),
-        ("clutch", &[]),
-        (
-            "lugre-slider",
-            &["output.end_time=8.5", "friction.bristle_stiffness=2e3"],
-        ),
-    ];
-    let mut failures = Vec::new();
-    for (name, settings) in cases {
-        let source = CaseSource::built_in(name).unwrap();
-        let changes = parsed(settings);
-        let found = of_case(&source, &changes);
-        let exact = |path: &str, value: f64| -> Option<Vec<Number>> {
-            let mut changes = changes.clone();
-            changes.push(Override::number(path, value));
-            let case = Case::read(&source, &changes).ok()?;
-            let solved = truth((&source, &changes), &case, 28).unwrap();
-            Some(solved.report.events.into_iter().map(|event| event.time).collect())
-        };
-        let (mut compared, mut widest) = (0, 0.0f64);
-        // Every third number, each case beginning with another.
-        for (index, parameter) in found.parameters.iter().enumerate() {
-            if index % 3 != name.len() % 3 {
-                continue;
-            }
-            let at = |factor: f64| {
-                let value = parameter.value * factor;
-                exact(&parameter.path, value).map(|times| (value, times))
-            };
-            // At a limit of what the case can have the derivative is that on the other side.
-            let own = || at(1.0).expect("the case itself");
-            let (below, low) = at(1.0 - 1e-10).unwrap_or_else(own);
-            let (above, high) = at(1.0 + 1e-10).unwrap_or_else(own);
-            // There a difference has an error of first order, which another one twice as wide takes away.
-            let wide = match (below, above) {
-                (below, _) if below == parameter.value => at(1.0 + 2e-10),
-                (_, above) if above == parameter.value => at(1.0 - 2e-10),
-                _ => None,
-            };
-            for (event, row) in found.events.iter().enumerate() {
-                let slope = row[index];
-                let difference = high[event].minus(&low[event]) / (above - below);
-                let truth = match &wide {
-                    None => difference,
-                    Some((value, wide)) => {
-                        let (known, end) = if *value > parameter.value {
-                            (&low, below)
-                        } else {
-                            (&high, above)
-                        };
-                        2.0 * difference - wide[event].minus(&known[event]) / (value - end)
-                    }
-                };
-                let error = (slope.value - truth).abs();
-                // Rounding of the difference of doubles above: 1e-6 of 1e-10.
-                let own = 2e-6 * truth.abs();
-                // NaN is a failure, too.
-                let within = error <= slope.uncertainty + own;
-                if !within {
-                    failures.push(format!(
-                        "{name} {} event {event}: {:e} instead of {truth:e}, said to be within {:e}",
-                        parameter.path, slope.value, slope.uncertainty
-                    ));
-                }
-                compared += 1;
-                let share = found.events[event][index].uncertainty * parameter.value.abs();
-                widest = widest.max(share);
-            }
-        }
-        println!("{name}: {compared} slopes, the widest uncertainty {widest:.1e} s per the number itself");
-        assert!(compared > 0, "{name}");
-        // Small beside the times of the events, which are seconds.
-        assert!(widest < 1e-4, "{name}: {widest:e}");
-    }
-    assert!(failures.is_empty(), "{}", failures.join("\n"));
 }
 
 /// A short slide with a kick, as the short form of the brake and as trains.
