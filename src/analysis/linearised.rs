@@ -22,7 +22,7 @@ const WIDTHS: [f64; 2] = [1.0 / 262_144.0, 1.0 / 131_072.0];
 const DIFFERENCE_ROUNDING: f64 = 4.0;
 
 /// The error of the integration, as a share of the largest derivative so far.
-const CARRIED: f64 = 1e-9;
+const CARRIED: f64 = 1e-8;
 
 /// A derivative, and how far it can be off; NaN where there is none.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -400,9 +400,14 @@ impl<D: Dynamics, R: Rules<D>> Carried<D, R> {
         &self.factors.insert(factors).lu
     }
 
+    /// The inverse of the fastest eigenvalue, or 1 s of a motion without one, such as that of a free body, s.
+    fn fastest_time(&self) -> f64 {
+        if self.fastest > 0.0 { 1.0 / self.fastest } else { 1.0 }
+    }
+
     /// The size of each component where the run stands: what it is, and what it comes to within the fastest time.
     fn sizes(&self, y: &[f64], rates: &[f64]) -> Vec<f64> {
-        let unit = if self.fastest > 0.0 { 1.0 / self.fastest } else { 1.0 };
+        let unit = self.fastest_time();
         let pairs = y.iter().zip(rates).take(self.moving);
         pairs.map(|(y, rate)| y.abs().max(rate.abs() * unit)).collect()
     }
@@ -413,11 +418,7 @@ impl<D: Dynamics, R: Rules<D>> Carried<D, R> {
         let direction = DVector::from_column_slice(&rates[..self.moving]);
         let e = NEAR * extent(&direction, &self.sizes(y, rates));
         let by_state = (at(t, &along(y, &direction, e)) - at(t, &along(y, &direction, -e))) / (2.0 * e);
-        let h = if self.fastest > 0.0 {
-            GUARD_STEP / self.fastest
-        } else {
-            GUARD_STEP
-        };
+        let h = GUARD_STEP * self.fastest_time();
         let over = |h: f64| at(t + h, y) - at(t - h, y);
         by_state + (8.0 * over(h) - over(2.0 * h)) / (12.0 * h)
     }
@@ -535,8 +536,8 @@ where
             }
             // So near that what is decided there is decided alike.
             let mut e = NEAR * extent(&moved, &sizes);
-            if dt != 0.0 && self.fastest > 0.0 {
-                e = e.min(AHEAD / (self.fastest * dt.abs()));
+            if dt != 0.0 {
+                e = e.min(AHEAD * self.fastest_time() / dt.abs());
             }
             // Of the map the identity is left out, so that what it keeps is kept without rounding.
             let change = |e: f64| {

@@ -16,8 +16,8 @@ const STEP: f64 = 1e-13;
 /// Digits of the oracle. A difference over [`STEP`] keeps 20 of them, less eight for a growth of e^18.
 const DIGITS: u32 = 33;
 
-/// Largest relative error of a derivative: six digits.
-const SIX_DIGITS: f64 = 1e-6;
+/// Half a unit of the sixth digit of a number between 1 and 10.
+const SIXTH_DIGIT: f64 = 5e-6;
 
 /// Derivatives below this share of the largest one by the same number are held to six digits of that share.
 const SMALL: f64 = 1e-3;
@@ -143,13 +143,11 @@ fn check(name: &str, settings: &[&str], wanted: impl Fn(usize, &str) -> bool) {
             let slope = linearised.slope(event, index);
             let least = (SMALL * largest).max(NEGLIGIBLE * linearised.events[event].time / unit);
             let error = (slope.value - truth).abs();
-            let relative = if error == 0.0 {
-                0.0
-            } else {
-                error / truth.abs().max(least)
-            };
+            let size = truth.abs().max(least);
+            let relative = if error == 0.0 { 0.0 } else { error / size };
+            let six_digits = SIXTH_DIGIT * 10f64.powf(size.log10().floor());
             // A comparison with NaN is a failure, too.
-            if !(relative <= SIX_DIGITS && error <= slope.uncertainty) {
+            if !(error <= six_digits && error <= slope.uncertainty) {
                 failures.push(format!(
                     "{} at event {event}: {:e} instead of {truth:e}, off by {relative:.1e}, said to be within {:e}",
                     number.path, slope.value, slope.uncertainty
