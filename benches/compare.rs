@@ -85,7 +85,11 @@ fn samples(c: &mut Criterion) {
                 for name in ["time", "relative_velocity"] {
                     let column = file.column(name).unwrap();
                     for start in (0..count).step_by(65_536) {
-                        black_box(column.read(&[start..count.min(start + 65_536)]).unwrap());
+                        black_box(
+                            column
+                                .read(std::slice::from_ref(&(start..count.min(start + 65_536))))
+                                .unwrap(),
+                        );
                     }
                 }
             }

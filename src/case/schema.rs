@@ -1,6 +1,6 @@
 //! The keys of a case file: the one place that knows their paths, units, limits, defaults, and the places of a case that they set.
 //!
-//! Reading, writing, numbers, unknown-key detection, sweeps and the documentation are driven by [`KEYS`].
+//! Reading, writing, numbers, unknown-key detection, sweeps and the documentation are driven by the table `KEYS`.
 
 use std::sync::LazyLock;
 
@@ -37,7 +37,7 @@ pub enum Presence {
     Required,
     /// Required with, and only allowed with, this `actuation.profile`.
     Profile(&'static str),
-    /// A parameter of friction laws: allowed with, and only with, those that have it ([`keys_of_law`]), and required there unless
+    /// A parameter of friction laws: allowed with, and only with, those that have it (`keys_of_law`), and required there unless
     /// it has a default, in words.
     Law {
         /// What happens if it is left out.

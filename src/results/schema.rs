@@ -50,8 +50,9 @@ pub mod group {
     pub(crate) const SEGMENTS: &str = "segments";
     pub(crate) const STICK_SLIP: &str = "stick_slip";
     /// Only in certified files, as [`SENSITIVITY`].
-    pub(crate) const CERTIFICATE: &str = "certificate";
-    pub(crate) const SENSITIVITY: &str = "sensitivity";
+    pub const CERTIFICATE: &str = "certificate";
+    /// What the numbers of the case do to the events.
+    pub const SENSITIVITY: &str = "sensitivity";
     /// Only where a witness ran beside the run.
     pub(crate) const WITNESS: &str = "witness";
     pub(crate) const INPUT: &str = "input";
@@ -65,7 +66,7 @@ pub mod group {
 }
 
 /// Column of /events that certified files have.
-pub(crate) const TIME_UNCERTAINTY: &str = "time_uncertainty";
+pub const TIME_UNCERTAINTY: &str = "time_uncertainty";
 
 /// The TOML text as given, in /input.
 pub(crate) const INPUT_CASE: &str = "case";

@@ -110,7 +110,7 @@ fn replaced_is_no_file_that_came_during_the_run() {
     let writer = create(&path, Overwrite::OwnResults).unwrap();
     fs::write(&path, "notes").unwrap();
     let error = writer.finish(Status::Complete, &stick_slip(), 1.0).unwrap_err();
-    assert!(matches!(error.reason, Reason::Foreign { .. }), "{error}");
+    assert!(matches!(error.reason, Reason::Foreign), "{error}");
     assert_eq!(fs::read_to_string(&path).unwrap(), "notes");
     assert_eq!(
         ResultFile::open(&partial_path(&path)).unwrap().status(),
@@ -143,13 +143,13 @@ fn refused_input_as_output() {
     for name in names {
         for overwrite in [Overwrite::OwnResults, Overwrite::Force] {
             let error = check_target(&name, overwrite, std::slice::from_ref(&input)).unwrap_err();
-            assert!(matches!(error.reason, Reason::IsInput { .. }), "{error}");
+            assert!(matches!(error.reason, Reason::IsInput), "{error}");
         }
     }
     let partial = folder.path().join("run.partial.h5");
     fs::copy(&input, &partial).unwrap();
     let error = check_target(&folder.path().join("run.h5"), Overwrite::OwnResults, &[partial]).unwrap_err();
-    assert!(matches!(error.reason, Reason::IsInput { .. }), "{error}");
+    assert!(matches!(error.reason, Reason::IsInput), "{error}");
 }
 
 #[test]
@@ -198,7 +198,7 @@ fn refused_target_that_another_program_writes() {
     let message = refused(create(&path, Overwrite::OwnResults), &path);
     assert!(message.contains("in use"), "{message}");
     let error = ResultFile::open(&path).unwrap_err();
-    assert!(matches!(error.reason, Reason::InUse { .. }), "{error}");
+    assert!(matches!(error.reason, Reason::InUse), "{error}");
 }
 
 #[test]
@@ -207,12 +207,12 @@ fn open_says_what_a_file_is_not() {
     let path = |name: &str| -> PathBuf { folder.path().join(name) };
     let open = |name: &str| ResultFile::open(&path(name)).unwrap_err();
 
-    assert!(matches!(open("missing.h5").reason, Reason::NotFound { .. }));
-    assert!(matches!(open("").reason, Reason::FolderIsNoResult { .. }));
+    assert!(matches!(open("missing.h5").reason, Reason::NotFound));
+    assert!(matches!(open("").reason, Reason::FolderIsNoResult));
     fs::write(path("empty.h5"), "").unwrap();
-    assert!(matches!(open("empty.h5").reason, Reason::NotHdf5 { .. }));
+    assert!(matches!(open("empty.h5").reason, Reason::NotHdf5));
     fs::write(path("text.h5"), "time,theta\n").unwrap();
-    assert!(matches!(open("text.h5").reason, Reason::NotHdf5 { .. }));
+    assert!(matches!(open("text.h5").reason, Reason::NotHdf5));
     unlocked::create(path("other.h5")).unwrap();
     assert!(matches!(open("other.h5").reason, Reason::NotAResult { .. }));
 
