@@ -58,7 +58,7 @@ impl CalibrationStudy {
         let method = Override::setting("solver.method", &Setting::Text("series".to_owned()));
         let head = Head::read(&mut reader, &root, &source, vec![method], overrides);
         let free = read_free(&mut reader, &head.keys, &root);
-        let targets = read_targets(&mut reader, &head, &root);
+        let targets = read_targets(&mut reader, &head, &free, &root);
         let search = read_search(&mut reader, &root).filter(|_| reader.is_clean());
         let Some((search, runs)) = search.and_then(|search| Some((search, Study::of_ranges(head, source, free)?)))
         else {
@@ -140,11 +140,9 @@ fn read_free(reader: &mut Reader, known: &CaseKeys, root: &Node) -> Vec<Axis> {
     free
 }
 
-fn read_targets(reader: &mut Reader, head: &Head, root: &Node) -> Vec<Target> {
-    let case = head
-        .base
-        .as_ref()
-        .and_then(|base| Case::read(base, &head.settings).ok());
+fn read_targets(reader: &mut Reader, head: &Head, free: &[Axis], root: &Node) -> Vec<Target> {
+    let base = head.base.as_ref().filter(|_| free.iter().all(Axis::keeps_the_system));
+    let case = base.and_then(|base| Case::read(base, &head.settings).ok());
     let kind = (case.as_ref().map(|case| &case.system), head.keys.words.motion());
     let missing = "missing: what was measured; write [[target]] with a quantity and its value";
     let mut targets: Vec<Target> = Vec::new();

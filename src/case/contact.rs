@@ -154,6 +154,8 @@ impl Reader {
     pub(super) fn threshold(&mut self, case: &mut Case) {
         const PATH: &str = "friction.threshold";
         let default = match &case.system.contact {
+            // Not of a law whose name is misspelt.
+            ContactLaw::StickSlip if self.is_reported("friction.law") => return,
             ContactLaw::StickSlip if !self.words.short && self.has(PATH) => {
                 let message = "belongs to a contact without stick, a regularised one or one with bristles: a stick of this one \
                                needs no threshold; remove it";

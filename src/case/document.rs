@@ -255,6 +255,12 @@ impl Override {
         Override::value(path, Value::Float(value))
     }
 
+    /// The same, written at `place`.
+    pub(crate) fn at(self, place: String) -> Override {
+        let origin = Some(place);
+        Override { origin, ..self }
+    }
+
     /// Where it was written, as `study.toml:12`, if that is a file.
     pub(crate) fn origin(&self) -> Option<&str> {
         self.origin.as_deref()

@@ -90,7 +90,8 @@ impl Reader {
             }
         }
         // Without stick, friction at rest is that of the law unless it is given.
-        let needs_breakaway = self.sticks(case) || self.has("friction.breakaway");
+        let sticks = self.sticks(case) && !self.is_reported("friction.law");
+        let needs_breakaway = sticks || self.has("friction.breakaway");
         self.fill(case, |key| match key.split() {
             ("rotor" | "stator", _) | ("contact", "radius") | ("friction", "law") => false,
             ("friction", "breakaway") => needs_breakaway,
@@ -135,6 +136,11 @@ impl Reader {
     pub(super) fn report(&mut self, path: &str, message: impl Into<String>) {
         let place = self.place(path);
         self.push(place, path, message.into());
+    }
+
+    /// Whether a problem was reported at `path`.
+    pub(super) fn is_reported(&self, path: &str) -> bool {
+        self.problems.iter().any(|(_, problem)| problem.key == path)
     }
 
     /// Reports a condition at the override that broke it, or at the value that it is about.

@@ -63,10 +63,10 @@ impl Budget {
 /// How a study makes its runs.
 #[derive(Debug, Args)]
 pub(super) struct StudyRuns {
-    /// Threads [default: one for each processor; in an MPI job one for each rank].
+    /// Threads [default: one for each processor; of a sweep in an MPI job one for each rank].
     #[arg(short = 'j', long = "jobs", value_name = "N", value_parser = jobs)]
     pub jobs: Option<usize>,
-    /// Integration method, the same as --set solver.method=M; series is the fastest, and that of a calibration.
+    /// Integration method, the same as --set solver.method=M; series is the fastest [default of a calibration: series].
     #[arg(long, value_name = "M", add = methods())]
     method: Option<String>,
     /// Override a key of the base case, such as torsion.damping=20 or stator.damping.0=2.

@@ -35,17 +35,17 @@ pub(super) fn listed() -> Result<Vec<Listed>, CommandError> {
         add(case.name, "case", "run", read.title);
     }
     for study in STUDIES {
-        let source = StudySource::find(study.name, STUDIES)?;
+        let source = StudySource::text(study.name, study.text);
         let title = Study::parse(source, &[])?.title;
         add(study.name, "study", "sweep", title);
     }
     for study in CALIBRATIONS {
-        let source = StudySource::find(study.name, CALIBRATIONS)?;
+        let source = StudySource::text(study.name, study.text);
         let title = CalibrationStudy::parse(source, &[])?.runs.title;
         add(study.name, "study", "calibrate", title);
     }
     for study in work_precision::STUDIES {
-        let source = StudySource::find(study.name, work_precision::STUDIES)?;
+        let source = StudySource::text(study.name, study.text);
         let title = work_precision::Study::parse(source)?.title;
         add(study.name, "study", "work-precision", title);
     }

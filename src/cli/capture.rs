@@ -8,8 +8,8 @@ use std::ffi::OsString;
 use std::sync::Arc;
 
 /// Runs a command with these arguments, without the name of the program. What it says is captured, report and document both;
-/// how it ended stands beside that. `watch` follows and ends it. It sets no handler of signals, and no logger. A table that is asked for on standard
-/// output (`export -o -`) goes there.
+/// how it ended stands beside that. `watch` follows and ends it. It sets no handler of signals, and no logger. A table that is
+/// asked for on standard output (`export -o -`) goes there.
 pub fn capture(arguments: impl IntoIterator<Item = OsString>, watch: Arc<Watch>) -> (Said, Result<End, CommandError>) {
     let capturing = Capturing::new(watch);
     let end = ended(arguments);

@@ -87,8 +87,9 @@ fn read_settings(reader: &mut Reader, known: &CaseKeys, node: &Node, path: &str,
         Value::Array(_) if path.is_empty() => {
             let read = reader.list(node, "set", |reader, element, path| {
                 let text = reader.text(element, path)?;
+                let place = element.place.show(&reader.label);
                 let parsed = Override::parse(&text).map_err(|error| error.problems[0].message.clone());
-                reader.found(element, path, parsed)
+                reader.found(element, path, parsed.map(|setting| setting.at(place)))
             });
             settings.extend(read.unwrap_or_default());
         }

@@ -1,4 +1,4 @@
-//! What all integrators share: the system, the vectors, and what happens around a C call.
+//! The solver without its C memory: the system, the vectors, and what happens around a C call.
 
 use std::ffi::{c_int, c_void};
 use std::panic::resume_unwind;
@@ -22,7 +22,7 @@ pub(super) enum Status {
     Failed,
 }
 
-/// An integrator without its C memory. Fields are dropped in order: the vectors before their context.
+/// A solver without its C memory. Fields are dropped in order: the vectors before their context.
 pub(super) struct Core<S> {
     /// The state handed out last.
     pub(super) state: Vector,

@@ -94,6 +94,11 @@ impl Axis {
         SweepAxis::new(&self.name, keys, unit, self.description, words, values)
     }
 
+    /// Whether the cases along it have the system of one of them, but for numbers: a torque may be there in some only.
+    pub(crate) fn keeps_the_system(&self) -> bool {
+        self.is_number() && !self.keys.iter().any(|key| key.ends_with(".torque"))
+    }
+
     /// Whether its values are numbers.
     pub fn is_number(&self) -> bool {
         self.levels.iter().all(|level| level.as_number().is_some())

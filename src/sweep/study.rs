@@ -106,11 +106,10 @@ impl Study {
         let (mut reader, root) = Reader::open(&source, STUDY_KEYS)?;
         let mut head = Head::read(&mut reader, &root, &source, Vec::new(), overrides);
         let mut axes = read_axes(&mut reader, &head.keys, &root);
-        // Words on an axis may make other systems of the case.
-        let system = match &head.base {
-            Some(base) if axes.iter().all(Axis::is_number) => Case::read(base, &head.settings).ok(),
-            _ => None,
-        };
+        // Words on an axis, a torque, and a table of points may make other systems of the case.
+        let is_known = root.at("points").is_none() && axes.iter().all(Axis::keeps_the_system);
+        let base = head.base.as_ref().filter(|_| is_known);
+        let system = base.and_then(|base| Case::read(base, &head.settings).ok());
         let system = system.as_ref().map(|case| &case.system);
         let design = read_design(&mut reader, &mut head, system, &root, &source, &mut axes);
         let keep = root.at("keep").map_or_else(Keep::default, |node| {
@@ -173,9 +172,14 @@ impl Study {
         (!self.gives_tolerance).then_some(STUDY_RTOL)
     }
 
-    /// Whether sliding slows down by itself in its base case, and is watched for its loss of stability.
+    /// Whether sliding slows down by itself in its first case, and is watched for its loss of stability.
     pub(crate) fn slows_down(&self) -> bool {
-        Case::read(&self.base, &self.settings).is_ok_and(|case| case.stops())
+        let first: Option<Vec<Setting>> = self.axes.iter().map(|axis| axis.levels.first().cloned()).collect();
+        let case = match first {
+            Some(first) => self.case_at(&first),
+            None => Case::read(&self.base, &self.settings),
+        };
+        case.is_ok_and(|case| case.stops())
     }
 
     /// How many points it has; `None` if that shows only on the way.

@@ -843,3 +843,15 @@ fn regression_cases_of_either_form_have_samples_around_their_events() {
         assert_eq!(around(&stored(&earlier.join("\n")), &[]).0, None, "{name}");
     }
 }
+
+/// What follows from the law that is not known is not said.
+#[test]
+fn case_of_a_misspelt_law_only_its_name_is_wrong() {
+    let error = Case::read(
+        &CaseSource::built_in("lugre-slider").unwrap(),
+        &parsed(&["friction.law=lugr"]),
+    )
+    .unwrap_err();
+    let keys: Vec<&str> = error.problems.iter().map(|problem| problem.key.as_str()).collect();
+    assert_eq!(keys, ["friction.law"], "{error}");
+}

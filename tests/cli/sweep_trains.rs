@@ -5,7 +5,7 @@ use crate::common::cli::{Folder, json, output, refusal, says};
 use std::f64::consts::PI;
 use stickslip::case::{Case, CaseSource, Override};
 use stickslip::results::{ResultFile, SweepFile};
-use stickslip::sweep::{STUDIES, StudySource};
+use stickslip::sweep::{STUDIES, Study, StudySource};
 
 /// The mass on a belt with Coulomb friction that begins on the belt: every slip and stick in closed form.
 const BELT: &str = r#"
@@ -823,4 +823,27 @@ fn analytic_a_calibration_of_trains_finds_the_case() {
         folder.write("wrong.toml", CALIBRATION.replace(from, to));
         folder.refused("calibrate wrong.toml", &[words]);
     }
+}
+
+/// The base case slows down by itself; with a torque it need not.
+#[test]
+fn cli_an_axis_of_a_torque_may_ask_for_what_a_driven_motion_has() {
+    let torque = |show: &str, key: &str| {
+        let study = format!(
+            "case = \"paper-si\"\nshow = [\"{show}\"]\n[[axis]]\nkey = \"{key}\"\nvalues = [1, 2]\n[set]\noutput.end_time = 7\n"
+        );
+        Study::parse(StudySource::text("study", &study), &[])
+    };
+    let refused = torque("attractor_period", "initial.speed").unwrap_err().to_string();
+    assert!(refused.contains("nothing drives its sliding"), "{refused}");
+    let general = Case::read(&CaseSource::built_in("paper-si").unwrap(), &[])
+        .unwrap()
+        .in_general_form();
+    let folder = Folder::new();
+    folder.write("general.toml", general.resolved());
+    let text =
+        "case = \"general.toml\"\nshow = [\"attractor_period\"]\n[[axis]]\nkey = \"rotor.torque\"\nvalues = [1, 2]\n";
+    folder.write("study.toml", text);
+    let source = StudySource::find(folder.path("study.toml").to_str().unwrap(), STUDIES).unwrap();
+    Study::parse(source, &[]).unwrap();
 }

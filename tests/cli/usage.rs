@@ -82,6 +82,8 @@ fn cli_case_prints_a_case_to_start_from() {
 #[test]
 fn cli_case_lists_the_built_in_cases() {
     let folder = Folder::new();
+    // Figures of the study may lie in a folder of its name.
+    std::fs::create_dir(folder.path("critical-curve")).unwrap();
     let stdout = folder.ok("case --list");
     let listed = folder.ok("case --list --json");
     let listed = json(&listed);

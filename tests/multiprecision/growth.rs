@@ -122,7 +122,7 @@ fn multiprecision_kick_grows_as_the_eigenvalues_say() {
 /// From the loss of stability to the final stick no step is longer than a nineteenth of the natural period, whatever
 /// the method and however loose the tolerance; the resolved steps are a twentieth. (`series` needs no such bound: its
 /// steps are as long as order 24 allows, and it strides only where the exact solution is smooth sliding, which is held
-/// against that in multiprecision_events.)
+/// against that in multiprecision/events.)
 #[test]
 fn property_no_method_strides_over_the_instability() {
     let truth = truth("si-kick");

@@ -52,6 +52,13 @@ const CASES: [(&str, &[&str]); 15] = [
 /// The cases of [`CASES`] of which the oracle needs seconds for each run.
 const LONG: [&str; 3] = ["paper", "paper-si", "release"];
 
+/// Numbers with which a run begins in another mode or has other events, so that there is nothing to differentiate: the speed of
+/// the belt on which a mass lies at rest, and its own; the end of a table beyond the run.
+const OTHER_EVENTS: [&str; 3] = ["rotor.speed", "initial.stator_speed", "actuation.force.4"];
+
+/// Largest uncertainty of an event's time for a change of a number by all of itself, as a share of the largest such change.
+const WIDEST: f64 = 1e-4;
+
 type Times = Vec<(EventKind, BigRational)>;
 
 /// Exact times of the events with a number moved; `None` where the case cannot have it.
@@ -117,6 +124,9 @@ fn check(name: &str, settings: &[&str], wanted: impl Fn(usize, &str) -> bool) {
         .collect();
     assert!(!numbers.is_empty());
     let kinds: Vec<EventKind> = linearised.events.iter().map(|event| event.kind).collect();
+    let (path, value) = (&linearised.parameters[0].path, linearised.parameters[0].value);
+    let unmoved = exact(&source, &changes, (path, value)).unwrap();
+    assert!(unmoved.iter().map(|event| event.0).eq(kinds.iter().copied()), "{name}");
     let (next, found) = (AtomicUsize::new(0), Mutex::new(Vec::new()));
     std::thread::scope(|scope| {
         for _ in 0..2 {
@@ -134,8 +144,11 @@ fn check(name: &str, settings: &[&str], wanted: impl Fn(usize, &str) -> bool) {
         let number = &linearised.parameters[index];
         let unit = if number.value == 0.0 { 1.0 } else { number.value.abs() };
         let Some(truths) = truths else {
-            // The run begins in another mode with the number moved, or has other events.
-            println!("{name}: {} makes other events", number.path);
+            assert!(
+                OTHER_EVENTS.contains(&&*number.path),
+                "{name}: {} makes other events",
+                number.path
+            );
             continue;
         };
         let largest = truths.iter().fold(0.0f64, |most, slope| most.max(slope.abs()));
@@ -146,8 +159,9 @@ fn check(name: &str, settings: &[&str], wanted: impl Fn(usize, &str) -> bool) {
             let size = truth.abs().max(least);
             let relative = if error == 0.0 { 0.0 } else { error / size };
             let six_digits = SIXTH_DIGIT * 10f64.powf(size.log10().floor());
+            let wide = WIDEST * size.max(largest);
             // A comparison with NaN is a failure, too.
-            if !(error <= six_digits && error <= slope.uncertainty) {
+            if !(error <= six_digits && error <= slope.uncertainty && slope.uncertainty <= wide) {
                 failures.push(format!(
                     "{} at event {event}: {:e} instead of {truth:e}, off by {relative:.1e}, said to be within {:e}",
                     number.path, slope.value, slope.uncertainty
@@ -161,13 +175,16 @@ fn check(name: &str, settings: &[&str], wanted: impl Fn(usize, &str) -> bool) {
         "{name}: {compared} derivatives by {} numbers within {worst:.1e}",
         numbers.len()
     );
+    assert!(compared > 0, "{name}");
     assert!(failures.is_empty(), "{name}: {}", failures.join("\n"));
 }
 
-/// Every third number of a case, each case beginning with another; all of them if STICKSLIP_EVERY_NUMBER is set.
+/// Every third number of a case, each case beginning with another; all of them of `paper` and `release`, or if
+/// STICKSLIP_EVERY_NUMBER is set.
 fn check_built_in(which: impl Fn(&str) -> bool) {
-    let every = std::env::var_os("STICKSLIP_EVERY_NUMBER").is_some();
+    let wanted = std::env::var_os("STICKSLIP_EVERY_NUMBER").is_some();
     for (name, settings) in CASES.iter().filter(|case| which(case.0)) {
+        let every = wanted || ["paper", "release"].contains(name);
         check(name, settings, |index, _| every || index % 3 == name.len() % 3);
     }
 }

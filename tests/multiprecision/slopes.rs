@@ -1,5 +1,5 @@
-//! What the numbers of a case of trains do to its events, against closed forms, the oracle and the brake's own linearisation;
-//! and the bands of a trajectory against a closed form.
+//! What the numbers of a case do to its events, against closed forms and the other form of the case, and the bands of a
+//! trajectory against a closed form.
 
 use crate::common::cases::{certified, parsed, recorded, source};
 use std::f64::consts::PI;
