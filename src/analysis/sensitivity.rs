@@ -36,7 +36,7 @@ const RERUN_FACTOR: usize = 4;
 const ROUNDING: f64 = 16.0;
 
 /// A result that would change by less than this share if a number were changed by all of itself does not depend on it.
-const NEGLIGIBLE: f64 = 1e-8;
+const NEGLIGIBLE: f64 = 1e-6;
 
 /// What a rerun came to.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
