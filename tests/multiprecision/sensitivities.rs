@@ -53,8 +53,14 @@ const CASES: [(&str, &[&str]); 15] = [
 const LONG: [&str; 3] = ["paper", "paper-si", "release"];
 
 /// Numbers with which a run begins in another mode or has other events, so that there is nothing to differentiate: the speed of
-/// the belt on which a mass lies at rest, and its own; the end of a table beyond the run.
-const OTHER_EVENTS: [&str; 3] = ["rotor.speed", "initial.stator_speed", "actuation.force.4"];
+/// the belt on which a mass lies at rest, and its own; forces of a table at corners that are none then; its time 0.
+const OTHER_EVENTS: [&str; 5] = [
+    "rotor.speed",
+    "initial.stator_speed",
+    "actuation.force.0",
+    "actuation.force.4",
+    "actuation.time.0",
+];
 
 /// Largest uncertainty of an event's time for a change of a number by all of itself, as a share of the largest such change.
 const WIDEST: f64 = 1e-4;
@@ -179,12 +185,11 @@ fn check(name: &str, settings: &[&str], wanted: impl Fn(usize, &str) -> bool) {
     assert!(failures.is_empty(), "{name}: {}", failures.join("\n"));
 }
 
-/// Every third number of a case, each case beginning with another; all of them of `paper` and `release`, or if
-/// STICKSLIP_EVERY_NUMBER is set.
+/// Every third number of a case, each case beginning with another; all of them of `paper`, or if STICKSLIP_EVERY_NUMBER is set.
 fn check_built_in(which: impl Fn(&str) -> bool) {
     let wanted = std::env::var_os("STICKSLIP_EVERY_NUMBER").is_some();
     for (name, settings) in CASES.iter().filter(|case| which(case.0)) {
-        let every = wanted || ["paper", "release"].contains(name);
+        let every = wanted || *name == "paper";
         check(name, settings, |index, _| every || index % 3 == name.len() % 3);
     }
 }
