@@ -198,10 +198,10 @@ fn size(number: &CaseNumber) -> f64 {
 fn moved(written: &WrittenCase, number: &CaseNumber, width: f64) -> Vec<MovedSystem> {
     let h = width * size(number);
     let copy = |steps: f64, weight: f64, bend: f64| {
-        let (trains, threshold) = written.moved(&number.path, number.value + steps * h)?;
+        let (system, threshold) = written.moved(&number.path, number.value + steps * h)?;
         Some(MovedSystem {
             threshold,
-            system: trains,
+            system,
             weight: weight / h,
             bend,
         })

@@ -4,7 +4,7 @@ use super::target::{self, Target};
 use crate::case::builtin::{BuiltIn, built_in};
 use crate::case::document::Node;
 use crate::case::{Case, CaseError, CaseKeys, Override, Setting};
-use crate::study::{Head, Reader, StudySource, check_points};
+use crate::study::{Head, PROBES, Reader, StudySource, check_points};
 use crate::sweep::{Axis, Study, read_axis, sobol};
 use sha2::{Digest, Sha256};
 
@@ -43,9 +43,6 @@ const MOST_STARTS: u64 = 10_000;
 const MOST_FREE: usize = 12;
 const DEFAULT_POINTS: u64 = 1024;
 const DEFAULT_STARTS: u64 = 16;
-
-/// So many points, evenly spread, are built before the first run: if none is valid, the study is at fault.
-const PROBES: usize = 16;
 
 impl CalibrationStudy {
     /// Reads a calibration. `overrides` are set in the base case after the study's own settings.
@@ -141,8 +138,8 @@ fn read_free(reader: &mut Reader, known: &CaseKeys, root: &Node) -> Vec<Axis> {
 }
 
 fn read_targets(reader: &mut Reader, head: &Head, free: &[Axis], root: &Node) -> Vec<Target> {
-    let base = head.base.as_ref().filter(|_| free.iter().all(Axis::keeps_the_system));
-    let case = base.and_then(|base| Case::read(base, &head.settings).ok());
+    let is_known = free.iter().all(Axis::keeps_the_system);
+    let case = if is_known { head.case() } else { None };
     let kind = (case.as_ref().map(|case| &case.system), head.keys.words.motion());
     let missing = "missing: what was measured; write [[target]] with a quantity and its value";
     let mut targets: Vec<Target> = Vec::new();

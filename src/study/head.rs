@@ -51,6 +51,11 @@ impl Head {
             files,
         }
     }
+
+    /// The base case with its settings; `None` if it is not valid by itself, as where an axis gives what it lacks.
+    pub fn case(&self) -> Option<Case> {
+        Case::read(self.base.as_ref()?, &self.settings).ok()
+    }
 }
 
 fn read_base(reader: &mut Reader, root: &Node, source: &StudySource, files: &mut Vec<PathBuf>) -> Option<CaseSource> {
@@ -127,6 +132,9 @@ fn read_settings(reader: &mut Reader, known: &CaseKeys, node: &Node, path: &str,
         }
     }
 }
+
+/// So many points, evenly spread, are built before the first run: if none is valid, the study is at fault.
+pub(crate) const PROBES: usize = 16;
 
 /// Looks for what is wrong with every point of a study alike, so that it is said once and before anything is computed: the
 /// first problems of these `cases`, if none of them is valid.

@@ -11,7 +11,7 @@ use crate::model::system::System;
 use crate::quote::in_shell;
 use crate::results::SweepLayout;
 use crate::simulation::Method;
-use crate::study::{Head, Reader, StudySource, check_points};
+use crate::study::{Head, PROBES, Reader, StudySource, check_points};
 use sha2::{Digest, Sha256};
 use std::path::PathBuf;
 
@@ -94,9 +94,6 @@ const STUDY_KEYS: &[&str] = &[
     "title", "case", "set", "axis", "sample", "points", "keep", "show", "boundary",
 ];
 
-/// So many points, evenly spread, are built before the first run: if none is valid, the study is at fault.
-const PROBES: u64 = 16;
-
 impl Study {
     /// Reads a study. `overrides` are set in the base case after the study's own.
     ///
@@ -108,8 +105,7 @@ impl Study {
         let mut axes = read_axes(&mut reader, &head.keys, &root);
         // Words on an axis, a torque, and a table of points may make other systems of the case.
         let is_known = root.at("points").is_none() && axes.iter().all(Axis::keeps_the_system);
-        let base = head.base.as_ref().filter(|_| is_known);
-        let system = base.and_then(|base| Case::read(base, &head.settings).ok());
+        let system = if is_known { head.case() } else { None };
         let system = system.as_ref().map(|case| &case.system);
         let design = read_design(&mut reader, &mut head, system, &root, &source, &mut axes);
         let keep = root.at("keep").map_or_else(Keep::default, |node| {
@@ -316,7 +312,7 @@ impl Study {
             let message = format!("more than {MOST_POINTS:e} points; give the axes fewer values");
             CaseError::one(&label, "axis", message)
         })?;
-        let probes = count.min(PROBES);
+        let probes = count.min(PROBES as u64);
         let numbers = (0..probes).map(|k| k * (count - 1) / (probes - 1).max(1));
         let points = numbers.filter_map(|number| self.point(number));
         let cases = points.map(|point| self.case_at(&point.coordinates));

@@ -1,7 +1,7 @@
 //! What a run of trains says of the motion that it comes to: the least period, no period where there is none, and digits that
 //! hold.
 
-use crate::common::cases::parsed;
+use crate::common::cases::{built_in, parsed};
 use stickslip::SavedRun;
 use stickslip::analysis::{Summary, Witness};
 use stickslip::case::{Case, CaseSource, Origin};
@@ -174,22 +174,7 @@ end_time = 20.0
 /// The paper's brake without its perturbation: rounding decides, and the second method says so.
 #[test]
 fn property_a_run_that_rounding_decides_is_called_so() {
-    let text = std::fs::read_to_string(concat!(env!("CARGO_MANIFEST_DIR"), "/data/cases/unperturbed.toml")).unwrap();
-    let start = text.find("[torsion]").unwrap();
-    let end = start + text[start..].find("[contact]").unwrap();
-    let trains = r#"
-[rotor]
-inertia = ["0.0113 kg m^2", "2.262 kg m^2"]
-stiffness = "7.71e6 N m/rad"
-damping = "22.606 N m s/rad"
-end = "free"
-[stator]
-inertia = "0.0113 kg m^2"
-stiffness = "7.71e6 N m/rad"
-damping = "22.606 N m s/rad"
-end = "fixed"
-"#;
-    let text = format!("{}{trains}{}", &text[..start], &text[end..]);
+    let text = built_in("unperturbed", &[]).in_general_form().resolved();
     let (_, witness) = run(&text, &["output.window=[]", "output.around=none"]);
     let differs = witness.expect("a witness").differs_from.expect("other events");
     assert!(differs > 6.9, "{differs}");
