@@ -1,4 +1,4 @@
-//! Reading what others wrote: never more than its kind of file can need.
+//! Reading of files and streams by other programs, within limits of size.
 
 use std::fs::File;
 use std::io::{self, ErrorKind, Read};

@@ -1,4 +1,4 @@
-//! What to do about a result that falls short: advice is tried before it is given.
+//! Remedies for a result with too few true digits. A remedy is advised after a run has shown that it works.
 
 use super::bands::compared_output;
 use super::certificate::{Certificate, Verdict, certify};

@@ -1,4 +1,4 @@
-//! All that is found out about one result: the ladder, the oracle's last word, and what the numbers of the case do.
+//! [`Certify`]: the certificate of a result by the ladder and the oracle, and the sensitivities of its events.
 
 use super::certificate::{Certificate, CertifyError, certify_until};
 use super::deadline::Deadline;

@@ -1,4 +1,4 @@
-//! When a command that makes many runs has to be done.
+//! The limit of wall time of a command that makes many runs.
 
 use std::time::{Duration, Instant};
 

@@ -1,4 +1,4 @@
-//! How the values of many runs are spread: percentiles and a histogram.
+//! The distribution of a quantity over many runs: percentiles and a histogram.
 
 /// The percentiles that are reported, %.
 pub const PERCENTILES: [f64; 7] = [1.0, 5.0, 25.0, 50.0, 75.0, 95.0, 99.0];

@@ -1,4 +1,4 @@
-//! The oracle's last word: a certificate whose events are held against the exact ones.
+//! A certificate by the oracle: the events of a result are held against the exact ones.
 //!
 //! A ladder of methods bounds an error by how far methods are apart; it can be wrong where all of them share an error, and
 //! is wide where the result is better than every witness. The oracle's events settle both: the distance to them is the

@@ -1,4 +1,4 @@
-//! The headline of a run as a reader sees it: each quantity in words, beside the paper's number.
+//! The main numbers of a run in words, each beside the paper's.
 
 use super::attractor::{Attractor, Extremes, LONGEST_PERIOD};
 use super::summary::{Outcome, Summary, TURNOVER, residual_row, share_of};

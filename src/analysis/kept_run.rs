@@ -1,4 +1,4 @@
-//! A run of a case that is kept in memory, and what it comes to.
+//! A run of a case that is kept in memory, with its summary.
 
 use super::headline::{HeadlineRow, headline};
 use super::recorded::{Recorded, recorded};

@@ -1,4 +1,4 @@
-//! The run linearised: what a small change of the state or of a number does to all that follows.
+//! Derivatives of a run: how a small change of its state or of a number of its case changes what follows.
 //!
 //! Derivatives are carried along a run by `series` (`simulation::variation`), with each number moved in
 //! copies of the case: so everything is differentiated that a case can have, table, harmonic or bristle, by what the case file says

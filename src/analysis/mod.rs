@@ -1,5 +1,18 @@
-//! What is computed from a run: stick-slip statistics, and how much the run amplifies a perturbation; and from a case:
-//! its modes and its loss of stability; from a study: methods by tolerances; and how far two runs agree.
+//! What is computed from a run or a case: what it comes to, how accurate it is, what it depends on, and what grows.
+//!
+//! | module | what it is |
+//! |---|---|
+//! | `recorded`, `saved_run`, `kept_run` | a run into a recorder, into its file, or into memory, with its summary |
+//! | `summary`, `attractor`, `headline` | main numbers and outcome; whether the motion repeats; the same in words |
+//! | `warning`, `witness`, `sequence` | what to know before a result is used; the same case by another method |
+//! | `certification` | the certificate of a result and its sensitivities, by the modules below |
+//! | `ladder`, `certificate`, `verdict`, `bands` | runs by independent methods; uncertainties of events; error bands of channels |
+//! | `exact`, `truth` | events of the oracle, or of another code with more digits |
+//! | `advice` | remedies for a result with too few true digits |
+//! | `linearised`, `sensitivity` | derivatives of a run; what the numbers of the case change |
+//! | [`stability`] | modes, steady sliding and its stability, growth |
+//! | [`work_precision`] | errors and costs of methods by tolerances |
+//! | `distribution`, `deadline` | a quantity over many runs; the time limit of a command |
 
 pub mod advice;
 mod attractor;

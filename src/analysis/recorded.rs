@@ -1,4 +1,4 @@
-//! A run of a case into a recorder, and what it comes to.
+//! A run of a case into a recorder, with its summary, its warnings and its witness.
 
 use super::Summary;
 use super::attractor::Recurrence;

@@ -1,4 +1,4 @@
-//! A run of a case into its result file.
+//! A run of a case into its result file, with its summary.
 
 use super::recorded::{Recorded, recorded};
 use crate::case::Case;

@@ -1,4 +1,4 @@
-//! What the numbers of a case do to the events of its run, and to what the run comes to.
+//! How the numbers of a case change the events and the outcome of its run.
 //!
 //! A slope ([`linearise`]) tells of small changes. Half a unit of the last printed digit is often none: it can move the stop by
 //! seconds, past a kick whose time is held, or across a graze. So the case is run again with each number half a unit lower and

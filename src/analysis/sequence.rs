@@ -1,4 +1,4 @@
-//! The sequence of events of a run, kept while it goes on.
+//! The sequence of events of a run, as a recorder that keeps nothing else.
 
 use crate::record::{Event, EventKind, Recorder, RecorderError, Segment};
 

@@ -1,4 +1,4 @@
-//! The headline of a run.
+//! The summary of a run: its main numbers and its outcome.
 
 use super::Growth;
 use super::attractor::{Attractor, Recurrence};

@@ -1,4 +1,4 @@
-//! What a certificate says of one event.
+//! The verdict of a certificate on one event.
 
 use serde::Serialize;
 

@@ -1,4 +1,4 @@
-//! What a run's user should know before the result is used.
+//! Warnings of a run: what its user should know before the result is used.
 
 use super::Summary;
 use crate::case::Case;

@@ -1,4 +1,4 @@
-//! The witness of a run: what another method makes of the same case, told in one line beside the result.
+//! The witness of a run: the same case by another method, and how far apart the events are.
 //!
 //! It is no certificate: one method at one tolerance, without the rounding that all methods share. It does tell a result
 //! that two solvers agree on from one that is a solver's own.

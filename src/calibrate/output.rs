@@ -1,4 +1,4 @@
-//! The file of a calibration: a sweep file of all its runs, with what was found beside.
+//! The file of a calibration: a sweep file of all its runs, with the results of the search.
 
 use super::region::Determined;
 use super::search::Calibration;

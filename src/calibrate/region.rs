@@ -1,4 +1,4 @@
-//! The spread that the data leave: all parameters for which the held targets hold, as far as they are found.
+//! The spread that the data leave: all parameters with which the held targets hold, as far as they are found.
 
 use super::evaluate::{Evaluation, Evaluator, Halted};
 use super::local::{apart, farthest, least_worst};

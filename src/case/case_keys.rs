@@ -1,4 +1,4 @@
-//! The keys that a case has.
+//! The keys that the cases of a study have, and what is said of a key that they do not have.
 
 use super::document::{self, Node, Value};
 use super::schema::{self, Kind};

@@ -1,4 +1,5 @@
-//! The contact: what presses, its radius, and what it does at rest.
+//! Keys of the contact that depend on each other: normal force, radius, and the law of a contact that sticks or does
+//! not.
 
 use super::document::Value;
 use super::reader::{Reader, missing};

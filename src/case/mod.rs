@@ -19,7 +19,8 @@
 //! | `numbers`, `written` | Which numbers has a case, with how many digits, and what is it with another one? |
 //! | `exact` | The system without rounding |
 //! | `setting`, `case_keys` | What may vary in a study? |
-//! | `words` | How are the places of the system called? |
+//! | `words` | What are the names and units of the places of the system? |
+//! | `error` | What is wrong, and where? |
 //!
 //! ```
 //! use stickslip::case::{Case, CaseSource, Override};

@@ -1,4 +1,4 @@
-//! A place of a case that a key sets, and what stands there.
+//! A place of a case that a key sets, and the value that stands there.
 
 use toml_edit::Value;
 

@@ -1,4 +1,4 @@
-//! How the places of a system are called where people see them.
+//! Names and units of the places of a system, and the layout of its files.
 
 use super::document::{self, Node};
 use super::value::choice;

@@ -1,4 +1,4 @@
-//! What a shell proposes for values that are not parsed as a list: names of cases, methods, keys and channels, files.
+//! Words that a shell proposes for values without a fixed list: names of cases, methods, keys, channels and files.
 
 use super::builtins;
 use crate::case::{schema, train_keys};

@@ -1,4 +1,4 @@
-//! A command run inside another program: what it would say is handed back.
+//! A command run inside another program, which gets the report and the document.
 
 use super::arguments::ProgressChoice;
 use super::captured::{Capturing, Said, Watch};

@@ -1,4 +1,4 @@
-//! What a command says while it runs inside another program: it is kept for that program, and nothing is printed.
+//! What a command says while it runs inside another program: it is kept, and nothing is printed.
 
 use std::cell::RefCell;
 use std::sync::atomic::AtomicBool;

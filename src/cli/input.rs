@@ -1,4 +1,4 @@
-//! What the commands share: the case or file that they are given, and where its result goes.
+//! What commands share: the case or file that they are given, and the file that they write.
 
 use super::CommandError;
 use crate::case::{CaseError, CaseSource, Origin, Override};

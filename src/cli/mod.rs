@@ -1,4 +1,14 @@
 //! The command line: arguments to validated options to a call.
+//!
+//! | module | what it is |
+//! |---|---|
+//! | `arguments`, `candidates`, `builtins` | options; words that a shell proposes; built-in cases and studies |
+//! | `run`, `certify`, `certify_report`, `compare`, `modes`, `work_precision` | commands that compute or judge a result |
+//! | `sweep`, `merge`, `calibrate` | commands of studies |
+//! | `plot`, `plot_studies`, `export`, `inspect`, `check`, `case_command` | commands that read files |
+//! | `completions`, `man` | completions and manual pages |
+//! | `input`, `terminal`, `progress`, `failure`, `ranks` | what commands share |
+//! | `capture`, `captured` | a command inside another program |
 #![expect(
     non_camel_case_types,
     reason = "the type of a value of a `document!` is called as its key"

@@ -1,4 +1,4 @@
-//! The channels that are compared, the names that other programs give them, and how one follows from others.
+//! The channels of every comparison, and the names that other programs give them.
 
 use crate::case::quantity::Dimension;
 use crate::simulation::{Part, Quantity, Which};

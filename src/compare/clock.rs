@@ -1,5 +1,4 @@
-//! A clock that starts elsewhere, by the events of both runs: what is added to a candidate's times so that they are the
-//! reference's, by whichever way it is found.
+//! The time offset between a candidate and its reference, found from the events of both.
 //!
 //! Two signs are in use, each by its name. An *offset to add* (`time_offset`, `--time-offset`, [`FoundOffset::seconds`]) makes the
 //! candidate's times those of the reference. An *error* is candidate minus reference, as every error of a comparison

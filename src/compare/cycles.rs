@@ -1,4 +1,4 @@
-//! How the errors of a run of many cycles grow.
+//! How the errors of event times grow over a run of many cycles.
 
 use super::event_errors::EventErrors;
 use serde::Serialize;

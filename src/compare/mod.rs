@@ -1,11 +1,22 @@
 //! How far a run of any solver agrees with a reference: the event sequence, the times of the events, then the states.
 //!
-//! A `Candidate` is a result file, any HDF5, NPZ or CSV file with a time column and channels, or a table of events; a
-//! [`Mapping`] says what its columns are. Events that it does not state are found in its relative velocity (`detect`).
-//! The event sequences are aligned first ([`crate::record::sequence`]); what matches gives event errors and the stretches (`windows`) in which
-//! both runs are in the same segment; there the channels are compared sample by sample (`states`) with the reference
-//! as a function of time (`reference`). Nothing is compared across an event. What differs is explained where the
-//! candidate's numbers are evidence for a cause (`diagnosis`).
+//! A `Candidate` is a result file of this program, a file of another one with a time column and channels, or a table of
+//! events; a [`Mapping`] says what its columns are. Events that it does not state are found in its relative velocity.
+//! The event sequences are aligned first ([`crate::record::sequence`]). Matched events give the errors of event times, and the
+//! stretches in which both runs are in the same segment. There the channels are compared with the reference sample by sample,
+//! and nothing is compared across an event. A cause is named where the candidate's numbers are evidence for it.
+//!
+//! | module | what it is |
+//! |---|---|
+//! | `candidate` | results of other solvers: formats, columns, units, events |
+//! | `reference`, `evaluate` | the reference as a function of time |
+//! | `channel`, `vocabulary` | the channels that are compared, and their names |
+//! | `detect`, `crossings`, `torques`, `resolution` | events and torques found in samples; what the times of a file resolve |
+//! | `event_errors`, `cycles`, `clock`, `attractor` | errors of event times, over cycles, by an offset of the clock, of periodic motion |
+//! | `windows`, `states`, `impulse`, `energy`, `range` | common stretches; errors of channels, impulses and energies; range of the position |
+//! | `statistics` | the paper's numbers of both runs |
+//! | `diagnosis`, `units`, `creep`, `parameters`, `case_differences` | causes: wrong units, regularised friction, another number of the case |
+//! | `comparison`, `requirement`, `trace`, `error` | the outcome, bounds on it, what is drawn of it, why there is none |
 
 mod attractor;
 mod candidate;

@@ -1,4 +1,5 @@
-//! The channels of a reference: their names, their units, and how one follows from others.
+//! The channels of one reference, those of the parts of its trains among them: names, units, and how one follows from
+//! others.
 
 use super::Channel;
 use crate::case::quantity::Dimension;

@@ -1,4 +1,4 @@
-//! What a table is from, and what the formats with a place for it say of its columns.
+//! The origin of a table and its columns, as metadata for the formats that have a place for it.
 
 use super::table::{Column, Kind, Table};
 use crate::quote;

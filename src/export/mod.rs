@@ -8,6 +8,7 @@
 //! | `formats` | the formats by their names |
 //! | `csv`, `npz`, `mat`, `parquet` | the writers |
 //! | [`benchmark`] | a certified run as a folder that others can use and cite |
+//! | `error` | why a table cannot be exported |
 //!
 //! Memory is bounded: no writer holds more than a block of rows, and what is evaluated waits in a temporary file.
 

@@ -1,4 +1,4 @@
-//! What the rest of the program asks of a friction law.
+//! The interface of a friction law.
 
 use crate::numerics::Number;
 use crate::numerics::taylor::Unfolding;

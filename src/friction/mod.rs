@@ -1,4 +1,4 @@
-//! Friction of the contact: what holds it at rest, and the law of what it meets while it slides.
+//! Friction of the contact: the breakaway coefficient at rest, and the law in sliding.
 //!
 //! A law is a function mu(x) of the sliding speed x = |omega_r|, in rad/s. [`Law`] is all that the rest of the program
 //! asks of it: values, slopes and their bounds, where the damping of steady sliding changes its sign, over which speeds
@@ -13,6 +13,8 @@
 //! | `stribeck` | mu_d + (mu_s - mu_d) exp(-(x/x_s)^delta) + mu_v x |
 //! | `polynomial` | mu_s + c_1 x + c_2 x^2 + c_3 x^3 up to a stated speed |
 //! | `table` | through points, by straight lines or monotone cubics |
+//!
+//! `law` has the interface, `parameters` that to a case, `cubic` what the last two laws share.
 //!
 //! A further law is a file beside these that implements [`Law`] and [`Parameters`], and its name in `laws!` below. What it
 //! takes besides: the keys of those of its parameters that no other law has (`case/schema.rs`), its formula in the oracle

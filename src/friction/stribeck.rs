@@ -1,4 +1,4 @@
-//! Friction that falls as a power of the sliding speed in an exponent, with a part that rises: Stribeck's curve.
+//! Stribeck's curve: friction that falls with a power of the sliding speed in an exponent, and a part that rises.
 
 use super::parameters::numbers;
 use super::{Bounds, Factors, Law, LawSeries};

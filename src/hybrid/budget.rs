@@ -1,4 +1,4 @@
-//! What ends a run that does not get on: budgets of events and steps, chattering, and a pace that comes to nothing.
+//! What ends a run without progress: budgets of events and steps, chattering, and steps that become too short.
 
 use super::RunError;
 use std::collections::VecDeque;

@@ -13,6 +13,16 @@
 //!   just fired therefore cannot fire again by itself, a tangential departure (zero value, zero slope) is no root, and
 //!   neither time nor state is nudged. A guard that truly stands beyond its boundary fires within the first step.
 //! * Time events are stop times of the solver: no step crosses one.
+//!
+//! | module | what it is |
+//! |---|---|
+//! | `run` | the loop: segment after segment |
+//! | `engine`, `solver` | what advances a segment, and which solver with which settings that is |
+//! | `sundials`, `last_step`, `closed_form` | segments by SUNDIALS and in closed form |
+//! | `dips` | guards that cross their boundary and come back within one step |
+//! | `budget`, `error` | what ends a run without progress; why a run fails |
+//! | `rounding` | what rounding does to the times of events |
+//! | `variation` | derivatives by numbers of the case |
 
 mod budget;
 mod closed_form;

@@ -1,4 +1,4 @@
-//! Which solver advances a segment, and with which settings.
+//! The solver of a segment, with its settings.
 
 use crate::sundials::{CvodeOptions, ErkTable, EsdirkTable, Multistep, Tolerances};
 

@@ -1,4 +1,4 @@
-//! What numbers do to a hybrid run: derivatives of its state and of the times of its events, carried along.
+//! Derivatives of a hybrid run by numbers of its case: of the state and of the times of its events.
 //!
 //! With F the right-hand side of a segment, the derivative d of the state by a number p obeys d' = F_y d + F_p. It is integrated beside
 //! the run by Radau IIA, which is linear here. An event with the guard h, or at a time T(p), and the map M moves by dt, and

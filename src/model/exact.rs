@@ -1,4 +1,4 @@
-//! The parameters as exact rationals: decimals as written, units by their exact factors.
+//! Friction laws with parameters in exact rationals.
 
 use num_rational::BigRational;
 use num_traits::ToPrimitive;

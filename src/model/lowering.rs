@@ -1,4 +1,4 @@
-//! The short form of a system as the general one, and back: `[torsion]` says of two disks what two chains say of any system.
+//! Two alike disks as a system of two chains, and whether a system is such disks.
 
 use super::system::{self, ContactLaw, End, Initial, KickSide, Pressing, System, Train};
 use super::{Contact, Initial as AtRest, Kick, Parameters, Torsion};

@@ -9,15 +9,16 @@
 //! |---|---|
 //! | `system` | what defines the problem |
 //! | `equations` | the equations in twist coordinates, generic over the number |
-//! | `breakaway`, `contact`, `bounds` | the transitions of the contact |
+//! | `contact` | the effective radius |
+//! | `breakaway`, `bounds` | when a stick breaks away |
 //! | `margin` | when steady sliding loses its stability |
-//! | `stability` | the same, foreseen, of sliding that slows down by itself |
+//! | `stability` | the same, forecast for sliding that slows down by itself |
 //! | `slow_manifold`, `slow_motion` | sliding, and stick and separation, without the fast oscillations |
 //! | `chains`, `closed_form`, `linear_flow` | stick and separation in closed form |
 //! | `axial`, `oscillator` | the axial motion in closed form |
-//! | `parameters`, `lowering` | two disks: what the short form of a case says, and as a system |
+//! | `parameters`, `lowering` | two alike disks in a few numbers, and as a system |
 //! | `absolute_angles` | two disks in absolute angles, as the paper has them |
-//! | `exact` | systems in exact rationals |
+//! | `exact` | friction laws in exact rationals |
 //!
 //! Source of every numbered equation: "Vibrational Interaction of Two Rotors with Friction Coupling",
 //! Advances in Acoustics and Vibration, 2016, article 9275147 ("the paper").

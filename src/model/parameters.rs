@@ -1,4 +1,4 @@
-//! The numbers of two alike disks, as the short form of a case has them, in SI units and radians.
+//! The numbers of two alike disks, in SI units and radians; axial oscillator, kick times and modes of every system.
 
 use crate::friction::Friction;
 use crate::signal::Signal;

@@ -1,4 +1,4 @@
-//! The loss of stability of steady sliding, foreseen.
+//! Forecast of the loss of stability of steady sliding.
 //!
 //! One free train slows down by friction, against a train that rests. In slip the linearised equations depend on the state
 //! through one number only, the contact's damping kappa = r F_n mu' (negative where friction falls with speed).

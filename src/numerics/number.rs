@@ -1,4 +1,4 @@
-//! What the recurrences need of a number.
+//! The operations that a number needs for the recurrences.
 
 use std::array;
 use std::ops::{Add, Div, Mul, Neg, Sub};

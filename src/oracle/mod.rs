@@ -9,19 +9,19 @@
 //! | `float` | floating-point numbers of some machine words, in which everything is computed |
 //! | `number` | what comes out, exact to and from rationals and decimals |
 //! | `elementary` | sine, cosine, arc tangent and hyperbolic tangent |
-//! | `pieces` | a signal of corners and straight lines, piece by piece |
+//! | `pieces` | a signal without harmonics, line by line |
 //! | `courses` | all signals between their corners |
 //! | `axial` | the axial motion and the force that drives it |
 //! | `friction` | the friction laws as recurrences |
 //! | `contact` | the torque of the contact: slip, regularised laws, bristles |
 //! | `equations` | the equations of two chains of inertias as recurrences of Taylor coefficients |
 //! | `margin` | the resistance that decides when steady sliding becomes unstable |
-//! | `scales` | what each component is worth at least |
+//! | `scales` | the least scale of each component |
 //! | `steps` | order and length of a step from the precision |
 //! | `roots` | the first zero of a guard on a step, or the proof that there is none |
 //! | `automaton` | modes, events, kicks and corners; its guards in `guards` |
 //! | `report` | what a run gives |
-//! | `solve` | two runs or more, until as many digits as one wants are known to be true |
+//! | `solve` | runs with more and more bits, until as many digits as wanted are known to be true |
 
 mod automaton;
 mod axial;

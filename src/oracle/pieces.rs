@@ -1,4 +1,4 @@
-//! The actuating force piece by piece.
+//! A signal without harmonics, line by line.
 
 use crate::signal::{Ramp, Signal, Table};
 use num_rational::BigRational;

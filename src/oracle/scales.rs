@@ -1,4 +1,4 @@
-//! What each component of a motion is worth at least, so that its error counts.
+//! The least scale of each component of a motion: where a component is smaller, its error is relative to this.
 
 use super::courses::Course;
 use super::friction;

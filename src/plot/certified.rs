@@ -1,4 +1,4 @@
-//! What a certificate says: how far the events can be off, and the channels between them.
+//! Figures of a certificate: the uncertainty of the events, and the error bands of channels.
 
 use super::entry::{Drawn, Entry, Subject, entry};
 use super::figure::{Area, Axis, Curve, CurveStyle, Figure, Panel, drawn};

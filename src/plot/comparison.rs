@@ -1,5 +1,5 @@
-//! What there is to see of a comparison: reference, candidate and error over time, the error by event, and the first event
-//! that is wrong, enlarged.
+//! Figures of a comparison: reference, candidate and error over time, the error by event, and the first wrong event,
+//! enlarged.
 
 use super::decimate::MinMax;
 use super::error::PlotError;

@@ -1,4 +1,4 @@
-//! Fewer points for the same picture: what a long column comes down to on paper, block by block.
+//! Fewer points for the same picture: long columns are thinned block by block.
 
 use std::collections::HashSet;
 

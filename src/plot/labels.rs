@@ -1,4 +1,4 @@
-//! What the axes of the variables of a result file are called.
+//! Labels of axes by the variables of a result file.
 
 use super::figure::Axis;
 use crate::case::Motion;

@@ -1,4 +1,4 @@
-//! Which events a panel marks by a line.
+//! The events that a panel marks by lines.
 
 use crate::record::EventKind;
 

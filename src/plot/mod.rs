@@ -2,6 +2,18 @@
 //!
 //! A result file is opened as a [`Run`]; the [`catalogue`] or [`own`] makes [`Figure`]s of it, which are data; [`svg`]
 //! draws them; [`raster`] turns that into pixels and [`vector`] into PDF and EPS, with a font of its own. [`page`] is a page for the browser.
+//!
+//! | module | what it is |
+//! |---|---|
+//! | `figure`, `style`, `colors`, `scale`, `labels`, `marks` | a figure as data, and its parts |
+//! | `font`, `typeset` | texts: font, width, sub- and superscripts |
+//! | `run`, `decimate`, `sides`, `spiral` | a result file as figures need it |
+//! | `catalogue`, `entry`, `portraits`, `law`, `own` | the figures of a run; figures of any channel |
+//! | `certified`, `comparison`, `critical`, `modes`, `onset`, `work_precision` | figures of other results |
+//! | `studies` | figures and page of many runs |
+//! | `svg`, `raster`, `vector` | a figure as SVG; from that PNG, PDF and EPS |
+//! | `page`, `html` | the interactive page of a run |
+//! | `target`, `signature`, `error` | where figures and pages go; how they are recognised; why there is none |
 
 pub mod catalogue;
 pub mod certified;

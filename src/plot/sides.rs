@@ -1,4 +1,5 @@
-//! What a run has on both sides of its events, where the file does not say it: by the equations, from the states there.
+//! States on both sides of the events of a run. Where the file has no torques and forces there, they follow from the
+//! equations.
 
 use super::error::PlotError;
 use crate::compare::reference::states_at_events;

@@ -1,4 +1,4 @@
-//! By what the program knows its own figures and pages.
+//! Marks by which the program recognises its own figures and pages.
 
 /// Keyword and text of a PNG's text chunk.
 pub const PNG: (&str, &str) = ("Software", "stickslip");

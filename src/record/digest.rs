@@ -1,4 +1,4 @@
-//! What a run keeps of its events: bounded, however many there are.
+//! The events of a run in bounded memory, however many there are: counts, cycles and the first and last of them.
 
 use super::rows::{Event, EventKind};
 

@@ -1,4 +1,4 @@
-//! Who takes the rows of a run.
+//! The recorder of a run, which takes its rows.
 
 use super::digest::Cycle;
 use super::rows::{Event, Piece, Sample, Segment};

@@ -1,4 +1,4 @@
-//! What a run hands to whoever records it: samples, events and segments, in SI units.
+//! The rows of a run: samples, events and segments, in SI units.
 
 use crate::model::Mode;
 

@@ -1,4 +1,4 @@
-//! What is stored, in short: it shows that a file is damaged.
+//! Checksums of all that a file holds, which show whether it is damaged.
 //!
 //! The chunks of the tables have Fletcher-32 checksums, which HDF5 verifies whenever it reads them; but a chunk that its
 //! index has lost is read as zeros. Each file therefore has `/meta/checksums`: a line for every group and variable, with the

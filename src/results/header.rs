@@ -1,4 +1,4 @@
-//! What a result file says about its run.
+//! The header of a result file, and the status of its run.
 
 use super::{AttributeValue, schema};
 

@@ -3,6 +3,20 @@
 //! A run streams into `NAME.partial.h5` through [`ResultWriter`], which is marked interrupted and
 //! flushed block by block; [`ResultWriter::finish`] gives a complete run its own name.
 //! [`ResultFile`] reads both, [`ForeignFile`] the HDF5 files of other programs. Every name, unit and code is in [`schema`].
+//!
+//! | module | what it is |
+//! |---|---|
+//! | `schema` | names, units, descriptions and codes |
+//! | `writer`, `rows`, `table`, `values`, `attributes` | a run written as it is computed: rows, tables, columns, attributes |
+//! | `header`, `stick_slip`, `certificate` | what a file says beside its rows |
+//! | `sweep`, `work_precision` | the files of studies |
+//! | `kept` | the rows of a run in memory |
+//! | `target`, `lock`, `disk` | where a file goes, who writes it, files on the disk |
+//! | `reader`, `dense`, `contents` | reading tables, polynomials, and what a file holds |
+//! | `source`, `raw` | a file opened by a process of its own; HDF5 calls that the binding lacks |
+//! | `foreign` | HDF5 files of other programs |
+//! | `check`, `checksums`, `seal` | whether a file is as it was written |
+//! | `error` | what can go wrong |
 
 mod attributes;
 mod certificate;

@@ -1,14 +1,14 @@
-//! What is applied from outside, as a function of time: the actuating force F(t).
+//! What is applied from outside, as a function of time: forces, torques, and the speeds of driven ends.
 //!
-//! [`Signal`] alone knows which profile it is. The rest of the program asks for its [`Pieces`]: values and slopes, the
-//! corners where an integrator restarts, the integral, and the stretches on each of which it is linear, with the coefficients
-//! that a closed form takes. Only the case's keys ([`crate::case`]) and the independent solution ([`crate::oracle`]) know the
-//! profiles themselves.
+//! A [`Drive`] is any signal, a [`Signal`] one of the profiles, which are piecewise linear. The rest of the program does not ask
+//! which profile it is but for its [`Pieces`]: values and slopes, the corners where an integrator restarts, the integral, and
+//! the stretches on each of which it is linear. Only the case's keys ([`crate::case`]) and the independent solution
+//! ([`crate::oracle`]) know the profiles themselves.
 //!
 //! | module | what it is |
 //! |---|---|
-//! | `drive` | a signal of a train: a value, a profile, a wave, or a sum |
-//! | `pieces` | a signal as the rest of the program sees it |
+//! | `drive` | any signal: a constant, a profile, a harmonic, or a sum of them |
+//! | `pieces` | a profile as the rest of the program sees it |
 //! | `ramp` | a linear rise to a value, which then holds |
 //! | `table` | linear between points |
 //!

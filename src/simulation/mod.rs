@@ -10,14 +10,15 @@
 //! | `regime` | where steps have to resolve the fast modes |
 //! | `plan` | which solver integrates what, how accurately |
 //! | `closed_form` | stick and separation in closed form |
-//! | `series`, `expansion` | the solver of our own, by Taylor series and Radau IIA |
+//! | `series`, `expansion` | the engine of `series`: Taylor series and Radau IIA |
 //! | `course` | the motion from a known state on, within one mode |
 //! | `variation` | what numbers of a case do to its events |
 //! | `portrait` | one period of a motion, densely |
 //! | `readings`, `state_readings` | what is recorded of a state |
 //! | `observer`, `sampling`, `follower` | when it is recorded |
 //! | `report` | how a run ended, and what it cost |
-//! | `procedure`, `fixed_step`, `runge_kutta` | the procedure of the paper |
+//! | `fixed_step` | how long fixed steps may be |
+//! | `procedure`, `runge_kutta` | the procedure of the paper |
 
 mod closed_form;
 mod course;

@@ -1,4 +1,4 @@
-//! From the states of a run to the rows of the record.
+//! The observer of a run: from its states to the rows of the record.
 
 use super::follower::{At, Follower};
 use super::options::{OutputOptions, SolverOptions};

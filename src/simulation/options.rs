@@ -1,4 +1,4 @@
-//! How a run is integrated and what it writes.
+//! Options of a run: method, tolerances, budgets, and what is recorded.
 
 use crate::record::EventKind;
 use crate::sundials::ErkTable;

@@ -1,4 +1,4 @@
-//! What is read from a state vector, by the coordinates that it is in.
+//! The channels that are recorded, whatever the coordinates of the state.
 
 use crate::model::Mode;
 use crate::model::absolute_angles::{

@@ -1,4 +1,4 @@
-//! What is left of a run when it is over.
+//! The report of a run: how it ended, its events, and the work of its solvers.
 
 use crate::hybrid::{EngineError, RunError};
 use crate::model::Mode;

@@ -1,4 +1,4 @@
-//! What is recorded of a state in twist coordinates.
+//! The channels that are recorded, computed from a state in twist coordinates.
 
 use super::dynamics::{SystemDynamics, SystemLocation};
 use crate::model::Mode;

@@ -1,4 +1,4 @@
-//! What numbers of a case do to the events of its run: [`hybrid::Carried`](crate::hybrid::Carried) for a system.
+//! Derivatives of the events of a run by numbers of its case: [`hybrid::Carried`](crate::hybrid::Carried) for a system.
 
 use super::dynamics::{SystemDynamics, SystemLocation};
 use super::simulate::prepared;

@@ -1,4 +1,4 @@
-//! What a [`Solver`](super::Solver) is made with.
+//! The methods of a [`Solver`](super::Solver), with their options.
 
 use super::{ErkTable, EsdirkTable};
 

@@ -1,4 +1,4 @@
-//! What tracing a boundary comes to.
+//! Traced boundaries: curves, their points and branches, and contours.
 
 use crate::case::Setting;
 

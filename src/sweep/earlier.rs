@@ -1,4 +1,4 @@
-//! What an earlier start of a sweep has left: the journals of ranks, or the whole file.
+//! What an earlier, incomplete start of a sweep has left: the journals of ranks, or the whole file.
 
 use super::error::SweepError;
 use super::journal::{Existing, Journal, rank_journals};

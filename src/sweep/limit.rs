@@ -1,5 +1,4 @@
-//! The linear limit: where sliding slows down by itself, where it loses its stability at a single speed, which is standstill with a
-//! law that is steepest there; elsewhere, where steady sliding under the drives does.
+//! The linear limit of a plane: where steady sliding loses its stability.
 
 use super::axis::Range;
 use super::criterion::BoundarySpec;

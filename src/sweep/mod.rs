@@ -5,6 +5,18 @@
 //! the study alone. A [`WorkerPool`] computes them: a pool of threads ([`run_points`]), or the ranks of an MPI job (feature
 //! `mpi`). [`Journal`] keeps every outcome as it comes, and the sweep file (`results::SweepWriter`) is made from the
 //! journal in the order of the numbers; a [`Shard`] is a part of the points with a file of its own.
+//!
+//! | module | what it is |
+//! |---|---|
+//! | `study`, `axis`, `criterion`, `sampling` | the study file: axes, boundaries, samples |
+//! | `run`, `running`, `runner` | from a study to its file; points that are left; points on threads |
+//! | `worker_pool`, `mpi`, `shard` | threads, ranks of MPI, parts of a study on several machines |
+//! | `quantities`, `record` | the outcome of a point, and its record |
+//! | `journal`, `earlier` | outcomes as they come; what an earlier start has left |
+//! | `boundary`, `tracer`, `lattice`, `fold`, `contour`, `limit` | tracing a boundary |
+//! | `curves`, `boundary_tables` | the traced curves, and their tables in a file |
+//! | `file`, `point_file` | the sweep file; a result file for each point |
+//! | `report`, `error` | progress and report; why there is no file |
 
 mod axis;
 mod boundary;

@@ -1,4 +1,4 @@
-//! What is kept of every run: the quantities of its summary, and the outcome of a point.
+//! The quantities that are kept of every run, and the outcome of a point.
 
 use crate::analysis::{Attractor, Extremes, Summary, summary};
 use crate::case::{Motion, suggest};

@@ -1,4 +1,4 @@
-//! How far a sweep is, and what it came to.
+//! Progress and report of a sweep.
 
 use super::curves::Boundaries;
 use std::path::PathBuf;

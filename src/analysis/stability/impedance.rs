@@ -1,4 +1,4 @@
-//! How much damping of the contact the trains can do without: their mechanical impedance at the contact.
+//! The mechanical impedance of two trains at their contact, and how much negative damping of the contact they bear.
 //!
 //! With T = kappa omega_r about steady sliding (kappa = r F_n dmu/dx for a law of friction) the motion exp(s t) exists where
 //! Z(s) + kappa = 0, 1/Z = 1/Z_rotor + 1/Z_stator, and the impedance of a train follows from its far end inwards:

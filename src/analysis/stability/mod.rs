@@ -4,7 +4,7 @@
 //! |---|---|
 //! | `modes` | the modes of a case, and what becomes of sliding that slows down by itself |
 //! | `states` | natural frequencies and damping by state, and operating points |
-//! | `modes_report` | what is said of them |
+//! | `modes_report` | the same as data for a report |
 //! | `sliding` | steady sliding, and the searches for changes of its stability |
 //! | `linear` | the equations about a state as matrices, and their eigenvalues |
 //! | `impedance` | how much negative damping of the contact the chains can bear |

@@ -1,4 +1,4 @@
-//! What is said of the modes of a system.
+//! The modes of a system, its steady sliding and changes of its stability, as data for a report.
 
 use super::impedance::Verdict;
 use serde::Serialize;

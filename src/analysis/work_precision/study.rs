@@ -1,4 +1,4 @@
-//! The study file: TOML, with the same care for places and remedies as a case.
+//! The study file of a work-precision study: TOML, read with every problem by file, line and key.
 
 use crate::case::builtin::{BuiltIn, built_in};
 use crate::case::document::Node;

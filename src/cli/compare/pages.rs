@@ -1,4 +1,4 @@
-//! What a report says, whatever it is written in.
+//! The contents of a report of a comparison, whatever its format.
 
 use crate::compare::{ChannelErrors, Comparison, Statistic};
 use crate::record::sequence::{Difference, Fault};

@@ -1,4 +1,12 @@
-//! Results of other solvers, whatever they are written in.
+//! Results of other solvers, in any of the formats that are read.
+//!
+//! | module | what it is |
+//! |---|---|
+//! | `source` | the file, which is read several times |
+//! | `table`, `named` | a file as columns of numbers; columns that have paths for names |
+//! | `csv`, `npz`, `hdf5`, `t01`, `binout`, `xy_report` | the formats |
+//! | `mapping`, `rows` | which column is which channel; rows in SI units |
+//! | `events` | tables of events |
 
 mod binout;
 mod csv;

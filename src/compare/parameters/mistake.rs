@@ -1,4 +1,4 @@
-//! What is said of a number that a candidate has otherwise.
+//! A number of the case that is different in a candidate, in data and in words.
 
 use crate::case::quantity::Dimension;
 use crate::case::{WrittenCase, key_of};

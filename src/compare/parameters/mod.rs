@@ -1,4 +1,4 @@
-//! Which number of the case a candidate has otherwise.
+//! Which number of the case is different in a candidate.
 //!
 //! Between events the equations of a case are smooth in its numbers, so they are fitted to the candidate's own channels
 //! ([`fit`], [`equations`], [`stretches`]). Where a candidate satisfies them, or has events alone, its events are met by runs of the case

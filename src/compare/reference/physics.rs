@@ -1,4 +1,4 @@
-//! The physics of a reference: its equations, its channels and what they are measured by.
+//! The physics of a reference: its equations, its channels, and the scales of their errors.
 
 use super::super::Channel;
 use super::super::vocabulary::{Known, Vocabulary};

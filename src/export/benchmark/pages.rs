@@ -1,4 +1,4 @@
-//! What is there to read in a package.
+//! The pages of a package that people read, and its script.
 
 use super::About;
 use super::describe::Resource;

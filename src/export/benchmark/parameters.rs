@@ -1,4 +1,4 @@
-//! The resolved case as a list of parameters with units and meanings, which stand in its comments.
+//! The resolved case as a list of parameters, with units and meanings from its comments.
 
 use serde::Serialize;
 use toml_edit::{DocumentMut, Item, Table, Value};

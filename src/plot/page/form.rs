@@ -1,4 +1,4 @@
-//! What of a page depends on its run: which channels it has, how they are grouped, and what they are called.
+//! The parts of a page that depend on its run: which channels it has, how they are grouped, and their names.
 //!
 //! The paper's brake has its own words and one panel for both of its shafts. Other chains have panels of all inertias and shafts. A run
 //! that does not stop has a portrait of the motion that it comes to.

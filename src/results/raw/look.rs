@@ -1,4 +1,4 @@
-//! What is asked about objects of files that other programs may have written.
+//! Questions about the objects of files that other programs may have written.
 
 use std::ffi::{CString, c_char, c_uint, c_void};
 

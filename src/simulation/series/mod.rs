@@ -1,4 +1,4 @@
-//! The solver of our own: Taylor series in every mode, Radau IIA over the quiet stretches of a slip.
+//! The engine of `series`: Taylor series in every mode, Radau IIA over the quiet stretches of a slip.
 //!
 //! Stick and separation are linear, whatever drives them, and so is slip under constant friction: there the series is that of
 //! the matrix exponential and of the signals, and converges over every step. Guards are polynomials of the step's own

@@ -1,4 +1,4 @@
-//! What ranks say to each other.
+//! The messages between ranks.
 
 use crate::case::Setting;
 use crate::sweep::record::Cursor;
