@@ -16,7 +16,7 @@
 //! | [`friction`] | the friction laws, behind one interface |
 //! | [`signal`] | what is applied from outside, as a function of time |
 //! | [`model`] | the equations: pure functions of parameters and state; no solver |
-//! | [`record`] | what a run is made of: samples, events, segments, and who takes them |
+//! | [`record`] | what a run is made of: samples, events, segments, and the recorder that takes them |
 //! | [`hybrid`] | the event automaton: modes, guards, transitions, engines; generic over the model |
 //! | [`simulation`] | a system run by the automaton: which engine where, samples, events |
 //! | [`results`] | the HDF5 files: schema, writer, reader |

@@ -2,7 +2,7 @@
 //!
 //! It shares the parameters with the rest of the program, the names of modes and events, and nothing else: neither
 //! the equations' code nor the logic of events. Where both agree, both are right, or the model as stated
-//! (docs/methods.md) was misread twice in the same way.
+//! (docs/model.md) was misread twice in the same way.
 //!
 //! | file | what it is |
 //! |---|---|
