@@ -177,18 +177,8 @@ impl<T: Number, const N: usize> LawSeries<T, N> for ExponentialSeries<T, N> {
 
     #[inline]
     fn extend(&mut self, n: usize, rate: T, reciprocal: T) {
-        self.exponent_rate[n] = self.step * rate;
-        self.exponential.exponential(&self.exponent_rate, n, reciprocal);
-    }
-
-    /// One term after the other, and with a division: the digits of results that landed are those of this sum.
-    #[inline]
-    fn extend_from(&mut self, n: usize, x: &[T; N]) {
-        let sum = (1..=n).fold(T::of(0.0), |sum, k| {
-            let rate = -self.decay * T::of(k as f64) * x[k];
-            sum + rate * self.exponential.get(n - k)
-        });
-        self.exponential.set(n, sum / T::of(n as f64));
+        self.exponential
+            .exponential(&mut self.exponent_rate, n, self.step * rate, reciprocal);
     }
 
     #[inline]

@@ -348,8 +348,9 @@ impl<T: Number, const N: usize> LawSeries<T, N> for StribeckSeries<T, N> {
     #[inline]
     fn extend(&mut self, n: usize, rate: T, reciprocal: T) {
         self.raise(n, self.step * rate * reciprocal);
-        self.exponent_rate[n] = -(T::of(n as f64) * self.powers[self.power - 1][n]);
-        self.exponential.exponential(&self.exponent_rate, n, reciprocal);
+        let newest = -(T::of(n as f64) * self.powers[self.power - 1][n]);
+        self.exponential
+            .exponential(&mut self.exponent_rate, n, newest, reciprocal);
         self.complete(n);
     }
 

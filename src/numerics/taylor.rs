@@ -45,10 +45,14 @@ impl<T: Number, const N: usize> Unfolding<T, N> {
         )
     }
 
-    /// Makes coefficient n of exp(a) known, n >= 1, when those up to n - 1 are: e' = a' e. `rate` holds k a_k up to n.
+    /// Makes coefficient n of exp(a) known, n >= 1, when those up to n - 1 are: e' = a' e. `rate` holds k a_k up to n - 1 and zeros
+    /// from there on; `newest` is n a_n, which it takes up.
     #[inline]
-    pub fn exponential(&mut self, rate: &[T; N], n: usize, reciprocal: T) -> T {
-        let next = self.product(rate, n, 1, n) * reciprocal;
+    pub fn exponential(&mut self, rate: &mut [T; N], n: usize, newest: T, reciprocal: T) -> T {
+        // The rest of the sum need not wait for the newest.
+        let rest = self.product(rate, n, 1, n);
+        rate[n] = newest;
+        let next = (rest + newest * self.get(0)) * reciprocal;
         self.set(n, next);
         next
     }
@@ -204,11 +208,11 @@ mod tests {
         #[test]
         fn property_an_exponential_times_its_inverse_is_one(a in proptest::array::uniform24(-0.5..0.5f64)) {
             let exp = |sign: f64| {
-                let rate: [f64; N] = std::array::from_fn(|k| sign * k as f64 * a[k]);
+                let mut rate = [0.0; N];
                 let mut e = Unfolding::<f64, N>::new();
                 e.set(0, (sign * a[0]).exp());
                 for n in 1..N {
-                    e.exponential(&rate, n, 1.0 / n as f64);
+                    e.exponential(&mut rate, n, sign * n as f64 * a[n], 1.0 / n as f64);
                 }
                 std::array::from_fn::<f64, N, _>(|n| e.get(n))
             };
