@@ -1,4 +1,4 @@
-//! The critical curve: the boundaries of a sweep in their plane, with the linear limit and contours of G (Fig. 25).
+//! The critical curve: the boundaries of a sweep in their plane, with the limit of stability and contours of G (Fig. 25).
 
 use super::error::PlotError;
 use super::figure::{Curve, CurveStyle, Figure, Panel, drawn, extent};
@@ -17,11 +17,14 @@ pub fn figure(file: &SweepFile) -> Result<Figure, PlotError> {
     let none = || Reason::NoBoundary(file.path().to_owned()).of(file.path());
     let Boundary { x, y, curves: traced } = boundary(file)?.ok_or_else(none)?;
     let contours = lines(file, "growth_contours", "line", &x, &y)?;
-    let limit = lines(file, "linear_limit", "line", &x, &y)?;
+    // Where sliding slows down by itself, and elsewhere: a file has one of them.
+    let stable = lines(file, "linear_limit", "line", &x, &y)?;
+    let steady = lines(file, "stability_limit", "line", &x, &y)?;
     let pieces = |lines: &[Line]| lines.iter().map(|line| line.points.clone()).collect();
     let mut curves = drawn([
         Curve::pieces("growth exponent G", GREY, pieces(&contours)).styled(CurveStyle::Thin),
-        Curve::pieces("stable at every speed", BLACK, pieces(&limit)).styled(CurveStyle::Dashed),
+        Curve::pieces("stable at every speed", BLACK, pieces(&stable)).styled(CurveStyle::Dashed),
+        Curve::pieces("steady sliding loses its stability", BLACK, pieces(&steady)).styled(CurveStyle::Dashed),
     ]);
     curves.extend(traced);
     let spacing = |name: &str| file.text(&format!("boundary/{name}_spacing")).as_deref() == Some("log");
