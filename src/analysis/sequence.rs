@@ -34,6 +34,15 @@ impl Sequence {
         };
         self.events.iter().zip(&result.events).take_while(agrees).count()
     }
+
+    /// How far event `index` is from that of `result`, in s and as a share of the time since the event before, if both are of one
+    /// kind and that time is not zero.
+    pub(super) fn apart(&self, result: &Sequence, index: usize) -> Option<(f64, f64)> {
+        let (own, other) = (self.events.get(index)?, result.events.get(index)?);
+        let before = index.checked_sub(1).map_or(0.0, |before| result.events[before].1);
+        let apart = (own.1 - other.1).abs();
+        (own.0 == other.0 && other.1 > before).then(|| (apart, apart / (other.1 - before)))
+    }
 }
 
 /// What is kept of a run of which nothing but its sequence matters.

@@ -52,6 +52,9 @@ pub enum Warning {
         agreeing: usize,
         /// When the first event comes that is another, s.
         from: f64,
+        /// How far apart the two methods have it, in s and as a share of the time since the event before, if it is of the same
+        /// kind.
+        apart: Option<(f64, f64)>,
     },
     /// The stick-slip is amplified rounding.
     NoiseDetermined {
@@ -268,16 +271,26 @@ impl fmt::Display for Warning {
                 },
                 finer(solver)
             ),
-            Warning::OtherSequence { method, agreeing, from } => {
+            Warning::OtherSequence {
+                method,
+                agreeing,
+                from,
+                apart,
+            } => {
                 let agreeing = match agreeing {
                     0 => "no event".to_owned(),
                     1 => "one event".to_owned(),
                     events => format!("{events} events"),
                 };
+                let differs = match apart {
+                    Some((apart, share)) => format!(
+                        "the next, at t = {from:.6} s, it finds {apart:.1e} s away, {share:.1e} of the time since the event before"
+                    ),
+                    None => format!("from t = {from:.6} s on it finds others"),
+                };
                 write!(
                     f,
-                    "another method, {method}, agrees with {agreeing} only: from t = {from:.6} s on it finds others, or the same \
-                     more than a thousandth of the time between two events away. What follows may be amplified error of the \
+                    "another method, {method}, agrees with {agreeing} only: {differs}. What follows may be amplified error of the \
                      methods, and no result: stickslip certify says which events hold; a smaller solver.rtol helps where the \
                      error is the method's, and a [[perturbation]] where an instability starts from rounding"
                 )

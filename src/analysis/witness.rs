@@ -68,6 +68,10 @@ pub struct Witness {
     pub largest_difference: Option<f64>,
     /// When the first event comes that is another, s; `None` if there is none as far as the witness came.
     pub differs_from: Option<f64>,
+    /// How far apart the two methods have that event, s; `None` if it is of another kind, or only one of them has it.
+    pub differs_by: Option<f64>,
+    /// `differs_by` as a share of the time since the event before.
+    pub differs_by_share: Option<f64>,
     /// One line of at most 80 characters.
     pub statement: String,
 }
@@ -82,6 +86,8 @@ impl Witness {
         let agreeing = "events that agree with those of the result, from the first on";
         let difference = "largest difference of the times of the agreeing events";
         let other = "time of the first event that is another; NaN: there is none";
+        let apart = "difference of its times; NaN: its kind differs, or there is none";
+        let share = "the same as a share of the time since the event before";
         [
             text("method", self.method),
             number("rtol", Some(self.rtol), "1", "relative tolerance of the witness"),
@@ -95,6 +101,8 @@ impl Witness {
             number("agreeing_events", Some(self.agreeing_events as f64), "1", agreeing),
             number("largest_difference", self.largest_difference, "s", difference),
             number("differs_from", self.differs_from, "s", other),
+            number("differs_by", self.differs_by, "s", apart),
+            number("differs_by_share", self.differs_by_share, "1", share),
             text("statement", &self.statement),
         ]
         .concat()
@@ -109,6 +117,7 @@ impl Witness {
             method: self.method,
             agreeing: self.agreeing_events,
             from,
+            apart: self.differs_by.zip(self.differs_by_share),
         })
     }
 }
@@ -160,6 +169,7 @@ pub fn witness(case: &Case, result: &Sequence, noise_determined: bool, stop: &dy
         (None, _) if testimony != Testimony::SameSequence => None,
         (own, result) => own.or(result),
     };
+    let apart = differs_from.and_then(|_| own.apart(result, agreeing));
     let differences = own.events[..agreeing].iter().zip(&result.events);
     let largest_difference = differences.map(|(a, b)| (a.1 - b.1).abs()).reduce(f64::max);
     let testimony = match (testimony, differs_from) {
@@ -180,12 +190,18 @@ pub fn witness(case: &Case, result: &Sequence, noise_determined: bool, stop: &dy
             let noun = if found == 1 { "event" } else { "events" };
             format!("{found} {noun} at times of its own, as the onset is amplified rounding")
         }
-        Testimony::SequenceDiffers => format!(
-            "{found} events for {}, other ones from number {} on, at {:.6} s",
-            result.events.len(),
-            agreeing + 1,
-            differs_from.unwrap_or(0.0)
-        ),
+        Testimony::SequenceDiffers => {
+            let (events, next) = (result.events.len(), agreeing + 1);
+            match apart {
+                Some((apart, _)) => {
+                    format!("{found} events for {events}, from number {next} on other times, first by {apart:.1e} s")
+                }
+                None => format!(
+                    "{found} events for {events}, other ones from number {next} on, at {:.6} s",
+                    differs_from.unwrap_or(0.0)
+                ),
+            }
+        }
         Testimony::SameSequence => match agreeing {
             0 => "no event either".to_owned(),
             1 => format!("the same event, within {largest:.1e} s"),
@@ -200,6 +216,8 @@ pub fn witness(case: &Case, result: &Sequence, noise_determined: bool, stop: &dy
         agreeing_events: agreeing,
         largest_difference,
         differs_from,
+        differs_by: apart.map(|(apart, _)| apart),
+        differs_by_share: apart.map(|(_, share)| share),
         statement: format!("witness {}: {detail}", method.name()),
     })
 }

@@ -6,7 +6,9 @@ use crate::common::cases::{
 use num_rational::BigRational;
 use std::f64::consts::{PI, TAU};
 use std::ops::ControlFlow;
+use stickslip::Run;
 use stickslip::analysis::Outcome;
+use stickslip::analysis::witness::{Sequence, Testimony, witness};
 use stickslip::case::builtin::TRAINS;
 use stickslip::case::{Case, CaseSource};
 use stickslip::oracle::{self, OracleOptions};
@@ -786,6 +788,38 @@ const SWUNG: &str = "title = \"graze\"\nmotion = \"translation\"\n[rotor]\nend =
     torque = { profile = \"sine\", amplitude = 51.4, angular_frequency = 0.4212, phase = 1.511 }\ntorque_on = 0\n\
     [contact]\nnormal_force = 22.047241897583\n[friction]\nlaw = \"exponential\"\nbreakaway = 0.5081\nlow_speed = 0.5081\n\
     high_speed = 0.2287\ndecay = 70.18\n[output]\nend_time = 4.7\ninterval = 0.0671\n";
+
+/// Two driven trains with a first stick of 0.5 us: their speeds only just become equal.
+const TOUCHED: &str = "title = \"graze\"\nmotion = \"translation\"\n[rotor]\nend = \"driven\"\ninertia = [7.786, 0.2422]\n\
+    stiffness = [129000.0, 6269.0]\ndamping = [53.13, 0.3492]\nspeed = 0.0006226\n[stator]\nend = \"driven\"\n\
+    inertia = [10.15, 3.377, 0.8998]\nstiffness = [12590.0, 8297.0, 6388.0]\ndamping = [3.174, 9.661, 9.784]\n\
+    speed = -0.0006131\n[contact]\nnormal_force = 0.240200328649394\n[friction]\nlaw = \"polynomial\"\nbreakaway = 0.6025\n\
+    low_speed = 0.6025\nlinear = -30.69\nquadratic = 3410.0\ncubic = 25090.0\nvalid_below = 1295.0\n\
+    [output]\nend_time = 0.5607\ninterval = 0.00801\n";
+
+/// What the witness says of a run by `cvode` that grazes. Where an event is off by more than the 1e-9 s of other runs, the
+/// witness says by how much; runs that are right are not blamed.
+#[test]
+fn property_a_witness_says_how_far_a_grazing_event_is_off() {
+    for (text, right) in [(PUSHED, true), (TOUCHED, true), (SWUNG, false)] {
+        let case = with(&written(text, &[]), "cvode");
+        let (events, _) = from_series(&case, "cvode");
+        let mut sequence = Sequence::default();
+        Run::new(&case).record(&mut sequence).start().unwrap();
+        let said = witness(&case, &sequence, false, &|| false).expect("nobody stops it");
+        println!("{}", said.statement);
+        if right {
+            assert!(events < 1e-9, "{events:e} s");
+            assert_eq!(said.testimony, Testimony::SameSequence);
+            assert_eq!((said.differs_by, said.differs_by_share), (None, None));
+            continue;
+        }
+        assert_eq!(said.testimony, Testimony::SequenceDiffers);
+        let (apart, share) = (said.differs_by.unwrap(), said.differs_by_share.unwrap());
+        assert!((apart / events - 1.0).abs() < 1e-3, "{apart:e} s for {events:e} s");
+        assert!((share * 4.352e-6 / apart - 1.0).abs() < 1e-2, "{share:e} of the slip");
+    }
+}
 
 /// Slips of some microseconds. Their speed is below what the tolerances of a multistep method resolve, and the slip is over
 /// before the method has left its first order: `cvode` was 1.5e-7 s off, and the run once stood still there. An error of 1e-11 of
