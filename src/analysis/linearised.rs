@@ -2,7 +2,7 @@
 //!
 //! Derivatives are carried along a run by `series` (`simulation::variation`), with each number moved in
 //! copies of the case: so everything is differentiated that a case can have, table, harmonic or bristle, by what the case file says
-//! of it. Two widths of the moves tell how far a derivative can be off.
+//! of it. Two widths of the moves, extrapolated, tell how far a derivative can be off.
 
 use crate::case::{Case, CaseNumber, WrittenCase};
 use crate::model::Mode;
@@ -14,8 +14,8 @@ use crate::workers::go_on_unless;
 /// Relative tolerance of the run.
 pub(super) const RTOL: f64 = 1e-13;
 
-/// The moves of a number, relative to it, or of one that is zero in its unit: the one whose derivatives count, and a wider one that
-/// tells their error.
+/// The moves of a number, relative to it, or of one that is zero in its unit. The error of the differences is of second order: two
+/// widths, of which one is twice the other, tell its largest part, which is taken off.
 const WIDTHS: [f64; 2] = [1.0 / 262_144.0, 1.0 / 131_072.0];
 
 /// Roundings of a time in a difference of two, over the move.
@@ -155,12 +155,13 @@ pub fn linearise(
             if columns[2 * index].copies.is_empty() {
                 return Slope::NONE;
             }
-            let (value, wide) = (passage.times[2 * index], passage.times[2 * index + 1]);
+            let (narrow, wide) = (passage.times[2 * index], passage.times[2 * index + 1]);
+            let value = narrow + (narrow - wide) / 3.0;
             largest[index] = largest[index].max(value.abs());
             let rounding = DIFFERENCE_ROUNDING * f64::EPSILON * time / (WIDTHS[0] * size(number));
             Slope {
                 value,
-                uncertainty: (value - wide).abs() + CARRIED * largest[index] + rounding,
+                uncertainty: (narrow - wide).abs() + CARRIED * largest[index] + rounding,
             }
         };
         // A contact at a corner, where the force stood at zero, is no zero that is looked for.
