@@ -382,7 +382,7 @@ mod tests {
 
     fn of(case: &str) -> Vocabulary {
         let case = Case::read(&CaseSource::built_in(case).unwrap(), &[]).unwrap();
-        Vocabulary::of(case.words(), &case.system)
+        Vocabulary::of(case.words, &case.system)
     }
 
     /// What the short form names by itself are the inertias and shafts of its general form.
