@@ -212,7 +212,7 @@ impl Physics {
 
     /// The speed (rad/s) below which a contact without stick counts as stuck; `None` of one that sticks.
     pub(crate) fn threshold(&self) -> Option<f64> {
-        (!self.sticks()).then(|| self.case.threshold)
+        (!self.sticks()).then_some(self.case.threshold)
     }
 
     /// What a contact does at a relative velocity that counts as zero up to `tolerance`, rad/s.
