@@ -113,7 +113,7 @@ fn meta(case: &Case, started: &str) -> Attributes {
         ("event_location", event_location(solver.method)),
     ]));
     let motion = case
-        .words()
+        .words
         .motion_attribute()
         .map(|motion| named([(META_MOTION, motion)]));
     meta.extend(motion.into_iter().flatten());
@@ -152,7 +152,7 @@ impl Header {
         Header {
             title: case.title.clone(),
             source: source(),
-            references: case.words().references().to_owned(),
+            references: case.words.references().to_owned(),
             history: format!("{started} {}", command_line()),
             case_text: resolved.clone(),
             resolved,
@@ -166,7 +166,7 @@ impl Header {
 /// What the files of a case have beyond the tables that all have.
 pub(crate) fn extension(case: &Case) -> Extension {
     let dense = case.output.follow.dense;
-    if !case.words().numbers_parts() {
+    if !case.words.numbers_parts() {
         return Extension {
             dense,
             ..Extension::default()

@@ -34,8 +34,8 @@ impl<'a> Run<'a> {
     pub fn new(case: &'a Case) -> Self {
         let problem = simulation::Problem {
             system: &case.system,
-            threshold: case.threshold(),
-            further: case.words().numbers_parts(),
+            threshold: case.threshold,
+            further: case.words.numbers_parts(),
         };
         Run::prepared(problem, &case.solver, &case.output)
     }

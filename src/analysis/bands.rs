@@ -398,7 +398,7 @@ impl Compare<'_> {
 pub(super) fn bands(case: &Case, result: &MemoryRecorder, ladder: &[Finished], events: &[CertifiedEvent]) -> Bands {
     let names: Vec<(String, String)> = columns(case).collect();
     let (method, end_time) = (case.solver.method, case.output.end_time);
-    let course = Course::new(&case.system, case.threshold(), &case.solver);
+    let course = Course::new(&case.system, case.threshold, &case.solver);
     let own: Vec<Option<&Event>> = result.events.iter().map(Some).collect();
     let needed = course.further().len();
     let compare = Compare {
@@ -517,7 +517,7 @@ mod tests {
     fn property_a_sample_moved_to_its_neighbour_is_the_neighbour() {
         let case = Case::read(&CaseSource::built_in("release").unwrap(), &[]).unwrap();
         let case = &case;
-        let course = Course::new(&case.system, case.threshold(), &case.solver);
+        let course = Course::new(&case.system, case.threshold, &case.solver);
         let output = OutputOptions {
             end_time: 0.9,
             interval: 1.2e-6,

@@ -30,7 +30,7 @@ impl Written {
             let read = Case::read(text, &[]);
             read.is_ok_and(|read| {
                 let read = &read;
-                (&read.system, read.threshold()) == (&case.system, case.threshold())
+                (&read.system, read.threshold) == (&case.system, case.threshold)
             })
         };
         match given {

@@ -137,7 +137,7 @@ pub fn linearise(
     let mut times = Times::default();
     let system = &case.system;
     let found = variation(
-        (system, case.threshold()),
+        (system, case.threshold),
         &columns,
         &SolverOptions {
             max_wall_time,

@@ -299,7 +299,7 @@ enum NoRun {
 fn run(case: &Case, max_steps: Option<usize>, stop: &dyn Fn() -> bool) -> Result<Outrun, NoRun> {
     let solver = by_series(case, max_steps);
     let output = OutputOptions::at_the_ends(case.output.end_time);
-    let (trains, threshold) = (&case.system, case.threshold());
+    let (trains, threshold) = (&case.system, case.threshold);
     let mut times = Times::default();
     let mut recurrence = Recurrence::new(trains, &mut times, false);
     let ended = Run::new(case)

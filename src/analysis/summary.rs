@@ -134,7 +134,7 @@ impl Summary {
 
     /// Of a run whose sections `recurrence` has seen.
     pub(super) fn of_motion(case: &Case, report: &RunReport, recurrence: &Recurrence<'_>) -> Summary {
-        let attractor = recurrence.attractor(&case.system, case.threshold());
+        let attractor = recurrence.attractor(&case.system, case.threshold);
         let (last_event_time, mode) = recurrence.end();
         Summary {
             last_event_time,
@@ -154,7 +154,7 @@ impl Summary {
         Summary {
             natural_period: twice_resistance(system).and_then(|_| natural_period(system)),
             axial_displacement,
-            stick_threshold: Some(case.threshold()).filter(|_| system.contact != ContactLaw::StickSlip),
+            stick_threshold: Some(case.threshold).filter(|_| system.contact != ContactLaw::StickSlip),
             ..self
         }
     }
@@ -220,7 +220,7 @@ impl Summary {
         let turnover = "energy turned over: the largest of kinetic + elastic + dissipated energy, and of the work";
         let turnover = Extra::new(TURNOVER, "J", turnover, Some(self.energy_turnover));
         table.attributes.push(turnover);
-        let growth = case.words().lists_growth();
+        let growth = case.words.lists_growth();
         if growth || self.growth_exponent.is_some() {
             table.attributes.extend(self.of_growth());
         }

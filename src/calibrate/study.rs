@@ -5,7 +5,7 @@ use crate::case::builtin::{BuiltIn, built_in};
 use crate::case::document::Node;
 use crate::case::{Case, CaseError, CaseKeys, Override, Setting};
 use crate::study::{Head, PROBES, Reader, StudySource, check_points};
-use crate::sweep::{Axis, Study, read_axis, sobol};
+use crate::sweep::{Axis, Study, case_along, read_axis, sobol};
 use sha2::{Digest, Sha256};
 
 /// Every built-in calibration.
@@ -138,8 +138,7 @@ fn read_free(reader: &mut Reader, known: &CaseKeys, root: &Node) -> Vec<Axis> {
 }
 
 fn read_targets(reader: &mut Reader, head: &Head, free: &[Axis], root: &Node) -> Vec<Target> {
-    let is_known = free.iter().all(Axis::keeps_the_system);
-    let case = if is_known { head.case() } else { None };
+    let case = case_along(free, head);
     let kind = (case.as_ref().map(|case| &case.system), head.keys.words.motion());
     let missing = "missing: what was measured; write [[target]] with a quantity and its value";
     let mut targets: Vec<Target> = Vec::new();

@@ -196,7 +196,7 @@ pub struct Override {
     path: String,
     value: Value,
     /// Where it was written, if that is another file.
-    origin: Option<String>,
+    origin: Option<Place>,
 }
 
 /// What is set, and not where that was written.
@@ -256,19 +256,19 @@ impl Override {
     }
 
     /// The same, written at `place`.
-    pub(crate) fn at(self, place: String) -> Override {
+    pub(crate) fn at(self, place: Place) -> Override {
         let origin = Some(place);
         Override { origin, ..self }
     }
 
-    /// Where it was written, as `study.toml:12`, if that is a file.
-    pub(crate) fn origin(&self) -> Option<&str> {
-        self.origin.as_deref()
+    /// Where it was written, if that is a study.
+    pub(crate) fn origin(&self) -> Option<&Place> {
+        self.origin.as_ref()
     }
 
-    /// Sets what a node of another document says, which messages call `label`.
-    pub(crate) fn of_node(path: &str, node: &Node, label: &str) -> Override {
-        let origin = Some(node.place.show(label));
+    /// Sets what a node of a study says.
+    pub(crate) fn of_node(path: &str, node: &Node) -> Override {
+        let origin = Some(node.place.clone());
         let mut node = node.clone();
         re_place(&mut node, &Place::Override(path.to_owned()));
         Override {

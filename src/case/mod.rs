@@ -87,9 +87,10 @@ pub struct Case {
     pub solver: SolverOptions,
     /// Which times are computed and recorded.
     pub output: OutputOptions,
-    words: Words,
-    /// Sliding speed (rad/s) below which statistics count a stick, of a contact that has none.
-    threshold: f64,
+    /// How the places of its system are called.
+    pub words: Words,
+    /// Sliding speed (rad/s) below which a contact without stick counts as stuck; 0 of others.
+    pub threshold: f64,
 }
 
 impl Case {
@@ -222,16 +223,6 @@ impl Case {
     /// What its coordinates are.
     pub fn motion(&self) -> Motion {
         self.words.motion()
-    }
-
-    /// How the places of its system are called.
-    pub fn words(&self) -> Words {
-        self.words
-    }
-
-    /// The sliding speed (rad/s) below which a contact without stick counts as stuck; 0 of others.
-    pub fn threshold(&self) -> f64 {
-        self.threshold
     }
 }
 

@@ -319,6 +319,9 @@ impl Reader {
 
     /// Reports `key` if it is given although another word of the choice has it.
     fn check_choice(&mut self, key: &Key, choice: &'static Choice, chosen: &'static str) {
+        if !self.has(key.path) {
+            return;
+        }
         let mut foreign = self.foreign(choice, chosen).map(|key| key.path);
         let overridden = self.is_overridden(choice.path);
         // One message says how to switch.

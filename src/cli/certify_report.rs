@@ -563,7 +563,7 @@ fn certificate(case: &Case, certified: &Certified) -> Addition {
     bands(case, c, &mut group);
     if let Some(exact) = &certified.exact {
         let long_name = "exact events by the multiprecision oracle: time (s), kind, states (CSV)";
-        group.text("oracle", long_name, csv(case.words(), exact));
+        group.text("oracle", long_name, csv(case.words, exact));
     }
     group
 }

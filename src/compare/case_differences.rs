@@ -20,7 +20,7 @@ pub struct CaseDifference {
 /// The physical keys of two cases whose values differ; those of the general form, if one of them is written in the short form. How a
 /// run was integrated and sampled is no part of what it is a run of.
 pub(super) fn case_differences(reference: &Case, candidate: &Case) -> Vec<CaseDifference> {
-    let is_like = reference.words() == candidate.words();
+    let is_like = reference.words == candidate.words;
     let text = |case: &Case| match is_like {
         true => case.resolved(),
         false => case.in_general_form().resolved(),

@@ -257,7 +257,7 @@ impl Vocabulary {
     }
 
     /// The channel that stands for one, which may be itself; `None` of what the reference does not have.
-    pub fn canonical(&self, channel: Channel) -> Option<Channel> {
+    pub(super) fn canonical(&self, channel: Channel) -> Option<Channel> {
         let same = self.same.iter().find(|(other, _)| *other == channel);
         let same = same.map(|(_, one)| *one);
         same.or_else(|| self.channels().find(|&one| one == channel))
@@ -383,7 +383,7 @@ mod tests {
 
     fn of(case: &str) -> Vocabulary {
         let case = Case::read(&CaseSource::built_in(case).unwrap(), &[]).unwrap();
-        Vocabulary::of(case.words(), &case.system)
+        Vocabulary::of(case.words, &case.system)
     }
 
     /// What the short form names by itself are the inertias and shafts of its general form.

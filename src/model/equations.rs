@@ -157,7 +157,7 @@ impl Side {
     }
 
     /// The inertia of all of it as one, kg m^2.
-    pub fn rigid_inertia(&self) -> f64 {
+    pub(super) fn rigid_inertia(&self) -> f64 {
         self.inertia.iter().sum()
     }
 

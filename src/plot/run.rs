@@ -156,7 +156,7 @@ impl Run {
         let events = file.events()?;
         let case = Case::read(&CaseSource::result(path, file.resolved()?), &[])?;
         let system = case.system.clone();
-        let course = Course::new(&system, case.threshold(), &case.solver);
+        let course = Course::new(&system, case.threshold, &case.solver);
         let [trajectory, ..] = schema::extended_tables(&provenance::extension(&case));
         let pairs = events.iter().map(|event| (event.time, event.kind));
         let (stick_slip, cycles) = CycleStatistics::of_events(pairs);

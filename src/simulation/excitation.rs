@@ -214,7 +214,7 @@ impl Excitation {
     }
 
     /// All of it at a time, as the stretch has it, but a normal force of 0.
-    pub fn driving_alone(&self, stretch: usize, t: f64) -> Outside {
+    pub(super) fn driving_alone(&self, stretch: usize, t: f64) -> Outside {
         Outside {
             rotor: self.driving(&self.rotor, stretch, t),
             stator: self.driving(&self.stator, stretch, t),
@@ -350,7 +350,7 @@ impl Excitation {
     }
 
     /// Whether the contact is closed from t = 0 on.
-    pub fn starts_closed(&self) -> bool {
+    pub(super) fn starts_closed(&self) -> bool {
         match &self.normal_force {
             NormalForce::Axial(motion, _) => motion.force.starts_positive(),
             NormalForce::Direct(index, _) => {

@@ -218,7 +218,7 @@ mod tests {
                 let h = number.value.abs() / f64::from(1 << 16);
                 let copies = [h, -h].map(|h| moved(&number.path, number.value + h).map(|case| (case, 0.5 / h)));
                 let copies = copies.into_iter().flatten().map(|(case, weight)| MovedSystem {
-                    threshold: case.threshold(),
+                    threshold: case.threshold,
                     system: case.system,
                     weight,
                     bend: 1.0,
@@ -230,7 +230,7 @@ mod tests {
             }
             let output = OutputOptions::at_the_ends(case.output.end_time);
             let found = variation(
-                (&case.system, case.threshold()),
+                (&case.system, case.threshold),
                 &columns,
                 &case.solver,
                 &output,

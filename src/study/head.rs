@@ -2,7 +2,7 @@
 
 use super::StudySource;
 use super::reading::{Reader, dotted, join};
-use crate::case::document::{Node, Value};
+use crate::case::document::{Node, Place, Value};
 use crate::case::{Case, CaseError, CaseKeys, CaseSource, Override, Problem};
 use crate::results::{is_hdf5, open_sound};
 use std::path::{Path, PathBuf};
@@ -52,9 +52,10 @@ impl Head {
         }
     }
 
-    /// The base case with its settings; `None` if it is not valid by itself, as where an axis gives what it lacks.
-    pub fn case(&self) -> Option<Case> {
-        Case::read(self.base.as_ref()?, &self.settings).ok()
+    /// The base case with its settings and those of a point; `None` if it is not valid.
+    pub fn case_with(&self, point: impl Iterator<Item = Override>) -> Option<Case> {
+        let overrides: Vec<Override> = self.settings.iter().cloned().chain(point).collect();
+        Case::read(self.base.as_ref()?, &overrides).ok()
     }
 }
 
@@ -87,24 +88,23 @@ fn read_base(reader: &mut Reader, root: &Node, source: &StudySource, files: &mut
 
 /// The leaves of `set`, whether written as tables, as dotted keys, as quoted paths, or as a list of texts `KEY=VALUE`.
 fn read_settings(reader: &mut Reader, known: &CaseKeys, node: &Node, path: &str, settings: &mut Vec<Override>) {
-    let whole = |reader: &Reader| Override::of_node(path, node, &reader.label);
+    let whole = || Override::of_node(path, node);
     match &node.value {
         Value::Array(_) if path.is_empty() => {
             let read = reader.list(node, "set", |reader, element, path| {
                 let text = reader.text(element, path)?;
-                let place = element.place.show(&reader.label);
                 let parsed = Override::parse(&text).map_err(|error| error.problems[0].message.clone());
-                reader.found(element, path, parsed.map(|setting| setting.at(place)))
+                reader.found(element, path, parsed.map(|setting| setting.at(element.place.clone())))
             });
             settings.extend(read.unwrap_or_default());
         }
         // What a signal is, is said as a whole; the case finds what is wrong inside.
         _ if known.is_whole(path) && (node.at("profile").is_some() || matches!(node.value, Value::Array(_))) => {
-            settings.push(whole(reader));
+            settings.push(whole());
         }
         // Another law has other keys: such a table takes the place of the case's, as with --set.
         Value::Table(entries) if path == "friction" && entries.iter().any(|(name, _)| name == "law") => {
-            settings.push(whole(reader));
+            settings.push(whole());
         }
         Value::Table(entries) if entries.is_empty() && !path.is_empty() => {
             let within = |key: &&str| key.strip_prefix(path).is_some_and(|rest| rest.starts_with('.'));
@@ -127,8 +127,9 @@ fn read_settings(reader: &mut Reader, known: &CaseKeys, node: &Node, path: &str,
             let whole_array = matches!(node.value, Value::Array(_));
             if known.slot(path).is_none() && !(whole_array && matches!(path, "perturbation" | "output.window")) {
                 reader.report(node, &format!("set.{path}"), known.unknown(path));
+            } else {
+                settings.push(whole());
             }
-            settings.push(whole(reader));
         }
     }
 }
@@ -157,24 +158,28 @@ pub(crate) fn check_points(
 fn relabelled(error: CaseError, settings: &[Override], label: &str) -> CaseError {
     let problems = error.problems.into_iter().map(|problem| {
         let message = format!("no point of the study is a valid case: {}", problem.message);
-        let Some(set) = problem.place.strip_prefix("--set ") else {
-            return Problem { message, ..problem };
-        };
-        let written = settings.iter().rev().find(|setting| setting.key() == set);
-        match written.and_then(Override::origin) {
-            Some(origin) => Problem {
-                place: origin.to_owned(),
-                key: format!("set.{}", problem.key),
+        match (written(settings, &problem), problem.place.starts_with("--set ")) {
+            (Some((place, key)), _) => Problem {
+                place: place.show(label),
+                key,
                 message,
             },
-            None => Problem {
+            (None, true) => Problem {
                 place: label.to_owned(),
                 message,
                 ..problem
             },
+            (None, false) => Problem { message, ..problem },
         }
     });
     CaseError {
         problems: problems.collect(),
     }
+}
+
+/// Where the study has the setting that a problem of its case is about, and the key there; `None` if it is about no such setting.
+pub(crate) fn written<'a>(settings: &'a [Override], problem: &Problem) -> Option<(&'a Place, String)> {
+    let set = problem.place.strip_prefix("--set ")?;
+    let setting = settings.iter().rev().find(|setting| setting.key() == set)?;
+    Some((setting.origin()?, format!("set.{}", problem.key)))
 }

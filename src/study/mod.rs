@@ -10,6 +10,6 @@ mod head;
 mod reading;
 mod source;
 
-pub(crate) use head::{Head, PROBES, check_points};
+pub(crate) use head::{Head, PROBES, check_points, written};
 pub(crate) use reading::{Reader, plain};
 pub use source::StudySource;

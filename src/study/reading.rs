@@ -1,7 +1,7 @@
 //! The reader of the tables of a study: every problem by file, line and key.
 
 use super::StudySource;
-use crate::case::document::{self, Node, Value};
+use crate::case::document::{self, Node, Place, Value};
 use crate::case::{CaseError, Problem, suggest};
 use std::ops::RangeInclusive;
 
@@ -30,10 +30,15 @@ impl Reader {
 
     /// Reports a problem at the place of `node`.
     pub(crate) fn report(&mut self, node: &Node, key: &str, message: impl Into<String>) {
+        self.report_at(&node.place, key, message);
+    }
+
+    /// Reports a problem at a place.
+    pub(crate) fn report_at(&mut self, place: &Place, key: &str, message: impl Into<String>) {
         self.problems.push((
-            node.place.rank(),
+            place.rank(),
             Problem {
-                place: node.place.show(&self.label),
+                place: place.show(&self.label),
                 key: key.to_owned(),
                 message: message.into(),
             },

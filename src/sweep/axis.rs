@@ -1,9 +1,9 @@
 //! The axes of a study: a key, or several that move together, and the values they take.
 
 use crate::case::document::{Node, Value};
-use crate::case::{CaseKeys, Setting, Slot};
+use crate::case::{Case, CaseKeys, Override, Setting, Slot};
 use crate::results::SweepAxis;
-use crate::study::Reader;
+use crate::study::{Head, Reader};
 
 /// How the values of a range are spread, and on which scale a boundary is looked for.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -94,15 +94,26 @@ impl Axis {
         SweepAxis::new(&self.name, keys, unit, self.description, words, values)
     }
 
-    /// Whether the cases along it have the system of one of them, but for numbers: a torque may be there in some only.
-    pub(crate) fn keeps_the_system(&self) -> bool {
-        self.is_number() && !self.keys.iter().any(|key| key.ends_with(".torque"))
+    /// What its keys are set to at a value of it.
+    pub(crate) fn overrides(&self, value: &Setting) -> impl Iterator<Item = Override> {
+        self.keys.iter().map(|key| Override::setting(key, value))
     }
 
-    /// Whether its values are numbers.
+    /// Whether its values are numbers: the cases along it then have one system, but for numbers.
     pub fn is_number(&self) -> bool {
         self.levels.iter().all(|level| level.as_number().is_some())
     }
+}
+
+/// A case at the first or at the last values of all axes, for what all cases of the study have in common. `None` if neither is valid,
+/// or if words on an axis may make other systems of the case.
+pub(crate) fn case_along(axes: &[Axis], head: &Head) -> Option<Case> {
+    let at = |share: f64| {
+        let settings = axes.iter().map(|axis| (axis, axis.at(share)));
+        head.case_with(settings.flat_map(|(axis, value)| axis.overrides(&value).collect::<Vec<_>>()))
+    };
+    let is_one_system = axes.iter().all(Axis::is_number);
+    [0.0, 1.0].into_iter().filter(|_| is_one_system).find_map(at)
 }
 
 /// More values on one axis are taken for a mistake.

@@ -47,8 +47,8 @@ mod tracer;
 mod worker_pool;
 
 pub use crate::study::StudySource;
-pub(crate) use axis::read as read_axis;
 pub use axis::{Axis, Range, Spacing};
+pub(crate) use axis::{case_along, read as read_axis};
 pub use criterion::{BoundarySpec, Comparison, Criterion};
 pub use curves::{Boundaries, BoundaryPoint, Branch, Curve, Line};
 pub use error::SweepError;

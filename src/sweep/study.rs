@@ -103,10 +103,12 @@ impl Study {
         let (mut reader, root) = Reader::open(&source, STUDY_KEYS)?;
         let mut head = Head::read(&mut reader, &root, &source, Vec::new(), overrides);
         let mut axes = read_axes(&mut reader, &head.keys, &root);
-        // Words on an axis, a torque, and a table of points may make other systems of the case.
-        let is_known = root.at("points").is_none() && axes.iter().all(Axis::keeps_the_system);
-        let system = if is_known { head.case() } else { None };
-        let system = system.as_ref().map(|case| &case.system);
+        // A table of points has yet to say what its columns are.
+        let case = match root.at("points") {
+            None => axis::case_along(&axes, &head),
+            Some(_) => None,
+        };
+        let system = case.as_ref().map(|case| &case.system);
         let design = read_design(&mut reader, &mut head, system, &root, &source, &mut axes);
         let keep = root.at("keep").map_or_else(Keep::default, |node| {
             reader.check_keys(node, "keep", &["events", "trajectory"]);
@@ -245,7 +247,7 @@ impl Study {
     pub(crate) fn case_with_output(&self, coordinates: &[Setting]) -> Result<Case, CaseError> {
         let mut overrides = self.settings.clone();
         for (axis, value) in self.axes.iter().zip(coordinates) {
-            overrides.extend(axis.keys.iter().map(|key| Override::setting(key, value)));
+            overrides.extend(axis.overrides(value));
         }
         Case::read(&self.base, &overrides)
     }

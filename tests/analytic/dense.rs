@@ -91,7 +91,7 @@ fn paper(overrides: &[&str]) -> Case {
 fn trains(source: &CaseSource, overrides: &[&str]) -> Vec<f64> {
     let overrides = parsed(overrides);
     let case = Case::read(source, &overrides).unwrap();
-    let threshold = case.threshold();
+    let threshold = case.threshold;
     let mut recorder = MemoryRecorder::default();
     let run = Run::of_system(&case.system, threshold, &case.solver, &case.output);
     run.record(&mut recorder).start().unwrap();

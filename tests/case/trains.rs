@@ -199,7 +199,7 @@ fn case_trains_are_read_with_units_signals_and_defaults() {
     );
     assert!(matches!(&trains.pressing, Pressing::Force(Drive::Sum(terms)) if terms.len() == 2));
     assert_eq!(trains.contact, ContactLaw::StickSlip);
-    assert_eq!(case.threshold(), 0.0);
+    assert_eq!(case.threshold, 0.0);
     assert_eq!(trains.initial.rotor_twist, [0.01, 0.0]);
     // The ramp starts from rest.
     assert_eq!(trains.initial.rotor_speed, [0.0, 0.0]);
@@ -222,7 +222,7 @@ fn case_trains_without_stick_have_a_threshold_and_need_no_breakaway() {
         (Smoothing::Arctan, 1e-3)
     );
     assert_eq!(
-        (case.threshold(), case.system.breakaway, case.system.radius),
+        (case.threshold, case.system.breakaway, case.system.radius),
         (0.01, 1.0, 1.0)
     );
     assert_eq!(case.system.rotor.end, End::Driven(Drive::Value(0.2)));
@@ -238,7 +238,7 @@ fn case_trains_without_stick_have_a_threshold_and_need_no_breakaway() {
     // g is Stribeck's without the viscous part, which is the bristles' sigma_2.
     assert!(matches!(case.system.law, FrictionLaw::Stribeck(_)));
     assert_eq!(case.system.law.number("viscous"), Some(0.0));
-    assert_eq!((case.threshold(), case.system.breakaway), (1e-4, 0.15));
+    assert_eq!((case.threshold, case.system.breakaway), (1e-4, 0.15));
     // Its block turns with the driven end.
     assert_eq!(case.system.initial.rotor_speed, [0.1]);
     let case = parse(&changed(

@@ -1,7 +1,8 @@
 //! `stickslip export`: what others read of it, and what it refuses.
 
-use crate::common::cli::{Folder, json, output, refusal};
+use crate::common::cli::{Folder, json, output, refusal, text};
 use std::collections::BTreeMap;
+use stickslip::case::{Case, CaseSource};
 
 /// A run of the paper's brake past its first sticks, with samples where they are.
 const TO_THE_STICKS: &[&str] = &[
@@ -321,6 +322,14 @@ fn cli_export_benchmark_is_a_package() {
     assert_eq!(damping["unit"], "N m s/rad");
     assert_eq!(damping["value"], 22.59696580552334);
     assert!(read("equations.md").contains("rotor surface  J phi_2''"));
+    // The script solves the system, in whichever form the case is written.
+    let case = Case::read(&CaseSource::text(&file.resolved().unwrap()), &[]).unwrap();
+    folder.write("general.toml", case.in_general_form().resolved());
+    folder.ok("run general.toml -q -o general.h5");
+    folder.ok("certify general.h5 -q -o certified-general.h5");
+    folder.ok("export certified-general.h5 --benchmark -o general");
+    assert_eq!(folder.read("general/example.py"), folder.read("bench/example.py"));
+    assert!(text(&folder.read("general/parameters.json")).contains("rotor.inertia"));
     // A folder with anything else in it is left alone.
     std::fs::create_dir(folder.path("mine")).unwrap();
     folder.write("mine/thesis.tex", "x");

@@ -825,7 +825,7 @@ fn analytic_a_calibration_of_trains_finds_the_case() {
     }
 }
 
-/// The base case slows down by itself; with a torque it need not.
+/// The base case slows down by itself; with a torque it does not.
 #[test]
 fn cli_an_axis_of_a_torque_may_ask_for_what_a_driven_motion_has() {
     let torque = |show: &str, key: &str| {
@@ -841,9 +841,15 @@ fn cli_an_axis_of_a_torque_may_ask_for_what_a_driven_motion_has() {
         .in_general_form();
     let folder = Folder::new();
     folder.write("general.toml", general.resolved());
-    let text =
-        "case = \"general.toml\"\nshow = [\"attractor_period\"]\n[[axis]]\nkey = \"rotor.torque\"\nvalues = [1, 2]\n";
-    folder.write("study.toml", text);
-    let source = StudySource::find(folder.path("study.toml").to_str().unwrap(), STUDIES).unwrap();
-    Study::parse(source, &[]).unwrap();
+    let driven = |show: &str| {
+        let study = format!(
+            "case = \"general.toml\"\nshow = [\"{show}\"]\n[[axis]]\nkey = \"rotor.torque\"\nvalues = [1, 2]\n"
+        );
+        folder.write("study.toml", study);
+        let source = StudySource::find(folder.path("study.toml").to_str().unwrap(), STUDIES).unwrap();
+        Study::parse(source, &[])
+    };
+    driven("attractor_period").unwrap();
+    let refused = driven("growth_exponent").unwrap_err().to_string();
+    assert!(refused.contains("an external torque acts"), "{refused}");
 }

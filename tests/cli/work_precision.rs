@@ -143,12 +143,20 @@ fn cli_a_wrong_study_is_answered_with_place_and_remedy() {
         (
             "output.end_time=7",
             "solver.rtol=1e-3",
-            &["study.toml:3: set: solver.rtol is what the study varies"],
+            &["study.toml:3: set.solver.rtol: is what the study varies"],
+        ),
+        (
+            "[\"output.end_time=7\"]",
+            "[\n\"output.end_time=7\",\n\"solver.rtol=1e-3\",\n\"contact.radius=-1\",\n]",
+            &[
+                "study.toml:5: set.solver.rtol: is what the study varies",
+                "study.toml:6: set.contact.radius: gives a case that cannot be: must be greater than 0",
+            ],
         ),
         (
             "output.end_time=7",
             "output.endtime=7",
-            &["study.toml:3: set", "unknown key"],
+            &["study.toml:3: set.output.endtime: ", "unknown key"],
         ),
     ] {
         let said = change(from, to);

@@ -51,7 +51,7 @@ pub fn by(case: &Case, method: Method) -> Case {
 
 /// The run of a case with these settings of the solver.
 pub fn run(case: &Case, solver: &SolverOptions, recorder: &mut dyn Recorder) -> Result<RunReport, Box<RunFailure>> {
-    Run::of_system(&case.system, case.threshold(), solver, &case.output)
+    Run::of_system(&case.system, case.threshold, solver, &case.output)
         .record(recorder)
         .start()
 }

@@ -35,7 +35,7 @@ const NOISE_E_FOLDS: f64 = 25.0;
 
 impl Growth {
     /// Whether rounding grows so far up to the first stick that it decides when that comes.
-    pub fn amplifies_rounding(&self) -> bool {
+    pub(in crate::analysis) fn amplifies_rounding(&self) -> bool {
         self.to_first_stick > NOISE_E_FOLDS
     }
 

@@ -86,7 +86,7 @@ impl SystemModes {
             }
         }
 
-        let mut operating_points = settled.steady();
+        let mut operating_points: Vec<OperatingPoint> = settled.steady().collect();
         if operating_points.is_empty() {
             let why = if force <= 0.0 {
                 "the contact is open: its normal force is not positive"
@@ -144,7 +144,7 @@ impl SystemModes {
 
 /// What becomes of a small disturbance of the fastest steady sliding of a case; `None` where there is no steady sliding.
 pub fn steady_stability(trains: &System) -> Option<Verdict> {
-    Settled::new(trains).steady().first().map(|point| point.stability)
+    Settled::new(trains).steady().next().map(|point| point.stability)
 }
 
 /// A case with its signals as numbers.
@@ -177,17 +177,17 @@ impl<'a> Settled<'a> {
     }
 
     /// Steady sliding, the fastest first.
-    fn steady(&self) -> Vec<OperatingPoint> {
-        let bases = Some((&self.rotor, &self.stator));
+    fn steady(&self) -> impl Iterator<Item = OperatingPoint> {
         let of_sense = |sense: f64| {
             let speeds = self.sliding.steady(self.balance(sense), self.force, self.start.abs());
-            speeds
-                .into_iter()
-                .map(move |x| self.sliding.operating(sense, x, self.force, bases))
+            speeds.into_iter().map(move |x| (sense, x))
         };
-        let mut points: Vec<OperatingPoint> = [1.0, -1.0].into_iter().flat_map(of_sense).collect();
-        points.sort_by(|a, b| b.relative_velocity.abs().total_cmp(&a.relative_velocity.abs()));
-        points
+        let mut found: Vec<(f64, f64)> = [1.0, -1.0].into_iter().flat_map(of_sense).collect();
+        found.sort_by(|a, b| b.1.total_cmp(&a.1));
+        let bases = Some((&self.rotor, &self.stator));
+        found
+            .into_iter()
+            .map(move |(sense, x)| self.sliding.operating(sense, x, self.force, bases))
     }
 }
 

@@ -5,7 +5,7 @@ use crate::case::document::Node;
 use crate::case::{Case, CaseError, CaseKeys, ExactCase, Override, Problem, Setting, suggest};
 use crate::quote::shown;
 use crate::simulation::Method;
-use crate::study::{Head, Reader, StudySource};
+use crate::study::{Head, Reader, StudySource, written};
 use serde::ser::SerializeStruct;
 use serde::{Serialize, Serializer};
 use std::path::PathBuf;
@@ -210,16 +210,27 @@ fn report_case(reader: &mut Reader, root: &Node, key: &str, error: &CaseError) {
 
 /// Whether the case that all runs share is valid: what is wrong with it is said at its own keys, not at the first run's.
 fn check_case(reader: &mut Reader, root: &Node, head: &Head) -> bool {
-    let key = if root.at("set").is_some() { "set" } else { "case" };
     for setting in &head.settings {
-        if VARIED.contains(&setting.key()) {
-            let message = format!("{} is what the study varies: use a [[series]]", setting.key());
-            reader.report(root.closest(key), key, message);
+        if let (true, Some(place)) = (VARIED.contains(&setting.key()), setting.origin()) {
+            let message = "is what the study varies: use a [[series]]";
+            reader.report_at(place, &format!("set.{}", setting.key()), message);
         }
     }
     let Some(base) = &head.base else { return false };
-    let case = Case::read(base, &head.settings);
-    case.map_err(|error| report_case(reader, root, key, &error)).is_ok()
+    let Err(mut error) = Case::read(base, &head.settings) else {
+        return true;
+    };
+    error.problems.retain(|problem| match written(&head.settings, problem) {
+        Some((place, key)) => {
+            reader.report_at(place, &key, format!("gives a case that cannot be: {}", problem.message));
+            false
+        }
+        None => true,
+    });
+    if !error.problems.is_empty() {
+        report_case(reader, root, "case", &error);
+    }
+    false
 }
 
 /// Methods, and what each of them is steered by.

@@ -77,7 +77,7 @@ impl<'a> Trials<'a> {
         let case = self.numbers.with_all(changes).ok()?;
         let problem = Problem {
             system: &case.system,
-            threshold: case.threshold(),
+            threshold: case.threshold,
             further: false,
         };
         let start = match &self.start {

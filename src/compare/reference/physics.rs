@@ -28,7 +28,7 @@ pub struct TimeScale {
 }
 
 fn course(case: &Case, trains: &System) -> Course {
-    Course::new(trains, case.threshold(), &case.solver)
+    Course::new(trains, case.threshold, &case.solver)
 }
 
 /// The physics of a reference.
@@ -78,7 +78,7 @@ impl Physics {
     pub fn new(case: Case, word: &[SequenceEvent], end: f64) -> Physics {
         let trains = case.system.clone();
         let course = course(&case, &trains);
-        let vocabulary = Vocabulary::of(case.words(), &trains);
+        let vocabulary = Vocabulary::of(case.words, &trains);
         let (mut state, mut places) = (Vec::new(), Vec::new());
         let system = course.system();
         for (of, side) in [(Which::Rotor, &system.rotor), (Which::Stator, &system.stator)] {
@@ -212,7 +212,7 @@ impl Physics {
 
     /// The speed (rad/s) below which a contact without stick counts as stuck; `None` of one that sticks.
     pub(crate) fn threshold(&self) -> Option<f64> {
-        (!self.sticks()).then(|| self.case.threshold())
+        (!self.sticks()).then_some(self.case.threshold)
     }
 
     /// What a contact does at a relative velocity that counts as zero up to `tolerance`, rad/s.

@@ -21,8 +21,12 @@ with open(here / "samples.csv", newline="") as file:
     first = next(csv.DictReader(file))
 
 m, c_a, k_e = p["axial.mass"], p["axial.damping"], p["axial.stiffness"]
-inertia, J = p["torsion.rotor_inertia"], p["torsion.surface_inertia"]
-k_t, c_t, r = p["torsion.stiffness"], p["torsion.damping"], p["contact.radius"]
+if "torsion.stiffness" in p:
+    inertia, J = p["torsion.rotor_inertia"], p["torsion.surface_inertia"]
+    k_t, c_t = p["torsion.stiffness"], p["torsion.damping"]
+else:
+    (J, inertia), [k_t], [c_t] = p["rotor.inertia"], p["rotor.stiffness"], p["rotor.damping"]
+r = p["contact.radius"]
 mu_0, mu_s, mu_d = p["friction.breakaway"], p["friction.low_speed"], p["friction.high_speed"]
 alpha = p["friction.decay"]
 F_0, t_0 = p["actuation.force"], p["actuation.rise_time"]

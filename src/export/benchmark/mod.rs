@@ -14,7 +14,7 @@ mod parameters;
 use super::request::{Which, columns};
 use super::table::{Column, Kind, Table};
 use super::{ExportError, csv};
-use crate::case::{CaseSource, Words};
+use crate::case::{Case, CaseSource, Words};
 use crate::provenance;
 use crate::record::EventKind;
 use crate::results::schema::{TIME_UNCERTAINTY, group};
@@ -182,7 +182,7 @@ fn examine<'a>(file: &'a ResultFile, terms: &Terms) -> Result<(About, Table<'a>)
             certain,
             largest_uncertainty: largest,
             numbers_parts: Words::of(&source, &[]).numbers_parts(),
-            example: false,
+            example: Case::read(&source, &[]).is_ok_and(|case| pages::has_example(&case.system)),
         },
         Table::of_file(group::EVENTS, file, of_events, 0..rows),
     ))
@@ -210,7 +210,7 @@ fn fill(
     let kicked_later = found
         .iter()
         .any(|event| event.kind == EventKind::Kick && onset.is_some_and(|onset| event.time > onset));
-    about.example = !about.numbers_parts && !kicked_later && pages::has_example(&parameters);
+    about.example &= !kicked_later;
     let rows = file.table_rows(group::TRAJECTORY)?;
     let samples = Table::of_file("samples", file, columns(file, Which::Trajectory)?, 0..rows);
 

@@ -2,7 +2,10 @@
 
 use super::About;
 use super::describe::Resource;
-use super::parameters::Parameter;
+use crate::friction::FrictionLaw;
+use crate::model::system::System;
+use crate::model::{BreakawayTest, Parameters};
+use crate::signal::Signal;
 
 /// A script that repeats the run of a brake.
 pub(super) const EXAMPLE: &str = include_str!("example.py");
@@ -10,29 +13,14 @@ pub(super) const EXAMPLE: &str = include_str!("example.py");
 /// The manual's page of the model, from which a package has the parts that it needs.
 const MODEL: &str = include_str!("../../../docs/model.md");
 
-/// Whether the script solves this case: the exponential law, a ramp, the default test, nothing that opens the contact.
-pub(super) fn has_example(parameters: &[Parameter]) -> bool {
-    let value = |key: &str| parameters.iter().find(|one| one.key == key).map(|one| &one.value);
-    let is = |key: &str, words: &[&str]| {
-        value(key).is_none_or(|found| found.as_str().is_some_and(|text| words.contains(&text)))
-    };
-    let numbers = [
-        "axial.mass",
-        "torsion.rotor_inertia",
-        "torsion.surface_inertia",
-        "friction.decay",
-        "actuation.force",
-        "actuation.rise_time",
-        "contact.radius",
-    ];
-    let is_number = |key: &&str| value(key).is_some_and(serde_json::Value::is_number);
-    numbers.iter().all(is_number)
-        && is("friction.law", &["exponential"])
-        && is("actuation.profile", &["ramp"])
-        && is("contact.breakaway_test", &["transmitted"])
-        && value("initial.speed")
-            .and_then(serde_json::Value::as_f64)
-            .is_some_and(|speed| speed > 0.0)
+/// Whether the script solves this system: two alike disks, the exponential law, a ramp, the default test.
+pub(super) fn has_example(system: &System) -> bool {
+    Parameters::of(system).is_some_and(|disks| {
+        matches!(disks.friction.law, FrictionLaw::Exponential(_))
+            && matches!(disks.actuation, Signal::Ramp(_))
+            && disks.contact.breakaway_test == BreakawayTest::Transmitted
+            && disks.initial.speed > 0.0
+    })
 }
 
 /// The part of a page below a heading, up to the next heading of its level.
