@@ -80,22 +80,12 @@ fn regression_boundary_points_hold_for_single_runs_at_a_tighter_tolerance() {
     let folder = tempfile::tempdir().unwrap();
     let text = r#"
 case = "paper"
-[set]
-perturbation = [{ kind = "kick", time = "instability", relative_velocity = 1e-6 }]
-[[axis]]
-key = "friction.decay"
-from = 1
-to = 300
-count = 4
-spacing = "log"
-[[axis]]
-key = "torsion.damping"
-from = 10
-to = 60
-count = 3
-[boundary]
-refinements = 0
-width = 1e-3
+set = { perturbation = [{ kind = "kick", time = "instability", relative_velocity = 1e-6 }] }
+axis = [
+    { key = "friction.decay", from = 1, to = 300, count = 4, spacing = "log" },
+    { key = "torsion.damping", from = 10, to = 60, count = 3 },
+]
+boundary = { refinements = 0, width = 1e-3 }
 "#;
     let [study, tight] = [&[][..], &[Override::parse("solver.rtol=1e-12").unwrap()]]
         .map(|settings| Study::parse(StudySource::text("boundary", text), settings).unwrap());
@@ -122,21 +112,11 @@ width = 1e-3
 /// The paper's brake without kicks, by the method that stays on smooth sliding.
 const SMOOTH: &str = r#"
 case = "paper"
-[set]
-perturbation = []
-solver.method = "series"
-[[axis]]
-key = "friction.decay"
-from = 2
-to = 600
-count = 5
-spacing = "log"
-[[axis]]
-key = "torsion.damping"
-from = 20
-to = 3000
-count = 5
-spacing = "log"
+set = { perturbation = [], solver.method = "series" }
+axis = [
+    { key = "friction.decay", from = 2, to = 600, count = 5, spacing = "log" },
+    { key = "torsion.damping", from = 20, to = 3000, count = 5, spacing = "log" },
+]
 "#;
 
 fn growth(study: &Study, [decay, damping]: [f64; 2]) -> f64 {
@@ -197,23 +177,12 @@ fn regression_the_fold_is_the_top_of_a_scan_along_x() {
     let folder = tempfile::tempdir().unwrap();
     let text = r#"
 case = "paper"
-[set]
-solver.method = "series"
-perturbation = [{ kind = "kick", time = "instability", relative_velocity = 1e-6 }]
-[[axis]]
-key = "friction.decay"
-from = 20
-to = 90
-count = 5
-spacing = "log"
-[[axis]]
-key = "torsion.damping"
-from = 1200
-to = 2500
-count = 4
-[boundary]
-refinements = 0
-width = 1e-4
+set = { solver.method = "series", perturbation = [{ kind = "kick", time = "instability", relative_velocity = 1e-6 }] }
+axis = [
+    { key = "friction.decay", from = 20, to = 90, count = 5, spacing = "log" },
+    { key = "torsion.damping", from = 1200, to = 2500, count = 4 },
+]
+boundary = { refinements = 0, width = 1e-4 }
 "#;
     let study = study(text);
     let found = run(&study, &folder.path().join("n.h5")).boundaries.unwrap();
@@ -251,23 +220,12 @@ fn analytic_a_boundary_ends_where_runs_fail() {
     let folder = tempfile::tempdir().unwrap();
     let text = r#"
 case = "paper"
-[set]
-solver.method = "series"
-perturbation = [{ kind = "kick", time = "instability", relative_velocity = 1e-6 }]
-[[axis]]
-key = "friction.decay"
-from = 0.2
-to = 20
-count = 5
-spacing = "log"
-[[axis]]
-key = "friction.low_speed"
-from = 0.5
-to = 0.8
-count = 4
-[boundary]
-refinements = 1
-width = 1e-3
+set = { solver.method = "series", perturbation = [{ kind = "kick", time = "instability", relative_velocity = 1e-6 }] }
+axis = [
+    { key = "friction.decay", from = 0.2, to = 20, count = 5, spacing = "log" },
+    { key = "friction.low_speed", from = 0.5, to = 0.8, count = 4 },
+]
+boundary = { refinements = 1, width = 1e-3 }
 "#;
     let study = study(text);
     let report = run(&study, &folder.path().join("f.h5"));

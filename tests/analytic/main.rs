@@ -3,6 +3,7 @@
 #[path = "../common/mod.rs"]
 mod common;
 
+mod belts_and_clutches;
 mod boundary;
 mod calibrate;
 mod dense;
@@ -12,10 +13,9 @@ mod fixed_step;
 mod friction;
 mod growth;
 mod linear_part;
+mod loss_of_stability;
 mod model;
 mod modes;
 mod runs;
-mod short_form;
 mod signal;
-mod train_modes;
-mod trains;
+mod steady_sliding;

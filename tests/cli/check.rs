@@ -5,19 +5,12 @@ use crate::common::unlocked;
 
 const STUDY: &str = r#"
 case = "paper"
-[set]
-output.end_time = 0.02
-actuation.rise_time = 0.01
-[[axis]]
-key = "torsion.damping"
-from = 10
-to = 30
-count = 4
-[[axis]]
-key = "solver.method"
-values = ["series", "auto"]
-[keep]
-events = true
+set = { output.end_time = 0.02, actuation.rise_time = 0.01 }
+axis = [
+    { key = "torsion.damping", from = 10, to = 30, count = 4 },
+    { key = "solver.method", values = ["series", "auto"] },
+]
+keep = { events = true }
 "#;
 
 /// The file is sound, and has checksums.
@@ -51,6 +44,41 @@ fn cli_every_run_passes() {
         1,
     );
     sound(&folder, "some.partial.h5");
+}
+
+/// `inspect` lists the further columns in the units of the motion.
+#[test]
+fn cli_files_of_every_motion_are_sound() {
+    let folder = Folder::new();
+    for case in ["belt-leine", "drill-string", "groan", "lugre-slider"] {
+        folder.ok(&["run", case, "-q"]);
+        let file = format!("{case}.h5");
+        sound(&folder, &file);
+        assert_eq!(output(&mut folder.stickslip(&["check", &file]), 0).1, "", "{case}");
+    }
+    let unit_of = |file: &str, name: &str| {
+        let stdout = folder.ok(&["inspect", file]);
+        let row = stdout.lines().find(|line| line.split_whitespace().next() == Some(name));
+        let row = row.unwrap_or_else(|| panic!("{name} in {stdout}")).to_owned();
+        row.split("  ")
+            .map(str::trim)
+            .filter(|cell| !cell.is_empty())
+            .nth(2)
+            .unwrap()
+            .to_owned()
+    };
+    for (file, name, unit) in [
+        ("belt-leine.h5", "stator_twist_0", "m"),
+        ("belt-leine.h5", "stator_speed_0", "m s-1"),
+        ("belt-leine.h5", "friction_torque", "N"),
+        ("drill-string.h5", "rotor_twist_0", "rad"),
+        ("drill-string.h5", "rotor_twist_rate_0", "rad s-1"),
+        ("drill-string.h5", "rotor_speed_1", "rad s-1"),
+        ("drill-string.h5", "friction_torque", "N m"),
+        ("lugre-slider.h5", "bristle_deflection", "m"),
+    ] {
+        assert_eq!(unit_of(file, name), unit, "{name} of {file}");
+    }
 }
 
 #[test]

@@ -1,6 +1,7 @@
 //! The methods as a user names them: help, errors, and what a result says of its method.
 
-use crate::common::cli::{Folder, output, refusal};
+use crate::common::cli::{Folder, output};
+use crate::common::rows;
 use crate::common::unlocked;
 use stickslip::simulation::Method;
 
@@ -23,54 +24,24 @@ fn cli_help_and_errors_list_every_method() {
 #[test]
 fn cli_a_fixed_step_needs_a_method_a_unit_and_stability() {
     let folder = Folder::new();
-    let with = |method: &str, settings: &[&str]| {
-        let mut arguments = vec!["--method", method];
-        for setting in settings {
-            arguments.extend(["--set", setting]);
-        }
-        refusal(&mut folder.short_run(&arguments))
-    };
-    for (method, settings, parts) in [
-        (
-            "auto",
-            &["solver.fixed_step=1 us"][..],
-            &["solver.fixed_step", "only the explicit Runge-Kutta"][..],
-        ),
-        ("paper", &["solver.fixed_step=1 us"], &["only the explicit Runge-Kutta"]),
-        ("erk", &["solver.fixed_step=1 N"], &["solver.fixed_step"]),
-        ("erk", &["solver.fixed_step=0"], &["greater than 0"]),
-        ("erk", &["solver.fixed_step=1e-13"], &["at least 1e-12 s"]),
-        (
-            "erk",
-            &["solver.fixed_step=1 us", "solver.max_step=1 us"],
-            &["max_step has no meaning"],
-        ),
-        // |R| of Dormand and Prince's method along the slope of this mode is 1 at |h lambda| = 2.3.
-        (
-            "erk-dormand-prince-54",
-            &["solver.fixed_step=89 us"],
-            &["unstable", "8.798e-5 s", "4.157 kHz", "power of 5"],
-        ),
-        (
-            "paper",
-            &["solver.atol_rate=1e-9"],
-            &["solver.atol_rate", "no meaning with method \"paper\""],
-        ),
-    ] {
-        let said = with(method, settings);
-        for part in parts {
-            assert!(said.contains(part), "{method} {settings:?}: {said}");
-        }
+    // |R| of Dormand and Prince's method along the slope of this mode is 1 at |h lambda| = 2.3.
+    for [arguments, words] in rows(
+        r#"
+        --method auto --set 'solver.fixed_step=1 us' | solver.fixed_step & only the explicit Runge-Kutta
+        --method paper --set 'solver.fixed_step=1 us' | only the explicit Runge-Kutta
+        --method erk --set 'solver.fixed_step=1 N' | solver.fixed_step
+        --method erk --set solver.fixed_step=0 | greater than 0
+        --method erk --set solver.fixed_step=1e-13 | at least 1e-12 s
+        --method erk --set 'solver.fixed_step=1 us' --set 'solver.max_step=1 us' | max_step has no meaning
+        --method erk-dormand-prince-54 --set 'solver.fixed_step=89 us' |
+            unstable & 8.798e-5 s & 4.157 kHz & power of 5
+        --method paper --set solver.atol_rate=1e-9 | solver.atol_rate & no meaning with method "paper"
+    "#,
+    ) {
+        folder.refused_short(arguments, words);
     }
-    let steps = [
-        "--method",
-        "erk-dormand-prince-54",
-        "--set",
-        "solver.fixed_step=87 us",
-        "-o",
-        "fixed.h5",
-    ];
-    folder.ok_short(&steps);
+    let steps = "--method erk-dormand-prince-54 --set 'solver.fixed_step=87 us' -o fixed.h5";
+    folder.ok_short(steps);
     let meta = folder.result("fixed.h5").meta().unwrap();
     let value = |name: &str| format!("{:?}", meta.iter().find(|entry| entry.0 == name).unwrap().1);
     assert!(value("method").contains("erk-dormand-prince-54"));

@@ -7,8 +7,7 @@ fn cli_modes_says_the_same_in_table_and_json() {
     let folder = Folder::new();
     let (table, stderr) = output(&mut folder.stickslip("modes"), 0);
     assert_eq!(stderr, "");
-    let document = folder.ok("modes paper --json");
-    let document = json(&document);
+    let document = folder.json("modes paper");
     assert_eq!(document["stability"], "lost");
     assert_eq!(document["instability"]["onset_decided_by"], "perturbation");
     let time = document["instability"]["time"].as_f64().unwrap();
@@ -138,8 +137,7 @@ fn cli_modes_of_trains() {
     let folder = Folder::new();
     let (table, stderr) = output(&mut folder.stickslip("modes belt-exponential"), 0);
     assert_eq!(stderr, "");
-    let document = folder.ok("modes belt-exponential --json");
-    let document = json(&document);
+    let document = folder.json("modes belt-exponential");
     assert_eq!(document["motion"], "translation");
     assert_eq!(document["operating_points"][0]["stability"], "unstable");
     let critical = &document["critical_relative_velocities"]["changes"][0];

@@ -15,12 +15,14 @@ fn sample() -> String {
 
 /// A light rotor that stops within milliseconds; three planes.
 fn boundary() -> String {
-    let speeds = "[[axis]]\nkey = \"initial.speed\"\nvalues = [8, 10, 12]\n";
-    let axes = "[boundary]\nx = \"friction.decay\"\ny = \"torsion.damping\"\n";
+    let (planes, axes) = (
+        "{ key = \"initial.speed\", values = [8, 10, 12] },",
+        "x = \"friction.decay\", y = \"torsion.damping\", ",
+    );
     BOUNDARY
-        .replace("initial.speed = 10\n", "")
-        .replace("output.end_time = 0.01\n", &format!("output.end_time = 0.01\n{speeds}"))
-        .replace("[boundary]\n", axes)
+        .replace("initial.speed = 10, ", "")
+        .replace("axis = [", &format!("axis = [\n    {planes}"))
+        .replace("boundary = { ", &format!("boundary = {{ {axes}"))
 }
 
 /// `mpirun` of some ranks on this machine, root or not, with fewer processors than ranks or not.

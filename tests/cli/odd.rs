@@ -251,11 +251,9 @@ fn cli_odd_mirrored_case_gives_the_mirrored_run() {
 #[test]
 fn cli_odd_kick_that_cannot_matter_does_not_silence_the_warning() {
     let folder = Folder::new();
-    for setting in [
-        "perturbation.0.time=3",
-        "perturbation.0.relative_velocity=0",
-        "perturbation.0.relative_velocity=1e-300",
-    ] {
+    for setting in
+        "perturbation.0.time=3 perturbation.0.relative_velocity=0 perturbation.0.relative_velocity=1e-300".split(' ')
+    {
         let (_, stderr) = output(&mut folder.stickslip(&["run", "--set", setting]), 0);
         assert!(stderr.contains("rounding error"), "{setting}: {stderr}");
     }

@@ -41,10 +41,7 @@ fn cli_only_an_own_page_is_replaced() {
     let foreign = folder.write("mine.html", "<!DOCTYPE html><title>mine</title>");
     folder.refused(
         "plot paper.h5 --html mine.html",
-        &[
-            "mine.html: there already, and not a page that this program made",
-            "--force",
-        ],
+        "mine.html: there already, and not a page that this program made & --force",
     );
     assert_eq!(
         std::fs::read_to_string(&foreign).unwrap(),

@@ -1,7 +1,8 @@
 //! `stickslip plot` and `stickslip modes --figure`.
 
 use crate::common::cases::built_in;
-use crate::common::cli::{Folder, json, output, refusal, says};
+use crate::common::cli::{Folder, json, output, says};
+use crate::common::rows;
 use crate::common::unlocked;
 use std::ops::ControlFlow;
 use std::path::Path;
@@ -48,8 +49,7 @@ fn cli_plot_draws_the_catalogue_twice_alike() {
     assert!(started.elapsed().as_secs_f64() < 20.0, "{:?}", started.elapsed());
     assert_eq!(stderr, "");
     let document = json(&stdout);
-    let listed = folder.ok("plot --list --json");
-    let listed = json(&listed);
+    let listed = folder.json("plot --list");
     let (files, absent) = (
         document["files"].as_array().unwrap(),
         document["not_drawn"].as_array().unwrap(),
@@ -87,8 +87,7 @@ fn cli_plot_draws_the_catalogue_twice_alike() {
 fn cli_plot_says_which_samples_are_missing() {
     let folder = Folder::new();
     folder.ok("run -q --set output.window=[] --set output.around=none");
-    let document = folder.ok("plot paper.h5 --json");
-    let document = json(&document);
+    let document = folder.json("plot paper.h5");
     let sampling = document["sampling"].as_str().unwrap();
     folder.ok(&["run", "paper.h5", "-q", "--set", sampling]);
     assert_eq!(
@@ -221,57 +220,32 @@ fn cli_plot_refuses_with_the_remedy() {
     let bare = unlocked::open_unsummed(folder.path("bare.h5")).unwrap();
     bare.unlink("trajectory").unwrap();
     bare.close().unwrap();
-    for (arguments, words) in [
-        (&["missing.h5"][..], &["missing.h5", "no such file"][..]),
-        (&["text.h5"], &["text.h5", "not an HDF5 file"]),
-        (&["paper.h5", "--only", "25"], &["critical curve", "sweep"]),
-        (&["paper.h5", "--only", "17"], &["17", "--list"]),
-        (&["paper.h5", "--only", "duration"], &["did you mean durations?"]),
-        (
-            &["paper.h5", "--channel", "thetadot"],
-            &["did you mean theta_dot?", "relative_velocity, slip_displacement"],
-        ),
-        (&["paper.h5", "--phase", "z", "w"], &["\"w\"", "z_dot"]),
-        (
-            &["paper.h5", "--channel", "z", "--from", "5", "--to", "4"],
-            &["--from 5", "--to 4"],
-        ),
-        (
-            &["sweep.h5"],
-            &["sweep.h5", "format is \"stickslip-study\"", "stickslip run"],
-        ),
-        (
-            &["bare.h5"],
-            &["bare.h5", "/trajectory", "there are: ", "events", "stick_slip"],
-        ),
-        (
-            &["paper.h5", "--channel", "z", "--from", "11"],
-            &["from 11", "from 0 to 10 s"],
-        ),
-        (&["paper.h5", "--channel", "z", "--from", "nan"], &["--from", "seconds"]),
-        (&["paper.h5", "--from", "1"], &["--channel"]),
-        (&["paper.h5", "-o", "one.svg"], &["one.svg", "folder"]),
-        (
-            &["paper.h5", "--only", "4", "-o", "one.tiff"],
-            &["one.tiff", ".svg, .png, .pdf or .eps"],
-        ),
-        (
-            &["paper.h5", "--only", "4", "-o", "no/one.svg"],
-            &["no/one.svg", "does not exist"],
-        ),
-        (&["paper.h5", "-o", "text.h5"], &["text.h5", "folder"]),
-        (&["paper.h5", "--width", "1"], &["--width", "60"]),
-        (
-            &["paper.h5", "--only", "4", "--width", "1000", "--dpi", "2400"],
-            &["too large", "--dpi"],
-        ),
-        (&[], &["<FILE>"]),
-    ] {
-        let refused = refusal(&mut folder.stickslip(&[&["plot"], arguments].concat()));
-        for word in words {
-            assert!(refused.contains(word), "{word} in {refused}");
-        }
+    for [arguments, words] in rows(
+        r#"
+        missing.h5 | missing.h5 & no such file
+        text.h5 | text.h5 & not an HDF5 file
+        paper.h5 --only 25 | critical curve & sweep
+        paper.h5 --only 17 | 17 & --list
+        paper.h5 --only duration | did you mean durations?
+        paper.h5 --channel thetadot | did you mean theta_dot? & relative_velocity, slip_displacement
+        paper.h5 --phase z w | "w" & z_dot
+        paper.h5 --channel z --from 5 --to 4 | --from 5 & --to 4
+        sweep.h5 | sweep.h5 & format is "stickslip-study" & stickslip run
+        bare.h5 | bare.h5 & /trajectory & there are: & events & stick_slip
+        paper.h5 --channel z --from 11 | from 11 & from 0 to 10 s
+        paper.h5 --channel z --from nan | --from & seconds
+        paper.h5 --from 1 | --channel
+        paper.h5 -o one.svg | one.svg & folder
+        paper.h5 --only 4 -o one.tiff | one.tiff & .svg, .png, .pdf or .eps
+        paper.h5 --only 4 -o no/one.svg | no/one.svg & does not exist
+        paper.h5 -o text.h5 | text.h5 & folder
+        paper.h5 --width 1 | --width & 60
+        paper.h5 --only 4 --width 1000 --dpi 2400 | too large & --dpi
+    "#,
+    ) {
+        folder.refused(&format!("plot {arguments}"), words);
     }
+    folder.refused("plot", "<FILE>");
 }
 
 /// A header as that of a run of the paper's brake.

@@ -1,6 +1,6 @@
 //! Figures ready for print, exact at events, and of a candidate beside its reference.
 
-use crate::common::cli::{Folder, refusal};
+use crate::common::cli::{Folder, refusal, says};
 use crate::common::compare::{csv, paper, rows_of};
 use std::process::Command;
 use stickslip::plot::Run;
@@ -110,9 +110,7 @@ fn cli_plot_refuses_sizes_without_room() {
         (&["--width", "84mm", "--font-size", "12pt"], &["no room", "102.9mm"]),
     ] {
         let refused = refusal(&mut folder.stickslip(&[&["plot", "paper.h5"], arguments].concat()));
-        for word in words {
-            assert!(refused.contains(word), "{word} in {refused}");
-        }
+        says(&refused, words);
     }
     // A smaller letter needs less.
     folder.ok("plot paper.h5 --only 4 --width 2in --font-size 5pt -o a.svg");
@@ -210,10 +208,7 @@ fn cli_a_comparison_is_something_to_look_at() {
     folder.ok("compare paper.h5 mine.csv -q --report a.html");
     let page = text_of(&folder, "a.html");
     assert_eq!(page.matches("<svg").count(), 4);
-    assert!(
-        page.contains("largest error") && page.contains("Error of the time of each event"),
-        "{page}"
-    );
+    says(&page, &["largest error", "Error of the time of each event"]);
     let before = folder.names();
     folder.ok("compare paper.h5 mine.csv -q --report a.md");
     let report = text_of(&folder, "a.md");
@@ -247,10 +242,7 @@ fn cli_a_comparison_is_something_to_look_at() {
     ];
     folder.ok(&[&channel[..], &["-o", "own.svg"]].concat());
     let own = text_of(&folder, "own.svg");
-    assert!(
-        own.contains(">\nmine\n<") && own.contains("|error| at the same time"),
-        "{own}"
-    );
+    says(&own, &[">\nmine\n<", "|error| at the same time"]);
     let lacking = ["plot", "paper.h5", "--candidate", "mine.csv", "--channel", "z"];
     folder.refused(&lacking, &["mine.csv", "relative_velocity"]);
     // A table of events has no curve.

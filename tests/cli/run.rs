@@ -1,6 +1,7 @@
 //! `stickslip run` as its user sees it: what it computes, prints and leaves behind.
 
 use crate::common::cli::{Folder, json, output, refusal, says};
+use crate::common::rows;
 use crate::common::unlocked;
 use predicates::prelude::*;
 use stickslip::record::{Event, EventKind};
@@ -16,16 +17,8 @@ fn cli_run_without_a_case_is_the_paper_case() {
     // Beside the paper's numbers, and with the name of the file at the end.
     says(
         &stdout,
-        &[
-            "100 (48 sticks, 47 slips,",
-            "1 kick, 1 corner,",
-            "3 changes of stability)",
-            "6.975001",
-            "6.989377",
-            "paper.h5",
-            "esdirk",
-            "closed-form",
-        ],
+        "100 (48 sticks, 47 slips, & 1 kick, 1 corner, & 3 changes of stability) & 6.975001 & 6.989377 &
+         paper.h5 & esdirk & closed-form",
     );
     let wide: Vec<&str> = stdout.lines().filter(|line| line.chars().count() > 80).collect();
     assert_eq!(wide, Vec::<&str>::new());
@@ -43,49 +36,70 @@ fn cli_run_without_a_case_is_the_paper_case() {
 }
 
 #[test]
+fn cli_run_of_a_built_in_case() {
+    let folder = Folder::new();
+    let (stdout, stderr) = output(&mut folder.stickslip("run belt-leine"), 0);
+    assert_eq!(stderr, "");
+    assert_eq!(folder.names(), ["belt-leine.h5"]);
+    let title = "Block on a belt of Leine and others";
+    says(
+        &stdout,
+        &[
+            title,
+            "16 (8 sticks, 8 slips)",
+            "12.0010312948",
+            "m/s",
+            "series",
+            "belt-leine.h5",
+        ],
+    );
+    says(&stdout, &["1.133944676442 m (stator)"]);
+    assert!(stdout.lines().all(|line| line == line.trim_end()), "{stdout:?}");
+    assert_eq!(folder.result("belt-leine.h5").status(), &Status::Complete);
+}
+
+#[test]
 fn cli_run_sets_keys_of_the_case() {
     let folder = Folder::new();
-    let settings = [
-        "--set",
-        "torsion.damping=\"100 lbf in s/rad\"",
-        "--set",
-        "initial.speed=50",
-        "-o",
-        "x.h5",
-    ];
-    folder.ok_short(&settings);
+    let settings = r#"--set 'torsion.damping="100 lbf in s/rad"' --set initial.speed=50 -o x.h5"#;
+    folder.ok_short(settings);
     let resolved = folder.result("x.h5").resolved().unwrap();
     assert!(resolved.contains("damping = 11.29848290276167"), "{resolved}");
     assert!(resolved.contains("speed = 50"), "{resolved}");
     let case_text = folder.result("x.h5").case_text().unwrap();
     assert!(case_text.contains("damping = \"200 lbf in s/rad\""), "{case_text}");
+
+    folder.ok(r#"run clutch -q --set 'rotor.torque="90 N m"' -o more.h5"#);
+    let file = folder.result("more.h5");
+    assert!(file.resolved().unwrap().contains("90"), "{}", file.resolved().unwrap());
+    assert!(file.case_text().unwrap().contains("\"80 N m\""));
+    // omega_r = 200 + 450 t - 850 t^2 to 0.5 s, where it is 212.5, and from then on it falls by 400 rad/s in a second.
+    let locks = file.events().unwrap()[1].time;
+    assert!((locks - (0.5 + 212.5 / 400.0)).abs() < 1e-14, "{locks}");
 }
 
 #[test]
 fn cli_run_refuses_bad_settings() {
     let folder = Folder::new();
-    for (setting, words) in [
-        (
-            "torsion.dampin=1",
-            "--set torsion.dampin: unknown key; did you mean torsion.damping?",
-        ),
-        ("torsion.damping=\"5 N\"", "\"5 N\" is a force"),
-        ("torsion.damping=nan", "--set torsion.damping: must be finite"),
-        (
-            "torsion.surface_inertia=0",
-            "--set torsion.surface_inertia: must be greater than 0",
-        ),
-        (
-            "friction.breakaway=0.1",
-            "--set friction.breakaway: must be at least friction.low_speed",
-        ),
-        ("solver.max_events=0", "--set solver.max_events"),
-        ("solver.rtol=0.5", "--set solver.rtol"),
-        ("output.interval=1e-12", "samples"),
-        ("torsion", "expected KEY=VALUE"),
-        ("=1", "is not a key"),
-    ] {
-        folder.refused(&["run", "--set", setting], &[words]);
+    for [case, setting, words] in rows(
+        r#"
+        paper  | torsion.dampin=1          | --set torsion.dampin: unknown key; did you mean torsion.damping?
+        paper  | torsion.damping="5 N"     | "5 N" is a force
+        paper  | torsion.damping=nan       | --set torsion.damping: must be finite
+        paper  | torsion.surface_inertia=0 | --set torsion.surface_inertia: must be greater than 0
+        paper  | friction.breakaway=0.1    | --set friction.breakaway: must be at least friction.low_speed
+        paper  | solver.max_events=0       | --set solver.max_events
+        paper  | solver.rtol=0.5           | --set solver.rtol
+        paper  | output.interval=1e-12     | samples
+        paper  | torsion                   | expected KEY=VALUE
+        paper  | =1                        | is not a key
+        clutch | rotor.torqe=1             | rotor.torqe: unknown key; did you mean
+        clutch | stator.inertia=-1         | stator.inertia
+        clutch | rotor.end="welded"        | rotor.end
+        clutch | solver.method="paper"     | take another for this case
+    "#,
+    ) {
+        folder.refused(&["run", case, "--set", setting], &[words]);
     }
     assert_eq!(folder.names(), Vec::<String>::new());
 }
@@ -94,11 +108,7 @@ fn cli_run_refuses_bad_settings() {
 #[test]
 fn cli_run_refuses_what_doubles_cannot_resolve() {
     let folder = Folder::new();
-    for setting in [
-        "output.end_time=1e300",
-        "output.end_time=1e12",
-        "output.end_time=1e-300",
-    ] {
+    for setting in "output.end_time=1e300 output.end_time=1e12 output.end_time=1e-300".split(' ') {
         let spacing = ["--set", "output.interval=1e299", "--set", setting];
         let stderr = refusal(folder.stickslip("run").args(spacing));
         assert!(stderr.contains("--set output.end_time: "), "{setting}: {stderr}");
@@ -164,17 +174,7 @@ fn cli_run_json_is_one_document_with_known_names() {
     assert_eq!(stderr, "");
     let document = json(&stdout);
     let names = |value: &serde_json::Value| value.as_object().unwrap().keys().cloned().collect::<Vec<_>>();
-    for name in [
-        "status",
-        "file",
-        "case",
-        "title",
-        "method",
-        "rtol",
-        "wall_time",
-        "summary",
-        "warnings",
-    ] {
+    for name in "status file case title method rtol wall_time summary warnings".split(' ') {
         assert!(names(&document).contains(&name.to_owned()), "{name} in {stdout}");
     }
     assert_eq!(document["status"], "complete");
@@ -183,37 +183,29 @@ fn cli_run_json_is_one_document_with_known_names() {
     assert_eq!(document["warnings"], serde_json::json!([]));
     assert!(document.get("error").is_none());
     let summary = &document["summary"];
-    for name in [
-        "end",
-        "events",
-        "sticks",
-        "slips",
-        "onset_time",
-        "final_stick_time",
-        "first_stick_duration",
-        "last_stick_duration",
-        "stick_duration_range",
-        "first_slip_duration",
-        "last_slip_duration",
-        "slip_duration_range",
-        "first_period",
-        "last_period",
-        "natural_period",
-        "axial_displacement",
-        "instability_time",
-        "growth_exponent",
-        "e_folds_gained",
-        "energy_residual",
-        "energy_residual_relative",
-        "noise_determined",
-        "kicks_never_given",
-        "interrupted",
-        "work",
-    ] {
+    for name in "end events sticks slips onset_time final_stick_time first_stick_duration last_stick_duration \
+        stick_duration_range first_slip_duration last_slip_duration slip_duration_range first_period last_period \
+        natural_period axial_displacement instability_time growth_exponent e_folds_gained energy_residual \
+        energy_residual_relative noise_determined kicks_never_given interrupted work"
+        .split(' ')
+    {
         assert!(names(summary).contains(&name.to_owned()), "{name} in {stdout}");
     }
     assert_eq!(summary["sticks"], 48);
     assert!(summary["energy_residual_relative"].as_f64().unwrap() < 1e-12);
+
+    let (stdout, stderr) = output(&mut folder.stickslip("run clutch --json"), 0);
+    assert_eq!(stderr, "");
+    let document = json(&stdout);
+    assert_eq!(
+        (&document["status"], &document["file"]),
+        (&"complete".into(), &"clutch.h5".into())
+    );
+    assert_eq!(document["summary"]["sticks"], 1);
+    assert_eq!(document["summary"]["outcome"]["kind"], "stuck");
+    // 11/12 s, rounded.
+    let since = document["summary"]["outcome"]["since"].as_f64().unwrap();
+    assert!((since - 11.0 / 12.0).abs() < 1e-14, "{since}");
 }
 
 #[test]
@@ -242,8 +234,13 @@ fn cli_run_quiet_prints_nothing_but_errors() {
     let (stdout, stderr) = output(&mut folder.short_run("-q"), 0);
     assert_eq!((stdout.as_str(), stderr.as_str()), ("", ""));
     // Not even the warning.
-    let (stdout, stderr) = output(&mut folder.stickslip("run unperturbed --quiet"), 0);
-    assert_eq!((stdout.as_str(), stderr.as_str()), ("", ""));
+    for arguments in ["run unperturbed --quiet", "run block --quiet"] {
+        assert_eq!(
+            output(&mut folder.stickslip(arguments), 0),
+            (String::new(), String::new())
+        );
+    }
+    assert_eq!(folder.names(), ["block.h5", "paper.h5", "unperturbed.h5"]);
     let (stdout, stderr) = output(&mut folder.stickslip("run -q --set solver.max_events=10"), 1);
     assert_eq!(stdout, "");
     assert!(stderr.contains("event budget"), "{stderr}");
@@ -276,21 +273,31 @@ fn cli_run_progress_is_on_standard_error() {
 #[test]
 fn cli_run_repeats_a_result_to_the_last_bit() {
     let folder = Folder::new();
-    folder.ok("run -q --set friction.decay=4.9");
-    let stdout = folder.ok("run paper.h5");
-    assert!(stdout.contains("paper.repeat.h5"), "{stdout}");
-    assert_eq!(folder.names(), ["paper.h5", "paper.repeat.h5"]);
-    let (first, second) = (folder.result("paper.h5"), folder.result("paper.repeat.h5"));
-    let count = first.sample_count().unwrap();
-    assert!(count > 10_000);
-    assert_eq!(second.sample_count().unwrap(), count);
-    // Debug prints doubles so that they read back as themselves.
-    let bits = |rows: &dyn std::fmt::Debug| format!("{rows:?}");
-    assert!(bits(&first.samples(0..count).unwrap()) == bits(&second.samples(0..count).unwrap()));
-    assert!(bits(&first.events().unwrap()) == bits(&second.events().unwrap()));
-    assert!(bits(&first.segments().unwrap()) == bits(&second.segments().unwrap()));
-    assert_eq!(first.case_text().unwrap(), second.case_text().unwrap());
-    assert_eq!(first.resolved().unwrap(), second.resolved().unwrap());
+    for (case, set, least) in [
+        ("paper", "friction.decay=4.9", 10_000),
+        ("groan", "rotor.speed=0.12", 0),
+    ] {
+        folder.ok(&["run", case, "-q", "--set", set]);
+        let [name, repeat] = ["h5", "repeat.h5"].map(|ending| format!("{case}.{ending}"));
+        let stdout = folder.ok(&["run", &name]);
+        assert!(stdout.contains(&repeat), "{stdout}");
+        let (first, second) = (folder.result(&name), folder.result(&repeat));
+        assert!(first.events().unwrap().len() > 20);
+        let count = first.sample_count().unwrap();
+        assert!(count > least);
+        assert_eq!(second.sample_count().unwrap(), count);
+        // Debug prints doubles so that they read back as themselves.
+        let bits = |rows: &dyn std::fmt::Debug| format!("{rows:?}");
+        assert!(bits(&first.samples(0..count).unwrap()) == bits(&second.samples(0..count).unwrap()));
+        assert!(bits(&first.events().unwrap()) == bits(&second.events().unwrap()));
+        assert!(bits(&first.segments().unwrap()) == bits(&second.segments().unwrap()));
+        assert_eq!(first.case_text().unwrap(), second.case_text().unwrap());
+        assert_eq!(first.resolved().unwrap(), second.resolved().unwrap());
+    }
+    assert_eq!(
+        folder.names(),
+        ["groan.h5", "groan.repeat.h5", "paper.h5", "paper.repeat.h5"]
+    );
 }
 
 /// A repeated run can be another one, too.
@@ -328,18 +335,15 @@ fn cli_run_says_if_it_ends_before_a_kick() {
     let document = folder.json("run --set output.end_time=2");
     assert_eq!(document["summary"]["kicks_never_given"], 1);
     let warning = document["warnings"][0].as_str().unwrap();
-    assert!(
-        warning.contains("the run ended at t = 2 s, before its time"),
-        "{warning}"
-    );
+    says(warning, &["the run ended at t = 2 s, before its time"]);
     let kick = "perturbation=[{time=\"instability\",relative_velocity=1e-4}]";
     let (_, stderr) = output(
         &mut folder.stickslip(&["run", "--set", "output.end_time=2", "--set", kick]),
         0,
     );
-    assert!(
-        stderr.contains("the run ended at t = 2 s, before sliding lost its stability"),
-        "{stderr}"
+    says(
+        &stderr,
+        &["the run ended at t = 2 s, before sliding lost its stability"],
     );
 }
 
@@ -383,10 +387,7 @@ fn cli_run_calls_a_dead_kick_dead() {
 fn cli_run_says_if_a_kick_never_came() {
     let folder = Folder::new();
     let (_, stderr) = output(&mut folder.stickslip("run release --set friction.decay=0"), 0);
-    assert!(
-        stderr.contains("warning: 1 of the kicks set at the instability never came"),
-        "{stderr}"
-    );
+    says(&stderr, &["warning: 1 of the kicks set at the instability never came"]);
 }
 
 /// Located exactly, a breakaway by the stator torque alone is undone at once, in the course of the stick-slip: an error,
@@ -440,10 +441,7 @@ fn cli_run_event_budget_is_a_clear_error() {
     assert_eq!(stdout, "");
     says(
         &stderr,
-        &[
-            "the event budget of 10 transitions is used up at t = 6.97",
-            "solver.max_events",
-        ],
+        "the event budget of 10 transitions is used up at t = 6.97 & solver.max_events",
     );
     let file = folder.result("paper.partial.h5");
     assert!(matches!(file.status(), Status::Failed(_)));
@@ -458,10 +456,7 @@ fn cli_run_warns_of_an_energy_balance_that_does_not_close() {
     let folder = Folder::new();
     let loose = ["run", "--method", "cvode-bdf", "--set", "solver.rtol=0.1"];
     let (_, stderr) = output(&mut folder.stickslip(&loose), 0);
-    assert!(
-        stderr.contains("warning: the energy balance does not close"),
-        "{stderr}"
-    );
+    says(&stderr, &["warning: the energy balance does not close"]);
 }
 
 /// The witness is one line under the table, the same in JSON and in the file, and can be left out.
@@ -503,28 +498,49 @@ fn cli_run_has_a_witness() {
     assert!(json(&stdout).get("witness").is_none(), "{stdout}");
 }
 
-/// The witness of `cvode` is another method; where the onset is noise no alarm is raised.
+/// The witness shares no solver with the run, be it linear or not: `cvode`, or `series` of a run by `cvode`. Where the onset is noise
+/// no alarm is raised.
 #[test]
 fn cli_run_witnesses_differ_where_they_must() {
     let folder = Folder::new();
-    let witness = |arguments: &[&str]| {
-        let (stdout, _) = output(folder.stickslip("run --json").args(arguments), 0);
-        json(&stdout)["witness"].clone()
-    };
-    let own = witness(&["--method", "cvode"]);
-    assert_eq!(
-        (&own["method"], &own["testimony"]),
-        (&"series".into(), &"same-sequence".into())
-    );
-    let noise = witness(&["unperturbed"]);
+    let witness = |arguments: &str| folder.json(&format!("run {arguments} --force"))["witness"].clone();
+    for [arguments, method] in rows(
+        "
+        --method cvode              | series
+        belt-coulomb                | cvode
+        belt-coulomb --method series | cvode
+        belt-coulomb --method cvode | series
+        belt-leine --method erk     | cvode
+        belt-leine --method cvode   | series
+    ",
+    ) {
+        let said = witness(arguments);
+        assert_eq!(
+            (&said["method"], &said["testimony"]),
+            (&method.into(), &"same-sequence".into())
+        );
+        assert!(said["statement"].as_str().unwrap().chars().count() <= 80, "{said}");
+    }
+    // One event is one.
+    for [end, words] in rows(
+        "
+        0.1  | witness cvode: no event either
+        0.21 | witness cvode: the same event, within
+        1    | witness cvode: the same 3 events, all within
+    ",
+    ) {
+        let said = witness(&format!("belt-coulomb --set output.end_time={end}"));
+        says(&said["statement"].to_string(), &[words]);
+    }
+    let noise = witness("unperturbed");
     assert_eq!(noise["testimony"], "noise-determined", "{noise}");
     assert!(
         noise["statement"].as_str().unwrap().contains("amplified rounding"),
         "{noise}"
     );
-    let paper = witness(&["--method", "paper"]);
+    let paper = witness("--method paper");
     assert_eq!(paper["testimony"], "sequence-differs", "{paper}");
-    for said in [own, noise, paper] {
+    for said in [noise, paper] {
         assert!(said["statement"].as_str().unwrap().chars().count() <= 80, "{said}");
     }
 }

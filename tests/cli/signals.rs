@@ -145,14 +145,8 @@ fn cli_signals_a_certificate_says_where_it_was_interrupted() {
         text(&output.stderr),
         "stickslip: interrupted during the run that was to be certified; no certificate was written\n"
     );
-    let slow = [
-        "certify",
-        "--set",
-        "solver.max_step=1e-5",
-        "--set",
-        "output={end_time=2, interval=0.1}",
-    ];
-    let mut child = folder.start(&slow);
+    let slow = "certify --set solver.max_step=1e-5 --set 'output={end_time=2, interval=0.1}'";
+    let mut child = folder.start(slow);
     wait_for(&folder, &mut child, &|name| name.ends_with(".uncertified.h5"));
     send("INT", child.id());
     let output = ended(child);
@@ -169,22 +163,12 @@ fn cli_signals_a_certificate_says_where_it_was_interrupted() {
 fn cli_signals_an_interrupted_oracle_leaves_the_certificate() {
     use std::io::{BufRead, BufReader, Read};
     let folder = Folder::new();
-    let mut child = folder.start(&[
-        "certify",
-        "paper-si",
-        "-v",
-        "--oracle",
-        "--digits",
-        "80",
-        "--set",
-        "initial.speed=3",
-        "--set",
-        "actuation={profile=\"ramp\", force=2225, rise_time=0.02}",
-        "--set",
-        "perturbation=[{time=\"instability\", relative_velocity=1e-4}]",
-        "--set",
-        "output={end_time=0.4, interval=0.01}",
-    ]);
+    let mut child = folder.start(
+        r#"certify paper-si -v --oracle --digits 80 --set initial.speed=3
+        --set 'actuation={profile="ramp", force=2225, rise_time=0.02}'
+        --set 'perturbation=[{time="instability", relative_velocity=1e-4}]'
+        --set 'output={end_time=0.4, interval=0.01}'"#,
+    );
     let mut stderr = BufReader::new(child.stderr.take().unwrap());
     let mut line = String::new();
     while !line.contains("the oracle begins") {

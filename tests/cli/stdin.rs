@@ -106,17 +106,7 @@ fn cli_errors_are_json_where_json_is_asked_for() {
     ] {
         assert_eq!(error(arguments, 2)["kind"], "usage");
     }
-    for command in [
-        "certify",
-        "modes",
-        "check",
-        "plot",
-        "compare",
-        "sweep",
-        "calibrate",
-        "work-precision",
-        "case",
-    ] {
+    for command in "certify modes check plot compare sweep calibrate work-precision case".split(' ') {
         let mut arguments = vec![command, "./missing.x", "--json"];
         if command == "compare" {
             arguments.push("other.csv");

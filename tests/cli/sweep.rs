@@ -1,6 +1,7 @@
 //! `stickslip sweep` as a user starts it: files that depend on the study alone, kills and resumption, refusals.
 
 use crate::common::cli::{Folder, refusal, says};
+use crate::common::rows;
 
 /// Runs that are over in a millisecond: the ramp and the beginning of the sliding, with a few that fail among them.
 pub const QUICK: &str = r#"
@@ -82,12 +83,16 @@ fn results_a_grid_has_its_axes_as_dimensions_and_its_failures_in_words() {
 #[test]
 fn property_the_file_does_not_depend_on_threads_interruptions_or_time() {
     let folder = Folder::new();
-    folder.write("map.toml", QUICK);
-    folder.ok("sweep map.toml -j 1 -o one.h5");
-    for jobs in ["2", "7"] {
-        let name = format!("of-{jobs}.h5");
-        folder.ok(&["sweep", "map.toml", "-j", jobs, "-o", &name]);
-        assert!(folder.read("one.h5") == folder.read(&name), "with {jobs} threads");
+    for (study, title) in [(QUICK, "a quick map"), (crate::shards::SMOOTH, "a smooth belt")] {
+        folder.write("map.toml", study);
+        folder.ok("sweep map.toml -j 1 -o one.h5");
+        for jobs in ["2", "7"] {
+            folder.ok(&["sweep", "map.toml", "-j", jobs, "-o", "many.h5"]);
+            assert!(
+                folder.read("one.h5") == folder.read("many.h5"),
+                "{title} with {jobs} threads"
+            );
+        }
     }
 }
 
@@ -151,122 +156,67 @@ fn cli_what_was_begun_is_neither_lost_nor_mixed_with_another_study() {
     folder.ok("sweep other.toml -o map.h5");
 }
 
-/// What is wrong, and the place and the words by which the refusal names it.
-const BAD: &[(&str, &str, &[&str])] = &[
-    (
-        "count = 6",
-        "cuont = 6",
-        &[
-            "bad.toml:13: axis.0.cuont: unknown key; did you mean count?",
-            "axis.0.count: missing",
-        ],
-    ),
-    (
-        "count = 6",
-        "count = 0",
-        &["bad.toml:13: axis.0.count: expected a whole number from 1"],
-    ),
-    (
-        "key = \"torsion.damping\"",
-        "key = \"torsion.dampnig\"",
-        &["bad.toml:10: axis.0.key: a case has no key \"torsion.dampnig\"; did you mean torsion.damping?"],
-    ),
-    (
-        "from = 10",
-        "from = \"10 N\"",
-        &["bad.toml:11: axis.0.from: expected a torsional damping"],
-    ),
-    (
-        "from = 10",
-        "from = -10",
-        &["bad.toml:11: axis.0.from: must not be negative"],
-    ),
-    (
-        "values = [0.3, 0.45, 0.7]",
-        "values = []",
-        &["bad.toml:17: axis.1.values: an axis without values"],
-    ),
-    (
-        "values = [0.3, 0.45, 0.7]",
-        "values = [0.3, 0.3]",
-        &["bad.toml:17: axis.1.values.1: 0.3 stands twice"],
-    ),
-    (
-        "values = [0.3, 0.45, 0.7]",
-        "values = [0.3, 0.45]\nfrom = 1",
+#[test]
+fn cli_bad_studies_are_refused_with_file_line_and_key() {
+    let folder = Folder::new();
+    let said = |from: &str, to: &str| {
+        let bad = QUICK.replacen(from, to, 1);
+        assert_ne!(bad, QUICK, "{from}");
+        folder.write("bad.toml", bad);
+        let stderr = refusal(&mut folder.stickslip("sweep bad.toml"));
+        assert_eq!(folder.names(), ["bad.toml"], "{to}");
+        stderr
+    };
+    for [from, to, words] in rows(
+        r#"
+        count = 6 | cuont = 6 | bad.toml:13: axis.0.cuont: unknown key; did you mean count? & axis.0.count: missing
+        count = 6 | count = 0 | bad.toml:13: axis.0.count: expected a whole number from 1
+        key = "torsion.damping" | key = "torsion.dampnig" |
+            bad.toml:10: axis.0.key: a case has no key "torsion.dampnig"; did you mean torsion.damping?
+        from = 10 | from = "10 N" | bad.toml:11: axis.0.from: expected a torsional damping
+        from = 10 | from = -10 | bad.toml:11: axis.0.from: must not be negative
+        values = [0.3, 0.45, 0.7] | values = [] | bad.toml:17: axis.1.values: an axis without values
+        values = [0.3, 0.45, 0.7] | values = [0.3, 0.3] | bad.toml:17: axis.1.values.1: 0.3 stands twice
+        values = ["auto", "erk"] | values = ["auto", "ekr"] | bad.toml:21: axis.2.values.1: expected one of
+        key = ["friction.low_speed", "friction.high_speed"] | key = ["friction.low_speed", "friction.low_speed"] |
+            friction.low_speed stands on two axes
+        case = "paper" | case = "papr" | bad.toml:3: case: there is no built-in case "papr" (did you mean paper?)
+        output.end_time = 0.02 | output.end_tim = 0.02 |
+            bad.toml:6: set.output.end_tim: a case has no key & did you mean output.end_time?
+        events = true | events = 1 | bad.toml:24: keep.events: expected true or false
+        output.end_time = 0.02 | torsion.surface_inertia = -1 |
+            no point of the study is a valid case & must be greater than 0
+    "#,
+    ) {
+        says(&said(from, to), words);
+    }
+    says(
+        &said("values = [0.3, 0.45, 0.7]", "values = [0.3, 0.45]\nfrom = 1"),
         &["bad.toml:18: axis.1.from: an axis has either values"],
-    ),
-    (
-        "values = [\"auto\", \"erk\"]",
-        "values = [\"auto\", \"ekr\"]",
-        &["bad.toml:21: axis.2.values.1: expected one of"],
-    ),
-    (
-        "key = [\"friction.low_speed\", \"friction.high_speed\"]",
-        "key = [\"friction.low_speed\", \"friction.low_speed\"]",
-        &["friction.low_speed stands on two axes"],
-    ),
-    (
-        "case = \"paper\"",
-        "case = \"papr\"",
-        &["bad.toml:3: case: there is no built-in case \"papr\" (did you mean paper?)"],
-    ),
-    ("case = \"paper\"", "", &["case: missing: the base case"]),
-    (
-        "output.end_time = 0.02",
-        "output.end_tim = 0.02",
-        &[
-            "bad.toml:6: set.output.end_tim: a case has no key",
-            "did you mean output.end_time?",
-        ],
-    ),
-    (
-        "output.end_time = 0.02",
-        "output.end_time = {}\nfriction.typo = {}\noutput.window = {}",
+    );
+    says(&said("case = \"paper\"", ""), &["case: missing: the base case"]);
+    says(
+        &said(
+            "output.end_time = 0.02",
+            "output.end_time = {}\nfriction.typo = {}\noutput.window = {}",
+        ),
         &[
             "bad.toml:6: set.output.end_time: an empty table sets nothing",
             "bad.toml:7: set.friction.typo: a case has no key",
             "bad.toml:8: set.output.window: a case has no key",
         ],
-    ),
-    (
-        "events = true",
-        "events = 1",
-        &["bad.toml:24: keep.events: expected true or false"],
-    ),
-    (
-        "[keep]",
-        "[boundary]\ncriterion = \"sticks > 2\"\n[keep]",
-        &["boundary", "is not", "sticks"],
-    ),
-    (
-        "[keep]",
-        "[sample]\nmethod = \"sobol\"\ncount = 8\n[keep]",
+    );
+    let stderr = said("[keep]", "[boundary]\ncriterion = \"sticks > 2\"\n[keep]");
+    assert!(
+        ["boundary", "is not", "sticks"]
+            .iter()
+            .any(|word| stderr.contains(word)),
+        "{stderr}"
+    );
+    says(
+        &said("[keep]", "[sample]\nmethod = \"sobol\"\ncount = 8\n[keep]"),
         &["bad.toml:13: axis.0.count: how many points there are is the count of [sample]"],
-    ),
-    (
-        "output.end_time = 0.02",
-        "torsion.surface_inertia = -1",
-        &["no point of the study is a valid case", "must be greater than 0"],
-    ),
-];
-
-#[test]
-fn cli_bad_studies_are_refused_with_file_line_and_key() {
-    let folder = Folder::new();
-    for (from, to, words) in BAD {
-        let bad = QUICK.replacen(from, to, 1);
-        assert_ne!(bad, QUICK, "{from}");
-        folder.write("bad.toml", bad);
-        let stderr = refusal(&mut folder.stickslip("sweep bad.toml"));
-        let found = words.iter().filter(|word| stderr.contains(**word)).count();
-        assert!(found > 0, "{to}: {stderr}");
-        assert!(
-            found == words.len() || to.starts_with("[boundary]"),
-            "{to}: {words:?}: {stderr}"
-        );
-        assert_eq!(folder.names(), ["bad.toml"], "{to}");
-    }
+    );
 }
 
 #[test]
@@ -344,28 +294,13 @@ fn cli_a_kept_trajectory_is_a_result_file_of_each_point() {
 /// A light rotor that stops within milliseconds, so that runs are cheap.
 pub const BOUNDARY: &str = r#"
 case = "paper"
-[set]
-perturbation = []
-axial.damping = "20000 lbf s/in"
-actuation.rise_time = 0
-torsion.rotor_inertia = 0.002
-initial.speed = 10
-output.end_time = 0.01
-[[axis]]
-key = "friction.decay"
-from = 0.05
-to = 0.8
-count = 5
-spacing = "log"
-[[axis]]
-key = "torsion.damping"
-from = 5
-to = 40
-count = 4
-[boundary]
-criterion = "instability_time > 0"
-refinements = 1
-growth_contours = [0.5]
+set = { perturbation = [], axial.damping = "20000 lbf s/in", actuation.rise_time = 0, torsion.rotor_inertia = 0.002,
+    initial.speed = 10, output.end_time = 0.01 }
+axis = [
+    { key = "friction.decay", from = 0.05, to = 0.8, count = 5, spacing = "log" },
+    { key = "torsion.damping", from = 5, to = 40, count = 4 },
+]
+boundary = { criterion = "instability_time > 0", refinements = 1, growth_contours = [0.5] }
 "#;
 
 #[test]
@@ -394,14 +329,7 @@ fn cli_every_command_knows_a_sweep_file() {
     let stdout = folder.ok("inspect map.h5");
     says(
         &stdout,
-        &[
-            "stickslip-sweep",
-            "6 x 3 x 2",
-            "number of sticks",
-            "/failures",
-            "/events",
-            "default_rtol",
-        ],
+        "stickslip-sweep & 6 x 3 x 2 & number of sticks & /failures & /events & default_rtol",
     );
     let contents = folder.json("inspect map.h5");
     let sticks = contents["variables"]

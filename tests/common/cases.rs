@@ -1,5 +1,6 @@
 //! Cases by name or by text, what changes them, their runs, their exact events, and certificates of them.
 
+use crate::common::random_brakes::difference;
 use num_rational::BigRational;
 use std::ops::ControlFlow;
 use std::time::Duration;
@@ -107,6 +108,18 @@ pub fn truth(
         ..OracleRequest::default()
     };
     oracle::solve(&exact.system, &request, &mut |_| ControlFlow::Continue(()))
+}
+
+/// The largest distance of events from the exact ones, s, which have the same kinds.
+#[track_caller]
+pub fn from_truth(label: &str, events: &[Event], truth: &OracleSolution) -> f64 {
+    let exact = &truth.report.events;
+    let expected: Vec<EventKind> = exact.iter().map(|event| event.kind).collect();
+    assert_eq!(kinds(events), expected, "{label}");
+    let pairs = events.iter().zip(exact);
+    pairs
+        .map(|(own, exact)| difference(own.time, &exact.time).abs())
+        .fold(0.0, f64::max)
 }
 
 /// A case, its run, and what is certified of it with so many digits of the oracle, if it comes to them within ten minutes.

@@ -84,7 +84,7 @@ impl Folder {
 
     /// What the program says of these arguments, which it refuses, in all these words.
     #[track_caller]
-    pub fn refused(&self, arguments: impl Arguments, words: &[impl AsRef<str>]) -> String {
+    pub fn refused(&self, arguments: impl Arguments, words: impl Words) -> String {
         let stderr = refusal(&mut self.stickslip(arguments));
         says(&stderr, words);
         stderr
@@ -92,7 +92,7 @@ impl Folder {
 
     /// The same of a short run.
     #[track_caller]
-    pub fn refused_short(&self, arguments: impl Arguments, words: &[impl AsRef<str>]) -> String {
+    pub fn refused_short(&self, arguments: impl Arguments, words: impl Words) -> String {
         let stderr = refusal(&mut self.short_run(arguments));
         says(&stderr, words);
         stderr
@@ -143,14 +143,21 @@ pub fn send(signal: &str, process: u32) {
     assert!(kill.unwrap().success());
 }
 
-/// Arguments of the program: a text in which spaces part them, or a list.
+/// Arguments of the program: a text in which spaces part them and `'` quotes, as in a shell, or a list.
 pub trait Arguments {
     fn list(&self) -> Vec<String>;
 }
 
 impl Arguments for &str {
     fn list(&self) -> Vec<String> {
-        self.split_whitespace().map(str::to_owned).collect()
+        let mut words = Vec::new();
+        for (place, part) in self.split('\'').enumerate() {
+            match place % 2 {
+                0 => words.extend(part.split_whitespace().map(str::to_owned)),
+                _ => words.push(part.to_owned()),
+            }
+        }
+        words
     }
 }
 
@@ -178,11 +185,34 @@ impl<S: AsRef<str>> Arguments for &Vec<S> {
     }
 }
 
+/// Words that a text should have: a text in which `&` parts them, or a list.
+pub trait Words {
+    fn words(&self) -> Vec<&str>;
+}
+
+impl Words for &str {
+    fn words(&self) -> Vec<&str> {
+        self.split('&').map(str::trim).collect()
+    }
+}
+
+impl<S: AsRef<str>> Words for &[S] {
+    fn words(&self) -> Vec<&str> {
+        self.iter().map(AsRef::as_ref).collect()
+    }
+}
+
+impl<S: AsRef<str>, const N: usize> Words for &[S; N] {
+    fn words(&self) -> Vec<&str> {
+        self.iter().map(AsRef::as_ref).collect()
+    }
+}
+
 /// Asserts that all the words stand in a text.
 #[track_caller]
-pub fn says(text: &str, words: &[impl AsRef<str>]) {
-    for word in words {
-        assert!(text.contains(word.as_ref()), "{:?} in {text}", word.as_ref());
+pub fn says(text: &str, words: impl Words) {
+    for word in words.words() {
+        assert!(text.contains(word), "{word:?} in {text}");
     }
 }
 

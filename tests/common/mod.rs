@@ -24,6 +24,19 @@ use stickslip::record::{EventKind, MemoryRecorder, Sample};
 use stickslip::signal::{Ramp, Signal};
 use stickslip::simulation::{Following, Method, OutputOptions, RunReport, SolverOptions};
 
+/// The rows of a table: cells that `|` parts, a row a line. A line that ends in `|` goes on in the next.
+#[track_caller]
+pub fn rows<const N: usize>(table: &str) -> Vec<[&str; N]> {
+    let cells: Vec<&str> = table
+        .split(['|', '\n'])
+        .map(str::trim)
+        .filter(|cell| !cell.is_empty())
+        .collect();
+    let (rows, rest) = cells.as_chunks();
+    assert!(rest.is_empty(), "{N} cells make a row, and {rest:?} do not");
+    rows.to_vec()
+}
+
 /// An event or a sample of the independent multiprecision code, rounded to double.
 pub struct TruthState {
     pub time: f64,

@@ -3,13 +3,13 @@
 //! `STICKSLIP_TRAINS_FIRST=0 STICKSLIP_TRAINS_COUNT=100 cargo test --release --test multiprecision campaign_of_trains -- --ignored
 //! --nocapture` takes other systems than the default's.
 
+use crate::common::cases::{kinds, run, source};
 use crate::common::random_brakes::Random;
 use std::fmt::Write as _;
 use std::time::Duration;
-use stickslip::Run;
 use stickslip::analysis::Certify;
 use stickslip::analysis::certificate::Verdict;
-use stickslip::case::{Case, CaseSource, Origin};
+use stickslip::case::{Case, CaseSource};
 use stickslip::record::{Channels, MemoryRecorder, Sample, State};
 use stickslip::simulation::{Method, RunReport, SolverOptions};
 
@@ -153,11 +153,15 @@ fn system(index: u64) -> String {
     text
 }
 
-fn environment(name: &str, default: u64) -> u64 {
-    std::env::var(name)
-        .ok()
-        .and_then(|text| text.parse().ok())
-        .unwrap_or(default)
+/// The systems of the campaign.
+fn systems() -> impl Iterator<Item = (u64, CaseSource)> {
+    let number = |name: &str, default: u64| {
+        let text = std::env::var(name).ok();
+        text.and_then(|text| text.parse().ok()).unwrap_or(default)
+    };
+    let first = number("STICKSLIP_TRAINS_FIRST", 0);
+    let indices = first..first + number("STICKSLIP_TRAINS_COUNT", 40);
+    indices.map(|index| (index, source(&system(index))))
 }
 
 /// The bounds of each method, s, where the uncertainty of the double-precision data itself is below them.
@@ -177,17 +181,15 @@ const SAMPLED: [(Method, f64, f64); 5] = [
     (Method::CvodeAdams, 1e-7, 1e-5),
 ];
 
-fn by(case: &Case, method: Method) -> Result<(MemoryRecorder, RunReport), String> {
+fn by(case: &Case, method: Method, rtol: f64) -> Result<(MemoryRecorder, RunReport), String> {
+    let mut recorder = MemoryRecorder::default();
     let solver = SolverOptions {
         method,
+        rtol,
         ..case.solver.clone()
     };
-    let mut recorder = MemoryRecorder::default();
-    let run = Run::of_system(&case.system, 0.0, &solver, &case.output)
-        .record(&mut recorder)
-        .start();
-    run.map(|report| (recorder, report))
-        .map_err(|failure| failure.to_string())
+    let report = run(case, &solver, &mut recorder).map_err(|failure| failure.to_string())?;
+    Ok((recorder, report))
 }
 
 /// The largest difference of any channel at the same samples, and which.
@@ -223,40 +225,28 @@ fn farthest(exact: &[Sample], found: &[Sample], turnover: f64) -> (&'static str,
 #[test]
 #[ignore = "minutes; CI runs it"]
 fn property_channels_of_random_trains_agree() {
-    let (first, count) = (
-        environment("STICKSLIP_TRAINS_FIRST", 0),
-        environment("STICKSLIP_TRAINS_COUNT", 40),
-    );
     let mut failures = Vec::new();
     let mut worst = [(0.0f64, 0.0f64); SAMPLED.len()];
-    for index in first..first + count {
-        let source = CaseSource {
-            text: system(index),
-            origin: Origin::File(format!("trains-{index}.toml").into()),
-        };
+    for (index, source) in systems() {
         let Ok(mut case) = Case::read(&source, &[]) else {
             failures.push(format!("{index}: no case"));
             continue;
         };
         case.output.follow.around = None;
         // What fails by the series fails by all: a chattering, or the end of a law.
-        let Ok((exact, turned)) = by(&case, Method::Series) else {
+        let Ok((exact, turned)) = by(&case, Method::Series, case.solver.rtol) else {
             continue;
         };
         for (k, (method, of_events, of_channels)) in SAMPLED.into_iter().enumerate() {
             let name = method.name();
-            let (found, report) = match by(&case, method) {
-                Ok(run) => run,
-                Err(error) => {
-                    failures.push(format!("{index} by {name}: {error}"));
+            let (found, report) = match by(&case, method, case.solver.rtol) {
+                Ok(run) if kinds(&run.0.events) == kinds(&exact.events) => run,
+                other => {
+                    let why = other.err().unwrap_or_else(|| "another sequence".to_owned());
+                    failures.push(format!("{index} by {name}: {why}"));
                     continue;
                 }
             };
-            let kinds = |recorder: &MemoryRecorder| recorder.events.iter().map(|event| event.kind).collect::<Vec<_>>();
-            if kinds(&found) != kinds(&exact) {
-                failures.push(format!("{index} by {name}: another sequence"));
-                continue;
-            }
             let times = found.events.iter().zip(&exact.events);
             let events = times.map(|(a, b)| (a.time - b.time).abs()).fold(0.0, f64::max);
             let (channel, apart) = farthest(&exact.samples, &found.samples, turned.energy_turnover);
@@ -281,19 +271,11 @@ fn property_channels_of_random_trains_agree() {
 #[test]
 #[ignore = "minutes; CI runs it"]
 fn multiprecision_random_trains() {
-    let (first, count) = (
-        environment("STICKSLIP_TRAINS_FIRST", 0),
-        environment("STICKSLIP_TRAINS_COUNT", 40),
-    );
     let mut failures = Vec::new();
     let mut total = 0usize;
     let mut worst = [0.0f64; 3];
     let (mut by_ladder, mut short) = (0usize, 0usize);
-    for index in first..first + count {
-        let source = CaseSource {
-            text: system(index),
-            origin: Origin::File(format!("trains-{index}.toml").into()),
-        };
+    for (index, source) in systems() {
         let case = match Case::read(&source, &[]) {
             Ok(case) => case,
             Err(error) => {
@@ -303,21 +285,16 @@ fn multiprecision_random_trains() {
         };
         let exact = Case::exact(&source, &[]).unwrap();
         for (k, (method, rtol, bound)) in METHODS.into_iter().enumerate() {
-            let solver = SolverOptions {
-                method,
-                rtol,
-                ..case.solver.clone()
+            let label = format!("{index} by {} at {rtol:e}", method.name());
+            let recorder = match by(&case, method, rtol) {
+                Ok((recorder, _)) => recorder,
+                Err(error) => {
+                    failures.push(format!("{label}: {error}"));
+                    continue;
+                }
             };
-            let mut recorder = MemoryRecorder::default();
-            let run = Run::of_system(&case.system, 0.0, &solver, &case.output)
-                .record(&mut recorder)
-                .start();
-            if let Err(error) = run {
-                failures.push(format!("{index} by {} at {rtol:e}: {error}", method.name()));
-                continue;
-            }
             let mut case = case.clone();
-            case.solver = solver;
+            (case.solver.method, case.solver.rtol) = (method, rtol);
             let certify = Certify::new(&case).oracle_within(&exact, 18, Duration::from_secs(60));
             let certified = certify.start(&MemoryRecorder {
                 events: recorder.events.clone(),
@@ -345,31 +322,19 @@ fn multiprecision_random_trains() {
                     }
                     let exact = certified.exact.iter().flat_map(|exact| &exact.report.events);
                     for event in exact.skip(first).take(4) {
-                        println!(
-                            "exact {:.15} {:?} {:?}",
-                            event.time.to_f64(),
-                            event.kind,
-                            event.mode_after
-                        );
+                        let time = event.time.to_f64();
+                        println!("exact {time:.15} {:?} {:?}", event.kind, event.mode_after);
                     }
                 }
-                failures.push(format!(
-                    "{index} by {} at {rtol:e}: another sequence from event {at:?} of {} on, exact {}",
-                    method.name(),
-                    certificate.events.len(),
-                    certified.exact.as_ref().map_or(0, |exact| exact.report.events.len())
-                ));
+                let count = certificate.events.len();
+                failures.push(format!("{label}: another sequence from event {at:?} of {count} on"));
                 continue;
             }
-            let largest = certificate
-                .events
-                .iter()
-                .filter_map(|event| event.true_error)
-                .map(f64::abs)
-                .fold(0.0, f64::max);
+            let errors = certificate.events.iter().filter_map(|event| event.true_error);
+            let largest = errors.map(f64::abs).fold(0.0, f64::max);
             worst[k] = worst[k].max(largest);
             if largest > bound {
-                failures.push(format!("{index} by {} at {rtol:e}: {largest:e} s", method.name()));
+                failures.push(format!("{label}: {largest:e} s"));
             }
             // What the ladder alone would have said.
             for event in &certificate.events {
@@ -381,7 +346,7 @@ fn multiprecision_random_trains() {
         }
     }
     println!(
-        "{count} systems, {total} events; auto {:e}, auto at 1e-13 {:e}, series {:e} s at worst; by the ladder alone {short} of {by_ladder} short",
+        "{total} events; auto {:e}, auto at 1e-13 {:e}, series {:e} s at worst; by the ladder alone {short} of {by_ladder} short",
         worst[0], worst[1], worst[2]
     );
     assert!(failures.is_empty(), "{}", failures.join("\n"));

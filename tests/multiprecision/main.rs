@@ -4,6 +4,7 @@
 mod common;
 
 mod bands;
+mod built_in;
 mod campaign_of_brakes;
 mod campaign_of_trains;
 mod certificate;
@@ -14,9 +15,8 @@ mod explicit;
 mod growth;
 mod laws;
 mod oracle;
+mod oracle_closed_forms;
 mod sensitivities;
 mod series_brakes;
 mod shared_errors;
 mod slopes;
-mod train_cases;
-mod trains;

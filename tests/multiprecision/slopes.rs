@@ -103,60 +103,23 @@ fn analytic_the_period_of_the_coulomb_belt_and_its_events() {
 
 /// A short slide with a kick, as the short form of the brake and as trains.
 const QUICK: &str = r#"
-[axial]
-mass = 4.5359237
-stiffness = 5.5358e7
-damping = 8756.34
-
-[actuation]
-profile = "ramp"
-force = 2225
-rise_time = 0.02
-
-[contact]
-radius = 0.0523875
-
-[friction]
-breakaway = 0.6
-low_speed = 0.6
-high_speed = 0.3
-decay = 5
-
-[initial]
-speed = 3
-
-[[perturbation]]
-time = 0.1685
-relative_velocity = 1e-4
-
-[output]
-end_time = 0.4
-interval = 0.01
-
-[solver]
-rtol = 1e-12
+axial = { mass = 4.5359237, stiffness = 5.5358e7, damping = 8756.34 }
+actuation = { profile = "ramp", force = 2225, rise_time = 0.02 }
+contact = { radius = 0.0523875 }
+friction = { breakaway = 0.6, low_speed = 0.6, high_speed = 0.3, decay = 5 }
+initial = { speed = 3 }
+perturbation = [{ time = 0.1685, relative_velocity = 1e-4 }]
+output = { end_time = 0.4, interval = 0.01 }
+solver = { rtol = 1e-12 }
 "#;
 
 const SHORT: &str = r#"
-[torsion]
-rotor_inertia = 2.26
-surface_inertia = 0.0113
-stiffness = 7.708e6
-damping = 22.6
+torsion = { rotor_inertia = 2.26, surface_inertia = 0.0113, stiffness = 7.708e6, damping = 22.6 }
 "#;
 
 const TRAINS: &str = r#"
-[rotor]
-inertia = [0.0113, 2.26]
-stiffness = [7.708e6]
-damping = [22.6]
-end = "free"
-
-[stator]
-inertia = [0.0113]
-stiffness = [7.708e6]
-damping = [22.6]
-end = "fixed"
+rotor = { inertia = [0.0113, 2.26], stiffness = [7.708e6], damping = [22.6], end = "free" }
+stator = { inertia = [0.0113], stiffness = [7.708e6], damping = [22.6], end = "fixed" }
 "#;
 
 /// A key of the short form moves both places that it stands for; the others are the same numbers.
@@ -220,28 +183,13 @@ fn property_slopes_of_a_motion_that_small_changes_upset() {
     let source = source(
         r#"
 motion = "translation"
-[rotor]
-end = "driven"
-speed = "0.1 m/s"
-[stator]
-inertia = ["1 kg", "0.4 kg"]
-stiffness = ["100 N/m", "60 N/m"]
-damping = [0.1, 0]
-end = "fixed"
-[contact]
-normal_force = "10 N"
-[friction]
-law = "polynomial"
-breakaway = 0.42
-low_speed = 0.4
-linear = "-0.6 s/m"
-cubic = "0.9 s^3/m^3"
-valid_below = "2 m/s"
-[initial]
-stator_speed = ["0.1 m/s", 0]
-[output]
-end_time = "30 s"
-interval = "10 ms"
+rotor = { end = "driven", speed = "0.1 m/s" }
+stator = { inertia = ["1 kg", "0.4 kg"], stiffness = ["100 N/m", "60 N/m"], damping = [0.1, 0], end = "fixed" }
+contact = { normal_force = "10 N" }
+friction = { law = "polynomial", breakaway = 0.42, low_speed = 0.4, linear = "-0.6 s/m", cubic = "0.9 s^3/m^3",
+    valid_below = "2 m/s" }
+initial = { stator_speed = ["0.1 m/s", 0] }
+output = { end_time = "30 s", interval = "10 ms" }
 "#,
     );
     let found = of_case(&source, &[]);
@@ -292,25 +240,12 @@ interval = "10 ms"
 fn property_corners_at_one_time_have_no_slope() {
     let source = source(
         r#"
-[rotor]
-inertia = 0.2
-end = "free"
-torque = { profile = "table", time = [0, 0.25, 0.5], value = [80, 80, 90] }
-[stator]
-inertia = 1.5
-end = "free"
-[contact]
-radius = 0.1
-normal_force = { profile = "ramp", value = 5000, rise_time = 0.5 }
-[friction]
-law = "coulomb"
-breakaway = 0.3
-kinetic = 0.3
-[initial]
-speed = 200
-[output]
-end_time = 2
-interval = 0.002
+rotor = { inertia = 0.2, end = "free", torque = { profile = "table", time = [0, 0.25, 0.5], value = [80, 80, 90] } }
+stator = { inertia = 1.5, end = "free" }
+contact = { radius = 0.1, normal_force = { profile = "ramp", value = 5000, rise_time = 0.5 } }
+friction = { law = "coulomb", breakaway = 0.3, kinetic = 0.3 }
+initial = { speed = 200 }
+output = { end_time = 2, interval = 0.002 }
 "#,
     );
     let found = of_case(&source, &[]);

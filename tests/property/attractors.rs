@@ -36,26 +36,11 @@ const GROUND: &str = "end = \"fixed\"";
 /// Two inertias on springs, whose cycles come together alternately: several agree to a millionth before one does.
 const TWO_SPRINGS: &str = r#"
 motion = "translation"
-[rotor]
-inertia = 0.962
-stiffness = 5.917
-damping = 0.073
-end = "driven"
-speed = 0.075
-[stator]
-inertia = 1.0
-stiffness = 29.804
-damping = 0.021
-end = "fixed"
-[contact]
-normal_force = 2.451
-[friction]
-law = "coulomb"
-breakaway = 0.461
-kinetic = 0.3
-[output]
-end_time = 400.0
-interval = 10.0
+rotor = { inertia = 0.962, stiffness = 5.917, damping = 0.073, end = "driven", speed = 0.075 }
+stator = { inertia = 1.0, stiffness = 29.804, damping = 0.021, end = "fixed" }
+contact = { normal_force = 2.451 }
+friction = { law = "coulomb", breakaway = 0.461, kinetic = 0.3 }
+output = { end_time = 400.0, interval = 10.0 }
 "#;
 
 #[test]
@@ -138,21 +123,12 @@ fn property_a_longer_run_says_the_same_within_the_stated_distance() {
 fn property_a_normal_force_that_touches_zero_does_not_open_the_contact() {
     let text = r#"
 motion = "translation"
-[rotor]
-inertia = 1.0
-stiffness = 30.0
-end = "fixed"
-torque = { profile = "cosine", amplitude = 4.0, angular_frequency = 3.1 }
-[stator]
-end = "fixed"
-[contact]
-normal_force = { profile = "sine", mean = 5.0, amplitude = 5.0, angular_frequency = 2.0 }
-[friction]
-law = "coulomb"
-breakaway = 0.5
-kinetic = 0.35
-[output]
-end_time = 20.0
+rotor = { inertia = 1.0, stiffness = 30.0, end = "fixed",
+    torque = { profile = "cosine", amplitude = 4.0, angular_frequency = 3.1 } }
+stator = { end = "fixed" }
+contact = { normal_force = { profile = "sine", mean = 5.0, amplitude = 5.0, angular_frequency = 2.0 } }
+friction = { law = "coulomb", breakaway = 0.5, kinetic = 0.35 }
+output = { end_time = 20.0 }
 "#;
     let source = CaseSource {
         text: text.to_owned(),

@@ -19,26 +19,13 @@ fn map(count: usize) -> Study {
     study(&format!(
         r#"
 case = "paper"
-[set]
-perturbation = [{{ kind = "kick", time = "instability", relative_velocity = 1e-6 }}]
-[sample]
-method = "sobol"
-count = {count}
-[[axis]]
-key = "friction.decay"
-from = 0.3
-to = 300
-spacing = "log"
-[[axis]]
-key = "torsion.damping"
-from = 2
-to = 1000
-spacing = "log"
-[[axis]]
-key = "perturbation.0.relative_velocity"
-from = 1e-8
-to = 1e-4
-spacing = "log"
+set = {{ perturbation = [{{ kind = "kick", time = "instability", relative_velocity = 1e-6 }}] }}
+sample = {{ method = "sobol", count = {count} }}
+axis = [
+    {{ key = "friction.decay", from = 0.3, to = 300, spacing = "log" }},
+    {{ key = "torsion.damping", from = 2, to = 1000, spacing = "log" }},
+    {{ key = "perturbation.0.relative_velocity", from = 1e-8, to = 1e-4, spacing = "log" }},
+]
 "#
     ))
 }

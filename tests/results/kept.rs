@@ -87,14 +87,7 @@ fn results_typed_columns_are_those_of_memory() -> Outcome {
         }
     }
     let names: Vec<String> = file.tables()?.into_iter().map(|(group, _)| group).collect();
-    for group in [
-        "trajectory",
-        "events",
-        "segments",
-        "stick_slip",
-        "dense",
-        "dense/coefficients",
-    ] {
+    for group in "trajectory events segments stick_slip dense dense/coefficients".split(' ') {
         assert!(names.iter().any(|name| name == group), "{group} is not among {names:?}");
     }
     Ok(())

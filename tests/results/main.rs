@@ -7,6 +7,6 @@ mod format;
 mod kept;
 mod kill;
 mod page;
+mod page_channels;
 mod roundtrip;
 mod target;
-mod train_pages;

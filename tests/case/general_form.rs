@@ -1,6 +1,7 @@
 //! Cases of trains: what is read of them, and what is said about a wrong one: the file, the line, the key, and what to do.
 
 use crate::common::cases::{built_in, parsed};
+use crate::common::rows;
 use std::path::PathBuf;
 
 use num_rational::BigRational;
@@ -483,14 +484,13 @@ fn case_trains_have_words_of_their_own() {
         refused(&paper, "rotor.end=fixed"),
         format!("--set rotor.end: {general}")
     );
-    for (change, own) in [
-        ("rotor.damping.0=3", "torsion.damping"),
-        ("stator.inertia.0=3", "torsion.surface_inertia"),
-        (
-            "rotor.inertia=[1, 2]",
-            "torsion.rotor_inertia and torsion.surface_inertia",
-        ),
-    ] {
+    for [change, own] in rows(
+        "
+        rotor.damping.0=3    | torsion.damping
+        stator.inertia.0=3   | torsion.surface_inertia
+        rotor.inertia=[1, 2] | torsion.rotor_inertia and torsion.surface_inertia
+    ",
+    ) {
         let key = change.split('=').next().unwrap();
         assert_eq!(refused(&paper, change), format!("--set {key}: {general}; write {own}"));
     }
@@ -788,26 +788,18 @@ fn case_trains_elements_of_lists_are_set_by_their_index() {
         (&vec![2.0], &vec![0.1])
     );
     assert_eq!(Case::read(&source(&belt.resolved()), &[]).unwrap(), belt);
-    for (change, words) in [
-        (
-            "rotor.viscous.2=0.1",
-            "--set rotor.viscous.2: there is no rotor.viscous.2: its elements are rotor.viscous.0 and rotor.viscous.1",
-        ),
-        (
-            "stator.viscous.1=0.1",
-            "there is no stator.viscous.1: its one element is stator.viscous.0",
-        ),
-        (
-            "rotor.inertia.2=1",
-            "--set rotor.inertia.2: there is no rotor.inertia.2: its elements are rotor.inertia.0 and rotor.inertia.1",
-        ),
-        (
-            "stator.inertia.1=1",
-            "--set stator.inertia.1: there is no stator.inertia.1: its one element is stator.inertia.0",
-        ),
-        ("rotor.viscous.0=-1", "rotor.viscous.0: must not be negative"),
-        ("rotor.viscous.x=1", "expected a list of numbers"),
-    ] {
+    for [change, words] in rows(
+        "
+        rotor.viscous.2=0.1 |
+            --set rotor.viscous.2: there is no rotor.viscous.2: its elements are rotor.viscous.0 and rotor.viscous.1
+        stator.viscous.1=0.1 | there is no stator.viscous.1: its one element is stator.viscous.0
+        rotor.inertia.2=1 |
+            --set rotor.inertia.2: there is no rotor.inertia.2: its elements are rotor.inertia.0 and rotor.inertia.1
+        stator.inertia.1=1 | --set stator.inertia.1: there is no stator.inertia.1: its one element is stator.inertia.0
+        rotor.viscous.0=-1 | rotor.viscous.0: must not be negative
+        rotor.viscous.x=1 | expected a list of numbers
+    ",
+    ) {
         let said = with("groan", &[change]).unwrap_err();
         assert!(said.contains(words), "{words} in {said}");
     }

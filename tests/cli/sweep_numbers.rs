@@ -1,38 +1,23 @@
-//! `stickslip sweep`, `merge` and `calibrate` of cases of two trains as a user starts them: numbers against closed forms and single
-//! runs, files that depend on the study alone, and refusals.
+//! Numbers of `stickslip sweep` and `calibrate` against closed forms and single runs; keys, axes and quantities that a base case
+//! does not have.
 
+use crate::common::cases::built_in;
 use crate::common::cli::{Folder, json, output, refusal, says};
+use crate::common::rows;
 use std::f64::consts::PI;
-use stickslip::case::{Case, CaseSource, Override};
-use stickslip::results::{ResultFile, SweepFile};
 use stickslip::sweep::{STUDIES, Study, StudySource};
 
 /// The mass on a belt with Coulomb friction that begins on the belt: every slip and stick in closed form.
 const BELT: &str = r#"
 title = "Coulomb belt"
 case = "belt-coulomb"
-
-[set]
-output.end_time = "20 s"
-
-[[axis]]
-key = ["rotor.speed", "initial.stator_speed"]
-from = "0.05 m/s"
-to = "0.2 m/s"
-count = 4
-
-[[axis]]
-key = "stator.stiffness.0"
-values = ["100 N/m", 400]
-
-[keep]
-events = true
+set = { output.end_time = "20 s" }
+axis = [
+    { key = ["rotor.speed", "initial.stator_speed"], from = "0.05 m/s", to = "0.2 m/s", count = 4 },
+    { key = "stator.stiffness.0", values = ["100 N/m", 400] },
+]
+keep = { events = true }
 "#;
-
-fn sweep(folder: &Folder, arguments: &[&str]) -> serde_json::Value {
-    let (stdout, _) = output(folder.stickslip("sweep").args(arguments).arg("--json"), 0);
-    json(&stdout)
-}
 
 /// D = (mu_0 - mu_d) F_n = 1 N, m = 1 kg: slips of (pi + 2 atan(v k/(w D)))/w and sticks of 2 D/(k v); the spring swings about mu_d F_n/k by
 /// hypot(D/k, v/w). Such segments are linear, so that the events hold to rounding.
@@ -40,49 +25,37 @@ fn sweep(folder: &Folder, arguments: &[&str]) -> serde_json::Value {
 fn analytic_a_grid_of_coulomb_belts() {
     let folder = Folder::new();
     folder.write("belt.toml", BELT);
-    let report = sweep(&folder, &["belt.toml"]);
+    let report = folder.json("sweep belt.toml");
     assert_eq!((&report["points"], &report["failed"]), (&8.into(), &0.into()));
     assert_eq!(report["unfinished"], 0);
     let file = folder.sweep_file("belt.h5");
     let numbers = |name: &str| file.numbers(name).unwrap();
     assert_eq!(file.shape("attractor_period").unwrap(), [4, 2]);
-    assert_eq!(file.attribute("rotor_speed", "units").as_deref(), Some("m/s"));
-    assert_eq!(
-        file.attribute("rotor_speed", "keys").as_deref(),
-        Some("rotor.speed initial.stator_speed")
-    );
-    assert_eq!(file.attribute("attractor_amplitude", "units").as_deref(), Some("m"));
-    assert_eq!(
-        file.attribute("attractor_relative_velocity_max", "units").as_deref(),
-        Some("m s-1")
-    );
-    assert_eq!(
-        file.attribute("motion", "flag_meanings").as_deref(),
-        Some("periodic stuck not-periodic steady-slip steady-stick steady-separated steady-engaged")
-    );
+    for [place, attribute, text] in rows(
+        "
+        rotor_speed | units | m/s
+        rotor_speed | keys | rotor.speed initial.stator_speed
+        attractor_amplitude | units | m
+        attractor_relative_velocity_max | units | m s-1
+        motion | flag_meanings |
+            periodic stuck not-periodic steady-slip steady-stick steady-separated steady-engaged
+        events/relative_velocity | units | m s-1
+        events/mode_after | flag_meanings | separated stick slip-forward slip-backward engaged
+    ",
+    ) {
+        assert_eq!(file.attribute(place, attribute).as_deref(), Some(text), "{place}");
+    }
     assert_eq!(file.text("meta/motion").as_deref(), Some("translation"));
     assert_eq!(
         file.text("references").as_deref(),
         Some("stickslip, docs/model.md: Trains")
     );
-    assert_eq!(
-        file.attribute("events/relative_velocity", "units").as_deref(),
-        Some("m s-1")
-    );
-    assert_eq!(
-        file.attribute("events/mode_after", "flag_meanings").as_deref(),
-        Some("separated stick slip-forward slip-backward engaged")
-    );
     let (speeds, springs) = (numbers("rotor_speed"), numbers("stator_stiffness_0"));
-    let [slip, stick, period, amplitude, sticks, motion] = [
-        "last_slip_duration",
-        "last_stick_duration",
-        "attractor_period",
-        "attractor_amplitude",
-        "attractor_sticks",
-        "motion",
-    ]
-    .map(numbers);
+    let names = "last_slip_duration last_stick_duration attractor_period attractor_amplitude attractor_sticks motion";
+    let columns: Vec<Vec<f64>> = names.split(' ').map(numbers).collect();
+    let [slip, stick, period, amplitude, sticks, motion] = &columns[..] else {
+        panic!("{names}")
+    };
     for (i, v) in speeds.iter().enumerate() {
         for (j, k) in springs.iter().enumerate() {
             let (point, w) = (2 * i + j, k.sqrt());
@@ -118,28 +91,19 @@ fn analytic_sliding_that_becomes_stable_again_has_two_limits() {
     let folder = Folder::new();
     let study = r#"
 case = "belt-exponential"
+boundary = { criterion = "stick_count >= 1", refinements = 0, width = 0.1 }
+axis = [
+    { key = "rotor.speed", from = 0.01, to = 2, count = 9 },
+    { key = "stator.damping.0", from = 0.5, to = 2.9, count = 3 },
+]
 [set]
 solver.method = "series"
 output.end_time = 2
 friction = { law = "stribeck", breakaway = 0.4, low_speed = 0.4, high_speed = 0.2, scale = 0.5 }
 contact.normal_force = 10
-[[axis]]
-key = "rotor.speed"
-from = 0.01
-to = 2
-count = 9
-[[axis]]
-key = "stator.damping.0"
-from = 0.5
-to = 2.9
-count = 3
-[boundary]
-criterion = "stick_count >= 1"
-refinements = 0
-width = 0.1
 "#;
     folder.write("two.toml", study);
-    sweep(&folder, &["two.toml"]);
+    folder.json("sweep two.toml");
     let file = folder.sweep_file("two.h5");
     let column = |name: &str| file.numbers(&format!("stability_limit/{name}")).unwrap();
     let (speeds, dampings) = (column("rotor_speed"), column("stator_damping_0"));
@@ -163,23 +127,15 @@ fn results_what_a_run_of_trains_does_not_have_is_absent() {
     let folder = Folder::new();
     let study = "case = \"belt-coulomb\"\n[[axis]]\nkey = \"rotor.speed\"\nvalues = [0.1, 0.2]\n";
     folder.write("slip.toml", study);
-    sweep(&folder, &["slip.toml"]);
+    folder.json("sweep slip.toml");
     let file = folder.sweep_file("slip.h5");
     let at = |name: &str| file.numbers(name).unwrap()[1];
     assert_eq!((at("motion"), at("stick_count"), at("event_count")), (3.0, 0.0, 0.0));
     assert_eq!(at("attractor_sticks"), -1.0);
-    for name in [
-        "onset_time",
-        "final_stick_time",
-        "first_stick_duration",
-        "last_slip_duration",
-        "first_period",
-        "attractor_period",
-        "attractor_amplitude",
-        "attractor_position_min",
-        "attractor_since",
-        "last_event_time",
-    ] {
+    for name in "onset_time final_stick_time first_stick_duration last_slip_duration first_period attractor_period \
+        attractor_amplitude attractor_position_min attractor_since last_event_time"
+        .split(' ')
+    {
         assert!(at(name).is_nan(), "{name}");
     }
 }
@@ -223,7 +179,7 @@ fn regression_points_are_the_single_runs_of_their_cases() {
     folder.ok("run mine.toml -q --set output.end_time=0.01 -o done.h5");
     for case in ["groan", "mine.toml", "done.h5"] {
         folder.write("study.toml", format!("case = \"{case}\"\n{base}{axes}"));
-        sweep(&folder, &["study.toml"]);
+        folder.json("sweep study.toml");
         let file = folder.sweep_file("study.h5");
         for (name, expected) in [
             ("stick_count", &summary["sticks"]),
@@ -251,27 +207,18 @@ fn analytic_the_boundary_of_a_slow_start_is_the_hopf_line() {
     let folder = Folder::new();
     let study = r#"
 case = "belt-exponential"
+boundary = { criterion = "attractor_period > 0", refinements = 0, width = 3e-3 }
+axis = [
+    { key = "rotor.speed", from = 0.1, to = 0.4, count = 4 },
+    { key = "stator.damping.0", from = 1, to = 6, count = 4 },
+]
 [set]
 solver.method = "series"
 output.end_time = 400
 contact.normal_force = { profile = "ramp", value = 10, rise_time = 50 }
-[[axis]]
-key = "rotor.speed"
-from = 0.1
-to = 0.4
-count = 4
-[[axis]]
-key = "stator.damping.0"
-from = 1
-to = 6
-count = 4
-[boundary]
-criterion = "attractor_period > 0"
-refinements = 0
-width = 3e-3
 "#;
     folder.write("hopf.toml", study);
-    let report = sweep(&folder, &["hopf.toml"]);
+    let report = folder.json("sweep hopf.toml");
     assert_eq!(report["curves"].as_array().unwrap().len(), 1);
     let file = folder.sweep_file("hopf.h5");
     let line = |group: &str| {
@@ -280,6 +227,9 @@ width = 3e-3
     };
     let hopf = |v: f64| 5.0 * 0.2 * 10.0 * (-5.0 * v).exp();
     let limit: Vec<(f64, f64)> = line("stability_limit").collect();
+    folder.ok("plot hopf.h5 -o hopf.svg");
+    let figure = String::from_utf8(folder.read("hopf.svg")).unwrap();
+    says(&figure, "steady sliding loses its stability");
     assert!(limit.len() > 40, "{}", limit.len());
     for (v, c) in limit {
         assert!((c / hopf(v) - 1.0).abs() < 1e-12, "{v} {c}");
@@ -306,7 +256,7 @@ fn regression_groan_over_the_speed_holds_for_single_runs() {
     let text = StudySource::find("groan-speed", STUDIES).unwrap().text;
     let axis = text.find("from = ").unwrap();
     folder.write("groan.toml", format!("{}values = [0.02, 0.5, 1.5]\n", &text[..axis]));
-    let report = sweep(&folder, &["groan.toml"]);
+    let report = folder.json("sweep groan.toml");
     assert_eq!((&report["failed"], &report["unfinished"]), (&0.into(), &0.into()));
     let file = folder.sweep_file("groan.h5");
     let numbers = |name: &str| file.numbers(name).unwrap();
@@ -326,81 +276,20 @@ fn regression_groan_over_the_speed_holds_for_single_runs() {
     }
 }
 
-/// A contact without stick: its threshold hangs on its smoothness, at every point.
-const SMOOTH: &str = r#"
-title = "a smooth belt"
-case = "belt-leine-tanh"
-[set]
-solver.method = "series"
-output.end_time = 12
-[[axis]]
-key = "rotor.speed"
-from = "0.1 m/s"
-to = 0.4
-count = 4
-[[axis]]
-key = "friction.regularisation.speed"
-values = [2e-3, "5 mm/s"]
-[keep]
-events = true
-"#;
-
-#[test]
-fn property_shards_of_trains_merge_into_the_file_of_one_machine() {
-    let folder = Folder::new();
-    folder.write("belt.toml", SMOOTH);
-    sweep(&folder, &["belt.toml", "-o", "whole.h5"]);
-    let threshold = folder.sweep_file("whole.h5").numbers("stick_threshold").unwrap();
-    assert_eq!(threshold[..2], [0.02, 0.05]);
-    for jobs in ["1", "3"] {
-        sweep(&folder, &["belt.toml", "-j", jobs, "-o", "again.h5"]);
-        assert!(
-            folder.read("whole.h5") == folder.read("again.h5"),
-            "with {jobs} threads"
-        );
-    }
-    let names = ["s1.h5", "s2.h5", "s3.h5"];
-    for (k, name) in names.iter().enumerate() {
-        sweep(&folder, &["belt.toml", "--shard", &format!("{}/3", k + 1), "-o", name]);
-    }
-    output(folder.stickslip("merge -q -o merged.h5").args(names), 0);
-    assert!(folder.read("whole.h5") == folder.read("merged.h5"));
-    output(
-        folder
-            .stickslip(&["merge", "-q", "--virtual", "-o", "virtual.h5"])
-            .args(names),
-        0,
-    );
-    let [whole, merged] = ["whole.h5", "virtual.h5"].map(|name| folder.sweep_file(name));
-    for name in ["motion", "attractor_period", "stick_threshold", "stick_count"] {
-        let same = |(a, b): (&f64, &f64)| a == b || (a.is_nan() && b.is_nan());
-        let (a, b) = (whole.numbers(name).unwrap(), merged.numbers(name).unwrap());
-        assert!(a.iter().zip(&b).all(same), "{name}: {a:?} {b:?}");
-    }
-    for (variable, attribute) in [
-        ("motion", "flag_meanings"),
-        ("events/mode_after", "flag_meanings"),
-        ("events/relative_velocity", "units"),
-    ] {
-        let of = |file: &SweepFile| file.attribute(variable, attribute).unwrap();
-        assert_eq!(of(&whole), of(&merged), "{variable}");
-    }
-}
-
 #[test]
 fn results_trajectories_of_the_points_are_results_of_trains() {
     let folder = Folder::new();
     folder.write(
         "belt.toml",
-        BELT.replace("events = true", "events = true\ntrajectory = true"),
+        BELT.replace("events = true", "events = true, trajectory = true"),
     );
-    sweep(&folder, &["belt.toml"]);
+    folder.json("sweep belt.toml");
     let file = folder.sweep_file("belt.h5");
     let counts = file.numbers("event_count").unwrap();
     let points = file.numbers("events/point").unwrap();
     for (point, count) in counts.iter().enumerate() {
         let kept = points.iter().filter(|&&of| of == point as f64).count();
-        let run = ResultFile::open(&folder.path(&format!("belt.runs/{point:06}.h5"))).unwrap();
+        let run = folder.result(&format!("belt.runs/{point:06}.h5"));
         assert_eq!(
             (kept as f64, run.events().unwrap().len() as f64),
             (*count, *count),
@@ -410,31 +299,11 @@ fn results_trajectories_of_the_points_are_results_of_trains() {
     }
     // What the points come to is no matter of whether they are stored.
     folder.write("plain.toml", BELT);
-    sweep(&folder, &["plain.toml"]);
+    folder.json("sweep plain.toml");
     let plain = folder.sweep_file("plain.h5");
     for name in ["attractor_period", "last_slip_duration", "onset_time"] {
         assert_eq!(plain.numbers(name).unwrap(), file.numbers(name).unwrap(), "{name}");
     }
-}
-
-#[cfg(unix)]
-#[test]
-fn property_a_killed_sweep_of_trains_is_resumed_to_the_same_file() {
-    let folder = Folder::new();
-    // Some hundred points, a second or so in all.
-    let long = SMOOTH.replace("count = 4", "count = 60");
-    folder.write("belt.toml", &long);
-    folder.write("other.toml", long.replace("5 mm/s", "6 mm/s"));
-    sweep(&folder, &["belt.toml", "-o", "whole.h5"]);
-    let mut child = folder.start("sweep belt.toml -j 1 -o killed.h5");
-    folder.wait_for(&mut child, "killed.journal", 400);
-    child.kill().unwrap();
-    child.wait().unwrap();
-    folder.refused("sweep other.toml -o killed.h5 --resume", &["belongs to another study"]);
-    let report = sweep(&folder, &["belt.toml", "-o", "killed.h5", "--resume"]);
-    assert_eq!(report["points"], 120);
-    assert!(report["run_now"].as_u64().unwrap() < 120, "{report}");
-    assert!(folder.read("whole.h5") == folder.read("killed.h5"));
 }
 
 #[test]
@@ -444,35 +313,23 @@ fn cli_samples_and_tables_of_points_know_the_keys_of_trains() {
                   count = 4\n[[axis]]\nkey = \"rotor.stiffness.1\"\nfrom = 6e3\nto = 9e3\n[[axis]]\n\
                   key = \"contact.normal_force.rise_time\"\nfrom = \"0.1 s\"\nto = \"0.3 s\"\n";
     folder.write("sample.toml", sample);
-    assert_eq!(
-        sweep(&folder, &["sample.toml", "--set", "rotor.inertia.1=1.3"])["failed"],
-        0
-    );
+    assert_eq!(folder.json("sweep sample.toml --set rotor.inertia.1=1.3")["failed"], 0);
     folder.write(
         "table.toml",
         "case = \"belt-leine\"\npoints = \"points.csv\"\n[set]\noutput.end_time = 10\n",
     );
     folder.write("points.csv", "rotor.speed,stator.inertia[0]\n0.2,1\n0.3 m/s,1.5\n");
-    assert_eq!(sweep(&folder, &["table.toml"])["points"], 2);
+    assert_eq!(folder.json("sweep table.toml")["points"], 2);
     let file = folder.sweep_file("table.h5");
     assert_eq!(file.numbers("stator_inertia_0").unwrap(), [1.0, 1.5]);
-    for (from, to, words) in [
-        (
-            "stator.inertia[0]",
-            "stator.inertia.1",
-            "points.csv:1: there is no stator.inertia.1: its one element is stator.inertia.0",
-        ),
-        (
-            "stator.inertia[0]",
-            "stator.inertai.0",
-            "did you mean stator.inertia.0?",
-        ),
-        (
-            "0.3 m/s",
-            "0.3 rad/s",
-            "points.csv:3: rotor.speed: expected a velocity, m/s",
-        ),
-    ] {
+    for [from, to, words] in rows(
+        "
+        stator.inertia[0] | stator.inertia.1 |
+            points.csv:1: there is no stator.inertia.1: its one element is stator.inertia.0
+        stator.inertia[0] | stator.inertai.0 | did you mean stator.inertia.0?
+        0.3 m/s | 0.3 rad/s | points.csv:3: rotor.speed: expected a velocity, m/s
+    ",
+    ) {
         let table = "rotor.speed,stator.inertia[0]\n0.2,1\n0.3 m/s,1.5\n".replace(from, to);
         folder.write("points.csv", table);
         folder.refused("sweep table.toml", &[words]);
@@ -482,65 +339,26 @@ fn cli_samples_and_tables_of_points_know_the_keys_of_trains() {
 #[test]
 fn cli_axes_that_the_base_case_does_not_have_are_refused_in_its_words() {
     let folder = Folder::new();
-    for (case, key, words) in [
-        (
-            "groan",
-            "rotor.inertai.1",
-            "a case has no key \"rotor.inertai.1\"; did you mean rotor.inertia.1?",
-        ),
-        (
-            "groan",
-            "rotor.inertia",
-            "rotor.inertia is a list, and an axis varies one number: its elements are rotor.inertia.0 and rotor.inertia.1",
-        ),
-        (
-            "groan",
-            "rotor.inertia.2",
-            "there is no rotor.inertia.2: its elements are rotor.inertia.0 and rotor.inertia.1",
-        ),
-        (
-            "belt-leine",
-            "rotor.inertia.0",
-            "there is no rotor.inertia.0: in this case the list is empty",
-        ),
-        (
-            "groan",
-            "rotor.speed.amplitude",
-            "rotor.speed is a number in this case and has no amplitude",
-        ),
-        (
-            "groan",
-            "contact.normal_force.amplitude",
-            "is of profile \"ramp\" in this case, which has value, rise_time",
-        ),
-        (
-            "groan",
-            "contact.normal_force.rise_tme",
-            "did you mean contact.normal_force.rise_time?",
-        ),
-        ("groan", "rotor.torque", "no point of the study"),
-        (
-            "groan",
-            "rotor.torque.amplitude",
-            "this case has no rotor.torque; give it one in [set]",
-        ),
-        (
-            "groan",
-            "torsion.damping",
-            "is a key of the short form, [torsion], but the case has [rotor] and [stator] instead; write rotor.damping.0",
-        ),
-        ("groan", "motion", "make one study for each motion"),
-        (
-            "groan",
-            "brake.pad",
-            "a case of trains has no key \"brake.pad\"; its keys are dotted paths",
-        ),
-        (
-            "paper",
-            "rotor.inertia.1",
-            "is a key of a case of trains, [rotor] and [stator], but the case is of the short form, [torsion]; write torsion.rotor_inertia",
-        ),
-    ] {
+    for [case, key, words] in rows(
+        r#"
+        groan | rotor.inertai.1 | a case has no key "rotor.inertai.1"; did you mean rotor.inertia.1?
+        groan | rotor.inertia |
+            rotor.inertia is a list, and an axis varies one number: its elements are rotor.inertia.0 and rotor.inertia.1
+        groan | rotor.inertia.2 | there is no rotor.inertia.2: its elements are rotor.inertia.0 and rotor.inertia.1
+        belt-leine | rotor.inertia.0 | there is no rotor.inertia.0: in this case the list is empty
+        groan | rotor.speed.amplitude | rotor.speed is a number in this case and has no amplitude
+        groan | contact.normal_force.amplitude | is of profile "ramp" in this case, which has value, rise_time
+        groan | contact.normal_force.rise_tme | did you mean contact.normal_force.rise_time?
+        groan | rotor.torque | no point of the study
+        groan | rotor.torque.amplitude | this case has no rotor.torque; give it one in [set]
+        groan | torsion.damping |
+            is a key of the short form, [torsion], but the case has [rotor] and [stator] instead; write rotor.damping.0
+        groan | motion | make one study for each motion
+        groan | brake.pad | a case of trains has no key "brake.pad"; its keys are dotted paths
+        paper | rotor.inertia.1 |
+            is a key of a case of trains, [rotor] and [stator], but the case is of the short form, [torsion]; write torsion.rotor_inertia
+    "#,
+    ) {
         folder.write(
             "bad.toml",
             format!("case = \"{case}\"\n[[axis]]\nkey = \"{key}\"\nvalues = [-1e300, -2e300]\n"),
@@ -608,7 +426,7 @@ fn analytic_a_stick_that_may_be_one_of_a_cycle_is_counted() {
     ] {
         let axis = format!("[[axis]]\nkey = \"output.end_time\"\nvalues = {ends}\n");
         folder.write(&format!("{case}.toml"), format!("case = \"{case}\"\n{axis}"));
-        let report = sweep(&folder, &[&format!("{case}.toml")]);
+        let report = folder.json(&format!("sweep {case}.toml"));
         assert_eq!(report["unfinished"], unfinished, "{case}");
         let file = folder.sweep_file(&format!("{case}.h5"));
         assert_eq!(file.numbers("motion").unwrap(), motions);
@@ -675,36 +493,27 @@ fn property_both_forms_of_a_brake_have_the_same_boundary() {
         )
     };
     // A light rotor that stops within milliseconds.
-    let light = [
+    let mut light = vec![
         "perturbation=[]",
         "axial.damping=20000 lbf s/in",
         "actuation.rise_time=0",
+    ];
+    light.extend([
         "torsion.rotor_inertia=0.002",
         "initial.speed=10",
         "output.end_time=0.01",
-    ];
-    let light = light.map(|setting| Override::parse(setting).unwrap());
-    let case = Case::read(&CaseSource::built_in("paper").unwrap(), &light).unwrap();
-    let [free, surface, stiffness] =
-        ["rotor_inertia", "surface_inertia", "stiffness"].map(|key| case.number(&format!("torsion.{key}")).unwrap());
-    let shaft = format!("stiffness = {stiffness:?}\ndamping = 20");
-    let trains = format!(
-        "[rotor]\ninertia = [{surface:?}, {free:?}]\n{shaft}\nend = \"free\"\n\n[stator]\ninertia = {surface:?}\n{shaft}\n\
-         end = \"fixed\"\n"
-    );
-    let short = case.resolved();
-    let start = short.find("[torsion]").unwrap();
-    let end = start + 1 + short[start + 1..].find("\n[").unwrap();
-    folder.write("trains.toml", [&short[..start], &trains, &short[end..]].concat());
-    folder.write("short.toml", &short);
+    ]);
+    let short = built_in("paper", &light);
+    folder.write("short.toml", short.resolved());
+    folder.write("trains.toml", short.in_general_form().resolved());
     folder.write("a.toml", study("short.toml", "\"torsion.damping\""));
     folder.write(
         "b.toml",
         study("trains.toml", "[\"rotor.damping.0\", \"stator.damping.0\"]"),
     );
     let [a, b] = ["a", "b"].map(|name| {
-        sweep(&folder, &[&format!("{name}.toml")]);
-        SweepFile::open(&folder.path(&format!("{name}.h5"))).unwrap()
+        folder.ok(&format!("sweep {name}.toml"));
+        folder.sweep_file(&format!("{name}.h5"))
     });
     let mut growing = 0;
     for quantity in stickslip::sweep::QUANTITIES {
@@ -727,37 +536,17 @@ fn property_both_forms_of_a_brake_have_the_same_boundary() {
 const CALIBRATION: &str = r#"
 title = "spring and friction of a belt"
 case = "belt-coulomb"
-
-[[free]]
-key = "stator.stiffness.0"
-from = "60 N/m"
-to = "200 N/m"
-
-[[free]]
-key = "friction.kinetic"
-from = 0.2
-to = 0.39
-
-[[target]]
-quantity = "last_slip_duration"
-value = "0.4712 s"
-
-[[target]]
-quantity = "last_stick_duration"
-value = "200.0 ms"
-
-[[target]]
-quantity = "attractor_amplitude"
-value = "14.14 mm"
-
-[[target]]
-quantity = "attractor_sticks"
-value = 1
-weight = 0
-
-[search]
-points = 64
-starts = 2
+free = [
+    { key = "stator.stiffness.0", from = "60 N/m", to = "200 N/m" },
+    { key = "friction.kinetic", from = 0.2, to = 0.39 },
+]
+target = [
+    { quantity = "last_slip_duration", value = "0.4712 s" },
+    { quantity = "last_stick_duration", value = "200.0 ms" },
+    { quantity = "attractor_amplitude", value = "14.14 mm" },
+    { quantity = "attractor_sticks", value = 1, weight = 0 },
+]
+search = { points = 64, starts = 2 }
 "#;
 
 #[test]
@@ -796,29 +585,15 @@ fn analytic_a_calibration_of_trains_finds_the_case() {
         .as_f64()
         .unwrap();
     assert!((period - 0.6712).abs() < 2e-4, "{period}");
-    for (from, to, words) in [
-        ("\"14.14 mm\"", "\"14.14 mrad\"", "target.2.value: expected a length, m"),
-        (
-            "\"attractor_amplitude\"",
-            "\"attractor_amplitde\"",
-            "did you mean attractor_amplitude?",
-        ),
-        (
-            "\"attractor_amplitude\"",
-            "\"natural_period\"",
-            "no run of this case has \"natural_period\": its sliding is not watched",
-        ),
-        (
-            "\"attractor_amplitude\"",
-            "\"motion\"",
-            "has no quantity \"motion\" to measure",
-        ),
-        (
-            "\"stator.stiffness.0\"",
-            "\"stator.stiffness.1\"",
-            "free.0.key: there is no stator.stiffness.1",
-        ),
-    ] {
+    for [from, to, words] in rows(
+        r#"
+        "14.14 mm"            | "14.14 mrad"         | target.2.value: expected a length, m
+        "attractor_amplitude" | "attractor_amplitde" | did you mean attractor_amplitude?
+        "attractor_amplitude" | "natural_period"     | no run of this case has "natural_period": its sliding is not watched
+        "attractor_amplitude" | "motion"             | has no quantity "motion" to measure
+        "stator.stiffness.0"  | "stator.stiffness.1" | free.0.key: there is no stator.stiffness.1
+    "#,
+    ) {
         assert!(CALIBRATION.contains(from), "{from}");
         folder.write("wrong.toml", CALIBRATION.replace(from, to));
         folder.refused("calibrate wrong.toml", &[words]);
@@ -836,11 +611,8 @@ fn cli_an_axis_of_a_torque_may_ask_for_what_a_driven_motion_has() {
     };
     let refused = torque("attractor_period", "initial.speed").unwrap_err().to_string();
     assert!(refused.contains("nothing drives its sliding"), "{refused}");
-    let general = Case::read(&CaseSource::built_in("paper-si").unwrap(), &[])
-        .unwrap()
-        .in_general_form();
     let folder = Folder::new();
-    folder.write("general.toml", general.resolved());
+    folder.write("general.toml", built_in("paper-si", &[]).in_general_form().resolved());
     let driven = |show: &str| {
         let study = format!(
             "case = \"general.toml\"\nshow = [\"{show}\"]\n[[axis]]\nkey = \"rotor.torque\"\nvalues = [1, 2]\n"

@@ -1,59 +1,7 @@
 //! `stickslip compare` and `stickslip work-precision` of trains as a user starts them.
 
+use crate::common::cases::built_in;
 use crate::common::cli::{Folder, json, output, refusal, says};
-
-/// The paper's brake with a short ramp, in both forms.
-const BRAKE: &str = "
-[axial]
-mass = 4.54
-stiffness = 55.38e6
-damping = 8760
-[actuation]
-profile = \"ramp\"
-force = 2225
-rise_time = 0.01
-[torsion]
-rotor_inertia = 0.0002
-surface_inertia = 0.0113
-stiffness = 7.71e6
-damping = 22.606
-[contact]
-radius = 0.052388
-[friction]
-breakaway = 0.6
-low_speed = 0.6
-high_speed = 0.3
-decay = 3.5
-[initial]
-speed = 100
-[output]
-end_time = 0.005
-interval = 1e-5
-";
-
-fn brake_as_trains() -> String {
-    BRAKE
-        .replace(
-            "[torsion]
-rotor_inertia = 0.0002
-surface_inertia = 0.0113
-stiffness = 7.71e6
-damping = 22.606
-",
-            "[rotor]
-inertia = [0.0113, 0.0002]
-stiffness = 7.71e6
-damping = 22.606
-end = \"free\"
-[stator]
-inertia = 0.0113
-stiffness = 7.71e6
-damping = 22.606
-end = \"fixed\"
-",
-        )
-        .to_owned()
-}
 
 #[test]
 fn cli_a_result_of_trains_is_compared_with_another_method() {
@@ -65,20 +13,11 @@ fn cli_a_result_of_trains_is_compared_with_another_method() {
     assert_eq!(stderr, "");
     says(
         &stdout,
-        &[
-            "the event sequences agree",
-            "the surface of the rotor on its shaft",
-            "sticks in a period",
-            "rad/s",
-            "a cycle",
-            "not compared: final_stick",
-        ],
+        "the event sequences agree & the surface of the rotor on its shaft & sticks in a period & rad/s &
+         a cycle & not compared: final_stick",
     );
     let page = std::fs::read_to_string(folder.path("report.html")).unwrap();
-    assert!(
-        page.contains("matched events") && page.contains("rotor_twist"),
-        "{page}"
-    );
+    says(&page, &["matched events", "rotor_twist"]);
     let short = ["compare", "drill-string.h5", "cvode.h5", "--require", "final_stick<1"];
     let (_, stderr) = output(&mut folder.stickslip(&short), 1);
     assert!(stderr.contains("final_stick does not exist"), "{stderr}");
@@ -122,24 +61,17 @@ fn cli_columns_of_trains_are_named_and_have_units() {
 #[test]
 fn cli_brakes_and_trains_are_compared_where_they_are_the_same() {
     let folder = Folder::new();
-    folder.write("brake.toml", BRAKE);
-    folder.write("trains.toml", brake_as_trains());
+    let short = "torsion.rotor_inertia=0.0002 actuation.rise_time=0.01 perturbation=[] output.window=[] output.around=none \
+                 output.end_time=0.005 output.interval=1e-5";
+    let brake = built_in("paper-si", &short.split(' ').collect::<Vec<_>>());
+    folder.write("brake.toml", brake.resolved());
+    folder.write("trains.toml", brake.in_general_form().resolved());
     for case in ["brake.toml", "trains.toml"] {
         folder.ok(&["run", case, "-q", "--no-witness"]);
     }
     for pair in [["brake.h5", "trains.h5"], ["trains.h5", "brake.h5"]] {
-        let arguments = [
-            "compare",
-            pair[0],
-            pair[1],
-            "--json",
-            "--require",
-            "mescd>6",
-            "--require",
-            "missing<=0",
-        ];
-        let stdout = folder.ok(&arguments);
-        let c = &json(&stdout)["comparisons"][0];
+        let required = "--require mescd>6 --require missing<=0";
+        let c = &folder.json(&format!("compare {} {} {required}", pair[0], pair[1]))["comparisons"][0];
         assert_eq!(c["causes"].as_array().unwrap().len(), 0, "{c}");
         assert!(c["samples"].as_u64().unwrap() > 100, "{c}");
         // The axial motion is a closed form in both runs, and the Taylor series of its equation between samples.

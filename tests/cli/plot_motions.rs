@@ -1,6 +1,6 @@
 //! `stickslip plot` of runs of two trains.
 
-use crate::common::cli::{Folder, json, output};
+use crate::common::cli::{Folder, json, output, says};
 
 fn svg(folder: &Folder, arguments: &[&str]) -> String {
     let drawn: Vec<&str> = [arguments, &["-q", "-o", "figure.svg", "--force"]].concat();
@@ -13,8 +13,7 @@ fn svg(folder: &Folder, arguments: &[&str]) -> String {
 fn cli_plot_of_trains_draws_its_figures() {
     let folder = Folder::new();
     folder.ok("run belt-leine -q");
-    let listed = folder.ok("plot belt-leine.h5 --list --json");
-    let listed = json(&listed);
+    let listed = folder.json("plot belt-leine.h5 --list");
     let names: Vec<&str> = listed
         .as_array()
         .unwrap()
@@ -131,8 +130,7 @@ fn cli_plot_of_trains_makes_a_page() {
     let page = std::fs::read_to_string(folder.path("page.html")).unwrap();
     assert!(page.contains("\"certificate\":null") && page.contains("\"N m\""));
     folder.ok("certify clutch.h5 -q");
-    let document = folder.ok("plot clutch.certified.h5 --html page.html --json");
-    let document = json(&document);
+    let document = folder.json("plot clutch.certified.h5 --html page.html");
     assert_eq!(document["page"]["samples"], document["page"]["samples_kept"]);
     let page = std::fs::read_to_string(folder.path("page.html")).unwrap();
     assert!(page.contains("\"certificate\":{\"attributes\":[["), "no certificate");
@@ -163,10 +161,7 @@ fn cli_plot_of_trains_says_what_the_samples_miss() {
     // Two samples in a slip are too few, too: its motion has a period of 6.3 s. A stick is a straight line.
     sparse("2");
     let speed = svg(&folder, &["belt-leine.h5", "--only", "relative-velocity"]);
-    assert!(
-        speed.contains("8 of 8") && speed.contains("\ntoo few samples\n"),
-        "{speed}"
-    );
+    says(&speed, &["8 of 8", "\ntoo few samples\n"]);
     sparse("11.9");
     let speed = svg(&folder, &["belt-leine.h5", "--only", "relative-velocity"]);
     assert!(speed.contains("two events with too few samples"), "{speed}");
@@ -222,8 +217,7 @@ fn regression_the_first_wrong_event_of_a_candidate_is_enlarged() {
     folder.ok("run belt-leine -q");
     // A belt with a stiffer spring: a cycle is shorter by some hundredth of a second, and the errors of eight cycles add up.
     folder.ok("run belt-leine -q -o mine.h5 --set stator.stiffness=1.003");
-    let compared = folder.ok("compare belt-leine.h5 mine.h5 --json");
-    let compared = &json(&compared)["comparisons"][0];
+    let compared = &folder.json("compare belt-leine.h5 mine.h5")["comparisons"][0];
     let events = compared["event_errors"]["events"].as_array().unwrap();
     let error = |event: &serde_json::Value| event["error"].as_f64().unwrap().abs();
     // A hundredth of the period of the mass on its spring, 2 pi s, or of the time scale that the comparison has.
