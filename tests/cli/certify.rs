@@ -466,6 +466,8 @@ fn cli_certified_files_have_sensitivities_bands_and_a_witness() {
     assert_eq!(rate.shape(), [30]);
     drop(file);
     folder.ok("check belt-coulomb.certified.h5");
+    // A certified result can be repeated, too.
+    folder.ok("run belt-coulomb.certified.h5 -q");
     folder.ok("run groan -q");
     let file = hdf5::File::open(folder.path("groan.h5")).unwrap();
     let witness = file.group("witness").unwrap();
