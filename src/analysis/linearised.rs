@@ -22,7 +22,7 @@ const WIDTHS: [f64; 2] = [1.0 / 262_144.0, 1.0 / 131_072.0];
 const DIFFERENCE_ROUNDING: f64 = 4.0;
 
 /// The error of the integration, as a share of the largest derivative so far.
-const CARRIED: f64 = 1e-8;
+const CARRIED: f64 = 2e-8;
 
 /// A derivative, and how far it can be off; NaN where there is none.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -53,10 +53,10 @@ pub struct LinearisedEvent {
     /// d(time)/d(parameter), one for each parameter. NaN for one that the event cannot be differentiated by: the rise time of a
     /// step.
     pub by_parameter: Vec<Slope>,
-    /// By how many e-folds the deviation that grows most has grown from the last loss of stability to just behind the event;
-    /// `None` before it, or if stability is never lost. Twists count times the natural angular frequency.
+    /// By how many e-folds the deviation that grows most has grown from the loss of stability, or from a later kick on smooth
+    /// sliding, to just behind the event; `None` before it, or if stability is never lost. Twists count times the natural angular frequency.
     pub growth: Option<f64>,
-    /// How far a deviation of 1 rad/s at the loss of stability, in the worst direction, would move the event, s.
+    /// How far a deviation of 1 rad/s where growth begins, in the worst direction, would move the event, s.
     pub per_deviation: Option<f64>,
     /// How far rounding to double precision moves the event, s. No method in double precision can be held to less.
     pub rounding: f64,

@@ -517,7 +517,7 @@ fn certificate(case: &Case, certified: &Certified) -> Addition {
         Some(numbers(
             "growth",
             "1",
-            "e-folds by which a deviation has grown from the loss of stability to the event",
+            "e-folds by which a deviation has grown from the loss of stability, or from a later kick on smooth sliding, to the event",
             |e| missing(e.growth),
         )),
     ];

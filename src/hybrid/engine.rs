@@ -109,6 +109,11 @@ pub trait Engine<L>: Send {
     /// Where the state inside a step is another step, which can fail like any.
     fn state_at(&mut self, tau: f64, out: &mut [f64]) -> Result<(), EngineError>;
 
+    /// Whether the last step was one of the slow motion alone: no fast mode is in it, stable or not.
+    fn is_slow(&self) -> bool {
+        false
+    }
+
     /// When (s), and which guard, was as near to its boundary in the last step as the engine can tell, and turned, or had just
     /// left it.
     fn grazed(&mut self) -> Option<(f64, usize)> {

@@ -12,7 +12,8 @@
 //! run: of equations, signals and transitions nothing is differentiated by hand. h and M are linear in the state.
 //!
 //! Deviations of the state itself are columns of the same kind: unit deviations since the last event, by which rounding is carried
-//! ([`super::rounding`]), and since the last loss of stability, by which growth is told.
+//! ([`super::rounding`]), and since growth counts: from a loss of stability on, unless what has grown since an earlier one is still
+//! there, and anew where another state takes the place of that before an event.
 
 use super::rounding::{Rounded, Rounding};
 use super::{
@@ -35,6 +36,12 @@ const REACH: f64 = 1.4;
 /// the derivatives as well.
 const STRIDE: f64 = 100.0;
 const STEPS_OF_STRIDE: f64 = 4.0;
+
+/// Over a step of the slow motion alone each stride turns the fastest mode by so much at least, so that it damps what lies beside
+/// the slow manifold in the derivatives even where that manifold is unstable; there are no more of them than slow motion needs. A
+/// shorter step is one stride: finer ones would follow the growth.
+const TURN_OF_STRIDE: f64 = 30.0;
+const MOST_STRIDES: f64 = 8.0;
 
 /// A matrix that is larger by this factor has other eigenvalues.
 const LARGER: f64 = 1.1;
@@ -94,7 +101,7 @@ pub(crate) trait Measures<L, K>: Send {
     /// Whether the equations of a location have constants that are derived apart from those of other locations.
     fn derives_apart(&self, location: &L) -> bool;
 
-    /// Whether the growth of deviations counts from such an event on.
+    /// Whether the growth of deviations counts from such an event on, if none is left of an earlier one.
     fn starts_growth(&self, kind: &K) -> bool;
 
     /// Where the rules have put another state in the place of that before an event: how far that can be off, and of a deviation
@@ -153,6 +160,17 @@ impl<D, R> Column<D, R> {
             f64::NAN
         }
     }
+}
+
+/// What is known of the fast modes in a step of the run.
+#[derive(Clone, Copy)]
+enum Steps {
+    /// Nothing: they may be live.
+    Resolving,
+    /// Those are quiet over which the step is long.
+    Series,
+    /// All are quiet.
+    Slow,
 }
 
 /// The derivatives, and what carries them.
@@ -306,13 +324,12 @@ impl<D: Dynamics, R: Rules<D>> Carried<D, R> {
         }
     }
 
-    /// Carries the derivatives over a step of the run from `from` to `to` (s on the segment's clock, which starts at `origin`), of a
-    /// solver that may stride over quiet modes.
+    /// Carries the derivatives over a step of the run from `from` to `to` (s on the segment's clock, which starts at `origin`).
     fn carry(
         &mut self,
         location: &D::Location,
         origin: f64,
-        (from, to, strides): (f64, f64, bool),
+        (from, to, kind): (f64, f64, Steps),
         at: &mut StateAt<'_>,
     ) -> Result<(), EngineError> {
         let (n, dimension) = (self.moving, self.dynamics.dimension());
@@ -320,10 +337,10 @@ impl<D: Dynamics, R: Rules<D>> Carried<D, R> {
         at(to, &mut y)?;
         self.measure(location, origin + to, &y, false);
         let turned = (to - from) * self.fastest;
-        let steps = if strides && turned > STRIDE {
-            STEPS_OF_STRIDE
-        } else {
-            (turned / REACH).ceil().max(LEAST_STEPS)
+        let steps = match kind {
+            Steps::Slow => (turned / TURN_OF_STRIDE).floor().clamp(1.0, MOST_STRIDES),
+            Steps::Series if turned > STRIDE => STEPS_OF_STRIDE,
+            _ => (turned / REACH).ceil().max(LEAST_STEPS),
         };
         let h = (to - from) / steps;
         let forcing: Vec<usize> = (0..self.numbers).filter(|&k| self.columns[k].in_equations).collect();
@@ -563,7 +580,11 @@ where
         if recorded == 0 {
             return;
         }
-        if kinds.iter().flatten().any(|kind| self.measures.starts_growth(kind)) {
+        let can_start = kinds.iter().flatten().any(|kind| self.measures.starts_growth(kind));
+        let has_grown = self.growing && self.growth() > 0.0;
+        // Of a deviation from before, a state in the place of another has nothing left that grows.
+        let removed = self.growing && replaced.is_some();
+        if can_start && !has_grown || removed {
             self.growing = true;
             self.restart(self.grown());
         }
@@ -709,7 +730,7 @@ where
         Some(Box::new(CarryingEngine {
             own,
             carried: self.carried.clone(),
-            strides: *kind == SolverKind::Series,
+            is_series: *kind == SolverKind::Series,
             place: None,
         }))
     }
@@ -728,7 +749,7 @@ struct CarryingEngine<D: Dynamics, R: Rules<D>> {
     own: Box<dyn Engine<D::Location>>,
     carried: Arc<Mutex<Carried<D, R>>>,
     /// Whether a step may be longer than the fastest mode, because that is quiet.
-    strides: bool,
+    is_series: bool,
     /// Where the segment is, when it began and when it stops, s.
     place: Option<(D::Location, f64, f64)>,
 }
@@ -757,8 +778,13 @@ where
                 // No event follows.
                 return Ok(advance);
             }
+            let kind = match self.own.is_slow() {
+                true => Steps::Slow,
+                false if self.is_series => Steps::Series,
+                false => Steps::Resolving,
+            };
             let mut at = |tau: f64, out: &mut [f64]| self.own.state_at(tau, out);
-            carried.carry(&location, origin, (from, to, self.strides), &mut at)?;
+            carried.carry(&location, origin, (from, to, kind), &mut at)?;
         }
         Ok(advance)
     }
@@ -773,6 +799,10 @@ where
 
     fn state_at(&mut self, tau: f64, out: &mut [f64]) -> Result<(), EngineError> {
         self.own.state_at(tau, out)
+    }
+
+    fn is_slow(&self) -> bool {
+        self.own.is_slow()
     }
 
     fn grazed(&mut self) -> Option<(f64, usize)> {

@@ -45,7 +45,7 @@ pub(crate) struct Variation {
     pub alike: Vec<bool>,
 }
 
-/// Twists count by the frequencies of their inertias on their shafts; growth counts from each loss of stability on.
+/// Twists count by the frequencies of their inertias on their shafts; growth counts from a loss of stability on.
 struct Contact {
     dynamics: Arc<SystemDynamics>,
     weights: Vec<f64>,

@@ -84,6 +84,8 @@ pub(super) struct TaylorEngine {
     tau: f64,
     y: Vec<f64>,
     last: Last,
+    /// The last step was one of the slow motion alone: along the slow manifold, or a Radau step.
+    slow: bool,
     /// Nothing has been stepped over in this segment.
     first: bool,
     /// The slip has begun against its sense, see [`Dynamics::starts_beyond`], and has not turned yet.
@@ -141,6 +143,7 @@ impl TaylorEngine {
             tau: 0.0,
             y: vec![0.0; dimension],
             last: Last::Expansion(0.0),
+            slow: false,
             first: true,
             beyond: false,
             held: None,
@@ -476,6 +479,7 @@ impl Engine<SystemLocation> for TaylorEngine {
 
     fn advance(&mut self) -> Result<Advance, EngineError> {
         let strides = !self.location.resolved && self.location.mode.sense() != 0;
+        self.slow = true;
         if strides && let Some(advance) = self.slow_step()? {
             self.ringing = true;
             self.predicted = false;
@@ -496,6 +500,7 @@ impl Engine<SystemLocation> for TaylorEngine {
             self.ringing = true;
             self.expand();
         }
+        self.slow = false;
         let longest = self.longest_step();
         self.expansion_step(longest)
     }
@@ -514,6 +519,10 @@ impl Engine<SystemLocation> for TaylorEngine {
             Last::Collocation => self.radau.step.at(tau, out),
         }
         Ok(())
+    }
+
+    fn is_slow(&self) -> bool {
+        self.slow
     }
 
     fn counters(&mut self) -> Result<Counters, EngineError> {
