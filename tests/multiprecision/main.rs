@@ -13,6 +13,7 @@ mod events;
 mod explicit;
 mod growth;
 mod laws;
+mod long_steps;
 mod oracle;
 mod sensitivities;
 mod series_brakes;
