@@ -167,7 +167,7 @@ impl Foresight {
             let factor = 0.9 * error.powf(-1.0 / f64::from(Radau::<STAGES>::ESTIMATE_ORDER));
             step = length * factor.clamp(0.1, LARGEST_GROWTH);
             predicted = error.is_finite();
-            if !(error <= 1.0) {
+            if error > 1.0 {
                 continue;
             }
             // The speeds and forces that the step goes through, as long as it stays in this slip and on this piece of the law.
@@ -192,7 +192,7 @@ impl Foresight {
             let kappas =
                 slopes.flat_map(|slope| [forces.least, forces.most].map(|force| system.radius * force * slope));
             let rates = self.spectrum.over(system, kappas.fold(NONE, Bounds::with));
-            if !(rates.decay > 0.0) {
+            if rates.decay <= 0.0 {
                 break;
             }
             longest = longest.min(1.0 / rates.slow);
