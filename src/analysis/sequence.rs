@@ -15,6 +15,8 @@ pub struct Sequence {
     pub(super) events: Vec<(EventKind, f64)>,
     /// For how long sliding had to resolve the fast mode, s, as far as segments told of it.
     pub(super) resolved: f64,
+    /// How long it slid, s.
+    pub(super) slid: f64,
 }
 
 impl Sequence {
@@ -55,8 +57,12 @@ impl Recorder for Sequence {
     }
 
     fn segment(&mut self, segment: &Segment) -> Result<(), RecorderError> {
-        if segment.mode.sense() != 0 && segment.resolved == Some(true) {
-            self.resolved += segment.end - segment.start;
+        if segment.mode.sense() != 0 {
+            let time = segment.end - segment.start;
+            self.slid += time;
+            if segment.resolved == Some(true) {
+                self.resolved += time;
+            }
         }
         Ok(())
     }

@@ -7,6 +7,7 @@ pub use super::sequence::Sequence;
 use super::warning::Warning;
 use crate::case::Case;
 use crate::hybrid::RunError;
+use crate::model::margin;
 use crate::results::{AttributeValue, quantity};
 use crate::run::Run;
 use crate::simulation::{Method, OutputOptions, SolverOptions, natural_period};
@@ -222,10 +223,12 @@ pub fn witness(case: &Case, result: &Sequence, noise_determined: bool, stop: &dy
     })
 }
 
-/// Whether the witness need not be begun: the result's own resolved steps foretell that it takes too many. The paper's procedure
-/// does not know what it resolves.
+/// Whether the witness need not be begun: the result's own resolved steps foretell that it takes too many, or all of its sliding
+/// where only `series` has long steps. The paper's procedure does not know what it resolves.
 fn takes_too_long(case: &Case, method: Method, result: &Sequence) -> bool {
     let knows = method == Method::Cvode && case.solver.method.locates_events();
     let period = natural_period(&case.system).filter(|_| knows);
-    period.is_some_and(|period| result.resolved / period * STEPS_PER_PERIOD > MOST_STEPS as f64)
+    let slows_down = margin::resistance(&case.system).is_ok();
+    let resolved = if slows_down { result.resolved } else { result.slid };
+    period.is_some_and(|period| resolved / period * STEPS_PER_PERIOD > MOST_STEPS as f64)
 }

@@ -35,13 +35,31 @@ pub(crate) struct FastModes {
     spectrum: Option<Spectrum>,
 }
 
-/// The least decay of all modes but the slow ones, by eigenvalues found when they are first asked for.
+/// Which modes of a slip are the slow ones.
+#[derive(Debug, Clone, Copy)]
+pub(crate) enum Slow {
+    /// One for each free train.
+    OfFreeTrains,
+    /// Those whose eigenvalue has no more than this magnitude, 1/s.
+    UpTo(f64),
+}
+
+/// What the modes of a slip come to, 1/s.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Rates {
+    /// The least decay of a fast mode; minus infinity where the eigenvalues are not found.
+    pub decay: f64,
+    /// The largest magnitude of a slow one.
+    pub slow: f64,
+}
+
+/// The modes by kappa, from eigenvalues found when they are first asked for.
 #[derive(Debug, Clone)]
-struct Spectrum {
+pub(crate) struct Spectrum {
+    slow: Slow,
     /// kappa is this times sinh(i / [`PER_E_FOLD`]).
     scale: f64,
-    /// 1/s.
-    decays: Vec<Option<f64>>,
+    rates: Vec<Option<Rates>>,
 }
 
 impl FastModes {
@@ -49,16 +67,9 @@ impl FastModes {
     /// can become unstable).
     pub fn new(system: &SystemEquations, twice_resistance: f64) -> Self {
         let spectrum = (!two_disks(system)).then(|| {
-            let of = |side: &Side| {
-                let shafts = side.stiffness.iter().zip(&side.inertia);
-                shafts.map(|(k, j)| 0.01 * (k * j).sqrt()).fold(f64::INFINITY, f64::min)
-            };
-            let own = of(&system.rotor).min(of(&system.stator));
             let finite = twice_resistance > 0.0 && twice_resistance.is_finite();
-            Spectrum {
-                scale: if finite { twice_resistance / 2.0 } else { own },
-                decays: vec![None; 2 * (E_FOLDS * PER_E_FOLD) as usize + 2],
-            }
+            let resistance = finite.then_some(twice_resistance / 2.0);
+            Spectrum::new(system, resistance, Slow::OfFreeTrains)
         });
         FastModes {
             twice_resistance,
@@ -95,7 +106,9 @@ impl FastModes {
             Some(spectrum) => {
                 let places = [between.least, between.most].map(|kappa| spectrum.place(kappa));
                 let inner = places[0].ceil() as usize..=places[1].floor() as usize;
-                inner.map(|index| spectrum.node(system, index)).fold(least, f64::min)
+                inner
+                    .map(|index| spectrum.node(system, index).decay)
+                    .fold(least, f64::min)
             }
         }
     }
@@ -132,6 +145,37 @@ fn slower(inertia: f64, damping: f64, stiffness: f64) -> f64 {
 }
 
 impl Spectrum {
+    /// With values that are close together up to `resistance` (N m s/rad), or else up to 0.01 sqrt(k J) of a shaft.
+    pub fn new(system: &SystemEquations, resistance: Option<f64>, slow: Slow) -> Self {
+        let own = |side: &Side| {
+            let shafts = side.stiffness.iter().zip(&side.inertia);
+            shafts.map(|(k, j)| 0.01 * (k * j).sqrt()).fold(f64::INFINITY, f64::min)
+        };
+        Spectrum {
+            slow,
+            scale: resistance.unwrap_or_else(|| own(&system.rotor).min(own(&system.stator))),
+            rates: vec![None; 2 * (E_FOLDS * PER_E_FOLD) as usize + 2],
+        }
+    }
+
+    /// The least decay of the fast modes and the largest magnitude of the slow ones for all kappa between two values: those of
+    /// the values that are kept from the one below to the one above.
+    pub fn over(&mut self, system: &SystemEquations, between: Bounds) -> Rates {
+        let places = [between.least, between.most].map(|kappa| self.place(kappa));
+        let within = places[0].floor() as usize..=places[1].ceil() as usize;
+        let none = Rates {
+            decay: f64::INFINITY,
+            slow: 0.0,
+        };
+        within.fold(none, |all, index| {
+            let rates = self.node(system, index);
+            Rates {
+                decay: all.decay.min(rates.decay),
+                slow: all.slow.max(rates.slow),
+            }
+        })
+    }
+
     /// Where a kappa is among the values, in units of their distance.
     fn place(&self, kappa: f64) -> f64 {
         let e_folds = (kappa / self.scale).asinh().clamp(-E_FOLDS, E_FOLDS);
@@ -141,29 +185,35 @@ impl Spectrum {
     fn at(&mut self, system: &SystemEquations, kappa: f64) -> f64 {
         let place = self.place(kappa);
         let (index, share) = (place.floor(), place.fract());
-        let before = self.node(system, index as usize);
+        let before = self.node(system, index as usize).decay;
         if share == 0.0 {
             return before;
         }
-        before + share * (self.node(system, index as usize + 1) - before)
+        before + share * (self.node(system, index as usize + 1).decay - before)
     }
 
-    fn node(&mut self, system: &SystemEquations, index: usize) -> f64 {
-        let kappa = self.scale * (index as f64 / PER_E_FOLD - E_FOLDS).sinh();
-        *self.decays[index].get_or_insert_with(|| fast_decay(system, kappa))
+    fn node(&mut self, system: &SystemEquations, index: usize) -> Rates {
+        let (kappa, slow) = (self.scale * (index as f64 / PER_E_FOLD - E_FOLDS).sinh(), self.slow);
+        *self.rates[index].get_or_insert_with(|| rates(system, kappa, slow))
     }
 }
 
-/// The least decay of all modes but one slow one for each free train, 1/s; minus infinity where the eigenvalues are not found.
-fn fast_decay(system: &SystemEquations, kappa: f64) -> f64 {
-    let decays = fast_modes(system, kappa).into_iter().map(|mode| -mode.re);
-    decays.fold(f64::INFINITY, |least, decay| {
-        if decay.is_nan() {
-            f64::NEG_INFINITY
-        } else {
-            least.min(decay)
-        }
-    })
+fn rates(system: &SystemEquations, kappa: f64, slow: Slow) -> Rates {
+    let (slow, fast) = modes(system, kappa, slow);
+    let decay = fast
+        .into_iter()
+        .map(|mode| -mode.re)
+        .fold(f64::INFINITY, |least, decay| {
+            if decay.is_nan() {
+                f64::NEG_INFINITY
+            } else {
+                least.min(decay)
+            }
+        });
+    Rates {
+        decay,
+        slow: slow.last().map_or(0.0, |mode| mode.norm()),
+    }
 }
 
 /// The least angular frequency of the fast modes of a slip under constant friction, 1/s.
@@ -174,13 +224,22 @@ pub(crate) fn least_fast_frequency(system: &SystemEquations) -> f64 {
 
 /// The eigenvalues of all modes but one slow one for each free train, 1/s.
 pub(crate) fn fast_modes(system: &SystemEquations, kappa: f64) -> Vec<Complex<f64>> {
+    modes(system, kappa, Slow::OfFreeTrains).1
+}
+
+/// The eigenvalues of the slow modes and of the fast ones, each by magnitude, 1/s.
+fn modes(system: &SystemEquations, kappa: f64, slow: Slow) -> (Vec<Complex<f64>>, Vec<Complex<f64>>) {
     let mut modes = eigenvalues(&system.balanced(system.sliding_matrix(kappa)));
     modes.sort_by(|a, b| a.norm().total_cmp(&b.norm()));
-    let slow = [&system.rotor, &system.stator]
-        .iter()
-        .filter(|side| side.speed.is_some())
-        .count();
-    modes.split_off(slow.min(modes.len()))
+    let slow = match slow {
+        Slow::OfFreeTrains => {
+            let sides = [&system.rotor, &system.stator].into_iter();
+            sides.filter(|side| side.speed.is_some()).count()
+        }
+        Slow::UpTo(rate) => modes.iter().filter(|mode| mode.norm() <= rate).count(),
+    };
+    let fast = modes.split_off(slow.min(modes.len()));
+    (modes, fast)
 }
 
 /// The free train that slows down by itself, as one inertia.
@@ -332,9 +391,7 @@ impl Forecast {
     /// The latest time before which `e_folds` of damping still lie ahead of the instability; `None` without one.
     pub(crate) fn last_quiet_time(&self, e_folds: f64) -> Option<f64> {
         self.instability?;
-        let last = self.path.last()?.1 - e_folds;
-        let quiet = self.path.windows(2).rev().find(|pair| pair[0].1 <= last);
-        Some(quiet.map_or(self.path[0].0, |pair| between(pair, last)))
+        last_quiet_time(&self.path, e_folds)
     }
 
     /// The first time at which the relative velocity is no more than `speed` (rad/s), if it comes to that.
@@ -347,6 +404,13 @@ impl Forecast {
         let passed = self.path.windows(2).find(|pair| pair[1].1 >= e_folds);
         passed.map(|pair| between(pair, e_folds))
     }
+}
+
+/// The latest time before which `e_folds` of damping still lie ahead of the end of a path of (t (s), damping in e-folds).
+pub(crate) fn last_quiet_time(path: &[(f64, f64)], e_folds: f64) -> Option<f64> {
+    let last = path.last()?.1 - e_folds;
+    let quiet = path.windows(2).rev().find(|pair| pair[0].1 <= last);
+    Some(quiet.map_or(path[0].0, |pair| between(pair, last)))
 }
 
 /// When the damping takes a value between those of two points.
@@ -494,6 +558,10 @@ mod tests {
         let system = SystemEquations::new(&System::from(parameters));
         let modes = FastModes::new(&system, parameters.torsion.damping);
         (system, modes)
+    }
+
+    fn fast_decay(system: &SystemEquations, kappa: f64) -> f64 {
+        rates(system, kappa, Slow::OfFreeTrains).decay
     }
 
     /// The closed form of alike disks holds the far end of the rotor's shaft. A rotor that gives way mistunes the disks, and the

@@ -27,6 +27,7 @@ mod excitation;
 pub mod expansion;
 pub mod fixed_step;
 mod follower;
+mod foresight;
 mod observer;
 pub mod options;
 mod plan;

@@ -2,6 +2,7 @@
 
 use super::dynamics::{SystemDynamics, SystemLocation, VELOCITY_NOISE};
 use super::expansion::Expansion;
+use super::foresight::{Foresight, LONG};
 use super::regime::{Regimes, Steps, Stride};
 use crate::friction::Law;
 use crate::hybrid::{ChosenSolver, SolverKind};
@@ -38,6 +39,9 @@ const SERIES_SLIDING_TIGHTENING: f64 = 0.01;
 const SERIES_RESOLVED_TIGHTENING: f64 = 1e-6;
 const SMALLEST_SERIES_SLIDING: f64 = 1e-12;
 const SMALLEST_SERIES_RESOLVED: f64 = 1e-17;
+
+/// The relative tolerance of long steps of series in a slip that does not slow down by itself.
+const SERIES_STRIDING: f64 = 1e-14;
 
 /// Of `cvode`, the relative tolerance as a multiple of `rtol`. A multistep method errs by some hundred tolerances in a
 /// hundred restarts.
@@ -170,7 +174,7 @@ fn largest(system: &System, rotor: bool) -> Driving {
 /// shaft by, or its present motion; zero where nothing acts and nothing moves. Nothing that comes later enters, nor any
 /// bound of the friction law beyond the present sliding speed: a size that is too small costs steps, one that is too large
 /// costs digits.
-fn sizes(dynamics: &SystemDynamics, stretch: usize, outside: &Outside, y: &[f64]) -> Vec<f64> {
+pub(super) fn sizes(dynamics: &SystemDynamics, stretch: usize, outside: &Outside, y: &[f64]) -> Vec<f64> {
     let system = &dynamics.system;
     let unit = dynamics.unit(stretch);
     let sliding = system.relative_velocity(outside, y).abs();
@@ -295,6 +299,15 @@ impl SystemPlan {
         regimes.flatten()
     }
 
+    /// The same of `series` in a system that does not slow down by itself, where that looks ahead in a run with kicks at these
+    /// times (s): it need not where the steps may not be long.
+    pub fn foresight(&self, kicks: impl Iterator<Item = f64>, end_time: f64) -> Option<Foresight> {
+        let sprung = self.method == Method::Series && !self.slows_down && has_slow_manifold(&self.dynamics.system);
+        let short = self.max_step.is_some_and(|step| step < LONG * self.period);
+        let foresight = (sprung && !short).then(|| Foresight::new(&self.dynamics, kicks, end_time));
+        foresight.flatten()
+    }
+
     /// Whether `auto` takes a location by its series: it is linear.
     fn is_linear(&self, location: &SystemLocation) -> bool {
         match location.mode {
@@ -379,12 +392,13 @@ impl SystemPlan {
             Method::Paper => unreachable!("the paper's procedure steps by itself"),
         };
         let relative = match kind {
-            SolverKind::Series if !location.resolved => {
+            SolverKind::Series if !location.resolved && self.slows_down => {
                 (SERIES_SLIDING_TIGHTENING * self.rtol).max(SMALLEST_SERIES_SLIDING)
             }
             SolverKind::Series if self.slows_down => {
                 (SERIES_RESOLVED_TIGHTENING * self.rtol).max(SMALLEST_SERIES_RESOLVED)
             }
+            SolverKind::Series if !location.resolved => SERIES_STRIDING,
             SolverKind::Series | SolverKind::ClosedForm => SERIES_TOLERANCE,
             _ if strides && self.method == Method::Cvode => (CVODE_TIGHTENING * self.rtol).max(SMALLEST),
             _ if !location.resolved && self.method == Method::CvodeBdf => {
@@ -422,7 +436,7 @@ impl SystemPlan {
             .zip(&self.sizes)
             .map(|(size, most)| size.max(LEAST_SIZE * most));
         // The errors of a motion that comes to rest by itself count against the largest that it has.
-        let over_all = !location.resolved || self.has_regimes && kind != SolverKind::Series;
+        let over_all = self.has_regimes && (!location.resolved || kind != SolverKind::Series);
         let present = present
             .zip(&self.quiet_sizes)
             .map(|(present, quiet)| if over_all { *quiet } else { present });

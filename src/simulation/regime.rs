@@ -10,7 +10,7 @@ use std::sync::Arc;
 /// Damping, in e-folds, after which an excitation of the fast mode is gone: e^-40 is below the rounding of any double.
 /// The same amount must lie between the last unresolved step and the instability, so that the errors of unresolved
 /// steps are gone before anything can amplify them.
-const QUIET_E_FOLDS: f64 = 40.0;
+pub(super) const QUIET_E_FOLDS: f64 = 40.0;
 
 /// Damping after which exact sliding is on the slow manifold to every digit, even if e^20 of growth follow.
 const CALM_E_FOLDS: f64 = 60.0;
@@ -27,7 +27,7 @@ const NOISE_OF_KICK: f64 = 1e-3;
 const ERROR_OF_MANIFOLD: f64 = 0.1;
 
 /// While the fast mode is resolved, how often (in its periods) it is asked whether it still has to be.
-const REPLAN_PERIODS: f64 = 50.0;
+pub(super) const REPLAN_PERIODS: f64 = 50.0;
 
 /// The next change of step regime.
 #[derive(Debug, Clone, Copy)]

@@ -1,6 +1,7 @@
 //! What happens at the guards and time events of a system.
 
 use super::dynamics::{GUARD_FORWARD, SystemDynamics, SystemLocation, VELOCITY_NOISE, Watch, Watched};
+use super::foresight::Foresight;
 use super::plan::SystemPlan;
 use super::regime::Regimes;
 use super::series::TaylorEngine;
@@ -30,8 +31,9 @@ pub(super) struct SystemRules {
     contact_change: Option<Option<ContactChange>>,
     /// The normal force is leaving zero.
     departing: bool,
-    /// From t = 0 on, where sliding slows down by itself; elsewhere all steps resolve all modes.
+    /// From t = 0 on, where sliding slows down by itself, and elsewhere. With neither, all steps resolve all modes.
     regimes: Option<Regimes>,
+    foresight: Option<Foresight>,
     /// The first stop came at the end of smooth sliding, on which rounding does not grow.
     pub stopped_smoothly: bool,
 }
@@ -52,6 +54,7 @@ impl SystemRules {
             next_kick: kicks.iter().filter(|kick| kick.0 < start).count(),
             next_corner: corners.iter().filter(|&&corner| corner <= start).count(),
             regimes: None,
+            foresight: None,
             stopped_smoothly: false,
             dynamics,
             plan,
@@ -64,7 +67,11 @@ impl SystemRules {
 
     /// The same, with steps that always resolve the fast modes.
     pub fn resolving_all(self) -> Self {
-        SystemRules { regimes: None, ..self }
+        SystemRules {
+            regimes: None,
+            foresight: None,
+            ..self
+        }
     }
 
     /// Location at t = 0 for a state; surfaces of one speed are joined.
@@ -74,8 +81,15 @@ impl SystemRules {
             location = self.in_contact(&location, 0.0, y);
         }
         // Nothing has excited the fast modes; the first question is asked at once.
-        self.regimes = self.plan.regimes(self.end_time);
+        self.look_ahead();
         location
+    }
+
+    /// From now on, looks ahead.
+    fn look_ahead(&mut self) {
+        self.regimes = self.plan.regimes(self.end_time);
+        let kicks = self.kicks.iter().map(|kick| kick.0);
+        self.foresight = self.plan.foresight(kicks, self.end_time);
     }
 
     /// Location of a run that begins at a time later than t = 0 in a closed contact: kicks up to it have been given, and so have
@@ -84,7 +98,7 @@ impl SystemRules {
         self.next_kick = self.kicks.partition_point(|kick| kick.0 <= t);
         self.waiting_kicks.clear();
         self.departing = false;
-        self.regimes = self.plan.regimes(self.end_time);
+        self.look_ahead();
         self.in_contact(&self.blank(t), t, y)
     }
 
@@ -128,6 +142,9 @@ impl SystemRules {
     fn plan_steps(&mut self, location: &mut SystemLocation, t: f64, y: &[f64]) {
         if let Some(regimes) = &mut self.regimes {
             regimes.enter(location, t, y);
+        }
+        if let Some(foresight) = &mut self.foresight {
+            foresight.enter(location, t);
         }
     }
 
@@ -249,6 +266,9 @@ impl SystemRules {
         if let Some(regimes) = &mut self.regimes {
             regimes.pass_corner(&mut after, t, &state, location.resolved);
         }
+        if let Some(foresight) = &mut self.foresight {
+            foresight.enter(&mut after, t);
+        }
         let mut transitions = vec![Transition::new(EventKind::Corner, after, state.clone())];
         if jumped {
             transitions.extend(self.after_jump(&after, t, &state));
@@ -368,7 +388,14 @@ impl Rules<SystemDynamics> for SystemRules {
         let corner = excitation.corners().get(self.next_corner).copied();
         let kick = self.kicks.get(self.next_kick).map(|kick| kick.0);
         let regime = self.regimes.as_ref().and_then(Regimes::time);
-        let times = [contact_change.map(|change| change.time), corner, kick, regime];
+        let foresight = self.foresight.as_ref().and_then(Foresight::time);
+        let times = [
+            contact_change.map(|change| change.time),
+            corner,
+            kick,
+            regime,
+            foresight,
+        ];
         times.into_iter().flatten().min_by(f64::total_cmp)
     }
 
@@ -391,11 +418,13 @@ impl Rules<SystemDynamics> for SystemRules {
             self.next_kick += 1;
             return self.kick(location, t, y, &kick);
         }
-        let Some(regimes) = &mut self.regimes else {
-            return Vec::new();
-        };
         let mut after = *location;
-        regimes.ask(&mut after, t, y);
+        if let Some(regimes) = &mut self.regimes {
+            regimes.ask(&mut after, t, y);
+        }
+        if let Some(foresight) = &mut self.foresight {
+            foresight.ask(&mut after, t, y);
+        }
         vec![Transition::new(None, after, y.to_vec())]
     }
 
@@ -443,6 +472,9 @@ impl Rules<SystemDynamics> for SystemRules {
                 let resolved = location.resolved;
                 regimes.pass_corner(&mut location, t, y, resolved);
             }
+            if let Some(foresight) = &mut self.foresight {
+                foresight.enter(&mut location, t);
+            }
             transitions.push(Transition::new(None, location, y.to_vec()));
         }
         if stability_changes {
@@ -477,7 +509,13 @@ impl Rules<SystemDynamics> for SystemRules {
     }
 
     fn solver(&self, location: &SystemLocation, t: f64, y: &[f64]) -> ChosenSolver {
-        self.plan.solver(location, t, y)
+        let chosen = self.plan.solver(location, t, y);
+        let foreseen = self.foresight.as_ref().and_then(|ahead| ahead.longest_step(location));
+        let longest = chosen.max_step.into_iter().chain(foreseen).reduce(f64::min);
+        ChosenSolver {
+            max_step: longest,
+            ..chosen
+        }
     }
 
     fn engine(&self, kind: &SolverKind) -> Option<Box<dyn Engine<SystemLocation>>> {

@@ -14,6 +14,7 @@ mod events;
 mod explicit;
 mod growth;
 mod laws;
+mod long_steps;
 mod oracle;
 mod oracle_closed_forms;
 mod sensitivities;

@@ -42,13 +42,14 @@ fn interpolation() -> &'static SMatrix<f64, NODES, NODES> {
 }
 
 /// A slip on a segment's clock.
-struct Slip<'a> {
-    dynamics: &'a SystemDynamics,
-    location: SystemLocation,
-    origin: f64,
+pub(in crate::simulation) struct SlipProblem<'a> {
+    pub dynamics: &'a SystemDynamics,
+    pub location: SystemLocation,
+    /// s.
+    pub origin: f64,
 }
 
-impl StiffProblem for Slip<'_> {
+impl StiffProblem for SlipProblem<'_> {
     fn rhs(&self, t: f64, y: &[f64], rates: &mut [f64]) {
         self.dynamics.rhs(&self.location, self.origin + t, y, rates);
     }
@@ -74,7 +75,7 @@ impl TaylorEngine {
         let shortest = SHORTEST_RADAU * self.period;
         self.weigh();
         let dynamics = self.dynamics.clone();
-        let slip = Slip {
+        let slip = SlipProblem {
             dynamics: &dynamics,
             location: self.location,
             origin: self.origin,
@@ -123,7 +124,7 @@ impl TaylorEngine {
                 1.0
             };
             self.next = length * (factor * trend.min(1.0)).min(LARGEST_GROWTH);
-            self.next = self.next.min(self.time_to_slow(length));
+            self.next = self.next.min(self.time_of_change(length));
             self.counters.steps += 1;
             self.counters.last_order = 2 * STAGES as u32 - 1;
             let end = if reaches { self.span } else { self.tau + length };
@@ -152,19 +153,16 @@ impl TaylorEngine {
         self.dynamics.system.relative_velocity(&outside, y).abs()
     }
 
-    /// How long the speed takes, at the rate of the Radau step just solved, to fall by a half or by four times what the
-    /// friction law's slope takes to change e-fold, whichever is more. Longer steps would only be refused: their
+    /// How long the speed takes, at the rate of the Radau step just solved, to change by half the lesser one or by four times
+    /// what the friction law's slope takes to change e-fold there, whichever is more. Longer steps would only be refused: their
     /// polynomial, and Newton's method, would meet a law out of all bounds.
-    fn time_to_slow(&mut self, length: f64) -> f64 {
+    fn time_of_change(&mut self, length: f64) -> f64 {
         let start = self.sliding_speed(self.tau, &self.y);
         self.radau.stage(STAGES - 1, &mut self.stage);
         let end = self.sliding_speed(self.tau + length, &self.stage);
-        let drop = (0.5 * end).max(4.0 / self.dynamics.system.law.steepness_rate(end));
-        if start > end {
-            length * drop / (start - end)
-        } else {
-            f64::INFINITY
-        }
+        let lesser = start.min(end);
+        let change = (0.5 * lesser).max(4.0 / self.dynamics.system.law.steepness_rate(lesser));
+        length * change / (start - end).abs()
     }
 
     /// The guard that fires first in the Radau step just solved, if one does; `stage` is then the state there.
@@ -172,7 +170,7 @@ impl TaylorEngine {
     /// Newton's method on the guard; the step is taken again for each iterate, exactly to it, as its end is more accurate
     /// than its middle. But within a few periods of an unstable fast mode R(z) has its poles, and a step cut to such a
     /// length may be worse than the polynomial of the whole: where they disagree the polynomial holds.
-    fn root_of_collocation(&mut self, slip: &Slip<'_>) -> Option<Root> {
+    fn root_of_collocation(&mut self, slip: &SlipProblem<'_>) -> Option<Root> {
         self.whole.copy_from(&self.radau.step);
         let (start, length) = (self.tau, self.whole.length);
         let (share, index, polynomial) = self.earliest_in_collocation(start, length)?;

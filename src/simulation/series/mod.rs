@@ -13,7 +13,7 @@
 //! |---|---|
 //! | `collocation` | Radau steps |
 
-mod collocation;
+pub(super) mod collocation;
 
 use super::dynamics::{GUARD_STOPPING, SystemDynamics, SystemLocation, VELOCITY_NOISE, Watched};
 use super::expansion::{Expansion, Series, TERMS};
@@ -32,7 +32,7 @@ use std::f64::consts::TAU;
 use std::sync::{Arc, OnceLock};
 
 /// Stages of Radau IIA: order 13.
-const STAGES: usize = 7;
+pub(super) const STAGES: usize = 7;
 
 /// Share of c_t within which the stability margin counts as zero where a segment begins. The root that began it was
 /// located to 1e-14 s or better.
@@ -61,6 +61,10 @@ const LEADING: usize = 6;
 /// Of energies, which nothing depends on, what a step may err by over their size. In a slip that slows down by itself, all else is
 /// little beside what friction takes from the free train, and that needs no shorter steps.
 const ENERGY_TOLERANCE: f64 = 1e-14;
+
+/// Where sliding does not slow down by itself, expansions after a Radau step that would be too short, before the next is tried:
+/// a slower mode rings then, which no expansion tells from the motion.
+const EXPANSIONS: u32 = 16;
 
 /// What the last step was.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -95,10 +99,12 @@ pub(super) struct TaylorEngine {
     counters: Counters,
     radau: Radau<STAGES>,
     radau_before: Work,
-    /// The natural period, s.
+    /// The natural period, or where sliding does not slow down by itself that of the fastest mode, s.
     period: f64,
     /// The fast modes may be above what is tolerated, though they need not be resolved for their own sake.
     ringing: bool,
+    /// Expansions before a Radau step is tried again.
+    expansions: u32,
     /// The next Radau step, and whether the last one's polynomial predicts it.
     next: f64,
     predicted: bool,
@@ -111,7 +117,7 @@ pub(super) struct TaylorEngine {
     end: Vec<f64>,
 }
 
-fn tableau() -> &'static Arc<RadauTableau<STAGES>> {
+pub(super) fn tableau() -> &'static Arc<RadauTableau<STAGES>> {
     static TABLEAU: OnceLock<Arc<RadauTableau<STAGES>>> = OnceLock::new();
     TABLEAU.get_or_init(|| Arc::new(RadauTableau::new()))
 }
@@ -150,8 +156,12 @@ impl TaylorEngine {
             counters: Counters::default(),
             radau: Radau::new(tableau().clone(), dynamics.system.mechanical(), dimension),
             radau_before: Work::default(),
-            period: dynamics.natural_period().unwrap_or(f64::INFINITY),
+            period: match dynamics.system.twice_resistance {
+                Some(_) => dynamics.natural_period().unwrap_or(f64::INFINITY),
+                None => TAU / dynamics.rates.fastest,
+            },
             ringing: true,
+            expansions: 0,
             next: 0.0,
             predicted: false,
             accepted: (0.0, 0.0),
@@ -197,7 +207,8 @@ impl TaylorEngine {
     fn slow_step(&mut self) -> Result<Option<Advance>, EngineError> {
         let dynamics = self.dynamics.clone();
         let (system, t) = (&dynamics.system, self.origin + self.tau);
-        if !dynamics.excitation.is_silent(t) || !has_slow_manifold(system) {
+        // Drives would be a part of the manifold.
+        if system.twice_resistance.is_none() || !dynamics.excitation.is_silent(t) || !has_slow_manifold(system) {
             return Ok(None);
         }
         self.weigh();
@@ -473,6 +484,7 @@ impl Engine<SystemLocation> for TaylorEngine {
         self.counters = Counters::default();
         self.radau_before = self.radau.work;
         self.ringing = true;
+        self.expansions = 0;
         self.restart_collocation();
         Ok(())
     }
@@ -490,7 +502,8 @@ impl Engine<SystemLocation> for TaylorEngine {
         }
         if self.ringing || !strides || self.beyond {
             self.expand();
-            self.ringing = strides && self.rings();
+            self.ringing = strides && (self.expansions > 0 || self.rings());
+            self.expansions = self.expansions.saturating_sub(1);
         }
         if !self.ringing && strides && !self.beyond {
             if let Some(advance) = self.collocation_step()? {
@@ -498,6 +511,9 @@ impl Engine<SystemLocation> for TaylorEngine {
             }
             self.restart_collocation();
             self.ringing = true;
+            if self.dynamics.system.twice_resistance.is_none() {
+                self.expansions = EXPANSIONS;
+            }
             self.expand();
         }
         self.slow = false;

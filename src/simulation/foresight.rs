@@ -1,0 +1,212 @@
+//! Where the steps of a slip may stride over its fast modes in a system that does not slow down by itself.
+//!
+//! No formula says how such a slip goes on. It is therefore integrated ahead of the run, to a tolerance that is enough for the
+//! sliding speed and the normal force, and at each step the spectrum of the linearised slip is asked for: the fast modes must
+//! decay for every contact damping that the step goes through. The slow ones limit the step, so that a mode that is resolved
+//! may also grow. What the integration ahead finds only decides about steps. It never enters a result.
+
+use super::dynamics::{SystemDynamics, SystemLocation};
+use super::plan::sizes;
+use super::regime::{QUIET_E_FOLDS, REPLAN_PERIODS};
+use super::series::collocation::SlipProblem;
+use super::series::{STAGES, tableau};
+use crate::friction::{Bounds, Law};
+use crate::model::stability::{Slow, Spectrum, last_quiet_time};
+use crate::numerics::radau::{Attempt, Radau};
+use std::f64::consts::TAU;
+use std::sync::Arc;
+
+/// Relative tolerance of the integration ahead: what rings below it is stepped over, and left to the run.
+const RELATIVE: f64 = 1e-4;
+
+/// Its most attempted steps. A longer slip is foreseen piece by piece.
+const MOST_ATTEMPTS: usize = 200;
+
+/// The least length of a step that is worth it, in periods of the fastest mode. Modes that move less than a radian in it are slow.
+pub(super) const LONG: f64 = 4.0;
+
+/// The same of a stretch of such steps.
+const SHORTEST_STRETCH: f64 = 50.0;
+
+/// Where nothing is quiet, it is asked again after a time that doubles so often.
+const MOST_DOUBLINGS: i32 = 4;
+
+/// Largest growth from one step to the next.
+const LARGEST_GROWTH: f64 = 4.0;
+
+/// Of no value.
+const NONE: Bounds = Bounds {
+    least: f64::INFINITY,
+    most: f64::NEG_INFINITY,
+};
+
+/// A stretch in which the fast modes are quiet.
+#[derive(Debug, Clone, Copy)]
+struct QuietStretch {
+    /// s.
+    until: f64,
+    /// The longest step that resolves the slow modes and the signals, s.
+    longest: f64,
+}
+
+/// The step regime of a slip, with its memory.
+#[derive(Clone)]
+pub(super) struct Foresight {
+    dynamics: Arc<SystemDynamics>,
+    spectrum: Spectrum,
+    /// That of the fastest mode, s.
+    period: f64,
+    /// Corners of signals and kicks, increasing, s. Nothing is foreseen beyond the next.
+    disturbances: Vec<f64>,
+    end_time: f64,
+    radau: Radau<STAGES>,
+    /// When to look ahead again, s, and how often it was in vain since something was quiet or has been disturbed.
+    ask_at: f64,
+    in_vain: i32,
+    /// See [`QuietStretch::longest`].
+    longest: f64,
+}
+
+impl Foresight {
+    /// Of a run up to `end_time` (s) with kicks at these times (s). `None` where nothing moves by itself.
+    pub fn new(dynamics: &Arc<SystemDynamics>, kicks: impl Iterator<Item = f64>, end_time: f64) -> Option<Foresight> {
+        let (system, fastest) = (&dynamics.system, dynamics.rates.fastest);
+        let mut disturbances: Vec<f64> = dynamics.excitation.corners().iter().copied().chain(kicks).collect();
+        disturbances.sort_by(f64::total_cmp);
+        (fastest > 0.0).then(|| Foresight {
+            spectrum: Spectrum::new(system, None, Slow::UpTo(fastest / (TAU * LONG))),
+            period: TAU / fastest,
+            disturbances,
+            end_time,
+            radau: Radau::new(tableau().clone(), system.mechanical(), system.dimension),
+            ask_at: 0.0,
+            in_vain: 0,
+            longest: f64::INFINITY,
+            dynamics: dynamics.clone(),
+        })
+    }
+
+    /// When it is to be asked again, s.
+    pub fn time(&self) -> Option<f64> {
+        self.ask_at.is_finite().then_some(self.ask_at)
+    }
+
+    /// The longest step at a location, s.
+    pub fn longest_step(&self, location: &SystemLocation) -> Option<f64> {
+        let strides = !location.resolved && location.mode.sense() != 0;
+        strides.then_some(self.longest).filter(|longest| longest.is_finite())
+    }
+
+    /// Plans the steps after what excites the fast modes at `t` (s): a change of mode, a kick, a corner of a signal or of the law.
+    pub fn enter(&mut self, location: &mut SystemLocation, t: f64) {
+        location.resolved = true;
+        self.in_vain = 0;
+        self.ask_at = match location.mode.sense() {
+            0 => f64::INFINITY,
+            _ => t + REPLAN_PERIODS * self.period,
+        };
+    }
+
+    /// Looks ahead in a slip at `t` (s): whether steps must resolve the fast modes now, and until when that holds.
+    pub fn ask(&mut self, location: &mut SystemLocation, t: f64, y: &[f64]) {
+        if location.mode.sense() == 0 {
+            return self.enter(location, t);
+        }
+        let quiet = self.look_ahead(location, t, y);
+        location.resolved = quiet.is_none();
+        if let Some(QuietStretch { until, longest }) = quiet {
+            self.in_vain = 0;
+            (self.ask_at, self.longest) = (until, longest);
+        } else {
+            self.ask_at = t + REPLAN_PERIODS * self.period * f64::from(1 << self.in_vain);
+            self.in_vain = (self.in_vain + 1).min(MOST_DOUBLINGS);
+        }
+    }
+
+    /// The quiet stretch that begins at `t`, if one does that is worth it.
+    fn look_ahead(&mut self, location: &SystemLocation, t: f64, y: &[f64]) -> Option<QuietStretch> {
+        let dynamics = self.dynamics.clone();
+        let (system, excitation) = (&dynamics.system, &dynamics.excitation);
+        let law = system.law_in(location.piece);
+        let least = LONG * self.period;
+        let disturbance = self.disturbances.iter().find(|at| **at > t);
+        let next = disturbance.map_or(self.end_time, |at| at.min(self.end_time));
+        let span = next - t;
+        let slip = SlipProblem {
+            dynamics: &dynamics,
+            location: *location,
+            origin: t,
+        };
+        let outside = excitation.at(location.stretch, t);
+        let mut weights: Vec<f64> = sizes(&dynamics, location.stretch, &outside, y)
+            .into_iter()
+            .map(|size| RELATIVE * size)
+            .collect();
+        weights[system.slip..].fill(f64::INFINITY);
+        let harmonics = excitation.fastest(location.stretch);
+        let mut longest = if harmonics > 0.0 {
+            1.0 / harmonics
+        } else {
+            f64::INFINITY
+        };
+        let (mut y, mut stage) = (y.to_vec(), y.to_vec());
+        let (mut tau, mut damping) = (0.0, 0.0);
+        let mut path = vec![(t, damping)];
+        let mut step = 2.0 * least;
+        let mut predicted = false;
+        for _ in 0..MOST_ATTEMPTS {
+            let left = span - tau;
+            let length = step.min(longest).min(left);
+            if length <= 0.0 || length < least && length < left {
+                break;
+            }
+            let error = match self.radau.attempt(&slip, tau, &y, length, &weights, predicted) {
+                Attempt::Solved { error } if error.is_finite() => error,
+                _ => f64::INFINITY,
+            };
+            let factor = 0.9 * error.powf(-1.0 / f64::from(Radau::<STAGES>::ESTIMATE_ORDER));
+            step = length * factor.clamp(0.1, LARGEST_GROWTH);
+            predicted = error.is_finite();
+            if error > 1.0 {
+                continue;
+            }
+            // The speeds and forces that the step goes through, as long as it stays in this slip and on this piece of the law.
+            let (mut speeds, mut forces) = (NONE, NONE);
+            let mut take = |tau: f64, y: &[f64]| {
+                let outside = excitation.at(location.stretch, t + tau);
+                let speed = location.sign() * system.relative_velocity(&outside, y);
+                speeds = speeds.with(speed);
+                forces = forces.with(outside.normal_force);
+                speed > 0.0 && system.piece_of(speed) == location.piece && outside.normal_force > 0.0
+            };
+            let mut slips = take(tau, &y);
+            for i in 0..STAGES {
+                self.radau.stage(i, &mut stage);
+                slips = slips && take(tau + self.radau.node(i) * length, &stage);
+            }
+            if !slips {
+                break;
+            }
+            let slopes = law.slope_bounds(speeds.least, speeds.most);
+            let slopes = [slopes.least, slopes.most].into_iter();
+            let kappas =
+                slopes.flat_map(|slope| [forces.least, forces.most].map(|force| system.radius * force * slope));
+            let rates = self.spectrum.over(system, kappas.fold(NONE, Bounds::with));
+            if rates.decay <= 0.0 {
+                break;
+            }
+            longest = longest.min(1.0 / rates.slow);
+            y.copy_from_slice(&stage);
+            tau = if length < left { tau + length } else { span };
+            damping += rates.decay * length;
+            path.push((t + tau, damping));
+        }
+        // Nothing amplifies an error once the run has ended.
+        let until = match tau == span && next == self.end_time {
+            true => f64::INFINITY,
+            false => last_quiet_time(&path, QUIET_E_FOLDS)?,
+        };
+        let worth = longest >= least && until >= t + SHORTEST_STRETCH * self.period;
+        worth.then_some(QuietStretch { until, longest })
+    }
+}
