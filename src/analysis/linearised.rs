@@ -155,8 +155,12 @@ pub fn linearise(
             if columns[2 * index].copies.is_empty() {
                 return Slope::NONE;
             }
-            let (narrow, wide) = (passage.times[2 * index], passage.times[2 * index + 1]);
-            let value = narrow + (narrow - wide) / 3.0;
+            let [own, other] = [2 * index, 2 * index + 1];
+            let (narrow, wide) = (passage.times[own], passage.times[other]);
+            // Only of differences of one kind is the error known to be of the same form.
+            let same =
+                columns[own].copies.len() == columns[other].copies.len() && found.alike[own] && found.alike[other];
+            let value = if same { narrow + (narrow - wide) / 3.0 } else { narrow };
             largest[index] = largest[index].max(value.abs());
             let rounding = DIFFERENCE_ROUNDING * f64::EPSILON * time / (WIDTHS[0] * size(number));
             Slope {

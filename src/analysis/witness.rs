@@ -195,7 +195,7 @@ pub fn witness(case: &Case, result: &Sequence, noise_determined: bool, stop: &dy
             let (events, next) = (result.events.len(), agreeing + 1);
             match apart {
                 Some((apart, _)) => {
-                    format!("{found} events for {events}, from number {next} on other times, first by {apart:.1e} s")
+                    format!("{found} events for {events}; number {next} is {apart:.1e} s away")
                 }
                 None => format!(
                     "{found} events for {events}, other ones from number {next} on, at {:.6} s",

@@ -49,6 +49,7 @@ impl<T: Number, const N: usize> Unfolding<T, N> {
     /// from there on; `newest` is n a_n, which it takes up.
     #[inline]
     pub fn exponential(&mut self, rate: &mut [T; N], n: usize, newest: T, reciprocal: T) -> T {
+        debug_assert!(rate[n] == T::of(0.0));
         // The rest of the sum need not wait for the newest.
         let rest = self.product(rate, n, 1, n);
         rate[n] = newest;
@@ -211,8 +212,8 @@ mod tests {
                 let mut rate = [0.0; N];
                 let mut e = Unfolding::<f64, N>::new();
                 e.set(0, (sign * a[0]).exp());
-                for n in 1..N {
-                    e.exponential(&mut rate, n, sign * n as f64 * a[n], 1.0 / n as f64);
+                for (n, a) in a.iter().enumerate().skip(1) {
+                    e.exponential(&mut rate, n, sign * n as f64 * a, 1.0 / n as f64);
                 }
                 std::array::from_fn::<f64, N, _>(|n| e.get(n))
             };

@@ -28,6 +28,9 @@ pub(super) const LONG: f64 = 4.0;
 /// The same of a stretch of such steps.
 const SHORTEST_STRETCH: f64 = 50.0;
 
+/// Of a larger system, by twists and speeds together, the spectra cost more than the steps that they save.
+const MOST_COMPONENTS: usize = 40;
+
 /// Where nothing is quiet, it is asked again after a time that doubles so often.
 const MOST_DOUBLINGS: i32 = 4;
 
@@ -68,12 +71,12 @@ pub(super) struct Foresight {
 }
 
 impl Foresight {
-    /// Of a run up to `end_time` (s) with kicks at these times (s). `None` where nothing moves by itself.
+    /// Of a run up to `end_time` (s) with kicks at these times (s). `None` where nothing moves by itself, or very much does.
     pub fn new(dynamics: &Arc<SystemDynamics>, kicks: impl Iterator<Item = f64>, end_time: f64) -> Option<Foresight> {
         let (system, fastest) = (&dynamics.system, dynamics.rates.fastest);
         let mut disturbances: Vec<f64> = dynamics.excitation.corners().iter().copied().chain(kicks).collect();
         disturbances.sort_by(f64::total_cmp);
-        (fastest > 0.0).then(|| Foresight {
+        (fastest > 0.0 && system.mechanical() <= MOST_COMPONENTS).then(|| Foresight {
             spectrum: Spectrum::new(system, None, Slow::UpTo(fastest / (TAU * LONG))),
             period: TAU / fastest,
             disturbances,
@@ -116,7 +119,10 @@ impl Foresight {
         location.resolved = quiet.is_none();
         if let Some(QuietStretch { until, longest }) = quiet {
             self.in_vain = 0;
-            (self.ask_at, self.longest) = (until, longest);
+            self.longest = longest;
+            // A slow mode may grow: the motion is looked at again while half of the stretch still lies before it.
+            let half = 0.5 * (until.min(self.end_time) - t);
+            self.ask_at = until.min(t + half.max(SHORTEST_STRETCH * self.period));
         } else {
             self.ask_at = t + REPLAN_PERIODS * self.period * f64::from(1 << self.in_vain);
             self.in_vain = (self.in_vain + 1).min(MOST_DOUBLINGS);
@@ -192,7 +198,8 @@ impl Foresight {
             let kappas =
                 slopes.flat_map(|slope| [forces.least, forces.most].map(|force| system.radius * force * slope));
             let rates = self.spectrum.over(system, kappas.fold(NONE, Bounds::with));
-            if rates.decay <= 0.0 {
+            let decays = rates.decay > 0.0 && rates.decay.is_finite();
+            if !decays {
                 break;
             }
             longest = longest.min(1.0 / rates.slow);
