@@ -39,7 +39,7 @@ pub(crate) struct FastModes {
 #[derive(Debug, Clone, Copy)]
 pub(crate) enum Slow {
     /// One for each free train.
-    OfFreeTrains,
+    OfFreeChains,
     /// Those whose eigenvalue has no more than this magnitude, 1/s.
     UpTo(f64),
 }
@@ -69,7 +69,7 @@ impl FastModes {
         let spectrum = (!two_disks(system)).then(|| {
             let finite = twice_resistance > 0.0 && twice_resistance.is_finite();
             let resistance = finite.then_some(twice_resistance / 2.0);
-            Spectrum::new(system, resistance, Slow::OfFreeTrains)
+            Spectrum::new(system, resistance, Slow::OfFreeChains)
         });
         FastModes {
             twice_resistance,
@@ -224,7 +224,7 @@ pub(crate) fn least_fast_frequency(system: &SystemEquations) -> f64 {
 
 /// The eigenvalues of all modes but one slow one for each free train, 1/s.
 pub(crate) fn fast_modes(system: &SystemEquations, kappa: f64) -> Vec<Complex<f64>> {
-    modes(system, kappa, Slow::OfFreeTrains).1
+    modes(system, kappa, Slow::OfFreeChains).1
 }
 
 /// The eigenvalues of the slow modes and of the fast ones, each by magnitude, 1/s.
@@ -232,7 +232,7 @@ fn modes(system: &SystemEquations, kappa: f64, slow: Slow) -> (Vec<Complex<f64>>
     let mut modes = eigenvalues(&system.balanced(system.sliding_matrix(kappa)));
     modes.sort_by(|a, b| a.norm().total_cmp(&b.norm()));
     let slow = match slow {
-        Slow::OfFreeTrains => {
+        Slow::OfFreeChains => {
             let sides = [&system.rotor, &system.stator].into_iter();
             sides.filter(|side| side.speed.is_some()).count()
         }
@@ -561,7 +561,7 @@ mod tests {
     }
 
     fn fast_decay(system: &SystemEquations, kappa: f64) -> f64 {
-        rates(system, kappa, Slow::OfFreeTrains).decay
+        rates(system, kappa, Slow::OfFreeChains).decay
     }
 
     /// The closed form of alike disks holds the far end of the rotor's shaft. A rotor that gives way mistunes the disks, and the

@@ -2,7 +2,6 @@
 
 use super::dynamics::{SystemDynamics, SystemLocation, VELOCITY_NOISE};
 use super::expansion::Expansion;
-use super::foresight::{Foresight, LONG};
 use super::regime::{Regimes, Steps, Stride};
 use crate::friction::Law;
 use crate::hybrid::{ChosenSolver, SolverKind};
@@ -299,13 +298,11 @@ impl SystemPlan {
         regimes.flatten()
     }
 
-    /// The same of `series` in a system that does not slow down by itself, where that looks ahead in a run with kicks at these
-    /// times (s): it need not where the steps may not be long.
-    pub fn foresight(&self, kicks: impl Iterator<Item = f64>, end_time: f64) -> Option<Foresight> {
+    /// Whether `series` looks ahead in a system that does not slow down by itself: it need not where steps may not last `long`
+    /// periods of the fastest mode.
+    pub fn looks_ahead(&self, long: f64) -> bool {
         let sprung = self.method == Method::Series && !self.slows_down && has_slow_manifold(&self.dynamics.system);
-        let short = self.max_step.is_some_and(|step| step < LONG * self.period);
-        let foresight = (sprung && !short).then(|| Foresight::new(&self.dynamics, kicks, end_time));
-        foresight.flatten()
+        sprung && self.max_step.is_none_or(|step| step >= long * self.period)
     }
 
     /// Whether `auto` takes a location by its series: it is linear.

@@ -1,7 +1,7 @@
 //! What happens at the guards and time events of a system.
 
 use super::dynamics::{GUARD_FORWARD, SystemDynamics, SystemLocation, VELOCITY_NOISE, Watch, Watched};
-use super::foresight::Foresight;
+use super::foresight::{Foresight, LONG};
 use super::plan::SystemPlan;
 use super::regime::Regimes;
 use super::series::TaylorEngine;
@@ -89,7 +89,9 @@ impl SystemRules {
     fn look_ahead(&mut self) {
         self.regimes = self.plan.regimes(self.end_time);
         let kicks = self.kicks.iter().map(|kick| kick.0);
-        self.foresight = self.plan.foresight(kicks, self.end_time);
+        let looks_ahead = self.plan.looks_ahead(LONG);
+        let foresight = looks_ahead.then(|| Foresight::new(&self.dynamics, kicks, self.end_time));
+        self.foresight = foresight.flatten();
     }
 
     /// Location of a run that begins at a time later than t = 0 in a closed contact: kicks up to it have been given, and so have
