@@ -33,6 +33,7 @@ mod energy;
 mod error;
 mod evaluate;
 mod event_errors;
+mod hypotheses;
 mod impulse;
 mod parameters;
 mod range;
@@ -54,7 +55,7 @@ pub use candidate::{Mapping, TimeOffset};
 pub use case_differences::CaseDifference;
 pub use channel::Channel;
 pub use clock::{FoundOffset, OtherClock};
-pub use comparison::{Absent, ChannelErrors, Comparison, Span};
+pub use comparison::{Absent, ChannelErrors, Closest, Comparison, Span, Unexplained};
 pub use cycles::CycleErrors;
 pub use detect::{Detection, Detector, Found, Point};
 pub use diagnosis::{Cause, Diagnosis};
@@ -63,6 +64,7 @@ pub use evaluate::Evaluator;
 pub use event_errors::EventError;
 pub use impulse::ImpulseErrors;
 pub use parameters::{Agreement, FoundBy, OtherKick, OtherNumber, OtherParameters, Rerun as TriedAgain};
+use parameters::Rerun;
 pub use requirement::Requirement;
 pub use resolution::{Resolution, Rounding};
 pub use statistics::Statistic;
@@ -79,13 +81,14 @@ use comparison::channel_errors;
 use creep::{Creep, CreepPass};
 use crossings::Crossings;
 use detect::{DEFAULT_HYSTERESIS, DEFAULT_TOLERANCE};
-use diagnosis::Evidence;
+use diagnosis::Symptoms;
 use energy::{EnergyDrift, EnergyPass};
 use event_errors::EventErrors;
+use hypotheses::{Bench, Change, Evidence, Found as HypothesesFound, Judged, Observation, ObservationPass, Played, Tried};
 use impulse::ImpulsePass;
 use parameters::{Found as Explained, JumpPass, Material, Start, StretchPass, other_kick, other_parameters};
 use range::Range;
-use reference::{BeforeAndAfter, Physics, Rerun, states_at_events};
+use reference::{BeforeAndAfter, Physics, Rerun as RepeatedRun, states_at_events};
 use states::{Grid, Probe, StatePass};
 use statistics::{of_attractors, statistics};
 use std::path::Path;
@@ -95,6 +98,12 @@ use torques::TorqueWatch;
 const AGREED: f64 = 1e-9;
 const AGREED_IN_SAMPLES: f64 = 1e-7;
 
+/// Samples that differ by less than this part of the sizes of their channels, in the root mean square, need no explanation.
+const SAMPLES_AGREE: f64 = 1e-6;
+
+/// The error of an event found in samples: those of the samples around it, in distances of times.
+const FOUND: f64 = 2.0;
+
 /// Events of a candidate beyond this are chattering.
 const MOST_EVENTS: usize = 1_000_000;
 
@@ -103,7 +112,7 @@ const MOST_EVENTS: usize = 1_000_000;
 pub struct Reference {
     file: ResultFile,
     physics: Physics,
-    rerun: Rerun,
+    rerun: RepeatedRun,
     /// Its periodic motion.
     attractor: Option<Attractor>,
     /// It slips from the first sample on.
@@ -166,7 +175,7 @@ impl Reference {
         Ok(Reference {
             physics: Physics::new(case, &word, end),
             word,
-            rerun: Rerun::default(),
+            rerun: RepeatedRun::default(),
             attractor: Attractor::of_file(&file)?,
             starts_in_slip: first.iter().any(|(_, mode, _)| mode.sense() != 0),
             file,
@@ -269,7 +278,9 @@ impl Reference {
             let firsts = [reference_word.first(), word.first()].into_iter().flatten();
             let onset = firsts.map(|e| e.time).fold(span.to, f64::min);
             let position = self.position(&candidate, &all, slack);
-            let passes = self.passes(&candidate, &found, detection);
+            // Around the first event that differs.
+            let wrong = self.first_wrong(&errors, &alignment).unwrap_or(span.from);
+            let passes = self.passes(&candidate, &found, detection, (wrong - period, wrong + period));
             Some(self.states(&candidate, windows, (detection, onset), position, passes, &mut watch)?)
         } else {
             None
@@ -290,30 +301,40 @@ impl Reference {
             };
             unit_faults.extend(channels.iter().enumerate().filter_map(of_channel));
         }
-        let mut causes = diagnosis::diagnose(&Evidence {
-            physics,
-            floor: resolution.as_ref().map_or(0.0, |resolution| resolution.event_error),
-            offset: proposed,
-            reference: &reference_word,
-            found: &found,
-            alignment: &alignment,
-            errors: &errors,
-            units: unit_faults,
-            kick: self.kick_event(),
-            probes: states.as_ref().map_or(&[][..], |s| &s.pass.probes),
-            grid: states.as_ref().map_or(Grid::default(), |s| s.pass.grid),
-            interval: survey.interval,
-            plateau: survey.plateau,
-            detected: !events_given,
-            creep: states.as_ref().and_then(|s| s.creep),
-        });
-        let agreed = if events_given { AGREED } else { AGREED_IN_SAMPLES };
-        let differs = !alignment.differences.is_empty() || errors.max.is_none_or(|max| max > agreed);
-        let passes = states.as_mut().and_then(|states| states.passes.take());
-        let other = match candidate.is_own() {
-            false => self.other_inputs(&candidate, passes, (&found, &all), span, differs, &mut causes)?,
-            true => Others::default(),
+        let mut found_causes = Causes {
+            said: unit_faults.iter().map(diagnosis::wrong_units).collect(),
+            ..Causes::default()
         };
+        // Of this program's own results their case says what differs.
+        if !candidate.is_own() && unit_faults.is_empty() && !mapping.quick {
+            let floor = resolution.as_ref().map_or(0.0, |resolution| resolution.event_error);
+            let symptoms = Symptoms {
+                physics,
+                reference: &reference_word,
+                found: &found,
+                alignment: &alignment,
+                grid: states.as_ref().map_or(Grid::default(), |s| s.pass.grid),
+                interval: survey.interval,
+                plateau: survey.plateau,
+                creep: states.as_ref().and_then(|s| s.creep),
+            };
+            let shown = Shown {
+                candidate: &candidate,
+                symptoms,
+                span,
+                word: &all,
+                offset: proposed,
+                // Event times that are found in samples are known to some intervals.
+                bound: if events_given { AGREED } else { AGREED_IN_SAMPLES.max(FOUND * interval) }.max(floor),
+                worst: match alignment.differences.is_empty() {
+                    true => errors.max,
+                    false => Some(f64::INFINITY),
+                },
+            };
+            let passes = states.as_mut().and_then(|states| states.passes.take());
+            found_causes = self.causes(&shown, passes)?;
+        }
+        let mut causes = found_causes.said;
         diagnosis::add_case(&mut causes, candidate.differences());
 
         let mut statistics = statistics(&reference_word, &word, (span.from_start, span.to_end), uncovered);
@@ -334,9 +355,10 @@ impl Reference {
             verdict: String::new(),
             causes,
             case_differences: candidate.differences().to_vec(),
-            parameters: other.parameters,
-            kick: other.kick,
-            clock: other.clock,
+            parameters: found_causes.parameters,
+            kick: found_causes.kick,
+            clock: found_causes.clock,
+            unexplained: found_causes.unexplained,
             detection: (!events_given).then_some(detection),
             velocity_unit: physics.vocabulary().unit(Channel::RelativeVelocity),
             span: candidate.has_rows().then_some(span),
@@ -390,7 +412,13 @@ impl Reference {
     }
 
     /// What is collected of a candidate by another program to find another number of the case in.
-    fn passes(&self, candidate: &Candidate, found: &[Found], detection: Detection) -> Option<Passes<'_>> {
+    fn passes(
+        &self,
+        candidate: &Candidate,
+        found: &[Found],
+        detection: Detection,
+        window: (f64, f64),
+    ) -> Option<Passes<'_>> {
         if candidate.is_own() {
             return None;
         }
@@ -407,6 +435,7 @@ impl Reference {
         Some(Passes {
             stretches: StretchPass::new(physics, &channels, tolerance, stick_slip, breaks.collect()),
             jump: JumpPass::new(physics, &channels, kick),
+            observation: ObservationPass::new(&channels, window),
         })
     }
 
@@ -418,116 +447,262 @@ impl Reference {
             .rfind(|e| e.kind == EventKind::Kick && e.time < onset)
     }
 
-    /// Another clock, another kick, another number of the case: what explains a candidate by another program. The causes that it makes
-    /// needless are taken out, and it is put among them.
+    /// When the first event is missing, too many, or more than a hundredth of the natural period off, s.
+    fn first_wrong(&self, errors: &EventErrors, alignment: &Alignment) -> Option<f64> {
+        let off = |event: &&event_errors::EventError| event.error.abs() > 0.01 * self.physics.natural_period();
+        let late = errors.events.iter().find(off).map(|event| event.time);
+        let differs = alignment.differences.first().map(|difference| difference.time);
+        late.into_iter().chain(differs).min_by(f64::total_cmp)
+    }
+
+    /// What reproduces a candidate by another program.
     ///
     /// # Errors
     /// Of the file.
-    fn other_inputs(
-        &self,
-        candidate: &Candidate,
-        passes: Option<Passes<'_>>,
-        (found, all): (&[Found], &[SequenceEvent]),
-        span: Span,
-        differs: bool,
-        causes: &mut Vec<Diagnosis>,
-    ) -> Result<Others, CompareError> {
-        if causes.iter().any(|known| known.cause == Cause::WrongUnits) {
-            return Ok(Others::default());
-        }
-        let physics = &self.physics;
+    fn causes(&self, shown: &Shown<'_>, passes: Option<Passes<'_>>) -> Result<Causes, CompareError> {
+        let (physics, symptoms, span) = (&self.physics, &shown.symptoms, shown.span);
         let period = physics.natural_period();
         let kick = self.kick_event();
-        let mut others = Others::default();
-        if differs {
-            let first = self.word.first().map(|e| match e.kind {
-                EventKind::Stick => ("the first stick", e.time),
-                _ => ("the first event", e.time),
-            });
-            let corner = if physics.coasts() {
-                "a corner of F(t)"
-            } else {
-                "a corner of a signal"
-            };
-            let corners = self
-                .events
-                .iter()
-                .filter(|e| e.kind == EventKind::Corner && e.time > 0.0);
-            let kick = kick.map(|kick| ("the kick", kick.time));
-            let anchors = kick.into_iter().chain(first).chain(corners.map(|e| (corner, e.time)));
-            let anchors: Vec<(&'static str, f64)> = anchors.collect();
-            others.clock = clock::other_clock(&self.word, all, &anchors, period);
+        let (mut stretches, mut jumped, mut first, mut observation) = (None, None, None, None);
+        if let Some(passes) = passes {
+            (jumped, first) = (passes.jump.finish(), passes.jump.first());
+            stretches = Some(passes.stretches);
+            observation = Some(passes.observation.finish(physics, self.walk()?)?);
         }
-        if let Some(clock) = others.clock.as_ref().filter(|clock| clock.counts_from.is_some()) {
-            diagnosis::add_clock(causes, clock);
-            return Ok(others);
+        let observation = observation.filter(Observation::overlaps);
+        let samples_agree = observation.as_ref().map(|observation| {
+            let left = observation.left(&observation.reference, f64::INFINITY);
+            left <= SAMPLES_AGREE * SAMPLES_AGREE
+        });
+        let events_agree = shown.worst.is_none_or(|worst| worst <= shown.bound);
+        if samples_agree.unwrap_or(events_agree) {
+            return Ok(Causes::default());
+        }
+        // Beyond the reference's end nobody knows what comes.
+        let last = shown.word.last().map_or(f64::NEG_INFINITY, |e| e.time);
+        let to = span.to.max(last).min(self.end.max(last));
+        let has_rows = shown.candidate.has_rows();
+        let from = if has_rows { span.from } else { f64::NEG_INFINITY };
+        let evidence = Evidence {
+            observation: observation.as_ref(),
+            word: shown.word,
+            reference: &self.word,
+            covered: (from, to),
+            period,
+            bound: shown.bound,
+        };
+        if let Some(causes) = self.other_clock(shown, &evidence)? {
+            return Ok(causes);
         }
         let kick = match kick {
             None => None,
             Some(kick) => self.kicks()?.into_iter().find(|(event, _)| *event == kick),
         };
         let kick = kick.map(|(event, states)| (event.time, states));
-        let jumped = passes.as_ref().and_then(|passes| passes.jump.finish());
-        let first = passes.as_ref().and_then(|passes| passes.jump.first());
-        let has_rows = candidate.has_rows();
-        let from = if has_rows { span.from } else { f64::NEG_INFINITY };
         let at_kick = kick.as_ref().map(|(time, (_, after))| Start::At(*time, after.clone()));
-        let begins_at_kick = kick
-            .as_ref()
-            .is_some_and(|(time, _)| (time - period..time + period).contains(&from));
-        let starts = match first {
+        let near = |time: f64| (time - period..time + period).contains(&from);
+        let begins_at_kick = kick.as_ref().is_some_and(|(time, _)| near(*time));
+        let starts = match first.clone() {
             Some((time, state)) if time > self.start => vec![Start::At(time, state), Start::Case],
-            Some(_) => vec![Start::Case],
+            Some((time, state)) => vec![Start::Case, Start::At(time, state)],
             None if begins_at_kick => at_kick.into_iter().chain([Start::Case]).collect(),
             None => [Start::Case].into_iter().chain(at_kick.filter(|_| !has_rows)).collect(),
         };
-        // Beyond the reference's end nobody knows what comes.
-        let last = all.last().map_or(f64::NEG_INFINITY, |e| e.time);
-        let to = span.to.max(last).min(self.end.max(last));
         let numbers = WrittenCase::of(&physics.case);
+        let bench = Bench {
+            physics,
+            numbers: &numbers,
+            evidence,
+            starts,
+            first,
+        };
         let material = Material {
             numbers: &numbers,
             system: &physics.trains,
             places: &physics.places,
-            stretches: passes.map(|passes| passes.stretches).filter(StretchPass::is_of_use),
-            starts,
-            word: all,
+            stretches: stretches.filter(StretchPass::is_of_use),
+            starts: bench.starts.clone(),
+            word: shown.word,
             covered: (from, to),
             period,
-            breakaway: self.breakaway(found),
-            events_differ: differs,
-            by_events: !causes
-                .iter()
-                .any(|known| [Cause::AbsoluteAngles, Cause::RegularisedLaw, Cause::EventsLate].contains(&known.cause)),
+            breakaway: self.breakaway(symptoms.found),
+            events_differ: !events_agree,
+            by_events: true,
         };
-        if let Some(((time, states), jumped)) = kick.zip(jumped) {
-            others.kick = other_kick(physics, (time, &states), &jumped).map(|mut other| {
-                let reference = Start::At(time, states.1);
-                other.rerun = material.confirmed_from(reference, Start::At(time, jumped.after));
-                other
-            });
+        let mut proposals = symptoms.proposals();
+        proposals.with_steps = has_rows && !events_agree || !physics.coasts();
+        let proposed = match other_parameters(material, false) {
+            Explained::Numbers(proposed) => Some(proposed),
+            _ => None,
+        };
+        if let Some(other) = &proposed {
+            let each = |number: &OtherNumber| (number.path.clone(), number.value);
+            proposals.changes.push(Change::Numbers(other.numbers.iter().map(each).collect()));
+            proposals.changes.extend(other.or.iter().map(|number| Change::Numbers(vec![each(number)])));
         }
-        if let Some(kick) = others.kick.as_ref().filter(|kick| kick.rerun.is_some()) {
-            diagnosis::add_kick(causes, kick);
-            return Ok(others);
+        if let Some((value, _)) = self.breakaway(symptoms.found) {
+            proposals.changes.push(Change::Numbers(vec![("friction.breakaway".to_owned(), value)]));
         }
-        let explained = other_parameters(material, others.kick.is_some());
-        match (explained, &others.kick, &others.clock) {
-            (Explained::Numbers(parameters), ..) => {
-                others.clock = None;
-                // Other equations lead to another state at the kick.
-                others.kick = None;
-                diagnosis::add_parameters(causes, &parameters);
-                others.parameters = Some(parameters);
+        let other = kick.as_ref().zip(jumped.as_ref());
+        let other = other.and_then(|((time, states), jumped)| other_kick(physics, (*time, states), jumped));
+        let events = shown.word.len();
+        let of_samples = observation.is_some();
+        let outcome = |judged: &Judged| diagnosis::reproduced(judged, of_samples, events);
+        let mut causes = Causes::default();
+        match bench.find(proposals) {
+            HypothesesFound::Causes(all) => {
+                let best = &all[0];
+                let judged = &best.judged;
+                let (cause, mut evidence) = match &best.change {
+                    Change::Numbers(_) => {
+                        let parameters = self.parameters(&numbers, &all, proposed.as_ref(), events);
+                        let words = diagnosis::of_numbers(&parameters, physics, &numbers, &outcome(judged));
+                        causes.parameters = Some(parameters);
+                        words
+                    }
+                    Change::State if other.is_some() => {
+                        let other = other.map(|kick| OtherKick {
+                            rerun: (events > 0).then(|| Rerun::of(events, judged.before, judged.after)),
+                            ..kick
+                        });
+                        let words = other.as_ref().map(OtherKick::words).unwrap_or_default();
+                        causes.kick = other;
+                        (Cause::AnotherKick, format!("{words}: {}", outcome(judged)))
+                    }
+                    change => {
+                        let (cause, words) = symptoms.named(change);
+                        (cause, format!("{words}: {}", outcome(judged)))
+                    }
+                };
+                for tried in all[1..].iter().filter(|tried| !matches!(tried.change, Change::Numbers(_))) {
+                    let (cause, words) = symptoms.named(&tried.change);
+                    evidence += &format!("; as much is explained by {}: {words}", cause.name());
+                }
+                causes.said.push(Diagnosis::tried(cause, evidence, judged.explained));
             }
-            (Explained::Satisfied, Some(kick), _) => diagnosis::add_kick(causes, kick),
-            (_, _, Some(clock)) => {
-                diagnosis::add_clock(causes, clock);
-                others.kick = None;
+            HypothesesFound::Unexplained(closest) => {
+                // Without its kick a run is amplified rounding from the onset on, which no run repeats.
+                let onset = self.word.first().map(|event| event.time);
+                let quiet = kick.as_ref().zip(onset).and_then(|(_, onset)| bench.unkicked(onset));
+                if let Some(quiet) = quiet {
+                    let words = format!(
+                        "the reference is kicked, the candidate is not; up to the first event of the reference a run without the kick \
+                         explains {} % of the squared difference of its samples, and from its onset on it is amplified rounding",
+                        diagnosis::percent(quiet.judged.explained)
+                    );
+                    let explained = quiet.judged.explained;
+                    causes.said.push(Diagnosis::tried(Cause::UnperturbedRun, words, explained));
+                } else if let Some(words) = symptoms.absolute_angles() {
+                    causes.said.push(Diagnosis::tried(Cause::AbsoluteAngles, words, 1.0));
+                } else {
+                    causes.unexplained = Some(Unexplained {
+                        closest: closest.map(|tried| Closest {
+                            cause: symptoms.named(&tried.change).0,
+                            explained: tried.judged.explained,
+                        }),
+                    });
+                }
             }
-            _ => others.kick = None,
         }
-        Ok(others)
+        Ok(causes)
+    }
+
+    /// Numbers that reproduce the candidate, the best of them with those that do as well.
+    fn parameters(
+        &self,
+        numbers: &WrittenCase,
+        all: &[Tried],
+        proposed: Option<&OtherParameters>,
+        events: usize,
+    ) -> OtherParameters {
+        let judged = &all[0].judged;
+        let known = |path: &str, value: f64| {
+            let mut known = proposed.into_iter().flat_map(|other| other.numbers.iter().chain(&other.or));
+            known.find(|number| number.path == path && number.value == value)
+        };
+        // By how much a number may differ without leaving more than it leaves.
+        let number = |(path, value): &(String, f64)| {
+            let own = numbers.number(path).map_or(0.0, |number| number.value);
+            let error = 3.0 * (value - own).abs() * (1.0 - judged.explained).max(0.0).sqrt();
+            let error = known(path, *value).map_or(error, |number| number.error);
+            OtherNumber::of(numbers, path, *value, error)
+        };
+        let of = |tried: &Tried| match &tried.change {
+            Change::Numbers(numbers) => numbers.iter().map(number).collect(),
+            _ => Vec::new(),
+        };
+        let best: Vec<OtherNumber> = of(&all[0]);
+        let from_proposed = best.iter().all(|number| known(&number.path, number.value).is_some());
+        let mut or: Vec<OtherNumber> = all[1..].iter().flat_map(of).collect();
+        or.retain(|number| best.iter().all(|best| best.path != number.path));
+        OtherParameters {
+            found_by: match proposed {
+                Some(other) if from_proposed => other.found_by,
+                _ if best.iter().all(|number| number.path == "friction.breakaway") => FoundBy::Breakaways,
+                _ => FoundBy::Samples,
+            },
+            numbers: best,
+            explained: judged.explained,
+            or,
+            rerun: (events > 0).then(|| Rerun::of(events, judged.before, judged.after)),
+        }
+    }
+
+    /// Another clock, if all that differs is that.
+    ///
+    /// # Errors
+    /// Of the file.
+    fn other_clock(&self, shown: &Shown<'_>, evidence: &Evidence<'_>) -> Result<Option<Causes>, CompareError> {
+        let physics = &self.physics;
+        let first = self.word.first().map(|e| match e.kind {
+            EventKind::Stick => ("the first stick", e.time),
+            _ => ("the first event", e.time),
+        });
+        let corner = if physics.coasts() {
+            "a corner of F(t)"
+        } else {
+            "a corner of a signal"
+        };
+        let corners = self
+            .events
+            .iter()
+            .filter(|e| e.kind == EventKind::Corner && e.time > 0.0);
+        let kick = self.kick_event().map(|kick| ("the kick", kick.time));
+        let anchors = kick.into_iter().chain(first).chain(corners.map(|e| (corner, e.time)));
+        let anchors: Vec<(&'static str, f64)> = anchors.collect();
+        let clock = clock::other_clock(&self.word, shown.word, &anchors, physics.natural_period());
+        let add = match (&clock, shown.offset) {
+            (Some(clock), _) => clock.to_add(),
+            (None, Some(offset)) => offset.seconds,
+            (None, None) => return Ok(None),
+        };
+        let shifted = |events: &[SequenceEvent]| -> Vec<SequenceEvent> {
+            let moved = |e: &SequenceEvent| SequenceEvent { time: e.time - add, kind: e.kind };
+            events.iter().map(moved).collect()
+        };
+        let values = match evidence.observation {
+            Some(observation) => observation.reference_at(self.walk()?, add)?,
+            None => Vec::new(),
+        };
+        let played = Played {
+            values,
+            events: shifted(&self.word),
+            steps: 0,
+        };
+        let Some(judged) = evidence.judged(&played, f64::INFINITY).filter(Judged::is_cause) else {
+            return Ok(None);
+        };
+        let words = match (&clock, shown.offset) {
+            (Some(clock), _) => format!("{}; repeat with --time-offset {:.9}", clock.words(), clock.to_add()),
+            (None, Some(offset)) => offset.words(),
+            (None, None) => String::new(),
+        };
+        let said = vec![Diagnosis::tried(Cause::TimeOffset, words, judged.explained)];
+        Ok(Some(Causes {
+            said,
+            clock,
+            ..Causes::default()
+        }))
     }
 
     /// mu_0 by the torque that the reference tests, at the middle one of the candidate's breakaways, and what half of them differ by.
@@ -737,6 +912,7 @@ impl Reference {
             if let Some(passes) = &mut passes {
                 passes.stretches.add(&block);
                 passes.jump.add(&block);
+                passes.observation.add(&block);
             }
             if let Some(impulses) = &mut impulses {
                 impulses.add(&block)?;
@@ -827,20 +1003,36 @@ fn saved_case(path: &Path, file: &ResultFile) -> Result<Case, CompareError> {
 struct Passes<'a> {
     stretches: StretchPass,
     jump: JumpPass<'a>,
+    observation: ObservationPass,
 }
 
-/// What a candidate has otherwise than the case says.
+/// What a candidate shows that causes are held against.
+struct Shown<'a> {
+    candidate: &'a Candidate,
+    symptoms: Symptoms<'a>,
+    span: Span,
+    /// Its events.
+    word: &'a [SequenceEvent],
+    /// An offset of its clock by which nearly all of its events agree.
+    offset: Option<FoundOffset>,
+    /// To which its event times are known, s.
+    bound: f64,
+    /// The largest error of an event, s; infinite where the sequences differ.
+    worst: Option<f64>,
+}
+
+/// What reproduces a candidate.
 #[derive(Default)]
-struct Others {
+struct Causes {
+    said: Vec<Diagnosis>,
     clock: Option<OtherClock>,
     kick: Option<OtherKick>,
     parameters: Option<OtherParameters>,
+    unexplained: Option<Unexplained>,
 }
 
 /// What the times of a candidate resolve, if they are rounded.
 fn resolution_of(candidate: &Candidate, survey: &Survey, errors: &EventErrors) -> Option<Resolution> {
-    /// The error of an event found in samples: those of the samples around it, in distances of times.
-    const FOUND: f64 = 2.0;
     let clock = &candidate.clock;
     let stated = candidate.events.is_some();
     let rounding = survey.rounding.or(candidate.events_rounding.filter(|_| stated))?;

@@ -8,6 +8,7 @@ mod calibrate;
 mod callbacks;
 mod certificate;
 mod compare;
+mod compare_causes;
 mod compare_faults;
 mod compare_trains;
 mod figures;

@@ -18,7 +18,8 @@ pub use mistake::{Agreement, FoundBy, OtherNumber, OtherParameters, Rerun};
 
 pub(super) use jump::{JumpPass, other_kick};
 pub(super) use stretches::StretchPass;
-pub(super) use trials::Start;
+pub(super) use fit::least_squares;
+pub(super) use trials::{Start, agreement};
 
 use crate::case::WrittenCase;
 use crate::model::KickTime;
