@@ -122,8 +122,14 @@ pub struct Absent {
 }
 
 /// A difference without a cause.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Unexplained {
+    /// Where it begins, s: the first sample that is a thousandth of its channel's size off, or the first event that is wrong.
+    pub begins: Option<f64>,
+    /// What the contact of the reference does there: "in stick", "in slip", "before the first event".
+    pub during: &'static str,
+    /// What would tell more.
+    pub would_tell: Option<String>,
     /// What came closest; `None` if nothing could be run.
     pub closest: Option<Closest>,
 }
@@ -260,10 +266,16 @@ impl Comparison {
         }
         if let Some(first) = self.causes.first() {
             text += &format!("; likely cause: {}: {}", first.cause.name(), first.evidence);
-        } else if let Some(unexplained) = self.unexplained {
+        } else if let Some(unexplained) = &self.unexplained {
             text += "; no single cause explains it";
+            if let Some(begins) = unexplained.begins {
+                text += &format!(", which begins at {begins:.6} s, {}", unexplained.during);
+            }
             if let Some(Closest { cause, explained }) = unexplained.closest.filter(|closest| closest.explained > 0.0) {
                 text += &format!(": the closest, {}, explains {} % of the squared difference", cause.name(), percent(explained));
+            }
+            if let Some(more) = &unexplained.would_tell {
+                text += &format!("; {more} would tell more");
             }
         }
         self.verdict = text;

@@ -99,6 +99,11 @@ impl Diagnosis {
         }
     }
 
+    /// A cause that a run shows without explaining a part.
+    pub(super) fn shown(cause: Cause, evidence: String) -> Diagnosis {
+        Diagnosis::of(cause, evidence)
+    }
+
     /// A cause whose run explains this part.
     pub(super) fn tried(cause: Cause, evidence: String, explained: f64) -> Diagnosis {
         Diagnosis {
@@ -139,8 +144,6 @@ pub(super) struct Symptoms<'a> {
     pub found: &'a [Found],
     pub alignment: &'a Alignment,
     pub grid: Grid,
-    /// Mean interval of the candidate's samples in the stick-slip, s.
-    pub interval: Option<f64>,
     /// omega_r at which the candidate stands still outside the tolerance, rad/s.
     pub plateau: f64,
     pub creep: Option<Creep>,
@@ -161,7 +164,7 @@ impl Symptoms<'_> {
         Proposals {
             changes,
             tolerances: tolerances.collect(),
-            with_steps: true,
+            ..Proposals::default()
         }
     }
 
@@ -174,7 +177,7 @@ impl Symptoms<'_> {
                 Cause::UnperturbedRun,
                 "the reference is kicked, the candidate is not".to_owned(),
             ),
-            Change::Numbers(_) => (Cause::AnotherParameter, String::new()),
+            Change::Numbers(_) | Change::Both(..) => (Cause::AnotherParameter, String::new()),
             Change::Smooth(shape, speed) => {
                 let words = format!("its friction has {} in the place of the sign, eps = {speed:.2e} {unit}", SHAPES[*shape].name);
                 (Cause::RegularisedLaw, words)
@@ -198,7 +201,12 @@ impl Symptoms<'_> {
     }
 
     fn of_steps(&self, stepper: &Stepper) -> (Cause, String) {
-        let Stepper { step, scheme, stop, .. } = *stepper;
+        let Stepper {
+            step,
+            scheme,
+            stop,
+            breakaway,
+        } = *stepper;
         let unit = self.physics.vocabulary().unit(Channel::RelativeVelocity);
         let short = match step < 1e-3 {
             true => format!("{:.1} us", step * 1e6),
@@ -212,6 +220,10 @@ impl Symptoms<'_> {
             }
         };
         let by = format!("{stops}, with {} and its steps of {short}", scheme.name());
+        if breakaway != 1.0 {
+            let words = format!("it breaks away at {breakaway:.3} {}, and {by}", limit_of(self.physics));
+            return (Cause::StickTest, words);
+        }
         let coarse = step * 8.0 > self.physics.natural_period();
         match (stop, self.missing_sticks(step)) {
             _ if scheme.is_low() && self.physics.coasts() || scheme == Scheme::RungeKutta && coarse => {
@@ -236,17 +248,23 @@ impl Symptoms<'_> {
         (short > 0).then(|| format!("{short} missing stick(s) are shorter than four of its steps"))
     }
 
-    /// The rotor twist is a multiple of the last digit of the rotor's angle, in nearly all samples, and an instability amplifies that.
-    pub fn absolute_angles(&self) -> Option<String> {
-        if !self.physics.coasts() || self.grid.of < 16 || (self.grid.on as f64) < 0.999 * self.grid.of as f64 {
-            return None;
-        }
-        let stiffness = self.physics.system().rotor.stiffness.first()?;
-        let floor = stiffness * f64::EPSILON * 256.0;
-        Some(format!(
+    /// The last digit of the rotor's angle (rad), of which its twist is a multiple in nearly all samples.
+    pub fn last_digit_of_angles(&self) -> Option<f64> {
+        const DIGIT: f64 = f64::EPSILON * 256.0;
+        let nearly_all = self.grid.of >= 16 && self.grid.on as f64 >= 0.999 * self.grid.of as f64;
+        // Rounding is a cause where an instability amplifies it.
+        (self.physics.coasts() && nearly_all).then_some(DIGIT)
+    }
+
+    /// What the last digit of angles (rad) comes to: a run that begins so far off differs by this part of what the candidate does.
+    pub fn absolute_angles(&self, digit: f64, part: f64) -> String {
+        let stiffness = self.physics.system().rotor.stiffness.first().copied().unwrap_or(0.0);
+        let (floor, percent) = (stiffness * digit, 100.0 * part);
+        format!(
             "its rotor twist is a difference of two angles, rounded to their last digit: a floor of about {floor:.0e} N m \
-             under its torques, which the instability amplifies; integrate the twist itself"
-        ))
+             under its torques, which the instability amplifies; a run of the case whose twist begins one such digit off differs \
+             from it by {percent:.0} % as much as the candidate; integrate the twist itself"
+        )
     }
 }
 
@@ -290,11 +308,12 @@ pub(super) fn of_numbers(other: &OtherParameters, physics: &Physics, numbers: &W
     {
         cause = Cause::StickTest;
         let own = numbers.number(&only.path).map_or(f64::NAN, |number| number.value);
-        evidence = format!("it breaks away at {:.3} {}; {evidence}", only.value / own, limit_of(physics));
+        let mut at = format!("it breaks away at {:.3} {}", only.value / own, limit_of(physics));
         let sliding = physics.system().law.coefficient(0.0);
         if (only.value / sliding - 1.0).abs() < 0.01 {
-            evidence += &format!(": that is the limit of slip, mu(0) = {sliding}, and not mu_0 = {own}");
+            at += &format!(": that is the limit of slip, mu(0) = {sliding}, and not mu_0 = {own}");
         }
+        evidence = format!("{at}; {evidence}");
     }
     evidence += match other.found_by {
         FoundBy::Equations => ", by the equations between its samples",

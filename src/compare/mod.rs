@@ -86,10 +86,10 @@ use energy::{EnergyDrift, EnergyPass};
 use event_errors::EventErrors;
 use hypotheses::{Bench, Change, Evidence, Found as HypothesesFound, Judged, Observation, ObservationPass, Played, Tried};
 use impulse::ImpulsePass;
-use parameters::{Found as Explained, JumpPass, Material, Start, StretchPass, other_kick, other_parameters};
+use parameters::{JumpPass, Material, Start, StretchPass, other_kick, other_parameters};
 use range::Range;
 use reference::{BeforeAndAfter, Physics, Rerun as RepeatedRun, states_at_events};
-use states::{Grid, Probe, StatePass};
+use states::{Grid, StatePass};
 use statistics::{of_attractors, statistics};
 use std::path::Path;
 use torques::TorqueWatch;
@@ -100,6 +100,9 @@ const AGREED_IN_SAMPLES: f64 = 1e-7;
 
 /// Samples that differ by less than this part of the sizes of their channels, in the root mean square, need no explanation.
 const SAMPLES_AGREE: f64 = 1e-6;
+
+/// What rounding makes of a motion, at least, in parts of a difference that it is the cause of.
+const AMPLIFIED: f64 = 0.3;
 
 /// The error of an event found in samples: those of the samples around it, in distances of times.
 const FOUND: f64 = 2.0;
@@ -275,13 +278,11 @@ impl Reference {
             if !events_given {
                 windows::without_small_shifts(&mut windows, interval);
             }
-            let firsts = [reference_word.first(), word.first()].into_iter().flatten();
-            let onset = firsts.map(|e| e.time).fold(span.to, f64::min);
             let position = self.position(&candidate, &all, slack);
             // Around the first event that differs.
             let wrong = self.first_wrong(&errors, &alignment).unwrap_or(span.from);
             let passes = self.passes(&candidate, &found, detection, (wrong - period, wrong + period));
-            Some(self.states(&candidate, windows, (detection, onset), position, passes, &mut watch)?)
+            Some(self.states(&candidate, windows, detection, position, passes, &mut watch)?)
         } else {
             None
         };
@@ -301,6 +302,7 @@ impl Reference {
             };
             unit_faults.extend(channels.iter().enumerate().filter_map(of_channel));
         }
+        unit_faults.retain(|fault| fault.explained >= hypotheses::EXPLAINED);
         let mut found_causes = Causes {
             said: unit_faults.iter().map(diagnosis::wrong_units).collect(),
             ..Causes::default()
@@ -314,7 +316,6 @@ impl Reference {
                 found: &found,
                 alignment: &alignment,
                 grid: states.as_ref().map_or(Grid::default(), |s| s.pass.grid),
-                interval: survey.interval,
                 plateau: survey.plateau,
                 creep: states.as_ref().and_then(|s| s.creep),
             };
@@ -330,6 +331,7 @@ impl Reference {
                     true => errors.max,
                     false => Some(f64::INFINITY),
                 },
+                wrong: self.first_wrong(&errors, &alignment),
             };
             let passes = states.as_mut().and_then(|states| states.passes.take());
             found_causes = self.causes(&shown, passes)?;
@@ -527,14 +529,10 @@ impl Reference {
             period,
             breakaway: self.breakaway(symptoms.found),
             events_differ: !events_agree,
-            by_events: true,
         };
         let mut proposals = symptoms.proposals();
         proposals.with_steps = has_rows && !events_agree || !physics.coasts();
-        let proposed = match other_parameters(material, false) {
-            Explained::Numbers(proposed) => Some(proposed),
-            _ => None,
-        };
+        let (reading, proposed) = other_parameters(material);
         if let Some(other) = &proposed {
             let each = |number: &OtherNumber| (number.path.clone(), number.value);
             proposals.changes.push(Change::Numbers(other.numbers.iter().map(each).collect()));
@@ -542,22 +540,44 @@ impl Reference {
         }
         if let Some((value, _)) = self.breakaway(symptoms.found) {
             proposals.changes.push(Change::Numbers(vec![("friction.breakaway".to_owned(), value)]));
+            let share = value / physics.system().breakaway;
+            proposals.breakaway = Some(share).filter(|share| (share - 1.0).abs() > 1e-3);
         }
         let other = kick.as_ref().zip(jumped.as_ref());
         let other = other.and_then(|((time, states), jumped)| other_kick(physics, (*time, states), jumped));
+        // From the onset on a run without a kick is amplified rounding, which no run repeats.
+        let onset = self.word.first().map(|event| event.time);
+        let seen = jumped.is_none() || other.as_ref().is_some_and(OtherKick::is_absent);
+        let quiet = kick.as_ref().zip(onset).filter(|_| seen).and_then(|(_, onset)| bench.unkicked(onset));
+        if let Some(Tried { judged, .. }) = quiet {
+            let words = format!(
+                "the reference is kicked, the candidate is not; a run without the kick explains {} % of the squared difference of its \
+                 samples up to the first event of the reference, and from its onset on it is amplified rounding",
+                diagnosis::percent(judged.explained)
+            );
+            return Ok(Causes {
+                said: vec![Diagnosis::tried(Cause::UnperturbedRun, words, judged.explained)],
+                ..Causes::default()
+            });
+        }
         let events = shown.word.len();
         let of_samples = observation.is_some();
         let outcome = |judged: &Judged| diagnosis::reproduced(judged, of_samples, events);
         let mut causes = Causes::default();
-        match bench.find(proposals) {
+        match bench.find(proposals, &reading) {
             HypothesesFound::Causes(all) => {
                 let best = &all[0];
                 let judged = &best.judged;
+                let mut second = None;
                 let (cause, mut evidence) = match &best.change {
-                    Change::Numbers(_) => {
+                    Change::Numbers(_) | Change::Both(..) => {
                         let parameters = self.parameters(&numbers, &all, proposed.as_ref(), events);
                         let words = diagnosis::of_numbers(&parameters, physics, &numbers, &outcome(judged));
                         causes.parameters = Some(parameters);
+                        if let Change::Both(_, stepper) = &best.change {
+                            let (cause, words) = symptoms.named(&Change::Stepper(*stepper));
+                            second = Some(Diagnosis::tried(cause, words + ", at once with the other number", judged.explained));
+                        }
                         words
                     }
                     Change::State if other.is_some() => {
@@ -574,37 +594,60 @@ impl Reference {
                         (cause, format!("{words}: {}", outcome(judged)))
                     }
                 };
-                for tried in all[1..].iter().filter(|tried| !matches!(tried.change, Change::Numbers(_))) {
+                let mut named = vec![cause];
+                for tried in all[1..].iter().filter(|tried| !matches!(tried.change, Change::Numbers(_) | Change::Both(..))) {
                     let (cause, words) = symptoms.named(&tried.change);
-                    evidence += &format!("; as much is explained by {}: {words}", cause.name());
+                    if !named.contains(&cause) {
+                        evidence += &format!("; as much is explained by {}: {words}", cause.name());
+                        named.push(cause);
+                    }
                 }
                 causes.said.push(Diagnosis::tried(cause, evidence, judged.explained));
+                causes.said.extend(second);
             }
             HypothesesFound::Unexplained(closest) => {
-                // Without its kick a run is amplified rounding from the onset on, which no run repeats.
-                let onset = self.word.first().map(|event| event.time);
-                let quiet = kick.as_ref().zip(onset).and_then(|(_, onset)| bench.unkicked(onset));
-                if let Some(quiet) = quiet {
-                    let words = format!(
-                        "the reference is kicked, the candidate is not; up to the first event of the reference a run without the kick \
-                         explains {} % of the squared difference of its samples, and from its onset on it is amplified rounding",
-                        diagnosis::percent(quiet.judged.explained)
-                    );
-                    let explained = quiet.judged.explained;
-                    causes.said.push(Diagnosis::tried(Cause::UnperturbedRun, words, explained));
-                } else if let Some(words) = symptoms.absolute_angles() {
-                    causes.said.push(Diagnosis::tried(Cause::AbsoluteAngles, words, 1.0));
+                let amplified = symptoms.last_digit_of_angles().and_then(|digit| Some((digit, bench.amplified(digit)?)));
+                if let Some((digit, part)) = amplified.filter(|(_, part)| *part >= AMPLIFIED) {
+                    let words = symptoms.absolute_angles(digit, part);
+                    causes.said.push(Diagnosis::shown(Cause::AbsoluteAngles, words));
                 } else {
-                    causes.unexplained = Some(Unexplained {
-                        closest: closest.map(|tried| Closest {
-                            cause: symptoms.named(&tried.change).0,
-                            explained: tried.judged.explained,
-                        }),
-                    });
+                    causes.unexplained = Some(self.unexplained(shown, observation.as_ref(), closest));
                 }
             }
         }
         Ok(causes)
+    }
+
+    /// Where a difference begins that nothing explains, what came closest, and what would tell more.
+    fn unexplained(&self, shown: &Shown<'_>, observation: Option<&Observation>, closest: Option<Tried>) -> Unexplained {
+        /// Samples in a natural period from which the equations can be read.
+        const PER_PERIOD: f64 = 20.0;
+        let physics = &self.physics;
+        let begins = match observation {
+            Some(seen) => seen.time.get(seen.close(&seen.reference, 1e-3)).copied(),
+            None => shown.wrong,
+        };
+        let before = begins.and_then(|begins| self.word.iter().rfind(|event| event.time <= begins));
+        let lacking = physics.state.iter().filter(|&&channel| !shown.candidate.has(channel));
+        let lacking: Vec<_> = lacking.map(|channel| channel.name()).collect();
+        let dense = physics.natural_period() / PER_PERIOD;
+        let sparse = observation.is_some_and(|seen| seen.interval.is_none_or(|interval| interval > dense));
+        Unexplained {
+            begins,
+            during: match before.map(|event| event.kind) {
+                None => "before the first event",
+                Some(EventKind::Stick) => "in stick",
+                Some(_) => "in slip",
+            },
+            would_tell: match lacking.is_empty() {
+                false => Some(lacking.join(", ")),
+                true => sparse.then(|| format!("samples every {dense:.1e} s")),
+            },
+            closest: closest.map(|tried| Closest {
+                cause: shown.symptoms.named(&tried.change).0,
+                explained: tried.judged.explained,
+            }),
+        }
     }
 
     /// Numbers that reproduce the candidate, the best of them with those that do as well.
@@ -628,7 +671,7 @@ impl Reference {
             OtherNumber::of(numbers, path, *value, error)
         };
         let of = |tried: &Tried| match &tried.change {
-            Change::Numbers(numbers) => numbers.iter().map(number).collect(),
+            Change::Numbers(numbers) | Change::Both(numbers, _) => numbers.iter().map(number).collect(),
             _ => Vec::new(),
         };
         let best: Vec<OtherNumber> = of(&all[0]);
@@ -692,9 +735,10 @@ impl Reference {
         let Some(judged) = evidence.judged(&played, f64::INFINITY).filter(Judged::is_cause) else {
             return Ok(None);
         };
+        // Where the times count from says more than that events agree, and that more than an offset.
         let words = match (&clock, shown.offset) {
+            (Some(OtherClock { counts_from: None, .. }) | None, Some(offset)) => offset.words(),
             (Some(clock), _) => format!("{}; repeat with --time-offset {:.9}", clock.words(), clock.to_add()),
-            (None, Some(offset)) => offset.words(),
             (None, None) => String::new(),
         };
         let said = vec![Diagnosis::tried(Cause::TimeOffset, words, judged.explained)];
@@ -873,7 +917,7 @@ impl Reference {
         &'a self,
         candidate: &Candidate,
         windows: Vec<windows::Window>,
-        (detection, onset): (Detection, f64),
+        detection: Detection,
         position: Option<(Channel, (f64, f64))>,
         mut passes: Option<Passes<'a>>,
         watch_progress: &mut dyn FnMut(u8, f64),
@@ -884,19 +928,7 @@ impl Reference {
         channels.sort_by_key(|channel| channel.is_impulse());
         let compared = channels.iter().filter(|channel| !channel.is_impulse()).count();
         let mut impulses = ImpulsePass::new(&channels, || self.walk())?;
-        let period = physics.natural_period();
-        let kick = self.kick_event().map_or(f64::NEG_INFINITY, |kick| kick.time);
-        let probes = [
-            (kick - 2.0 * period, kick),
-            (kick, kick + 2.0 * period),
-            (onset - 4.0 * period, onset),
-        ];
-        let probes = probes.map(|(from, to)| Probe {
-            from,
-            to,
-            points: Vec::new(),
-        });
-        let mut pass = StatePass::new(self.walk()?, physics, &channels[..compared], windows, probes.to_vec());
+        let mut pass = StatePass::new(self.walk()?, physics, &channels[..compared], windows);
         let (state_columns, mut y) = (physics.columns(&channels), vec![0.0; physics.system().dimension]);
         let mut range = position.and_then(|(channel, (from, to))| {
             let column = channels.iter().position(|known| *known == channel)?;
@@ -1019,6 +1051,8 @@ struct Shown<'a> {
     bound: f64,
     /// The largest error of an event, s; infinite where the sequences differ.
     worst: Option<f64>,
+    /// When the first event is wrong, s.
+    wrong: Option<f64>,
 }
 
 /// What reproduces a candidate.

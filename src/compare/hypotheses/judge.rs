@@ -6,7 +6,7 @@ use super::play::Played;
 use crate::record::sequence::SequenceEvent;
 
 /// What a cause explains of the squared difference, at least, and of that of the event times where samples show more than events.
-const EXPLAINED: f64 = 0.99;
+pub(in super::super) const EXPLAINED: f64 = 0.99;
 const OF_EVENTS: f64 = 0.9;
 /// Mean squares (in parts of the sizes) and squares of event times (s^2) below these are rounding.
 const FLOOR: f64 = 1e-18;
@@ -47,6 +47,11 @@ impl Judged {
     /// Whether it reproduces the candidate.
     pub fn is_cause(&self) -> bool {
         self.explained >= EXPLAINED && self.events
+    }
+
+    /// By samples alone: a contact without stick has no events that a candidate's would be held against.
+    pub fn by_samples(self) -> Judged {
+        Judged { events: true, ..self }
     }
 
     /// Whether it explains as much as a better one.

@@ -10,19 +10,20 @@ mod observation;
 mod play;
 mod stepper;
 
-pub(super) use judge::{Evidence, Judged};
+pub(super) use judge::{EXPLAINED, Evidence, Judged};
 pub(super) use observation::{Observation, ObservationPass};
 pub(super) use play::{Played, Score};
 pub(super) use stepper::{Scheme, Stepper, Stop};
 
 use super::creep::SHAPES;
-use super::parameters::Start;
+use super::parameters::{Reading, Start, of_normal_force};
 use super::reference::Physics;
 use crate::case::WrittenCase;
 use crate::model::BreakawayTest;
 use crate::model::system::{ContactLaw, Regularisation, System};
 use crate::workers::over_processors;
 use numbers::Unknown;
+use std::f64::consts::TAU;
 
 /// What hypotheses are tried on.
 pub(super) struct Bench<'a> {
@@ -50,6 +51,8 @@ pub(super) enum Change {
     Test(BreakawayTest),
     /// A solver with steps.
     Stepper(Stepper),
+    /// Numbers of the case, by a solver with steps.
+    Both(Vec<(String, f64)>, Stepper),
 }
 
 impl Change {
@@ -61,8 +64,16 @@ impl Change {
             Change::Test(_) => 1,
             Change::Smooth(..) => 2,
             Change::Stepper(_) => 3,
+            Change::Both(numbers, _) => 3 + numbers.len(),
             Change::State => 4,
         }
+    }
+}
+
+impl Change {
+    /// Whether it is one of a number that F_n follows from.
+    fn is_of_normal_force(&self) -> bool {
+        matches!(self, Change::Numbers(numbers) | Change::Both(numbers, _) if numbers.iter().any(|(path, _)| of_normal_force(path)))
     }
 }
 
@@ -70,6 +81,8 @@ impl Change {
 #[derive(Debug, Clone)]
 pub(super) struct Tried {
     pub change: Change,
+    /// From the candidate's own first state.
+    own_state: bool,
     pub judged: Judged,
 }
 
@@ -128,6 +141,13 @@ impl Bench<'_> {
                 system.breakaway_test = *test;
                 self.score(&system, threshold, at)
             }
+            Change::Both(numbers, stepper) => {
+                let (time, state) = self.first.as_ref()?;
+                let numbers: Vec<(&str, f64)> = numbers.iter().map(|(path, value)| (path.as_str(), *value)).collect();
+                let case = self.numbers.with_all(&numbers).ok()?;
+                let physics = Physics::new(case, self.evidence.reference, self.evidence.covered.1);
+                stepper.play(&physics, (*time, state), self.evidence.observation?)
+            }
             Change::Stepper(stepper) => {
                 let (time, state) = self.first.as_ref()?;
                 stepper.play(self.physics, (*time, state), self.evidence.observation?)
@@ -138,18 +158,40 @@ impl Bench<'_> {
     /// A change, judged from the start from which it explains most, by what is shown up to a time (s).
     fn tried(&self, change: Change, until: f64) -> Option<Tried> {
         let starts = match change {
-            Change::Stepper(_) => 0..1,
+            Change::Stepper(_) | Change::Both(..) => 0..1,
             _ => 0..self.starts.len(),
         };
-        let judged = starts.filter_map(|start| self.evidence.judged(&self.played(&change, start)?, until));
-        let judged = judged.min_by(|a, b| a.left.total_cmp(&b.left))?;
-        Some(Tried { change, judged })
+        let judged = starts.filter_map(|start| Some((start, self.evidence.judged(&self.played(&change, start)?, until)?)));
+        let (start, mut judged) = judged.min_by(|a, b| a.1.left.total_cmp(&b.1.left))?;
+        let with_steps = matches!(change, Change::Stepper(_) | Change::Both(..));
+        let own_state = with_steps || matches!(self.starts.get(start), Some(Start::At(..)));
+        if matches!(change, Change::Smooth(..)) && self.evidence.observation.is_some() {
+            judged = judged.by_samples();
+        }
+        Some(Tried {
+            change,
+            own_state,
+            judged,
+        })
     }
 
     /// Changes, judged; those that explain most first.
     pub fn all_tried(&self, changes: Vec<Change>) -> Vec<Tried> {
         let tried = over_processors(changes.len(), &|| false, |k| self.tried(changes[k].clone(), f64::INFINITY));
         sorted(tried.into_iter().flatten().collect())
+    }
+}
+
+/// Whether what the samples say of the equations leaves room for other numbers: none of those that they hold, and where no number
+/// mends the equations, only what explains nearly all.
+fn allowed(tried: &Tried, reading: &Reading) -> bool {
+    let (Change::Numbers(numbers) | Change::Both(numbers, _)) = &tried.change else {
+        return true;
+    };
+    match reading {
+        Reading::Hold(held) => numbers.iter().all(|(path, _)| !held.contains(path)),
+        Reading::Fail => tried.judged.explained >= 1.0 - ALL,
+        Reading::None | Reading::Mended => true,
     }
 }
 
@@ -164,6 +206,8 @@ pub(super) struct Proposals {
     pub changes: Vec<Change>,
     /// Speeds up to which the candidate seems to stick, rad/s.
     pub tolerances: Vec<f64>,
+    /// At which multiple of mu_0 its sticks seem to end.
+    pub breakaway: Option<f64>,
     /// Whether solvers with steps are tried.
     pub with_steps: bool,
 }
@@ -177,8 +221,17 @@ pub(super) enum Found {
     Unexplained(Option<Tried>),
 }
 
+/// Steps to an interval of samples.
+const PARTS: [f64; 4] = [1.0, 2.0, 5.0, 10.0];
+
+/// What one mistakes a number for most: its double and its half, the other sign, degrees, turns.
+const MISTAKEN: [f64; 7] = [2.0, 0.5, -1.0, TAU / 360.0, 360.0 / TAU, TAU, 1.0 / TAU];
+
 /// A cause that leaves more than this part of the square may be half of the truth: numbers are then looked for as well.
 const ALL: f64 = 1e-4;
+
+/// Numbers that come closest, which are tried with steps as well.
+const CLOSEST: usize = 2;
 
 /// A change of a number by less than this part of it is not told from the error of a method: with a hundred steps in a natural period
 /// one of order 2 changes its frequency by 5e-4.
@@ -186,7 +239,7 @@ const LEAST: f64 = 5e-4;
 
 impl Bench<'_> {
     /// The changes that reproduce the candidate, each alone, or two numbers at once.
-    pub fn find(&self, proposals: Proposals) -> Found {
+    pub fn find(&self, proposals: Proposals, reading: &Reading) -> Found {
         let mut changes = proposals.changes;
         changes.push(Change::State);
         if !self.numbers.case().system.kicks.is_empty() {
@@ -196,7 +249,7 @@ impl Bench<'_> {
         let tests = [BreakawayTest::Transmitted, BreakawayTest::Stator, BreakawayTest::Rotor];
         changes.extend(tests.into_iter().filter(|test| *test != own).map(Change::Test));
         if proposals.with_steps {
-            changes.extend(self.steppers(&proposals.tolerances).map(Change::Stepper));
+            changes.extend(self.steppers(&proposals.tolerances, proposals.breakaway).into_iter().map(Change::Stepper));
         }
         let mut tried = self.all_tried(changes);
         let explains_all = |tried: &[Tried]| {
@@ -217,15 +270,40 @@ impl Bench<'_> {
                 let changed = proposed.into_iter().map(Change::Numbers);
                 tried.extend(self.all_tried(changed.collect()));
             }
+            if !pairs && !explains_all(&tried) {
+                let mistaken = unknown.iter().filter(|unknown| unknown.value != 0.0);
+                let mistaken = mistaken.flat_map(|unknown| MISTAKEN.map(|factor| (unknown.path.clone(), factor * unknown.value)));
+                tried.extend(self.all_tried(mistaken.map(|one| Change::Numbers(vec![one])).collect()));
+            }
         }
         let mut tried = sorted(tried);
-        tried.retain(|tried| self.is_large(&tried.change));
+        if proposals.with_steps && !explains_all(&tried) {
+            let numbers = tried.iter().filter_map(|tried| match &tried.change {
+                Change::Numbers(numbers) => Some(numbers.clone()),
+                _ => None,
+            });
+            let steppers = self.steppers(&[], None);
+            let of_order = |stepper: &&Stepper| !stepper.scheme.is_low();
+            let both = numbers.take(CLOSEST).flat_map(|numbers| {
+                let each = steppers.iter().filter(of_order);
+                each.map(|stepper| Change::Both(numbers.clone(), *stepper)).collect::<Vec<_>>()
+            });
+            tried.extend(self.all_tried(both.collect()));
+            tried = sorted(tried);
+        }
+        tried.retain(|tried| self.is_large(&tried.change) && allowed(tried, reading));
         tried.dedup_by(|a, b| a.change == b.change);
+        // Where the state at the start is the cause, what is run from it has that cause in it.
+        let is_state = |tried: &Tried| matches!(tried.change, Change::State);
+        if tried.iter().any(|tried| is_state(tried) && tried.judged.is_cause()) {
+            tried.retain(|tried| is_state(tried) || !tried.own_state);
+        }
         let Some(best) = tried.iter().find(|tried| tried.judged.is_cause()).cloned() else {
             return Found::Unexplained(tried.into_iter().next());
         };
         tried.retain(|tried| tried.judged.is_cause() && tried.judged.as_much_as(&best.judged));
-        tried.sort_by_key(|tried| tried.change.rank());
+        // Of numbers that do as well, the force and its times come last.
+        tried.sort_by_key(|tried| (tried.change.rank(), tried.change.is_of_normal_force()));
         // What takes more than the simplest, and explains no more, is not needed.
         let simplest = tried[0].change.rank();
         tried.retain(|tried| tried.change.rank() == simplest || !matches!(tried.change, Change::Numbers(_) | Change::State));
@@ -234,16 +312,28 @@ impl Bench<'_> {
 
     /// A run without the kicks, if it reproduces the candidate up to a time (s).
     pub fn unkicked(&self, until: f64) -> Option<Tried> {
-        let quiet = [Change::NoKick, Change::State];
-        quiet
-            .into_iter()
-            .filter_map(|change| self.tried(change, until))
-            .find(|tried| tried.judged.is_cause())
+        self.evidence.observation?;
+        self.tried(Change::NoKick, until).filter(|tried| tried.judged.is_cause())
+    }
+
+    /// What a candidate that begins with a twist so far off (rad) would differ by, in parts of what the candidate does.
+    pub fn amplified(&self, off: f64) -> Option<f64> {
+        let (observation, (time, state)) = (self.evidence.observation?, self.first.clone()?);
+        let own = &self.numbers.case().system;
+        let motion = |off: f64| {
+            let mut state = state.clone();
+            state[self.physics.system().rotor.twists] += off;
+            Some(self.score(own, self.numbers.case().threshold(), &Start::At(time, state))?.values)
+        };
+        let square = observation.between(&motion(0.0)?, &motion(off)?);
+        Some((square / observation.left(&observation.reference, f64::INFINITY)).sqrt())
     }
 
     /// Whether a change of numbers is more than the error of a method.
     fn is_large(&self, change: &Change) -> bool {
-        let Change::Numbers(numbers) = change else { return true };
+        let (Change::Numbers(numbers) | Change::Both(numbers, _)) = change else {
+            return true;
+        };
         numbers.iter().all(|(path, value)| {
             let own = self.numbers.number(path).map_or(0.0, |number| number.value);
             own == 0.0 || (value / own - 1.0).abs() >= LEAST
@@ -289,23 +379,31 @@ impl Bench<'_> {
         unknown
     }
 
-    /// Solvers with the candidate's own steps.
-    fn steppers(&self, tolerances: &[f64]) -> impl Iterator<Item = Stepper> {
-        let step = self.evidence.observation.and_then(|observation| observation.interval);
-        let within = tolerances.iter().flat_map(|&w| [Stop::Within(w), Stop::Frozen(w)]);
-        let stops: Vec<Stop> = [Stop::Sign].into_iter().chain(within).collect();
-        step.into_iter().flat_map(move |step| {
-            let stops = stops.clone();
-            let of_scheme = move |scheme: Scheme| {
-                let stops = stops.clone();
-                stops.into_iter().map(move |stop| Stepper {
-                    step,
+    /// Solvers with the candidate's own steps, or some to each of its intervals.
+    fn steppers(&self, tolerances: &[f64], breakaway: Option<f64>) -> Vec<Stepper> {
+        let interval = self.evidence.observation.and_then(|observation| observation.interval);
+        let Some(interval) = interval else { return Vec::new() };
+        let mut all = Vec::new();
+        for scheme in Scheme::ALL {
+            let mut add = |parts: f64, stop: Stop, breakaway: f64| {
+                all.push(Stepper {
+                    step: interval / parts,
                     scheme,
                     stop,
-                    breakaway: 1.0,
-                })
+                    breakaway,
+                });
             };
-            Scheme::ALL.into_iter().flat_map(of_scheme)
-        })
+            for &tolerance in tolerances {
+                add(1.0, Stop::Within(tolerance), 1.0);
+                add(1.0, Stop::Frozen(tolerance), 1.0);
+            }
+            for parts in PARTS {
+                add(parts, Stop::Sign, 1.0);
+            }
+            if let Some(breakaway) = breakaway.filter(|_| !scheme.is_low()) {
+                add(1.0, Stop::Sign, breakaway);
+            }
+        }
+        all
     }
 }

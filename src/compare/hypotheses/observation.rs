@@ -184,6 +184,15 @@ impl Observation {
         sum / (count * self.channels.len()).max(1) as f64
     }
 
+    /// The mean square of the difference of two motions, in parts of the sizes, where both are known.
+    pub fn between(&self, a: &Values, b: &Values) -> f64 {
+        let columns = a.iter().zip(b).zip(&self.sizes);
+        let squares = columns.flat_map(|((a, b), size)| a.iter().zip(b).map(move |(a, b)| ((a - b) / size).powi(2)));
+        let known = squares.filter(|square| square.is_finite());
+        let (sum, count) = known.fold((0.0, 0u32), |(sum, count), square| (sum + square, count + 1));
+        sum / f64::from(count.max(1))
+    }
+
     /// Whether the reference is known at any of the times.
     pub fn overlaps(&self) -> bool {
         (0..self.time.len()).any(|row| self.known(row))

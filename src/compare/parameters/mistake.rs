@@ -98,7 +98,7 @@ pub struct Agreement {
 }
 
 /// Numbers that F_n follows from.
-pub(super) fn of_normal_force(path: &str) -> bool {
+pub(in super::super) fn of_normal_force(path: &str) -> bool {
     let of = ["axial.", "actuation.", "contact.normal_force"];
     of.iter().any(|table| path.starts_with(table))
 }
