@@ -4,7 +4,7 @@
 //! events; a [`Mapping`] says what its columns are. Events that it does not state are found in its relative velocity.
 //! The event sequences are aligned first ([`crate::record::sequence`]). Matched events give the errors of event times, and the
 //! stretches in which both runs are in the same segment. There the channels are compared with the reference sample by sample,
-//! and nothing is compared across an event. A cause is named where the candidate's numbers are evidence for it.
+//! and nothing is compared across an event. A cause is named where the reference's run with it reproduces the candidate.
 //!
 //! | module | what it is |
 //! |---|---|
@@ -15,7 +15,9 @@
 //! | `event_errors`, `cycles`, `clock`, `attractor` | errors of event times, over cycles, by an offset of the clock, of periodic motion |
 //! | `windows`, `states`, `impulse`, `energy`, `range` | common stretches; errors of channels, impulses and energies; range of the position |
 //! | `statistics` | the paper's numbers of both runs |
-//! | `diagnosis`, `units`, `creep`, `parameters`, `case_differences` | causes: wrong units, regularised friction, another number of the case |
+//! | `hypotheses` | which change of the reference's own run makes it the candidate |
+//! | `units`, `creep`, `parameters` | what proposes such changes: factors of channels, creep in stick, equations that do not hold |
+//! | `diagnosis`, `case_differences` | causes in words |
 //! | `comparison`, `requirement`, `trace`, `error` | the outcome, bounds on it, what is drawn of it, why there is none |
 
 mod attractor;
@@ -332,6 +334,7 @@ impl Reference {
                     false => Some(f64::INFINITY),
                 },
                 wrong: self.first_wrong(&errors, &alignment),
+                detected: !events_given,
             };
             let passes = states.as_mut().and_then(|states| states.passes.take());
             found_causes = self.causes(&shown, passes)?;
@@ -437,7 +440,7 @@ impl Reference {
         Some(Passes {
             stretches: StretchPass::new(physics, &channels, tolerance, stick_slip, breaks.collect()),
             jump: JumpPass::new(physics, &channels, kick),
-            observation: ObservationPass::new(&channels, window),
+            observation: ObservationPass::new(&channels, |channel| candidate.is_its_own(channel), window),
         })
     }
 
@@ -492,6 +495,7 @@ impl Reference {
             covered: (from, to),
             period,
             bound: shown.bound,
+            detected: shown.detected,
         };
         if let Some(causes) = self.other_clock(shown, &evidence)? {
             return Ok(causes);
@@ -564,7 +568,7 @@ impl Reference {
         let of_samples = observation.is_some();
         let outcome = |judged: &Judged| diagnosis::reproduced(judged, of_samples, events);
         let mut causes = Causes::default();
-        match bench.find(proposals, &reading) {
+        match bench.find(proposals, &reading, self.start) {
             HypothesesFound::Causes(all) => {
                 let best = &all[0];
                 let judged = &best.judged;
@@ -676,8 +680,13 @@ impl Reference {
         };
         let best: Vec<OtherNumber> = of(&all[0]);
         let from_proposed = best.iter().all(|number| known(&number.path, number.value).is_some());
-        let mut or: Vec<OtherNumber> = all[1..].iter().flat_map(of).collect();
+        // Two at once are no other number each.
+        let mut or: Vec<OtherNumber> = Vec::new();
+        for other in all[1..].iter().map(of).filter(|other: &Vec<OtherNumber>| other.len() == 1) {
+            or.extend(other.into_iter().filter(|_| best.len() == 1));
+        }
         or.retain(|number| best.iter().all(|best| best.path != number.path));
+        or.dedup_by(|a, b| a.path == b.path);
         OtherParameters {
             found_by: match proposed {
                 Some(other) if from_proposed => other.found_by,
@@ -1053,6 +1062,8 @@ struct Shown<'a> {
     worst: Option<f64>,
     /// When the first event is wrong, s.
     wrong: Option<f64>,
+    /// Its events were found in its samples.
+    detected: bool,
 }
 
 /// What reproduces a candidate.

@@ -8,6 +8,8 @@ use crate::record::sequence::SequenceEvent;
 /// What a cause explains of the squared difference, at least, and of that of the event times where samples show more than events.
 pub(in super::super) const EXPLAINED: f64 = 0.99;
 const OF_EVENTS: f64 = 0.9;
+/// What leaves less than this part of the square of the samples has the events that are found in them.
+pub(super) const ALL: f64 = 1e-4;
 /// Mean squares (in parts of the sizes) and squares of event times (s^2) below these are rounding.
 const FLOOR: f64 = 1e-18;
 /// As much as another explains what leaves up to this multiple of the square.
@@ -27,6 +29,8 @@ pub(in super::super) struct Evidence<'a> {
     pub period: f64,
     /// To which the candidate's event times are known, s.
     pub bound: f64,
+    /// Its events were found in its samples, which then say more.
+    pub detected: bool,
 }
 
 /// The judgement of a motion.
@@ -83,12 +87,13 @@ impl Evidence<'_> {
                 if left.is_nan() {
                     return None;
                 }
+                let explained = part(left, observation.left(&observation.reference, until));
                 Judged {
-                    explained: part(left, observation.left(&observation.reference, until)),
+                    explained,
                     left,
                     before,
                     after,
-                    events: within || of_events >= OF_EVENTS,
+                    events: within || of_events >= OF_EVENTS || self.detected && explained >= 1.0 - ALL,
                 }
             }
             None => Judged {

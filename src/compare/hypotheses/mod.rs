@@ -22,6 +22,7 @@ use crate::case::WrittenCase;
 use crate::model::BreakawayTest;
 use crate::model::system::{ContactLaw, Regularisation, System};
 use crate::workers::over_processors;
+use judge::ALL;
 use numbers::Unknown;
 use std::f64::consts::TAU;
 
@@ -55,16 +56,25 @@ pub(super) enum Change {
     Both(Vec<(String, f64)>, Stepper),
 }
 
+/// How many values numbers have: those that follow a drive have its own.
+fn values(numbers: &[(String, f64)]) -> usize {
+    let mut values: Vec<f64> = numbers.iter().map(|(_, value)| *value).collect();
+    values.sort_by(f64::total_cmp);
+    values.dedup();
+    values.len()
+}
+
 impl Change {
     /// How much it takes, of changes that explain as much the least first.
     fn rank(&self) -> usize {
         match self {
             Change::NoKick => 0,
-            Change::Numbers(numbers) => numbers.len(),
+            // Several that have one value are one.
+            Change::Numbers(numbers) => values(numbers),
             Change::Test(_) => 1,
             Change::Smooth(..) => 2,
             Change::Stepper(_) => 3,
-            Change::Both(numbers, _) => 3 + numbers.len(),
+            Change::Both(numbers, _) => 3 + values(numbers),
             Change::State => 4,
         }
     }
@@ -227,9 +237,6 @@ const PARTS: [f64; 4] = [1.0, 2.0, 5.0, 10.0];
 /// What one mistakes a number for most: its double and its half, the other sign, degrees, turns.
 const MISTAKEN: [f64; 7] = [2.0, 0.5, -1.0, TAU / 360.0, 360.0 / TAU, TAU, 1.0 / TAU];
 
-/// A cause that leaves more than this part of the square may be half of the truth: numbers are then looked for as well.
-const ALL: f64 = 1e-4;
-
 /// Numbers that come closest, which are tried with steps as well.
 const CLOSEST: usize = 2;
 
@@ -238,8 +245,8 @@ const CLOSEST: usize = 2;
 const LEAST: f64 = 5e-4;
 
 impl Bench<'_> {
-    /// The changes that reproduce the candidate, each alone, or two numbers at once.
-    pub fn find(&self, proposals: Proposals, reading: &Reading) -> Found {
+    /// The changes that reproduce the candidate, each alone, or two at once. The reference begins at a time (s).
+    pub fn find(&self, proposals: Proposals, reading: &Reading, begins: f64) -> Found {
         let mut changes = proposals.changes;
         changes.push(Change::State);
         if !self.numbers.case().system.kicks.is_empty() {
@@ -252,28 +259,47 @@ impl Bench<'_> {
             changes.extend(self.steppers(&proposals.tolerances, proposals.breakaway).into_iter().map(Change::Stepper));
         }
         let mut tried = self.all_tried(changes);
+        // Where the state at the start is the cause, what is run from it has that cause in it.
+        let is_state = |tried: &Tried| matches!(tried.change, Change::State);
+        let by_state = tried.iter().any(|tried| is_state(tried) && tried.judged.is_cause());
+        if by_state {
+            tried.retain(|tried| is_state(tried) || !tried.own_state);
+        }
+        // A cause that leaves more may be half of the truth: numbers are then looked for as well.
         let explains_all = |tried: &[Tried]| {
-            let best = tried.iter().find(|tried| tried.judged.is_cause());
+            let best = tried.iter().find(|tried| tried.judged.is_cause() && !is_state(tried));
             best.is_some_and(|best| best.judged.explained >= 1.0 - ALL)
         };
+        // From a state behind the start of the reference numbers of that start are none.
+        let from_start = self.first.as_ref().is_none_or(|(time, _)| *time <= begins);
         for pairs in [false, true] {
             let enough = match pairs {
-                false => explains_all(&tried),
+                false => explains_all(&tried) || by_state && !from_start,
                 true => tried.iter().any(|tried| tried.judged.is_cause()),
             };
             if enough || self.evidence.observation.is_none() {
                 break;
             }
             let unknown = self.unknown();
-            for start in 0..self.starts.len() {
-                let proposed = numbers::propose(self, start, &unknown, pairs);
+            let guesses: Vec<(String, f64)> = tried
+                .iter()
+                .filter_map(|tried| match &tried.change {
+                    Change::Numbers(numbers) if numbers.len() == 1 && tried.judged.explained > 0.0 => Some(numbers[0].clone()),
+                    _ => None,
+                })
+                .collect();
+            for (start, at) in self.starts.iter().enumerate() {
+                if by_state && matches!(at, Start::At(..)) {
+                    continue;
+                }
+                let proposed = numbers::propose(self, start, &unknown, pairs, &guesses);
                 let changed = proposed.into_iter().map(Change::Numbers);
                 tried.extend(self.all_tried(changed.collect()));
             }
             if !pairs && !explains_all(&tried) {
                 let mistaken = unknown.iter().filter(|unknown| unknown.value != 0.0);
-                let mistaken = mistaken.flat_map(|unknown| MISTAKEN.map(|factor| (unknown.path.clone(), factor * unknown.value)));
-                tried.extend(self.all_tried(mistaken.map(|one| Change::Numbers(vec![one])).collect()));
+                let mistaken = mistaken.flat_map(|unknown| MISTAKEN.map(|factor| unknown.changes(factor * unknown.value)));
+                tried.extend(self.all_tried(mistaken.map(Change::Numbers).collect()));
             }
         }
         let mut tried = sorted(tried);
@@ -293,9 +319,7 @@ impl Bench<'_> {
         }
         tried.retain(|tried| self.is_large(&tried.change) && allowed(tried, reading));
         tried.dedup_by(|a, b| a.change == b.change);
-        // Where the state at the start is the cause, what is run from it has that cause in it.
-        let is_state = |tried: &Tried| matches!(tried.change, Change::State);
-        if tried.iter().any(|tried| is_state(tried) && tried.judged.is_cause()) {
+        if by_state {
             tried.retain(|tried| is_state(tried) || !tried.own_state);
         }
         let Some(best) = tried.iter().find(|tried| tried.judged.is_cause()).cloned() else {
@@ -352,12 +376,31 @@ impl Bench<'_> {
                 path: number.path.clone(),
                 value: number.value,
                 unit: number.value.abs(),
+                with: Vec::new(),
             })
             .collect();
+        // The speed of a driven end, and with it the speeds at t = 0 that are the same.
+        for end in ["rotor.speed", "stator.speed"] {
+            let Some(speed) = self.numbers.number(end).map(|number| number.value).filter(|speed| *speed != 0.0) else {
+                continue;
+            };
+            let initial = self.numbers.numbers().iter().filter(|n| n.path.starts_with("initial.") && n.value == speed);
+            let with: Vec<String> = initial.map(|number| number.path.clone()).collect();
+            if !with.is_empty() {
+                unknown.push(Unknown {
+                    path: end.to_owned(),
+                    value: speed,
+                    unit: speed.abs(),
+                    with,
+                });
+            }
+        }
         let sides = [("rotor", &system.rotor, &trains.rotor), ("stator", &system.stator, &trains.stator)];
         let mut absent = |path: String, unit: f64| {
             if self.numbers.number(&path).is_none_or(|number| number.value == 0.0) && unit.is_finite() && unit > 0.0 {
-                unknown.push(Unknown { path, value: 0.0, unit });
+                let with = Vec::new();
+                let value = 0.0;
+                unknown.push(Unknown { path, value, unit, with });
             }
         };
         for (name, side, train) in sides {

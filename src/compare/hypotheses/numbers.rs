@@ -9,7 +9,7 @@ use crate::workers::over_processors;
 
 /// Relative step of differences by a number.
 const STEP: f64 = 1e-6;
-/// Motions are close while no channel differs by more than this part of its size; a window has so many samples at least.
+/// Motions are close while no channel differs by more than this part of its size; a window has so many samples more.
 const CLOSE: f64 = 0.05;
 const FEWEST: usize = 8;
 /// Steps of Gauss and Newton, and how often one is made shorter.
@@ -25,6 +25,16 @@ pub(super) struct Unknown {
     pub path: String,
     pub value: f64,
     pub unit: f64,
+    /// Others that have the same value.
+    pub with: Vec<String>,
+}
+
+impl Unknown {
+    /// What changes with another value.
+    pub fn changes(&self, value: f64) -> Proposal {
+        let paths = [&self.path].into_iter().chain(&self.with);
+        paths.map(|path| (path.clone(), value)).collect()
+    }
 }
 
 /// Numbers with values that bring the motion close to the candidate.
@@ -45,13 +55,13 @@ struct Point {
 }
 
 impl Fit<'_> {
+    fn changes(&self, which: &[usize], values: &[f64]) -> Proposal {
+        let each = which.iter().zip(values);
+        each.flat_map(|(&k, value)| self.unknown[k].changes(*value)).collect()
+    }
+
     fn play(&self, which: &[usize], values: &[f64]) -> Option<Played> {
-        let changes: Vec<(String, f64)> = which
-            .iter()
-            .zip(values)
-            .map(|(&k, value)| (self.unknown[k].path.clone(), *value))
-            .collect();
-        self.bench.with_numbers(self.start, &changes)
+        self.bench.with_numbers(self.start, &self.changes(which, values))
     }
 
     fn at(&self, which: &[usize], values: Vec<f64>) -> Option<Point> {
@@ -64,7 +74,8 @@ impl Fit<'_> {
         let Some(observation) = self.bench.evidence.observation else {
             return 0;
         };
-        observation.close(values, CLOSE).max(FEWEST).min(observation.time.len())
+        // Some of what is behind an event that comes at another time show by how much.
+        (observation.close(values, CLOSE) + FEWEST).min(observation.time.len())
     }
 
     fn residual(&self, values: &Values, rows: usize) -> Vec<f64> {
@@ -132,7 +143,14 @@ fn left(slopes: &[Vec<f64>], now: &[f64]) -> f64 {
 }
 
 /// Values of one number (or of two) with which a motion from a start comes closest to the candidate.
-pub(super) fn propose(bench: &Bench<'_>, start: usize, unknown: &[Unknown], pairs: bool) -> Vec<Proposal> {
+/// `guesses` are values of single numbers to begin with.
+pub(super) fn propose(
+    bench: &Bench<'_>,
+    start: usize,
+    unknown: &[Unknown],
+    pairs: bool,
+    guesses: &[(String, f64)],
+) -> Vec<Proposal> {
     let fit = Fit { bench, start, unknown };
     let Some(base) = fit.at(&[], Vec::new()) else {
         return Vec::new();
@@ -164,17 +182,19 @@ pub(super) fn propose(bench: &Bench<'_>, start: usize, unknown: &[Unknown], pair
     let mut ranked: Vec<(f64, Vec<usize>)> = ranked.filter(|(left, _)| left.is_finite()).collect();
     ranked.sort_by(|a, b| a.0.total_cmp(&b.0));
     ranked.truncate(CLOSEST);
-    let found = over_processors(ranked.len(), &|| false, |index| {
-        let group = &ranked[index].1;
+    let own = |group: Vec<usize>| {
         let values = group.iter().map(|&k| unknown[k].value).collect();
-        let from = Point {
-            values,
-            played: base.played.clone(),
-            rows: base.rows,
-        };
-        let point = fit.refined(group, from)?;
-        let each = group.iter().zip(&point.values);
-        Some(each.map(|(&k, value)| (unknown[k].path.clone(), *value)).collect())
+        (group, values)
+    };
+    let mut begin: Vec<(Vec<usize>, Vec<f64>)> = ranked.into_iter().map(|(_, group)| own(group)).collect();
+    for (path, value) in guesses.iter().take(CLOSEST).filter(|_| !pairs) {
+        let known = unknown.iter().position(|unknown| unknown.path == *path && unknown.with.is_empty());
+        begin.extend(known.map(|k| (vec![k], vec![*value])));
+    }
+    let found = over_processors(begin.len(), &|| false, |index| {
+        let (group, values) = &begin[index];
+        let point = fit.refined(group, fit.at(group, values.clone())?)?;
+        Some(fit.changes(group, &point.values))
     });
     found.into_iter().flatten().collect()
 }

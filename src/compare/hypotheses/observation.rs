@@ -34,11 +34,15 @@ pub(in super::super) struct ObservationPass {
 }
 
 impl ObservationPass {
-    /// Before the first sample; `channels` are those of the blocks. Samples in `window` (s) are all kept.
-    pub fn new(channels: &[Channel], window: (f64, f64)) -> ObservationPass {
-        let mut columns: Vec<usize> = (0..channels.len()).filter(|&k| !is_integral(channels[k])).collect();
+    /// Before the first sample; `channels` are those of the blocks, of which some are the candidate's `own`. Samples in `window` (s)
+    /// are all kept.
+    pub fn new(channels: &[Channel], own: impl Fn(Channel) -> bool, window: (f64, f64)) -> ObservationPass {
+        let all = |wanted: &dyn Fn(Channel) -> bool| -> Vec<usize> {
+            (0..channels.len()).filter(|&k| own(channels[k]) && wanted(channels[k])).collect()
+        };
+        let mut columns = all(&|channel| !is_integral(channel));
         if columns.is_empty() {
-            columns = (0..channels.len()).filter(|&k| !channels[k].is_impulse()).collect();
+            columns = all(&|channel| !channel.is_impulse());
         }
         ObservationPass {
             channels: columns.iter().map(|&k| channels[k]).collect(),

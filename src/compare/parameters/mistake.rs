@@ -115,11 +115,18 @@ impl OtherNumber {
     /// Of a case's number, or of a damping that is 0 there.
     pub(in super::super) fn of(numbers: &WrittenCase, path: &str, value: f64, error: f64) -> OtherNumber {
         let number = numbers.number(path);
-        let damping = numbers.case().motion().dimension(Dimension::TorsionalDamping);
+        // Of what is zero in the case, by its name.
+        let absent = match path.rsplit_once('_').map_or(path, |(_, end)| end) {
+            "speed" => Dimension::AngularVelocity,
+            "twist" => Dimension::Angle,
+            _ if path.ends_with(".torque") => Dimension::Torque,
+            _ => Dimension::TorsionalDamping,
+        };
+        let absent = numbers.case().motion().dimension(absent);
         OtherNumber {
             path: path.to_owned(),
             symbol: symbol(path).to_owned(),
-            unit: number.map_or(damping.unit(), |number| number.unit),
+            unit: number.map_or(absent.unit(), |number| number.unit),
             reference: number.map_or(0.0, |number| number.value),
             value,
             error,
