@@ -23,7 +23,12 @@ pub struct FoundOffset {
 impl FoundOffset {
     /// Its events agree when a time is added to them.
     pub(super) fn words(&self) -> String {
-        let FoundOffset { seconds, agree, of, rms } = *self;
+        let FoundOffset {
+            seconds,
+            agree,
+            of,
+            rms,
+        } = *self;
         format!(
             "its clock starts elsewhere: with {seconds:.9} s added to its times, {agree} of its {of} events agree, rms {rms:.1e} s; \
              repeat with --time-offset {seconds:.9}, or auto"

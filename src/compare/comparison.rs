@@ -272,7 +272,11 @@ impl Comparison {
                 text += &format!(", which begins at {begins:.6} s, {}", unexplained.during);
             }
             if let Some(Closest { cause, explained }) = unexplained.closest.filter(|closest| closest.explained > 0.0) {
-                text += &format!(": the closest, {}, explains {} % of the squared difference", cause.name(), percent(explained));
+                text += &format!(
+                    ": the closest, {}, explains {} % of the squared difference",
+                    cause.name(),
+                    percent(explained)
+                );
             }
             if let Some(more) = &unexplained.would_tell {
                 text += &format!("; {more} would tell more");

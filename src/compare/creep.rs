@@ -141,7 +141,11 @@ impl<'a> CreepPass<'a> {
             return None;
         }
         let left = |sums: &[f64; 2]| 1.0 - sums[0] * sums[0] / (sums[1] * self.squares);
-        let fits = self.sums.iter().enumerate().map(|(shape, sums)| (left(sums), shape, sums));
+        let fits = self
+            .sums
+            .iter()
+            .enumerate()
+            .map(|(shape, sums)| (left(sums), shape, sums));
         let (least, shape, sums) = fits.min_by(|a, b| a.0.total_cmp(&b.0))?;
         (least <= LEFT).then(|| Creep {
             shape,

@@ -160,7 +160,10 @@ impl Symptoms<'_> {
         let mut dropped: Vec<f64> = dropped.filter_map(|f| f.dropped).collect();
         dropped.sort_by(f64::total_cmp);
         let largest = [dropped.last().copied().unwrap_or(0.0), self.plateau];
-        let tolerances = largest.into_iter().filter(|w| *w > 1e-6 * self.physics.speed()).flat_map(round_above);
+        let tolerances = largest
+            .into_iter()
+            .filter(|w| *w > 1e-6 * self.physics.speed())
+            .flat_map(round_above);
         Proposals {
             changes,
             tolerances: tolerances.collect(),
@@ -179,7 +182,10 @@ impl Symptoms<'_> {
             ),
             Change::Numbers(_) | Change::Both(..) => (Cause::AnotherParameter, String::new()),
             Change::Smooth(shape, speed) => {
-                let words = format!("its friction has {} in the place of the sign, eps = {speed:.2e} {unit}", SHAPES[*shape].name);
+                let words = format!(
+                    "its friction has {} in the place of the sign, eps = {speed:.2e} {unit}",
+                    SHAPES[*shape].name
+                );
                 (Cause::RegularisedLaw, words)
             }
             Change::Test(test) => {
@@ -216,7 +222,9 @@ impl Symptoms<'_> {
             Stop::Sign => "events are taken at the end of a step".to_owned(),
             Stop::Within(speed) => format!("a stick is declared at the end of a step within {speed:.1e} {unit}"),
             Stop::Frozen(speed) => {
-                format!("a stick is declared at the end of a step within {speed:.1e} {unit}, and omega_r stays what it was")
+                format!(
+                    "a stick is declared at the end of a step within {speed:.1e} {unit}, and omega_r stays what it was"
+                )
             }
         };
         let by = format!("{stops}, with {} and its steps of {short}", scheme.name());
@@ -272,7 +280,10 @@ impl Symptoms<'_> {
 fn round_above(speed: f64) -> [f64; 2] {
     let power = 10f64.powf(speed.log10().floor());
     let digits = [1.0, 1.5, 2.0, 2.5, 3.0, 4.0, 5.0, 6.0, 8.0, 10.0];
-    let round = digits.into_iter().map(|digit| digit * power).find(|round| *round >= speed);
+    let round = digits
+        .into_iter()
+        .map(|digit| digit * power)
+        .find(|round| *round >= speed);
     [round.unwrap_or(speed), 1.001 * speed]
 }
 
@@ -292,14 +303,19 @@ pub(super) fn reproduced(judged: &Judged, of_samples: bool, events: usize) -> St
         "the squared errors of its events"
     };
     let mut text = format!("explains {} % of {what}", percent(judged.explained));
-    if events > 0 {
+    if events > 0 && judged.has_events() {
         text += &format!("; {}", tried(&Rerun::of(events, judged.before, judged.after)));
     }
     text
 }
 
 /// Other numbers of the case, which reproduce the candidate.
-pub(super) fn of_numbers(other: &OtherParameters, physics: &Physics, numbers: &WrittenCase, outcome: &str) -> (Cause, String) {
+pub(super) fn of_numbers(
+    other: &OtherParameters,
+    physics: &Physics,
+    numbers: &WrittenCase,
+    outcome: &str,
+) -> (Cause, String) {
     let words: Vec<String> = other.numbers.iter().map(OtherNumber::words).collect();
     let mut evidence = words.join(" and ");
     let mut cause = Cause::AnotherParameter;

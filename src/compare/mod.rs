@@ -65,8 +65,8 @@ pub use error::CompareError;
 pub use evaluate::Evaluator;
 pub use event_errors::EventError;
 pub use impulse::ImpulseErrors;
-pub use parameters::{Agreement, FoundBy, OtherKick, OtherNumber, OtherParameters, Rerun as TriedAgain};
 use parameters::Rerun;
+pub use parameters::{Agreement, FoundBy, OtherKick, OtherNumber, OtherParameters, Rerun as TriedAgain};
 pub use requirement::Requirement;
 pub use resolution::{Resolution, Rounding};
 pub use statistics::Statistic;
@@ -86,7 +86,9 @@ use detect::{DEFAULT_HYSTERESIS, DEFAULT_TOLERANCE};
 use diagnosis::Symptoms;
 use energy::{EnergyDrift, EnergyPass};
 use event_errors::EventErrors;
-use hypotheses::{Bench, Change, Evidence, Found as HypothesesFound, Judged, Observation, ObservationPass, Played, Tried};
+use hypotheses::{
+    Bench, Change, Evidence, Found as HypothesesFound, Judged, Observation, ObservationPass, Played, Tried,
+};
 use impulse::ImpulsePass;
 use parameters::{JumpPass, Material, Start, StretchPass, other_kick, other_parameters};
 use range::Range;
@@ -328,7 +330,12 @@ impl Reference {
                 word: &all,
                 offset: proposed,
                 // Event times that are found in samples are known to some intervals.
-                bound: if events_given { AGREED } else { AGREED_IN_SAMPLES.max(FOUND * interval) }.max(floor),
+                bound: if events_given {
+                    AGREED
+                } else {
+                    AGREED_IN_SAMPLES.max(FOUND * interval)
+                }
+                .max(floor),
                 worst: match alignment.differences.is_empty() {
                     true => errors.max,
                     false => Some(f64::INFINITY),
@@ -521,7 +528,9 @@ impl Reference {
             evidence,
             starts,
             first,
-        };
+            most_steps: None,
+        }
+        .bounded();
         let material = Material {
             numbers: &numbers,
             system: &physics.trains,
@@ -539,11 +548,17 @@ impl Reference {
         let (reading, proposed) = other_parameters(material);
         if let Some(other) = &proposed {
             let each = |number: &OtherNumber| (number.path.clone(), number.value);
-            proposals.changes.push(Change::Numbers(other.numbers.iter().map(each).collect()));
-            proposals.changes.extend(other.or.iter().map(|number| Change::Numbers(vec![each(number)])));
+            proposals
+                .changes
+                .push(Change::Numbers(other.numbers.iter().map(each).collect()));
+            proposals
+                .changes
+                .extend(other.or.iter().map(|number| Change::Numbers(vec![each(number)])));
         }
         if let Some((value, _)) = self.breakaway(symptoms.found) {
-            proposals.changes.push(Change::Numbers(vec![("friction.breakaway".to_owned(), value)]));
+            proposals
+                .changes
+                .push(Change::Numbers(vec![("friction.breakaway".to_owned(), value)]));
             let share = value / physics.system().breakaway;
             proposals.breakaway = Some(share).filter(|share| (share - 1.0).abs() > 1e-3);
         }
@@ -552,7 +567,11 @@ impl Reference {
         // From the onset on a run without a kick is amplified rounding, which no run repeats.
         let onset = self.word.first().map(|event| event.time);
         let seen = jumped.is_none() || other.as_ref().is_some_and(OtherKick::is_absent);
-        let quiet = kick.as_ref().zip(onset).filter(|_| seen).and_then(|(_, onset)| bench.unkicked(onset));
+        let quiet = kick
+            .as_ref()
+            .zip(onset)
+            .filter(|_| seen)
+            .and_then(|(_, onset)| bench.unkicked(onset));
         if let Some(Tried { judged, .. }) = quiet {
             let words = format!(
                 "the reference is kicked, the candidate is not; a run without the kick explains {} % of the squared difference of its \
@@ -580,7 +599,11 @@ impl Reference {
                         causes.parameters = Some(parameters);
                         if let Change::Both(_, stepper) = &best.change {
                             let (cause, words) = symptoms.named(&Change::Stepper(*stepper));
-                            second = Some(Diagnosis::tried(cause, words + ", at once with the other number", judged.explained));
+                            second = Some(Diagnosis::tried(
+                                cause,
+                                words + ", at once with the other number",
+                                judged.explained,
+                            ));
                         }
                         words
                     }
@@ -599,7 +622,10 @@ impl Reference {
                     }
                 };
                 let mut named = vec![cause];
-                for tried in all[1..].iter().filter(|tried| !matches!(tried.change, Change::Numbers(_) | Change::Both(..))) {
+                for tried in all[1..]
+                    .iter()
+                    .filter(|tried| !matches!(tried.change, Change::Numbers(_) | Change::Both(..)))
+                {
                     let (cause, words) = symptoms.named(&tried.change);
                     if !named.contains(&cause) {
                         evidence += &format!("; as much is explained by {}: {words}", cause.name());
@@ -610,7 +636,9 @@ impl Reference {
                 causes.said.extend(second);
             }
             HypothesesFound::Unexplained(closest) => {
-                let amplified = symptoms.last_digit_of_angles().and_then(|digit| Some((digit, bench.amplified(digit)?)));
+                let amplified = symptoms
+                    .last_digit_of_angles()
+                    .and_then(|digit| Some((digit, bench.amplified(digit)?)));
                 if let Some((digit, part)) = amplified.filter(|(_, part)| *part >= AMPLIFIED) {
                     let words = symptoms.absolute_angles(digit, part);
                     causes.said.push(Diagnosis::shown(Cause::AbsoluteAngles, words));
@@ -664,7 +692,9 @@ impl Reference {
     ) -> OtherParameters {
         let judged = &all[0].judged;
         let known = |path: &str, value: f64| {
-            let mut known = proposed.into_iter().flat_map(|other| other.numbers.iter().chain(&other.or));
+            let mut known = proposed
+                .into_iter()
+                .flat_map(|other| other.numbers.iter().chain(&other.or));
             known.find(|number| number.path == path && number.value == value)
         };
         // By how much a number may differ without leaving more than it leaves.
@@ -682,7 +712,11 @@ impl Reference {
         let from_proposed = best.iter().all(|number| known(&number.path, number.value).is_some());
         // Two at once are no other number each.
         let mut or: Vec<OtherNumber> = Vec::new();
-        for other in all[1..].iter().map(of).filter(|other: &Vec<OtherNumber>| other.len() == 1) {
+        for other in all[1..]
+            .iter()
+            .map(of)
+            .filter(|other: &Vec<OtherNumber>| other.len() == 1)
+        {
             or.extend(other.into_iter().filter(|_| best.len() == 1));
         }
         or.retain(|number| best.iter().all(|best| best.path != number.path));
@@ -696,7 +730,7 @@ impl Reference {
             numbers: best,
             explained: judged.explained,
             or,
-            rerun: (events > 0).then(|| Rerun::of(events, judged.before, judged.after)),
+            rerun: (events > 0 && judged.has_events()).then(|| Rerun::of(events, judged.before, judged.after)),
         }
     }
 
@@ -729,7 +763,10 @@ impl Reference {
             (None, None) => return Ok(None),
         };
         let shifted = |events: &[SequenceEvent]| -> Vec<SequenceEvent> {
-            let moved = |e: &SequenceEvent| SequenceEvent { time: e.time - add, kind: e.kind };
+            let moved = |e: &SequenceEvent| SequenceEvent {
+                time: e.time - add,
+                kind: e.kind,
+            };
             events.iter().map(moved).collect()
         };
         let values = match evidence.observation {

@@ -107,12 +107,7 @@ pub(crate) struct StatePass<'a> {
 
 impl<'a> StatePass<'a> {
     /// Before the first sample. `channels` are those of the blocks to come.
-    pub fn new(
-        walk: Walk<'a>,
-        physics: &Physics,
-        channels: &[Channel],
-        windows: Vec<Window>,
-    ) -> Self {
+    pub fn new(walk: Walk<'a>, physics: &Physics, channels: &[Channel], windows: Vec<Window>) -> Self {
         let scales = Phase::ALL.map(|phase| {
             // Until the stick-slip, speeds are of the size of the initial one.
             let scale = |&channel: &Channel| physics.size(channel, phase == Phase::Sliding);

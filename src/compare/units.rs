@@ -74,7 +74,12 @@ pub(super) fn of_time(pairs: &[(f64, f64)]) -> Option<UnitFault> {
     let unit = unit_of(first.1 / first.0, Dimension::Time)?;
     let same = pairs.iter().all(|(r, c)| unit_of(c / r, Dimension::Time) == Some(unit));
     let size = quantity::factor(unit, Dimension::Time).unwrap_or(f64::NAN);
-    let square = |scale: f64| pairs.iter().map(|(r, c)| (c * scale - r) * (c * scale - r)).sum::<f64>();
+    let square = |scale: f64| {
+        pairs
+            .iter()
+            .map(|(r, c)| (c * scale - r) * (c * scale - r))
+            .sum::<f64>()
+    };
     same.then(|| UnitFault {
         name: Cow::Borrowed("time"),
         found: unit.to_owned(),

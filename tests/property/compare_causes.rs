@@ -82,7 +82,9 @@ fn property_a_number_of_a_belt_is_named_and_nothing_else_is() {
         let found = c.parameters.as_ref().unwrap_or_else(|| panic!("{key}: {}", c.verdict));
         // The general form numbers what is a list.
         let mut all = found.numbers.iter().chain(&found.or);
-        let path = all.find(|number| number.path.starts_with(key)).map(|number| number.path.clone());
+        let path = all
+            .find(|number| number.path.starts_with(key))
+            .map(|number| number.path.clone());
         names(&c, &path.unwrap_or_else(|| panic!("{key}: {}", c.verdict)), value);
     }
 }
@@ -92,7 +94,10 @@ fn property_a_right_export_is_not_accused() {
     for interval in ["10 ms", "0.5 ms"] {
         let folder = tempfile::tempdir().unwrap();
         let reference = run(folder.path(), "reference.h5", "belt-leine", &["output.end_time=40"]);
-        let keys = ["output.end_time=40".to_owned(), format!("output.interval=\"{interval}\"")];
+        let keys = [
+            "output.end_time=40".to_owned(),
+            format!("output.interval=\"{interval}\""),
+        ];
         let keys: Vec<&str> = keys.iter().map(String::as_str).collect();
         let other = run(folder.path(), "other.h5", "belt-leine", &keys);
         let c = judged(&reference, &csv(&other, &BELT));

@@ -53,6 +53,12 @@ impl Judged {
         self.explained >= EXPLAINED && self.events
     }
 
+    /// Whether more of its events have a partner than of the reference's. Where the relative velocity of a candidate follows from another
+    /// drive, its events are not found.
+    pub fn has_events(&self) -> bool {
+        self.after.unmatched <= self.before.unmatched
+    }
+
     /// By samples alone: a contact without stick has no events that a candidate's would be held against.
     pub fn by_samples(self) -> Judged {
         Judged { events: true, ..self }
@@ -79,7 +85,13 @@ impl Evidence<'_> {
         let square = |a: &Agreement| a.rms * a.rms * a.matched as f64 + a.unmatched as f64 * unmatched;
         let (events_before, events_left) = (square(&before), square(&after));
         let within = after.unmatched == 0 && after.max <= self.bound;
-        let part = |left: f64, before: f64| if before > 0.0 { 1.0 - left / before } else { f64::NEG_INFINITY };
+        let part = |left: f64, before: f64| {
+            if before > 0.0 {
+                1.0 - left / before
+            } else {
+                f64::NEG_INFINITY
+            }
+        };
         let of_events = part(events_left, events_before);
         Some(match self.observation {
             Some(observation) => {

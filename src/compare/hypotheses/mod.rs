@@ -35,6 +35,8 @@ pub(super) struct Bench<'a> {
     pub starts: Vec<Start>,
     /// The state (and time, s) with which the candidate begins, or the reference there.
     pub first: Option<(f64, Vec<f64>)>,
+    /// Steps of a run at most: what takes many times the steps of the reference is not the candidate's.
+    pub most_steps: Option<usize>,
 }
 
 /// A change of the reference's run.
@@ -96,10 +98,25 @@ pub(super) struct Tried {
     pub judged: Judged,
 }
 
+/// Steps of a run, as a multiple of the reference's, and some more.
+const MOST_STEPS: (u64, u64) = (20, 5000);
+
 /// Events of a run, as a multiple of the candidate's, and some more.
 const MOST_EVENTS: (usize, usize) = (3, 50);
 
 impl Bench<'_> {
+    /// The same, with a bound on the steps of its runs by those of the case as it is.
+    pub fn bounded(mut self) -> Self {
+        let case = self.numbers.case();
+        let runs = self
+            .starts
+            .iter()
+            .filter_map(|start| self.score(&case.system, case.threshold(), start));
+        let steps = runs.map(|run| run.steps).max();
+        self.most_steps = steps.and_then(|steps| usize::try_from(MOST_STEPS.0 * steps + MOST_STEPS.1).ok());
+        self
+    }
+
     fn score(&self, system: &System, threshold: f64, start: &Start) -> Option<Played> {
         let score = Score {
             system,
@@ -107,6 +124,7 @@ impl Bench<'_> {
             start,
             end: self.evidence.covered.1,
             most_events: MOST_EVENTS.0 * self.evidence.word.len() + MOST_EVENTS.1,
+            most_steps: self.most_steps,
         };
         match self.evidence.observation {
             Some(observation) => score.play(self.physics, observation),
@@ -139,7 +157,12 @@ impl Bench<'_> {
             Change::Smooth(shape, speed) => {
                 let Some(function) = SHAPES[*shape].smoothing else {
                     let (time, state) = self.first.as_ref()?;
-                    return stepper::creeping(self.physics, (*shape, *speed), (*time, state), self.evidence.observation?);
+                    return stepper::creeping(
+                        self.physics,
+                        (*shape, *speed),
+                        (*time, state),
+                        self.evidence.observation?,
+                    );
                 };
                 let mut system = own.clone();
                 let speed = *speed;
@@ -171,7 +194,8 @@ impl Bench<'_> {
             Change::Stepper(_) | Change::Both(..) => 0..1,
             _ => 0..self.starts.len(),
         };
-        let judged = starts.filter_map(|start| Some((start, self.evidence.judged(&self.played(&change, start)?, until)?)));
+        let judged =
+            starts.filter_map(|start| Some((start, self.evidence.judged(&self.played(&change, start)?, until)?)));
         let (start, mut judged) = judged.min_by(|a, b| a.1.left.total_cmp(&b.1.left))?;
         let with_steps = matches!(change, Change::Stepper(_) | Change::Both(..));
         let own_state = with_steps || matches!(self.starts.get(start), Some(Start::At(..)));
@@ -187,7 +211,9 @@ impl Bench<'_> {
 
     /// Changes, judged; those that explain most first.
     pub fn all_tried(&self, changes: Vec<Change>) -> Vec<Tried> {
-        let tried = over_processors(changes.len(), &|| false, |k| self.tried(changes[k].clone(), f64::INFINITY));
+        let tried = over_processors(changes.len(), &|| false, |k| {
+            self.tried(changes[k].clone(), f64::INFINITY)
+        });
         sorted(tried.into_iter().flatten().collect())
     }
 }
@@ -234,8 +260,11 @@ pub(super) enum Found {
 /// Steps to an interval of samples.
 const PARTS: [f64; 4] = [1.0, 2.0, 5.0, 10.0];
 
-/// What one mistakes a number for most: its double and its half, the other sign, degrees, turns.
-const MISTAKEN: [f64; 7] = [2.0, 0.5, -1.0, TAU / 360.0, 360.0 / TAU, TAU, 1.0 / TAU];
+/// What one mistakes a number for most: its double and its half, the other sign, degrees.
+const MISTAKEN: [f64; 5] = [2.0, 0.5, -1.0, TAU / 360.0, 360.0 / TAU];
+
+/// A part of the squared difference that is much of it.
+const MUCH: f64 = 0.5;
 
 /// Numbers that come closest, which are tried with steps as well.
 const CLOSEST: usize = 2;
@@ -256,12 +285,18 @@ impl Bench<'_> {
         let tests = [BreakawayTest::Transmitted, BreakawayTest::Stator, BreakawayTest::Rotor];
         changes.extend(tests.into_iter().filter(|test| *test != own).map(Change::Test));
         if proposals.with_steps {
-            changes.extend(self.steppers(&proposals.tolerances, proposals.breakaway).into_iter().map(Change::Stepper));
+            changes.extend(
+                self.steppers(&proposals.tolerances, proposals.breakaway)
+                    .into_iter()
+                    .map(Change::Stepper),
+            );
         }
         let mut tried = self.all_tried(changes);
-        // Where the state at the start is the cause, what is run from it has that cause in it.
+        // Where the state at the start explains much, what is run from it has that cause in it.
         let is_state = |tried: &Tried| matches!(tried.change, Change::State);
-        let by_state = tried.iter().any(|tried| is_state(tried) && tried.judged.is_cause());
+        let by_state = tried
+            .iter()
+            .any(|tried| is_state(tried) && tried.judged.explained >= MUCH);
         if by_state {
             tried.retain(|tried| is_state(tried) || !tried.own_state);
         }
@@ -284,7 +319,9 @@ impl Bench<'_> {
             let guesses: Vec<(String, f64)> = tried
                 .iter()
                 .filter_map(|tried| match &tried.change {
-                    Change::Numbers(numbers) if numbers.len() == 1 && tried.judged.explained > 0.0 => Some(numbers[0].clone()),
+                    Change::Numbers(numbers) if numbers.len() == 1 && tried.judged.explained > 0.0 => {
+                        Some(numbers[0].clone())
+                    }
                     _ => None,
                 })
                 .collect();
@@ -298,7 +335,8 @@ impl Bench<'_> {
             }
             if !pairs && !explains_all(&tried) {
                 let mistaken = unknown.iter().filter(|unknown| unknown.value != 0.0);
-                let mistaken = mistaken.flat_map(|unknown| MISTAKEN.map(|factor| unknown.changes(factor * unknown.value)));
+                let mistaken =
+                    mistaken.flat_map(|unknown| MISTAKEN.map(|factor| unknown.changes(factor * unknown.value)));
                 tried.extend(self.all_tried(mistaken.map(Change::Numbers).collect()));
             }
         }
@@ -312,7 +350,8 @@ impl Bench<'_> {
             let of_order = |stepper: &&Stepper| !stepper.scheme.is_low();
             let both = numbers.take(CLOSEST).flat_map(|numbers| {
                 let each = steppers.iter().filter(of_order);
-                each.map(|stepper| Change::Both(numbers.clone(), *stepper)).collect::<Vec<_>>()
+                each.map(|stepper| Change::Both(numbers.clone(), *stepper))
+                    .collect::<Vec<_>>()
             });
             tried.extend(self.all_tried(both.collect()));
             tried = sorted(tried);
@@ -330,14 +369,17 @@ impl Bench<'_> {
         tried.sort_by_key(|tried| (tried.change.rank(), tried.change.is_of_normal_force()));
         // What takes more than the simplest, and explains no more, is not needed.
         let simplest = tried[0].change.rank();
-        tried.retain(|tried| tried.change.rank() == simplest || !matches!(tried.change, Change::Numbers(_) | Change::State));
+        tried.retain(|tried| {
+            tried.change.rank() == simplest || !matches!(tried.change, Change::Numbers(_) | Change::State)
+        });
         Found::Causes(tried)
     }
 
     /// A run without the kicks, if it reproduces the candidate up to a time (s).
     pub fn unkicked(&self, until: f64) -> Option<Tried> {
         self.evidence.observation?;
-        self.tried(Change::NoKick, until).filter(|tried| tried.judged.is_cause())
+        self.tried(Change::NoKick, until)
+            .filter(|tried| tried.judged.is_cause())
     }
 
     /// What a candidate that begins with a twist so far off (rad) would differ by, in parts of what the candidate does.
@@ -347,7 +389,10 @@ impl Bench<'_> {
         let motion = |off: f64| {
             let mut state = state.clone();
             state[self.physics.system().rotor.twists] += off;
-            Some(self.score(own, self.numbers.case().threshold(), &Start::At(time, state))?.values)
+            Some(
+                self.score(own, self.numbers.case().threshold(), &Start::At(time, state))?
+                    .values,
+            )
         };
         let square = observation.between(&motion(0.0)?, &motion(off)?);
         Some((square / observation.left(&observation.reference, f64::INFINITY)).sqrt())
@@ -381,10 +426,19 @@ impl Bench<'_> {
             .collect();
         // The speed of a driven end, and with it the speeds at t = 0 that are the same.
         for end in ["rotor.speed", "stator.speed"] {
-            let Some(speed) = self.numbers.number(end).map(|number| number.value).filter(|speed| *speed != 0.0) else {
+            let Some(speed) = self
+                .numbers
+                .number(end)
+                .map(|number| number.value)
+                .filter(|speed| *speed != 0.0)
+            else {
                 continue;
             };
-            let initial = self.numbers.numbers().iter().filter(|n| n.path.starts_with("initial.") && n.value == speed);
+            let initial = self
+                .numbers
+                .numbers()
+                .iter()
+                .filter(|n| n.path.starts_with("initial.") && n.value == speed);
             let with: Vec<String> = initial.map(|number| number.path.clone()).collect();
             if !with.is_empty() {
                 unknown.push(Unknown {
@@ -395,12 +449,20 @@ impl Bench<'_> {
                 });
             }
         }
-        let sides = [("rotor", &system.rotor, &trains.rotor), ("stator", &system.stator, &trains.stator)];
+        let sides = [
+            ("rotor", &system.rotor, &trains.rotor),
+            ("stator", &system.stator, &trains.stator),
+        ];
         let mut absent = |path: String, unit: f64| {
             if self.numbers.number(&path).is_none_or(|number| number.value == 0.0) && unit.is_finite() && unit > 0.0 {
                 let with = Vec::new();
                 let value = 0.0;
-                unknown.push(Unknown { path, value, unit, with });
+                unknown.push(Unknown {
+                    path,
+                    value,
+                    unit,
+                    with,
+                });
             }
         };
         for (name, side, train) in sides {

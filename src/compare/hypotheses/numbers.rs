@@ -108,9 +108,8 @@ impl Fit<'_> {
             let better = (0..SHORTER).find_map(|times| {
                 let shrink = 0.25f64.powi(times as i32);
                 let each = at.values.iter().zip(&step).zip(which);
-                let values = each.map(|((value, step), &k)| {
-                    value + (shrink * step).clamp(-LONGEST, LONGEST) * self.unknown[k].unit
-                });
+                let values = each
+                    .map(|((value, step), &k)| value + (shrink * step).clamp(-LONGEST, LONGEST) * self.unknown[k].unit);
                 let next = self.at(which, values.collect())?;
                 let same = square(&self.residual(&next.played.values, at.rows));
                 (same < left).then_some((next, same))
@@ -172,7 +171,8 @@ pub(super) fn propose(
         false => known.iter().map(|&k| vec![k]).collect(),
         true => {
             let each = known.iter().enumerate();
-            each.flat_map(|(n, &a)| known[n + 1..].iter().map(move |&b| vec![a, b])).collect()
+            each.flat_map(|(n, &a)| known[n + 1..].iter().map(move |&b| vec![a, b]))
+                .collect()
         }
     };
     let ranked = groups.into_iter().map(|group| {
@@ -188,7 +188,9 @@ pub(super) fn propose(
     };
     let mut begin: Vec<(Vec<usize>, Vec<f64>)> = ranked.into_iter().map(|(_, group)| own(group)).collect();
     for (path, value) in guesses.iter().take(CLOSEST).filter(|_| !pairs) {
-        let known = unknown.iter().position(|unknown| unknown.path == *path && unknown.with.is_empty());
+        let known = unknown
+            .iter()
+            .position(|unknown| unknown.path == *path && unknown.with.is_empty());
         begin.extend(known.map(|k| (vec![k], vec![*value])));
     }
     let found = over_processors(begin.len(), &|| false, |index| {

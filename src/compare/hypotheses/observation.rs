@@ -38,7 +38,9 @@ impl ObservationPass {
     /// are all kept.
     pub fn new(channels: &[Channel], own: impl Fn(Channel) -> bool, window: (f64, f64)) -> ObservationPass {
         let all = |wanted: &dyn Fn(Channel) -> bool| -> Vec<usize> {
-            (0..channels.len()).filter(|&k| own(channels[k]) && wanted(channels[k])).collect()
+            (0..channels.len())
+                .filter(|&k| own(channels[k]) && wanted(channels[k]))
+                .collect()
         };
         let mut columns = all(&|channel| !is_integral(channel));
         if columns.is_empty() {
@@ -98,7 +100,11 @@ impl ObservationPass {
         let interval = self.ends.filter(|_| even && self.came > 1);
         Ok(Observation {
             values: (0..self.channels.len()).map(column).collect(),
-            sizes: self.channels.iter().map(|&channel| physics.size(channel, false)).collect(),
+            sizes: self
+                .channels
+                .iter()
+                .map(|&channel| physics.size(channel, false))
+                .collect(),
             interval: interval.map(|(from, to)| (to - from) / (self.came - 1) as f64),
             channels: self.channels,
             reference,
@@ -118,7 +124,9 @@ fn at(mut walk: Walk<'_>, channels: &[Channel], times: &[f64]) -> Result<Vec<Vec
     let mut values = vec![vec![f64::NAN; times.len()]; channels.len()];
     let mut curves: Vec<Curve> = Vec::new();
     for (row, &time) in times.iter().enumerate() {
-        let Some((left, right, _)) = walk.at(time)? else { continue };
+        let Some((left, right, _)) = walk.at(time)? else {
+            continue;
+        };
         if walk.curves(channels, &mut curves) == Some(true) {
             let part = (time - left) / (right - left);
             for (column, curve) in values.iter_mut().zip(&curves) {

@@ -18,7 +18,7 @@ const MOST_QUESTIONS: usize = 400;
 /// Expansions between two states of a run at most.
 const MOST_EXPANSIONS: usize = 10_000;
 
-/// What is run: from where, up to which time (s), with how many events at most.
+/// What is run: from where, up to which time (s), with how many events and steps at most.
 #[derive(Debug, Clone, Copy)]
 pub(in super::super) struct Score<'a> {
     pub system: &'a System,
@@ -27,6 +27,7 @@ pub(in super::super) struct Score<'a> {
     pub start: &'a Start,
     pub end: f64,
     pub most_events: usize,
+    pub most_steps: Option<usize>,
 }
 
 /// A motion.
@@ -48,7 +49,7 @@ impl Score<'_> {
 
     /// The events, and the channels of the observation at its times.
     pub fn play(&self, physics: &Physics, observation: &Observation) -> Option<Played> {
-        let solver = solver();
+        let solver = self.solver();
         let mut kept = Kept {
             course: Course::new(self.system, self.threshold, &solver),
             further: Vec::new(),
@@ -58,6 +59,15 @@ impl Score<'_> {
         let Kept { mut course, nodes, .. } = kept;
         let values = sampled(&mut course, &nodes, physics, &observation.channels, &observation.time);
         Some(Played { values, ..played })
+    }
+
+    fn solver(&self) -> SolverOptions {
+        SolverOptions {
+            method: Method::Series,
+            rtol: RTOL,
+            max_steps: self.most_steps,
+            ..SolverOptions::default()
+        }
     }
 
     fn run(&self, steps: bool, recorder: &mut dyn Recorder) -> Option<Played> {
@@ -83,7 +93,7 @@ impl Score<'_> {
                 false => ControlFlow::Continue(()),
             }
         };
-        let report = simulate_from(problem, start, &solver(), &output, recorder, control).ok()?;
+        let report = simulate_from(problem, start, &self.solver(), &output, recorder, control).ok()?;
         if report.interrupted {
             return None;
         }
@@ -93,14 +103,6 @@ impl Score<'_> {
             events: events.map(SequenceEvent::from).collect(),
             steps: report.work.iter().map(|work| work.steps).sum(),
         })
-    }
-}
-
-fn solver() -> SolverOptions {
-    SolverOptions {
-        method: Method::Series,
-        rtol: RTOL,
-        ..SolverOptions::default()
     }
 }
 
@@ -152,7 +154,10 @@ fn sampled(course: &mut Course, nodes: &[Node], physics: &Physics, channels: &[C
         for _ in 0..MOST_EXPANSIONS {
             let length = course.expand(*mode, at, &y, (to - at).max(f64::MIN_POSITIVE));
             let end = if at + length >= to { to } else { at + length };
-            let series: Vec<_> = channels.iter().map(|&c| course.series(physics.quantity(c), length)).collect();
+            let series: Vec<_> = channels
+                .iter()
+                .map(|&c| course.series(physics.quantity(c), length))
+                .collect();
             while inside(row) && (times[row] < end || end == to) {
                 let part = (times[row] - at) / length;
                 for (column, (coefficients, terms)) in values.iter_mut().zip(&series) {

@@ -95,7 +95,9 @@ struct Motion<'a> {
 
 impl Motion<'_> {
     fn velocity(&self) -> f64 {
-        self.physics.system().relative_velocity(&self.course.outside(self.t), &self.y)
+        self.physics
+            .system()
+            .relative_velocity(&self.course.outside(self.t), &self.y)
     }
 
     /// Writes the channels into a row.
@@ -113,7 +115,10 @@ impl Motion<'_> {
             let w = system.relative_velocity(&outside, y);
             let share = system.law_in(system.piece_of(w)).coefficient(w.abs()) * (SHAPES[shape].value)(w / speed);
             let torque = share * system.radius * outside.normal_force;
-            rates.iter_mut().zip(system.interface_rates()).for_each(|(rate, per)| *rate += torque * per);
+            rates
+                .iter_mut()
+                .zip(system.interface_rates())
+                .for_each(|(rate, per)| *rate += torque * per);
             return;
         }
         let mut sense = f64::from(self.mode.sense());
@@ -142,7 +147,9 @@ impl Motion<'_> {
         match scheme {
             Scheme::Exact => {
                 let span = (t, t + h);
-                arrived = self.course.go(self.mode, span, &mut self.y, MOST_EXPANSIONS, &mut |_, _| {});
+                arrived = self
+                    .course
+                    .go(self.mode, span, &mut self.y, MOST_EXPANSIONS, &mut |_, _| {});
             }
             Scheme::RungeKutta => {
                 self.rates(t, &self.y, &mut a);
@@ -286,7 +293,11 @@ impl Stepper {
         for n in 0..=steps as usize {
             // The grid of the samples, without what sums of steps round to.
             motion.t = from + n as f64 * self.step;
-            while observation.time.get(row).is_some_and(|time| *time < motion.t + 0.5 * self.step) {
+            while observation
+                .time
+                .get(row)
+                .is_some_and(|time| *time < motion.t + 0.5 * self.step)
+            {
                 motion.read(&mut values, observation, row);
                 row += 1;
             }

@@ -16,10 +16,10 @@ mod trials;
 pub use jump::OtherKick;
 pub use mistake::{Agreement, FoundBy, OtherNumber, OtherParameters, Rerun};
 
-pub(super) use jump::{JumpPass, other_kick};
-pub(super) use stretches::StretchPass;
 pub(super) use fit::least_squares;
+pub(super) use jump::{JumpPass, other_kick};
 pub(super) use mistake::of_normal_force;
+pub(super) use stretches::StretchPass;
 pub(super) use trials::{Start, agreement};
 
 use crate::case::WrittenCase;

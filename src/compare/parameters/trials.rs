@@ -75,6 +75,7 @@ impl<'a> Trials<'a> {
             start: &self.start,
             end: self.end,
             most_events: MOST_EVENTS.0 * self.word.len() + MOST_EVENTS.1,
+            most_steps: None,
         };
         let Played { mut events, steps, .. } = score.events()?;
         events.retain(|event| event.time >= self.covered.0 && event.time <= self.end);
