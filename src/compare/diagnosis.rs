@@ -212,6 +212,7 @@ impl Symptoms<'_> {
             scheme,
             stop,
             breakaway,
+            ..
         } = *stepper;
         let unit = self.physics.vocabulary().unit(Channel::RelativeVelocity);
         let short = match step < 1e-3 {
@@ -264,14 +265,14 @@ impl Symptoms<'_> {
         (self.physics.coasts() && nearly_all).then_some(DIGIT)
     }
 
-    /// What the last digit of angles (rad) comes to: a run that begins so far off differs by this part of what the candidate does.
+    /// What the last digit of angles (rad) comes to: rounding to it makes this part of what the candidate differs by.
     pub fn absolute_angles(&self, digit: f64, part: f64) -> String {
         let stiffness = self.physics.system().rotor.stiffness.first().copied().unwrap_or(0.0);
         let (floor, percent) = (stiffness * digit, 100.0 * part);
         format!(
             "its rotor twist is a difference of two angles, rounded to their last digit: a floor of about {floor:.0e} N m \
-             under its torques, which the instability amplifies; a run of the case whose twist begins one such digit off differs \
-             from it by {percent:.0} % as much as the candidate; integrate the twist itself"
+             under its torques, which the instability amplifies; a run of the case with its steps, whose twist is rounded to that digit, \
+             differs from one that is not by {percent:.0} % as much as the candidate does from the reference; integrate the twist itself"
         )
     }
 }

@@ -105,8 +105,11 @@ const AGREED_IN_SAMPLES: f64 = 1e-7;
 /// Samples that differ by less than this part of the sizes of their channels, in the root mean square, need no explanation.
 const SAMPLES_AGREE: f64 = 1e-6;
 
+/// How long before an onset without a kick its oscillation is below what is compared, in natural periods.
+const BEFORE_ONSET: f64 = 20.0;
+
 /// What rounding makes of a motion, at least, in parts of a difference that it is the cause of.
-const AMPLIFIED: f64 = 0.3;
+const AMPLIFIED: f64 = 0.1;
 
 /// The error of an event found in samples: those of the samples around it, in distances of times.
 const FOUND: f64 = 2.0;
@@ -482,8 +485,13 @@ impl Reference {
             observation = Some(passes.observation.finish(physics, self.walk()?)?);
         }
         let observation = observation.filter(Observation::overlaps);
+        // Without a kick the onset is amplified rounding, which no run repeats.
+        let onset = self.word.iter().chain(shown.word).map(|event| event.time);
+        let is_noise = physics.coasts() && physics.trains.kicks.is_empty();
+        let known = onset.min_by(f64::total_cmp).filter(|_| is_noise);
+        let known = known.map_or(f64::INFINITY, |onset| onset - BEFORE_ONSET * period);
         let samples_agree = observation.as_ref().map(|observation| {
-            let left = observation.left(&observation.reference, f64::INFINITY);
+            let left = observation.left(&observation.reference, known);
             left <= SAMPLES_AGREE * SAMPLES_AGREE
         });
         let events_agree = shown.worst.is_none_or(|worst| worst <= shown.bound);
@@ -499,7 +507,7 @@ impl Reference {
             observation: observation.as_ref(),
             word: shown.word,
             reference: &self.word,
-            covered: (from, to),
+            covered: (from, to.min(known)),
             period,
             bound: shown.bound,
             detected: shown.detected,
@@ -585,7 +593,13 @@ impl Reference {
         }
         let events = shown.word.len();
         let of_samples = observation.is_some();
-        let outcome = |judged: &Judged| diagnosis::reproduced(judged, of_samples, events);
+        let events = if known.is_finite() { 0 } else { events };
+        let outcome = |judged: &Judged| {
+            let up_to = known
+                .is_finite()
+                .then_some(" up to the onset, which is amplified rounding");
+            diagnosis::reproduced(judged, of_samples, events) + up_to.unwrap_or_default()
+        };
         let mut causes = Causes::default();
         match bench.find(proposals, &reading, self.start) {
             HypothesesFound::Causes(all) => {

@@ -385,19 +385,21 @@ impl Bench<'_> {
             .filter(|tried| tried.judged.is_cause())
     }
 
-    /// What a candidate that begins with a twist so far off (rad) would differ by, in parts of what the candidate does.
-    pub fn amplified(&self, off: f64) -> Option<f64> {
-        let (observation, (time, state)) = (self.evidence.observation?, self.first.clone()?);
-        let own = &self.numbers.case().system;
-        let motion = |off: f64| {
-            let mut state = state.clone();
-            state[self.physics.system().rotor.twists] += off;
-            Some(
-                self.score(own, self.numbers.case().threshold(), &Start::At(time, state))?
-                    .values,
-            )
+    /// What the rounding of a twist to multiples of a digit (rad) makes of the motion with the candidate's steps, in parts of what the
+    /// candidate differs by.
+    pub fn amplified(&self, digit: f64) -> Option<f64> {
+        let (observation, (time, state)) = (self.evidence.observation?, self.first.as_ref()?);
+        let motion = |digit: f64| {
+            let stepper = Stepper {
+                step: observation.interval?,
+                scheme: Scheme::RungeKutta,
+                stop: Stop::Sign,
+                breakaway: 1.0,
+                digit,
+            };
+            Some(stepper.play(self.physics, (*time, state), observation)?.values)
         };
-        let square = observation.between(&motion(0.0)?, &motion(off)?);
+        let square = observation.between(&motion(0.0)?, &motion(digit)?);
         Some((square / observation.left(&observation.reference, f64::INFINITY)).sqrt())
     }
 
@@ -499,6 +501,7 @@ impl Bench<'_> {
                     scheme,
                     stop,
                     breakaway,
+                    digit: 0.0,
                 });
             };
             for &tolerance in tolerances {

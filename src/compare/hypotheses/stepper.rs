@@ -72,6 +72,8 @@ pub(in super::super) struct Stepper {
     pub stop: Stop,
     /// Of mu_0, at which a stick ends.
     pub breakaway: f64,
+    /// The twist of the rotor's first shaft is a multiple of this after every step, rad; 0 where it is not rounded.
+    pub digit: f64,
 }
 
 /// Steps of a run at most; and of the fixed point of an implicit step.
@@ -304,6 +306,10 @@ impl Stepper {
             let (before, mode) = (motion.velocity(), motion.mode);
             if !motion.step(self.scheme, self.step) {
                 return None;
+            }
+            if self.digit > 0.0 {
+                let twist = &mut motion.y[system.rotor.twists];
+                *twist = (*twist / self.digit).round() * self.digit;
             }
             let (t, limit) = (motion.t, limit(motion.t)?);
             let mut event = |kind| events.push(SequenceEvent { time: t, kind });
