@@ -164,9 +164,12 @@ impl Symptoms<'_> {
             .into_iter()
             .filter(|w| *w > 1e-6 * self.physics.speed())
             .flat_map(round_above);
+        let mut tolerances: Vec<f64> = tolerances.collect();
+        tolerances.sort_by(f64::total_cmp);
+        tolerances.dedup();
         Proposals {
             changes,
-            tolerances: tolerances.collect(),
+            tolerances,
             ..Proposals::default()
         }
     }
@@ -277,15 +280,15 @@ impl Symptoms<'_> {
     }
 }
 
-/// A round number above one, and one just above it.
-fn round_above(speed: f64) -> [f64; 2] {
+/// The round numbers next above one, and one just above it: what lies in between declares the same sticks.
+fn round_above(speed: f64) -> impl Iterator<Item = f64> {
+    const DIGITS: [f64; 13] = [1.0, 1.5, 2.0, 2.5, 3.0, 4.0, 5.0, 6.0, 8.0, 10.0, 15.0, 20.0, 30.0];
     let power = 10f64.powf(speed.log10().floor());
-    let digits = [1.0, 1.5, 2.0, 2.5, 3.0, 4.0, 5.0, 6.0, 8.0, 10.0];
-    let round = digits
-        .into_iter()
-        .map(|digit| digit * power)
-        .find(|round| *round >= speed);
-    [round.unwrap_or(speed), 1.001 * speed]
+    let round = DIGITS.into_iter().map(move |digit| digit * power);
+    round
+        .filter(move |round| *round >= speed)
+        .take(3)
+        .chain([1.001 * speed])
 }
 
 /// What stick can carry.
