@@ -210,6 +210,9 @@ pub(super) struct CompareOptions {
     /// A stick ends where the relative velocity exceeds this many tolerances [default: 2].
     #[arg(long, value_name = "N")]
     pub hysteresis: Option<f64>,
+    /// The comparison alone: no causes are looked for.
+    #[arg(long)]
+    pub quick: bool,
     /// A requirement, such as 'onset<1e-6'; may be repeated. Exit status 1 if something falls short.
     #[arg(long, value_name = "METRIC<BOUND", add = requirements())]
     pub require: Vec<String>,

@@ -20,6 +20,22 @@ pub struct FoundOffset {
     pub rms: f64,
 }
 
+impl FoundOffset {
+    /// Its events agree when a time is added to them.
+    pub(super) fn words(&self) -> String {
+        let FoundOffset {
+            seconds,
+            agree,
+            of,
+            rms,
+        } = *self;
+        format!(
+            "its clock starts elsewhere: with {seconds:.9} s added to its times, {agree} of its {of} events agree, rms {rms:.1e} s; \
+             repeat with --time-offset {seconds:.9}, or auto"
+        )
+    }
+}
+
 /// Events of the candidate that are looked at.
 const MOST: usize = 300;
 /// Events of the reference, from its first on, to which the first ones of the candidate may belong.

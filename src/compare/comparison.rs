@@ -4,7 +4,7 @@ use super::attractor::Attractor;
 use super::case_differences::CaseDifference;
 use super::cycles::CycleErrors;
 use super::detect::Detection;
-use super::diagnosis::Diagnosis;
+use super::diagnosis::{Cause, Diagnosis, percent};
 use super::energy::EnergyDrift;
 use super::event_errors::EventErrors;
 use super::impulse::ImpulseErrors;
@@ -40,6 +40,9 @@ pub struct Comparison {
     pub verdict: String,
     /// What explains the differences, the most fundamental first.
     pub causes: Vec<Diagnosis>,
+    /// It differs, and no change of the reference's run that was tried reproduces it.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub unexplained: Option<Unexplained>,
     /// Keys of the case in which the two runs differ, in SI; empty if the candidate's case is unknown.
     pub case_differences: Vec<CaseDifference>,
     /// Of a candidate by another program: numbers of the case that it has otherwise.
@@ -116,6 +119,28 @@ pub struct Absent {
     pub what: &'static str,
     /// Why.
     pub why: String,
+}
+
+/// A difference without a cause.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Unexplained {
+    /// Where it begins, s: the first sample that is a thousandth of its channel's size off, or the first event that is wrong.
+    pub begins: Option<f64>,
+    /// What the contact of the reference does there: "in stick", "in slip", "before the first event".
+    pub during: &'static str,
+    /// What would tell more.
+    pub would_tell: Option<String>,
+    /// What came closest; `None` if nothing could be run.
+    pub closest: Option<Closest>,
+}
+
+/// A change of the reference's run that does not reproduce the candidate.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct Closest {
+    /// What it would be.
+    pub cause: Cause,
+    /// Part of the squared difference that it takes away; negative if it adds to it.
+    pub explained: f64,
 }
 
 /// The part of the reference that a candidate covers.
@@ -241,6 +266,21 @@ impl Comparison {
         }
         if let Some(first) = self.causes.first() {
             text += &format!("; likely cause: {}: {}", first.cause.name(), first.evidence);
+        } else if let Some(unexplained) = &self.unexplained {
+            text += "; no single cause explains it";
+            if let Some(begins) = unexplained.begins {
+                text += &format!(", which begins at {begins:.6} s, {}", unexplained.during);
+            }
+            if let Some(Closest { cause, explained }) = unexplained.closest.filter(|closest| closest.explained > 0.0) {
+                text += &format!(
+                    ": the closest, {}, explains {} % of the squared difference",
+                    cause.name(),
+                    percent(explained)
+                );
+            }
+            if let Some(more) = &unexplained.would_tell {
+                text += &format!("; {more} would tell more");
+            }
         }
         self.verdict = text;
     }

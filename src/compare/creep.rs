@@ -2,12 +2,14 @@
 
 use super::reference::Physics;
 use crate::friction::Law;
+use crate::model::system::Smoothing;
+use std::f64::consts::FRAC_PI_2;
 
 /// How a candidate creeps.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Creep {
-    /// In words.
-    pub function: &'static str,
+    /// Of [`SHAPES`].
+    pub shape: usize,
     /// eps, rad/s.
     pub speed: f64,
     /// The largest |omega_r| that was looked at, rad/s.
@@ -25,23 +27,55 @@ pub(super) struct CreepPass<'a> {
     last: Option<(f64, f64)>,
     /// Sums of w^2, and for each function of w a and a^2, where a is its inverse at T_f/(mu(0) r F_n).
     squares: f64,
-    sums: [[f64; 2]; FUNCTIONS.len()],
+    sums: [[f64; 2]; SHAPES.len()],
     largest: f64,
     count: u64,
 }
 
-/// A name, and the inverse.
-type Function = (&'static str, fn(f64) -> f64);
+/// A function in the place of the sign.
+#[derive(Debug)]
+pub(super) struct Shape {
+    pub name: &'static str,
+    /// Of omega_r/eps.
+    pub value: fn(f64) -> f64,
+    /// omega_r/eps at a share of the torque.
+    inverse: fn(f64) -> f64,
+    /// Where a case can have it.
+    pub smoothing: Option<Smoothing>,
+}
 
-/// Functions whose inverse at a share of the torque is omega_r/eps.
-const FUNCTIONS: [Function; 5] = [
-    ("tanh(omega_r/eps)", f64::atanh),
-    ("(2/pi) arctan(omega_r/eps)", |z| {
-        (std::f64::consts::FRAC_PI_2 * z).tan()
-    }),
-    ("omega_r/eps up to 1", |z| z),
-    ("omega_r/sqrt(omega_r^2 + eps^2)", |z| z / (1.0 - z * z).sqrt()),
-    ("1 - exp(-|omega_r|/eps)", |z| -(-z.abs()).ln_1p() * z.signum()),
+/// Those that are looked for.
+pub(super) const SHAPES: [Shape; 5] = [
+    Shape {
+        name: "tanh(omega_r/eps)",
+        value: f64::tanh,
+        inverse: f64::atanh,
+        smoothing: Some(Smoothing::Tanh),
+    },
+    Shape {
+        name: "(2/pi) arctan(omega_r/eps)",
+        value: |x| x.atan() / FRAC_PI_2,
+        inverse: |z| (FRAC_PI_2 * z).tan(),
+        smoothing: Some(Smoothing::Arctan),
+    },
+    Shape {
+        name: "omega_r/eps up to 1",
+        value: |x| x.clamp(-1.0, 1.0),
+        inverse: |z| z,
+        smoothing: None,
+    },
+    Shape {
+        name: "omega_r/sqrt(omega_r^2 + eps^2)",
+        value: |x| x / x.hypot(1.0),
+        inverse: |z| z / (1.0 - z * z).sqrt(),
+        smoothing: None,
+    },
+    Shape {
+        name: "1 - exp(-|omega_r|/eps)",
+        value: |x| -(-x.abs()).exp_m1() * x.signum(),
+        inverse: |z| -(-z.abs()).ln_1p() * z.signum(),
+        smoothing: None,
+    },
 ];
 
 /// Near its limit a torque says little of the speed, near zero too.
@@ -67,7 +101,7 @@ impl<'a> CreepPass<'a> {
             per_torque: 1.0 / rotor + 1.0 / stator,
             last: None,
             squares: 0.0,
-            sums: [[0.0; 2]; FUNCTIONS.len()],
+            sums: [[0.0; 2]; SHAPES.len()],
             largest: 0.0,
             count: 0,
         }
@@ -94,8 +128,8 @@ impl<'a> CreepPass<'a> {
         self.count += 1;
         self.squares += w * w;
         self.largest = self.largest.max(w.abs());
-        for (sums, (_, inverse)) in self.sums.iter_mut().zip(FUNCTIONS) {
-            let a = inverse(share);
+        for (sums, shape) in self.sums.iter_mut().zip(&SHAPES) {
+            let a = (shape.inverse)(share);
             sums[0] += w * a;
             sums[1] += a * a;
         }
@@ -107,11 +141,14 @@ impl<'a> CreepPass<'a> {
             return None;
         }
         let left = |sums: &[f64; 2]| 1.0 - sums[0] * sums[0] / (sums[1] * self.squares);
-        let sums = self.sums.iter().zip(FUNCTIONS);
-        let fits = sums.map(|(sums, (name, _))| (left(sums), name, sums));
-        let (least, function, sums) = fits.min_by(|a, b| a.0.total_cmp(&b.0))?;
+        let fits = self
+            .sums
+            .iter()
+            .enumerate()
+            .map(|(shape, sums)| (left(sums), shape, sums));
+        let (least, shape, sums) = fits.min_by(|a, b| a.0.total_cmp(&b.0))?;
         (least <= LEFT).then(|| Creep {
-            function,
+            shape,
             speed: sums[0] / sums[1],
             largest: self.largest,
         })

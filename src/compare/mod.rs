@@ -4,7 +4,7 @@
 //! events; a [`Mapping`] says what its columns are. Events that it does not state are found in its relative velocity.
 //! The event sequences are aligned first ([`crate::record::sequence`]). Matched events give the errors of event times, and the
 //! stretches in which both runs are in the same segment. There the channels are compared with the reference sample by sample,
-//! and nothing is compared across an event. A cause is named where the candidate's numbers are evidence for it.
+//! and nothing is compared across an event. A cause is named where the reference's run with it reproduces the candidate.
 //!
 //! | module | what it is |
 //! |---|---|
@@ -15,7 +15,9 @@
 //! | `event_errors`, `cycles`, `clock`, `attractor` | errors of event times, over cycles, by an offset of the clock, of periodic motion |
 //! | `windows`, `states`, `impulse`, `energy`, `range` | common stretches; errors of channels, impulses and energies; range of the position |
 //! | `statistics` | the paper's numbers of both runs |
-//! | `diagnosis`, `units`, `creep`, `parameters`, `case_differences` | causes: wrong units, regularised friction, another number of the case |
+//! | `hypotheses` | which change of the reference's own run makes it the candidate |
+//! | `units`, `creep`, `parameters` | what proposes such changes: factors of channels, creep in stick, equations that do not hold |
+//! | `diagnosis`, `case_differences` | causes in words |
 //! | `comparison`, `requirement`, `trace`, `error` | the outcome, bounds on it, what is drawn of it, why there is none |
 
 mod attractor;
@@ -33,6 +35,7 @@ mod energy;
 mod error;
 mod evaluate;
 mod event_errors;
+mod hypotheses;
 mod impulse;
 mod parameters;
 mod range;
@@ -54,7 +57,7 @@ pub use candidate::{Mapping, TimeOffset};
 pub use case_differences::CaseDifference;
 pub use channel::Channel;
 pub use clock::{FoundOffset, OtherClock};
-pub use comparison::{Absent, ChannelErrors, Comparison, Span};
+pub use comparison::{Absent, ChannelErrors, Closest, Comparison, Span, Unexplained};
 pub use cycles::CycleErrors;
 pub use detect::{Detection, Detector, Found, Point};
 pub use diagnosis::{Cause, Diagnosis};
@@ -62,6 +65,7 @@ pub use error::CompareError;
 pub use evaluate::Evaluator;
 pub use event_errors::EventError;
 pub use impulse::ImpulseErrors;
+use parameters::Rerun;
 pub use parameters::{Agreement, FoundBy, OtherKick, OtherNumber, OtherParameters, Rerun as TriedAgain};
 pub use requirement::Requirement;
 pub use resolution::{Resolution, Rounding};
@@ -79,14 +83,17 @@ use comparison::channel_errors;
 use creep::{Creep, CreepPass};
 use crossings::Crossings;
 use detect::{DEFAULT_HYSTERESIS, DEFAULT_TOLERANCE};
-use diagnosis::Evidence;
+use diagnosis::Symptoms;
 use energy::{EnergyDrift, EnergyPass};
 use event_errors::EventErrors;
+use hypotheses::{
+    Bench, Change, Evidence, Found as HypothesesFound, Judged, Observation, ObservationPass, Played, Tried,
+};
 use impulse::ImpulsePass;
-use parameters::{Found as Explained, JumpPass, Material, Start, StretchPass, other_kick, other_parameters};
+use parameters::{JumpPass, Material, Start, StretchPass, other_kick, other_parameters};
 use range::Range;
-use reference::{BeforeAndAfter, Physics, Rerun, states_at_events};
-use states::{Grid, Probe, StatePass};
+use reference::{BeforeAndAfter, Physics, Rerun as RepeatedRun, states_at_events};
+use states::{Grid, StatePass};
 use statistics::{of_attractors, statistics};
 use std::path::Path;
 use torques::TorqueWatch;
@@ -94,6 +101,18 @@ use torques::TorqueWatch;
 /// Event times that agree to this, s, need no explanation; where they are found in samples, to that.
 const AGREED: f64 = 1e-9;
 const AGREED_IN_SAMPLES: f64 = 1e-7;
+
+/// Samples that differ by less than this part of the sizes of their channels, in the root mean square, need no explanation.
+const SAMPLES_AGREE: f64 = 1e-6;
+
+/// How long before an onset without a kick its oscillation is below what is compared, in natural periods.
+const BEFORE_ONSET: f64 = 20.0;
+
+/// What rounding makes of a motion, at least, in parts of a difference that it is the cause of.
+const AMPLIFIED: f64 = 0.1;
+
+/// The error of an event found in samples: those of the samples around it, in distances of times.
+const FOUND: f64 = 2.0;
 
 /// Events of a candidate beyond this are chattering.
 const MOST_EVENTS: usize = 1_000_000;
@@ -103,7 +122,7 @@ const MOST_EVENTS: usize = 1_000_000;
 pub struct Reference {
     file: ResultFile,
     physics: Physics,
-    rerun: Rerun,
+    rerun: RepeatedRun,
     /// Its periodic motion.
     attractor: Option<Attractor>,
     /// It slips from the first sample on.
@@ -166,7 +185,7 @@ impl Reference {
         Ok(Reference {
             physics: Physics::new(case, &word, end),
             word,
-            rerun: Rerun::default(),
+            rerun: RepeatedRun::default(),
             attractor: Attractor::of_file(&file)?,
             starts_in_slip: first.iter().any(|(_, mode, _)| mode.sense() != 0),
             file,
@@ -266,11 +285,11 @@ impl Reference {
             if !events_given {
                 windows::without_small_shifts(&mut windows, interval);
             }
-            let firsts = [reference_word.first(), word.first()].into_iter().flatten();
-            let onset = firsts.map(|e| e.time).fold(span.to, f64::min);
             let position = self.position(&candidate, &all, slack);
-            let passes = self.passes(&candidate, &found, detection);
-            Some(self.states(&candidate, windows, (detection, onset), position, passes, &mut watch)?)
+            // Around the first event that differs.
+            let wrong = self.first_wrong(&errors, &alignment).unwrap_or(span.from);
+            let passes = self.passes(&candidate, &found, detection, (wrong - period, wrong + period));
+            Some(self.states(&candidate, windows, detection, position, passes, &mut watch)?)
         } else {
             None
         };
@@ -290,30 +309,47 @@ impl Reference {
             };
             unit_faults.extend(channels.iter().enumerate().filter_map(of_channel));
         }
-        let mut causes = diagnosis::diagnose(&Evidence {
-            physics,
-            floor: resolution.as_ref().map_or(0.0, |resolution| resolution.event_error),
-            offset: proposed,
-            reference: &reference_word,
-            found: &found,
-            alignment: &alignment,
-            errors: &errors,
-            units: unit_faults,
-            kick: self.kick_event(),
-            probes: states.as_ref().map_or(&[][..], |s| &s.pass.probes),
-            grid: states.as_ref().map_or(Grid::default(), |s| s.pass.grid),
-            interval: survey.interval,
-            plateau: survey.plateau,
-            detected: !events_given,
-            creep: states.as_ref().and_then(|s| s.creep),
-        });
-        let agreed = if events_given { AGREED } else { AGREED_IN_SAMPLES };
-        let differs = !alignment.differences.is_empty() || errors.max.is_none_or(|max| max > agreed);
-        let passes = states.as_mut().and_then(|states| states.passes.take());
-        let other = match candidate.is_own() {
-            false => self.other_inputs(&candidate, passes, (&found, &all), span, differs, &mut causes)?,
-            true => Others::default(),
+        unit_faults.retain(|fault| fault.explained >= hypotheses::EXPLAINED);
+        let mut found_causes = Causes {
+            said: unit_faults.iter().map(diagnosis::wrong_units).collect(),
+            ..Causes::default()
         };
+        // Of this program's own results their case says what differs.
+        if !candidate.is_own() && unit_faults.is_empty() && !mapping.quick {
+            let floor = resolution.as_ref().map_or(0.0, |resolution| resolution.event_error);
+            let symptoms = Symptoms {
+                physics,
+                reference: &reference_word,
+                found: &found,
+                alignment: &alignment,
+                grid: states.as_ref().map_or(Grid::default(), |s| s.pass.grid),
+                plateau: survey.plateau,
+                creep: states.as_ref().and_then(|s| s.creep),
+            };
+            let shown = Shown {
+                candidate: &candidate,
+                symptoms,
+                span,
+                word: &all,
+                offset: proposed,
+                // Event times that are found in samples are known to some intervals.
+                bound: if events_given {
+                    AGREED
+                } else {
+                    AGREED_IN_SAMPLES.max(FOUND * interval)
+                }
+                .max(floor),
+                worst: match alignment.differences.is_empty() {
+                    true => errors.max,
+                    false => Some(f64::INFINITY),
+                },
+                wrong: self.first_wrong(&errors, &alignment),
+                detected: !events_given,
+            };
+            let passes = states.as_mut().and_then(|states| states.passes.take());
+            found_causes = self.causes(&shown, passes)?;
+        }
+        let mut causes = found_causes.said;
         diagnosis::add_case(&mut causes, candidate.differences());
 
         let mut statistics = statistics(&reference_word, &word, (span.from_start, span.to_end), uncovered);
@@ -334,9 +370,10 @@ impl Reference {
             verdict: String::new(),
             causes,
             case_differences: candidate.differences().to_vec(),
-            parameters: other.parameters,
-            kick: other.kick,
-            clock: other.clock,
+            parameters: found_causes.parameters,
+            kick: found_causes.kick,
+            clock: found_causes.clock,
+            unexplained: found_causes.unexplained,
             detection: (!events_given).then_some(detection),
             velocity_unit: physics.vocabulary().unit(Channel::RelativeVelocity),
             span: candidate.has_rows().then_some(span),
@@ -390,7 +427,13 @@ impl Reference {
     }
 
     /// What is collected of a candidate by another program to find another number of the case in.
-    fn passes(&self, candidate: &Candidate, found: &[Found], detection: Detection) -> Option<Passes<'_>> {
+    fn passes(
+        &self,
+        candidate: &Candidate,
+        found: &[Found],
+        detection: Detection,
+        window: (f64, f64),
+    ) -> Option<Passes<'_>> {
         if candidate.is_own() {
             return None;
         }
@@ -407,6 +450,7 @@ impl Reference {
         Some(Passes {
             stretches: StretchPass::new(physics, &channels, tolerance, stick_slip, breaks.collect()),
             jump: JumpPass::new(physics, &channels, kick),
+            observation: ObservationPass::new(&channels, |channel| candidate.is_its_own(channel), window),
         })
     }
 
@@ -418,116 +462,351 @@ impl Reference {
             .rfind(|e| e.kind == EventKind::Kick && e.time < onset)
     }
 
-    /// Another clock, another kick, another number of the case: what explains a candidate by another program. The causes that it makes
-    /// needless are taken out, and it is put among them.
+    /// When the first event is missing, too many, or more than a hundredth of the natural period off, s.
+    fn first_wrong(&self, errors: &EventErrors, alignment: &Alignment) -> Option<f64> {
+        let off = |event: &&event_errors::EventError| event.error.abs() > 0.01 * self.physics.natural_period();
+        let late = errors.events.iter().find(off).map(|event| event.time);
+        let differs = alignment.differences.first().map(|difference| difference.time);
+        late.into_iter().chain(differs).min_by(f64::total_cmp)
+    }
+
+    /// What reproduces a candidate by another program.
     ///
     /// # Errors
     /// Of the file.
-    fn other_inputs(
-        &self,
-        candidate: &Candidate,
-        passes: Option<Passes<'_>>,
-        (found, all): (&[Found], &[SequenceEvent]),
-        span: Span,
-        differs: bool,
-        causes: &mut Vec<Diagnosis>,
-    ) -> Result<Others, CompareError> {
-        if causes.iter().any(|known| known.cause == Cause::WrongUnits) {
-            return Ok(Others::default());
-        }
-        let physics = &self.physics;
+    fn causes(&self, shown: &Shown<'_>, passes: Option<Passes<'_>>) -> Result<Causes, CompareError> {
+        let (physics, symptoms, span) = (&self.physics, &shown.symptoms, shown.span);
         let period = physics.natural_period();
         let kick = self.kick_event();
-        let mut others = Others::default();
-        if differs {
-            let first = self.word.first().map(|e| match e.kind {
-                EventKind::Stick => ("the first stick", e.time),
-                _ => ("the first event", e.time),
-            });
-            let corner = if physics.coasts() {
-                "a corner of F(t)"
-            } else {
-                "a corner of a signal"
-            };
-            let corners = self
-                .events
-                .iter()
-                .filter(|e| e.kind == EventKind::Corner && e.time > 0.0);
-            let kick = kick.map(|kick| ("the kick", kick.time));
-            let anchors = kick.into_iter().chain(first).chain(corners.map(|e| (corner, e.time)));
-            let anchors: Vec<(&'static str, f64)> = anchors.collect();
-            others.clock = clock::other_clock(&self.word, all, &anchors, period);
+        let (mut stretches, mut jumped, mut first, mut observation) = (None, None, None, None);
+        if let Some(passes) = passes {
+            (jumped, first) = (passes.jump.finish(), passes.jump.first());
+            stretches = Some(passes.stretches);
+            observation = Some(passes.observation.finish(physics, self.walk()?)?);
         }
-        if let Some(clock) = others.clock.as_ref().filter(|clock| clock.counts_from.is_some()) {
-            diagnosis::add_clock(causes, clock);
-            return Ok(others);
+        let observation = observation.filter(Observation::overlaps);
+        // Without a kick the onset is amplified rounding, which no run repeats.
+        let onset = self.word.iter().chain(shown.word).map(|event| event.time);
+        let is_noise = physics.coasts() && physics.trains.kicks.is_empty();
+        let known = onset.min_by(f64::total_cmp).filter(|_| is_noise);
+        let known = known.map_or(f64::INFINITY, |onset| onset - BEFORE_ONSET * period);
+        let samples_agree = observation.as_ref().map(|observation| {
+            let left = observation.left(&observation.reference, known);
+            left <= SAMPLES_AGREE * SAMPLES_AGREE
+        });
+        let events_agree = shown.worst.is_none_or(|worst| worst <= shown.bound);
+        if samples_agree.unwrap_or(events_agree) {
+            return Ok(Causes::default());
+        }
+        // Beyond the reference's end nobody knows what comes.
+        let last = shown.word.last().map_or(f64::NEG_INFINITY, |e| e.time);
+        let to = span.to.max(last).min(self.end.max(last));
+        let has_rows = shown.candidate.has_rows();
+        let from = if has_rows { span.from } else { f64::NEG_INFINITY };
+        let evidence = Evidence {
+            observation: observation.as_ref(),
+            word: shown.word,
+            reference: &self.word,
+            covered: (from, to.min(known)),
+            period,
+            bound: shown.bound,
+            detected: shown.detected,
+        };
+        if let Some(causes) = self.other_clock(shown, &evidence)? {
+            return Ok(causes);
         }
         let kick = match kick {
             None => None,
             Some(kick) => self.kicks()?.into_iter().find(|(event, _)| *event == kick),
         };
         let kick = kick.map(|(event, states)| (event.time, states));
-        let jumped = passes.as_ref().and_then(|passes| passes.jump.finish());
-        let first = passes.as_ref().and_then(|passes| passes.jump.first());
-        let has_rows = candidate.has_rows();
-        let from = if has_rows { span.from } else { f64::NEG_INFINITY };
         let at_kick = kick.as_ref().map(|(time, (_, after))| Start::At(*time, after.clone()));
-        let begins_at_kick = kick
-            .as_ref()
-            .is_some_and(|(time, _)| (time - period..time + period).contains(&from));
-        let starts = match first {
+        let near = |time: f64| (time - period..time + period).contains(&from);
+        let begins_at_kick = kick.as_ref().is_some_and(|(time, _)| near(*time));
+        let starts = match first.clone() {
             Some((time, state)) if time > self.start => vec![Start::At(time, state), Start::Case],
-            Some(_) => vec![Start::Case],
+            Some((time, state)) => vec![Start::Case, Start::At(time, state)],
             None if begins_at_kick => at_kick.into_iter().chain([Start::Case]).collect(),
             None => [Start::Case].into_iter().chain(at_kick.filter(|_| !has_rows)).collect(),
         };
-        // Beyond the reference's end nobody knows what comes.
-        let last = all.last().map_or(f64::NEG_INFINITY, |e| e.time);
-        let to = span.to.max(last).min(self.end.max(last));
         let numbers = WrittenCase::of(&physics.case);
+        let bench = Bench {
+            physics,
+            numbers: &numbers,
+            evidence,
+            starts,
+            first,
+            most_steps: None,
+        }
+        .bounded();
         let material = Material {
             numbers: &numbers,
             system: &physics.trains,
             places: &physics.places,
-            stretches: passes.map(|passes| passes.stretches).filter(StretchPass::is_of_use),
-            starts,
-            word: all,
+            stretches: stretches.filter(StretchPass::is_of_use),
+            starts: bench.starts.clone(),
+            word: shown.word,
             covered: (from, to),
             period,
-            breakaway: self.breakaway(found),
-            events_differ: differs,
-            by_events: !causes
-                .iter()
-                .any(|known| [Cause::AbsoluteAngles, Cause::RegularisedLaw, Cause::EventsLate].contains(&known.cause)),
+            breakaway: self.breakaway(symptoms.found),
+            events_differ: !events_agree,
         };
-        if let Some(((time, states), jumped)) = kick.zip(jumped) {
-            others.kick = other_kick(physics, (time, &states), &jumped).map(|mut other| {
-                let reference = Start::At(time, states.1);
-                other.rerun = material.confirmed_from(reference, Start::At(time, jumped.after));
-                other
+        let mut proposals = symptoms.proposals();
+        proposals.with_steps = has_rows && !events_agree || !physics.coasts();
+        let (reading, proposed) = other_parameters(material);
+        if let Some(other) = &proposed {
+            let each = |number: &OtherNumber| (number.path.clone(), number.value);
+            proposals
+                .changes
+                .push(Change::Numbers(other.numbers.iter().map(each).collect()));
+            proposals
+                .changes
+                .extend(other.or.iter().map(|number| Change::Numbers(vec![each(number)])));
+        }
+        if let Some((value, _)) = self.breakaway(symptoms.found) {
+            proposals
+                .changes
+                .push(Change::Numbers(vec![("friction.breakaway".to_owned(), value)]));
+            let share = value / physics.system().breakaway;
+            proposals.breakaway = Some(share).filter(|share| (share - 1.0).abs() > 1e-3);
+        }
+        let other = kick.as_ref().zip(jumped.as_ref());
+        let other = other.and_then(|((time, states), jumped)| other_kick(physics, (*time, states), jumped));
+        // From the onset on a run without a kick is amplified rounding, which no run repeats.
+        let onset = self.word.first().map(|event| event.time);
+        let seen = jumped.is_none() || other.as_ref().is_some_and(OtherKick::is_absent);
+        let quiet = kick
+            .as_ref()
+            .zip(onset)
+            .filter(|_| seen)
+            .and_then(|(_, onset)| bench.unkicked(onset));
+        if let Some(Tried { judged, .. }) = quiet {
+            let words = format!(
+                "the reference is kicked, the candidate is not; a run without the kick explains {} % of the squared difference of its \
+                 samples up to the first event of the reference, and from its onset on it is amplified rounding",
+                diagnosis::percent(judged.explained)
+            );
+            return Ok(Causes {
+                said: vec![Diagnosis::tried(Cause::UnperturbedRun, words, judged.explained)],
+                ..Causes::default()
             });
         }
-        if let Some(kick) = others.kick.as_ref().filter(|kick| kick.rerun.is_some()) {
-            diagnosis::add_kick(causes, kick);
-            return Ok(others);
-        }
-        let explained = other_parameters(material, others.kick.is_some());
-        match (explained, &others.kick, &others.clock) {
-            (Explained::Numbers(parameters), ..) => {
-                others.clock = None;
-                // Other equations lead to another state at the kick.
-                others.kick = None;
-                diagnosis::add_parameters(causes, &parameters);
-                others.parameters = Some(parameters);
+        let events = shown.word.len();
+        let of_samples = observation.is_some();
+        let events = if known.is_finite() { 0 } else { events };
+        let outcome = |judged: &Judged| {
+            let up_to = known
+                .is_finite()
+                .then_some(" up to the onset, which is amplified rounding");
+            diagnosis::reproduced(judged, of_samples, events) + up_to.unwrap_or_default()
+        };
+        let mut causes = Causes::default();
+        match bench.find(proposals, &reading, self.start) {
+            HypothesesFound::Causes(all) => {
+                let best = &all[0];
+                let judged = &best.judged;
+                let mut second = None;
+                let (cause, mut evidence) = match &best.change {
+                    Change::Numbers(_) | Change::Both(..) => {
+                        let parameters = self.parameters(&numbers, &all, proposed.as_ref(), events);
+                        let words = diagnosis::of_numbers(&parameters, physics, &numbers, &outcome(judged));
+                        causes.parameters = Some(parameters);
+                        if let Change::Both(_, stepper) = &best.change {
+                            let (cause, words) = symptoms.named(&Change::Stepper(*stepper));
+                            second = Some(Diagnosis::tried(
+                                cause,
+                                words + ", at once with the other number",
+                                judged.explained,
+                            ));
+                        }
+                        words
+                    }
+                    Change::State if other.is_some() => {
+                        let other = other.map(|kick| OtherKick {
+                            rerun: (events > 0).then(|| Rerun::of(events, judged.before, judged.after)),
+                            ..kick
+                        });
+                        let words = other.as_ref().map(OtherKick::words).unwrap_or_default();
+                        causes.kick = other;
+                        (Cause::AnotherKick, format!("{words}: {}", outcome(judged)))
+                    }
+                    change => {
+                        let (cause, words) = symptoms.named(change);
+                        (cause, format!("{words}: {}", outcome(judged)))
+                    }
+                };
+                let mut named = vec![cause];
+                for tried in all[1..]
+                    .iter()
+                    .filter(|tried| !matches!(tried.change, Change::Numbers(_) | Change::Both(..)))
+                {
+                    let (cause, words) = symptoms.named(&tried.change);
+                    if !named.contains(&cause) {
+                        evidence += &format!("; as much is explained by {}: {words}", cause.name());
+                        named.push(cause);
+                    }
+                }
+                causes.said.push(Diagnosis::tried(cause, evidence, judged.explained));
+                causes.said.extend(second);
             }
-            (Explained::Satisfied, Some(kick), _) => diagnosis::add_kick(causes, kick),
-            (_, _, Some(clock)) => {
-                diagnosis::add_clock(causes, clock);
-                others.kick = None;
+            HypothesesFound::Unexplained(closest) => {
+                let amplified = symptoms
+                    .last_digit_of_angles()
+                    .and_then(|digit| Some((digit, bench.amplified(digit)?)));
+                if let Some((digit, part)) = amplified.filter(|(_, part)| *part >= AMPLIFIED) {
+                    let words = symptoms.absolute_angles(digit, part);
+                    causes.said.push(Diagnosis::shown(Cause::AbsoluteAngles, words));
+                } else {
+                    causes.unexplained = Some(self.unexplained(shown, observation.as_ref(), closest));
+                }
             }
-            _ => others.kick = None,
         }
-        Ok(others)
+        Ok(causes)
+    }
+
+    /// Where a difference begins that nothing explains, what came closest, and what would tell more.
+    fn unexplained(&self, shown: &Shown<'_>, observation: Option<&Observation>, closest: Option<Tried>) -> Unexplained {
+        /// Samples in a natural period from which the equations can be read.
+        const PER_PERIOD: f64 = 20.0;
+        let physics = &self.physics;
+        let begins = match observation {
+            Some(seen) => seen.time.get(seen.close(&seen.reference, 1e-3)).copied(),
+            None => shown.wrong,
+        };
+        let before = begins.and_then(|begins| self.word.iter().rfind(|event| event.time <= begins));
+        let lacking = physics.state.iter().filter(|&&channel| !shown.candidate.has(channel));
+        let lacking: Vec<_> = lacking.map(|channel| channel.name()).collect();
+        let dense = physics.natural_period() / PER_PERIOD;
+        let sparse = observation.is_some_and(|seen| seen.interval.is_none_or(|interval| interval > dense));
+        Unexplained {
+            begins,
+            during: match before.map(|event| event.kind) {
+                None => "before the first event",
+                Some(EventKind::Stick) => "in stick",
+                Some(_) => "in slip",
+            },
+            would_tell: match lacking.is_empty() {
+                false => Some(lacking.join(", ")),
+                true => sparse.then(|| format!("samples every {dense:.1e} s")),
+            },
+            closest: closest.map(|tried| Closest {
+                cause: shown.symptoms.named(&tried.change).0,
+                explained: tried.judged.explained,
+            }),
+        }
+    }
+
+    /// Numbers that reproduce the candidate, the best of them with those that do as well.
+    fn parameters(
+        &self,
+        numbers: &WrittenCase,
+        all: &[Tried],
+        proposed: Option<&OtherParameters>,
+        events: usize,
+    ) -> OtherParameters {
+        let judged = &all[0].judged;
+        let known = |path: &str, value: f64| {
+            let mut known = proposed
+                .into_iter()
+                .flat_map(|other| other.numbers.iter().chain(&other.or));
+            known.find(|number| number.path == path && number.value == value)
+        };
+        // By how much a number may differ without leaving more than it leaves.
+        let number = |(path, value): &(String, f64)| {
+            let own = numbers.number(path).map_or(0.0, |number| number.value);
+            let error = 3.0 * (value - own).abs() * (1.0 - judged.explained).max(0.0).sqrt();
+            let error = known(path, *value).map_or(error, |number| number.error);
+            OtherNumber::of(numbers, path, *value, error)
+        };
+        let of = |tried: &Tried| match &tried.change {
+            Change::Numbers(numbers) | Change::Both(numbers, _) => numbers.iter().map(number).collect(),
+            _ => Vec::new(),
+        };
+        let best: Vec<OtherNumber> = of(&all[0]);
+        let from_proposed = best.iter().all(|number| known(&number.path, number.value).is_some());
+        // Two at once are no other number each.
+        let mut or: Vec<OtherNumber> = Vec::new();
+        for other in all[1..]
+            .iter()
+            .map(of)
+            .filter(|other: &Vec<OtherNumber>| other.len() == 1)
+        {
+            or.extend(other.into_iter().filter(|_| best.len() == 1));
+        }
+        or.retain(|number| best.iter().all(|best| best.path != number.path));
+        or.dedup_by(|a, b| a.path == b.path);
+        OtherParameters {
+            found_by: match proposed {
+                Some(other) if from_proposed => other.found_by,
+                _ if best.iter().all(|number| number.path == "friction.breakaway") => FoundBy::Breakaways,
+                _ => FoundBy::Samples,
+            },
+            numbers: best,
+            explained: judged.explained,
+            or,
+            rerun: (events > 0 && judged.has_events()).then(|| Rerun::of(events, judged.before, judged.after)),
+        }
+    }
+
+    /// Another clock, if all that differs is that.
+    ///
+    /// # Errors
+    /// Of the file.
+    fn other_clock(&self, shown: &Shown<'_>, evidence: &Evidence<'_>) -> Result<Option<Causes>, CompareError> {
+        let physics = &self.physics;
+        let first = self.word.first().map(|e| match e.kind {
+            EventKind::Stick => ("the first stick", e.time),
+            _ => ("the first event", e.time),
+        });
+        let corner = if physics.coasts() {
+            "a corner of F(t)"
+        } else {
+            "a corner of a signal"
+        };
+        let corners = self
+            .events
+            .iter()
+            .filter(|e| e.kind == EventKind::Corner && e.time > 0.0);
+        let kick = self.kick_event().map(|kick| ("the kick", kick.time));
+        let anchors = kick.into_iter().chain(first).chain(corners.map(|e| (corner, e.time)));
+        let anchors: Vec<(&'static str, f64)> = anchors.collect();
+        let clock = clock::other_clock(&self.word, shown.word, &anchors, physics.natural_period());
+        let add = match (&clock, shown.offset) {
+            (Some(clock), _) => clock.to_add(),
+            (None, Some(offset)) => offset.seconds,
+            (None, None) => return Ok(None),
+        };
+        let shifted = |events: &[SequenceEvent]| -> Vec<SequenceEvent> {
+            let moved = |e: &SequenceEvent| SequenceEvent {
+                time: e.time - add,
+                kind: e.kind,
+            };
+            events.iter().map(moved).collect()
+        };
+        let values = match evidence.observation {
+            Some(observation) => observation.reference_at(self.walk()?, add)?,
+            None => Vec::new(),
+        };
+        let played = Played {
+            values,
+            events: shifted(&self.word),
+            steps: 0,
+        };
+        let Some(judged) = evidence.judged(&played, f64::INFINITY).filter(Judged::is_cause) else {
+            return Ok(None);
+        };
+        // Where the times count from says more than that events agree, and that more than an offset.
+        let words = match (&clock, shown.offset) {
+            (Some(OtherClock { counts_from: None, .. }) | None, Some(offset)) => offset.words(),
+            (Some(clock), _) => format!("{}; repeat with --time-offset {:.9}", clock.words(), clock.to_add()),
+            (None, None) => String::new(),
+        };
+        let said = vec![Diagnosis::tried(Cause::TimeOffset, words, judged.explained)];
+        Ok(Some(Causes {
+            said,
+            clock,
+            ..Causes::default()
+        }))
     }
 
     /// mu_0 by the torque that the reference tests, at the middle one of the candidate's breakaways, and what half of them differ by.
@@ -698,7 +977,7 @@ impl Reference {
         &'a self,
         candidate: &Candidate,
         windows: Vec<windows::Window>,
-        (detection, onset): (Detection, f64),
+        detection: Detection,
         position: Option<(Channel, (f64, f64))>,
         mut passes: Option<Passes<'a>>,
         watch_progress: &mut dyn FnMut(u8, f64),
@@ -709,19 +988,7 @@ impl Reference {
         channels.sort_by_key(|channel| channel.is_impulse());
         let compared = channels.iter().filter(|channel| !channel.is_impulse()).count();
         let mut impulses = ImpulsePass::new(&channels, || self.walk())?;
-        let period = physics.natural_period();
-        let kick = self.kick_event().map_or(f64::NEG_INFINITY, |kick| kick.time);
-        let probes = [
-            (kick - 2.0 * period, kick),
-            (kick, kick + 2.0 * period),
-            (onset - 4.0 * period, onset),
-        ];
-        let probes = probes.map(|(from, to)| Probe {
-            from,
-            to,
-            points: Vec::new(),
-        });
-        let mut pass = StatePass::new(self.walk()?, physics, &channels[..compared], windows, probes.to_vec());
+        let mut pass = StatePass::new(self.walk()?, physics, &channels[..compared], windows);
         let (state_columns, mut y) = (physics.columns(&channels), vec![0.0; physics.system().dimension]);
         let mut range = position.and_then(|(channel, (from, to))| {
             let column = channels.iter().position(|known| *known == channel)?;
@@ -737,6 +1004,7 @@ impl Reference {
             if let Some(passes) = &mut passes {
                 passes.stretches.add(&block);
                 passes.jump.add(&block);
+                passes.observation.add(&block);
             }
             if let Some(impulses) = &mut impulses {
                 impulses.add(&block)?;
@@ -827,20 +1095,40 @@ fn saved_case(path: &Path, file: &ResultFile) -> Result<Case, CompareError> {
 struct Passes<'a> {
     stretches: StretchPass,
     jump: JumpPass<'a>,
+    observation: ObservationPass,
 }
 
-/// What a candidate has otherwise than the case says.
+/// What a candidate shows that causes are held against.
+struct Shown<'a> {
+    candidate: &'a Candidate,
+    symptoms: Symptoms<'a>,
+    span: Span,
+    /// Its events.
+    word: &'a [SequenceEvent],
+    /// An offset of its clock by which nearly all of its events agree.
+    offset: Option<FoundOffset>,
+    /// To which its event times are known, s.
+    bound: f64,
+    /// The largest error of an event, s; infinite where the sequences differ.
+    worst: Option<f64>,
+    /// When the first event is wrong, s.
+    wrong: Option<f64>,
+    /// Its events were found in its samples.
+    detected: bool,
+}
+
+/// What reproduces a candidate.
 #[derive(Default)]
-struct Others {
+struct Causes {
+    said: Vec<Diagnosis>,
     clock: Option<OtherClock>,
     kick: Option<OtherKick>,
     parameters: Option<OtherParameters>,
+    unexplained: Option<Unexplained>,
 }
 
 /// What the times of a candidate resolve, if they are rounded.
 fn resolution_of(candidate: &Candidate, survey: &Survey, errors: &EventErrors) -> Option<Resolution> {
-    /// The error of an event found in samples: those of the samples around it, in distances of times.
-    const FOUND: f64 = 2.0;
     let clock = &candidate.clock;
     let stated = candidate.events.is_some();
     let rounding = survey.rounding.or(candidate.events_rounding.filter(|_| stated))?;

@@ -73,19 +73,8 @@ fn digits(samples: u64, error: f64) -> Option<f64> {
     (samples > 0).then(|| (-error.log10()).min(MOST_DIGITS))
 }
 
-/// Samples that a probe keeps, and that are tested for the grid of rounded angles.
+/// Samples that are tested for the grid of rounded angles.
 const MOST_PROBED: usize = 200_000;
-
-/// A stretch of time in which omega_r of both runs is kept, to see what differs there.
-#[derive(Debug, Clone, Default)]
-pub(crate) struct Probe {
-    /// s.
-    pub from: f64,
-    /// s.
-    pub to: f64,
-    /// Time (s), error (rad/s) and the reference's value (rad/s) of each sample.
-    pub points: Vec<(f64, f64, f64)>,
-}
 
 /// How many values of the rotor twist are multiples of the rounding of the rotor's angle.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -110,8 +99,6 @@ pub(crate) struct StatePass<'a> {
     scales: [Vec<f64>; 3],
     /// Samples beside which the reference has none close enough.
     pub too_sparse: u64,
-    /// Stretches looked at closely.
-    pub probes: Vec<Probe>,
     /// What the rotor twist is a multiple of.
     pub grid: Grid,
     /// Samples at or across an event, or in a segment that only one of the runs has.
@@ -120,13 +107,7 @@ pub(crate) struct StatePass<'a> {
 
 impl<'a> StatePass<'a> {
     /// Before the first sample. `channels` are those of the blocks to come.
-    pub fn new(
-        walk: Walk<'a>,
-        physics: &Physics,
-        channels: &[Channel],
-        windows: Vec<Window>,
-        probes: Vec<Probe>,
-    ) -> Self {
+    pub fn new(walk: Walk<'a>, physics: &Physics, channels: &[Channel], windows: Vec<Window>) -> Self {
         let scales = Phase::ALL.map(|phase| {
             // Until the stick-slip, speeds are of the size of the initial one.
             let scale = |&channel: &Channel| physics.size(channel, phase == Phase::Sliding);
@@ -142,7 +123,6 @@ impl<'a> StatePass<'a> {
             scales,
             too_sparse: 0,
             outside: 0,
-            probes,
             grid: Grid::default(),
         }
     }
@@ -225,26 +205,7 @@ impl<'a> StatePass<'a> {
             }
             *tally = sum;
         }
-        if window.phase == Phase::Sliding && sound {
-            self.probe(block, rows.clone(), &part);
-        }
         self.look_for_grid(block, rows);
-    }
-
-    fn probe(&mut self, block: &Block, rows: std::ops::Range<usize>, part: &dyn Fn(f64) -> f64) {
-        let Some(k) = self.channels.iter().position(|&c| c == Channel::RelativeVelocity) else {
-            return;
-        };
-        let (first, last) = (block.time[rows.start], block.time[rows.end - 1]);
-        for probe in self.probes.iter_mut().filter(|p| p.from <= last && first < p.to) {
-            for i in rows.clone() {
-                let t = block.time[i];
-                if (probe.from..probe.to).contains(&t) && probe.points.len() < MOST_PROBED {
-                    let reference = self.curves[k].at(part(t));
-                    probe.points.push((t, block.columns[k][i] - reference, reference));
-                }
-            }
-        }
     }
 
     /// Samples compared: all channels have the same.

@@ -14,6 +14,8 @@ pub(super) struct UnitFault {
     pub found: String,
     /// What it should be in.
     pub expected: &'static str,
+    /// Part of the squared difference that goes with the right unit, 0 to 1.
+    pub explained: f64,
 }
 
 /// Least |correlation| of a channel that differs by a factor alone.
@@ -51,10 +53,14 @@ pub(super) fn of_channel(channel: Channel, vocabulary: &Vocabulary, tallies: &[T
         return None;
     }
     let factor = product / reference;
+    // What is left of the squares with the best factor, and what they are with none.
+    let left = candidate - product * factor;
+    let explained = 1.0 - left / (candidate - 2.0 * product + reference);
     let fault = |found: String| UnitFault {
         name: channel.name(),
         found,
         expected: vocabulary.unit(channel),
+        explained,
     };
     if (factor + 1.0).abs() < FACTOR_WITHIN {
         return Some(fault("the opposite sign".to_owned()));
@@ -67,9 +73,17 @@ pub(super) fn of_time(pairs: &[(f64, f64)]) -> Option<UnitFault> {
     let (first, _) = pairs.split_first()?;
     let unit = unit_of(first.1 / first.0, Dimension::Time)?;
     let same = pairs.iter().all(|(r, c)| unit_of(c / r, Dimension::Time) == Some(unit));
+    let size = quantity::factor(unit, Dimension::Time).unwrap_or(f64::NAN);
+    let square = |scale: f64| {
+        pairs
+            .iter()
+            .map(|(r, c)| (c * scale - r) * (c * scale - r))
+            .sum::<f64>()
+    };
     same.then(|| UnitFault {
         name: Cow::Borrowed("time"),
         found: unit.to_owned(),
         expected: "s",
+        explained: 1.0 - square(size) / square(1.0),
     })
 }

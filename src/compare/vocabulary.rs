@@ -232,11 +232,6 @@ impl Vocabulary {
         self.motion
     }
 
-    /// What touches: "disks" or "surfaces".
-    pub(super) fn bodies(&self) -> &'static str {
-        self.bodies
-    }
-
     /// The names of what the relative velocity follows from: "phi1_dot and phi2_dot".
     pub(super) fn surface_speeds(&self) -> String {
         let speeds = [Channel::Phi1Dot, Channel::Phi2Dot].into_iter();

@@ -66,15 +66,20 @@ fn property_each_fault_of_a_solver_is_named() {
             Cause::StickTest,
         ),
     ];
+    let mut others = Vec::new();
     for (solver, cause) in faults {
         let c = judge(solver);
-        assert_eq!(causes(&c).first(), Some(&cause), "{}", c.verdict);
+        if causes(&c).first() != Some(&cause) {
+            others.push((cause, c.verdict));
+            continue;
+        }
         match cause {
             Cause::AbsoluteAngles => assert_eq!(c.causes.len(), 1, "{}", c.verdict),
             Cause::StickTest => says(&c.verdict, &["1.1"]),
             _ => {}
         }
     }
+    assert!(others.is_empty(), "{others:#?}");
     // A stop is seen only within 0.02 rad/s, and omega_r changes by 0.2 rad/s in a step: most sticks become reversals.
     let c = judge(Solver {
         step: 28e-6,

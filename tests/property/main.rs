@@ -9,6 +9,7 @@ mod callbacks;
 mod certificate;
 mod compare;
 mod compare_belt;
+mod compare_causes;
 mod compare_faults;
 mod figures;
 mod layers;

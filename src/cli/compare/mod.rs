@@ -69,6 +69,7 @@ fn mapping(options: &CompareOptions, reference: &Reference) -> Result<Mapping, C
     if let Some(text) = &options.time_offset {
         mapping.set_time_offset(text)?;
     }
+    mapping.quick = options.quick;
     if let Some(factor) = options.hysteresis {
         mapping
             .set_hysteresis(factor)

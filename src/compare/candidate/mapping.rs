@@ -68,6 +68,8 @@ pub struct Mapping {
     pub hysteresis: Option<f64>,
     /// What is added to the candidate's times.
     pub time_offset: TimeOffset,
+    /// No causes are looked for.
+    pub quick: bool,
     /// By which channels are named, and what they measure: that of the reference.
     pub vocabulary: Vocabulary,
 }

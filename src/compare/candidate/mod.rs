@@ -289,6 +289,12 @@ impl Candidate {
         self.supplies.iter().any(|supply| supply.channel == channel)
     }
 
+    /// Whether a channel follows from its columns alone, without the motion of a driven end of the reference.
+    pub fn is_its_own(&self, channel: Channel) -> bool {
+        let supply = self.supplies.iter().find(|supply| supply.channel == channel);
+        supply.is_some_and(|supply| !supply.is_of_drive())
+    }
+
     /// Reads times and `channels`, which it must have, from the first row on.
     ///
     /// # Errors

@@ -23,6 +23,11 @@ pub(super) struct Supply {
 }
 
 impl Supply {
+    /// Whether the motion of a driven end is in it, which is the reference's and not the candidate's.
+    pub fn is_of_drive(&self) -> bool {
+        !self.sum.known.is_empty()
+    }
+
     /// A column of the file.
     pub fn direct(channel: Channel, factor: f64, column: usize) -> Supply {
         let terms = vec![(column, factor)];

@@ -188,7 +188,7 @@ fn product(a: &[f64], b: &[f64]) -> f64 {
 }
 
 /// The step that leaves least of `now`, and the diagonal of the inverse of the normal matrix, for one or two slopes.
-fn least_squares(slopes: &[Vec<f64>], now: &[f64]) -> Option<(Vec<f64>, Vec<f64>)> {
+pub(in super::super) fn least_squares(slopes: &[Vec<f64>], now: &[f64]) -> Option<(Vec<f64>, Vec<f64>)> {
     match slopes {
         [a] => {
             let aa = square(a);

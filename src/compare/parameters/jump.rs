@@ -30,6 +30,12 @@ pub struct OtherKick {
 }
 
 impl OtherKick {
+    /// Whether the candidate has none: it is an unperturbed run.
+    pub(in super::super) fn is_absent(&self) -> bool {
+        let size = (self.reference[0] - self.reference[1]).abs();
+        self.jumps.iter().all(|jump| jump.abs() <= OTHER * size)
+    }
+
     /// "its kick is 2.000 times the reference's: ..."
     pub fn words(&self) -> String {
         let ([two, one], [two_r, one_r], unit) = (self.jumps, self.reference, self.unit);
@@ -179,9 +185,7 @@ pub(in super::super) fn other_kick(
     let largest = jumps.iter().map(|jump| jump.abs()).fold(size, f64::max);
     let continuous = held.iter().all(|change| change.abs() <= SAME * largest);
     let differs = jumps.iter().zip(&reference).any(|(a, b)| (a - b).abs() > OTHER * size);
-    // Without any, it is an unperturbed run.
-    let is_there = jumps.iter().any(|jump| jump.abs() > OTHER * size);
-    (size > 0.0 && continuous && differs && is_there).then_some(OtherKick {
+    (size > 0.0 && continuous && differs).then_some(OtherKick {
         time,
         jumps,
         reference,

@@ -14,6 +14,8 @@ pub enum FoundBy {
     Breakaways,
     /// Its event times, met by runs of the case with another number.
     Events,
+    /// Its samples, met by runs of the case with another number.
+    Samples,
 }
 
 /// A number of the case that a candidate seems to have otherwise.
@@ -41,8 +43,7 @@ pub struct OtherParameters {
     pub numbers: Vec<OtherNumber>,
     /// Where they were read from.
     pub found_by: FoundBy,
-    /// Part of the root mean square of what was fitted that the numbers take away, 0 to 1: of what the candidate's samples miss
-    /// of the equations, of what its torques at breakaway miss, or of the errors of its events.
+    /// Part of the squared difference of samples, or else of event times, that the reference's run with the numbers takes away, 0 to 1.
     pub explained: f64,
     /// Paths and values of other numbers that explain it as well, each alone.
     pub or: Vec<OtherNumber>,
@@ -66,7 +67,7 @@ pub struct Rerun {
 
 impl Rerun {
     /// Of so many events of a candidate, with how far the two runs agree with them.
-    pub(super) fn of(events: usize, before: Agreement, after: Agreement) -> Rerun {
+    pub(in super::super) fn of(events: usize, before: Agreement, after: Agreement) -> Rerun {
         let left = if before.cost > 0.0 {
             after.cost / before.cost
         } else {
@@ -97,7 +98,7 @@ pub struct Agreement {
 }
 
 /// Numbers that F_n follows from.
-pub(super) fn of_normal_force(path: &str) -> bool {
+pub(in super::super) fn of_normal_force(path: &str) -> bool {
     let of = ["axial.", "actuation.", "contact.normal_force"];
     of.iter().any(|table| path.starts_with(table))
 }
@@ -112,13 +113,20 @@ fn symbol(path: &str) -> &str {
 
 impl OtherNumber {
     /// Of a case's number, or of a damping that is 0 there.
-    pub(super) fn of(numbers: &WrittenCase, path: &str, value: f64, error: f64) -> OtherNumber {
+    pub(in super::super) fn of(numbers: &WrittenCase, path: &str, value: f64, error: f64) -> OtherNumber {
         let number = numbers.number(path);
-        let damping = numbers.case().motion().dimension(Dimension::TorsionalDamping);
+        // Of what is zero in the case, by its name.
+        let absent = match path.rsplit_once('_').map_or(path, |(_, end)| end) {
+            "speed" => Dimension::AngularVelocity,
+            "twist" => Dimension::Angle,
+            _ if path.ends_with(".torque") => Dimension::Torque,
+            _ => Dimension::TorsionalDamping,
+        };
+        let absent = numbers.case().motion().dimension(absent);
         OtherNumber {
             path: path.to_owned(),
             symbol: symbol(path).to_owned(),
-            unit: number.map_or(damping.unit(), |number| number.unit),
+            unit: number.map_or(absent.unit(), |number| number.unit),
             reference: number.map_or(0.0, |number| number.value),
             value,
             error,

@@ -16,16 +16,18 @@ mod trials;
 pub use jump::OtherKick;
 pub use mistake::{Agreement, FoundBy, OtherNumber, OtherParameters, Rerun};
 
+pub(super) use fit::least_squares;
 pub(super) use jump::{JumpPass, other_kick};
+pub(super) use mistake::of_normal_force;
 pub(super) use stretches::StretchPass;
-pub(super) use trials::Start;
+pub(super) use trials::{Start, agreement};
 
 use crate::case::WrittenCase;
 use crate::model::KickTime;
 use crate::model::system::{Kick, System};
 use crate::record::sequence::SequenceEvent;
 use fit::Fitted;
-use search::{explains, search};
+use search::search;
 use trials::Trials;
 
 /// What the numbers are looked for in.
@@ -49,8 +51,6 @@ pub(super) struct Material<'a> {
     pub breakaway: Option<(f64, f64)>,
     /// Whether the events differ by more than what found them in samples errs by.
     pub events_differ: bool,
-    /// Whether the events may be explained: nothing else is known to be wrong with them.
-    pub by_events: bool,
 }
 
 /// Numbers that may be another's mistake: none is 0, of which no factor is another.
@@ -79,19 +79,21 @@ const MOST_STEPS: u64 = 60_000;
 
 const BREAKAWAY: &str = "friction.breakaway";
 
-/// What the candidate's channels and events say of the numbers of the case.
+/// What the candidate's channels say of the equations of the case.
 #[derive(Debug)]
-pub(super) enum Found {
-    /// One number, or two at once, explain it.
-    Numbers(OtherParameters),
-    /// Its channels satisfy the equations of the case.
-    Satisfied,
-    /// Nothing is known.
-    Unknown,
+pub(super) enum Reading {
+    /// They cannot be read.
+    None,
+    /// They hold, and with them the numbers of these paths.
+    Hold(Vec<String>),
+    /// They do not hold, and one or two numbers mend them.
+    Mended,
+    /// They do not hold, and no number mends them.
+    Fail,
 }
 
-/// What explains the candidate. The events are not asked where another kick is known, unless the equations are not satisfied either.
-pub(super) fn other_parameters(mut material: Material<'_>, other_kick: bool) -> Found {
+/// What its channels say of the equations, and numbers, one or two at once, that its channels or its events propose.
+pub(super) fn other_parameters(mut material: Material<'_>) -> (Reading, Option<OtherParameters>) {
     let stretches = material.stretches.take().map(StretchPass::finish).unwrap_or_default();
     let paths = paths(material.numbers);
     let in_equations: Vec<&str> = paths
@@ -99,15 +101,13 @@ pub(super) fn other_parameters(mut material: Material<'_>, other_kick: bool) -> 
         .collect();
     let absent = absent(material.system);
     let fitted = fit::fit(material.numbers, material.places, &stretches, &in_equations, &absent);
-    let satisfied = matches!(fitted, Fitted::Satisfied(_));
-    if satisfied && other_kick {
-        return Found::Satisfied;
-    }
-    match numbers(&material, fitted) {
-        Some(numbers) => Found::Numbers(numbers),
-        None if satisfied => Found::Satisfied,
-        None => Found::Unknown,
-    }
+    let reading = match &fitted {
+        Fitted::Nothing => Reading::None,
+        Fitted::Satisfied(held) => Reading::Hold(held.clone()),
+        Fitted::Explained { .. } => Reading::Mended,
+        Fitted::Unexplained => Reading::Fail,
+    };
+    (reading, numbers(&material, fitted))
 }
 
 /// What the fit says, tried; else what the events say.
@@ -119,25 +119,19 @@ fn numbers(material: &Material<'_>, fitted: Fitted) -> Option<OtherParameters> {
     let number = |(path, value, error): &(String, f64, f64)| OtherNumber::of(case, path, *value, *error);
     let (held, by_channels) = match fitted {
         Fitted::Explained { numbers, explained, or } => {
-            let changes: Vec<(&str, f64)> = numbers.iter().map(|(path, value, _)| (path.as_str(), *value)).collect();
-            let reruns = material
-                .starts
-                .iter()
-                .filter_map(|start| confirmed(&trials(start), &changes));
-            let rerun = reruns.max_by(|a, b| a.explained.total_cmp(&b.explained));
             return Some(OtherParameters {
                 numbers: numbers.iter().map(number).collect(),
                 found_by: FoundBy::Equations,
                 explained,
                 or: or.iter().map(number).collect(),
-                rerun,
+                rerun: None,
             });
         }
         Fitted::Unexplained => return None,
         Fitted::Satisfied(held) => (held, true),
         Fitted::Nothing => (Vec::new(), false),
     };
-    if !material.by_events || !material.events_differ {
+    if !material.events_differ {
         return None;
     }
     let wanted = paths(case).map(str::to_owned).filter(|path| !held.contains(path));
@@ -210,30 +204,4 @@ fn past_kick(kicks: &[Kick], path: &str, start: &Start) -> bool {
         Some(KickTime::At(time)) => time <= *from,
         _ => true,
     })
-}
-
-/// The case run with the changes.
-fn confirmed(trials: &Trials<'_>, changes: &[(&str, f64)]) -> Option<Rerun> {
-    if trials.word.is_empty() {
-        return None;
-    }
-    let before = trials.agreement(&trials.run(&[])?);
-    let after = trials.agreement(&trials.run(changes)?);
-    Some(Rerun::of(trials.word.len(), before, after))
-}
-
-impl Material<'_> {
-    /// The case run from the reference's state just after a kick, and from the candidate's; `None` unless that explains the candidate's
-    /// events.
-    pub fn confirmed_from(&self, reference: Start, candidate: Start) -> Option<Rerun> {
-        if self.word.is_empty() {
-            return None;
-        }
-        let agreement = |start| {
-            let trials = Trials::new(self.numbers, start, self.word, self.covered, self.period);
-            Some(trials.agreement(&trials.run(&[])?))
-        };
-        let (before, after) = (agreement(reference)?, agreement(candidate)?);
-        explains(&before, &after, self.period, true).then(|| Rerun::of(self.word.len(), before, after))
-    }
 }

@@ -211,7 +211,7 @@ pub(super) fn search(
 }
 
 /// Whether the events that were not those of the candidate are now; `supported` if more than they speaks for it.
-pub(super) fn explains(before: &Agreement, after: &Agreement, period: f64, supported: bool) -> bool {
+fn explains(before: &Agreement, after: &Agreement, period: f64, supported: bool) -> bool {
     let close = if supported { CLOSE_ENOUGH } else { CLOSE };
     let missed = if before.unmatched > 0 {
         close * period

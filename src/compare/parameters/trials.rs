@@ -2,16 +2,10 @@
 
 use super::mistake::Agreement;
 use crate::case::WrittenCase;
+use crate::compare::hypotheses::{Played, Score};
+use crate::record::EventKind;
 use crate::record::sequence::{Alignment, SequenceEvent};
-use crate::record::{EventKind, NoRecorder};
-use crate::simulation::{Method, OutputOptions, Progress, SolverOptions};
-use crate::simulation::{Problem, simulate_from};
-use std::ops::ControlFlow;
 
-/// As in a certificate's reruns: within 1e-12 s of exact events.
-const RTOL: f64 = 1e-12;
-/// What a trial may take: questions of its control between two events, each after 256 steps or some 2 ms.
-const MOST_QUESTIONS: usize = 400;
 /// Events of a trial, as a multiple of the candidate's, and some more.
 const MOST_EVENTS: (usize, usize) = (3, 50);
 /// Pairs further apart than this part of the natural period are unrelated.
@@ -75,59 +69,39 @@ impl<'a> Trials<'a> {
     /// As [`Self::run`], with how many steps the run took.
     pub fn run_counted(&self, changes: &[(&str, f64)]) -> Option<(Vec<SequenceEvent>, u64)> {
         let case = self.numbers.with_all(changes).ok()?;
-        let problem = Problem {
+        let score = Score {
             system: &case.system,
             threshold: case.threshold,
-            further: false,
+            start: &self.start,
+            end: self.end,
+            most_events: MOST_EVENTS.0 * self.word.len() + MOST_EVENTS.1,
+            most_steps: None,
         };
-        let start = match &self.start {
-            Start::Case => None,
-            Start::At(time, state) => Some((*time, &state[..])),
-        };
-        let solver = SolverOptions {
-            method: Method::Series,
-            rtol: RTOL,
-            ..SolverOptions::default()
-        };
-        let output = OutputOptions::at_the_ends(self.end);
-        let most = MOST_EVENTS.0 * self.word.len() + MOST_EVENTS.1;
-        let (mut questions, mut events) = (0, 0);
-        let control = &mut |progress: Progress| {
-            questions = if progress.events == events { questions + 1 } else { 0 };
-            events = progress.events;
-            match questions > MOST_QUESTIONS || events > most {
-                true => ControlFlow::Break(()),
-                false => ControlFlow::Continue(()),
-            }
-        };
-        let report = simulate_from(problem, start, &solver, &output, &mut NoRecorder, control).ok()?;
-        if report.interrupted {
-            return None;
-        }
-        let covered = |time: f64| time >= self.covered.0 && time <= self.end;
-        let events = report.events.iter();
-        let events = events.filter(|e| e.kind.in_event_sequence() && covered(e.time));
-        let steps = report.work.iter().map(|work| work.steps).sum();
-        Some((events.map(SequenceEvent::from).collect(), steps))
+        let Played { mut events, steps, .. } = score.events()?;
+        events.retain(|event| event.time >= self.covered.0 && event.time <= self.end);
+        Some((events, steps))
     }
 
     /// How far a run agrees with the candidate.
     pub fn agreement(&self, run: &[SequenceEvent]) -> Agreement {
-        let alignment = Alignment::of(run, self.word, self.period);
-        let related = RELATED * self.period;
-        let errors = alignment
-            .matched()
-            .map(|(r, c)| (self.word[c].time - run[r].time).abs());
-        let errors: Vec<f64> = errors.filter(|error| *error <= related).collect();
-        let unmatched = run.len() + self.word.len() - 2 * errors.len();
-        let squares: f64 = errors.iter().map(|e| e * e).sum();
-        Agreement {
-            matched: errors.len(),
-            unmatched,
-            rms: (squares / errors.len().max(1) as f64).sqrt(),
-            max: errors.iter().copied().fold(0.0, f64::max),
-            cost: unmatched as f64 + errors.iter().map(|e| e / related).sum::<f64>(),
-        }
+        agreement(run, self.word, self.period)
+    }
+}
+
+/// How far the events of a run agree with those of a candidate, by the natural period (s).
+pub(in super::super) fn agreement(run: &[SequenceEvent], word: &[SequenceEvent], period: f64) -> Agreement {
+    let alignment = Alignment::of(run, word, period);
+    let related = RELATED * period;
+    let errors = alignment.matched().map(|(r, c)| (word[c].time - run[r].time).abs());
+    let errors: Vec<f64> = errors.filter(|error| *error <= related).collect();
+    let unmatched = run.len() + word.len() - 2 * errors.len();
+    let squares: f64 = errors.iter().map(|e| e * e).sum();
+    Agreement {
+        matched: errors.len(),
+        unmatched,
+        rms: (squares / errors.len().max(1) as f64).sqrt(),
+        max: errors.iter().copied().fold(0.0, f64::max),
+        cost: unmatched as f64 + errors.iter().map(|e| e / related).sum::<f64>(),
     }
 }
 

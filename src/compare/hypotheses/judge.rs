@@ -1,0 +1,120 @@
+//! How much of what a candidate shows a motion explains.
+
+use super::super::parameters::{Agreement, agreement};
+use super::observation::Observation;
+use super::play::Played;
+use crate::record::sequence::SequenceEvent;
+
+/// What a cause explains of the squared difference, at least, and of that of the event times where samples show more than events.
+pub(in super::super) const EXPLAINED: f64 = 0.99;
+const OF_EVENTS: f64 = 0.9;
+/// What leaves less than this part of the square of the samples has the events that are found in them.
+pub(super) const ALL: f64 = 1e-4;
+/// Mean squares (in parts of the sizes) and squares of event times (s^2) below these are rounding.
+const FLOOR: f64 = 1e-18;
+/// As much as another explains what leaves up to this multiple of the square.
+const AS_MUCH: f64 = 2.0;
+
+/// What hypotheses are held against.
+#[derive(Debug)]
+pub(in super::super) struct Evidence<'a> {
+    /// `None` of a table of events.
+    pub observation: Option<&'a Observation>,
+    /// The candidate's events, and those of the reference.
+    pub word: &'a [SequenceEvent],
+    pub reference: &'a [SequenceEvent],
+    /// The time that the candidate covers, s.
+    pub covered: (f64, f64),
+    /// The natural period, s.
+    pub period: f64,
+    /// To which the candidate's event times are known, s.
+    pub bound: f64,
+    /// Its events were found in its samples, which then say more.
+    pub detected: bool,
+}
+
+/// The judgement of a motion.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(in super::super) struct Judged {
+    /// Part of the squared difference of candidate and reference that the motion takes away.
+    pub explained: f64,
+    /// The mean square that it leaves.
+    pub left: f64,
+    /// How far the events of the reference, and those of the motion, agree with the candidate's.
+    pub before: Agreement,
+    pub after: Agreement,
+    /// The events are back.
+    events: bool,
+}
+
+impl Judged {
+    /// Whether it reproduces the candidate.
+    pub fn is_cause(&self) -> bool {
+        self.explained >= EXPLAINED && self.events
+    }
+
+    /// Whether more of its events have a partner than of the reference's. Where the relative velocity of a candidate follows from another
+    /// drive, its events are not found.
+    pub fn has_events(&self) -> bool {
+        self.after.unmatched <= self.before.unmatched
+    }
+
+    /// By samples alone: a contact without stick has no events that a candidate's would be held against.
+    pub fn by_samples(self) -> Judged {
+        Judged { events: true, ..self }
+    }
+
+    /// Whether it explains as much as a better one.
+    pub fn as_much_as(&self, best: &Judged) -> bool {
+        self.left <= AS_MUCH * best.left + FLOOR
+    }
+}
+
+impl Evidence<'_> {
+    /// Judges a motion by what is shown up to a time (s).
+    pub fn judged(&self, played: &Played, until: f64) -> Option<Judged> {
+        let until = until.min(self.covered.1);
+        let covered = |events: &[SequenceEvent]| -> Vec<SequenceEvent> {
+            let inside = |e: &&SequenceEvent| e.time >= self.covered.0 && e.time <= until;
+            events.iter().filter(inside).copied().collect()
+        };
+        let word = covered(self.word);
+        let agreement = |events: &[SequenceEvent]| agreement(&covered(events), &word, self.period);
+        let (before, after) = (agreement(self.reference), agreement(&played.events));
+        let unmatched = (0.25 * self.period) * (0.25 * self.period);
+        let square = |a: &Agreement| a.rms * a.rms * a.matched as f64 + a.unmatched as f64 * unmatched;
+        let (events_before, events_left) = (square(&before), square(&after));
+        let within = after.unmatched == 0 && after.max <= self.bound;
+        let part = |left: f64, before: f64| {
+            if before > 0.0 {
+                1.0 - left / before
+            } else {
+                f64::NEG_INFINITY
+            }
+        };
+        let of_events = part(events_left, events_before);
+        Some(match self.observation {
+            Some(observation) => {
+                let left = observation.left(&played.values, until);
+                if left.is_nan() {
+                    return None;
+                }
+                let explained = part(left, observation.left(&observation.reference, until));
+                Judged {
+                    explained,
+                    left,
+                    before,
+                    after,
+                    events: within || of_events >= OF_EVENTS || self.detected && explained >= 1.0 - ALL,
+                }
+            }
+            None => Judged {
+                explained: of_events,
+                left: events_left,
+                before,
+                after,
+                events: true,
+            },
+        })
+    }
+}

@@ -1,0 +1,176 @@
+//! A motion of a case as a candidate would have sampled it: its events, and its channels at the candidate's times.
+
+use super::super::Channel;
+use super::super::parameters::Start;
+use super::super::reference::Physics;
+use super::observation::{Observation, Values};
+use crate::model::Mode;
+use crate::model::system::System;
+use crate::record::sequence::SequenceEvent;
+use crate::record::{Event, NoRecorder, Recorder, RecorderError, Sample};
+use crate::simulation::{Course, Method, OutputOptions, Problem, Progress, SolverOptions, simulate_from};
+use std::ops::ControlFlow;
+
+/// As in a certificate's reruns: within 1e-12 s of exact events.
+const RTOL: f64 = 1e-12;
+/// What a run may take: questions of its control between two events, each after 256 steps or some 2 ms.
+const MOST_QUESTIONS: usize = 400;
+/// Expansions between two states of a run at most.
+const MOST_EXPANSIONS: usize = 10_000;
+
+/// What is run: from where, up to which time (s), with how many events and steps at most.
+#[derive(Debug, Clone, Copy)]
+pub(in super::super) struct Score<'a> {
+    pub system: &'a System,
+    /// rad/s, of a contact without stick.
+    pub threshold: f64,
+    pub start: &'a Start,
+    pub end: f64,
+    pub most_events: usize,
+    pub most_steps: Option<usize>,
+}
+
+/// A motion.
+#[derive(Debug, Clone, Default)]
+pub(in super::super) struct Played {
+    /// Not a number where it has none.
+    pub values: Values,
+    /// Those of the event sequence.
+    pub events: Vec<SequenceEvent>,
+    /// What the run took.
+    pub steps: u64,
+}
+
+impl Score<'_> {
+    /// The events of the run; `None` if there is no such run, or it takes too long.
+    pub fn events(&self) -> Option<Played> {
+        self.run(false, &mut NoRecorder)
+    }
+
+    /// The events, and the channels of the observation at its times.
+    pub fn play(&self, physics: &Physics, observation: &Observation) -> Option<Played> {
+        let solver = self.solver();
+        let mut kept = Kept {
+            course: Course::new(self.system, self.threshold, &solver),
+            further: Vec::new(),
+            nodes: Vec::new(),
+        };
+        let played = self.run(true, &mut kept)?;
+        let Kept { mut course, nodes, .. } = kept;
+        let values = sampled(&mut course, &nodes, physics, &observation.channels, &observation.time);
+        Some(Played { values, ..played })
+    }
+
+    fn solver(&self) -> SolverOptions {
+        SolverOptions {
+            method: Method::Series,
+            rtol: RTOL,
+            max_steps: self.most_steps,
+            ..SolverOptions::default()
+        }
+    }
+
+    fn run(&self, steps: bool, recorder: &mut dyn Recorder) -> Option<Played> {
+        let problem = Problem {
+            system: self.system,
+            threshold: self.threshold,
+            further: steps,
+        };
+        let start = match self.start {
+            Start::Case => None,
+            Start::At(time, state) => Some((*time, &state[..])),
+        };
+        let output = OutputOptions {
+            steps,
+            ..OutputOptions::at_the_ends(self.end)
+        };
+        let (mut questions, mut events) = (0, 0);
+        let control = &mut |progress: Progress| {
+            questions = if progress.events == events { questions + 1 } else { 0 };
+            events = progress.events;
+            match questions > MOST_QUESTIONS || events > self.most_events {
+                true => ControlFlow::Break(()),
+                false => ControlFlow::Continue(()),
+            }
+        };
+        let report = simulate_from(problem, start, &self.solver(), &output, recorder, control).ok()?;
+        if report.interrupted {
+            return None;
+        }
+        let events = report.events.iter().filter(|e| e.kind.in_event_sequence());
+        Some(Played {
+            values: Vec::new(),
+            events: events.map(SequenceEvent::from).collect(),
+            steps: report.work.iter().map(|work| work.steps).sum(),
+        })
+    }
+}
+
+/// A state of a run: time (s), mode from there on, state.
+type Node = (f64, Mode, Vec<f64>);
+
+/// Keeps the states at the steps of a run and behind its events.
+struct Kept {
+    course: Course,
+    /// Of the next sample, or before and after the next event.
+    further: Vec<f64>,
+    nodes: Vec<Node>,
+}
+
+impl Recorder for Kept {
+    fn further(&mut self, values: &[f64]) -> Result<(), RecorderError> {
+        self.further.extend_from_slice(values);
+        Ok(())
+    }
+
+    fn sample(&mut self, sample: &Sample) -> Result<(), RecorderError> {
+        let y = self.course.state(&sample.state, &self.further);
+        self.further.clear();
+        self.nodes.push((sample.time, sample.mode, y));
+        Ok(())
+    }
+
+    fn event(&mut self, event: &Event) -> Result<(), RecorderError> {
+        let y = self.course.state(&event.after, &self.further[self.further.len() / 2..]);
+        self.further.clear();
+        self.nodes.push((event.time, event.mode_after, y));
+        Ok(())
+    }
+}
+
+/// The channels at some times (s), in order, of the motion that leads from each node to the next.
+fn sampled(course: &mut Course, nodes: &[Node], physics: &Physics, channels: &[Channel], times: &[f64]) -> Values {
+    let mut values = vec![vec![f64::NAN; times.len()]; channels.len()];
+    let mut row = 0;
+    for (k, (from, mode, y)) in nodes.iter().enumerate() {
+        let to = nodes.get(k + 1).map_or(*from, |next| next.0);
+        let last = k + 1 == nodes.len();
+        row += times[row..].partition_point(|time| *time < *from);
+        let inside = |row: usize| times.get(row).is_some_and(|time| *time < to || last && *time == to);
+        if !inside(row) {
+            continue;
+        }
+        let (mut at, mut y) = (*from, y.clone());
+        for _ in 0..MOST_EXPANSIONS {
+            let length = course.expand(*mode, at, &y, (to - at).max(f64::MIN_POSITIVE));
+            let end = if at + length >= to { to } else { at + length };
+            let series: Vec<_> = channels
+                .iter()
+                .map(|&c| course.series(physics.quantity(c), length))
+                .collect();
+            while inside(row) && (times[row] < end || end == to) {
+                let part = (times[row] - at) / length;
+                for (column, (coefficients, terms)) in values.iter_mut().zip(&series) {
+                    column[row] = coefficients[..*terms].iter().rev().fold(0.0, |sum, c| sum * part + c);
+                }
+                row += 1;
+            }
+            if end == to || !inside(row) || end == at {
+                break;
+            }
+            course.after(length, &mut y);
+            at = end;
+        }
+    }
+    values
+}

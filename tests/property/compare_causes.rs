@@ -1,0 +1,131 @@
+//! Mistakes that were once laid on a part that was right: what is said of each is true, or nothing is said.
+
+use crate::common::cases::built_in;
+use crate::common::compare::causes;
+use std::fmt::Write;
+use std::path::{Path, PathBuf};
+
+use stickslip::SavedRun;
+use stickslip::compare::{Cause, Comparison, Reference};
+use stickslip::results::{Overwrite, ResultFile};
+
+fn run(folder: &Path, name: &str, case: &str, overrides: &[&str]) -> PathBuf {
+    let case = built_in(case, &[overrides, &["output.around=none"]].concat());
+    let path = folder.join(name);
+    SavedRun::new(&case, &path).overwrite(Overwrite::Force).start().unwrap();
+    path
+}
+
+/// The time and some columns of a result as another program would write them.
+fn csv(path: &Path, columns: &[&str]) -> String {
+    let file = ResultFile::open(path).unwrap();
+    let rows = file.sample_count().unwrap();
+    let all: Vec<Vec<f64>> = ["time"]
+        .iter()
+        .chain(columns)
+        .map(|name| file.column(name, 0..rows).unwrap())
+        .collect();
+    let mut text = format!("time,{}\n", columns.join(","));
+    for row in 0..rows {
+        let values: Vec<String> = all.iter().map(|column| format!("{:?}", column[row])).collect();
+        writeln!(text, "{}", values.join(",")).unwrap();
+    }
+    text
+}
+
+fn judged(reference: &Path, text: &str) -> Comparison {
+    let path = reference.with_file_name("mine.csv");
+    std::fs::write(&path, text).unwrap();
+    let reference = Reference::open(reference).unwrap();
+    reference.compare(&path, &reference.mapping()).unwrap()
+}
+
+/// The samples of a case with some keys changed, against the case itself.
+fn planted(case: &str, overrides: &[&str], columns: &[&str]) -> Comparison {
+    let folder = tempfile::tempdir().unwrap();
+    let reference = run(folder.path(), "reference.h5", case, &[]);
+    let other = run(folder.path(), "other.h5", case, overrides);
+    judged(&reference, &csv(&other, columns))
+}
+
+/// Asserts that one number is named, alone or with others that do as well, and that it has this value.
+#[track_caller]
+fn names(c: &Comparison, path: &str, value: f64) {
+    let found = c.parameters.as_ref().unwrap_or_else(|| panic!("{}", c.verdict));
+    assert!(
+        matches!(causes(c)[..], [Cause::AnotherParameter | Cause::StickTest]),
+        "{}",
+        c.verdict
+    );
+    assert_eq!(found.numbers.len(), 1, "{}", c.verdict);
+    let named = found.numbers.iter().chain(&found.or).find(|number| number.path == path);
+    let named = named.unwrap_or_else(|| panic!("{path}: {}", c.verdict));
+    assert!((named.value / value - 1.0).abs() < 1e-3, "{path}: {}", c.verdict);
+    assert!(found.explained >= 0.99, "{}", c.verdict);
+}
+
+const BELT: [&str; 2] = ["phi1", "phi1_dot"];
+
+#[test]
+fn property_a_number_of_a_belt_is_named_and_nothing_else_is() {
+    for (key, value) in [
+        ("rotor.speed", 0.21),
+        ("rotor.speed", 0.206),
+        ("friction.scale", 0.34),
+        ("friction.breakaway", 1.03),
+        ("stator.inertia", 1.02),
+        ("stator.stiffness", 1.02),
+        ("initial.stator_twist", 0.3),
+        ("stator.torque", 0.05),
+    ] {
+        let c = planted("belt-leine", &[&format!("{key}={value}")], &BELT);
+        let found = c.parameters.as_ref().unwrap_or_else(|| panic!("{key}: {}", c.verdict));
+        // The general form numbers what is a list.
+        let mut all = found.numbers.iter().chain(&found.or);
+        let path = all
+            .find(|number| number.path.starts_with(key))
+            .map(|number| number.path.clone());
+        names(&c, &path.unwrap_or_else(|| panic!("{key}: {}", c.verdict)), value);
+    }
+}
+
+#[test]
+fn property_a_right_export_is_not_accused() {
+    for interval in ["10 ms", "0.5 ms"] {
+        let folder = tempfile::tempdir().unwrap();
+        let reference = run(folder.path(), "reference.h5", "belt-leine", &["output.end_time=40"]);
+        let keys = [
+            "output.end_time=40".to_owned(),
+            format!("output.interval=\"{interval}\""),
+        ];
+        let keys: Vec<&str> = keys.iter().map(String::as_str).collect();
+        let other = run(folder.path(), "other.h5", "belt-leine", &keys);
+        let c = judged(&reference, &csv(&other, &BELT));
+        assert_eq!(causes(&c), [], "{}", c.verdict);
+        assert!(c.unexplained.is_none(), "{}", c.verdict);
+    }
+}
+
+/// Two numbers at once are both named, or neither is; the law at rest is not blamed for them.
+#[test]
+fn property_two_numbers_are_not_laid_on_the_stick_test() {
+    let c = planted("belt-leine", &["stator.stiffness=1.02", "friction.scale=0.34"], &BELT);
+    for diagnosis in &c.causes {
+        assert_eq!(diagnosis.cause, Cause::AnotherParameter, "{}", c.verdict);
+    }
+    if let Some(found) = &c.parameters {
+        let mut paths: Vec<&str> = found.numbers.iter().map(|number| number.path.as_str()).collect();
+        paths.sort_unstable();
+        assert_eq!(paths, ["friction.scale", "stator.stiffness.0"], "{}", c.verdict);
+    }
+}
+
+/// A cosine for a sine, and a drive that turns otherwise.
+#[test]
+fn property_another_drive_is_no_clock_and_no_sign() {
+    let c = planted("den-hartog", &["stator.torque.phase=1.5707963267948966"], &BELT);
+    let clock = causes(&c).contains(&Cause::TimeOffset) || causes(&c).contains(&Cause::WrongUnits);
+    assert!(!clock, "{}", c.verdict);
+    let c = planted("den-hartog", &["stator.torque.angular_frequency=0.51"], &BELT);
+    names(&c, "stator.torque.angular_frequency", 0.51);
+}
