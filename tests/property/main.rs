@@ -13,6 +13,7 @@ mod compare_trains;
 mod figures;
 mod layers;
 mod paper_procedure;
+mod planted;
 mod runs;
 mod sampling;
 mod sensitivity;
