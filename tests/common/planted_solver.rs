@@ -25,6 +25,8 @@ pub enum Method {
     /// The midpoint rule.
     Rk2,
     Euler,
+    /// Speeds by the forces at the old twists, then twists by the new speeds.
+    SemiImplicitEuler,
     ImplicitEuler,
     /// Dormand and Prince, of order 5, with this relative tolerance.
     Adaptive(f64),
@@ -339,6 +341,17 @@ impl Solver {
         let a = f(t, y);
         let next = match self.method {
             Method::Euler => plus(y, &[(h, &a)]),
+            Method::SemiImplicitEuler => {
+                let is_speed = |n: usize| {
+                    let of = |(train, _, speed, _): (&Train, usize, usize, f64)| {
+                        (speed..speed + train.inertia.len()).contains(&n)
+                    };
+                    of(self.rotor()) || of(self.stator()) || n == self.axial() + 1
+                };
+                let faster: Y = std::array::from_fn(|n| if is_speed(n) { y[n] + h * a[n] } else { y[n] });
+                let b = f(t + h, &faster);
+                std::array::from_fn(|n| if is_speed(n) { faster[n] } else { y[n] + h * b[n] })
+            }
             Method::Rk2 => plus(y, &[(h, &f(t + h / 2.0, &plus(y, &[(h / 2.0, &a)])))]),
             Method::Rk4 => {
                 let b = f(t + h / 2.0, &plus(y, &[(h / 2.0, &a)]));
@@ -502,7 +515,11 @@ impl Solver {
         let mut grid = 0usize;
         let mut pending = times.iter().copied().peekable();
         let mut size = self.step / 10.0;
+        let period = self.period();
         let mut instants = 0;
+        // A slip that has just begun is not over before it has moved forwards: with another test than that of the torque through the
+        // interface it goes back a little at first.
+        let mut begins = None;
         let end = *times.last()?;
         while pending.peek().is_some_and(|&time| time <= from) {
             solved.rows.push((pending.next()?, y, doing));
@@ -535,6 +552,9 @@ impl Solver {
                 Doing::Stick => self.excess(t + h, next).0 > 0.0,
                 Doing::Slip(sense) => {
                     let w = sense * self.relative_velocity(t + h, next);
+                    if begins.is_some() {
+                        return false;
+                    }
                     let slows = || w < sense * self.relative_velocity(t, &y) && self.excess(t + h, next).0 <= 0.0;
                     w < 0.0 || w <= self.band && slows()
                 }
@@ -579,6 +599,12 @@ impl Solver {
             }
             if event {
                 doing = self.happened(t, &mut y, doing, &mut solved.events);
+                let began = solved.events.last().is_some_and(|(_, kind)| *kind == "slip");
+                begins = began.then_some(t);
+            } else if let (Some(begun), Doing::Slip(sense)) = (begins, doing)
+                && (sense * self.relative_velocity(t, &y) > 0.0 || t - begun > 0.1 * period)
+            {
+                begins = None;
             }
             while t >= from + (grid + 1) as f64 * self.step * (1.0 - 1e-12) {
                 grid += 1;
