@@ -1,10 +1,11 @@
 //! Mistakes of solvers, and what may be said of each.
 
-use super::subject::{Subject, one_of, scale};
+use super::subject::{Subject, one_of, pick, scale};
 use super::written::{self, Columns, Digits, Written};
 use crate::common::planted_solver::{Method, Smooth, Solver, Tested, Y};
 use crate::common::random_brakes::Random;
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
+use std::fmt::Write;
 
 use stickslip::case::Motion;
 use stickslip::friction::{FrictionLaw, Law};
@@ -19,23 +20,41 @@ pub(super) const MOST_ROWS: f64 = 30_000.0;
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub(super) enum Kind {
     Nothing,
+    /// An adaptive method with a loose tolerance.
     Tolerance,
+    /// A number of the case.
     Number,
+    /// An initial value, also one that is zero.
     Initial,
+    /// A force, a stiffness or a damping that the case does not have.
     Term,
+    /// A smooth law.
     Regularised,
+    /// Sticks end at another multiple of the limit.
     Breakaway,
+    /// Sticks end by the torque on one surface.
     OtherTorque,
+    /// Sticks begin within a velocity tolerance.
     Band,
+    /// Events are taken at the ends of steps.
     EndOfStep,
+    /// One event is late.
     OneLate,
+    /// A method of low order, or with few steps.
     LowOrder,
+    /// No kick, another one, or on one surface.
     Kick,
+    /// Times count from elsewhere.
     Clock,
+    /// A column in another unit or of the other sign.
     Unit,
+    /// A harmonic with sine and cosine exchanged.
     SineForCosine,
+    /// mu as a function of the speed of one surface.
     WrongSpeed,
+    /// Nothing, but few digits in the file.
     Decimals,
+    /// Two numbers of the case.
     TwoNumbers,
 }
 
@@ -125,7 +144,7 @@ pub(super) struct Planted {
     pub file: Written,
 }
 
-pub(super) fn driven(train: &Train) -> bool {
+fn driven(train: &Train) -> bool {
     matches!(train.end, End::Driven(_))
 }
 
@@ -209,7 +228,7 @@ pub(super) fn plant(system: &Subject, kind: Kind, random: &mut Random) -> Option
         }
         Number => {
             let all = system.numbers();
-            let (path, value) = all[((random.next() * all.len() as f64) as usize).min(all.len() - 1)].clone();
+            let (path, value) = pick(random, &all).clone();
             let factor = one_of(
                 random,
                 &[0.5, 0.8, 0.9, 0.95, 0.98, 0.99, 1.01, 1.02, 1.05, 1.1, 1.25, 2.0],
@@ -231,7 +250,7 @@ pub(super) fn plant(system: &Subject, kind: Kind, random: &mut Random) -> Option
             let all = system.numbers();
             let mut changes: Vec<(&str, f64)> = Vec::new();
             for _ in 0..2 {
-                let (path, value) = &all[((random.next() * all.len() as f64) as usize).min(all.len() - 1)];
+                let (path, value) = pick(random, &all);
                 let other = value * one_of(random, &[0.8, 0.9, 0.95, 0.98, 1.02, 1.05, 1.1, 1.25]);
                 changes.push((path, other));
                 allowed.numbers.push((path.clone(), other, *value));
@@ -258,8 +277,7 @@ pub(super) fn plant(system: &Subject, kind: Kind, random: &mut Random) -> Option
                 let count = train.inertia.len();
                 places.extend((0..count).map(|i| (format!("initial.{name}_speed.{i}"), speeds[i], sizes[1])));
             }
-            let (path, value, size) =
-                places[((random.next() * places.len() as f64) as usize).min(places.len() - 1)].clone();
+            let (path, value, size) = pick(random, &places).clone();
             let other = value + size * one_of(random, &[-0.5, -0.1, 0.03, 0.1, 0.5, 1.0]);
             let mut changed = case.clone();
             set_initial(&mut changed, &path, other);
@@ -356,11 +374,17 @@ pub(super) fn plant(system: &Subject, kind: Kind, random: &mut Random) -> Option
             solver.frozen = random.next() < 0.3;
             file.events = random.next() < 0.5;
             allowed = Allowed::causes(&["velocity-tolerance"]);
-            format!(
-                "sticks at |omega_r| <= {:e}{}",
-                solver.band,
-                if solver.frozen { ", which stays" } else { "" }
-            )
+            let mut what = format!("sticks at |omega_r| <= {:e}", solver.band);
+            if solver.frozen {
+                what += ", which stays";
+            }
+            if random.next() < 0.5 {
+                solver.located = false;
+                solver.step = file.interval / one_of(random, &[1.0, 2.0, 5.0]);
+                allowed.causes.extend(["events-late", "step-too-large"]);
+                write!(what, ", at the ends of steps of {:e} s", solver.step).unwrap();
+            }
+            what
         }
         EndOfStep => {
             solver.located = false;
@@ -434,17 +458,17 @@ pub(super) fn plant(system: &Subject, kind: Kind, random: &mut Random) -> Option
             format!("times with {:e} s added", file.clock)
         }
         Unit => {
-            let count = written::columns(system, &sound, file.columns).len();
-            let place = ((random.next() * count as f64) as usize).min(count - 1);
+            let names = written::columns(system, &sound, file.columns);
+            let places: Vec<usize> = (0..names.len()).collect();
+            let place = *pick(random, &places);
             let mut factors = vec![-1.0, 1e3, 1e-3];
             if system.case.motion() == Motion::Rotation {
                 factors.extend([180.0 / PI, PI / 180.0]);
             }
             let factor = one_of(random, &factors);
             file.changed = Some((place, factor));
-            let name = written::columns(system, &sound, file.columns)[place].1.clone();
             allowed = Allowed::causes(&["wrong-units"]);
-            format!("{name} times {factor:?}")
+            format!("{} times {factor:?}", names[place].1)
         }
         SineForCosine => {
             let mut changed = case.clone();
@@ -487,7 +511,7 @@ pub(super) fn of_other(solver: &Solver, system: System) -> Solver {
     }
 }
 
-pub(super) fn set_initial(system: &mut System, path: &str, value: f64) {
+fn set_initial(system: &mut System, path: &str, value: f64) {
     let (name, index) = path.strip_prefix("initial.").unwrap().rsplit_once('.').unwrap();
     let index: usize = index.parse().unwrap();
     let initial = &mut system.initial;
@@ -501,7 +525,7 @@ pub(super) fn set_initial(system: &mut System, path: &str, value: f64) {
 }
 
 /// A harmonic of the system with sine and cosine exchanged: its path, and the phase that does the same.
-pub(super) fn turned(system: &mut System) -> Option<(String, f64, f64)> {
+fn turned(system: &mut System) -> Option<(String, f64, f64)> {
     let mut drives: Vec<(&str, &mut Drive)> = Vec::new();
     for (torque, speed, train) in [
         ("rotor.torque", "rotor.speed", &mut system.rotor),

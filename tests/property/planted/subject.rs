@@ -2,7 +2,7 @@
 
 use super::written::Written;
 use crate::common::cases::{parsed, source};
-use crate::common::planted_solver::{Doing, Solved, Solver, Y};
+use crate::common::planted_solver::{Solved, Solver, Y};
 use crate::common::random_brakes::Random;
 use std::cell::OnceCell;
 use std::f64::consts::TAU;
@@ -44,8 +44,13 @@ pub(super) struct Subject {
 }
 
 /// A choice.
+pub(super) fn pick<'a, T>(random: &mut Random, of: &'a [T]) -> &'a T {
+    &of[((random.next() * of.len() as f64) as usize).min(of.len() - 1)]
+}
+
+/// The same of what is copied.
 pub(super) fn one_of<T: Copy>(random: &mut Random, of: &[T]) -> T {
-    of[((random.next() * of.len() as f64) as usize).min(of.len() - 1)]
+    *pick(random, of)
 }
 
 /// Uniform in the logarithm.
@@ -54,7 +59,7 @@ pub(super) fn scale(random: &mut Random, low: f64, high: f64) -> f64 {
 }
 
 /// A law with its keys, whose coefficient at rest is `high` and falls towards `low` over speeds of the size of `speed`.
-pub(super) fn random_law(random: &mut Random, high: f64, low: f64, speed: f64) -> String {
+fn random_law(random: &mut Random, high: f64, low: f64, speed: f64) -> String {
     let breakaway = if random.next() < 0.4 {
         high * random.within(1.02, 1.2)
     } else {
@@ -84,7 +89,7 @@ pub(super) fn random_law(random: &mut Random, high: f64, low: f64, speed: f64) -
 }
 
 /// A case of a random family.
-pub(super) fn random_case(random: &mut Random) -> (String, String) {
+fn random_case(random: &mut Random) -> (String, String) {
     let family = (random.next() * 6.0) as usize;
     let m = scale(random, 0.3, 5.0);
     let k = scale(random, 10.0, 2000.0);
@@ -253,7 +258,7 @@ impl Subject {
         self.reference.mapping().vocabulary
     }
 
-    /// Numbers of a case that may be mistaken: those that are written, and initial values and phases that are zero.
+    /// Numbers of the case that may be mistaken: those that are written and not zero.
     pub fn numbers(&self) -> Vec<(String, f64)> {
         let written = WrittenCase::read(&self.source, &[]).unwrap();
         let kept = |path: &str| !path.starts_with("perturbation") && !path.ends_with("valid_below");
@@ -313,33 +318,29 @@ pub(super) fn solve(system: &Subject, solver: &Solver, start: Option<Y>, file: &
     if let Some(start) = start {
         return solver.run(kicked, &start, &times(kicked, stop));
     }
-    let before = kicked - 3e-3;
-    // Nothing moves fast until then: what has no stick there has none of the mistakes of sticks.
-    let coarse = |system: &System| -> Option<Solved> {
+    // Nothing moves fast before the stick-slip: until then long steps do.
+    let coarse = |system: &System, to: f64| -> Option<Solved> {
         let coarse = Solver {
             step: 2e-5,
             ..Solver::sound(system)
         };
-        coarse.run(0.0, &coarse.initial(), &[before])
+        coarse.run(0.0, &coarse.initial(), &[to])
     };
+    let before = |events: &[(f64, &str)]| events.first().map_or(kicked, |(time, _)| *time) - 3e-3;
     let same = System {
         kicks: system.case.system.kicks.clone(),
         ..solver.system.clone()
     } == system.case.system;
-    let first = match same {
-        true => Solved {
-            rows: vec![(
-                before,
-                *system
-                    .coasted
-                    .get_or_init(|| coarse(&system.case.system).unwrap().rows[0].1),
-                Doing::Slip(1.0),
-            )],
-            events: Vec::new(),
-        },
-        false => coarse(&solver.system)?,
+    let (from, y) = if same {
+        let known = || coarse(&system.case.system, before(&[])).unwrap().rows[0].1;
+        (before(&[]), *system.coasted.get_or_init(known))
+    } else {
+        let first = coarse(&solver.system, before(&[]))?;
+        match before(&first.events) {
+            from if from < before(&[]) => (from, coarse(&solver.system, from)?.rows.last()?.1),
+            from => (from, first.rows.last()?.1),
+        }
     };
-    let mut rest = solver.run(before, &first.rows.last()?.1, &times(before, stop))?;
-    rest.events.splice(0..0, first.events);
-    Some(rest)
+    // What stops earlier is looked at when it does.
+    solver.run(from, &y, &times(from, from + (stop - before(&[]))))
 }
