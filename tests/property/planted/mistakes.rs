@@ -14,7 +14,7 @@ use stickslip::model::system::{End, KickSide, Pressing, System, Train};
 use stickslip::signal::{Drive, Shape};
 
 /// Rows of a candidate at most.
-pub(super) const MOST_ROWS: f64 = 30_000.0;
+pub(super) const MOST_ROWS: f64 = 60_000.0;
 
 /// What is planted.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
@@ -157,7 +157,7 @@ pub(super) fn plant(system: &Subject, kind: Kind, random: &mut Random) -> Option
     } else {
         system.case.output.end_time
     };
-    let per_period = one_of(random, &[24.0, 50.0, 100.0, 200.0, 400.0]);
+    let per_period = one_of(random, &[24.0, 50.0, 100.0, 200.0, 400.0, 400.0, 4000.0]);
     let interval = (period / per_period).max(end / MOST_ROWS);
     // Most take round ones.
     let interval = match random.next() < 0.8 {
@@ -200,6 +200,7 @@ pub(super) fn plant(system: &Subject, kind: Kind, random: &mut Random) -> Option
                 kind,
                 Nothing | Number | Initial | Breakaway | EndOfStep | OneLate | Clock | Kick
             ),
+        tolerance: None,
         clock: 0.0,
         changed: None,
     };
@@ -345,6 +346,7 @@ pub(super) fn plant(system: &Subject, kind: Kind, random: &mut Random) -> Option
                 Smooth::Arctan => "arctan",
             };
             allowed.words.push(name.to_owned());
+            file.tolerance = one_of(random, &[None, Some(3.0), Some(10.0)]).map(|times| times * eps);
             format!("{name}(omega_r/eps) with eps = {eps:e}")
         }
         Breakaway => {
@@ -377,6 +379,7 @@ pub(super) fn plant(system: &Subject, kind: Kind, random: &mut Random) -> Option
             let mut what = format!("sticks at |omega_r| <= {:e}", solver.band);
             if solver.frozen {
                 what += ", which stays";
+                file.tolerance = one_of(random, &[None, Some(1.1 * solver.band)]);
             }
             if random.next() < 0.5 {
                 solver.located = false;

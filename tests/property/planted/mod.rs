@@ -181,17 +181,25 @@ fn judged(
     };
     let path = if file.alone { &events } else { &series };
     mapping.event_file = Some(events.clone()).filter(|_| file.events && !file.alone);
+    mapping.velocity_tolerance = file.tolerance;
+    if let Some(tolerance) = file.tolerance {
+        command += &format!(" --velocity-tolerance {tolerance:e}");
+    }
     let begun = Instant::now();
     let (said, sentence) = match system.reference.compare(path, &mapping) {
         Ok(comparison) => judge(&planted.allowed, &serde_json::to_value(comparison).unwrap()),
         Err(error) => (Said::Silent, format!("refused: {error}")),
     };
     let took = begun.elapsed();
-    let shown = match (file.alone, file.events) {
+    let mut shown = match (file.alone, file.events) {
         (true, _) => ", events alone",
         (false, true) => ", events",
         (false, false) => "",
-    };
+    }
+    .to_owned();
+    if let Some(tolerance) = file.tolerance {
+        shown += &format!(", |omega_r| <= {tolerance:.1e} counts as a stick");
+    }
     let line = format!(
         "{index:4} {said:?}{} {kind:?} in {}: {} [{} rows, {:?}, {:?}{shown}] {:.1} s\n       said: {sentence}",
         if above { "" } else { " (below resolution)" },

@@ -14,6 +14,8 @@ pub(super) struct Written {
     pub events: bool,
     /// A table of events alone.
     pub alone: bool,
+    /// What is said to count as a stick, rad/s.
+    pub tolerance: Option<f64>,
     /// Added to the times.
     pub clock: f64,
     /// A column (from 0), and its factor.
@@ -29,6 +31,7 @@ impl Written {
             columns: Columns::State,
             events: false,
             alone: false,
+            tolerance: None,
             clock: 0.0,
             changed: None,
         }
