@@ -110,6 +110,10 @@ pub(super) struct Allowed {
     pub causes: Vec<&'static str>,
     /// What has to be in the evidence of them.
     pub words: Vec<String>,
+    /// A number in the evidence, where it stands there: what it follows, its value, and by how much it may be off.
+    pub value: Option<(&'static str, f64, f64)>,
+    /// What was added to the times, s.
+    pub clock: Option<f64>,
     /// A number of the case: paths that mean the same, its value, and that of the reference.
     pub numbers: Vec<(String, f64, f64)>,
     /// The numbers are all of them mistaken, and none stands for another.
@@ -346,6 +350,7 @@ pub(super) fn plant(system: &Subject, kind: Kind, random: &mut Random) -> Option
                 Smooth::Arctan => "arctan",
             };
             allowed.words.push(name.to_owned());
+            allowed.value = Some(("eps = ", eps, 0.1 * eps));
             file.tolerance = one_of(random, &[None, Some(3.0), Some(10.0)]).map(|times| times * eps);
             format!("{name}(omega_r/eps) with eps = {eps:e}")
         }
@@ -361,6 +366,7 @@ pub(super) fn plant(system: &Subject, kind: Kind, random: &mut Random) -> Option
             let value = factor * case.breakaway;
             allowed = Allowed::number("friction.breakaway", value, case.breakaway);
             allowed.causes = vec!["stick-test"];
+            allowed.value = Some(("breaks away at ", factor, (0.3 * (factor - 1.0).abs()).max(1e-3)));
             format!("sticks end at {factor:?} of mu_0 r F_n")
         }
         OtherTorque => {
@@ -456,6 +462,7 @@ pub(super) fn plant(system: &Subject, kind: Kind, random: &mut Random) -> Option
                 false => one_of(random, &[-0.3, 0.02, 0.5, 3.0]) * period,
             };
             allowed = Allowed::causes(&["time-offset"]);
+            allowed.clock = Some(file.clock);
             // Another time of the same motion is another state to begin with, under another phase of what drives it.
             allowed.beside = vec!["another-state", "initial.", "phase", "perturbation."];
             format!("times with {:e} s added", file.clock)

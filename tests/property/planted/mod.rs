@@ -44,6 +44,12 @@ fn plain(path: &str) -> &str {
     path.strip_suffix(".0").unwrap_or(path)
 }
 
+/// The number that follows these words.
+fn number_after(text: &str, words: &str) -> Option<f64> {
+    let (_, rest) = text.split_once(words)?;
+    rest.split([' ', ',', ';']).next()?.parse().ok()
+}
+
 /// Whether what was said is what is planted.
 fn judge(allowed: &Allowed, said: &serde_json::Value) -> (Said, String) {
     let causes = said["causes"].as_array().cloned().unwrap_or_default();
@@ -85,15 +91,23 @@ fn judge(allowed: &Allowed, said: &serde_json::Value) -> (Said, String) {
         true => !named.is_empty() && named.iter().all(hits),
         false => named.len() == 1 && named.iter().chain(&or).any(hits),
     };
+    let clock_is_right = allowed.clock.is_none_or(|clock| {
+        let to_add = said["found_time_offset"]["seconds"].as_f64();
+        let found = said["clock"]["offset"].as_f64().or(to_add.map(|seconds| -seconds));
+        found.is_some_and(|found| (found - clock).abs() <= 0.02 * clock.abs())
+    });
     let right = |(cause, evidence): &(String, String)| {
         let by_name = allowed.causes.iter().any(|allowed| cause.contains(allowed));
         let by_words = allowed.words.iter().all(|word| evidence.contains(word));
-        by_name && by_words || cause == "another-parameter" && number_is_right
+        let by_value = allowed.value.is_none_or(|(before, value, off)| {
+            number_after(evidence, before).is_none_or(|found| (found - value).abs() <= off)
+        });
+        by_name && by_words && by_value && clock_is_right || cause == "another-parameter" && number_is_right
     };
     let paths_are = |beside: &str| !named.is_empty() && named.iter().all(|(path, ..)| path.contains(beside));
     let beside = |(cause, _): &(String, String)| {
         let of = |beside: &&str| cause == beside || cause == "another-parameter" && paths_are(beside);
-        allowed.beside.iter().any(|one| of(one))
+        allowed.beside.iter().any(of)
     };
     match words.iter().any(right) && words.iter().all(|said| right(said) || beside(said)) {
         true => (Said::Right, sentence),

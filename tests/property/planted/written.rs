@@ -72,7 +72,7 @@ impl Digits {
     }
 }
 
-/// The columns of a candidate: its names, and which channels of the solver they are.
+/// The columns of a candidate: their names, and which channels of the solver they are.
 pub(super) fn columns(system: &Subject, solver: &Solver, columns: Columns) -> Vec<(usize, String)> {
     let vocabulary = system.vocabulary();
     let mut seen = Vec::new();
@@ -139,7 +139,7 @@ pub(super) fn differs(system: &Subject, solver: &Solver, file: &Written, one: &S
     worst
 }
 
-/// What the digits of a file resolve, in parts of the rms of its roughest channel.
+/// What the digits of a file resolve, in parts of the rms of the channel that they resolve best.
 pub(super) fn resolved(system: &Subject, solver: &Solver, file: &Written, solved: &Solved) -> f64 {
     let columns = columns(system, solver, file.columns);
     let of = |(index, _): &(usize, String)| {
