@@ -501,8 +501,13 @@ pub(super) fn plant(system: &Subject, kind: Kind, random: &mut Random) -> Option
             "mu as a function of the speed of one surface".to_owned()
         }
     };
-    if case.stator.inertia.is_empty() && case.rotor.inertia.is_empty() {
-        return None;
+    if allowed
+        .numbers
+        .iter()
+        .any(|(path, ..)| path.contains("initial.") || path.ends_with("phase"))
+    {
+        // In a stick, or in the end, that is the same motion at another time.
+        allowed.beside.push("time-offset");
     }
     Some(Planted {
         what,
