@@ -302,6 +302,10 @@ pub(super) fn plant(system: &Subject, kind: Kind, random: &mut Random) -> Option
             match (random.next() * 3.0) as usize {
                 0 => {
                     solver.torque = share * force;
+                    if file.columns == Columns::RelativeVelocity {
+                        // A spring that is twisted by as much moves in the same way.
+                        file.columns = Columns::State;
+                    }
                     for key in [format!("{surface}.torque"), format!("{surface}.torque.mean")] {
                         allowed.numbers.push((key, solver.torque, 0.0));
                     }

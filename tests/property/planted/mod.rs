@@ -4,7 +4,7 @@
 //! `STICKSLIP_PLANTED_KIND=clock` those of one kind, and `STICKSLIP_PLANTED_ONLY=17` one alone, whose files it keeps in target/planted:
 //!
 //! ```sh
-//! STICKSLIP_PLANTED=300 cargo test --release --test property planted -- --ignored --nocapture
+//! STICKSLIP_PLANTED=300 cargo test --release --test property no_correct_part -- --ignored --nocapture
 //! ```
 
 mod mistakes;
