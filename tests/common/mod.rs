@@ -9,6 +9,7 @@ pub mod explicit;
 pub mod hostile;
 pub mod linear_brake;
 pub mod page;
+pub mod planted_solver;
 pub mod random_brakes;
 pub mod results;
 pub mod rigid_growth;

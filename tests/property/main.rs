@@ -14,6 +14,7 @@ mod compare_faults;
 mod figures;
 mod layers;
 mod paper_procedure;
+mod planted;
 mod runs;
 mod sampling;
 mod sensitivity;
