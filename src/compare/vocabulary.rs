@@ -252,7 +252,7 @@ impl Vocabulary {
     }
 
     /// The channel that stands for one, which may be itself; `None` of what the reference does not have.
-    pub(super) fn canonical(&self, channel: Channel) -> Option<Channel> {
+    pub fn canonical(&self, channel: Channel) -> Option<Channel> {
         let same = self.same.iter().find(|(other, _)| *other == channel);
         let same = same.map(|(_, one)| *one);
         same.or_else(|| self.channels().find(|&one| one == channel))
