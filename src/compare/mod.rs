@@ -23,6 +23,7 @@
 mod attractor;
 mod candidate;
 mod case_differences;
+mod causes;
 mod channel;
 mod clock;
 mod comparison;
@@ -44,6 +45,7 @@ mod requirement;
 mod resolution;
 mod states;
 mod statistics;
+mod survey;
 mod torques;
 mod trace;
 mod units;
@@ -79,6 +81,7 @@ use crate::record::sequence::{Alignment, SequenceEvent};
 use crate::record::{Event, EventKind};
 use crate::results::{ResultError, ResultFile, open_sound};
 use candidate::Block;
+use causes::{Causes, Shown};
 use comparison::channel_errors;
 use creep::{Creep, CreepPass};
 use crossings::Crossings;
@@ -96,26 +99,12 @@ use reference::{BeforeAndAfter, Physics, Rerun as RepeatedRun, states_at_events}
 use states::{Grid, StatePass};
 use statistics::{of_attractors, statistics};
 use std::path::Path;
+use survey::{FOUND, Survey, resolution_of};
 use torques::TorqueWatch;
 
 /// Event times that agree to this, s, need no explanation; where they are found in samples, to that.
 const AGREED: f64 = 1e-9;
 const AGREED_IN_SAMPLES: f64 = 1e-7;
-
-/// Samples that differ by less than this part of the sizes of their channels, in the root mean square, need no explanation.
-const SAMPLES_AGREE: f64 = 1e-6;
-
-/// How long before an onset without a kick its oscillation is below what is compared, in natural periods.
-const BEFORE_ONSET: f64 = 20.0;
-
-/// What rounding makes of a motion, at least, in parts of a difference that it is the cause of.
-const AMPLIFIED: f64 = 0.1;
-
-/// The error of an event found in samples: those of the samples around it, in distances of times.
-const FOUND: f64 = 2.0;
-
-/// Events of a candidate beyond this are chattering.
-const MOST_EVENTS: usize = 1_000_000;
 
 /// A reference, opened once for any number of candidates.
 #[derive(Debug)]
@@ -148,18 +137,6 @@ pub struct CompareProgress {
 
 /// Passes over a candidate's samples.
 const PASSES: u8 = 2;
-
-/// What one pass over a candidate's samples gives beside its events.
-#[derive(Debug, Default)]
-struct Survey {
-    span: Option<(f64, f64)>,
-    /// Mean interval of samples in the stick-slip of the reference, s.
-    interval: Option<f64>,
-    plateau: f64,
-    /// To what the times are rounded, if they are, and rows left out for it.
-    rounding: Option<Rounding>,
-    repeated: u64,
-}
 
 impl Reference {
     /// Opens a result file as a reference.
@@ -470,464 +447,6 @@ impl Reference {
         late.into_iter().chain(differs).min_by(f64::total_cmp)
     }
 
-    /// What reproduces a candidate by another program.
-    ///
-    /// # Errors
-    /// Of the file.
-    fn causes(&self, shown: &Shown<'_>, passes: Option<Passes<'_>>) -> Result<Causes, CompareError> {
-        let (physics, symptoms, span) = (&self.physics, &shown.symptoms, shown.span);
-        let period = physics.natural_period();
-        let kick = self.kick_event();
-        let (mut stretches, mut jumped, mut first, mut observation) = (None, None, None, None);
-        if let Some(passes) = passes {
-            (jumped, first) = (passes.jump.finish(), passes.jump.first());
-            stretches = Some(passes.stretches);
-            observation = Some(passes.observation.finish(physics, self.walk()?)?);
-        }
-        let observation = observation.filter(Observation::overlaps);
-        // Without a kick the onset is amplified rounding, which no run repeats.
-        let onset = self.word.iter().chain(shown.word).map(|event| event.time);
-        let is_noise = physics.coasts() && physics.trains.kicks.is_empty();
-        let known = onset.min_by(f64::total_cmp).filter(|_| is_noise);
-        let known = known.map_or(f64::INFINITY, |onset| onset - BEFORE_ONSET * period);
-        let samples_agree = observation.as_ref().map(|observation| {
-            let left = observation.left(&observation.reference, known);
-            left <= SAMPLES_AGREE * SAMPLES_AGREE
-        });
-        let events_agree = shown.worst.is_none_or(|worst| worst <= shown.bound);
-        if samples_agree.unwrap_or(events_agree) {
-            return Ok(Causes::default());
-        }
-        // Beyond the reference's end nobody knows what comes.
-        let last = shown.word.last().map_or(f64::NEG_INFINITY, |e| e.time);
-        let to = span.to.max(last).min(self.end.max(last));
-        let has_rows = shown.candidate.has_rows();
-        let from = if has_rows { span.from } else { f64::NEG_INFINITY };
-        let evidence = Evidence {
-            observation: observation.as_ref(),
-            word: shown.word,
-            reference: &self.word,
-            covered: (from, to.min(known)),
-            period,
-            bound: shown.bound,
-            detected: shown.detected,
-        };
-        if let Some(causes) = self.other_clock(shown, &evidence)? {
-            return Ok(causes);
-        }
-        let kick = match kick {
-            None => None,
-            Some(kick) => self.kicks()?.into_iter().find(|(event, _)| *event == kick),
-        };
-        let kick = kick.map(|(event, states)| (event.time, states));
-        let at_kick = kick.as_ref().map(|(time, (_, after))| Start::At(*time, after.clone()));
-        let near = |time: f64| (time - period..time + period).contains(&from);
-        let begins_at_kick = kick.as_ref().is_some_and(|(time, _)| near(*time));
-        let starts = match first.clone() {
-            Some((time, state)) if time > self.start => vec![Start::At(time, state), Start::Case],
-            Some((time, state)) => vec![Start::Case, Start::At(time, state)],
-            None if begins_at_kick => at_kick.into_iter().chain([Start::Case]).collect(),
-            None => [Start::Case].into_iter().chain(at_kick.filter(|_| !has_rows)).collect(),
-        };
-        let numbers = WrittenCase::of(&physics.case);
-        let bench = Bench {
-            physics,
-            numbers: &numbers,
-            evidence,
-            starts,
-            first,
-            most_steps: None,
-        }
-        .bounded();
-        let material = Material {
-            numbers: &numbers,
-            system: &physics.trains,
-            places: &physics.places,
-            stretches: stretches.filter(StretchPass::is_of_use),
-            starts: bench.starts.clone(),
-            word: shown.word,
-            covered: (from, to),
-            period,
-            breakaway: self.breakaway(symptoms.found),
-            events_differ: !events_agree,
-        };
-        let mut proposals = symptoms.proposals();
-        proposals.with_steps = has_rows && !events_agree || !physics.coasts();
-        let (reading, proposed) = other_parameters(material);
-        if let Some(other) = &proposed {
-            let each = |number: &OtherNumber| (number.path.clone(), number.value);
-            proposals
-                .changes
-                .push(Change::Numbers(other.numbers.iter().map(each).collect()));
-            proposals
-                .changes
-                .extend(other.or.iter().map(|number| Change::Numbers(vec![each(number)])));
-        }
-        if let Some((value, _)) = self.breakaway(symptoms.found) {
-            proposals
-                .changes
-                .push(Change::Numbers(vec![("friction.breakaway".to_owned(), value)]));
-            let share = value / physics.system().breakaway;
-            proposals.breakaway = Some(share).filter(|share| (share - 1.0).abs() > 1e-3);
-        }
-        let other = kick.as_ref().zip(jumped.as_ref());
-        let other = other.and_then(|((time, states), jumped)| other_kick(physics, (*time, states), jumped));
-        // From the onset on a run without a kick is amplified rounding, which no run repeats.
-        let onset = self.word.first().map(|event| event.time);
-        let seen = jumped.is_none() || other.as_ref().is_some_and(OtherKick::is_absent);
-        let quiet = kick
-            .as_ref()
-            .zip(onset)
-            .filter(|_| seen)
-            .and_then(|(_, onset)| bench.unkicked(onset));
-        if let Some(Tried { judged, .. }) = quiet {
-            let words = format!(
-                "the reference is kicked, the candidate is not; a run without the kick explains {} % of the squared difference of its \
-                 samples up to the first event of the reference, and from its onset on it is amplified rounding",
-                diagnosis::percent(judged.explained)
-            );
-            return Ok(Causes {
-                said: vec![Diagnosis::tried(Cause::UnperturbedRun, words, judged.explained)],
-                ..Causes::default()
-            });
-        }
-        let events = shown.word.len();
-        let of_samples = observation.is_some();
-        let events = if known.is_finite() { 0 } else { events };
-        let outcome = |judged: &Judged| {
-            let up_to = known
-                .is_finite()
-                .then_some(" up to the onset, which is amplified rounding");
-            diagnosis::reproduced(judged, of_samples, events) + up_to.unwrap_or_default()
-        };
-        let mut causes = Causes::default();
-        match bench.find(proposals, &reading, self.start) {
-            HypothesesFound::Causes(all) => {
-                let best = &all[0];
-                let judged = &best.judged;
-                let mut second = None;
-                let (cause, mut evidence) = match &best.change {
-                    Change::Numbers(_) | Change::Both(..) => {
-                        let parameters = self.parameters(&numbers, &all, proposed.as_ref(), events);
-                        let words = diagnosis::of_numbers(&parameters, physics, &numbers, &outcome(judged));
-                        causes.parameters = Some(parameters);
-                        if let Change::Both(_, stepper) = &best.change {
-                            let (cause, words) = symptoms.named(&Change::Stepper(*stepper));
-                            second = Some(Diagnosis::tried(
-                                cause,
-                                words + ", at once with the other number",
-                                judged.explained,
-                            ));
-                        }
-                        words
-                    }
-                    Change::State if other.is_some() => {
-                        let other = other.map(|kick| OtherKick {
-                            rerun: (events > 0).then(|| Rerun::of(events, judged.before, judged.after)),
-                            ..kick
-                        });
-                        let words = other.as_ref().map(OtherKick::words).unwrap_or_default();
-                        causes.kick = other;
-                        (Cause::AnotherKick, format!("{words}: {}", outcome(judged)))
-                    }
-                    change => {
-                        let (cause, words) = symptoms.named(change);
-                        (cause, format!("{words}: {}", outcome(judged)))
-                    }
-                };
-                let mut named = vec![cause];
-                for tried in all[1..]
-                    .iter()
-                    .filter(|tried| !matches!(tried.change, Change::Numbers(_) | Change::Both(..)))
-                {
-                    let (cause, words) = symptoms.named(&tried.change);
-                    if !named.contains(&cause) {
-                        evidence += &format!("; as much is explained by {}: {words}", cause.name());
-                        named.push(cause);
-                    }
-                }
-                causes.said.push(Diagnosis::tried(cause, evidence, judged.explained));
-                causes.said.extend(second);
-            }
-            HypothesesFound::Unexplained(closest) => {
-                let amplified = symptoms
-                    .last_digit_of_angles()
-                    .and_then(|digit| Some((digit, bench.amplified(digit)?)));
-                if let Some((digit, part)) = amplified.filter(|(_, part)| *part >= AMPLIFIED) {
-                    let words = symptoms.absolute_angles(digit, part);
-                    causes.said.push(Diagnosis::shown(Cause::AbsoluteAngles, words));
-                } else {
-                    causes.unexplained = Some(self.unexplained(shown, observation.as_ref(), closest));
-                }
-            }
-        }
-        Ok(causes)
-    }
-
-    /// Where a difference begins that nothing explains, what came closest, and what would tell more.
-    fn unexplained(&self, shown: &Shown<'_>, observation: Option<&Observation>, closest: Option<Tried>) -> Unexplained {
-        /// Samples in a natural period from which the equations can be read.
-        const PER_PERIOD: f64 = 20.0;
-        let physics = &self.physics;
-        let begins = match observation {
-            Some(seen) => seen.time.get(seen.close(&seen.reference, 1e-3)).copied(),
-            None => shown.wrong,
-        };
-        let before = begins.and_then(|begins| self.word.iter().rfind(|event| event.time <= begins));
-        let lacking = physics.state.iter().filter(|&&channel| !shown.candidate.has(channel));
-        let lacking: Vec<_> = lacking.map(|channel| channel.name()).collect();
-        let dense = physics.natural_period() / PER_PERIOD;
-        let sparse = observation.is_some_and(|seen| seen.interval.is_none_or(|interval| interval > dense));
-        Unexplained {
-            begins,
-            during: match before.map(|event| event.kind) {
-                None => "before the first event",
-                Some(EventKind::Stick) => "in stick",
-                Some(_) => "in slip",
-            },
-            would_tell: match lacking.is_empty() {
-                false => Some(lacking.join(", ")),
-                true => sparse.then(|| format!("samples every {dense:.1e} s")),
-            },
-            closest: closest.map(|tried| Closest {
-                cause: shown.symptoms.named(&tried.change).0,
-                explained: tried.judged.explained,
-            }),
-        }
-    }
-
-    /// Numbers that reproduce the candidate, the best of them with those that do as well.
-    fn parameters(
-        &self,
-        numbers: &WrittenCase,
-        all: &[Tried],
-        proposed: Option<&OtherParameters>,
-        events: usize,
-    ) -> OtherParameters {
-        let judged = &all[0].judged;
-        let known = |path: &str, value: f64| {
-            let mut known = proposed
-                .into_iter()
-                .flat_map(|other| other.numbers.iter().chain(&other.or));
-            known.find(|number| number.path == path && number.value == value)
-        };
-        // By how much a number may differ without leaving more than it leaves.
-        let number = |(path, value): &(String, f64)| {
-            let own = numbers.number(path).map_or(0.0, |number| number.value);
-            let error = 3.0 * (value - own).abs() * (1.0 - judged.explained).max(0.0).sqrt();
-            let error = known(path, *value).map_or(error, |number| number.error);
-            OtherNumber::of(numbers, path, *value, error)
-        };
-        let of = |tried: &Tried| match &tried.change {
-            Change::Numbers(numbers) | Change::Both(numbers, _) => numbers.iter().map(number).collect(),
-            _ => Vec::new(),
-        };
-        let best: Vec<OtherNumber> = of(&all[0]);
-        let from_proposed = best.iter().all(|number| known(&number.path, number.value).is_some());
-        // Two at once are no other number each.
-        let mut or: Vec<OtherNumber> = Vec::new();
-        for other in all[1..]
-            .iter()
-            .map(of)
-            .filter(|other: &Vec<OtherNumber>| other.len() == 1)
-        {
-            or.extend(other.into_iter().filter(|_| best.len() == 1));
-        }
-        or.retain(|number| best.iter().all(|best| best.path != number.path));
-        or.dedup_by(|a, b| a.path == b.path);
-        OtherParameters {
-            found_by: match proposed {
-                Some(other) if from_proposed => other.found_by,
-                _ if best.iter().all(|number| number.path == "friction.breakaway") => FoundBy::Breakaways,
-                _ => FoundBy::Samples,
-            },
-            numbers: best,
-            explained: judged.explained,
-            or,
-            rerun: (events > 0 && judged.has_events()).then(|| Rerun::of(events, judged.before, judged.after)),
-        }
-    }
-
-    /// Another clock, if all that differs is that.
-    ///
-    /// # Errors
-    /// Of the file.
-    fn other_clock(&self, shown: &Shown<'_>, evidence: &Evidence<'_>) -> Result<Option<Causes>, CompareError> {
-        let physics = &self.physics;
-        let first = self.word.first().map(|e| match e.kind {
-            EventKind::Stick => ("the first stick", e.time),
-            _ => ("the first event", e.time),
-        });
-        let corner = if physics.coasts() {
-            "a corner of F(t)"
-        } else {
-            "a corner of a signal"
-        };
-        let corners = self
-            .events
-            .iter()
-            .filter(|e| e.kind == EventKind::Corner && e.time > 0.0);
-        let kick = self.kick_event().map(|kick| ("the kick", kick.time));
-        let anchors = kick.into_iter().chain(first).chain(corners.map(|e| (corner, e.time)));
-        let anchors: Vec<(&'static str, f64)> = anchors.collect();
-        let clock = clock::other_clock(&self.word, shown.word, &anchors, physics.natural_period());
-        let add = match (&clock, shown.offset) {
-            (Some(clock), _) => clock.to_add(),
-            (None, Some(offset)) => offset.seconds,
-            (None, None) => return Ok(None),
-        };
-        let shifted = |events: &[SequenceEvent]| -> Vec<SequenceEvent> {
-            let moved = |e: &SequenceEvent| SequenceEvent {
-                time: e.time - add,
-                kind: e.kind,
-            };
-            events.iter().map(moved).collect()
-        };
-        let values = match evidence.observation {
-            Some(observation) => observation.reference_at(self.walk()?, add)?,
-            None => Vec::new(),
-        };
-        let played = Played {
-            values,
-            events: shifted(&self.word),
-            steps: 0,
-        };
-        let Some(judged) = evidence.judged(&played, f64::INFINITY).filter(Judged::is_cause) else {
-            return Ok(None);
-        };
-        // Where the times count from says more than that events agree, and that more than an offset.
-        let words = match (&clock, shown.offset) {
-            (Some(OtherClock { counts_from: None, .. }) | None, Some(offset)) => offset.words(),
-            (Some(clock), _) => format!("{}; repeat with --time-offset {:.9}", clock.words(), clock.to_add()),
-            (None, None) => String::new(),
-        };
-        let said = vec![Diagnosis::tried(Cause::TimeOffset, words, judged.explained)];
-        Ok(Some(Causes {
-            said,
-            clock,
-            ..Causes::default()
-        }))
-    }
-
-    /// mu_0 by the torque that the reference tests, at the middle one of the candidate's breakaways, and what half of them differ by.
-    fn breakaway(&self, found: &[Found]) -> Option<(f64, f64)> {
-        let ratios = torques::breakaway_ratios(&self.physics, found, self.physics.trains.breakaway_test);
-        let at = |share: usize| ratios.get(share * ratios.len() / 4).copied();
-        let breakaway = self.physics.system().breakaway;
-        Some((at(2)? * breakaway, (at(3)? - at(1)?) * breakaway))
-    }
-
-    /// Goes through the times, through the relative velocity if events have to be found by it, and through the twists for
-    /// the torques at breakaways. The events are those of the candidate, or those found.
-    fn survey(
-        &self,
-        candidate: &Candidate,
-        detection: Detection,
-        watch_progress: &mut dyn FnMut(u8, f64),
-    ) -> Result<(Survey, Vec<Found>), CompareError> {
-        let physics = &self.physics;
-        let given = candidate.events.clone();
-        if !candidate.has_rows() {
-            return Ok((Survey::default(), given.unwrap_or_default()));
-        }
-        let twists = physics.torque_channels();
-        let with_twists = !candidate.is_own() && twists.iter().all(|&channel| candidate.has(channel));
-        let mut channels = Vec::new();
-        if given.is_none() {
-            channels.push(Channel::RelativeVelocity);
-            channels.extend(Some(Channel::NormalForce).filter(|&force| candidate.has(force)));
-        }
-        let twist = channels.len();
-        if with_twists {
-            channels.extend_from_slice(&twists);
-        }
-        let torques = |block: &Block, row: usize| {
-            with_twists.then(|| physics.torques_by(block.time[row], |k| block.columns[twist + k][row]))
-        };
-        let mut finder = match (given, physics.threshold()) {
-            (Some(events), _) => Finder::Given(TorqueWatch::new(events)),
-            (None, Some(_)) => Finder::Crossings(Crossings::new(detection.velocity_tolerance)),
-            (None, None) => Finder::Detector(Box::new(Detector::new(detection))),
-        };
-        let mut rows = candidate.rows(&channels, physics)?;
-        let mut block = Block::default();
-        let mut span: Option<(f64, f64)> = None;
-        // Samples in the stick-slip: how many, the first and the last, s.
-        let (stretch, mut inside) = (self.stretch(), None);
-        while rows.next(&mut block)? {
-            let (time, c) = (&block.time, &block.columns);
-            let to = time[time.len() - 1];
-            span = Some((span.map_or(time[0], |span| span.0), to));
-            watch_progress(1, to);
-            let first = time.partition_point(|t| *t < stretch.0);
-            let last = time.partition_point(|t| *t <= stretch.1);
-            if first < last {
-                let (count, from, _) = inside.unwrap_or((0, time[first], 0.0));
-                inside = Some((count + (last - first) as u64, from, time[last - 1]));
-            }
-            let count = match &mut finder {
-                Finder::Crossings(crossings) => {
-                    time.iter()
-                        .zip(&c[0])
-                        .for_each(|(&time, &velocity)| crossings.add(time, velocity));
-                    crossings.events.len()
-                }
-                Finder::Given(watch) => {
-                    for (row, &time) in time.iter().enumerate() {
-                        torques(&block, row)
-                            .into_iter()
-                            .for_each(|(rotor, stator)| watch.add(time, rotor, stator));
-                    }
-                    0
-                }
-                Finder::Detector(detector) => {
-                    let forces = if twist == 2 { &c[1][..] } else { &[] };
-                    let mut row = 0;
-                    while row < time.len() {
-                        row += detector.skip(&c[0][row..], forces.get(row..).unwrap_or_default());
-                        detector.add(Point {
-                            time: time[row],
-                            velocity: c[0][row],
-                            normal_force: forces.get(row).copied().unwrap_or(f64::INFINITY),
-                            torques: torques(&block, row),
-                        });
-                        row += 1;
-                    }
-                    detector.count()
-                }
-            };
-            if count > MOST_EVENTS {
-                let what = format!("more than {MOST_EVENTS} events up to {to:.6} s: omega_r chatters about zero");
-                let remedy = "raise --velocity-tolerance above the size of the chatter";
-                return Err(CompareError::content(
-                    &candidate.path,
-                    "relative_velocity",
-                    what,
-                    remedy,
-                ));
-            }
-        }
-        if span.is_none() {
-            return Err(CompareError::whole(
-                &candidate.path,
-                "holds no samples",
-                "check how it was written",
-            ));
-        }
-        let inside = inside.filter(|inside| inside.0 > 1);
-        let survey = Survey {
-            span,
-            interval: inside.map(|(count, from, to)| (to - from) / (count - 1) as f64),
-            plateau: match &finder {
-                Finder::Detector(detector) => detector.plateau(),
-                _ => 0.0,
-            },
-            repeated: rows.watch().repeated,
-            rounding: candidate.clock.rounding.filter(|_| rows.watch().is_rounded()),
-        };
-        Ok((survey, finder.finish()))
-    }
-
     /// What has to be added to the times of events so that they agree with those of the reference.
     fn offset(&self, found: &[Found]) -> Option<FoundOffset> {
         let word: Vec<SequenceEvent> = found.iter().map(SequenceEvent::from).collect();
@@ -1064,26 +583,6 @@ impl Reference {
     }
 }
 
-/// Where the events of a candidate come from.
-enum Finder {
-    /// It states them, and its samples have the torques before them.
-    Given(TorqueWatch),
-    /// Its relative velocity, of a contact that sticks, and of one that does not.
-    Detector(Box<Detector>),
-    Crossings(Crossings),
-}
-
-impl Finder {
-    /// The events, after the last sample.
-    fn finish(self) -> Vec<Found> {
-        match self {
-            Finder::Given(watch) => watch.events,
-            Finder::Detector(detector) => detector.finish(),
-            Finder::Crossings(crossings) => crossings.events,
-        }
-    }
-}
-
 /// The case that a result file holds.
 fn saved_case(path: &Path, file: &ResultFile) -> Result<Case, CompareError> {
     let source = CaseSource::result(path, file.resolved()?);
@@ -1096,62 +595,6 @@ struct Passes<'a> {
     stretches: StretchPass,
     jump: JumpPass<'a>,
     observation: ObservationPass,
-}
-
-/// What a candidate shows that causes are held against.
-struct Shown<'a> {
-    candidate: &'a Candidate,
-    symptoms: Symptoms<'a>,
-    span: Span,
-    /// Its events.
-    word: &'a [SequenceEvent],
-    /// An offset of its clock by which nearly all of its events agree.
-    offset: Option<FoundOffset>,
-    /// To which its event times are known, s.
-    bound: f64,
-    /// The largest error of an event, s; infinite where the sequences differ.
-    worst: Option<f64>,
-    /// When the first event is wrong, s.
-    wrong: Option<f64>,
-    /// Its events were found in its samples.
-    detected: bool,
-}
-
-/// What reproduces a candidate.
-#[derive(Default)]
-struct Causes {
-    said: Vec<Diagnosis>,
-    clock: Option<OtherClock>,
-    kick: Option<OtherKick>,
-    parameters: Option<OtherParameters>,
-    unexplained: Option<Unexplained>,
-}
-
-/// What the times of a candidate resolve, if they are rounded.
-fn resolution_of(candidate: &Candidate, survey: &Survey, errors: &EventErrors) -> Option<Resolution> {
-    let clock = &candidate.clock;
-    let stated = candidate.events.is_some();
-    let rounding = survey.rounding.or(candidate.events_rounding.filter(|_| stated))?;
-    let of_event = if stated {
-        candidate.events_rounding
-    } else {
-        survey.rounding
-    };
-    let last = errors.events.last().map(|event| event.time + event.error);
-    let at = last.or(survey.span.map(|(_, to)| to)).unwrap_or(0.0);
-    let limit = |time: f64| {
-        let several = if stated { 1.0 } else { FOUND };
-        of_event.map_or(0.0, |rounding| several * clock.quantum(rounding, time))
-    };
-    let below = |event: &&event_errors::EventError| event.error.abs() <= limit(event.time + event.error);
-    Some(Resolution {
-        of: rounding.name(),
-        seconds: clock.quantum(rounding, at),
-        at,
-        repeated: survey.repeated,
-        event_error: limit(at),
-        events_below: errors.events.iter().filter(below).count(),
-    })
 }
 
 /// What the pass over the states gives.

@@ -1,0 +1,390 @@
+//! What reproduces a candidate: symptoms propose, the reference's own run decides ([`super::hypotheses`]).
+
+use super::*;
+
+/// Samples that differ by less than this part of the sizes of their channels, in the root mean square, need no explanation.
+const SAMPLES_AGREE: f64 = 1e-6;
+
+/// How long before an onset without a kick its oscillation is below what is compared, in natural periods.
+const BEFORE_ONSET: f64 = 20.0;
+
+/// What rounding makes of a motion, at least, in parts of a difference that it is the cause of.
+const AMPLIFIED: f64 = 0.1;
+
+/// What a candidate shows that causes are held against.
+pub(super) struct Shown<'a> {
+    pub candidate: &'a Candidate,
+    pub symptoms: Symptoms<'a>,
+    pub span: Span,
+    /// Its events.
+    pub word: &'a [SequenceEvent],
+    /// An offset of its clock by which nearly all of its events agree.
+    pub offset: Option<FoundOffset>,
+    /// To which its event times are known, s.
+    pub bound: f64,
+    /// The largest error of an event, s; infinite where the sequences differ.
+    pub worst: Option<f64>,
+    /// When the first event is wrong, s.
+    pub wrong: Option<f64>,
+    /// Its events were found in its samples.
+    pub detected: bool,
+}
+
+/// What reproduces a candidate.
+#[derive(Default)]
+pub(super) struct Causes {
+    pub said: Vec<Diagnosis>,
+    pub clock: Option<OtherClock>,
+    pub kick: Option<OtherKick>,
+    pub parameters: Option<OtherParameters>,
+    pub unexplained: Option<Unexplained>,
+}
+
+impl Reference {
+    /// What reproduces a candidate by another program.
+    ///
+    /// # Errors
+    /// Of the file.
+    pub(super) fn causes(&self, shown: &Shown<'_>, passes: Option<Passes<'_>>) -> Result<Causes, CompareError> {
+        let (physics, symptoms, span) = (&self.physics, &shown.symptoms, shown.span);
+        let period = physics.natural_period();
+        let kick = self.kick_event();
+        let (mut stretches, mut jumped, mut first, mut observation) = (None, None, None, None);
+        if let Some(passes) = passes {
+            (jumped, first) = (passes.jump.finish(), passes.jump.first());
+            stretches = Some(passes.stretches);
+            observation = Some(passes.observation.finish(physics, self.walk()?)?);
+        }
+        let observation = observation.filter(Observation::overlaps);
+        // Without a kick the onset is amplified rounding, which no run repeats.
+        let onset = self.word.iter().chain(shown.word).map(|event| event.time);
+        let is_noise = physics.coasts() && physics.trains.kicks.is_empty();
+        let known = onset.min_by(f64::total_cmp).filter(|_| is_noise);
+        let known = known.map_or(f64::INFINITY, |onset| onset - BEFORE_ONSET * period);
+        let samples_agree = observation.as_ref().map(|observation| {
+            let left = observation.left(&observation.reference, known);
+            left <= SAMPLES_AGREE * SAMPLES_AGREE
+        });
+        let events_agree = shown.worst.is_none_or(|worst| worst <= shown.bound);
+        if samples_agree.unwrap_or(events_agree) {
+            return Ok(Causes::default());
+        }
+        // Beyond the reference's end nobody knows what comes.
+        let last = shown.word.last().map_or(f64::NEG_INFINITY, |e| e.time);
+        let to = span.to.max(last).min(self.end.max(last));
+        let has_rows = shown.candidate.has_rows();
+        let from = if has_rows { span.from } else { f64::NEG_INFINITY };
+        let evidence = Evidence {
+            observation: observation.as_ref(),
+            word: shown.word,
+            reference: &self.word,
+            covered: (from, to.min(known)),
+            period,
+            bound: shown.bound,
+            detected: shown.detected,
+        };
+        if let Some(causes) = self.other_clock(shown, &evidence)? {
+            return Ok(causes);
+        }
+        let kick = match kick {
+            None => None,
+            Some(kick) => self.kicks()?.into_iter().find(|(event, _)| *event == kick),
+        };
+        let kick = kick.map(|(event, states)| (event.time, states));
+        let at_kick = kick.as_ref().map(|(time, (_, after))| Start::At(*time, after.clone()));
+        let near = |time: f64| (time - period..time + period).contains(&from);
+        let begins_at_kick = kick.as_ref().is_some_and(|(time, _)| near(*time));
+        let starts = match first.clone() {
+            Some((time, state)) if time > self.start => vec![Start::At(time, state), Start::Case],
+            Some((time, state)) => vec![Start::Case, Start::At(time, state)],
+            None if begins_at_kick => at_kick.into_iter().chain([Start::Case]).collect(),
+            None => [Start::Case].into_iter().chain(at_kick.filter(|_| !has_rows)).collect(),
+        };
+        let numbers = WrittenCase::of(&physics.case);
+        let bench = Bench {
+            physics,
+            numbers: &numbers,
+            evidence,
+            starts,
+            first,
+            most_steps: None,
+        }
+        .bounded();
+        let material = Material {
+            numbers: &numbers,
+            system: &physics.trains,
+            places: &physics.places,
+            stretches: stretches.filter(StretchPass::is_of_use),
+            starts: bench.starts.clone(),
+            word: shown.word,
+            covered: (from, to),
+            period,
+            breakaway: self.breakaway(symptoms.found),
+            events_differ: !events_agree,
+        };
+        let mut proposals = symptoms.proposals();
+        proposals.with_steps = has_rows && !events_agree || !physics.coasts();
+        let (reading, proposed) = other_parameters(material);
+        if let Some(other) = &proposed {
+            let each = |number: &OtherNumber| (number.path.clone(), number.value);
+            proposals
+                .changes
+                .push(Change::Numbers(other.numbers.iter().map(each).collect()));
+            proposals
+                .changes
+                .extend(other.or.iter().map(|number| Change::Numbers(vec![each(number)])));
+        }
+        if let Some((value, _)) = self.breakaway(symptoms.found) {
+            proposals
+                .changes
+                .push(Change::Numbers(vec![("friction.breakaway".to_owned(), value)]));
+            let share = value / physics.system().breakaway;
+            proposals.breakaway = Some(share).filter(|share| (share - 1.0).abs() > 1e-3);
+        }
+        let other = kick.as_ref().zip(jumped.as_ref());
+        let other = other.and_then(|((time, states), jumped)| other_kick(physics, (*time, states), jumped));
+        // From the onset on a run without a kick is amplified rounding, which no run repeats.
+        let onset = self.word.first().map(|event| event.time);
+        let seen = jumped.is_none() || other.as_ref().is_some_and(OtherKick::is_absent);
+        let quiet = kick
+            .as_ref()
+            .zip(onset)
+            .filter(|_| seen)
+            .and_then(|(_, onset)| bench.unkicked(onset));
+        if let Some(Tried { judged, .. }) = quiet {
+            let words = format!(
+                "the reference is kicked, the candidate is not; a run without the kick explains {} % of the squared difference of its \
+                 samples up to the first event of the reference, and from its onset on it is amplified rounding",
+                diagnosis::percent(judged.explained)
+            );
+            return Ok(Causes {
+                said: vec![Diagnosis::tried(Cause::UnperturbedRun, words, judged.explained)],
+                ..Causes::default()
+            });
+        }
+        let events = shown.word.len();
+        let of_samples = observation.is_some();
+        let events = if known.is_finite() { 0 } else { events };
+        let outcome = |judged: &Judged| {
+            let up_to = known
+                .is_finite()
+                .then_some(" up to the onset, which is amplified rounding");
+            diagnosis::reproduced(judged, of_samples, events) + up_to.unwrap_or_default()
+        };
+        let mut causes = Causes::default();
+        match bench.find(proposals, &reading, self.start) {
+            HypothesesFound::Causes(all) => {
+                let best = &all[0];
+                let judged = &best.judged;
+                let mut second = None;
+                let (cause, mut evidence) = match &best.change {
+                    Change::Numbers(_) | Change::Both(..) => {
+                        let parameters = self.parameters(&numbers, &all, proposed.as_ref(), events);
+                        let words = diagnosis::of_numbers(&parameters, physics, &numbers, &outcome(judged));
+                        causes.parameters = Some(parameters);
+                        if let Change::Both(_, stepper) = &best.change {
+                            let (cause, words) = symptoms.named(&Change::Stepper(*stepper));
+                            second = Some(Diagnosis::tried(
+                                cause,
+                                words + ", at once with the other number",
+                                judged.explained,
+                            ));
+                        }
+                        words
+                    }
+                    Change::State if other.is_some() => {
+                        let other = other.map(|kick| OtherKick {
+                            rerun: (events > 0).then(|| Rerun::of(events, judged.before, judged.after)),
+                            ..kick
+                        });
+                        let words = other.as_ref().map(OtherKick::words).unwrap_or_default();
+                        causes.kick = other;
+                        (Cause::AnotherKick, format!("{words}: {}", outcome(judged)))
+                    }
+                    change => {
+                        let (cause, words) = symptoms.named(change);
+                        (cause, format!("{words}: {}", outcome(judged)))
+                    }
+                };
+                let mut named = vec![cause];
+                for tried in all[1..]
+                    .iter()
+                    .filter(|tried| !matches!(tried.change, Change::Numbers(_) | Change::Both(..)))
+                {
+                    let (cause, words) = symptoms.named(&tried.change);
+                    if !named.contains(&cause) {
+                        evidence += &format!("; as much is explained by {}: {words}", cause.name());
+                        named.push(cause);
+                    }
+                }
+                causes.said.push(Diagnosis::tried(cause, evidence, judged.explained));
+                causes.said.extend(second);
+            }
+            HypothesesFound::Unexplained(closest) => {
+                let amplified = symptoms
+                    .last_digit_of_angles()
+                    .and_then(|digit| Some((digit, bench.amplified(digit)?)));
+                if let Some((digit, part)) = amplified.filter(|(_, part)| *part >= AMPLIFIED) {
+                    let words = symptoms.absolute_angles(digit, part);
+                    causes.said.push(Diagnosis::shown(Cause::AbsoluteAngles, words));
+                } else {
+                    causes.unexplained = Some(self.unexplained(shown, observation.as_ref(), closest));
+                }
+            }
+        }
+        Ok(causes)
+    }
+
+    /// Where a difference begins that nothing explains, what came closest, and what would tell more.
+    fn unexplained(&self, shown: &Shown<'_>, observation: Option<&Observation>, closest: Option<Tried>) -> Unexplained {
+        /// Samples in a natural period from which the equations can be read.
+        const PER_PERIOD: f64 = 20.0;
+        let physics = &self.physics;
+        let begins = match observation {
+            Some(seen) => seen.time.get(seen.close(&seen.reference, 1e-3)).copied(),
+            None => shown.wrong,
+        };
+        let before = begins.and_then(|begins| self.word.iter().rfind(|event| event.time <= begins));
+        let lacking = physics.state.iter().filter(|&&channel| !shown.candidate.has(channel));
+        let lacking: Vec<_> = lacking.map(|channel| channel.name()).collect();
+        let dense = physics.natural_period() / PER_PERIOD;
+        let sparse = observation.is_some_and(|seen| seen.interval.is_none_or(|interval| interval > dense));
+        Unexplained {
+            begins,
+            during: match before.map(|event| event.kind) {
+                None => "before the first event",
+                Some(EventKind::Stick) => "in stick",
+                Some(_) => "in slip",
+            },
+            would_tell: match lacking.is_empty() {
+                false => Some(lacking.join(", ")),
+                true => sparse.then(|| format!("samples every {dense:.1e} s")),
+            },
+            closest: closest.map(|tried| Closest {
+                cause: shown.symptoms.named(&tried.change).0,
+                explained: tried.judged.explained,
+            }),
+        }
+    }
+
+    /// Numbers that reproduce the candidate, the best of them with those that do as well.
+    fn parameters(
+        &self,
+        numbers: &WrittenCase,
+        all: &[Tried],
+        proposed: Option<&OtherParameters>,
+        events: usize,
+    ) -> OtherParameters {
+        let judged = &all[0].judged;
+        let known = |path: &str, value: f64| {
+            let mut known = proposed
+                .into_iter()
+                .flat_map(|other| other.numbers.iter().chain(&other.or));
+            known.find(|number| number.path == path && number.value == value)
+        };
+        // By how much a number may differ without leaving more than it leaves.
+        let number = |(path, value): &(String, f64)| {
+            let own = numbers.number(path).map_or(0.0, |number| number.value);
+            let error = 3.0 * (value - own).abs() * (1.0 - judged.explained).max(0.0).sqrt();
+            let error = known(path, *value).map_or(error, |number| number.error);
+            OtherNumber::of(numbers, path, *value, error)
+        };
+        let of = |tried: &Tried| match &tried.change {
+            Change::Numbers(numbers) | Change::Both(numbers, _) => numbers.iter().map(number).collect(),
+            _ => Vec::new(),
+        };
+        let best: Vec<OtherNumber> = of(&all[0]);
+        let from_proposed = best.iter().all(|number| known(&number.path, number.value).is_some());
+        // Two at once are no other number each.
+        let mut or: Vec<OtherNumber> = Vec::new();
+        for other in all[1..]
+            .iter()
+            .map(of)
+            .filter(|other: &Vec<OtherNumber>| other.len() == 1)
+        {
+            or.extend(other.into_iter().filter(|_| best.len() == 1));
+        }
+        or.retain(|number| best.iter().all(|best| best.path != number.path));
+        or.dedup_by(|a, b| a.path == b.path);
+        OtherParameters {
+            found_by: match proposed {
+                Some(other) if from_proposed => other.found_by,
+                _ if best.iter().all(|number| number.path == "friction.breakaway") => FoundBy::Breakaways,
+                _ => FoundBy::Samples,
+            },
+            numbers: best,
+            explained: judged.explained,
+            or,
+            rerun: (events > 0 && judged.has_events()).then(|| Rerun::of(events, judged.before, judged.after)),
+        }
+    }
+
+    /// Another clock, if all that differs is that.
+    ///
+    /// # Errors
+    /// Of the file.
+    fn other_clock(&self, shown: &Shown<'_>, evidence: &Evidence<'_>) -> Result<Option<Causes>, CompareError> {
+        let physics = &self.physics;
+        let first = self.word.first().map(|e| match e.kind {
+            EventKind::Stick => ("the first stick", e.time),
+            _ => ("the first event", e.time),
+        });
+        let corner = if physics.coasts() {
+            "a corner of F(t)"
+        } else {
+            "a corner of a signal"
+        };
+        let corners = self
+            .events
+            .iter()
+            .filter(|e| e.kind == EventKind::Corner && e.time > 0.0);
+        let kick = self.kick_event().map(|kick| ("the kick", kick.time));
+        let anchors = kick.into_iter().chain(first).chain(corners.map(|e| (corner, e.time)));
+        let anchors: Vec<(&'static str, f64)> = anchors.collect();
+        let clock = clock::other_clock(&self.word, shown.word, &anchors, physics.natural_period());
+        let add = match (&clock, shown.offset) {
+            (Some(clock), _) => clock.to_add(),
+            (None, Some(offset)) => offset.seconds,
+            (None, None) => return Ok(None),
+        };
+        let shifted = |events: &[SequenceEvent]| -> Vec<SequenceEvent> {
+            let moved = |e: &SequenceEvent| SequenceEvent {
+                time: e.time - add,
+                kind: e.kind,
+            };
+            events.iter().map(moved).collect()
+        };
+        let values = match evidence.observation {
+            Some(observation) => observation.reference_at(self.walk()?, add)?,
+            None => Vec::new(),
+        };
+        let played = Played {
+            values,
+            events: shifted(&self.word),
+            steps: 0,
+        };
+        let Some(judged) = evidence.judged(&played, f64::INFINITY).filter(Judged::is_cause) else {
+            return Ok(None);
+        };
+        // Where the times count from says more than that events agree, and that more than an offset.
+        let words = match (&clock, shown.offset) {
+            (Some(OtherClock { counts_from: None, .. }) | None, Some(offset)) => offset.words(),
+            (Some(clock), _) => format!("{}; repeat with --time-offset {:.9}", clock.words(), clock.to_add()),
+            (None, None) => String::new(),
+        };
+        let said = vec![Diagnosis::tried(Cause::TimeOffset, words, judged.explained)];
+        Ok(Some(Causes {
+            said,
+            clock,
+            ..Causes::default()
+        }))
+    }
+
+    /// mu_0 by the torque that the reference tests, at the middle one of the candidate's breakaways, and what half of them differ by.
+    fn breakaway(&self, found: &[Found]) -> Option<(f64, f64)> {
+        let ratios = torques::breakaway_ratios(&self.physics, found, self.physics.trains.breakaway_test);
+        let at = |share: usize| ratios.get(share * ratios.len() / 4).copied();
+        let breakaway = self.physics.system().breakaway;
+        Some((at(2)? * breakaway, (at(3)? - at(1)?) * breakaway))
+    }
+}
