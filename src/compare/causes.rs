@@ -83,9 +83,14 @@ impl Reference {
             bound: shown.bound,
             detected: shown.detected,
         };
-        if let Some(causes) = self.other_clock(shown, &evidence)? {
-            return Ok(causes);
-        }
+        // Another time of one motion may be another state that it begins in.
+        let clock = self.other_clock(shown, &evidence)?;
+        let clock = match clock {
+            Some((causes, _)) if causes.clock.as_ref().is_some_and(|clock| clock.counts_from.is_some()) => {
+                return Ok(causes);
+            }
+            other => other,
+        };
         let kick = match kick {
             None => None,
             Some(kick) => self.kicks()?.into_iter().find(|(event, _)| *event == kick),
@@ -107,9 +112,11 @@ impl Reference {
             evidence,
             starts,
             first,
+            origin: None,
             most_steps: None,
+            end: self.end.max(last),
         }
-        .bounded();
+        .prepared();
         let material = Material {
             numbers: &numbers,
             system: &physics.trains,
@@ -172,7 +179,24 @@ impl Reference {
             diagnosis::reproduced(judged, of_samples, events) + up_to.unwrap_or_default()
         };
         let mut causes = Causes::default();
-        match bench.find(proposals, &reading, self.start) {
+        let found = bench.find(proposals, &reading, self.start);
+        if let Some((mut causes, by_clock)) = clock {
+            if let HypothesesFound::Causes(all) = &found
+                && all[0].change.is_of_start()
+                && all[0].judged.as_much_as(&by_clock)
+            {
+                let parameters = self.parameters(&numbers, all, proposed.as_ref(), events);
+                let (cause, words) = match &all[0].change {
+                    Change::Numbers(_) => diagnosis::of_numbers(&parameters, physics, &numbers, &outcome(&all[0].judged)),
+                    change => symptoms.named(change),
+                };
+                let words = format!("{words}; another clock and this cannot be told apart by what the candidate shows");
+                causes.said.push(Diagnosis::tried(cause, words, all[0].judged.explained));
+                causes.parameters = Some(parameters).filter(|other| !other.numbers.is_empty());
+            }
+            return Ok(causes);
+        }
+        match found {
             HypothesesFound::Causes(all) => {
                 let best = &all[0];
                 let judged = &best.judged;
@@ -323,7 +347,7 @@ impl Reference {
     ///
     /// # Errors
     /// Of the file.
-    fn other_clock(&self, shown: &Shown<'_>, evidence: &Evidence<'_>) -> Result<Option<Causes>, CompareError> {
+    fn other_clock(&self, shown: &Shown<'_>, evidence: &Evidence<'_>) -> Result<Option<(Causes, Judged)>, CompareError> {
         let physics = &self.physics;
         let first = self.word.first().map(|e| match e.kind {
             EventKind::Stick => ("the first stick", e.time),
@@ -373,11 +397,12 @@ impl Reference {
             (None, None) => String::new(),
         };
         let said = vec![Diagnosis::tried(Cause::TimeOffset, words, judged.explained)];
-        Ok(Some(Causes {
+        let causes = Causes {
             said,
             clock,
             ..Causes::default()
-        }))
+        };
+        Ok(Some((causes, judged)))
     }
 
     /// mu_0 by the torque that the reference tests, at the middle one of the candidate's breakaways, and what half of them differ by.

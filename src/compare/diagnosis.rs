@@ -14,6 +14,7 @@ use super::{Agreement, Channel, OtherNumber};
 use crate::case::{Motion, WrittenCase};
 use crate::friction::Law;
 use crate::model::BreakawayTest;
+use crate::model::system::KickSide;
 use crate::record::EventKind;
 use crate::record::sequence::{Alignment, Difference, Fault, SequenceEvent};
 use serde::Serialize;
@@ -46,6 +47,8 @@ pub enum Cause {
     RegularisedLaw,
     /// Events are taken at the ends of steps.
     EventsLate,
+    /// One event alone comes at another time.
+    EventLate,
     /// A method of low order with the candidate's steps.
     LowOrderMethod,
     /// It begins in another state.
@@ -70,6 +73,7 @@ impl Cause {
             Cause::AnotherKick => "another kick",
             Cause::RegularisedLaw => "regularised friction law",
             Cause::EventsLate => "events late by a step",
+            Cause::EventLate => "one event late",
             Cause::LowOrderMethod => "method of low order",
             Cause::AnotherState => "another initial state",
             Cause::TimeOffset => "times offset",
@@ -141,6 +145,8 @@ pub(super) fn wrong_units(fault: &UnitFault) -> Diagnosis {
 pub(super) struct Symptoms<'a> {
     pub physics: &'a Physics,
     pub reference: &'a [SequenceEvent],
+    /// All events of the reference's sequence.
+    pub all: &'a [SequenceEvent],
     pub found: &'a [Found],
     pub alignment: &'a Alignment,
     pub grid: Grid,
@@ -183,6 +189,15 @@ impl Symptoms<'_> {
                 Cause::UnperturbedRun,
                 "the reference is kicked, the candidate is not".to_owned(),
             ),
+            Change::KickOn(side) => {
+                let on = match side {
+                    KickSide::Both => "both surfaces",
+                    KickSide::Rotor => "the rotor's surface alone",
+                    KickSide::Stator => "the stator's surface alone",
+                };
+                (Cause::AnotherKick, format!("its kick acts on {on}"))
+            }
+            Change::Late(time, late, _) => (Cause::EventLate, self.one_late(*time, *late)),
             Change::Numbers(_) | Change::Both(..) => (Cause::AnotherParameter, String::new()),
             Change::Smooth(shape, speed) => {
                 let words = format!(
@@ -209,12 +224,28 @@ impl Symptoms<'_> {
         }
     }
 
+    /// The event of the reference at a time (s) that is late, s.
+    fn one_late(&self, time: f64, late: f64) -> String {
+        let off = |event: &SequenceEvent| (event.time - time).abs();
+        let events = self.all.iter().enumerate();
+        let nearest = events.min_by(|a, b| off(a.1).total_cmp(&off(b.1)));
+        let (number, kind) = nearest.map_or((0, "event"), |(number, event)| (number, event.kind.name()));
+        let side = if late < 0.0 { "early" } else { "late" };
+        format!(
+            "one event alone is wrong: its {kind} at {time:.6} s, number {} of the sequence, is {:.3e} s {side}, and what comes after \
+             follows from that",
+            number + 1,
+            late.abs()
+        )
+    }
+
     fn of_steps(&self, stepper: &Stepper) -> (Cause, String) {
         let Stepper {
             step,
             scheme,
             stop,
             breakaway,
+            located,
             ..
         } = *stepper;
         let unit = self.physics.vocabulary().unit(Channel::RelativeVelocity);
@@ -222,16 +253,19 @@ impl Symptoms<'_> {
             true => format!("{:.1} us", step * 1e6),
             false => format!("{step:.1e} s"),
         };
+        let at = if located { "" } else { " at the end of a step" };
         let stops = match stop {
-            Stop::Sign => "events are taken at the end of a step".to_owned(),
-            Stop::Within(speed) => format!("a stick is declared at the end of a step within {speed:.1e} {unit}"),
+            Stop::Sign if located => "its events are located within steps".to_owned(),
+            Stop::Sign => "its events are taken at the ends of steps".to_owned(),
+            Stop::Within(speed) => format!("a stick is declared{at} within {speed:.1e} {unit}"),
             Stop::Frozen(speed) => {
-                format!(
-                    "a stick is declared at the end of a step within {speed:.1e} {unit}, and omega_r stays what it was"
-                )
+                format!("a stick is declared{at} within {speed:.1e} {unit}, and omega_r stays what it was")
             }
         };
-        let by = format!("{stops}, with {} and its steps of {short}", scheme.name());
+        let by = match (scheme, located) {
+            (Scheme::Exact, true) => stops,
+            _ => format!("{stops}, with {} and steps of {short}", scheme.name()),
+        };
         if breakaway != 1.0 {
             let words = format!("it breaks away at {breakaway:.3} {}, and {by}", limit_of(self.physics));
             return (Cause::StickTest, words);
@@ -241,7 +275,7 @@ impl Symptoms<'_> {
             _ if scheme.is_low() && self.physics.coasts() || scheme == Scheme::RungeKutta && coarse => {
                 (Cause::UnresolvedMode, by)
             }
-            _ if scheme.is_low() => (Cause::LowOrderMethod, by),
+            _ if scheme.is_low() || scheme == Scheme::RungeKutta && located => (Cause::LowOrderMethod, by),
             (Stop::Sign, _) => (Cause::EventsLate, by),
             (_, Some(missing)) => (Cause::StepTooLarge, format!("{missing}: {by}")),
             (_, None) => (Cause::VelocityTolerance, by),
@@ -281,7 +315,7 @@ impl Symptoms<'_> {
 }
 
 /// The round numbers next above one, and one just above it: what lies in between declares the same sticks.
-fn round_above(speed: f64) -> impl Iterator<Item = f64> {
+pub(super) fn round_above(speed: f64) -> impl Iterator<Item = f64> {
     const DIGITS: [f64; 13] = [1.0, 1.5, 2.0, 2.5, 3.0, 4.0, 5.0, 6.0, 8.0, 10.0, 15.0, 20.0, 30.0];
     let power = 10f64.powf(speed.log10().floor());
     let round = DIGITS.into_iter().map(move |digit| digit * power);

@@ -297,6 +297,7 @@ impl Reference {
             let symptoms = Symptoms {
                 physics,
                 reference: &reference_word,
+                all: &self.word,
                 found: &found,
                 alignment: &alignment,
                 grid: states.as_ref().map_or(Grid::default(), |s| s.pass.grid),

@@ -13,7 +13,7 @@
 //! difference of large numbers.
 
 use super::margin::twice_resistance;
-use super::system::{Bristles, ContactLaw, End, Regularisation, Smoothing, System, Train};
+use super::system::{Bristles, ContactLaw, End, KickSide, Regularisation, Smoothing, System, Train};
 use crate::friction::{Exponential, FrictionLaw, Law};
 use crate::model::{BreakawayTest, Mode};
 use crate::numerics::Number;
@@ -902,6 +902,20 @@ impl SystemEquations {
     pub fn push(&self, rotor: f64, stator: f64, y: &mut [f64]) {
         self.rotor.push(rotor, y);
         self.stator.push(stator, y);
+    }
+
+    /// Adds `delta` (rad/s) to omega_r by an impulse on a surface, or by opposite ones on both, which stick absorbs.
+    pub fn kick(&self, on: KickSide, delta: f64, in_stick: bool, y: &mut [f64]) {
+        let (rotor_share, stator_share) = self.shares();
+        match (on, in_stick) {
+            (KickSide::Both, true) => {}
+            (KickSide::Both, false) => self.push(delta * rotor_share, -delta * stator_share, y),
+            (KickSide::Rotor, false) => self.push(delta, 0.0, y),
+            (KickSide::Stator, false) => self.push(0.0, -delta, y),
+            // Surfaces that move as one share the momentum; one without inertia takes all of it.
+            (KickSide::Rotor, true) => self.push(delta * stator_share, delta * stator_share, y),
+            (KickSide::Stator, true) => self.push(-delta * rotor_share, -delta * rotor_share, y),
+        }
     }
 
     /// J.

@@ -287,20 +287,11 @@ impl SystemRules {
             KickSide::Stator => system.stator.inertia.is_empty(),
         };
         let delta = if rigid { 0.0 } else { kick.relative_velocity };
-        let (rotor_share, stator_share) = system.shares();
         let on_manifold = self.regimes.as_ref();
         let on_manifold = on_manifold.and_then(|regimes| regimes.before_kick(location, t, y, delta));
         let mut state = on_manifold.unwrap_or_else(|| y.to_vec());
         let in_stick = location.mode == Mode::Stick;
-        match (kick.on, in_stick) {
-            (KickSide::Both, true) => {}
-            (KickSide::Both, false) => system.push(delta * rotor_share, -delta * stator_share, &mut state),
-            (KickSide::Rotor, false) => system.push(delta, 0.0, &mut state),
-            (KickSide::Stator, false) => system.push(0.0, -delta, &mut state),
-            // Surfaces that move as one share the momentum; one without inertia takes all of it.
-            (KickSide::Rotor, true) => system.push(delta * stator_share, delta * stator_share, &mut state),
-            (KickSide::Stator, true) => system.push(-delta * rotor_share, -delta * rotor_share, &mut state),
-        }
+        system.kick(kick.on, delta, in_stick, &mut state);
         let mut after = *location;
         if location.mode == Mode::Engaged {
             after = SystemLocation {

@@ -70,7 +70,91 @@ impl Judged {
     }
 }
 
+/// Motions are close while no channel differs by more than this part of its size, and no event by more than this part of the natural
+/// period. A window has so many samples, or events, more: some of what is behind an event that comes at another time show by how much.
+const CLOSE: f64 = 0.05;
+const FEWEST: usize = 8;
+
+/// How often a value is projected.
+const PROJECTIONS: usize = 6;
+
 impl Evidence<'_> {
+    fn inside(&self, event: &SequenceEvent) -> bool {
+        event.time >= self.covered.0 && event.time <= self.covered.1
+    }
+
+    /// The candidate's events, each with that of a motion, while they are of one kind; s.
+    fn pairs<'a>(&'a self, played: &'a Played) -> impl Iterator<Item = (f64, f64)> + 'a {
+        let theirs = self.word.iter().filter(|event| self.inside(event));
+        let ours = played.events.iter().filter(|event| self.inside(event));
+        let pairs = theirs.zip(ours).take_while(|(theirs, ours)| theirs.kind == ours.kind);
+        pairs.map(|(theirs, ours)| (theirs.time, ours.time))
+    }
+
+    /// How many of the samples, or of the events where there are no samples, are compared with a motion that is to be brought closer.
+    pub(super) fn window(&self, played: &Played) -> usize {
+        match self.observation {
+            Some(observation) => (observation.close(&played.values, CLOSE) + FEWEST).min(observation.time.len()),
+            None => {
+                let near = |(theirs, ours): &(f64, f64)| (theirs - ours).abs() <= CLOSE * self.period;
+                let close = self.pairs(played).take_while(near).count();
+                (close + FEWEST).min(self.pairs(played).count())
+            }
+        }
+    }
+
+    /// What a motion differs by from the candidate in a window, channel by channel in parts of the sizes, or event by event in parts of
+    /// the natural period. Not a number where it has none.
+    pub(super) fn residual(&self, played: &Played, window: usize) -> Vec<f64> {
+        match self.observation {
+            Some(observation) => observation.residual(&played.values, window),
+            None => {
+                let known = self.pairs(played).map(|(theirs, ours)| (ours - theirs) / self.period);
+                known.chain(std::iter::repeat(f64::NAN)).take(window).collect()
+            }
+        }
+    }
+
+    /// The reference as a motion.
+    pub(super) fn reference(&self) -> Played {
+        Played {
+            values: self.observation.map_or_else(Vec::new, |seen| seen.reference.clone()),
+            events: self.reference.to_vec(),
+            steps: 0,
+        }
+    }
+
+    /// A value, from one on, with which a motion is as far from the reference as the candidate is, in the direction of that: the motion
+    /// is the reference where the value is zero, and differs from it by a power of the value.
+    pub(super) fn projected(&self, begin: f64, order: i32, play: &dyn Fn(f64) -> Option<Played>) -> Option<f64> {
+        let reference = self.reference();
+        let window = self.window(&reference);
+        let off = self.residual(&reference, window);
+        let mut value = begin;
+        for _ in 0..PROJECTIONS {
+            let left = self.residual(&play(value)?, window);
+            let (mut own, mut both) = (0.0, 0.0);
+            for (off, left) in off.iter().zip(&left) {
+                let moved = off - left;
+                if moved.is_finite() {
+                    own += moved * moved;
+                    both += off * moved;
+                }
+            }
+            let factor = both / own;
+            if !factor.is_finite() {
+                return None;
+            }
+            // Too far for a power, if it points the other way.
+            let change = factor.max(0.0).powf(1.0 / f64::from(order)).clamp(0.1, 1e2);
+            value *= change;
+            if (change - 1.0).abs() < 1e-3 {
+                break;
+            }
+        }
+        Some(value)
+    }
+
     /// Judges a motion by what is shown up to a time (s).
     pub fn judged(&self, played: &Played, until: f64) -> Option<Judged> {
         let until = until.min(self.covered.1);

@@ -4,15 +4,20 @@
 //! solver with steps. Each is run and sampled as the candidate is ([`play`], [`stepper`]), and held against what the candidate shows
 //! ([`observation`], [`judge`]). What does not reproduce the difference is no cause. What symptoms propose only says where to begin.
 
+mod fit;
 mod judge;
+mod late;
 mod numbers;
 mod observation;
 mod play;
+mod smooth;
 mod stepper;
+mod steps;
+mod unknown;
 
 pub(super) use judge::{EXPLAINED, Evidence, Judged};
 pub(super) use observation::{Observation, ObservationPass};
-pub(super) use play::{Played, Score};
+pub(super) use play::{Played, Score, Traced};
 pub(super) use stepper::{Scheme, Stepper, Stop};
 
 use super::creep::SHAPES;
@@ -20,11 +25,10 @@ use super::parameters::{Reading, Start, of_normal_force};
 use super::reference::Physics;
 use crate::case::WrittenCase;
 use crate::model::BreakawayTest;
-use crate::model::system::{ContactLaw, Regularisation, System};
+use crate::model::system::{ContactLaw, KickSide, Regularisation, System};
 use crate::workers::over_processors;
 use judge::ALL;
-use numbers::Unknown;
-use std::f64::consts::TAU;
+use unknown::{Numbers, Unknown};
 
 /// What hypotheses are tried on.
 pub(super) struct Bench<'a> {
@@ -33,10 +37,14 @@ pub(super) struct Bench<'a> {
     pub evidence: Evidence<'a>,
     /// Where the candidate begins, the likeliest first.
     pub starts: Vec<Start>,
-    /// The state (and time, s) with which the candidate begins, or the reference there.
+    /// The state (and time, s) with which the candidate begins, if it shows it.
     pub first: Option<(f64, Vec<f64>)>,
+    /// The same, or else that of the reference there.
+    pub origin: Option<(f64, Vec<f64>)>,
     /// Steps of a run at most: what takes many times the steps of the reference is not the candidate's.
     pub most_steps: Option<usize>,
+    /// Where runs end at the latest, s.
+    pub end: f64,
 }
 
 /// A change of the reference's run.
@@ -45,17 +53,21 @@ pub(super) enum Change {
     /// The candidate's own state at its start, and nothing else.
     State,
     /// Numbers of the case.
-    Numbers(Vec<(String, f64)>),
+    Numbers(Numbers),
     /// Without its kicks.
     NoKick,
+    /// Its kicks on one surface alone.
+    KickOn(KickSide),
     /// A function of [`SHAPES`] in the place of the sign, with its speed (rad/s).
     Smooth(usize, f64),
     /// Another torque is held against what stick can carry.
     Test(BreakawayTest),
+    /// The event that the reference has at a time comes so much later, s. Whether the surfaces then have one speed.
+    Late(f64, f64, bool),
     /// A solver with steps.
     Stepper(Stepper),
     /// Numbers of the case, by a solver with steps.
-    Both(Vec<(String, f64)>, Stepper),
+    Both(Numbers, Stepper),
 }
 
 /// How many values numbers have: those that follow a drive have its own.
@@ -70,11 +82,11 @@ impl Change {
     /// How much it takes, of changes that explain as much the least first.
     fn rank(&self) -> usize {
         match self {
-            Change::NoKick => 0,
+            Change::NoKick | Change::KickOn(_) => 0,
             // Several that have one value are one.
             Change::Numbers(numbers) => values(numbers),
             Change::Test(_) => 1,
-            Change::Smooth(..) => 2,
+            Change::Smooth(..) | Change::Late(..) => 2,
             Change::Stepper(_) => 3,
             Change::Both(numbers, _) => 3 + values(numbers),
             Change::State => 4,
@@ -83,6 +95,16 @@ impl Change {
 }
 
 impl Change {
+    /// Whether it is another state at the start, or another phase of what drives.
+    pub fn is_of_start(&self) -> bool {
+        let of_start = |path: &str| path.starts_with("initial.") || path.ends_with(".phase");
+        match self {
+            Change::State => true,
+            Change::Numbers(numbers) => numbers.iter().all(|(path, _)| of_start(path)),
+            _ => false,
+        }
+    }
+
     /// Whether it is one of a number that F_n follows from.
     fn is_of_normal_force(&self) -> bool {
         matches!(self, Change::Numbers(numbers) | Change::Both(numbers, _) if numbers.iter().any(|(path, _)| of_normal_force(path)))
@@ -98,6 +120,19 @@ pub(super) struct Tried {
     pub judged: Judged,
 }
 
+impl Tried {
+    /// Whether it is said: numbers, of which one or another brings any two motions somewhat closer, only if they leave next to nothing, or
+    /// if the equations between the samples tell them.
+    fn is_cause(&self, reading: &Reading) -> bool {
+        let told = matches!(reading, Reading::Mended);
+        let least = match self.change {
+            Change::Numbers(_) | Change::Both(..) if !told => 1.0 - ALL,
+            _ => EXPLAINED,
+        };
+        self.judged.is_cause() && self.judged.explained >= least
+    }
+}
+
 /// Steps of a run, as a multiple of the reference's, and some more.
 const MOST_STEPS: (u64, u64) = (20, 5000);
 
@@ -105,27 +140,34 @@ const MOST_STEPS: (u64, u64) = (20, 5000);
 const MOST_EVENTS: (usize, usize) = (3, 50);
 
 impl Bench<'_> {
-    /// The same, with a bound on the steps of its runs by those of the case as it is.
-    pub fn bounded(mut self) -> Self {
-        let case = self.numbers.case();
-        let runs = self
-            .starts
-            .iter()
-            .filter_map(|start| self.score(&case.system, case.threshold, start));
-        let steps = runs.map(|run| run.steps).max();
+    /// The same, with a bound on the steps of its runs by those of the case as it is, and with where solvers with steps begin.
+    pub fn prepared(mut self) -> Self {
+        let mut traced: Vec<Traced> = (0..self.starts.len()).filter_map(|start| self.traced(start)).collect();
+        let steps = traced.iter().map(|run| run.played.steps).max();
         self.most_steps = steps.and_then(|steps| usize::try_from(MOST_STEPS.0 * steps + MOST_STEPS.1).ok());
+        let from = self.evidence.observation.and_then(|seen| seen.time.first().copied());
+        let of_reference = || {
+            let run = traced.first_mut()?;
+            let time = from.unwrap_or(run.nodes.first()?.0).max(run.nodes.first()?.0);
+            Some((time, run.state_at(time)?.1))
+        };
+        self.origin = self.first.clone().or_else(of_reference);
         self
     }
 
-    fn score(&self, system: &System, threshold: f64, start: &Start) -> Option<Played> {
-        let score = Score {
+    fn score_of<'a>(&self, system: &'a System, threshold: f64, start: &'a Start) -> Score<'a> {
+        Score {
             system,
             threshold,
             start,
-            end: self.evidence.covered.1,
+            end: self.evidence.covered.1.min(self.end),
             most_events: MOST_EVENTS.0 * self.evidence.word.len() + MOST_EVENTS.1,
             most_steps: self.most_steps,
-        };
+        }
+    }
+
+    fn score(&self, system: &System, threshold: f64, start: &Start) -> Option<Played> {
+        let score = self.score_of(system, threshold, start);
         match self.evidence.observation {
             Some(observation) => score.play(self.physics, observation),
             None => score.events(),
@@ -156,7 +198,7 @@ impl Bench<'_> {
             }
             Change::Smooth(shape, speed) => {
                 let Some(function) = SHAPES[*shape].smoothing else {
-                    let (time, state) = self.first.as_ref()?;
+                    let (time, state) = self.origin.as_ref()?;
                     return stepper::creeping(
                         self.physics,
                         (*shape, *speed),
@@ -174,17 +216,25 @@ impl Bench<'_> {
                 system.breakaway_test = *test;
                 self.score(&system, threshold, at)
             }
+            Change::KickOn(side) => {
+                let mut system = own.clone();
+                system.kicks.iter_mut().for_each(|kick| kick.on = *side);
+                self.score(&system, threshold, at)
+            }
+            Change::Late(time, late, joined) => {
+                let traced = self.traced(start)?;
+                let number = traced.played.events.iter().position(|event| event.time == *time)?;
+                self.late(&traced, number, *late, *joined)
+            }
             Change::Both(numbers, stepper) => {
-                let (time, state) = self.first.as_ref()?;
+                let (time, state) = self.origin.as_ref()?;
                 let numbers: Vec<(&str, f64)> = numbers.iter().map(|(path, value)| (path.as_str(), *value)).collect();
                 let case = self.numbers.with_all(&numbers).ok()?;
                 let physics = Physics::new(case, self.evidence.reference, self.evidence.covered.1);
-                stepper.play(&physics, (*time, state), self.evidence.observation?)
+                let to = (self.evidence.covered.1, usize::MAX);
+                stepper.play(&physics, (*time, state), self.evidence.observation, to)
             }
-            Change::Stepper(stepper) => {
-                let (time, state) = self.first.as_ref()?;
-                stepper.play(self.physics, (*time, state), self.evidence.observation?)
-            }
+            Change::Stepper(stepper) => self.stepped(stepper, usize::MAX),
         }
     }
 
@@ -257,12 +307,6 @@ pub(super) enum Found {
     Unexplained(Option<Tried>),
 }
 
-/// Steps to an interval of samples.
-const PARTS: [f64; 4] = [1.0, 2.0, 5.0, 10.0];
-
-/// What one mistakes a number for most: its double and its half, the other sign, degrees.
-const MISTAKEN: [f64; 5] = [2.0, 0.5, -1.0, TAU / 360.0, 360.0 / TAU];
-
 /// A part of the squared difference that is much of it.
 const MUCH: f64 = 0.5;
 
@@ -276,20 +320,39 @@ const LEAST: f64 = 5e-4;
 impl Bench<'_> {
     /// The changes that reproduce the candidate, each alone, or two at once. The reference begins at a time (s).
     pub fn find(&self, proposals: Proposals, reading: &Reading, begins: f64) -> Found {
-        let mut changes = proposals.changes;
+        let Proposals {
+            mut changes,
+            mut tolerances,
+            breakaway,
+            with_steps,
+        } = proposals;
         changes.push(Change::State);
-        if !self.numbers.case().system.kicks.is_empty() {
+        let system = &self.numbers.case().system;
+        if !system.kicks.is_empty() {
             changes.push(Change::NoKick);
+            let sides = [KickSide::Both, KickSide::Rotor, KickSide::Stator].into_iter();
+            let other = sides.filter(|side| system.kicks.iter().any(|kick| kick.on != *side));
+            changes.extend(other.map(Change::KickOn));
         }
-        let own = self.numbers.case().system.breakaway_test;
         let tests = [BreakawayTest::Transmitted, BreakawayTest::Stator, BreakawayTest::Rotor];
-        changes.extend(tests.into_iter().filter(|test| *test != own).map(Change::Test));
-        if proposals.with_steps {
-            changes.extend(
-                self.steppers(&proposals.tolerances, proposals.breakaway)
-                    .into_iter()
-                    .map(Change::Stepper),
-            );
+        changes.extend(
+            tests
+                .into_iter()
+                .filter(|test| *test != system.breakaway_test)
+                .map(Change::Test),
+        );
+        if let Some(mut traced) = self.traced(0) {
+            changes.extend(self.one_late(&traced));
+            if self.physics.sticks() {
+                let (speeds, bands) = self.bands(&mut traced);
+                tolerances.extend(speeds);
+                tolerances.sort_by(f64::total_cmp);
+                tolerances.dedup_by(|a, b| (*a / *b - 1.0).abs() < 1e-4);
+                changes.extend(bands);
+            }
+        }
+        if with_steps {
+            changes.extend(self.steppers(&tolerances, breakaway).into_iter().map(Change::Stepper));
         }
         let mut tried = self.all_tried(changes);
         // Where the state at the start explains much, what is run from it has that cause in it.
@@ -300,61 +363,43 @@ impl Bench<'_> {
         if by_state {
             tried.retain(|tried| is_state(tried) || !tried.own_state);
         }
-        // A cause that leaves more may be half of the truth: numbers are then looked for as well.
-        let explains_all = |tried: &[Tried]| {
-            let best = tried.iter().find(|tried| tried.judged.is_cause() && !is_state(tried));
-            best.is_some_and(|best| best.judged.explained >= 1.0 - ALL)
-        };
         // A number that the equations tell is better known by them than by samples, which events at the ends of steps move.
         let is_number = |tried: &Tried| matches!(tried.change, Change::Numbers(_)) && tried.judged.is_cause();
         let told = matches!(reading, Reading::Mended) && tried.iter().any(is_number);
         // From a state behind the start of the reference numbers of that start are none.
         let from_start = self.first.as_ref().is_none_or(|(time, _)| *time <= begins);
-        for pairs in [false, true] {
-            let enough = match pairs {
-                false => told || explains_all(&tried) || by_state && !from_start,
-                true => tried.iter().any(|tried| tried.judged.is_cause()),
-            };
-            if enough || self.evidence.observation.is_none() {
-                break;
-            }
-            let unknown = self.unknown();
-            let guesses: Vec<(String, f64)> = tried
-                .iter()
-                .filter_map(|tried| match &tried.change {
-                    Change::Numbers(numbers) if numbers.len() == 1 && tried.judged.explained > 0.0 => {
-                        Some(numbers[0].clone())
-                    }
-                    _ => None,
-                })
-                .collect();
-            for (start, at) in self.starts.iter().enumerate() {
-                if by_state && matches!(at, Start::At(..)) {
-                    continue;
-                }
-                let proposed = numbers::propose(self, start, &unknown, pairs, &guesses);
-                let changed = proposed.into_iter().map(Change::Numbers);
-                tried.extend(self.all_tried(changed.collect()));
-            }
-            if !pairs && !explains_all(&tried) {
-                let mistaken = unknown.iter().filter(|unknown| unknown.value != 0.0);
-                let mistaken =
-                    mistaken.flat_map(|unknown| MISTAKEN.map(|factor| unknown.changes(factor * unknown.value)));
-                tried.extend(self.all_tried(mistaken.map(Change::Numbers).collect()));
-            }
+        let unknown = self.unknown();
+        let explains_all = |tried: &[Tried]| {
+            let all = tried.iter().filter(|tried| tried.judged.is_cause() && !is_state(tried));
+            all.clone().any(|tried| tried.judged.explained >= 1.0 - ALL)
+        };
+        if !(told || by_state && !from_start) {
+            let found = self.numbers(&unknown, false, &tried, by_state);
+            tried.extend(found);
+        }
+        if with_steps && !told && !explains_all(&tried) {
+            let methods = self.methods().into_iter().map(Change::Stepper).collect();
+            tried.extend(self.all_tried(methods));
+        }
+        if !told && !explains_all(&tried) {
+            tried.extend(self.all_tried(self.smooth()));
+        }
+        if !explains_all(&tried) && !told {
+            let found = self.numbers(&unknown, true, &tried, by_state);
+            tried.extend(found);
         }
         let mut tried = sorted(tried);
-        if proposals.with_steps && !explains_all(&tried) {
+        if with_steps && !explains_all(&tried) {
             let numbers = tried.iter().filter_map(|tried| match &tried.change {
                 Change::Numbers(numbers) => Some(numbers.clone()),
                 _ => None,
             });
             let steppers = self.steppers(&[], None);
-            let of_order = |stepper: &&Stepper| !stepper.scheme.is_low();
             let both = numbers.take(CLOSEST).flat_map(|numbers| {
-                let each = steppers.iter().filter(of_order);
-                each.map(|stepper| Change::Both(numbers.clone(), *stepper))
-                    .collect::<Vec<_>>()
+                let each = steppers
+                    .iter()
+                    .map(move |stepper| Change::Both(numbers.clone(), *stepper));
+                each.collect::<Vec<_>>()
             });
             tried.extend(self.all_tried(both.collect()));
             tried = sorted(tried);
@@ -364,10 +409,15 @@ impl Bench<'_> {
         if by_state {
             tried.retain(|tried| is_state(tried) || !tried.own_state);
         }
-        let Some(best) = tried.iter().find(|tried| tried.judged.is_cause()).cloned() else {
+        if std::env::var_os("STICKSLIP_TRIED").is_some() {
+            for tried in tried.iter().take(12) {
+                eprintln!("{:?} {:?}", tried.change, tried.judged);
+            }
+        }
+        let Some(best) = tried.iter().find(|tried| tried.is_cause(reading)).cloned() else {
             return Found::Unexplained(tried.into_iter().next());
         };
-        tried.retain(|tried| tried.judged.is_cause() && tried.judged.as_much_as(&best.judged));
+        tried.retain(|tried| tried.is_cause(reading) && tried.judged.as_much_as(&best.judged));
         // Of numbers that do as well, the force and its times come last.
         tried.sort_by_key(|tried| (tried.change.rank(), tried.change.is_of_normal_force()));
         // What takes more than the simplest, and explains no more, is not needed.
@@ -375,7 +425,43 @@ impl Bench<'_> {
         tried.retain(|tried| {
             tried.change.rank() == simplest || !matches!(tried.change, Change::Numbers(_) | Change::State)
         });
+        // Of two pairs neither is the cause.
+        let is_pair = |tried: &Tried| matches!(&tried.change, Change::Numbers(numbers) if values(numbers) > 1);
+        if is_pair(&tried[0]) && tried.len() > 1 {
+            return Found::Unexplained(tried.into_iter().next());
+        }
         Found::Causes(tried)
+    }
+
+    /// Numbers, one or two at once, with which the motion comes closest to the candidate. Not from its own first state where that
+    /// explains much.
+    fn numbers(&self, unknown: &[Unknown], pairs: bool, tried: &[Tried], by_state: bool) -> Vec<Tried> {
+        let guesses = tried.iter().filter_map(|tried| match &tried.change {
+            Change::Numbers(numbers) if numbers.len() == 1 && tried.judged.explained > 0.0 => Some(numbers[0].clone()),
+            _ => None,
+        });
+        let mut guesses: Vec<(String, f64)> = guesses.collect();
+        let mut found = Vec::new();
+        if !pairs {
+            let mistaken = unknown
+                .iter()
+                .flat_map(|unknown| unknown.mistaken.iter().map(|value| unknown.changes(*value)));
+            let mistaken = self.all_tried(mistaken.map(Change::Numbers).collect());
+            let better = mistaken.iter().filter(|tried| tried.judged.explained > 0.0);
+            guesses.extend(better.filter_map(|tried| match &tried.change {
+                Change::Numbers(numbers) if numbers.len() == 1 => Some(numbers[0].clone()),
+                _ => None,
+            }));
+            found.extend(mistaken);
+        }
+        for (start, at) in self.starts.iter().enumerate() {
+            if by_state && matches!(at, Start::At(..)) {
+                continue;
+            }
+            let proposed = numbers::propose(self, start, unknown, pairs, &guesses);
+            found.extend(self.all_tried(proposed.into_iter().map(Change::Numbers).collect()));
+        }
+        found
     }
 
     /// A run without the kicks, if it reproduces the candidate up to a time (s).
@@ -388,16 +474,22 @@ impl Bench<'_> {
     /// What the rounding of a twist to multiples of a digit (rad) makes of the motion with the candidate's steps, in parts of what the
     /// candidate differs by.
     pub fn amplified(&self, digit: f64) -> Option<f64> {
-        let (observation, (time, state)) = (self.evidence.observation?, self.first.as_ref()?);
+        let (observation, (time, state)) = (self.evidence.observation?, self.origin.as_ref()?);
         let motion = |digit: f64| {
             let stepper = Stepper {
                 step: observation.interval?,
                 scheme: Scheme::RungeKutta,
                 stop: Stop::Sign,
+                located: false,
                 breakaway: 1.0,
                 digit,
             };
-            Some(stepper.play(self.physics, (*time, state), observation)?.values)
+            let to = (self.evidence.covered.1, usize::MAX);
+            Some(
+                stepper
+                    .play(self.physics, (*time, state), Some(observation), to)?
+                    .values,
+            )
         };
         let square = observation.between(&motion(0.0)?, &motion(digit)?);
         Some((square / observation.left(&observation.reference, f64::INFINITY)).sqrt())
@@ -412,110 +504,5 @@ impl Bench<'_> {
             let own = self.numbers.number(path).map_or(0.0, |number| number.value);
             own == 0.0 || (value / own - 1.0).abs() >= LEAST
         })
-    }
-
-    /// The numbers of the case, and those that are zero in it.
-    fn unknown(&self) -> Vec<Unknown> {
-        let (system, trains) = (self.physics.system(), &self.physics.trains);
-        let omega = self.physics.natural_angular_frequency();
-        let speed = self.physics.speed();
-        let force = self.physics.course.largest_force();
-        let numbers = self.numbers.numbers().iter().filter(|number| number.value != 0.0);
-        let mut unknown: Vec<Unknown> = numbers
-            .map(|number| Unknown {
-                path: number.path.clone(),
-                value: number.value,
-                unit: number.value.abs(),
-                with: Vec::new(),
-            })
-            .collect();
-        // The speed of a driven end, and with it the speeds at t = 0 that are the same.
-        for end in ["rotor.speed", "stator.speed"] {
-            let Some(speed) = self
-                .numbers
-                .number(end)
-                .map(|number| number.value)
-                .filter(|speed| *speed != 0.0)
-            else {
-                continue;
-            };
-            let initial = self
-                .numbers
-                .numbers()
-                .iter()
-                .filter(|n| n.path.starts_with("initial.") && n.value == speed);
-            let with: Vec<String> = initial.map(|number| number.path.clone()).collect();
-            if !with.is_empty() {
-                unknown.push(Unknown {
-                    path: end.to_owned(),
-                    value: speed,
-                    unit: speed.abs(),
-                    with,
-                });
-            }
-        }
-        let sides = [
-            ("rotor", &system.rotor, &trains.rotor),
-            ("stator", &system.stator, &trains.stator),
-        ];
-        let mut absent = |path: String, unit: f64| {
-            if self.numbers.number(&path).is_none_or(|number| number.value == 0.0) && unit.is_finite() && unit > 0.0 {
-                let with = Vec::new();
-                let value = 0.0;
-                unknown.push(Unknown {
-                    path,
-                    value,
-                    unit,
-                    with,
-                });
-            }
-        };
-        for (name, side, train) in sides {
-            let inertia = side.surface_inertia();
-            let zeros = |values: &[f64]| -> Vec<usize> { (0..values.len()).filter(|&k| values[k] == 0.0).collect() };
-            for index in zeros(&train.damping) {
-                absent(format!("{name}.damping.{index}"), inertia * omega);
-            }
-            for index in zeros(&train.viscous) {
-                absent(format!("{name}.viscous.{index}"), inertia * omega);
-            }
-            if !inertia.is_finite() {
-                continue;
-            }
-            absent(format!("{name}.torque"), system.breakaway * system.radius * force);
-            absent(format!("initial.{name}_speed"), speed);
-            absent(format!("initial.{name}_twist"), speed / omega);
-        }
-        unknown
-    }
-
-    /// Solvers with the candidate's own steps, or some to each of its intervals.
-    fn steppers(&self, tolerances: &[f64], breakaway: Option<f64>) -> Vec<Stepper> {
-        let interval = self.evidence.observation.and_then(|observation| observation.interval);
-        let Some(interval) = interval else { return Vec::new() };
-        let mut all = Vec::new();
-        for scheme in Scheme::ALL {
-            let mut add = |parts: f64, stop: Stop, breakaway: f64| {
-                all.push(Stepper {
-                    step: interval / parts,
-                    scheme,
-                    stop,
-                    breakaway,
-                    digit: 0.0,
-                });
-            };
-            // Two mistakes at once are not tried with every tolerance.
-            for &tolerance in tolerances.iter().filter(|_| !scheme.is_low()) {
-                add(1.0, Stop::Within(tolerance), 1.0);
-                add(1.0, Stop::Frozen(tolerance), 1.0);
-            }
-            for parts in PARTS {
-                add(parts, Stop::Sign, 1.0);
-            }
-            if let Some(breakaway) = breakaway.filter(|_| !scheme.is_low()) {
-                add(1.0, Stop::Sign, breakaway);
-            }
-        }
-        all
     }
 }

@@ -172,6 +172,21 @@ impl Observation {
         columns.map(move |((theirs, ours), size)| (theirs[row] - ours[row]) / size)
     }
 
+    /// When the candidate parts from the reference, s: the first difference that is more than a part of the largest.
+    pub fn parts(&self, part: f64) -> Option<f64> {
+        let of = |row: usize| self.difference(&self.reference, row).unwrap_or(0.0);
+        let rows = 0..self.time.len();
+        let largest = rows.clone().map(of).fold(0.0, f64::max);
+        let mut differs = rows.filter(|&row| of(row) > part * part * largest);
+        differs.next().map(|row| self.time[row])
+    }
+
+    /// The square of the difference from a motion at one time, in parts of the sizes; `None` where it is not known.
+    pub fn difference(&self, motion: &Values, row: usize) -> Option<f64> {
+        let square = self.differences(motion, row).map(|x| x * x).sum::<f64>();
+        square.is_finite().then_some(square)
+    }
+
     /// Times at which the reference is known.
     fn known(&self, row: usize) -> bool {
         self.reference.iter().all(|column| column[row].is_finite())
@@ -203,6 +218,21 @@ impl Observation {
         let known = squares.filter(|square| square.is_finite());
         let (sum, count) = known.fold((0.0, 0u32), |(sum, count), square| (sum + square, count + 1));
         sum / f64::from(count.max(1))
+    }
+
+    /// The sum of the squares of the differences from a motion, in parts of the sizes, where it is known.
+    pub fn square(&self, motion: &Values) -> f64 {
+        (0..self.time.len()).filter_map(|row| self.difference(motion, row)).sum()
+    }
+
+    /// |omega_r| of the candidate in the samples next to a time (s), in rad/s, if it shows it.
+    pub fn speeds_near(&self, time: f64) -> Vec<f64> {
+        let Some(column) = self.channels.iter().position(|channel| *channel == Channel::RelativeVelocity) else {
+            return Vec::new();
+        };
+        let next = self.time.partition_point(|other| *other <= time * (1.0 + 1e-12));
+        let rows = next.saturating_sub(1)..(next + 1).min(self.time.len());
+        rows.map(|row| self.values[column][row].abs()).collect()
     }
 
     /// Whether the reference is known at any of the times.

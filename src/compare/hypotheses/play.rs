@@ -7,7 +7,7 @@ use super::observation::{Observation, Values};
 use crate::model::Mode;
 use crate::model::system::System;
 use crate::record::sequence::SequenceEvent;
-use crate::record::{Event, NoRecorder, Recorder, RecorderError, Sample};
+use crate::record::{Event, NoRecorder, Recorder, RecorderError, Sample, Segment};
 use crate::simulation::{Course, Method, OutputOptions, Problem, Progress, SolverOptions, simulate_from};
 use std::ops::ControlFlow;
 
@@ -49,16 +49,31 @@ impl Score<'_> {
 
     /// The events, and the channels of the observation at its times.
     pub fn play(&self, physics: &Physics, observation: &Observation) -> Option<Played> {
-        let solver = self.solver();
+        Some(self.traced()?.sampled(physics, observation))
+    }
+
+    /// The run with the states at its steps.
+    pub fn traced(&self) -> Option<Traced> {
         let mut kept = Kept {
-            course: Course::new(self.system, self.threshold, &solver),
+            course: Course::new(self.system, self.threshold, &self.solver()),
             further: Vec::new(),
             nodes: Vec::new(),
+            begins: None,
         };
         let played = self.run(true, &mut kept)?;
-        let Kept { mut course, nodes, .. } = kept;
-        let values = sampled(&mut course, &nodes, physics, &observation.channels, &observation.time);
-        Some(Played { values, ..played })
+        let Kept {
+            course,
+            mut nodes,
+            begins,
+            ..
+        } = kept;
+        // A run from a state on has no sample there.
+        if let (Start::At(time, y), Some(mode)) = (self.start, begins)
+            && nodes.first().is_none_or(|node| node.0 > *time)
+        {
+            nodes.insert(0, (*time, mode, y.clone()));
+        }
+        Some(Traced { course, nodes, played })
     }
 
     fn solver(&self) -> SolverOptions {
@@ -107,7 +122,39 @@ impl Score<'_> {
 }
 
 /// A state of a run: time (s), mode from there on, state.
-type Node = (f64, Mode, Vec<f64>);
+pub(super) type Node = (f64, Mode, Vec<f64>);
+
+/// A run with the states at its steps, each of which leads to the next.
+pub(in super::super) struct Traced {
+    pub course: Course,
+    pub nodes: Vec<Node>,
+    /// Without values.
+    pub played: Played,
+}
+
+impl Traced {
+    /// The mode and the state at a time (s).
+    pub fn state_at(&mut self, time: f64) -> Option<(Mode, Vec<f64>)> {
+        let (from, mode, y) = self.nodes.iter().rfind(|node| node.0 <= time)?;
+        let mut y = y.clone();
+        let arrived = self
+            .course
+            .go(*mode, (*from, time), &mut y, MOST_EXPANSIONS, &mut |_, _| {});
+        arrived.then_some((*mode, y))
+    }
+
+    /// With the channels of an observation at its times.
+    pub fn sampled(mut self, physics: &Physics, observation: &Observation) -> Played {
+        let values = sampled(
+            &mut self.course,
+            &self.nodes,
+            physics,
+            &observation.channels,
+            &observation.time,
+        );
+        Played { values, ..self.played }
+    }
+}
 
 /// Keeps the states at the steps of a run and behind its events.
 struct Kept {
@@ -115,11 +162,18 @@ struct Kept {
     /// Of the next sample, or before and after the next event.
     further: Vec<f64>,
     nodes: Vec<Node>,
+    /// The mode in which the run begins.
+    begins: Option<Mode>,
 }
 
 impl Recorder for Kept {
     fn further(&mut self, values: &[f64]) -> Result<(), RecorderError> {
         self.further.extend_from_slice(values);
+        Ok(())
+    }
+
+    fn segment(&mut self, segment: &Segment) -> Result<(), RecorderError> {
+        self.begins.get_or_insert(segment.mode);
         Ok(())
     }
 

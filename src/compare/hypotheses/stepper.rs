@@ -6,9 +6,11 @@ use super::observation::{Observation, Values};
 use super::play::Played;
 use crate::friction::Law;
 use crate::model::Mode;
+use crate::model::system::Kick;
 use crate::record::EventKind;
 use crate::record::sequence::SequenceEvent;
 use crate::simulation::Course;
+use std::cmp::Ordering;
 
 /// How a step is made.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -46,9 +48,19 @@ impl Scheme {
         }
     }
 
+    /// The order; `None` of what has no error.
+    pub fn order(self) -> Option<i32> {
+        match self {
+            Scheme::Exact => None,
+            Scheme::RungeKutta => Some(4),
+            Scheme::Midpoint | Scheme::Trapezoid => Some(2),
+            Scheme::Euler | Scheme::SymplecticEuler | Scheme::ImplicitEuler => Some(1),
+        }
+    }
+
     /// Whether the order is below four.
     pub fn is_low(self) -> bool {
-        !matches!(self, Scheme::Exact | Scheme::RungeKutta)
+        self.order().is_some_and(|order| order < 4)
     }
 }
 
@@ -70,6 +82,8 @@ pub(in super::super) struct Stepper {
     pub step: f64,
     pub scheme: Scheme,
     pub stop: Stop,
+    /// Events are located within a step, not taken at its end.
+    pub located: bool,
     /// Of mu_0, at which a stick ends.
     pub breakaway: f64,
     /// The twist of the rotor's first shaft is a multiple of this after every step, rad; 0 where it is not rounded.
@@ -79,8 +93,6 @@ pub(in super::super) struct Stepper {
 /// Steps of a run at most; and of the fixed point of an implicit step.
 const MOST_STEPS: f64 = 1e6;
 const MOST_ITERATIONS: usize = 60;
-/// What a sample may be off the grid of the steps, in steps.
-const OFF: f64 = 0.02;
 /// Expansions in a step at most.
 const MOST_EXPANSIONS: usize = 100;
 
@@ -252,18 +264,87 @@ pub(super) fn creeping(
     Some(Played { values, events, steps })
 }
 
-impl Stepper {
-    /// The motion from a time (s) and a state on, at the times of an observation, which have to be on the grid of the steps; `None` if
-    /// they are not, the contact opens or the motion has no end.
-    pub fn play(&self, physics: &Physics, (from, y): (f64, &[f64]), observation: &Observation) -> Option<Played> {
-        let last = *observation.time.last()?;
-        let steps = ((last - from) / self.step).round();
-        let on_grid = |time: &&f64| {
-            let place = (**time - from) / self.step;
-            (place - place.round()).abs() <= OFF
+/// A motion is given up when it takes away less than half of the squared difference up to a sample, looked at after so many, where that
+/// is more than this part of the whole.
+const HALF: f64 = 0.5;
+const SEVERAL: usize = 64;
+const PART: f64 = 1e-3;
+
+/// Which samples of an observation are written, and when a motion is given up.
+struct Rows<'a> {
+    observation: Option<&'a Observation>,
+    values: Values,
+    row: usize,
+    /// Samples up to here.
+    end: usize,
+    /// Sums of the squares of candidate less motion, and less reference, and the whole of the latter; infinite where a motion is not given
+    /// up.
+    squares: [f64; 2],
+    whole: f64,
+}
+
+impl<'a> Rows<'a> {
+    fn new(observation: Option<&'a Observation>, from: f64, end: usize) -> Rows<'a> {
+        let (channels, count) = observation.map_or((0, 0), |seen| (seen.channels.len(), seen.time.len()));
+        Rows {
+            observation,
+            values: vec![vec![f64::NAN; count]; channels],
+            row: observation.map_or(0, |seen| seen.time.partition_point(|time| *time < from)),
+            end: end.min(count),
+            squares: [0.0; 2],
+            whole: match observation {
+                Some(seen) if end >= count => seen.square(&seen.reference),
+                _ => f64::INFINITY,
+            },
+        }
+    }
+
+    /// The time of the next sample, s.
+    fn next(&self) -> Option<f64> {
+        let observation = self.observation?;
+        (self.row < self.end).then(|| observation.time[self.row])
+    }
+
+    /// Writes the next sample of a motion. Whether it is worth going on.
+    fn read(&mut self, motion: &mut Motion<'_>) -> bool {
+        let Some(observation) = self.observation else {
+            return true;
         };
-        let later = observation.time.iter().filter(|time| **time >= from);
-        if steps > MOST_STEPS || later.clone().count() == 0 || !later.clone().all(|time| on_grid(&time)) {
+        motion.read(&mut self.values, observation, self.row);
+        let known = observation
+            .difference(&self.values, self.row)
+            .zip(observation.difference(&observation.reference, self.row));
+        if let Some((own, reference)) = known {
+            self.squares[0] += own;
+            self.squares[1] += reference;
+        }
+        self.row += 1;
+        let [own, reference] = self.squares;
+        !self.row.is_multiple_of(SEVERAL) || reference <= PART * self.whole || own <= HALF * reference
+    }
+}
+
+/// Halvings of a step in which an event is located, and events in a step at most.
+const HALVINGS: usize = 45;
+const MOST_IN_STEP: usize = 20;
+
+impl Stepper {
+    /// The motion from a time (s) and a state on, up to a time: its events, and the first `rows` samples of an observation. `None` if
+    /// the contact opens, the motion has no end, or goes far from the candidate.
+    pub fn play(
+        &self,
+        physics: &Physics,
+        (from, y): (f64, &[f64]),
+        observation: Option<&Observation>,
+        (to, rows): (f64, usize),
+    ) -> Option<Played> {
+        let mut rows = Rows::new(observation, from, rows);
+        let last = match observation {
+            Some(observation) => *observation.time.get(rows.end.checked_sub(1)?)?,
+            None => to,
+        };
+        let steps = ((last - from) / self.step).ceil();
+        if !(steps >= 1.0 && steps <= MOST_STEPS) {
             return None;
         }
         let system = physics.system();
@@ -276,76 +357,158 @@ impl Stepper {
             y: y.to_vec(),
             scratch: Default::default(),
         };
-        let limit = |t: f64| {
-            let force = physics.course.outside(t).normal_force;
-            (force > 0.0).then(|| self.breakaway * system.breakaway_torque(force))
-        };
+        let kicks = physics.trains.kicks.iter();
+        let mut kicks: Vec<&Kick> = kicks
+            .filter(|kick| kick.time.at().is_some_and(|time| *time > from))
+            .collect();
+        kicks.sort_by(|a, b| a.time.at().partial_cmp(&b.time.at()).unwrap_or(Ordering::Equal));
         let torque = |t: f64, y: &[f64]| system.tested_torque(&physics.course.outside(t), y);
-        motion.mode = match (physics.sticks(), motion.velocity()) {
-            (false, _) => Mode::Engaged,
-            (true, w) if w.abs() > 1e-12 * physics.speed() => Mode::sliding(w),
-            (true, _) => match torque(from, y) {
-                driving if driving.abs() <= limit(from)? => Mode::Stick,
-                driving => Mode::sliding(driving),
-            },
+        let mode = |motion: &Motion<'_>| -> Option<Mode> {
+            Some(match (physics.sticks(), motion.velocity()) {
+                (false, _) => Mode::Engaged,
+                (true, w) if w.abs() > 1e-12 * physics.speed() => Mode::sliding(w),
+                (true, _) => match torque(motion.t, &motion.y) {
+                    driving if driving.abs() <= self.limit(physics, motion.t)? => Mode::Stick,
+                    driving => Mode::sliding(driving),
+                },
+            })
         };
-        let frozen = matches!(self.stop, Stop::Frozen(_));
-        let mut values = vec![vec![f64::NAN; observation.time.len()]; observation.channels.len()];
-        let (mut events, mut row) = (Vec::new(), observation.time.partition_point(|time| *time < from));
-        for n in 0..=steps as usize {
-            // The grid of the samples, without what sums of steps round to.
-            motion.t = from + n as f64 * self.step;
-            while observation
-                .time
-                .get(row)
-                .is_some_and(|time| *time < motion.t + 0.5 * self.step)
-            {
-                motion.read(&mut values, observation, row);
-                row += 1;
-            }
-            let (before, mode) = (motion.velocity(), motion.mode);
-            if !motion.step(self.scheme, self.step) {
-                return None;
+        motion.mode = mode(&motion)?;
+        let mut events = Vec::new();
+        for n in 0..steps as usize {
+            // The grid of the steps, without what their sums round to.
+            let grid = [n, n + 1].map(|n| from + n as f64 * self.step);
+            motion.t = grid[0];
+            for _ in 0..MOST_IN_STEP {
+                let next = kicks
+                    .first()
+                    .and_then(|kick| kick.time.at().copied())
+                    .filter(|time| *time <= grid[1]);
+                if self.part(&mut motion, next.unwrap_or(grid[1]), &mut rows, &mut events)? && next.is_some() {
+                    let kick = kicks.remove(0);
+                    system.kick(
+                        kick.on,
+                        kick.relative_velocity,
+                        motion.mode == Mode::Stick,
+                        &mut motion.y,
+                    );
+                    motion.mode = mode(&motion)?;
+                }
+                if motion.t >= grid[1] {
+                    break;
+                }
             }
             if self.digit > 0.0 {
                 let twist = &mut motion.y[system.rotor.twists];
                 *twist = (*twist / self.digit).round() * self.digit;
             }
-            let (t, limit) = (motion.t, limit(motion.t)?);
-            let mut event = |kind| events.push(SequenceEvent { time: t, kind });
-            match mode {
-                Mode::Stick => {
-                    let driving = torque(t, &motion.y);
-                    if driving.abs() > limit {
-                        motion.mode = Mode::sliding(driving);
-                        event(EventKind::Slip);
-                    }
-                }
+        }
+        while rows.next().is_some() {
+            rows.read(&mut motion);
+        }
+        Some(Played {
+            values: rows.values,
+            events,
+            steps: steps as u64,
+        })
+    }
+
+    /// The torque at which a stick ends, N m; `None` where the contact is open.
+    fn limit(&self, physics: &Physics, t: f64) -> Option<f64> {
+        let force = physics.course.outside(t).normal_force;
+        (force > 0.0).then(|| self.breakaway * physics.system().breakaway_torque(force))
+    }
+
+    /// A step, or its part up to an event in it. Whether it was made to its end.
+    fn part(
+        &self,
+        motion: &mut Motion<'_>,
+        to: f64,
+        rows: &mut Rows<'_>,
+        events: &mut Vec<SequenceEvent>,
+    ) -> Option<bool> {
+        let (physics, system) = (motion.physics, motion.physics.system());
+        let (from, start, before, mode) = (motion.t, motion.y.clone(), motion.velocity(), motion.mode);
+        let torque = |motion: &Motion<'_>| system.tested_torque(&physics.course.outside(motion.t), &motion.y);
+        // What happens at the end of a step that leads there.
+        let happens = |motion: &Motion<'_>| -> Option<Option<EventKind>> {
+            let limit = self.limit(physics, motion.t)?;
+            Some(match mode {
+                Mode::Stick => (torque(motion).abs() > limit).then_some(EventKind::Slip),
                 Mode::SlipForward | Mode::SlipBackward => {
                     let w = motion.velocity();
                     let through = f64::from(mode.sense()) * w <= 0.0;
                     let stops = match self.stop {
                         Stop::Sign => through,
-                        Stop::Within(band) | Stop::Frozen(band) => w.abs() <= band && w.abs() < before.abs(),
+                        Stop::Within(band) | Stop::Frozen(band) => through || w.abs() <= band && w.abs() < before.abs(),
                     };
-                    if stops && torque(t, &motion.y).abs() <= limit {
-                        motion.mode = Mode::Stick;
-                        if !frozen {
-                            system.join(&motion.course.outside(t), &mut motion.y);
-                        }
-                        event(EventKind::Stick);
-                    } else if through {
-                        motion.mode = Mode::sliding(-f64::from(mode.sense()));
-                        event(EventKind::Reversal);
+                    match stops && torque(motion).abs() <= limit {
+                        true => Some(EventKind::Stick),
+                        false => through.then_some(EventKind::Reversal),
                     }
                 }
-                _ => {}
+                _ => None,
+            })
+        };
+        let go = |motion: &mut Motion<'_>, length: f64| {
+            motion.t = from;
+            motion.y.copy_from_slice(&start);
+            length == 0.0 || motion.step(self.scheme, length)
+        };
+        let mut length = to - from;
+        if !go(motion, length) {
+            return None;
+        }
+        let mut event = happens(motion)?;
+        let whole = event.is_none() || !self.located;
+        if !whole {
+            let (mut low, mut high) = (0.0, length);
+            for _ in 0..HALVINGS {
+                let middle = 0.5 * (low + high);
+                if !go(motion, middle) {
+                    return None;
+                }
+                match happens(motion)? {
+                    Some(kind) => (high, event) = (middle, Some(kind)),
+                    None => low = middle,
+                }
+            }
+            length = high;
+        }
+        // Samples on the way, by the same method.
+        let is_inside = |time: f64| time < from + length * (1.0 - 1e-9);
+        while let Some(time) = rows.next().filter(|time| is_inside(*time)) {
+            if !go(
+                motion,
+                if time - from > 1e-9 * self.step {
+                    time - from
+                } else {
+                    0.0
+                },
+            ) || !rows.read(motion)
+            {
+                return None;
             }
         }
-        Some(Played {
-            values,
-            events,
-            steps: steps as u64,
-        })
+        if !go(motion, length) {
+            return None;
+        }
+        if whole {
+            motion.t = to;
+        }
+        let time = motion.t;
+        match event {
+            None => {}
+            Some(EventKind::Slip) => motion.mode = Mode::sliding(torque(motion)),
+            Some(EventKind::Stick) => {
+                motion.mode = Mode::Stick;
+                if !matches!(self.stop, Stop::Frozen(_)) {
+                    system.join(&motion.course.outside(time), &mut motion.y);
+                }
+            }
+            Some(_) => motion.mode = Mode::sliding(-f64::from(mode.sense())),
+        }
+        events.extend(event.map(|kind| SequenceEvent { time, kind }));
+        Some(whole)
     }
 }

@@ -188,13 +188,15 @@ fn product(a: &[f64], b: &[f64]) -> f64 {
 }
 
 /// The step that leaves least of `now`, and the diagonal of the inverse of the normal matrix, for one or two slopes.
-pub(in super::super) fn least_squares(slopes: &[Vec<f64>], now: &[f64]) -> Option<(Vec<f64>, Vec<f64>)> {
+pub(in super::super) fn least_squares<S: AsRef<[f64]>>(slopes: &[S], now: &[f64]) -> Option<(Vec<f64>, Vec<f64>)> {
     match slopes {
         [a] => {
+            let a = a.as_ref();
             let aa = square(a);
             (aa > 0.0).then(|| (vec![-product(a, now) / aa], vec![1.0 / aa]))
         }
         [a, b] => {
+            let (a, b) = (a.as_ref(), b.as_ref());
             let (aa, bb, ab) = (square(a), square(b), product(a, b));
             let det = aa * bb - ab * ab;
             let (an, bn) = (product(a, now), product(b, now));

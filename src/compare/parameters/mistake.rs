@@ -116,17 +116,18 @@ impl OtherNumber {
     pub(in super::super) fn of(numbers: &WrittenCase, path: &str, value: f64, error: f64) -> OtherNumber {
         let number = numbers.number(path);
         // Of what is zero in the case, by its name.
-        let absent = match path.rsplit_once('_').map_or(path, |(_, end)| end) {
-            "speed" => Dimension::AngularVelocity,
-            "twist" => Dimension::Angle,
-            _ if path.ends_with(".torque") => Dimension::Torque,
-            _ => Dimension::TorsionalDamping,
-        };
-        let absent = numbers.case().motion().dimension(absent);
+        let has = |part: &str| path.contains(part);
+        let absent = numbers.case().motion().dimension(match () {
+            () if has("_speed") => Dimension::AngularVelocity,
+            () if has("_twist") => Dimension::Angle,
+            () if path.ends_with(".torque") || path.ends_with(".torque.mean") => Dimension::Torque,
+            () => Dimension::TorsionalDamping,
+        });
+        let absent = if path.ends_with(".phase") { "rad" } else { absent.unit() };
         OtherNumber {
             path: path.to_owned(),
             symbol: symbol(path).to_owned(),
-            unit: number.map_or(absent.unit(), |number| number.unit),
+            unit: number.map_or(absent, |number| number.unit),
             reference: number.map_or(0.0, |number| number.value),
             value,
             error,

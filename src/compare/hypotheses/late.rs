@@ -1,0 +1,115 @@
+//! One event that comes later, or a stick that comes earlier, than the equations have it; all others by the equations.
+
+use super::fit::Fit;
+use super::play::{Node, Played, Traced};
+use super::{Bench, Change, Score, Start};
+use crate::record::EventKind;
+use crate::record::sequence::SequenceEvent;
+use crate::simulation::Course;
+use crate::workers::over_processors;
+
+/// Expansions of a stretch at most.
+const MOST_EXPANSIONS: usize = 1000;
+
+/// How late an event is at first, in natural periods, where it is fitted.
+const BEGIN: f64 = 1e-4;
+/// Differences from this part of the largest on show where a candidate parts.
+const PARTS_AT: f64 = 1e-3;
+
+impl Bench<'_> {
+    /// The events near which the candidate parts from the reference, each with how late it brings the motion closest to it.
+    pub(super) fn one_late(&self, traced: &Traced) -> Vec<Change> {
+        let events = &traced.played.events;
+        let period = self.evidence.period;
+        let parts = match self.evidence.observation {
+            Some(seen) => seen.parts(PARTS_AT),
+            None => {
+                let mut pairs = self.evidence.word.iter().zip(events);
+                let far = |(a, b): &(&SequenceEvent, &SequenceEvent)| (a.time - b.time).abs() > PARTS_AT * period;
+                pairs.find(far).map(|(a, b)| a.time.max(b.time))
+            }
+        };
+        let Some(parts) = parts else { return Vec::new() };
+        let next = events.partition_point(|event| event.time <= parts);
+        let numbers = next.saturating_sub(2)..(next + 1).min(events.len());
+        // The surfaces of a stick have one speed; where a slip changes its sense, a solver may have set them so.
+        let all = numbers.flat_map(|number| match events[number].kind {
+            EventKind::Reversal => vec![(number, false), (number, true)],
+            _ => vec![(number, true)],
+        });
+        let all: Vec<(usize, bool)> = all.collect();
+        let found = over_processors(all.len(), &|| false, |k| {
+            let (number, joined) = all[k];
+            let fit = Fit {
+                evidence: &self.evidence,
+                play: &|values: &[f64]| self.late(traced, number, values[0], joined),
+                units: &[0.1 * period],
+            };
+            Some(Change::Late(
+                events[number].time,
+                fit.refined(vec![BEGIN * period])?.values[0],
+                joined,
+            ))
+        });
+        found.into_iter().flatten().collect()
+    }
+
+    /// The reference's run with the states at its steps.
+    pub(super) fn traced(&self, start: usize) -> Option<Traced> {
+        let case = self.numbers.case();
+        self.score_of(&case.system, case.threshold, self.starts.get(start)?)
+            .traced()
+    }
+
+    /// The motion in which event `number` of a run comes `late` (s), and the surfaces are then `joined`; a stick may come early.
+    pub(super) fn late(&self, traced: &Traced, number: usize, late: f64, joined: bool) -> Option<Played> {
+        let event = *traced.played.events.get(number)?;
+        if late < 0.0 && event.kind != EventKind::Stick {
+            return None;
+        }
+        let at = event.time + late;
+        let before: Vec<Node> = traced
+            .nodes
+            .iter()
+            .filter(|node| node.0 < event.time.min(at))
+            .cloned()
+            .collect();
+        let (time, mode, state) = before.last()?;
+        let mut y = state.clone();
+        let mut course = self.course();
+        if !course.go(*mode, (*time, at), &mut y, MOST_EXPANSIONS, &mut |_, _| {}) {
+            return None;
+        }
+        let system = self.physics.system();
+        if joined {
+            system.join(&course.outside(at), &mut y);
+        }
+        let case = self.numbers.case();
+        let start = Start::At(at, y);
+        let rest = Score {
+            start: &start,
+            ..self.score_of(&case.system, case.threshold, &start)
+        }
+        .traced()?;
+        let is_kept = |event: &&SequenceEvent| event.time < at;
+        let events = traced.played.events[..number].iter().filter(is_kept).copied();
+        let moved = SequenceEvent { time: at, ..event };
+        // The event may be found once more where the second run begins.
+        let after = rest.played.events.iter().filter(|event| event.time > at).copied();
+        let played = Played {
+            events: events.chain([moved]).chain(after).collect(),
+            steps: traced.played.steps + rest.played.steps,
+            values: Vec::new(),
+        };
+        let nodes = before.into_iter().chain(rest.nodes).collect();
+        let traced = Traced { course, nodes, played };
+        Some(match self.evidence.observation {
+            Some(observation) => traced.sampled(self.physics, observation),
+            None => traced.played,
+        })
+    }
+
+    fn course(&self) -> Course {
+        self.physics.course()
+    }
+}

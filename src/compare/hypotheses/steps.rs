@@ -1,0 +1,215 @@
+//! Solvers that step, with steps and tolerances that follow from what a candidate shows.
+
+use super::fit::Fit;
+use super::play::{Played, Traced};
+use super::stepper::{Scheme, Stepper, Stop};
+use super::{Bench, Change};
+use crate::compare::diagnosis::round_above;
+use crate::record::EventKind;
+use crate::workers::over_processors;
+
+/// Steps to an interval of samples.
+const PARTS: [f64; 4] = [1.0, 2.0, 5.0, 10.0];
+/// Steps in a natural period with which the error of a method of some order is looked at first.
+const FINE: f64 = 100.0;
+
+fn fine(order: i32) -> f64 {
+    match order {
+        1 => 2000.0,
+        2 => 200.0,
+        _ => 40.0,
+    }
+}
+/// Steps to an interval, and intervals to a step, that are whole within this part.
+const WHOLE: f64 = 0.05;
+/// Multiples of a step, and by how much of it times may be off, in steps; fewer events are no evidence.
+const MOST_MULTIPLES: u32 = 200_000;
+const OFF: f64 = 1e-3;
+const FEWEST_EVENTS: usize = 5;
+/// A stick begins below this part of the speeds of slip.
+const SLOW: f64 = 0.1;
+/// Sticks that are looked at for the velocity at which they begin.
+const STICKS: usize = 3;
+
+impl Bench<'_> {
+    fn stepper(&self, scheme: Scheme, located: bool, step: f64) -> Stepper {
+        Stepper {
+            step,
+            scheme,
+            stop: Stop::Sign,
+            located,
+            breakaway: 1.0,
+            digit: 0.0,
+        }
+    }
+
+    /// The motion by a solver with steps.
+    pub(super) fn stepped(&self, stepper: &Stepper, rows: usize) -> Option<Played> {
+        let (time, state) = self.origin.as_ref()?;
+        stepper.play(
+            self.physics,
+            (*time, state),
+            self.evidence.observation,
+            (self.evidence.covered.1, rows),
+        )
+    }
+
+    /// Between the candidate's samples, s.
+    fn interval(&self) -> Option<f64> {
+        self.evidence.observation.and_then(|observation| observation.interval)
+    }
+
+    /// The longest step of which the candidate's event times, from where it begins on, are multiples, s.
+    fn grid_of_events(&self) -> Option<f64> {
+        let (from, _) = self.origin.as_ref()?;
+        let times: Vec<f64> = self
+            .evidence
+            .word
+            .iter()
+            .map(|event| event.time - from)
+            .filter(|time| *time > 0.0)
+            .collect();
+        let first = *times
+            .first()
+            .filter(|_| times.len() >= FEWEST_EVENTS && !self.evidence.detected)?;
+        let is_step = |step: &f64| {
+            let off = |time: &f64| (time / step - (time / step).round()).abs();
+            times.iter().all(|time| off(time) <= OFF)
+        };
+        (1..MOST_MULTIPLES).map(|n| first / f64::from(n)).find(is_step)
+    }
+
+    /// Steps that the candidate may have, s.
+    fn lengths(&self) -> Vec<f64> {
+        let of_samples = self
+            .interval()
+            .into_iter()
+            .flat_map(|interval| PARTS.map(|parts| interval / parts));
+        let mut lengths: Vec<f64> = of_samples.chain(self.grid_of_events()).collect();
+        lengths.sort_by(f64::total_cmp);
+        lengths.dedup_by(|a, b| (*a / *b - 1.0).abs() < 1e-6);
+        lengths
+    }
+
+    /// The step with which the error of a method is most like what the candidate differs by.
+    fn length_of(&self, scheme: Scheme, located: bool) -> Vec<f64> {
+        let Some(order) = scheme.order() else { return Vec::new() };
+        let begin = self
+            .interval()
+            .map_or(f64::INFINITY, |interval| interval)
+            .min(self.evidence.period / fine(order));
+        let window = self.evidence.window(&self.evidence.reference());
+        let play = |step: f64| self.stepped(&self.stepper(scheme, located, step), window);
+        let Some(step) = self.evidence.projected(begin, order, &play) else {
+            return Vec::new();
+        };
+        let Some(interval) = self.interval() else {
+            return vec![step];
+        };
+        // Most take a whole number of steps to a sample.
+        let parts = [(interval / step).floor(), (interval / step).ceil()];
+        let near = parts
+            .into_iter()
+            .filter(|parts| *parts >= 1.0)
+            .map(|parts| interval / parts);
+        let mut near: Vec<f64> = near
+            .filter(|whole| (whole / step - 1.0).abs() <= WHOLE || *whole > 0.5 * step)
+            .collect();
+        near.push(step);
+        near.dedup();
+        near
+    }
+
+    /// Solvers with the candidate's own steps.
+    pub(super) fn steppers(&self, tolerances: &[f64], breakaway: Option<f64>) -> Vec<Stepper> {
+        let lengths = self.lengths();
+        let mut all = Vec::new();
+        for scheme in [Scheme::Exact, Scheme::RungeKutta] {
+            for &step in &lengths {
+                all.push(self.stepper(scheme, false, step));
+                for &tolerance in tolerances {
+                    for stop in [Stop::Within(tolerance), Stop::Frozen(tolerance)] {
+                        all.push(Stepper {
+                            stop,
+                            ..self.stepper(scheme, false, step)
+                        });
+                    }
+                }
+                all.extend(breakaway.map(|breakaway| Stepper {
+                    breakaway,
+                    ..self.stepper(scheme, false, step)
+                }));
+            }
+        }
+        all
+    }
+
+    /// Methods of low order, or with few steps.
+    pub(super) fn methods(&self) -> Vec<Stepper> {
+        let methods: Vec<(Scheme, bool)> = Scheme::ALL
+            .into_iter()
+            .filter(|scheme| scheme.order().is_some())
+            .flat_map(|scheme| [false, true].map(|located| (scheme, located)))
+            .collect();
+        let lengths = self.lengths();
+        let found = over_processors(methods.len(), &|| false, |k| {
+            let (scheme, located) = methods[k];
+            let mut steps = self.length_of(scheme, located);
+            if !located {
+                steps.extend(&lengths);
+            }
+            steps
+                .into_iter()
+                .map(|step| self.stepper(scheme, located, step))
+                .collect::<Vec<_>>()
+        });
+        found.into_iter().flatten().collect()
+    }
+
+    /// Sticks that begin at a velocity: tolerances for solvers with steps, by the speed at which the reference is when the candidate begins
+    /// to stick and by what it shows then, and such sticks located.
+    pub(super) fn bands(&self, traced: &mut Traced) -> (Vec<f64>, Vec<Change>) {
+        let sticks = self.evidence.word.iter().filter(|event| event.kind == EventKind::Stick);
+        let mut at = |time: f64| {
+            let (_, y) = traced.state_at(time)?;
+            let system = self.physics.system();
+            Some(system.relative_velocity(&traced.course.outside(time), &y).abs())
+        };
+        let speeds = sticks.take(STICKS).filter_map(|event| at(event.time));
+        let speeds: Vec<f64> = speeds.filter(|speed| *speed > 1e-6 * self.physics.speed()).collect();
+        // A stick that is declared at the end of a step shows less than the tolerance.
+        let shown = self.evidence.observation.map_or_else(Vec::new, |seen| {
+            let sticks = self.evidence.word.iter().filter(|event| event.kind == EventKind::Stick);
+            sticks.flat_map(|event| seen.speeds_near(event.time)).collect()
+        });
+        let slow = shown.into_iter().filter(|speed| *speed < SLOW * self.physics.speed());
+        let largest = slow.fold(0.0, f64::max);
+        let step = self.evidence.period / FINE;
+        let kinds: Vec<(f64, bool)> = speeds
+            .iter()
+            .flat_map(|&speed| [(speed, false), (speed, true)])
+            .collect();
+        let found = over_processors(kinds.len(), &|| false, |k| {
+            let (speed, frozen) = kinds[k];
+            let of = |values: &[f64]| Stepper {
+                stop: if frozen {
+                    Stop::Frozen(values[0].abs())
+                } else {
+                    Stop::Within(values[0].abs())
+                },
+                ..self.stepper(Scheme::Exact, true, step)
+            };
+            let play = |values: &[f64]| self.stepped(&of(values), usize::MAX);
+            let fit = Fit {
+                evidence: &self.evidence,
+                play: &play,
+                units: &[speed],
+            };
+            Some(Change::Stepper(of(&fit.refined(vec![speed])?.values)))
+        });
+        let tolerances = speeds.into_iter().map(|speed| 1.001 * speed);
+        let declared = Some(largest).filter(|speed| *speed > 1e-6 * self.physics.speed());
+        let tolerances = tolerances.chain(declared.into_iter().flat_map(round_above));
+        (tolerances.collect(), found.into_iter().flatten().collect())
+    }
+}
