@@ -12,7 +12,9 @@ use crate::workers::over_processors;
 const MOST_EXPANSIONS: usize = 1000;
 
 /// How late an event is at first, in natural periods, where it is fitted.
-const BEGIN: f64 = 1e-4;
+const BEGIN: [f64; 7] = [1e-4, 1e-3, 3e-3, 0.01, 0.025, 0.06, 0.15];
+/// An event that is later than this, in natural periods, is another.
+const FAR: f64 = 0.5;
 /// Differences from this part of the largest on show where a candidate parts.
 const PARTS_AT: f64 = 1e-3;
 
@@ -40,18 +42,28 @@ impl Bench<'_> {
         let all: Vec<(usize, bool)> = all.collect();
         let found = over_processors(all.len(), &|| false, |k| {
             let (number, joined) = all[k];
+            let play = |late: f64| self.late(traced, number, late, joined);
+            // The motion is no more than a square of how late a stick is, so that near zero there is no slope.
+            let left = |late: &f64| Some((self.evidence.judged(&play(*late)?, f64::INFINITY)?.left, *late));
+            let shown = self.shown_late(&events[number]);
+            let begin: Vec<f64> = BEGIN.map(|part| part * period).into_iter().chain(shown).collect();
+            let (_, begin) = begin.iter().filter_map(left).min_by(|a, b| a.0.total_cmp(&b.0))?;
             let fit = Fit {
                 evidence: &self.evidence,
-                play: &|values: &[f64]| self.late(traced, number, values[0], joined),
-                units: &[0.1 * period],
+                play: &|values: &[f64]| play(values[0]),
+                units: &[begin],
             };
-            Some(Change::Late(
-                events[number].time,
-                fit.refined(vec![BEGIN * period])?.values[0],
-                joined,
-            ))
+            Some(Change::Late(events[number].time, fit.refined(vec![begin])?.values[0], joined))
         });
         found.into_iter().flatten().collect()
+    }
+
+    /// How late the candidate has an event.
+    fn shown_late(&self, event: &SequenceEvent) -> Option<f64> {
+        let late = |theirs: &SequenceEvent| theirs.time - event.time;
+        let same = self.evidence.word.iter().filter(|theirs| theirs.kind == event.kind);
+        let nearest = same.min_by(|a, b| late(a).abs().total_cmp(&late(b).abs()))?;
+        Some(late(nearest)).filter(|late| *late != 0.0 && late.abs() < FAR * self.evidence.period)
     }
 
     /// The reference's run with the states at its steps.

@@ -481,6 +481,7 @@ impl Bench<'_> {
                 scheme: Scheme::RungeKutta,
                 stop: Stop::Sign,
                 located: false,
+                shows_before: false,
                 breakaway: 1.0,
                 digit,
             };

@@ -6,7 +6,8 @@ use super::unknown::{Numbers, Unknown};
 use crate::workers::over_processors;
 
 /// How many of the numbers, and of the pairs, that explain most of the first window are fitted to the end.
-const CLOSEST: usize = 6;
+const CLOSEST: usize = 12;
+const CLOSEST_PAIRS: usize = 6;
 
 /// Values of one number (or of two) with which a motion from a start comes closest to the candidate.
 /// `guesses` are values of single numbers to begin with.
@@ -61,7 +62,7 @@ pub(super) fn propose(
     });
     let mut ranked: Vec<(f64, Vec<usize>)> = ranked.filter(|(left, _)| left.is_finite()).collect();
     ranked.sort_by(|a, b| a.0.total_cmp(&b.0));
-    ranked.truncate(CLOSEST);
+    ranked.truncate(if pairs { CLOSEST_PAIRS } else { CLOSEST });
     let own = |group: Vec<usize>| {
         let values = group.iter().map(|&k| unknown[k].value).collect();
         (group, values)

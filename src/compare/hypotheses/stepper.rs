@@ -84,6 +84,8 @@ pub(in super::super) struct Stepper {
     pub stop: Stop,
     /// Events are located within a step, not taken at its end.
     pub located: bool,
+    /// A sample at the end of a step shows the state before what is done for an event there.
+    pub shows_before: bool,
     /// Of mu_0, at which a stick ends.
     pub breakaway: f64,
     /// The twist of the rotor's first shaft is a multiple of this after every step, rad; 0 where it is not rounded.
@@ -476,7 +478,8 @@ impl Stepper {
             length = high;
         }
         // Samples on the way, by the same method.
-        let is_inside = |time: f64| time < from + length * (1.0 - 1e-9);
+        let end = if self.shows_before { 1.0 + 1e-9 } else { 1.0 - 1e-9 };
+        let is_inside = |time: f64| time < from + length * end;
         while let Some(time) = rows.next().filter(|time| is_inside(*time)) {
             if !go(
                 motion,

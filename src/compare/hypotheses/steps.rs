@@ -38,8 +38,17 @@ impl Bench<'_> {
             scheme,
             stop: Stop::Sign,
             located,
+            shows_before: false,
             breakaway: 1.0,
             digit: 0.0,
+        }
+    }
+
+    /// What the samples of a solver with events at the ends of its steps may show there.
+    fn both(stepper: Stepper) -> Vec<Stepper> {
+        match stepper.located {
+            true => vec![stepper],
+            false => [false, true].map(|shows_before| Stepper { shows_before, ..stepper }).to_vec(),
         }
     }
 
@@ -141,7 +150,7 @@ impl Bench<'_> {
                 }));
             }
         }
-        all
+        all.into_iter().flat_map(Self::both).collect()
     }
 
     /// Methods of low order, or with few steps.
@@ -158,10 +167,8 @@ impl Bench<'_> {
             if !located {
                 steps.extend(&lengths);
             }
-            steps
-                .into_iter()
-                .map(|step| self.stepper(scheme, located, step))
-                .collect::<Vec<_>>()
+            let each = steps.into_iter().map(|step| self.stepper(scheme, located, step));
+            each.flat_map(Self::both).collect::<Vec<_>>()
         });
         found.into_iter().flatten().collect()
     }
