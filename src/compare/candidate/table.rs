@@ -40,9 +40,9 @@ pub(super) trait Table: std::fmt::Debug {
     fn is_impulse(&self, _name: &str) -> bool {
         false
     }
-    /// To what the numbers of a column are rounded where they are texts.
-    fn rounding(&self, _name: &str) -> Result<Option<Rounding>, CompareError> {
-        Ok(None)
+    /// To what the numbers of each of these columns are rounded where they are texts.
+    fn roundings(&self, names: &[String]) -> Result<Vec<Option<Rounding>>, CompareError> {
+        Ok(vec![None; names.len()])
     }
     /// Why a column of the file was left out: one that cannot be read.
     fn left_out(&self) -> Option<&str> {
