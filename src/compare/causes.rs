@@ -22,6 +22,8 @@ pub(super) struct Shown<'a> {
     pub offset: Option<FoundOffset>,
     /// To which its event times are known, s.
     pub bound: f64,
+    /// The mean square of what rounding changes its samples by, in parts of the sizes of their channels.
+    pub rounding: f64,
     /// The largest error of an event, s; infinite where the sequences differ.
     pub worst: Option<f64>,
     /// When the first event is wrong, s.
@@ -63,7 +65,7 @@ impl Reference {
         let known = known.map_or(f64::INFINITY, |onset| onset - BEFORE_ONSET * period);
         let samples_agree = observation.as_ref().map(|observation| {
             let left = observation.left(&observation.reference, known);
-            left <= SAMPLES_AGREE * SAMPLES_AGREE
+            left <= shown.rounding.max(SAMPLES_AGREE * SAMPLES_AGREE)
         });
         let events_agree = shown.worst.is_none_or(|worst| worst <= shown.bound);
         if samples_agree.unwrap_or(events_agree) {

@@ -54,6 +54,12 @@ pub struct Comparison {
     /// Of the same: where its times count from, if from elsewhere. Its offset is an error, candidate minus reference.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub clock: Option<OtherClock>,
+    /// Where events were found in samples: the coarsest numbers that they follow from, if any are rounded.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub values: Option<String>,
+    /// Where events were found in samples: all differences of the events are within what the samples resolve, and the samples have no
+    /// other cause to differ.
+    pub agrees_to_resolution: bool,
     /// How events were found by the relative velocity; `None` if the candidate states them.
     pub detection: Option<Detection>,
     /// The unit of its tolerance: "rad/s", or "m/s" in translation.
@@ -231,6 +237,12 @@ impl Comparison {
 
     /// One line: whether the sequences agree, else where they part; how far the times agree; and the likely cause.
     pub(super) fn find_verdict(&mut self) {
+        self.agrees_to_resolution = self.detection.is_some()
+            && self.sequence.iter().all(|difference| difference.shorter_than_interval)
+            && self.event_errors.matched > 0
+            && self.event_errors.within() == self.event_errors.matched
+            && self.causes.is_empty()
+            && self.unexplained.is_none();
         let (errors, uncovered) = (&self.event_errors, self.uncovered);
         let (covered, of_all) = (self.reference_events, self.reference_events + uncovered);
         let mut text = match self.sequence.first() {
@@ -248,7 +260,17 @@ impl Comparison {
                     Fault::Renamed => format!("is a {}", first.candidate_kind.unwrap_or("different event")),
                 };
                 let (position, kind, time) = (first.position, first.kind, first.time);
-                format!("the event sequences part at event {position}: the {kind} at {time:.9} s {what}")
+                let unseen = match self.sequence.iter().filter(|d| d.shorter_than_interval).count() {
+                    0 => String::new(),
+                    all if all == self.sequence.len() => {
+                        ", of a motion shorter than the interval of the samples, as are all differences".to_owned()
+                    }
+                    some => format!(
+                        "; {some} of {} differences are of motions shorter than the interval of the samples",
+                        self.sequence.len()
+                    ),
+                };
+                format!("the event sequences part at event {position}: the {kind} at {time:.9} s {what}{unseen}")
             }
         };
         if covered > 0 && uncovered > 0 {
@@ -260,7 +282,17 @@ impl Comparison {
                 _ => format!("; matched events are within {max:.1e} s"),
             };
             // What is below the resolution of a file is no error of a solver.
-            if let Some(resolution) = self.resolution.as_ref().filter(|r| r.events_below > 0 && max > 0.0) {
+            if self.agrees_to_resolution {
+                let bound = errors.largest_bound();
+                text += &format!(", below the resolution of its file, {bound:.1e} s: it agrees to its resolution");
+                let times = self.resolution.as_ref().map(|resolution| ("times", &resolution.of));
+                let values = self.values.as_ref().map(|values| ("values", values));
+                let printed = times.into_iter().chain(values);
+                let printed: Vec<String> = printed.map(|(what, of)| format!("its {what} are {of}")).collect();
+                if !printed.is_empty() {
+                    text += &format!(" ({})", printed.join(", "));
+                }
+            } else if let Some(resolution) = self.resolution.as_ref().filter(|r| r.events_below > 0 && max > 0.0) {
                 let (below, of_file) = (resolution.events_below, resolution.event_error);
                 if below < errors.matched {
                     text += &format!(", {below} of {}", errors.matched);

@@ -8,6 +8,8 @@ use crate::record::EventKind;
 pub(super) struct Crossings {
     /// rad/s.
     threshold: f64,
+    /// The largest error of omega_r by its digits, rad/s.
+    rounding: f64,
     /// Time (s) and |omega_r| less the threshold (rad/s) of the last two samples, the latest first.
     recent: [Option<(f64, f64)>; 2],
     /// Found so far.
@@ -16,9 +18,10 @@ pub(super) struct Crossings {
 
 impl Crossings {
     /// Before the first sample.
-    pub fn new(threshold: f64) -> Crossings {
+    pub fn new(threshold: f64, rounding: f64) -> Crossings {
         Crossings {
             threshold,
+            rounding,
             recent: [None; 2],
             events: Vec::new(),
         }
@@ -31,7 +34,10 @@ impl Crossings {
             && (last.1 > 0.0) != (now.1 > 0.0)
         {
             let kind = if now.1 > 0.0 { EventKind::Slip } else { EventKind::Stick };
-            self.events.push(Found::new(zero(self.recent[1], last, now), kind));
+            let time = zero(self.recent[1], last, now);
+            let slope = (now.1 - last.1) / (now.0 - last.0);
+            let blind = (self.rounding / slope.abs()).min(now.0 - last.0);
+            self.events.push(Found::sampled(time, kind, (last.0, now.0), blind));
         }
         self.recent = [Some(now), self.recent[0]];
     }
@@ -60,7 +66,7 @@ mod tests {
 
     #[test]
     fn analytic_a_threshold_is_crossed_where_the_parabola_does() {
-        let mut crossings = Crossings::new(0.5);
+        let mut crossings = Crossings::new(0.5, 0.0);
         for k in 0..40 {
             let t = 0.1 * f64::from(k);
             crossings.add(t, 1.0 - (t - 1.93).powi(2));

@@ -77,6 +77,7 @@ mod tests {
             kind: "slip",
             time: 5.0 + 2.0 * k as f64,
             error: 1e-3 + 1e-4 * k as f64,
+            bound: 0.0,
         });
         let errors = EventErrors {
             matched: 10,

@@ -2,9 +2,9 @@
 //!
 //! A stick begins where |omega_r| comes within the tolerance and lasts until it exceeds `hysteresis` times the
 //! tolerance; a change of sign between two samples, or over one sample within the tolerance, is a reversal. Times are
-//! better than the sampling: a stop is the zero of the parabola through the last three samples before it, a breakaway is
+//! better than the sampling: a stop is the zero of the cubic through the last four samples before it, a breakaway is
 //! where omega_r, of which the first three samples give the square and the cube of the time since, was zero. Neither
-//! leaves its pair of samples.
+//! leaves its pair of samples, which is its bound. Where the state is known, [`super::locate`] does better.
 
 use crate::record::EventKind;
 use crate::record::sequence::SequenceEvent;
@@ -22,6 +22,10 @@ pub struct Found {
     pub torque_rate: Option<f64>,
     /// Of a stick: the relative velocity that was left when it began, rad/s, as far as the samples show.
     pub dropped: Option<f64>,
+    /// Largest error of the time that the samples leave open, s; 0 where the candidate states it.
+    pub bound: f64,
+    /// Times of the last sample before it and of the first one behind it, s; the event's own where it is stated.
+    pub between: (f64, f64),
 }
 
 impl Found {
@@ -33,6 +37,17 @@ impl Found {
             torques: None,
             torque_rate: None,
             dropped: None,
+            bound: 0.0,
+            between: (time, time),
+        }
+    }
+
+    /// An event at a time between two samples (s), which cannot show `blind` (s) of the motion beside it.
+    pub(super) fn sampled(time: f64, kind: EventKind, between: (f64, f64), blind: f64) -> Found {
+        Found {
+            bound: (time - between.0).max(between.1 - time) + blind,
+            between,
+            ..Found::new(time, kind)
         }
     }
 }
@@ -106,8 +121,10 @@ pub struct Detector {
     detection: Detection,
     phase: Phase,
     leaving: Option<Leaving>,
-    /// The last three samples in slip, the latest first.
-    recent: [Option<Point>; 3],
+    /// The last four samples in slip, the latest first.
+    recent: [Option<Point>; 4],
+    /// Time of the last sample, s.
+    last: f64,
     events: Vec<Found>,
     /// Samples in a row at which omega_r has stood still outside the tolerance.
     still: usize,
@@ -125,7 +142,8 @@ impl Detector {
             detection,
             phase: Phase::Start,
             leaving: None,
-            recent: [None; 3],
+            recent: [None; 4],
+            last: f64::NEG_INFINITY,
             events: Vec::new(),
             still: 0,
             plateau: 0.0,
@@ -143,8 +161,13 @@ impl Detector {
         self.events.len()
     }
 
+    /// The events found so far.
+    pub(super) fn events(&mut self) -> &mut [Found] {
+        &mut self.events
+    }
+
     /// Passes over those of the next samples, given by relative velocity (rad/s) and normal force (N, empty if there is
-    /// none), without which the same is found: in slip, each other than the one before, with three more of the kind after
+    /// none), without which the same is found: in slip, each other than the one before, with four more of the kind after
     /// them. Returns their number.
     pub fn skip(&mut self, velocities: &[f64], forces: &[f64]) -> usize {
         let (Phase::Slip { sense }, Some(last), None) = (self.phase, self.recent[0], &self.leaving) else {
@@ -158,7 +181,7 @@ impl Detector {
         });
         let quiet = quiet.unwrap_or(velocities.len());
         let touching = forces.iter().take(quiet).position(|&f| f <= 0.0);
-        let skipped = touching.unwrap_or(quiet).saturating_sub(3);
+        let skipped = touching.unwrap_or(quiet).saturating_sub(4);
         if skipped > 0 {
             self.still = 0;
         }
@@ -174,7 +197,7 @@ impl Detector {
                 leaving.after.push(p);
             }
             if !goes_on || leaving.after.len() == 3 {
-                let event = breakaway(leaving);
+                let event = breakaway(leaving, self.detection.velocity_tolerance * self.detection.hysteresis);
                 self.events.push(event);
                 self.leaving = None;
             }
@@ -197,12 +220,10 @@ impl Detector {
                     let entry = self.stop(&p);
                     self.phase = self.begin(p, Some((entry, sense)));
                 } else if p.velocity * sense < 0.0 {
-                    let time = self.recent[0].map_or(p.time, |q| {
-                        q.time + (p.time - q.time) * q.velocity / (q.velocity - p.velocity)
-                    });
-                    self.report(time, EventKind::Reversal);
+                    let found = self.crossing(&p);
+                    self.events.push(found);
                     self.phase = Phase::Slip { sense: -sense };
-                    self.recent = [None; 3];
+                    self.recent = [None; 4];
                 }
             }
             Phase::Stick(mut stick) => {
@@ -225,21 +246,25 @@ impl Detector {
             }
         }
         if let Phase::Slip { .. } = self.phase {
-            self.recent = [Some(p), self.recent[0], self.recent[1]];
+            self.recent = [Some(p), self.recent[0], self.recent[1], self.recent[2]];
         }
+        self.last = p.time;
     }
 
     /// The events, after the last sample.
     pub fn finish(mut self) -> Vec<Found> {
         if let Some(leaving) = self.leaving.take() {
-            self.events.push(breakaway(&leaving));
+            let rest = self.detection.velocity_tolerance * self.detection.hysteresis;
+            self.events.push(breakaway(&leaving, rest));
         }
         self.settle();
         self.events
     }
 
+    /// An event that the normal force shows at `time` (s).
     fn report(&mut self, time: f64, kind: EventKind) {
-        self.events.push(Found::new(time, kind));
+        self.events
+            .push(Found::sampled(time, kind, (self.last.min(time), time), 0.0));
     }
 
     /// A stick that is under way has begun.
@@ -250,7 +275,7 @@ impl Detector {
     }
 
     fn begin(&mut self, p: Point, entry: Option<(Found, f64)>) -> Phase {
-        self.recent = [None; 3];
+        self.recent = [None; 4];
         if p.velocity.abs() <= self.detection.velocity_tolerance {
             Phase::Stick(Stick {
                 entry: entry.map(|e| e.0),
@@ -268,11 +293,15 @@ impl Detector {
 
     fn leave(&mut self, mut stick: Stick, p: Point) {
         let sense = p.velocity.signum();
-        self.recent = [None; 3];
+        self.recent = [None; 4];
         self.phase = Phase::Slip { sense };
         match stick.entry.take() {
             // One sample at zero between two signs is a crossing that happened to be hit.
-            Some(entry) if stick.samples == 1 && sense == -stick.sense => self.report(entry.time, EventKind::Reversal),
+            Some(entry) if stick.samples == 1 && sense == -stick.sense => {
+                let between = (entry.between.0, p.time);
+                self.events
+                    .push(Found::sampled(entry.time, EventKind::Reversal, between, 0.0));
+            }
             entry => {
                 self.events.extend(entry);
                 self.leaving = Some(Leaving {
@@ -284,44 +313,79 @@ impl Detector {
         }
     }
 
+    /// The change of sign between the last sample and `p`.
+    fn crossing(&self, p: &Point) -> Found {
+        let Some(q) = self.recent[0] else {
+            return Found::sampled(p.time, EventKind::Reversal, (self.last, p.time), 0.0);
+        };
+        let straight = q.time + (p.time - q.time) * q.velocity / (q.velocity - p.velocity);
+        let time = self.zero(p.time).unwrap_or(straight);
+        Found::sampled(time, EventKind::Reversal, (q.time, p.time), 0.0)
+    }
+
     /// The stick that begins between the last sample and `p`.
     fn stop(&self, p: &Point) -> Found {
-        let mut found = Found::new(p.time, EventKind::Stick);
-        let [Some(a), Some(b), c] = self.recent else {
-            return found;
+        let [Some(a), Some(b), ..] = self.recent else {
+            let before = self.recent[0].map_or(self.last, |a| a.time).min(p.time);
+            return Found::sampled(p.time, EventKind::Stick, (before, p.time), 0.0);
         };
-        let h = p.time - a.time;
         let slope = (a.velocity - b.velocity) / (a.time - b.time);
-        let (slope, bend) = match c {
-            Some(c) => {
-                let earlier = (b.velocity - c.velocity) / (b.time - c.time);
-                let bend = (slope - earlier) / (a.time - c.time);
-                (slope + bend * (a.time - b.time), bend)
+        // A motion within the tolerance counts as rest.
+        let blind = (self.detection.velocity_tolerance / slope.abs()).min(p.time - a.time);
+        let time = self.zero(p.time).unwrap_or(p.time);
+        Found {
+            dropped: Some((extrapolated(&self.recent, p.time) * a.velocity.signum()).max(0.0)),
+            ..Found::sampled(time, EventKind::Stick, (a.time, p.time), blind)
+        }
+    }
+
+    /// The first zero up to `end` (s) of the polynomial through the last samples.
+    fn zero(&self, end: f64) -> Option<f64> {
+        let a = self.recent[0]?;
+        let passed = |time: f64| extrapolated(&self.recent, time) * a.velocity <= 0.0;
+        // Two zeros in one interval are those of a grazing stop, of which the first counts.
+        const PARTS: u32 = 8;
+        let at = |k: u32| a.time + (end - a.time) * f64::from(k) / f64::from(PARTS);
+        let k = (1..=PARTS).find(|&k| passed(at(k)))?;
+        let (mut low, mut high) = (at(k - 1), at(k));
+        for _ in 0..60 {
+            let middle = 0.5 * (low + high);
+            if passed(middle) {
+                high = middle;
+            } else {
+                low = middle;
             }
-            None => (slope, 0.0),
-        };
-        // The zero of v + slope x + bend x^2 that comes first, by the formula that does not cancel.
-        let v = a.velocity;
-        let root = slope * slope - 4.0 * bend * v;
-        let x = if root >= 0.0 {
-            -2.0 * v / (slope + slope.signum() * root.sqrt())
-        } else {
-            f64::INFINITY
-        };
-        let x = if x > 0.0 { x.min(h) } else { h };
-        found.time = a.time + x;
-        let left = (v + slope * h + bend * h * h) * v.signum();
-        found.dropped = Some(left.max(0.0));
-        found
+        }
+        Some(0.5 * (low + high))
     }
 }
 
+/// The polynomial through up to four samples in slip, the latest first, at a later time (s), rad/s.
+fn extrapolated(samples: &[Option<Point>; 4], time: f64) -> f64 {
+    let mut points = [(0.0, 0.0); 4];
+    let mut count = 0;
+    for (point, p) in points.iter_mut().zip(samples.iter().flatten()) {
+        *point = (p.time, p.velocity);
+        count += 1;
+    }
+    // By Neville's scheme.
+    for width in 1..count {
+        for k in 0..count - width {
+            let (near, far) = (points[k].0, samples[k + width].map_or(0.0, |p| p.time));
+            let part = (time - near) / (far - near);
+            points[k].1 += part * (points[k + 1].1 - points[k].1);
+        }
+    }
+    points[0].1
+}
+
 /// The end of a stick, by the first samples after it.
-fn breakaway(leaving: &Leaving) -> Found {
+fn breakaway(leaving: &Leaving, rest: f64) -> Found {
     let (last, p) = (&leaving.stick.last, &leaving.after[0]);
-    let time = take_off(&leaving.after)
-        .unwrap_or(0.5 * (last.time + p.time))
-        .clamp(last.time, p.time);
+    let zero = take_off(&leaving.after);
+    let time = zero.unwrap_or(0.5 * (last.time + p.time)).clamp(last.time, p.time);
+    // A slip that is slower than `rest` counts as rest; it grows with the square of the time at least.
+    let blind = (p.time - zero.unwrap_or(last.time)) * (rest / p.velocity.abs()).sqrt();
     // Torques run on smoothly until the end of the stick.
     let straight = last.torques.and_then(|(r1, s1)| {
         let before = leaving.stick.before?;
@@ -333,7 +397,7 @@ fn breakaway(leaving: &Leaving) -> Found {
     Found {
         torques: straight.map(|(torques, _)| torques),
         torque_rate: straight.map(|(_, rate)| rate),
-        ..Found::new(time, EventKind::Slip)
+        ..Found::sampled(time, EventKind::Slip, (last.time, p.time), blind.max(0.0))
     }
 }
 

@@ -29,16 +29,24 @@ pub struct EventError {
     pub time: f64,
     /// Candidate minus reference, s.
     pub error: f64,
+    /// To which the candidate's time is known, s: by its samples, or by the digits of a stated time.
+    pub bound: f64,
 }
 
 impl EventErrors {
-    /// Of two aligned words.
-    pub fn of(reference: &[SequenceEvent], candidate: &[SequenceEvent], alignment: &Alignment) -> EventErrors {
+    /// Of two aligned words; the times of the candidate's are known to `bounds` (s).
+    pub fn of(
+        reference: &[SequenceEvent],
+        candidate: &[SequenceEvent],
+        bounds: &[f64],
+        alignment: &Alignment,
+    ) -> EventErrors {
         let error = |(r, c): (usize, usize)| EventError {
             position: r,
             kind: reference[r].kind.name(),
             time: reference[r].time,
             error: candidate[c].time - reference[r].time,
+            bound: bounds[c],
         };
         let events: Vec<EventError> = alignment.matched().map(error).collect();
         let worst = events.iter().max_by(|a, b| a.error.abs().total_cmp(&b.error.abs()));
@@ -50,5 +58,18 @@ impl EventErrors {
             rms: worst.is_some().then(|| (squares / events.len() as f64).sqrt()),
             events,
         }
+    }
+
+    /// The largest bound, s.
+    pub fn largest_bound(&self) -> f64 {
+        self.events.iter().map(|event| event.bound).fold(0.0, f64::max)
+    }
+
+    /// Matched events whose error is within their bounds.
+    pub fn within(&self) -> usize {
+        self.events
+            .iter()
+            .filter(|event| event.error.abs() <= event.bound)
+            .count()
     }
 }

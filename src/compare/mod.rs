@@ -11,7 +11,8 @@
 //! | `candidate` | results of other solvers: formats, columns, units, events |
 //! | `reference`, `evaluate` | the reference as a function of time |
 //! | `channel`, `vocabulary` | the channels that are compared, and their names |
-//! | `detect`, `crossings`, `torques`, `resolution` | events and torques found in samples; what the times of a file resolve |
+//! | `detect`, `crossings`, `locate`, `torques` | events and torques found in samples, with the bounds of their times |
+//! | `survey`, `resolution` | the first pass over a file; what its times and values resolve |
 //! | `event_errors`, `cycles`, `clock`, `attractor` | errors of event times, over cycles, by an offset of the clock, of periodic motion |
 //! | `windows`, `states`, `impulse`, `energy`, `range` | common stretches; errors of channels, impulses and energies; range of the position |
 //! | `statistics` | the paper's numbers of both runs |
@@ -38,6 +39,7 @@ mod evaluate;
 mod event_errors;
 mod hypotheses;
 mod impulse;
+mod locate;
 mod parameters;
 mod range;
 pub(crate) mod reference;
@@ -93,6 +95,7 @@ use hypotheses::{
     Bench, Change, Evidence, Found as HypothesesFound, Judged, Observation, ObservationPass, Played, Tried,
 };
 use impulse::ImpulsePass;
+use locate::Locator;
 use parameters::{JumpPass, Material, Start, StretchPass, other_kick, other_parameters};
 use range::Range;
 use reference::{BeforeAndAfter, Physics, Rerun as RepeatedRun, states_at_events};
@@ -205,7 +208,7 @@ impl Reference {
             let done = (f64::from(pass - 1) + if share.is_nan() { 1.0 } else { share }) / f64::from(PASSES);
             watch(CompareProgress { done, time, pass });
         };
-        let detection = self.detection(path, mapping)?;
+        let detection = self.detection(&candidate, mapping)?;
         if let TimeOffset::Seconds(offset) = mapping.time_offset {
             candidate.shift(offset);
         }
@@ -234,6 +237,12 @@ impl Reference {
         let within = |e: &&SequenceEvent| e.time >= span.from && e.time <= span.to;
         let reference_word: Vec<SequenceEvent> = self.word.iter().filter(within).copied().collect();
         let word: Vec<SequenceEvent> = all.iter().filter(within).copied().collect();
+        let bound_of = |event: &Found| match candidate.events_rounding.filter(|_| events_given) {
+            Some(rounding) => candidate.clock.quantum(rounding, event.time),
+            None => event.bound,
+        };
+        let bounds = found.iter().filter(|event| within(&&SequenceEvent::from(*event)));
+        let bounds: Vec<f64> = bounds.map(bound_of).collect();
         let uncovered = self.word.len() - reference_word.len();
         let period = physics.natural_period();
         let mut alignment = Alignment::of(&reference_word, &word, period);
@@ -241,7 +250,10 @@ impl Reference {
         if !physics.coasts() && !alignment.differences.is_empty() {
             alignment = Alignment::drifting(&reference_word, &word, period, alignment);
         }
-        let errors = EventErrors::of(&reference_word, &word, &alignment);
+        if !events_given {
+            alignment.mark_unseen(&reference_word, interval);
+        }
+        let errors = EventErrors::of(&reference_word, &word, &bounds, &alignment);
 
         // Nearly all events of a clock that starts elsewhere are without a partner, or have a wrong one.
         let parted = errors.matched * 2 < found.len() || errors.max.is_some_and(|max| max > period / 8.0);
@@ -310,14 +322,17 @@ impl Reference {
                 span,
                 word: &all,
                 offset: proposed,
-                // Event times that are found in samples are known to some intervals.
-                bound: if events_given {
-                    AGREED
-                } else {
-                    AGREED_IN_SAMPLES.max(FOUND * interval)
+                // A solver that switches at the samples is known to some intervals, whatever the bounds are.
+                bound: match events_given {
+                    true => AGREED,
+                    false => bounds
+                        .iter()
+                        .copied()
+                        .fold(AGREED_IN_SAMPLES.max(FOUND * interval), f64::max),
                 }
                 .max(floor),
-                worst: match alignment.differences.is_empty() {
+                rounding: self.rounding(&candidate, &survey),
+                worst: match alignment.differences.iter().all(|d| d.shorter_than_interval) {
                     true => errors.max,
                     false => Some(f64::INFINITY),
                 },
@@ -352,6 +367,11 @@ impl Reference {
             kick: found_causes.kick,
             clock: found_causes.clock,
             unexplained: found_causes.unexplained,
+            values: candidate
+                .coarsest(&self.seen_by(&candidate))
+                .filter(|_| !events_given)
+                .map(Rounding::name),
+            agrees_to_resolution: false,
             detection: (!events_given).then_some(detection),
             velocity_unit: physics.vocabulary().unit(Channel::RelativeVelocity),
             span: candidate.has_rows().then_some(span),
@@ -384,24 +404,54 @@ impl Reference {
     }
 
     /// How events are found: as the mapping says, else by what the contact of the reference needs.
-    fn detection(&self, path: &Path, mapping: &Mapping) -> Result<Detection, CompareError> {
+    fn detection(&self, candidate: &Candidate, mapping: &Mapping) -> Result<Detection, CompareError> {
         // A contact without stick counts one below a threshold, and for as long.
         let threshold = self.physics.threshold();
         if threshold.is_some() && mapping.hysteresis.is_some() {
             return Err(CompareError::content(
-                path,
+                &candidate.path,
                 "hysteresis",
                 "the contact of the reference has no stick, and its events are the crossings of one threshold",
                 "leave out --hysteresis, or [detection].hysteresis; --velocity-tolerance is the threshold",
             ));
         }
+        // What digits leave of a relative velocity of zero, with room to spare.
+        let printed = 1.01 * candidate.rounding_of(Channel::RelativeVelocity, 0.0);
+        let default = DEFAULT_TOLERANCE.max(printed);
         Ok(Detection {
-            velocity_tolerance: mapping.velocity_tolerance.or(threshold).unwrap_or(DEFAULT_TOLERANCE),
+            velocity_tolerance: mapping.velocity_tolerance.or(threshold).unwrap_or(default),
             hysteresis: match threshold {
                 Some(_) => 1.0,
                 None => mapping.hysteresis.unwrap_or(DEFAULT_HYSTERESIS),
             },
         })
+    }
+
+    /// The channels that events are found by.
+    fn seen_by(&self, candidate: &Candidate) -> Vec<Channel> {
+        let state = &self.physics.state;
+        match state.iter().all(|&channel| candidate.has(channel)) {
+            true => [&state[..], &[Channel::RelativeVelocity]].concat(),
+            false => vec![Channel::RelativeVelocity],
+        }
+    }
+
+    /// The mean square of what rounding in a candidate's file changes its samples by, in parts of the sizes of their channels.
+    fn rounding(&self, candidate: &Candidate, survey: &Survey) -> f64 {
+        // A motion may be larger than its size by so much.
+        const LARGER: f64 = 2.0;
+        let physics = &self.physics;
+        let channels: Vec<Channel> = candidate.channels(physics);
+        let square = |&channel: &Channel| {
+            let size = physics.size(channel, false);
+            (candidate.rounding_of(channel, LARGER * size) / size).powi(2)
+        };
+        let of_values = channels.iter().map(square).sum::<f64>() / channels.len().max(1) as f64;
+        let to = survey.span.map_or(0.0, |(_, to)| to);
+        let quantum = survey
+            .rounding
+            .map_or(0.0, |rounding| candidate.clock.quantum(rounding, to));
+        of_values + (LARGER * physics.natural_angular_frequency() * quantum / 2.0).powi(2)
     }
 
     /// What is collected of a candidate by another program to find another number of the case in.

@@ -75,7 +75,7 @@ impl Rounding {
 }
 
 /// Finds out how numbers were written, by their texts.
-#[derive(Debug, Default)]
+#[derive(Debug, Default, Clone)]
 pub(crate) struct Digits {
     count: u64,
     significant: u32,
@@ -113,6 +113,42 @@ impl Digits {
             Some(decimals) => Rounding::Decimals(decimals),
             None => Rounding::Digits(self.significant),
         })
+    }
+}
+
+/// How the values of a column stand in its file.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub(crate) struct Digital {
+    /// To what they are rounded; `None` of doubles.
+    pub rounding: Option<Rounding>,
+    /// The largest of the first ones.
+    pub largest: f64,
+}
+
+/// So many different values confirm a rounding: short numbers such as 0.0 and 0.5 are also those of doubles.
+const CONFIRMED_BY: usize = 4;
+
+impl Digital {
+    /// By the first values, and by what their texts say.
+    pub fn of(values: &[f64], of_texts: Option<Rounding>) -> Digital {
+        let mut different: Vec<f64> = Vec::new();
+        for &value in values.iter().filter(|value| **value != 0.0) {
+            if different.len() < CONFIRMED_BY && !different.contains(&value) {
+                different.push(value);
+            }
+        }
+        let confirmed = |rounding: &Rounding| different.len() == CONFIRMED_BY && rounding.hold(values);
+        Digital {
+            rounding: of_texts.or(Some(Rounding::Single)).filter(confirmed),
+            largest: values.iter().fold(0.0, |largest, value| largest.max(value.abs())),
+        }
+    }
+
+    /// The largest error of a value of this size.
+    pub fn error(&self, value: f64) -> f64 {
+        self.rounding
+            .map_or(f64::EPSILON * value.abs(), |rounding| rounding.quantum(value))
+            / 2.0
     }
 }
 

@@ -1,5 +1,6 @@
 //! The first pass over a candidate's samples: its events, its span, what its times resolve.
 
+use super::resolution::ClockWatch;
 use super::*;
 
 /// The error of an event found in samples: those of the samples around it, in distances of times.
@@ -67,7 +68,24 @@ impl Finder {
     }
 }
 
+/// The largest error of a time (s) of a candidate's rows by their rounding, s.
+fn clock_error(candidate: &Candidate, watch: &ClockWatch, time: f64) -> f64 {
+    let rounding = candidate.clock.rounding.filter(|_| watch.is_rounded());
+    rounding.map_or(f64::EPSILON * time.abs(), |rounding| {
+        candidate.clock.quantum(rounding, time)
+    }) / 2.0
+}
+
 impl Reference {
+    /// Times between which the equations of the reference do not change, s.
+    fn breaks(&self) -> Vec<f64> {
+        let others = self.events.iter().filter(|event| {
+            use EventKind::{Contact, Corner, Kick, Separation};
+            matches!(event.kind, Contact | Corner | Kick | Separation)
+        });
+        others.map(|event| event.time).collect()
+    }
+
     /// Goes through the times, through the relative velocity if events have to be found by it, and through the twists for
     /// the torques at breakaways. The events are those of the candidate, or those found.
     pub(super) fn survey(
@@ -83,21 +101,32 @@ impl Reference {
         }
         let twists = physics.torque_channels();
         let with_twists = !candidate.is_own() && twists.iter().all(|&channel| candidate.has(channel));
+        let mut locator = match &given {
+            Some(_) => None,
+            None => Locator::new(physics, candidate, detection.velocity_tolerance, self.breaks()),
+        };
         let mut channels = Vec::new();
         if given.is_none() {
             channels.push(Channel::RelativeVelocity);
             channels.extend(Some(Channel::NormalForce).filter(|&force| candidate.has(force)));
         }
-        let twist = channels.len();
-        if with_twists {
+        let base = channels.len();
+        if locator.is_some() {
+            channels.extend_from_slice(&physics.state);
+        } else if with_twists {
             channels.extend_from_slice(&twists);
         }
+        let place = |channel: &Channel| channels[base..].iter().position(|known| known == channel);
+        let twists: Vec<usize> = twists.iter().filter_map(place).map(|place| base + place).collect();
         let torques = |block: &Block, row: usize| {
-            with_twists.then(|| physics.torques_by(block.time[row], |k| block.columns[twist + k][row]))
+            with_twists.then(|| physics.torques_by(block.time[row], |k| block.columns[twists[k]][row]))
         };
         let mut finder = match (given, physics.threshold()) {
             (Some(events), _) => Finder::Given(TorqueWatch::new(events)),
-            (None, Some(_)) => Finder::Crossings(Crossings::new(detection.velocity_tolerance)),
+            (None, Some(_)) => {
+                let rounding = candidate.rounding_of(Channel::RelativeVelocity, detection.velocity_tolerance);
+                Finder::Crossings(Crossings::new(detection.velocity_tolerance, rounding))
+            }
             (None, None) => Finder::Detector(Box::new(Detector::new(detection))),
         };
         let mut rows = candidate.rows(&channels, physics)?;
@@ -105,8 +134,10 @@ impl Reference {
         let mut span: Option<(f64, f64)> = None;
         // Samples in the stick-slip: how many, the first and the last, s.
         let (stretch, mut inside) = (self.stretch(), None);
+        let mut located = 0;
         while rows.next(&mut block)? {
             let (time, c) = (&block.time, &block.columns);
+            let clock = clock_error(candidate, rows.watch(), time[time.len() - 1]);
             let to = time[time.len() - 1];
             span = Some((span.map_or(time[0], |span| span.0), to));
             watch_progress(1, to);
@@ -118,9 +149,13 @@ impl Reference {
             }
             let count = match &mut finder {
                 Finder::Crossings(crossings) => {
-                    time.iter()
-                        .zip(&c[0])
-                        .for_each(|(&time, &velocity)| crossings.add(time, velocity));
+                    for (row, (&time, &velocity)) in time.iter().zip(&c[0]).enumerate() {
+                        crossings.add(time, velocity);
+                        if let Some(locator) = &mut locator {
+                            locator.add(time, |k| c[base + k][row]);
+                            locator.locate_all(&mut crossings.events, &mut located, clock);
+                        }
+                    }
                     crossings.events.len()
                 }
                 Finder::Given(watch) => {
@@ -132,7 +167,7 @@ impl Reference {
                     0
                 }
                 Finder::Detector(detector) => {
-                    let forces = if twist == 2 { &c[1][..] } else { &[] };
+                    let forces = if base == 2 { &c[1][..] } else { &[] };
                     let mut row = 0;
                     while row < time.len() {
                         row += detector.skip(&c[0][row..], forces.get(row..).unwrap_or_default());
@@ -142,6 +177,10 @@ impl Reference {
                             normal_force: forces.get(row).copied().unwrap_or(f64::INFINITY),
                             torques: torques(&block, row),
                         });
+                        if let Some(locator) = &mut locator {
+                            locator.add(time[row], |k| c[base + k][row]);
+                            locator.locate_all(detector.events(), &mut located, clock);
+                        }
                         row += 1;
                     }
                     detector.count()
@@ -176,6 +215,15 @@ impl Reference {
             repeated: rows.watch().repeated,
             rounding: candidate.clock.rounding.filter(|_| rows.watch().is_rounded()),
         };
-        Ok((survey, finder.finish()))
+        let clock = clock_error(candidate, rows.watch(), survey.span.map_or(0.0, |(_, to)| to));
+        let mut events = finder.finish();
+        if let Some(locator) = &mut locator {
+            locator.locate_all(&mut events, &mut located, clock);
+        }
+        if survey.rounding.is_some() && candidate.events.is_none() {
+            // Interpolation has both times of an interval as they are printed.
+            events.iter_mut().for_each(|event| event.bound += clock);
+        }
+        Ok((survey, events))
     }
 }

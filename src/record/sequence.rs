@@ -74,6 +74,9 @@ pub struct Difference {
     pub candidate_position: Option<usize>,
     /// s: in the reference where it has the event, else in the candidate.
     pub time: f64,
+    /// It begins or ends a stick or slip of the reference that is shorter than the interval of the candidate's samples: they cannot
+    /// show it.
+    pub shorter_than_interval: bool,
 }
 
 /// The best agreement between two words.
@@ -98,6 +101,17 @@ const MOST_UNMATCHED: usize = 8;
 const BAND: usize = 32;
 
 impl Alignment {
+    /// Marks the differences that samples of this interval (s) cannot show.
+    pub(crate) fn mark_unseen(&mut self, reference: &[SequenceEvent], interval: f64) {
+        let shorter = |pair: &[SequenceEvent]| pair[1].time - pair[0].time < interval;
+        for difference in &mut self.differences {
+            let k = difference.position;
+            let is_of_reference = matches!(difference.fault, Fault::Missing | Fault::Renamed);
+            let beside = &reference[k.saturating_sub(1)..reference.len().min(k + 2)];
+            difference.shorter_than_interval = is_of_reference && beside.windows(2).any(shorter);
+        }
+    }
+
     /// Aligns two words, each in order of time; `natural_period` (s) is what times are measured by.
     ///
     /// The alignment is the cheapest one, where an unmatched event costs 1 and a matched pair up to 1, in proportion
@@ -362,6 +376,7 @@ fn differences(
             position: r.unwrap_or(here),
             candidate_position: c,
             time: event.time,
+            shorter_than_interval: false,
         });
     }
     found

@@ -225,10 +225,10 @@ fn cli_requirements_make_a_gate() {
         output(&mut folder.stickslip(&all), status)
     };
     require(&["onset<1e-6", "missing<=0", "events<1e-6", "scd>=2"], 0);
-    let (stdout, stderr) = require(&["onset<1e-6", "onset<1e-15", "scd>17"], 1);
+    let (stdout, stderr) = require(&["onset<1e-6", "onset<0", "scd>17"], 1);
     assert_eq!(stdout, "");
     assert!(
-        stderr.contains("onset<1e-15") && stderr.contains("scd>17") && !stderr.contains("onset<1e-6"),
+        stderr.contains("onset<0") && stderr.contains("scd>17") && !stderr.contains("onset<1e-6"),
         "{stderr}"
     );
     for wrong in ["onset", "onset<", "onset<x", "nonsense<1", "onset=1"] {

@@ -384,6 +384,22 @@ fn property_events_at_the_ends_of_steps_are_named() {
     assert!(c.cycles.unwrap().per_cycle.abs() > 1e-4);
 }
 
+/// The bounds reach from the guard of the reference to where the solver switches.
+#[test]
+fn property_a_bound_hides_no_switch_at_the_end_of_a_step() {
+    for located in [true, false] {
+        let (rows, events) = Solver { located, ..SOUND }.run();
+        let c = rows_judged(belt(), &rows);
+        assert_eq!((c.missing, c.spurious), (0, 0), "{}", c.verdict);
+        for (found, (time, _)) in c.event_errors.events.iter().zip(&events) {
+            let missed = (found.time + found.error - time).abs();
+            // The method errs by 1e-10 in a slip.
+            assert!(missed <= found.bound + 1e-9, "{located}: {found:?}, at {time:?}");
+        }
+        assert_eq!(c.agrees_to_resolution, located, "{}", c.verdict);
+    }
+}
+
 #[test]
 fn property_units_signs_and_offsets_are_named() {
     let rows = SOUND.run().0;

@@ -11,6 +11,7 @@ mod compare;
 mod compare_belt;
 mod compare_causes;
 mod compare_faults;
+mod compare_resolution;
 mod figures;
 mod layers;
 mod paper_procedure;

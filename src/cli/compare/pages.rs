@@ -73,10 +73,15 @@ pub(super) fn page(c: &Comparison, length: Length) -> Page {
     parts.extend(c.parameters.as_ref().map(|found| Part::Table(numbers(found))));
     let e = &c.event_errors;
     if let (Some(max), Some(at), Some(rms)) = (e.max, e.max_at, e.rms) {
-        parts.push(Part::Text(format!(
+        let mut text = format!(
             "{} matched events: largest error {max:.2e} s at {at:.9} s, rms {rms:.2e} s",
             e.matched
-        )));
+        );
+        if c.detection.is_some() {
+            let (within, bound) = (e.within(), e.largest_bound());
+            text += &format!("; {within} are within what the samples resolve, {bound:.1e} s at most");
+        }
+        parts.push(Part::Text(text));
     }
     if let Some(cycles) = &c.cycles {
         parts.push(Part::Text(growth(cycles)));
@@ -288,6 +293,7 @@ fn statistics(c: &Comparison) -> Table {
 fn sequence(differences: &[Difference], shown: usize) -> Table {
     let row = |d: &Difference| {
         let fault = match d.fault {
+            Fault::Missing if d.shorter_than_interval => "missing: shorter than the interval".to_owned(),
             Fault::Missing => "missing".to_owned(),
             Fault::Spurious => "spurious".to_owned(),
             Fault::Doubled => "doubled".to_owned(),
@@ -352,9 +358,10 @@ fn events(c: &Comparison) -> Table {
             e.position.to_string(),
             format!("{:.12}", e.time),
             format!("{:.2e}", e.error),
+            format!("{:.1e}", e.bound),
         ]
     };
-    let header = ["kind", "event", "time in the reference, s", "error, s"];
+    let header = ["kind", "event", "time in the reference, s", "error, s", "known to, s"];
     let rows = c.event_errors.events.iter().take(most_events(c)).map(row);
     Table::new("matched events", 1, &header, rows)
 }

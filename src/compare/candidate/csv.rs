@@ -221,19 +221,21 @@ impl Table for CsvTable {
         }))
     }
 
-    fn rounding(&self, name: &str) -> Result<Option<Rounding>, CompareError> {
-        let (position, mut records) = (self.known(name)?, self.records()?);
-        let mut digits = Digits::default();
+    fn roundings(&self, names: &[String]) -> Result<Vec<Option<Rounding>>, CompareError> {
+        let positions: Vec<usize> = names.iter().map(|name| self.known(name)).collect::<Result<_, _>>()?;
+        let (mut records, mut digits) = (self.records()?, vec![Digits::default(); names.len()]);
         for _ in 0..BLOCK {
             // What is wrong with a row, the pass says.
             if !records.next().unwrap_or(false) {
                 break;
             }
-            if let Some(Ok(text)) = records.record.get(position).map(std::str::from_utf8) {
-                digits.add(text);
+            for (&position, digits) in positions.iter().zip(&mut digits) {
+                if let Some(Ok(text)) = records.record.get(position).map(std::str::from_utf8) {
+                    digits.add(text);
+                }
             }
         }
-        Ok(digits.rounding())
+        Ok(digits.iter().map(Digits::rounding).collect())
     }
 
     fn texts(&self, column: &str) -> Result<Vec<String>, CompareError> {

@@ -104,7 +104,7 @@ fn read(table: &dyn Table, mapping: &Mapping, alone: bool) -> Result<Read, Compa
         mapping.event_time.as_ref().or(of_samples),
         Dimension::Time,
     )?;
-    let mut rounding = table.rounding(&time)?;
+    let mut rounding = table.roundings(std::slice::from_ref(&time))?.pop().flatten();
     let mut times = Vec::new();
     let mut pass = table.pass(std::slice::from_ref(&time))?;
     let mut block = [Vec::new()];

@@ -27,7 +27,7 @@ pub(super) use rows::{Block, Rows};
 use super::attractor::Attractor;
 use super::case_differences::{CaseDifference, case_differences};
 use super::reference::Physics;
-use super::resolution::{Clock, Rounding};
+use super::resolution::{Clock, Digital, Rounding};
 use super::{Channel, CompareError, Found, saved_case};
 use crate::case::quantity::Dimension;
 use crate::model::system::Pressing;
@@ -60,6 +60,8 @@ pub(crate) struct Candidate {
     /// The columns that are read; the first one is the time.
     columns: Vec<String>,
     pub clock: Clock,
+    /// How the values of the columns stand in the file.
+    digital: Vec<Digital>,
     supplies: Vec<Supply>,
     direct: Vec<Channel>,
     /// What of the file cannot be read, and what has the name of a channel and is no column.
@@ -133,6 +135,7 @@ impl Candidate {
             format,
             columns: Vec::new(),
             clock: Clock::seconds(),
+            digital: Vec::new(),
             events_rounding: None,
             supplies: Vec::new(),
             direct: Vec::new(),
@@ -184,7 +187,7 @@ impl Candidate {
             }
             candidate.format = "events table";
         } else {
-            candidate.look_at_clock(&*table)?;
+            candidate.look_at_digits(&*table)?;
             candidate.table = Some(table);
         }
         if candidate.events.is_none() && !candidate.has(Channel::RelativeVelocity) {
@@ -201,16 +204,17 @@ impl Candidate {
         Ok(candidate)
     }
 
-    /// To what the times of the file seem to be rounded, by its first rows.
-    fn look_at_clock(&mut self, table: &dyn Table) -> Result<(), CompareError> {
-        let times = &self.columns[..1];
-        self.clock.rounding = table.rounding(&times[0])?;
-        if self.clock.rounding.is_none() {
-            let mut first = [Vec::new()];
-            table.pass(times)?(&mut first)?;
-            let [first] = first;
-            self.clock.rounding = Some(Rounding::Single).filter(|single| first.len() > 2 && single.hold(&first));
-        }
+    /// To what the numbers of the file seem to be rounded, by its first rows.
+    fn look_at_digits(&mut self, table: &dyn Table) -> Result<(), CompareError> {
+        let of_texts = table.roundings(&self.columns)?;
+        let mut first = vec![Vec::new(); self.columns.len()];
+        table.pass(&self.columns)?(&mut first)?;
+        let columns = first.iter().zip(&of_texts);
+        self.digital = columns
+            .map(|(values, of_texts)| Digital::of(values, *of_texts))
+            .collect();
+        let single = Some(Rounding::Single).filter(|single| first[0].len() > 2 && single.hold(&first[0]));
+        self.clock.rounding = of_texts[0].or(single);
         Ok(())
     }
 
@@ -332,6 +336,23 @@ impl Candidate {
     pub fn is_its_own(&self, channel: Channel) -> bool {
         let supply = self.supplies.iter().find(|supply| supply.channel == channel);
         supply.is_some_and(|supply| !supply.is_of_drive())
+    }
+
+    /// What rounding in the file makes of a channel of this value at most; 0 of one that it does not have.
+    pub fn rounding_of(&self, channel: Channel, value: f64) -> f64 {
+        let supply = self.supplies.iter().find(|supply| supply.channel == channel);
+        supply.map_or(0.0, |supply| supply.rounding(value, &self.digital))
+    }
+
+    /// The coarsest rounding of what `channels` follow from, in parts of the values; `None` of doubles.
+    pub fn coarsest(&self, channels: &[Channel]) -> Option<Rounding> {
+        let known = self.supplies.iter().filter(|supply| channels.contains(&supply.channel));
+        let columns = known
+            .flat_map(Supply::columns)
+            .filter_map(|column| self.digital.get(column));
+        let part = |digital: &&Digital| digital.error(digital.largest) / digital.largest;
+        let rounded = columns.filter(|digital| digital.rounding.is_some());
+        rounded.max_by(|a, b| part(a).total_cmp(&part(b)))?.rounding
     }
 
     /// Reads times and `channels`, which it must have, from the first row on.

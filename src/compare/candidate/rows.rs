@@ -1,7 +1,7 @@
 //! Rows of a candidate in SI units, checked as they are read.
 
 use super::super::reference::Physics;
-use super::super::resolution::{Clock, ClockWatch, Rounding};
+use super::super::resolution::{Clock, ClockWatch, Digital, Rounding};
 use super::super::vocabulary::Sum;
 use super::super::{Channel, CompareError};
 use super::table::{Pass, Table};
@@ -26,6 +26,24 @@ impl Supply {
     /// Whether the motion of a driven end is in it, which is the reference's and not the candidate's.
     pub fn is_of_drive(&self) -> bool {
         !self.sum.known.is_empty()
+    }
+
+    /// The columns that it comes from.
+    pub fn columns(&self) -> impl Iterator<Item = usize> + '_ {
+        self.sum.terms.iter().map(|term| term.0)
+    }
+
+    /// What rounding in the file makes of a value at most. A sum may be much smaller than its terms.
+    pub fn rounding(&self, value: f64, digital: &[Digital]) -> f64 {
+        let error = |&(column, factor): &(usize, f64)| {
+            let digital = digital.get(column).copied().unwrap_or_default();
+            let size = match self.sum.terms.len() {
+                1 => value / factor,
+                _ => digital.largest,
+            };
+            factor.abs() * digital.error(size)
+        };
+        self.sum.terms.iter().map(error).sum()
     }
 
     /// A column of the file.

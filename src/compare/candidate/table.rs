@@ -47,9 +47,9 @@ pub(super) trait Table: std::fmt::Debug {
     fn is_impulse(&self, _name: &str) -> bool {
         false
     }
-    /// To what the numbers of a column are rounded where they are texts.
-    fn rounding(&self, _name: &str) -> Result<Option<Rounding>, CompareError> {
-        Ok(None)
+    /// To what the numbers of each of these columns are rounded where they are texts.
+    fn roundings(&self, names: &[String]) -> Result<Vec<Option<Rounding>>, CompareError> {
+        Ok(vec![None; names.len()])
     }
     /// What the file has beside its columns and cannot be read as one.
     fn left_out(&self) -> &[LeftOut] {

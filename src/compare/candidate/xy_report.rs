@@ -280,18 +280,21 @@ impl Table for XyReport {
         self.named(name).is_some()
     }
 
-    fn rounding(&self, name: &str) -> Result<Option<Rounding>, CompareError> {
-        let Some((table, column)) = self.find(name) else {
-            return Ok(None);
+    fn roundings(&self, names: &[String]) -> Result<Vec<Option<Rounding>>, CompareError> {
+        let rounding = |name: &String| {
+            let Some((table, column)) = self.find(name) else {
+                return Ok(None);
+            };
+            let mut digits = Digits::default();
+            let mut rows = self.rows(table)?;
+            let mut left = BLOCK;
+            while left > 0 && rows.next()? {
+                digits.add(rows.words()[column]);
+                left -= 1;
+            }
+            Ok(digits.rounding())
         };
-        let mut digits = Digits::default();
-        let mut rows = self.rows(table)?;
-        let mut left = BLOCK;
-        while left > 0 && rows.next()? {
-            digits.add(rows.words()[column]);
-            left -= 1;
-        }
-        Ok(digits.rounding())
+        names.iter().map(rounding).collect()
     }
 
     fn pass(&self, columns: &[String]) -> Result<Pass<'_>, CompareError> {
