@@ -13,6 +13,7 @@ use super::resolution::Resolution;
 use super::states::{StatePass, Tally};
 use super::statistics::Statistic;
 use super::windows::Phase;
+use super::wrong_event::WrongEvent;
 use super::{Channel, FoundOffset, OtherClock, OtherKick, OtherParameters};
 use crate::record::sequence::{Difference, Fault};
 use serde::Serialize;
@@ -75,6 +76,8 @@ pub struct Comparison {
     pub spurious: usize,
     /// Where and how the words differ; empty if they are equal.
     pub sequence: Vec<Difference>,
+    /// The first event that is wrong, if one is.
+    pub first_wrong: Option<WrongEvent>,
     /// Errors of the times of matched events.
     pub event_errors: EventErrors,
     /// The paper's numbers of both runs.

@@ -12,7 +12,7 @@
 //! | `reference`, `evaluate` | the reference as a function of time |
 //! | `channel`, `vocabulary` | the channels that are compared, and their names |
 //! | `detect`, `crossings`, `torques`, `resolution` | events and torques found in samples; what the times of a file resolve |
-//! | `event_errors`, `cycles`, `clock`, `attractor` | errors of event times, over cycles, by an offset of the clock, of periodic motion |
+//! | `event_errors`, `wrong_event`, `cycles`, `clock`, `attractor` | errors of event times, the first that is wrong, errors over cycles, by an offset of the clock, of periodic motion |
 //! | `windows`, `states`, `impulse`, `energy`, `range` | common stretches; errors of channels, impulses and energies; range of the position |
 //! | `statistics` | the paper's numbers of both runs |
 //! | `hypotheses` | which change of the reference's own run makes it the candidate |
@@ -51,6 +51,7 @@ mod trace;
 mod units;
 mod vocabulary;
 mod windows;
+mod wrong_event;
 
 pub(crate) use candidate::Candidate;
 
@@ -74,6 +75,7 @@ pub use resolution::{Resolution, Rounding};
 pub use statistics::Statistic;
 pub use trace::Pair;
 pub use vocabulary::Vocabulary;
+pub use wrong_event::WrongEvent;
 
 use crate::case::quantity::Dimension;
 use crate::case::{Case, CaseSource, WrittenCase};
@@ -255,6 +257,9 @@ impl Reference {
             all && offset.seconds.abs() > period / 8.0
         });
         let resolution = resolution_of(&candidate, &survey, &errors);
+        let resolved = resolution.as_ref().map_or(0.0, |resolution| resolution.event_error);
+        let resolved = if events_given { resolved } else { resolved.max(interval) };
+        let first_wrong = WrongEvent::first(&errors, &alignment.differences, period, resolved);
         // Both ends of a period that is found in samples may err by an interval.
         let slack = if events_given { 0.0 } else { 2.0 * interval };
         let mut states = if candidate.has_rows() {
@@ -264,7 +269,7 @@ impl Reference {
             }
             let position = self.position(&candidate, &all, slack);
             // Around the first event that differs.
-            let wrong = self.first_wrong(&errors, &alignment).unwrap_or(span.from);
+            let wrong = first_wrong.as_ref().map_or(span.from, |event| event.time);
             let passes = self.passes(&candidate, &found, detection, (wrong - period, wrong + period));
             Some(self.states(&candidate, windows, detection, position, passes, &mut watch)?)
         } else {
@@ -320,7 +325,7 @@ impl Reference {
                     true => errors.max,
                     false => Some(f64::INFINITY),
                 },
-                wrong: self.first_wrong(&errors, &alignment),
+                wrong: first_wrong.as_ref().map(|event| event.time),
                 detected: !events_given,
             };
             let passes = states.as_mut().and_then(|states| states.passes.take());
@@ -361,6 +366,7 @@ impl Reference {
             missing: alignment.missing(),
             spurious: alignment.spurious(),
             sequence: alignment.differences,
+            first_wrong,
             cycles: (!physics.coasts()).then(|| CycleErrors::of(&errors)).flatten(),
             event_errors: errors,
             statistics,
@@ -437,14 +443,6 @@ impl Reference {
         self.events
             .iter()
             .rfind(|e| e.kind == EventKind::Kick && e.time < onset)
-    }
-
-    /// When the first event is missing, too many, or more than a hundredth of the natural period off, s.
-    fn first_wrong(&self, errors: &EventErrors, alignment: &Alignment) -> Option<f64> {
-        let off = |event: &&event_errors::EventError| event.error.abs() > 0.01 * self.physics.natural_period();
-        let late = errors.events.iter().find(off).map(|event| event.time);
-        let differs = alignment.differences.first().map(|difference| difference.time);
-        late.into_iter().chain(differs).min_by(f64::total_cmp)
     }
 
     /// What has to be added to the times of events so that they agree with those of the reference.

@@ -78,6 +78,9 @@ pub(super) fn page(c: &Comparison, length: Length) -> Page {
             e.matched
         )));
     }
+    if let Some(wrong) = &c.first_wrong {
+        parts.push(Part::Text(format!("first wrong event: {}", wrong.words())));
+    }
     if let Some(cycles) = &c.cycles {
         parts.push(Part::Text(growth(cycles)));
     }
@@ -205,13 +208,19 @@ fn impulse_notes(c: &Comparison) -> Vec<String> {
     notes
 }
 
-/// How the errors of the events grow from cycle to cycle.
+/// How the errors of the events grow from cycle to cycle, if they do.
 fn growth(cycles: &crate::compare::CycleErrors) -> String {
-    let of = format!("{}s", cycles.of);
+    let of = format!("{} matched {}s", cycles.cycles, cycles.of);
+    if !cycles.drifts {
+        return format!(
+            "{of}, no drift: the largest error is {:.2e} s, of event {} at {:.6} s; the others are within {:.2e} s",
+            cycles.largest, cycles.largest_position, cycles.largest_at, cycles.others
+        );
+    }
     format!(
-        "{} matched {of}: the error grows from {:.2e} to {:.2e} s, by {:.2e} s a cycle ({:.1e} of its duration), with a scatter of \
+        "{of}: the error grows from {:.2e} to {:.2e} s, by {:.2e} +- {:.0e} s a cycle ({:.1e} of its duration), with a scatter of \
          {:.1e} s",
-        cycles.cycles, cycles.first, cycles.last, cycles.per_cycle, cycles.relative, cycles.scatter
+        cycles.first, cycles.last, cycles.per_cycle, cycles.uncertainty, cycles.relative, cycles.scatter
     )
 }
 
