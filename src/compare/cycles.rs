@@ -135,7 +135,10 @@ mod tests {
         for late in 0..10 {
             let cycles = cycles(|k| if k == late { 8.58e-3 } else { 1e-9 });
             assert!(!cycles.drifts, "{late}: {cycles:?}");
-            assert_eq!((cycles.largest, cycles.largest_position, cycles.others), (8.58e-3, late, 1e-9));
+            assert_eq!(
+                (cycles.largest, cycles.largest_position, cycles.others),
+                (8.58e-3, late, 1e-9)
+            );
             assert_eq!(cycles.largest_at, 5.0 + 2.0 * late as f64);
         }
         for from in 1..10 {
@@ -151,6 +154,9 @@ mod tests {
     #[test]
     fn analytic_a_drift_stands_out_of_its_scatter() {
         let cycles = cycles(|k| 1e-4 * (k as f64 + (7.0 * k as f64).sin()));
-        assert!(cycles.drifts && (cycles.per_cycle - 1e-4).abs() < 3.0 * cycles.uncertainty, "{cycles:?}");
+        assert!(
+            cycles.drifts && (cycles.per_cycle - 1e-4).abs() < 3.0 * cycles.uncertainty,
+            "{cycles:?}"
+        );
     }
 }

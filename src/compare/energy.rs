@@ -16,8 +16,18 @@ pub struct EnergyDrift {
     pub last: f64,
     /// Its energy at the first sample, J.
     pub initial: f64,
+    /// What the samples resolve, J: the largest difference between the balance of all samples and that of each second one. A
+    /// drift below it may be an error of the sums.
+    pub resolved: f64,
     /// How much time is covered, s: where samples are dense enough to add up the losses.
     pub covered: f64,
+}
+
+impl EnergyDrift {
+    /// Whether the samples show a drift.
+    pub fn is_resolved(&self) -> bool {
+        self.max > self.resolved
+    }
 }
 
 /// Samples in a natural period without which losses between them are unknown.
@@ -37,7 +47,8 @@ struct Sample {
 
 /// Adds up the dissipated energy: between two samples of one mode by the rule that takes the power and its rate at both,
 /// of order 4; over a stop or a breakaway by where the power of friction is zero. Gaps longer than an eighth of the natural
-/// period are left out.
+/// period are left out. Two intervals at a time are added up once more without the sample between them: what that changes is
+/// what the samples resolve.
 #[derive(Debug)]
 pub(crate) struct EnergyPass<'a> {
     physics: &'a Physics,
@@ -47,6 +58,10 @@ pub(crate) struct EnergyPass<'a> {
     /// Time (s) and work (J) of kicks.
     kicks: Vec<(f64, f64)>,
     last: Option<Sample>,
+    /// Where an interval begins whose partner is still to come, and what is dissipated in it, J.
+    pair: Option<(Sample, f64)>,
+    /// The balance of each second sample less that of all, J; `None` before the first pair.
+    coarse: Option<f64>,
     drift: Option<EnergyDrift>,
 }
 
@@ -59,6 +74,8 @@ impl<'a> EnergyPass<'a> {
             tolerance,
             kicks,
             last: None,
+            pair: None,
+            coarse: None,
             drift: None,
         }
     }
@@ -91,8 +108,23 @@ impl<'a> EnergyPass<'a> {
     fn sample(&mut self, time: f64, sample: Sample) {
         if let (Some(last), Some(drift)) = (self.last, &mut self.drift) {
             let h = time - last.time;
-            if h * PER_PERIOD <= self.physics.natural_period() {
-                let mut change = sample.energy - last.energy + dissipated(&last, &sample, h, self.physics.is_driven());
+            if h * PER_PERIOD > self.physics.natural_period() {
+                self.pair = None;
+            } else {
+                let is_driven = self.physics.is_driven();
+                let lost = dissipated(&last, &sample, h, is_driven);
+                self.pair = match self.pair.take() {
+                    Some((first, before)) => {
+                        let at_once = dissipated(&first, &sample, time - first.time, is_driven);
+                        let coarse = self
+                            .coarse
+                            .insert(self.coarse.unwrap_or(0.0) + at_once - (before + lost));
+                        drift.resolved = drift.resolved.max(coarse.abs());
+                        None
+                    }
+                    None => Some((last, lost)),
+                };
+                let mut change = sample.energy - last.energy + lost;
                 let kicks = self.kicks.iter().filter(|(at, _)| last.time < *at && *at <= time);
                 change -= kicks.map(|(_, work)| work).sum::<f64>();
                 drift.covered += h;
@@ -107,15 +139,16 @@ impl<'a> EnergyPass<'a> {
                 max_at: time,
                 last: 0.0,
                 initial: sample.energy,
+                resolved: 0.0,
                 covered: 0.0,
             });
         }
         self.last = Some(sample);
     }
 
-    /// The drift, after the last sample; `None` if the samples are nowhere dense enough.
+    /// The drift, after the last sample; `None` if no three samples in a row are dense enough.
     pub fn finish(self) -> Option<EnergyDrift> {
-        self.drift.filter(|drift| drift.covered > 0.0)
+        self.drift.filter(|_| self.coarse.is_some())
     }
 }
 

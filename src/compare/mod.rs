@@ -11,9 +11,10 @@
 //! | `candidate` | results of other solvers: formats, columns, units, events |
 //! | `reference`, `evaluate` | the reference as a function of time |
 //! | `channel`, `vocabulary` | the channels that are compared, and their names |
-//! | `detect`, `crossings`, `torques`, `resolution` | events and torques found in samples; what the times of a file resolve |
+//! | `detect`, `hysteresis`, `crossings`, `torques`, `resolution` | events and torques found in samples; what the times of a file resolve |
 //! | `event_errors`, `wrong_event`, `cycles`, `clock`, `attractor` | errors of event times, the first that is wrong, errors over cycles, by an offset of the clock, of periodic motion |
 //! | `windows`, `states`, `impulse`, `energy`, `range` | common stretches; errors of channels, impulses and energies; range of the position |
+//! | `score` | errors without a threshold: position, period, rest positions, creep in stick |
 //! | `statistics` | the paper's numbers of both runs |
 //! | `hypotheses` | which change of the reference's own run makes it the candidate |
 //! | `units`, `creep`, `parameters` | what proposes such changes: factors of channels, creep in stick, equations that do not hold |
@@ -37,12 +38,14 @@ mod error;
 mod evaluate;
 mod event_errors;
 mod hypotheses;
+mod hysteresis;
 mod impulse;
 mod parameters;
 mod range;
 pub(crate) mod reference;
 mod requirement;
 mod resolution;
+mod score;
 mod states;
 mod statistics;
 mod survey;
@@ -64,14 +67,17 @@ pub use comparison::{Absent, ChannelErrors, Closest, Comparison, Span, Unexplain
 pub use cycles::CycleErrors;
 pub use detect::{Detection, Detector, Found, Point};
 pub use diagnosis::{Cause, Diagnosis};
+pub use energy::EnergyDrift;
 pub use error::CompareError;
 pub use evaluate::Evaluator;
 pub use event_errors::EventError;
+pub use hysteresis::HysteresisEffect;
 pub use impulse::ImpulseErrors;
 use parameters::Rerun;
 pub use parameters::{Agreement, FoundBy, OtherKick, OtherNumber, OtherParameters, Rerun as TriedAgain};
 pub use requirement::Requirement;
 pub use resolution::{Resolution, Rounding};
+pub use score::{CreepScore, PeriodScore, PositionScore, RestScore, Score};
 pub use statistics::Statistic;
 pub use trace::Pair;
 pub use vocabulary::Vocabulary;
@@ -89,15 +95,17 @@ use creep::{Creep, CreepPass};
 use crossings::Crossings;
 use detect::{DEFAULT_HYSTERESIS, DEFAULT_TOLERANCE};
 use diagnosis::Symptoms;
-use energy::{EnergyDrift, EnergyPass};
+use energy::EnergyPass;
 use event_errors::EventErrors;
 use hypotheses::{
     Bench, Change, Evidence, Found as HypothesesFound, Judged, Observation, ObservationPass, Played, Tried,
 };
+use hysteresis::HysteresisPass;
 use impulse::ImpulsePass;
 use parameters::{JumpPass, Material, Start, StretchPass, other_kick, other_parameters};
 use range::Range;
 use reference::{BeforeAndAfter, Physics, Rerun as RepeatedRun, states_at_events};
+use score::ScorePass;
 use states::{Grid, StatePass};
 use statistics::{of_attractors, statistics};
 use std::path::Path;
@@ -225,9 +233,12 @@ impl Reference {
         let events_given = candidate.events.is_some();
         let interval = survey.interval.unwrap_or(0.0);
         // One that slips from rest at once has omega_r = 0 in its first sample, which is no stick.
-        let (begins, _) = survey.span.unwrap_or_default();
-        let at_once = |event: &Found| event.kind == EventKind::Slip && event.time - begins <= interval;
-        if self.starts_in_slip && !events_given && found.first().is_some_and(at_once) {
+        let begins = match survey.span {
+            Some((begins, _)) if self.starts_in_slip && !events_given => begins + interval,
+            _ => f64::NEG_INFINITY,
+        };
+        let at_once = |event: &Found| event.kind == EventKind::Slip && event.time <= begins;
+        if found.first().is_some_and(at_once) {
             found.remove(0);
         }
         let span = self.span(&candidate, &survey);
@@ -271,7 +282,8 @@ impl Reference {
             // Around the first event that differs.
             let wrong = first_wrong.as_ref().map_or(span.from, |event| event.time);
             let passes = self.passes(&candidate, &found, detection, (wrong - period, wrong + period));
-            Some(self.states(&candidate, windows, detection, position, passes, &mut watch)?)
+            let found = (!events_given).then_some((&found[..], begins));
+            Some(self.states(&candidate, windows, (detection, found), position, passes, &mut watch)?)
         } else {
             None
         };
@@ -357,6 +369,10 @@ impl Reference {
             clock: found_causes.clock,
             unexplained: found_causes.unexplained,
             detection: (!events_given).then_some(detection),
+            score: states
+                .as_ref()
+                .and_then(|states| self.score(states.score.as_ref()?, span)),
+            hysteresis: states.as_ref().and_then(|states| states.hysteresis),
             velocity_unit: physics.vocabulary().unit(Channel::RelativeVelocity),
             span: candidate.has_rows().then_some(span),
             interval: survey.interval,
@@ -494,7 +510,7 @@ impl Reference {
         &'a self,
         candidate: &Candidate,
         windows: Vec<windows::Window>,
-        detection: Detection,
+        (detection, found): (Detection, Option<(&[Found], f64)>),
         position: Option<(Channel, (f64, f64))>,
         mut passes: Option<Passes<'a>>,
         watch_progress: &mut dyn FnMut(u8, f64),
@@ -511,6 +527,8 @@ impl Reference {
             let column = channels.iter().position(|known| *known == channel)?;
             Some((column, Range::new(from, to)))
         });
+        let mut hysteresis = found.and_then(|(found, begins)| HysteresisPass::new(&channels, detection, found, begins));
+        let mut score = self.score_pass(&channels)?;
         let mut energy = EnergyPass::new(physics, detection.velocity_tolerance, self.kick_works()?);
         // What a candidate of another program does in its equations.
         let mut creep = (!candidate.is_own()).then(|| CreepPass::new(physics));
@@ -533,6 +551,12 @@ impl Reference {
                     energy.add(time, &y);
                 }
             }
+            if let Some(score) = &mut score {
+                score.add(&block)?;
+            }
+            if let Some(hysteresis) = &mut hysteresis {
+                hysteresis.add(&block);
+            }
             if let Some((column, range)) = &mut range {
                 range.add(&block, *column);
             }
@@ -545,6 +569,8 @@ impl Reference {
             creep: creep.and_then(CreepPass::finish).filter(|_| physics.sticks()),
             amplitude: range.and_then(|(_, range)| range.amplitude()),
             energy: energy.finish(),
+            hysteresis: hysteresis.map(HysteresisPass::finish),
+            score,
         })
     }
 
@@ -601,6 +627,8 @@ struct States<'a> {
     passes: Option<Passes<'a>>,
     impulses: Vec<ImpulseErrors>,
     energy: Option<EnergyDrift>,
+    hysteresis: Option<HysteresisEffect>,
+    score: Option<ScorePass<'a>>,
     /// Of a candidate by another program: how it creeps.
     creep: Option<Creep>,
     /// Half of the range of a candidate's position over its last period, rad.

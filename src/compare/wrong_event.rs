@@ -78,7 +78,9 @@ impl WrongEvent {
 
     /// Which it is and what is wrong: "event 12, a slip at 30.100000 s, is off by 8.6e-3 s".
     pub fn words(&self) -> String {
-        let WrongEvent { position, kind, time, .. } = self;
+        let WrongEvent {
+            position, kind, time, ..
+        } = self;
         match (self.error, self.fault) {
             (Some(error), _) => format!("event {position}, a {kind} at {time:.6} s, is off by {error:.1e} s"),
             (None, fault) => {

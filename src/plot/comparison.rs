@@ -252,9 +252,8 @@ fn largest_error(comparison: &Comparison) -> Option<(String, f64, f64)> {
     let events = comparison.event_errors.events.iter();
     let worst = events.max_by(|a, b| a.error.abs().total_cmp(&b.error.abs()))?;
     let (position, kind, time, error) = (worst.position, worst.kind, worst.time, worst.error);
-    let title = format!(
-        "The event with the largest error: event {position}, a {kind} at {time:.6} s, is off by {error:.1e} s"
-    );
+    let title =
+        format!("The event with the largest error: event {position}, a {kind} at {time:.6} s, is off by {error:.1e} s");
     Some((title, time, error.abs()))
 }
 
