@@ -109,6 +109,7 @@ use score::ScorePass;
 use states::{Grid, StatePass};
 use statistics::{of_attractors, statistics};
 use std::path::Path;
+use std::sync::Mutex;
 use survey::{FOUND, Survey, resolution_of};
 use torques::TorqueWatch;
 
@@ -137,16 +138,33 @@ pub struct Reference {
 /// How far a comparison is.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct CompareProgress {
-    /// Share of the passes over the candidate's samples that is done, 0 to 1, by the simulated time.
+    /// Share that is done, 0 to 1. The stages count alike.
     pub done: f64,
-    /// Simulated time of the pass under way, s.
-    pub time: f64,
-    /// The first pass finds the events, the second compares the states.
-    pub pass: u8,
+    /// What is under way.
+    pub stage: CompareStage,
 }
 
-/// Passes over a candidate's samples.
-const PASSES: u8 = 2;
+/// What a comparison does, in this order.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum CompareStage {
+    /// The pass over the candidate's samples that finds the events, up to a simulated time.
+    Events {
+        /// s.
+        time: f64,
+    },
+    /// The pass that compares the states.
+    States {
+        /// s.
+        time: f64,
+    },
+    /// The runs of the reference with causes in them; not with [`Mapping::quick`].
+    Causes {
+        /// Runs that are done.
+        runs: usize,
+        /// Of so many; 0 as long as that is not known.
+        of: usize,
+    },
+}
 
 impl Reference {
     /// Opens a result file as a reference.
@@ -206,20 +224,33 @@ impl Reference {
         &self,
         path: &Path,
         mapping: &Mapping,
-        watch: &mut dyn FnMut(CompareProgress),
+        watch: &mut (dyn FnMut(CompareProgress) + Send),
     ) -> Result<Comparison, CompareError> {
         let physics = &self.physics;
-        let mut candidate = Candidate::open(path, mapping, physics)?;
-        let mut watch = |pass: u8, time: f64| {
-            let share = ((time - self.start) / (self.end - self.start)).clamp(0.0, 1.0);
-            let done = (f64::from(pass - 1) + if share.is_nan() { 1.0 } else { share }) / f64::from(PASSES);
-            watch(CompareProgress { done, time, pass });
+        let stages = if mapping.quick { 2.0 } else { 3.0 };
+        let watch = Mutex::new(watch);
+        let say = |before: f64, share: f64, stage: CompareStage| {
+            if let Ok(mut watch) = watch.lock() {
+                let done = (before + share) / stages;
+                watch(CompareProgress { done, stage });
+            }
         };
+        // A span of nothing is passed at once.
+        let passed = |time: f64| match (time - self.start) / (self.end - self.start) {
+            share if share.is_nan() => 1.0,
+            share => share.clamp(0.0, 1.0),
+        };
+        let mut events_up_to = |time: f64| say(0.0, passed(time), CompareStage::Events { time });
+        let mut states_up_to = |time: f64| say(1.0, passed(time), CompareStage::States { time });
+        let runs_done = |runs: usize, of: usize| {
+            say(2.0, runs as f64 / of.max(1) as f64, CompareStage::Causes { runs, of });
+        };
+        let mut candidate = Candidate::open(path, mapping, physics)?;
         let detection = self.detection(path, mapping)?;
         if let TimeOffset::Seconds(offset) = mapping.time_offset {
             candidate.shift(offset);
         }
-        let (mut survey, mut found) = self.survey(&candidate, detection, &mut watch)?;
+        let (mut survey, mut found) = self.survey(&candidate, detection, &mut events_up_to)?;
         let mut applied = None;
         if mapping.time_offset == TimeOffset::Auto {
             let offset = self.offset(&found).ok_or_else(|| {
@@ -228,7 +259,7 @@ impl Reference {
             })?;
             candidate.shift(offset.seconds);
             applied = Some(offset);
-            (survey, found) = self.survey(&candidate, detection, &mut watch)?;
+            (survey, found) = self.survey(&candidate, detection, &mut events_up_to)?;
         }
         let events_given = candidate.events.is_some();
         let interval = survey.interval.unwrap_or(0.0);
@@ -283,7 +314,14 @@ impl Reference {
             let wrong = first_wrong.as_ref().map_or(span.from, |event| event.time);
             let passes = self.passes(&candidate, &found, detection, (wrong - period, wrong + period));
             let found = (!events_given).then_some((&found[..], begins));
-            Some(self.states(&candidate, windows, (detection, found), position, passes, &mut watch)?)
+            Some(self.states(
+                &candidate,
+                windows,
+                (detection, found),
+                position,
+                passes,
+                &mut states_up_to,
+            )?)
         } else {
             None
         };
@@ -341,7 +379,7 @@ impl Reference {
                 detected: !events_given,
             };
             let passes = states.as_mut().and_then(|states| states.passes.take());
-            found_causes = self.causes(&shown, passes)?;
+            found_causes = self.causes(&shown, passes, &runs_done)?;
         }
         let mut causes = found_causes.said;
         diagnosis::add_case(&mut causes, candidate.differences());
@@ -513,7 +551,7 @@ impl Reference {
         (detection, found): (Detection, Option<(&[Found], f64)>),
         position: Option<(Channel, (f64, f64))>,
         mut passes: Option<Passes<'a>>,
-        watch_progress: &mut dyn FnMut(u8, f64),
+        watch_progress: &mut dyn FnMut(f64),
     ) -> Result<States<'a>, CompareError> {
         let physics = &self.physics;
         let mut channels = candidate.channels(physics);
@@ -560,7 +598,7 @@ impl Reference {
             if let Some((column, range)) = &mut range {
                 range.add(&block, *column);
             }
-            watch_progress(PASSES, block.time[block.time.len() - 1]);
+            watch_progress(block.time[block.time.len() - 1]);
         }
         Ok(States {
             pass,
