@@ -16,8 +16,8 @@ pub struct EnergyDrift {
     pub last: f64,
     /// Its energy at the first sample, J.
     pub initial: f64,
-    /// What the samples resolve, J: the largest difference between the balance of all samples and that of each second one. A
-    /// drift below it may be an error of the sums.
+    /// What the samples resolve, J: how much the losses change if each second sample is left out, with all changes of the same
+    /// sign. A drift below it may be an error of the sums.
     pub resolved: f64,
     /// How much time is covered, s: where samples are dense enough to add up the losses.
     pub covered: f64,
@@ -47,7 +47,7 @@ struct Sample {
 
 /// Adds up the dissipated energy: between two samples of one mode by the rule that takes the power and its rate at both,
 /// of order 4; over a stop or a breakaway by where the power of friction is zero. Gaps longer than an eighth of the natural
-/// period are left out. Two intervals at a time are added up once more without the sample between them: what that changes is
+/// period are left out. Two neighbouring intervals are added up once more without the sample between them: what that changes is
 /// what the samples resolve.
 #[derive(Debug)]
 pub(crate) struct EnergyPass<'a> {
@@ -58,10 +58,10 @@ pub(crate) struct EnergyPass<'a> {
     /// Time (s) and work (J) of kicks.
     kicks: Vec<(f64, f64)>,
     last: Option<Sample>,
-    /// Where an interval begins whose partner is still to come, and what is dissipated in it, J.
-    pair: Option<(Sample, f64)>,
-    /// The balance of each second sample less that of all, J; `None` before the first pair.
-    coarse: Option<f64>,
+    /// The sample before the last, and what is dissipated between the two, J.
+    before: Option<(Sample, f64)>,
+    /// Sizes of what is changed by leaving out samples, J: those of odd and of even number; `None` before the first.
+    changes: Option<[f64; 2]>,
     drift: Option<EnergyDrift>,
 }
 
@@ -74,8 +74,8 @@ impl<'a> EnergyPass<'a> {
             tolerance,
             kicks,
             last: None,
-            pair: None,
-            coarse: None,
+            before: None,
+            changes: None,
             drift: None,
         }
     }
@@ -109,21 +109,19 @@ impl<'a> EnergyPass<'a> {
         if let (Some(last), Some(drift)) = (self.last, &mut self.drift) {
             let h = time - last.time;
             if h * PER_PERIOD > self.physics.natural_period() {
-                self.pair = None;
+                self.before = None;
             } else {
                 let is_driven = self.physics.is_driven();
                 let lost = dissipated(&last, &sample, h, is_driven);
-                self.pair = match self.pair.take() {
-                    Some((first, before)) => {
-                        let at_once = dissipated(&first, &sample, time - first.time, is_driven);
-                        let coarse = self
-                            .coarse
-                            .insert(self.coarse.unwrap_or(0.0) + at_once - (before + lost));
-                        drift.resolved = drift.resolved.max(coarse.abs());
-                        None
-                    }
-                    None => Some((last, lost)),
-                };
+                if let Some((first, before)) = self.before {
+                    let at_once = dissipated(&first, &sample, time - first.time, is_driven);
+                    // In turn: the one that was added to is the other one next time.
+                    let [this, other] = self.changes.unwrap_or_default();
+                    let this = this + (at_once - before - lost).abs();
+                    drift.resolved = drift.resolved.max(this);
+                    self.changes = Some([other, this]);
+                }
+                self.before = Some((last, lost));
                 let mut change = sample.energy - last.energy + lost;
                 let kicks = self.kicks.iter().filter(|(at, _)| last.time < *at && *at <= time);
                 change -= kicks.map(|(_, work)| work).sum::<f64>();
@@ -148,7 +146,7 @@ impl<'a> EnergyPass<'a> {
 
     /// The drift, after the last sample; `None` if no three samples in a row are dense enough.
     pub fn finish(self) -> Option<EnergyDrift> {
-        self.drift.filter(|_| self.coarse.is_some())
+        self.drift.filter(|_| self.changes.is_some())
     }
 }
 

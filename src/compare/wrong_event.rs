@@ -54,7 +54,7 @@ impl WrongEvent {
         resolved: f64,
     ) -> Option<WrongEvent> {
         let tolerance = tolerance(errors, period, resolved);
-        let parted = differences.iter().min_by(|a, b| a.time.total_cmp(&b.time));
+        let parted = differences.first();
         let off = errors.events.iter().find(|event| event.error.abs() > tolerance);
         if let Some(event) = off.filter(|event| parted.is_none_or(|parted| event.time < parted.time)) {
             return Some(WrongEvent {
