@@ -16,8 +16,8 @@ pub struct EnergyDrift {
     pub last: f64,
     /// Its energy at the first sample, J.
     pub initial: f64,
-    /// What the samples resolve, J: how much the losses change if each second sample is left out, with all changes of the same
-    /// sign. A drift below it may be an error of the sums.
+    /// What the samples resolve, J: how much the losses change if one sample after another is left out, with all changes of the
+    /// same sign. A drift below it may be an error of the sums.
     pub resolved: f64,
     /// How much time is covered, s: where samples are dense enough to add up the losses.
     pub covered: f64,
@@ -60,8 +60,8 @@ pub(crate) struct EnergyPass<'a> {
     last: Option<Sample>,
     /// The sample before the last, and what is dissipated between the two, J.
     before: Option<(Sample, f64)>,
-    /// Sizes of what is changed by leaving out samples, J: those of odd and of even number; `None` before the first.
-    changes: Option<[f64; 2]>,
+    /// A sample was left out.
+    was_thinned: bool,
     drift: Option<EnergyDrift>,
 }
 
@@ -75,7 +75,7 @@ impl<'a> EnergyPass<'a> {
             kicks,
             last: None,
             before: None,
-            changes: None,
+            was_thinned: false,
             drift: None,
         }
     }
@@ -115,11 +115,8 @@ impl<'a> EnergyPass<'a> {
                 let lost = dissipated(&last, &sample, h, is_driven);
                 if let Some((first, before)) = self.before {
                     let at_once = dissipated(&first, &sample, time - first.time, is_driven);
-                    // In turn: the one that was added to is the other one next time.
-                    let [this, other] = self.changes.unwrap_or_default();
-                    let this = this + (at_once - before - lost).abs();
-                    drift.resolved = drift.resolved.max(this);
-                    self.changes = Some([other, this]);
+                    drift.resolved += (at_once - before - lost).abs();
+                    self.was_thinned = true;
                 }
                 self.before = Some((last, lost));
                 let mut change = sample.energy - last.energy + lost;
@@ -146,7 +143,7 @@ impl<'a> EnergyPass<'a> {
 
     /// The drift, after the last sample; `None` if no three samples in a row are dense enough.
     pub fn finish(self) -> Option<EnergyDrift> {
-        self.drift.filter(|_| self.changes.is_some())
+        self.drift.filter(|_| self.was_thinned)
     }
 }
 
