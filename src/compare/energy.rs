@@ -16,8 +16,8 @@ pub struct EnergyDrift {
     pub last: f64,
     /// Its energy at the first sample, J.
     pub initial: f64,
-    /// What the samples resolve, J: how much the losses change if one sample after another is left out, with all changes of the
-    /// same sign. A drift below it may be an error of the sums.
+    /// What the samples resolve, J: twice how much the losses change if one sample after another is left out, with all changes of
+    /// the same sign. A drift below it may be an error of the sums.
     pub resolved: f64,
     /// How much time is covered, s: where samples are dense enough to add up the losses.
     pub covered: f64,
@@ -32,6 +32,9 @@ impl EnergyDrift {
 
 /// Samples in a natural period without which losses between them are unknown.
 const PER_PERIOD: f64 = 8.0;
+
+/// At a change of the mode the sums are of first order only, and their error is not smaller than what leaving out a sample changes.
+const SAFETY: f64 = 2.0;
 
 /// What is kept of a sample.
 #[derive(Debug, Clone, Copy)]
@@ -115,7 +118,7 @@ impl<'a> EnergyPass<'a> {
                 let lost = dissipated(&last, &sample, h, is_driven);
                 if let Some((first, before)) = self.before {
                     let at_once = dissipated(&first, &sample, time - first.time, is_driven);
-                    drift.resolved += (at_once - before - lost).abs();
+                    drift.resolved += SAFETY * (at_once - before - lost).abs();
                     self.was_thinned = true;
                 }
                 self.before = Some((last, lost));
