@@ -2,7 +2,7 @@
 
 use super::arguments::{Common, ProgressChoice};
 use super::captured;
-use crate::compare::CompareProgress;
+use crate::compare::{CompareProgress, CompareStage};
 use crate::oracle::OracleProgress;
 use crate::simulation::Progress;
 use crate::sweep::SweepProgress;
@@ -54,9 +54,14 @@ impl Bar {
 
     /// The share of a comparison with `candidate` that is done.
     pub(super) fn comparison(&self, progress: CompareProgress, candidate: &Path) {
-        let task = if progress.pass == 1 { "events" } else { "states" };
         self.share(progress.done, || {
-            format!("{}: {task}, t = {:.6} s", candidate.display(), progress.time)
+            let stage = match progress.stage {
+                CompareStage::Events { time } => format!("events, t = {time:.6} s"),
+                CompareStage::States { time } => format!("states, t = {time:.6} s"),
+                CompareStage::Causes { of: 0, .. } => "trying causes".to_owned(),
+                CompareStage::Causes { runs, of } => format!("trying causes, {runs} of {of} runs"),
+            };
+            format!("{}: {stage}", candidate.display())
         });
     }
 

@@ -43,11 +43,16 @@ pub(super) struct Causes {
 }
 
 impl Reference {
-    /// What reproduces a candidate by another program.
+    /// What reproduces a candidate by another program. `runs_done` is told how many runs are done, of how many.
     ///
     /// # Errors
     /// Of the file.
-    pub(super) fn causes(&self, shown: &Shown<'_>, passes: Option<Passes<'_>>) -> Result<Causes, CompareError> {
+    pub(super) fn causes(
+        &self,
+        shown: &Shown<'_>,
+        passes: Option<Passes<'_>>,
+        runs_done: &(dyn Fn(usize, usize) + Sync),
+    ) -> Result<Causes, CompareError> {
         let (physics, symptoms, span) = (&self.physics, &shown.symptoms, shown.span);
         let period = physics.natural_period();
         let kick = self.kick_event();
@@ -71,6 +76,7 @@ impl Reference {
         if samples_agree.unwrap_or(events_agree) {
             return Ok(Causes::default());
         }
+        runs_done(0, 0);
         // Beyond the reference's end nobody knows what comes.
         let last = shown.word.last().map_or(f64::NEG_INFINITY, |e| e.time);
         let to = span.to.max(last).min(self.end.max(last));

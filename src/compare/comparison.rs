@@ -7,12 +7,15 @@ use super::detect::Detection;
 use super::diagnosis::{Cause, Diagnosis, percent};
 use super::energy::EnergyDrift;
 use super::event_errors::EventErrors;
+use super::hysteresis::HysteresisEffect;
 use super::impulse::ImpulseErrors;
 use super::reference::{Physics, TimeScale};
 use super::resolution::Resolution;
+use super::score::Score;
 use super::states::{StatePass, Tally};
 use super::statistics::Statistic;
 use super::windows::Phase;
+use super::wrong_event::WrongEvent;
 use super::{Channel, FoundOffset, OtherClock, OtherKick, OtherParameters};
 use crate::record::sequence::{Difference, Fault};
 use serde::Serialize;
@@ -62,6 +65,9 @@ pub struct Comparison {
     pub agrees_to_resolution: bool,
     /// How events were found by the relative velocity; `None` if the candidate states them.
     pub detection: Option<Detection>,
+    /// What the hysteresis of the detection moves; `None` if it has none.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub hysteresis: Option<HysteresisEffect>,
     /// The unit of its tolerance: "rad/s", or "m/s" in translation.
     #[serde(skip)]
     pub velocity_unit: &'static str,
@@ -81,10 +87,14 @@ pub struct Comparison {
     pub spurious: usize,
     /// Where and how the words differ; empty if they are equal.
     pub sequence: Vec<Difference>,
+    /// The first event that is wrong, if one is.
+    pub first_wrong: Option<WrongEvent>,
     /// Errors of the times of matched events.
     pub event_errors: EventErrors,
     /// The paper's numbers of both runs.
     pub statistics: Vec<Statistic>,
+    /// Errors of the samples that depend on no threshold; `None` of a table of events.
+    pub score: Option<Score>,
     /// Errors of channels by phase.
     pub channels: Vec<ChannelErrors>,
     /// Errors of impulses.

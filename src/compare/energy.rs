@@ -16,12 +16,25 @@ pub struct EnergyDrift {
     pub last: f64,
     /// Its energy at the first sample, J.
     pub initial: f64,
+    /// What the samples resolve, J: twice how much the losses change if one sample after another is left out, with all changes of
+    /// the same sign. A drift below it may be an error of the sums.
+    pub resolved: f64,
     /// How much time is covered, s: where samples are dense enough to add up the losses.
     pub covered: f64,
 }
 
+impl EnergyDrift {
+    /// Whether the samples show a drift.
+    pub fn is_resolved(&self) -> bool {
+        self.max > self.resolved
+    }
+}
+
 /// Samples in a natural period without which losses between them are unknown.
 const PER_PERIOD: f64 = 8.0;
+
+/// At a change of the mode the sums are of first order only, and their error is not smaller than what leaving out a sample changes.
+const SAFETY: f64 = 2.0;
 
 /// What is kept of a sample.
 #[derive(Debug, Clone, Copy)]
@@ -37,7 +50,8 @@ struct Sample {
 
 /// Adds up the dissipated energy: between two samples of one mode by the rule that takes the power and its rate at both,
 /// of order 4; over a stop or a breakaway by where the power of friction is zero. Gaps longer than an eighth of the natural
-/// period are left out.
+/// period are left out. Two neighbouring intervals are added up once more without the sample between them: what that changes is
+/// what the samples resolve.
 #[derive(Debug)]
 pub(crate) struct EnergyPass<'a> {
     physics: &'a Physics,
@@ -47,6 +61,10 @@ pub(crate) struct EnergyPass<'a> {
     /// Time (s) and work (J) of kicks.
     kicks: Vec<(f64, f64)>,
     last: Option<Sample>,
+    /// The sample before the last, and what is dissipated between the two, J.
+    before: Option<(Sample, f64)>,
+    /// A sample was left out.
+    was_thinned: bool,
     drift: Option<EnergyDrift>,
 }
 
@@ -59,6 +77,8 @@ impl<'a> EnergyPass<'a> {
             tolerance,
             kicks,
             last: None,
+            before: None,
+            was_thinned: false,
             drift: None,
         }
     }
@@ -91,8 +111,18 @@ impl<'a> EnergyPass<'a> {
     fn sample(&mut self, time: f64, sample: Sample) {
         if let (Some(last), Some(drift)) = (self.last, &mut self.drift) {
             let h = time - last.time;
-            if h * PER_PERIOD <= self.physics.natural_period() {
-                let mut change = sample.energy - last.energy + dissipated(&last, &sample, h, self.physics.is_driven());
+            if h * PER_PERIOD > self.physics.natural_period() {
+                self.before = None;
+            } else {
+                let is_driven = self.physics.is_driven();
+                let lost = dissipated(&last, &sample, h, is_driven);
+                if let Some((first, before)) = self.before {
+                    let at_once = dissipated(&first, &sample, time - first.time, is_driven);
+                    drift.resolved += SAFETY * (at_once - before - lost).abs();
+                    self.was_thinned = true;
+                }
+                self.before = Some((last, lost));
+                let mut change = sample.energy - last.energy + lost;
                 let kicks = self.kicks.iter().filter(|(at, _)| last.time < *at && *at <= time);
                 change -= kicks.map(|(_, work)| work).sum::<f64>();
                 drift.covered += h;
@@ -107,16 +137,19 @@ impl<'a> EnergyPass<'a> {
                 max_at: time,
                 last: 0.0,
                 initial: sample.energy,
+                resolved: 0.0,
                 covered: 0.0,
             });
         }
         self.last = Some(sample);
     }
 
-    /// The drift, after the last sample; `None` if the samples are nowhere dense enough, or if an energy is beyond the largest number.
+    /// The drift, after the last sample; `None` if no three samples in a row are dense enough, or if an energy is beyond the largest
+    /// number.
     pub fn finish(self) -> Option<EnergyDrift> {
+        let was_thinned = self.was_thinned;
         self.drift
-            .filter(|drift| drift.covered > 0.0 && drift.last.is_finite() && drift.initial.is_finite())
+            .filter(|drift| was_thinned && drift.last.is_finite() && drift.initial.is_finite())
     }
 }
 

@@ -11,10 +11,11 @@
 //! | `candidate` | results of other solvers: formats, columns, units, events |
 //! | `reference`, `evaluate` | the reference as a function of time |
 //! | `channel`, `vocabulary` | the channels that are compared, and their names |
-//! | `detect`, `crossings`, `locate`, `torques` | events and torques found in samples, with the bounds of their times |
+//! | `detect`, `hysteresis`, `crossings`, `locate`, `torques` | events and torques found in samples, with the bounds of their times |
 //! | `survey`, `resolution` | the first pass over a file; what its times and values resolve |
-//! | `event_errors`, `cycles`, `clock`, `attractor` | errors of event times, over cycles, by an offset of the clock, of periodic motion |
+//! | `event_errors`, `wrong_event`, `cycles`, `clock`, `attractor` | errors of event times, the first that is wrong, errors over cycles, by an offset of the clock, of periodic motion |
 //! | `windows`, `states`, `impulse`, `energy`, `range` | common stretches; errors of channels, impulses and energies; range of the position |
+//! | `score` | errors without a threshold: position, period, rest positions, creep in stick |
 //! | `statistics` | the paper's numbers of both runs |
 //! | `hypotheses` | which change of the reference's own run makes it the candidate |
 //! | `units`, `creep`, `parameters` | what proposes such changes: factors of channels, creep in stick, equations that do not hold |
@@ -38,6 +39,7 @@ mod error;
 mod evaluate;
 mod event_errors;
 mod hypotheses;
+mod hysteresis;
 mod impulse;
 mod locate;
 mod parameters;
@@ -45,6 +47,7 @@ mod range;
 pub(crate) mod reference;
 mod requirement;
 mod resolution;
+mod score;
 mod states;
 mod statistics;
 mod survey;
@@ -53,6 +56,7 @@ mod trace;
 mod units;
 mod vocabulary;
 mod windows;
+mod wrong_event;
 
 pub(crate) use candidate::Candidate;
 
@@ -65,17 +69,21 @@ pub use comparison::{Absent, ChannelErrors, Closest, Comparison, Span, Unexplain
 pub use cycles::CycleErrors;
 pub use detect::{Detection, Detector, Found, Point};
 pub use diagnosis::{Cause, Diagnosis};
+pub use energy::EnergyDrift;
 pub use error::CompareError;
 pub use evaluate::Evaluator;
 pub use event_errors::EventError;
+pub use hysteresis::HysteresisEffect;
 pub use impulse::ImpulseErrors;
 use parameters::Rerun;
 pub use parameters::{Agreement, FoundBy, OtherKick, OtherNumber, OtherParameters, Rerun as TriedAgain};
 pub use requirement::Requirement;
 pub use resolution::{Resolution, Rounding};
+pub use score::{CreepScore, PeriodScore, PositionScore, RestScore, Score};
 pub use statistics::Statistic;
 pub use trace::Pair;
 pub use vocabulary::Vocabulary;
+pub use wrong_event::WrongEvent;
 
 use crate::case::quantity::Dimension;
 use crate::case::{Case, CaseSource, WrittenCase};
@@ -89,19 +97,22 @@ use creep::{Creep, CreepPass};
 use crossings::Crossings;
 use detect::{DEFAULT_HYSTERESIS, DEFAULT_TOLERANCE};
 use diagnosis::Symptoms;
-use energy::{EnergyDrift, EnergyPass};
+use energy::EnergyPass;
 use event_errors::EventErrors;
 use hypotheses::{
     Bench, Change, Evidence, Found as HypothesesFound, Judged, Observation, ObservationPass, Played, Tried,
 };
+use hysteresis::HysteresisPass;
 use impulse::ImpulsePass;
 use locate::Locator;
 use parameters::{JumpPass, Material, Start, StretchPass, other_kick, other_parameters};
 use range::Range;
 use reference::{BeforeAndAfter, Physics, Rerun as RepeatedRun, states_at_events};
+use score::ScorePass;
 use states::{Grid, StatePass};
 use statistics::{of_attractors, statistics};
 use std::path::Path;
+use std::sync::Mutex;
 use survey::{FOUND, Survey, resolution_of};
 use torques::TorqueWatch;
 
@@ -130,16 +141,33 @@ pub struct Reference {
 /// How far a comparison is.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct CompareProgress {
-    /// Share of the passes over the candidate's samples that is done, 0 to 1, by the simulated time.
+    /// Share that is done, 0 to 1. The stages count alike.
     pub done: f64,
-    /// Simulated time of the pass under way, s.
-    pub time: f64,
-    /// The first pass finds the events, the second compares the states.
-    pub pass: u8,
+    /// What is under way.
+    pub stage: CompareStage,
 }
 
-/// Passes over a candidate's samples.
-const PASSES: u8 = 2;
+/// What a comparison does, in this order.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum CompareStage {
+    /// The pass over the candidate's samples that finds the events, up to a simulated time.
+    Events {
+        /// s.
+        time: f64,
+    },
+    /// The pass that compares the states.
+    States {
+        /// s.
+        time: f64,
+    },
+    /// The runs of the reference with causes in them; not with [`Mapping::quick`].
+    Causes {
+        /// Runs that are done.
+        runs: usize,
+        /// Of so many; 0 as long as that is not known.
+        of: usize,
+    },
+}
 
 impl Reference {
     /// Opens a result file as a reference.
@@ -199,20 +227,33 @@ impl Reference {
         &self,
         path: &Path,
         mapping: &Mapping,
-        watch: &mut dyn FnMut(CompareProgress),
+        watch: &mut (dyn FnMut(CompareProgress) + Send),
     ) -> Result<Comparison, CompareError> {
         let physics = &self.physics;
-        let mut candidate = Candidate::open(path, mapping, physics)?;
-        let mut watch = |pass: u8, time: f64| {
-            let share = ((time - self.start) / (self.end - self.start)).clamp(0.0, 1.0);
-            let done = (f64::from(pass - 1) + if share.is_nan() { 1.0 } else { share }) / f64::from(PASSES);
-            watch(CompareProgress { done, time, pass });
+        let stages = if mapping.quick { 2.0 } else { 3.0 };
+        let watch = Mutex::new(watch);
+        let say = |before: f64, share: f64, stage: CompareStage| {
+            if let Ok(mut watch) = watch.lock() {
+                let done = (before + share) / stages;
+                watch(CompareProgress { done, stage });
+            }
         };
+        // A span of nothing is passed at once.
+        let passed = |time: f64| match (time - self.start) / (self.end - self.start) {
+            share if share.is_nan() => 1.0,
+            share => share.clamp(0.0, 1.0),
+        };
+        let mut events_up_to = |time: f64| say(0.0, passed(time), CompareStage::Events { time });
+        let mut states_up_to = |time: f64| say(1.0, passed(time), CompareStage::States { time });
+        let runs_done = |runs: usize, of: usize| {
+            say(2.0, runs as f64 / of.max(1) as f64, CompareStage::Causes { runs, of });
+        };
+        let mut candidate = Candidate::open(path, mapping, physics)?;
         let detection = self.detection(&candidate, mapping)?;
         if let TimeOffset::Seconds(offset) = mapping.time_offset {
             candidate.shift(offset);
         }
-        let (mut survey, mut found) = self.survey(&candidate, detection, &mut watch)?;
+        let (mut survey, mut found) = self.survey(&candidate, detection, &mut events_up_to)?;
         let mut applied = None;
         if mapping.time_offset == TimeOffset::Auto {
             let offset = self.offset(&found).ok_or_else(|| {
@@ -221,14 +262,17 @@ impl Reference {
             })?;
             candidate.shift(offset.seconds);
             applied = Some(offset);
-            (survey, found) = self.survey(&candidate, detection, &mut watch)?;
+            (survey, found) = self.survey(&candidate, detection, &mut events_up_to)?;
         }
         let events_given = candidate.events.is_some();
         let interval = survey.interval.unwrap_or(0.0);
         // One that slips from rest at once has omega_r = 0 in its first sample, which is no stick.
-        let (begins, _) = survey.span.unwrap_or_default();
-        let at_once = |event: &Found| event.kind == EventKind::Slip && event.time - begins <= interval;
-        if self.starts_in_slip && !events_given && found.first().is_some_and(at_once) {
+        let begins = match survey.span {
+            Some((begins, _)) if self.starts_in_slip && !events_given => begins + interval,
+            _ => f64::NEG_INFINITY,
+        };
+        let at_once = |event: &Found| event.kind == EventKind::Slip && event.time <= begins;
+        if found.first().is_some_and(at_once) {
             found.remove(0);
         }
         let span = self.span(&candidate, &survey);
@@ -267,6 +311,9 @@ impl Reference {
             all && offset.seconds.abs() > period / 8.0
         });
         let resolution = resolution_of(&candidate, &survey, &errors);
+        let resolved = resolution.as_ref().map_or(0.0, |resolution| resolution.event_error);
+        let resolved = if events_given { resolved } else { resolved.max(interval) };
+        let first_wrong = WrongEvent::first(&errors, &alignment.differences, period, resolved);
         // Both ends of a period that is found in samples may err by an interval.
         let slack = if events_given { 0.0 } else { 2.0 * interval };
         let mut states = if candidate.has_rows() {
@@ -276,9 +323,17 @@ impl Reference {
             }
             let position = self.position(&candidate, &all, slack);
             // Around the first event that differs.
-            let wrong = self.first_wrong(&errors, &alignment).unwrap_or(span.from);
+            let wrong = first_wrong.as_ref().map_or(span.from, |event| event.time);
             let passes = self.passes(&candidate, &found, detection, (wrong - period, wrong + period));
-            Some(self.states(&candidate, windows, detection, position, passes, &mut watch)?)
+            let found = (!events_given).then_some((&found[..], begins));
+            Some(self.states(
+                &candidate,
+                windows,
+                (detection, found),
+                position,
+                passes,
+                &mut states_up_to,
+            )?)
         } else {
             None
         };
@@ -336,11 +391,11 @@ impl Reference {
                     true => errors.max,
                     false => Some(f64::INFINITY),
                 },
-                wrong: self.first_wrong(&errors, &alignment),
+                wrong: first_wrong.as_ref().map(|event| event.time),
                 detected: !events_given,
             };
             let passes = states.as_mut().and_then(|states| states.passes.take());
-            found_causes = self.causes(&shown, passes)?;
+            found_causes = self.causes(&shown, passes, &runs_done)?;
         }
         let mut causes = found_causes.said;
         diagnosis::add_case(&mut causes, candidate.differences());
@@ -373,6 +428,10 @@ impl Reference {
                 .map(Rounding::name),
             agrees_to_resolution: false,
             detection: (!events_given).then_some(detection),
+            score: states
+                .as_ref()
+                .and_then(|states| self.score(states.score.as_ref()?, span)),
+            hysteresis: states.as_ref().and_then(|states| states.hysteresis),
             velocity_unit: physics.vocabulary().unit(Channel::RelativeVelocity),
             span: candidate.has_rows().then_some(span),
             interval: survey.interval,
@@ -382,6 +441,7 @@ impl Reference {
             missing: alignment.missing(),
             spurious: alignment.spurious(),
             sequence: alignment.differences,
+            first_wrong,
             cycles: (!physics.coasts()).then(|| CycleErrors::of(&errors)).flatten(),
             event_errors: errors,
             statistics,
@@ -490,14 +550,6 @@ impl Reference {
             .rfind(|e| e.kind == EventKind::Kick && e.time < onset)
     }
 
-    /// When the first event is missing, too many, or more than a hundredth of the natural period off, s.
-    fn first_wrong(&self, errors: &EventErrors, alignment: &Alignment) -> Option<f64> {
-        let off = |event: &&event_errors::EventError| event.error.abs() > 0.01 * self.physics.natural_period();
-        let late = errors.events.iter().find(off).map(|event| event.time);
-        let differs = alignment.differences.first().map(|difference| difference.time);
-        late.into_iter().chain(differs).min_by(f64::total_cmp)
-    }
-
     /// What has to be added to the times of events so that they agree with those of the reference.
     fn offset(&self, found: &[Found]) -> Option<FoundOffset> {
         let word: Vec<SequenceEvent> = found.iter().map(SequenceEvent::from).collect();
@@ -547,10 +599,10 @@ impl Reference {
         &'a self,
         candidate: &Candidate,
         windows: Vec<windows::Window>,
-        detection: Detection,
+        (detection, found): (Detection, Option<(&[Found], f64)>),
         position: Option<(Channel, (f64, f64))>,
         mut passes: Option<Passes<'a>>,
-        watch_progress: &mut dyn FnMut(u8, f64),
+        watch_progress: &mut dyn FnMut(f64),
     ) -> Result<States<'a>, CompareError> {
         let physics = &self.physics;
         let mut channels = candidate.channels(physics);
@@ -564,6 +616,8 @@ impl Reference {
             let column = channels.iter().position(|known| *known == channel)?;
             Some((column, Range::new(from, to)))
         });
+        let mut hysteresis = found.and_then(|(found, begins)| HysteresisPass::new(&channels, detection, found, begins));
+        let mut score = self.score_pass(&channels)?;
         let mut energy = EnergyPass::new(physics, detection.velocity_tolerance, self.kick_works()?);
         // What a candidate of another program does in its equations.
         let mut creep = (!candidate.is_own()).then(|| CreepPass::new(physics));
@@ -586,10 +640,16 @@ impl Reference {
                     energy.add(time, &y);
                 }
             }
+            if let Some(score) = &mut score {
+                score.add(&block)?;
+            }
+            if let Some(hysteresis) = &mut hysteresis {
+                hysteresis.add(&block);
+            }
             if let Some((column, range)) = &mut range {
                 range.add(&block, *column);
             }
-            watch_progress(PASSES, block.time[block.time.len() - 1]);
+            watch_progress(block.time[block.time.len() - 1]);
         }
         Ok(States {
             pass,
@@ -598,6 +658,8 @@ impl Reference {
             creep: creep.and_then(CreepPass::finish).filter(|_| physics.sticks()),
             amplitude: range.and_then(|(_, range)| range.amplitude()),
             energy: energy.finish(),
+            hysteresis: hysteresis.map(HysteresisPass::finish),
+            score,
         })
     }
 
@@ -654,6 +716,8 @@ struct States<'a> {
     passes: Option<Passes<'a>>,
     impulses: Vec<ImpulseErrors>,
     energy: Option<EnergyDrift>,
+    hysteresis: Option<HysteresisEffect>,
+    score: Option<ScorePass<'a>>,
     /// Of a candidate by another program: how it creeps.
     creep: Option<Creep>,
     /// Half of the range of a candidate's position over its last period, rad.

@@ -14,7 +14,7 @@ pub struct Requirement {
 }
 
 /// Numbers that are no statistic.
-const METRICS: [&str; 8] = [
+const METRICS: [&str; 12] = [
     "events",
     "events_rms",
     "missing",
@@ -23,6 +23,10 @@ const METRICS: [&str; 8] = [
     "scd",
     "mescd",
     "drift",
+    "score_position",
+    "score_period",
+    "score_rest",
+    "score_creep",
 ];
 
 impl Requirement {
@@ -93,6 +97,10 @@ impl Requirement {
             "scd" => fewest(|row| row.scd),
             "mescd" => fewest(|row| row.mescd),
             "drift" => comparison.cycles.as_ref().map(|cycles| cycles.per_cycle.abs()),
+            "score_position" => comparison.score.as_ref()?.position.as_ref().map(|of| of.relative),
+            "score_period" => comparison.score.as_ref()?.period.as_ref().map(|of| of.relative),
+            "score_rest" => comparison.score.as_ref()?.rest.as_ref().map(|of| of.relative),
+            "score_creep" => comparison.score.as_ref()?.creep.as_ref().map(|of| of.relative),
             name => {
                 let statistic = comparison.statistics.iter().find(|s| s.name == name)?;
                 statistic.error().map(f64::abs)

@@ -92,7 +92,7 @@ impl Reference {
         &self,
         candidate: &Candidate,
         detection: Detection,
-        watch_progress: &mut dyn FnMut(u8, f64),
+        watch_progress: &mut dyn FnMut(f64),
     ) -> Result<(Survey, Vec<Found>), CompareError> {
         let physics = &self.physics;
         let given = candidate.events.clone();
@@ -140,7 +140,7 @@ impl Reference {
             let clock = clock_error(candidate, rows.watch(), time[time.len() - 1]);
             let to = time[time.len() - 1];
             span = Some((span.map_or(time[0], |span| span.0), to));
-            watch_progress(1, to);
+            watch_progress(to);
             let first = time.partition_point(|t| *t < stretch.0);
             let last = time.partition_point(|t| *t <= stretch.1);
             if first < last {

@@ -7,7 +7,6 @@ use super::figure::{Axis, Curve, CurveStyle, Figure, Panel, drawn};
 use super::own::{over_time, time_axis};
 use super::run::Run;
 use super::style::{BLACK, BLUE, VERMILLION};
-use crate::compare::EventError;
 use crate::compare::{Comparison, Mapping, Reference};
 use crate::record::sequence::Fault;
 use std::path::Path;
@@ -129,8 +128,12 @@ impl Beside<'_> {
                 let half = half.max(4.0 * error);
                 view(of, title, (time - half, time + half))
             };
-            match first_wrong(comparison, scale.unwrap_or(period)) {
-                Some(wrong) => views.push(enlarged("-first-wrong-event", wrong)),
+            match &comparison.first_wrong {
+                Some(wrong) => {
+                    let title = format!("First wrong event: {}", wrong.words());
+                    let error = wrong.error.map_or(0.0, f64::abs);
+                    views.push(enlarged("-first-wrong-event", (title, wrong.time, error)));
+                }
                 None => views.extend(largest_error(comparison).map(|worst| enlarged("-largest-error", worst))),
             }
             views.retain(|view| view.window.0 < view.window.1 && self.run.rows_in(view.window).is_ok());
@@ -244,47 +247,14 @@ impl Beside<'_> {
     }
 }
 
-/// Part of the period by which an event has to be off to be called wrong: so much is seen in a figure of some periods.
-const WRONG: f64 = 0.01;
-
-/// An event that is off: in words, its time and its error, s.
-fn off(what: &str, event: &EventError) -> (String, f64, f64) {
-    let (time, error) = (event.time, event.error);
-    let which = format!("event {}, a {} at {time:.6} s", event.position, event.kind);
-    (format!("{what}: {which}, is off by {error:.1e} s"), time, error.abs())
-}
-
-/// The first event that is wrong: where the sequences part, or before that the first that is off by more than a hundredth of a
-/// period (s), and by more than the candidate's file resolves. In words, its time and its error, s.
-fn first_wrong(comparison: &Comparison, period: f64) -> Option<(String, f64, f64)> {
-    let resolution = comparison.resolution.as_ref();
-    let resolved = resolution.map_or(0.0, |resolution| resolution.event_error);
-    let detected = comparison.detection.as_ref().and(comparison.interval).unwrap_or(0.0);
-    let wrong = (WRONG * period).max(resolved).max(detected);
-    let mut events = comparison.event_errors.events.iter();
-    let first = events.find(|event| event.error.abs() > wrong);
-    let parted = comparison.sequence.first();
-    if let Some(event) = first.filter(|event| parted.is_none_or(|parted| event.time < parted.time)) {
-        return Some(off("First wrong event", event));
-    }
-    parted.map(|first| {
-        let what = match first.fault {
-            Fault::Missing => "is missing in the candidate",
-            Fault::Spurious => "is the candidate's alone",
-            Fault::Doubled => "is there twice",
-            Fault::Swapped => "has changed places with its neighbour",
-            Fault::Renamed => "is another event in the candidate",
-        };
-        let title = format!("First wrong event: the {} at {:.6} s {what}", first.kind, first.time);
-        (title, first.time, 0.0)
-    })
-}
-
-/// The event with the largest error, where none is wrong.
+/// The event with the largest error, where none is wrong. In words, its time and its error, s.
 fn largest_error(comparison: &Comparison) -> Option<(String, f64, f64)> {
     let events = comparison.event_errors.events.iter();
     let worst = events.max_by(|a, b| a.error.abs().total_cmp(&b.error.abs()))?;
-    Some(off("The event with the largest error", worst))
+    let (position, kind, time, error) = (worst.position, worst.kind, worst.time, worst.error);
+    let title =
+        format!("The event with the largest error: event {position}, a {kind} at {time:.6} s, is off by {error:.1e} s");
+    Some((title, time, error.abs()))
 }
 
 /// The error of each event by its number; `None` without a matched event.

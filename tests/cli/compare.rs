@@ -225,6 +225,15 @@ fn cli_requirements_make_a_gate() {
         output(&mut folder.stickslip(&all), status)
     };
     require(&["onset<1e-6", "missing<=0", "events<1e-6", "scd>=2"], 0);
+    let scores = [
+        "score_position<1e-3",
+        "score_period<1e-6",
+        "score_rest<1e-3",
+        "score_creep<1e-6",
+    ];
+    require(&scores, 0);
+    let (_, stderr) = require(&["score_position<0"], 1);
+    assert!(stderr.contains("score_position<0"), "{stderr}");
     let (stdout, stderr) = require(&["onset<1e-6", "onset<0", "scd>17"], 1);
     assert_eq!(stdout, "");
     assert!(

@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 use std::sync::OnceLock;
 
 use stickslip::SavedRun;
-use stickslip::compare::{Cause, Comparison, Mapping, Reference};
+use stickslip::compare::{Cause, CompareProgress, CompareStage, Comparison, Mapping, Reference};
 use stickslip::results::{Overwrite, ResultFile};
 
 /// Runs a built-in case of trains with overrides into a result file.
@@ -183,6 +183,149 @@ fn judged_with_events(rows: &[[f64; 3]], events: &[(f64, &str)]) -> Comparison {
         &[("mine.csv", csv("t,x,v", rows)), ("events.csv", table)],
         |_| {},
     )
+}
+
+/// The reference's own values, with a constant added to positions and speeds.
+fn moved(position: f64, speed: f64) -> Comparison {
+    let folder = tempfile::tempdir().unwrap();
+    let (reference, rows) = own_rows(folder.path(), "belt-leine", ["time", "phi1", "phi1_dot"]);
+    let rows: Vec<[f64; 3]> = rows.iter().map(|[t, x, v]| [*t, x + position, v + speed]).collect();
+    rows_judged(&reference, &rows)
+}
+
+/// Nothing is left of the reference's own values, and a constant is found as what it is.
+#[test]
+fn analytic_a_score_without_a_threshold_is_the_error_that_was_added() {
+    let score = moved(0.0, 0.0).score.unwrap();
+    let (position, period) = (score.position.as_ref().unwrap(), score.period.as_ref().unwrap());
+    let (rest, creep) = (score.rest.as_ref().unwrap(), score.creep.unwrap());
+    assert_eq!(score.from, 0.0);
+    assert_eq!((rest.sticks, creep.sticks, period.cycles), (8, 8, [7, 7]));
+    assert!((period.reference - 12.001_031_294_830_579).abs() < 1e-4, "{period:?}");
+    for relative in [position.relative, period.relative, rest.relative, creep.relative] {
+        assert!(relative < 1e-14, "{score:?}");
+    }
+    let score = moved(1e-3, 1e-4).score.unwrap();
+    let (position, rest, creep) = (score.position.unwrap(), score.rest.unwrap(), score.creep.unwrap());
+    assert!((position.rms - 1e-3).abs() < 1e-12 && (position.relative * position.size - 1e-3).abs() < 1e-12);
+    assert!(
+        (rest.rms - 1e-3).abs() < 1e-12 && (rest.max - 1e-3).abs() < 1e-12,
+        "{rest:?}"
+    );
+    assert!((creep.rms - 1e-4).abs() < 1e-12 && creep.reference == 0.0, "{creep:?}");
+    assert!((creep.candidate - 1e-4).abs() < 1e-12 && creep.size > 0.1, "{creep:?}");
+    // A position that is 1 mm off crosses the reference's mean elsewhere, but as often.
+    assert!(score.period.unwrap().relative < 1e-4);
+}
+
+/// A regularised law creeps at its sticks, and its cycles are shorter: known without finding one of its events.
+#[test]
+fn published_a_regularised_law_is_seen_without_a_threshold() {
+    let solver = Solver {
+        smooth: Some((f64::tanh, 1e-3)),
+        step: 1e-3,
+        ..SOUND
+    };
+    let c = judge(solver);
+    let score = c.score.unwrap();
+    // At the end of a stick mu = 1/(1 + 3 w) carries what the spring does; over its middle half some 1e-4 to 1e-3 m/s.
+    let creep = score.creep.unwrap();
+    assert!((1e-5..1e-3).contains(&creep.rms) && creep.reference == 0.0, "{creep:?}");
+    let period = score.period.unwrap();
+    assert!((period.error + 0.10043135).abs() < 1e-4, "{period:?}");
+    // Its slips begin slowly: the higher threshold is reached later.
+    let moved = judged(belt(), &[("mine.csv", csv("t,x,v", &solver.run().0))], |mapping| {
+        mapping.set_tolerance("1 mm/s").unwrap();
+    });
+    let effect = moved.hysteresis.unwrap();
+    assert_eq!((effect.stick_begins, effect.stick_ends), (1e-3, 2e-3));
+    assert!(effect.slips_later.unwrap() > 1e-3, "{effect:?}");
+    let plain = judged(belt(), &[("mine.csv", csv("t,x,v", &solver.run().0))], |mapping| {
+        mapping.set_tolerance("1 mm/s").unwrap();
+        mapping.set_hysteresis(1.0).unwrap();
+    });
+    assert_eq!(plain.hysteresis, None);
+    assert_eq!(plain.candidate_events, effect.events_without);
+}
+
+/// One late event is no drift, and is the first wrong one although a later event has a larger error.
+#[test]
+fn analytic_a_late_event_is_named_and_is_no_drift() {
+    let (rows, mut events) = SOUND.run();
+    events[6].0 += 8.58e-3;
+    let c = judged_with_events(&rows, &events);
+    let cycles = c.cycles.as_ref().unwrap();
+    assert!(
+        !cycles.drifts && cycles.of == "slip" && cycles.cycles == 8,
+        "{cycles:?}"
+    );
+    assert_eq!(cycles.largest_position, 6);
+    assert!(
+        (cycles.largest - 8.58e-3).abs() < 1e-7 && cycles.others < 1e-7,
+        "{cycles:?}"
+    );
+    events[11].0 += 9e-3;
+    let c = judged_with_events(&rows, &events);
+    let wrong = c.first_wrong.unwrap();
+    assert_eq!((wrong.position, wrong.kind, wrong.fault), (6, "slip", None));
+    assert!((wrong.error.unwrap() - 8.58e-3).abs() < 1e-7, "{wrong:?}");
+    // A stiffer spring makes each cycle shorter by as much.
+    let c = judge(Solver {
+        stiffness: 1.003,
+        ..SOUND
+    });
+    assert!(c.cycles.unwrap().drifts);
+}
+
+/// A run that conserves its balance shows no drift, however coarse its samples and wherever events lie between them; energy that
+/// comes from nowhere does.
+#[test]
+fn property_a_drift_of_energy_is_above_what_the_samples_resolve() {
+    let folder = tempfile::tempdir().unwrap();
+    for interval in [0.01, 0.015, 0.05, 0.2, 0.5] {
+        let path = folder.path().join(format!("{interval}.h5"));
+        run(&path, "belt-leine", &[&format!("output.interval={interval}")]);
+        let drift = Reference::open(belt()).unwrap();
+        let drift = drift.compare(&path, &Mapping::default()).unwrap().energy_drift.unwrap();
+        assert!(!drift.is_resolved(), "{interval}: {drift:?}");
+    }
+    let (mut rows, _) = SOUND.run();
+    for [t, x, _] in &mut rows {
+        *x *= if *t > 50.0 { 1.1 } else { 1.0 };
+    }
+    let drift = rows_judged(belt(), &rows).energy_drift.unwrap();
+    assert!(drift.is_resolved(), "{drift:?}");
+}
+
+/// The stages come one after the other, and what is done never decreases.
+#[test]
+fn property_a_comparison_says_how_far_it_is() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("mine.csv");
+    let solver = Solver {
+        stiffness: 1.003,
+        ..SOUND
+    };
+    std::fs::write(&path, csv("t,x,v", &solver.run().0)).unwrap();
+    let reference = Reference::open(belt()).unwrap();
+    for quick in [false, true] {
+        let mut mapping = reference.mapping();
+        mapping.quick = quick;
+        let mut said: Vec<CompareProgress> = Vec::new();
+        let mut keep = |progress| said.push(progress);
+        reference.compare_watched(&path, &mapping, &mut keep).unwrap();
+        let number = |progress: &CompareProgress| match progress.stage {
+            CompareStage::Events { .. } => 0,
+            CompareStage::States { .. } => 1,
+            CompareStage::Causes { .. } => 2,
+        };
+        assert!(
+            said.windows(2)
+                .all(|pair| number(&pair[0]) <= number(&pair[1]) && pair[0].done <= pair[1].done)
+        );
+        assert!(said.iter().all(|progress| (0.0..=1.0).contains(&progress.done)));
+        assert_eq!(number(said.last().unwrap()), if quick { 1 } else { 2 });
+    }
 }
 
 /// The run of a case, and three of its columns as another solver would write them.

@@ -1,6 +1,6 @@
 //! The contents of a report of a comparison, whatever its format.
 
-use crate::compare::{ChannelErrors, Comparison, Statistic};
+use crate::compare::{ChannelErrors, Comparison, Score, Statistic};
 use crate::record::sequence::{Difference, Fault};
 
 /// How much of a comparison is told.
@@ -66,10 +66,12 @@ pub(super) fn page(c: &Comparison, length: Length) -> Page {
     // What can be seen at all comes first.
     let mut parts: Vec<Part> = resolution(c).into_iter().map(Part::Text).collect();
     parts.push(Part::Text(what_was_read(c)));
+    parts.extend(hysteresis(c).map(Part::Text));
     for cause in c.causes.iter().skip(1) {
         parts.push(Part::Text(format!("also: {}", cause.evidence)));
     }
     parts.push(Part::Table(statistics(c)));
+    parts.extend(c.score.as_ref().map(|found| Part::Table(score(found))));
     parts.extend(c.parameters.as_ref().map(|found| Part::Table(numbers(found))));
     let e = &c.event_errors;
     if let (Some(max), Some(at), Some(rms)) = (e.max, e.max_at, e.rms) {
@@ -82,6 +84,9 @@ pub(super) fn page(c: &Comparison, length: Length) -> Page {
             text += &format!("; {within} are within what the samples resolve, {bound:.1e} s at most");
         }
         parts.push(Part::Text(text));
+    }
+    if let Some(wrong) = &c.first_wrong {
+        parts.push(Part::Text(format!("first wrong event: {}", wrong.words())));
     }
     if let Some(cycles) = &c.cycles {
         parts.push(Part::Text(growth(cycles)));
@@ -102,11 +107,7 @@ pub(super) fn page(c: &Comparison, length: Length) -> Page {
         parts.push(Part::Text(text));
     }
     if let Some(drift) = &c.energy_drift {
-        parts.push(Part::Text(format!(
-            "energy drift of its own channels: {:.1e} J at most, at {:.6} s, and {:.1e} J at the end, over {:.3} s sampled \
-             densely enough",
-            drift.max, drift.max_at, drift.last, drift.covered
-        )));
+        parts.push(Part::Text(energy(drift)));
     }
     if !c.absent.is_empty() {
         let why = c.absent.iter().map(|absent| format!("{}: {}", absent.what, absent.why));
@@ -137,6 +138,52 @@ pub(super) fn page(c: &Comparison, length: Length) -> Page {
         verdict: c.verdict.clone(),
         parts,
     }
+}
+
+/// Errors that depend on no threshold.
+fn score(score: &Score) -> Table {
+    let row = |name: &str, reference: String, candidate: String, error: String, relative: f64| {
+        vec![name.to_owned(), reference, candidate, error, format!("{relative:.1e}")]
+    };
+    let none = String::new;
+    let mut rows = Vec::new();
+    if let Some(p) = &score.position {
+        let error = format!("{:.2e} {}", p.rms, p.unit);
+        rows.push(row(&format!("{}, rms", p.channel), none(), none(), error, p.relative));
+    }
+    if let Some(p) = &score.period {
+        let [reference, candidate] = [p.reference, p.candidate].map(|period| format!("{period:.9} s"));
+        let error = format!("{:.2e} s", p.error);
+        rows.push(row(
+            &format!("period of {}", p.channel),
+            reference,
+            candidate,
+            error,
+            p.relative,
+        ));
+    }
+    if let Some(r) = &score.rest {
+        let error = format!("{:.2e} {}", r.rms, r.unit);
+        let name = format!("{} amid {} sticks, rms", r.channel, r.sticks);
+        rows.push(row(&name, none(), none(), error, r.relative));
+    }
+    if let Some(c) = &score.creep {
+        let [reference, candidate, error] = [c.reference, c.candidate, c.rms].map(|v| format!("{v:.2e} {}", c.unit));
+        rows.push(row(
+            "relative velocity in stick, rms",
+            reference,
+            candidate,
+            error,
+            c.relative,
+        ));
+    }
+    let title = format!(
+        "without a threshold, from {} to {} s: {} samples",
+        short(score.from),
+        short(score.to),
+        score.samples
+    );
+    Table::new(title, 1, &["", "reference", "candidate", "error", "relative"], rows)
 }
 
 /// The numbers of the case that a candidate has otherwise, and those that explain it as well.
@@ -210,13 +257,19 @@ fn impulse_notes(c: &Comparison) -> Vec<String> {
     notes
 }
 
-/// How the errors of the events grow from cycle to cycle.
+/// How the errors of the events grow from cycle to cycle, if they do.
 fn growth(cycles: &crate::compare::CycleErrors) -> String {
-    let of = format!("{}s", cycles.of);
+    let of = format!("{} matched {}s", cycles.cycles, cycles.of);
+    if !cycles.drifts {
+        return format!(
+            "{of}, no drift: the largest error is {:.2e} s, of event {} at {:.6} s; the others are within {:.2e} s",
+            cycles.largest, cycles.largest_position, cycles.largest_at, cycles.others
+        );
+    }
     format!(
-        "{} matched {of}: the error grows from {:.2e} to {:.2e} s, by {:.2e} s a cycle ({:.1e} of its duration), with a scatter of \
+        "{of}: the error grows from {:.2e} to {:.2e} s, by {:.2e} +- {:.0e} s a cycle ({:.1e} of its duration), with a scatter of \
          {:.1e} s",
-        cycles.cycles, cycles.first, cycles.last, cycles.per_cycle, cycles.relative, cycles.scatter
+        cycles.first, cycles.last, cycles.per_cycle, cycles.uncertainty, cycles.relative, cycles.scatter
     )
 }
 
@@ -224,6 +277,24 @@ fn growth(cycles: &crate::compare::CycleErrors) -> String {
 fn most_events(c: &Comparison) -> usize {
     const OF_CYCLES: usize = 100;
     if c.time_scale.is_some() { OF_CYCLES } else { usize::MAX }
+}
+
+/// The drift of the energy, if the samples show one.
+fn energy(drift: &crate::compare::EnergyDrift) -> String {
+    let over = format!(
+        "over {:.3} s of eight samples or more in a natural period",
+        drift.covered
+    );
+    if !drift.is_resolved() {
+        return format!(
+            "energy drift of its own channels: below what the samples resolve ({:.1e} J), {over}",
+            drift.resolved
+        );
+    }
+    format!(
+        "energy drift of its own channels: {:.1e} J at most, at {:.6} s, and {:.1e} J at the end, {over}; the samples resolve {:.1e} J",
+        drift.max, drift.max_at, drift.last, drift.resolved
+    )
 }
 
 /// Format, span and where the events are from.
@@ -258,6 +329,27 @@ fn what_was_read(c: &Comparison) -> String {
         );
     }
     text
+}
+
+/// What the hysteresis of the detection moves.
+fn hysteresis(c: &Comparison) -> Option<String> {
+    let (effect, detection) = (c.hysteresis.as_ref()?, c.detection.as_ref()?);
+    let more = if effect.chatters { " or more" } else { "" };
+    let mut text = format!(
+        "the hysteresis of {}, against a single threshold of {:.0e} {}: ",
+        detection.hysteresis, effect.stick_begins, c.velocity_unit
+    );
+    text += &match effect.events_without == effect.events {
+        true => "as many events".to_owned(),
+        false => format!("{} events instead of {}{more}", effect.events, effect.events_without),
+    };
+    if let (Some(later), Some(largest)) = (effect.slips_later, effect.largest) {
+        text += &match largest {
+            0.0 => ", slips at the same times".to_owned(),
+            _ => format!(", slips later by {later:.1e} s (median; at most {largest:.1e} s)"),
+        };
+    }
+    Some(text)
 }
 
 /// A time with nine decimals at most.
