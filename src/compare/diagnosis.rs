@@ -257,6 +257,7 @@ impl Symptoms<'_> {
         let stops = match stop {
             Stop::Sign if located => "its events are located within steps".to_owned(),
             Stop::Sign => "its events are taken at the ends of steps".to_owned(),
+            Stop::Frozen(0.0) => format!("its events are taken{at}, and omega_r stays in stick what it was then"),
             Stop::Within(speed) => format!("a stick is declared{at} within {speed:.1e} {unit}"),
             Stop::Frozen(speed) => {
                 format!("a stick is declared{at} within {speed:.1e} {unit}, and omega_r stays what it was")
@@ -276,7 +277,7 @@ impl Symptoms<'_> {
                 (Cause::UnresolvedMode, by)
             }
             _ if scheme.is_low() || scheme == Scheme::RungeKutta && located => (Cause::LowOrderMethod, by),
-            (Stop::Sign, _) => (Cause::EventsLate, by),
+            (Stop::Sign | Stop::Frozen(0.0), _) => (Cause::EventsLate, by),
             (_, Some(missing)) => (Cause::StepTooLarge, format!("{missing}: {by}")),
             (_, None) => (Cause::VelocityTolerance, by),
         }

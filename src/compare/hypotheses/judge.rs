@@ -132,6 +132,7 @@ impl Evidence<'_> {
         let off = self.residual(&reference, window);
         let mut value = begin;
         for _ in 0..PROJECTIONS {
+            if std::env::var_os("STICKSLIP_STEPS").is_some() { eprintln!("projected {order} {value} window {window} {}", play(value).is_some()); }
             let left = self.residual(&play(value)?, window);
             let (mut own, mut both) = (0.0, 0.0);
             for (off, left) in off.iter().zip(&left) {
@@ -142,6 +143,7 @@ impl Evidence<'_> {
                 }
             }
             let factor = both / own;
+            if std::env::var_os("STICKSLIP_STEPS").is_some() { eprintln!("projected {order} {value} window {window} {own:e} {both:e}"); }
             if !factor.is_finite() {
                 return None;
             }

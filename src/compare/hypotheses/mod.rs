@@ -117,16 +117,23 @@ pub(super) struct Tried {
     pub change: Change,
     /// From the candidate's own first state.
     own_state: bool,
+    /// The candidate shows it apart from what the motion comes to: by its equations, or by its creep.
+    told: bool,
     pub judged: Judged,
 }
 
+/// What values that are fitted to samples explain, at least: some one of them brings any two motions closer. Numbers and functions are
+/// fitted by their derivatives, to the end.
+const OF_FITTED: f64 = 0.999;
+
 impl Tried {
-    /// Whether it is said: numbers, of which one or another brings any two motions somewhat closer, only if they leave next to nothing, or
-    /// if the equations between the samples tell them.
-    fn is_cause(&self, reading: &Reading) -> bool {
-        let told = matches!(reading, Reading::Mended);
-        let least = match self.change {
-            Change::Numbers(_) | Change::Both(..) if !told => 1.0 - ALL,
+    /// Whether it is said.
+    fn is_cause(&self) -> bool {
+        let least = match &self.change {
+            _ if self.told => EXPLAINED,
+            Change::Numbers(_) | Change::Both(..) | Change::Smooth(..) => 1.0 - ALL,
+            Change::Late(..) => OF_FITTED,
+            Change::Stepper(stepper) if stepper.scheme.is_low() || stepper.located => OF_FITTED,
             _ => EXPLAINED,
         };
         self.judged.is_cause() && self.judged.explained >= least
@@ -255,6 +262,7 @@ impl Bench<'_> {
         Some(Tried {
             change,
             own_state,
+            told: false,
             judged,
         })
     }
@@ -262,7 +270,9 @@ impl Bench<'_> {
     /// Changes, judged; those that explain most first.
     pub fn all_tried(&self, changes: Vec<Change>) -> Vec<Tried> {
         let tried = over_processors(changes.len(), &|| false, |k| {
-            self.tried(changes[k].clone(), f64::INFINITY)
+            let x = self.tried(changes[k].clone(), f64::INFINITY);
+            if std::env::var_os("STICKSLIP_STEPS").is_some() { eprintln!("@ {:?} {:?}", changes[k], x.as_ref().map(|x| x.judged.explained)); }
+            x
         });
         sorted(tried.into_iter().flatten().collect())
     }
@@ -326,6 +336,14 @@ impl Bench<'_> {
             breakaway,
             with_steps,
         } = proposals;
+        let told: Vec<Change> = changes
+            .iter()
+            .filter(|change| match change {
+                Change::Numbers(_) => matches!(reading, Reading::Mended),
+                _ => true,
+            })
+            .cloned()
+            .collect();
         changes.push(Change::State);
         let system = &self.numbers.case().system;
         if !system.kicks.is_empty() {
@@ -355,6 +373,7 @@ impl Bench<'_> {
             changes.extend(self.steppers(&tolerances, breakaway).into_iter().map(Change::Stepper));
         }
         let mut tried = self.all_tried(changes);
+        tried.iter_mut().for_each(|tried| tried.told = told.contains(&tried.change));
         // Where the state at the start explains much, what is run from it has that cause in it.
         let is_state = |tried: &Tried| matches!(tried.change, Change::State);
         let by_state = tried
@@ -365,7 +384,7 @@ impl Bench<'_> {
         }
         // A number that the equations tell is better known by them than by samples, which events at the ends of steps move.
         let is_number = |tried: &Tried| matches!(tried.change, Change::Numbers(_)) && tried.judged.is_cause();
-        let told = matches!(reading, Reading::Mended) && tried.iter().any(is_number);
+        let told = tried.iter().any(|tried| tried.told && is_number(tried));
         // From a state behind the start of the reference numbers of that start are none.
         let from_start = self.first.as_ref().is_none_or(|(time, _)| *time <= begins);
         let unknown = self.unknown();
@@ -414,10 +433,10 @@ impl Bench<'_> {
                 eprintln!("{:?} {:?}", tried.change, tried.judged);
             }
         }
-        let Some(best) = tried.iter().find(|tried| tried.is_cause(reading)).cloned() else {
+        let Some(best) = tried.iter().find(|tried| tried.is_cause()).cloned() else {
             return Found::Unexplained(tried.into_iter().next());
         };
-        tried.retain(|tried| tried.is_cause(reading) && tried.judged.as_much_as(&best.judged));
+        tried.retain(|tried| tried.is_cause() && tried.judged.as_much_as(&best.judged));
         // Of numbers that do as well, the force and its times come last.
         tried.sort_by_key(|tried| (tried.change.rank(), tried.change.is_of_normal_force()));
         // What takes more than the simplest, and explains no more, is not needed.

@@ -225,14 +225,12 @@ impl Observation {
         (0..self.time.len()).filter_map(|row| self.difference(motion, row)).sum()
     }
 
-    /// |omega_r| of the candidate in the samples next to a time (s), in rad/s, if it shows it.
-    pub fn speeds_near(&self, time: f64) -> Vec<f64> {
-        let Some(column) = self.channels.iter().position(|channel| *channel == Channel::RelativeVelocity) else {
-            return Vec::new();
-        };
+    /// |omega_r| of the candidate (rad/s) in the last sample up to a time (s) and in the next, if it shows it.
+    pub fn speeds_near(&self, time: f64) -> Option<[f64; 2]> {
+        let column = self.channels.iter().position(|channel| *channel == Channel::RelativeVelocity)?;
         let next = self.time.partition_point(|other| *other <= time * (1.0 + 1e-12));
-        let rows = next.saturating_sub(1)..(next + 1).min(self.time.len());
-        rows.map(|row| self.values[column][row].abs()).collect()
+        let speed = |row: usize| self.values[column].get(row).map(|speed| speed.abs());
+        Some([speed(next.checked_sub(1)?)?, speed(next)?])
     }
 
     /// Whether the reference is known at any of the times.

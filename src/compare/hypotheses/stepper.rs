@@ -295,7 +295,7 @@ impl<'a> Rows<'a> {
             end: end.min(count),
             squares: [0.0; 2],
             whole: match observation {
-                Some(seen) if end >= count => seen.square(&seen.reference),
+                Some(seen) if end == usize::MAX => seen.square(&seen.reference),
                 _ => f64::INFINITY,
             },
         }
@@ -332,7 +332,7 @@ const MOST_IN_STEP: usize = 20;
 
 impl Stepper {
     /// The motion from a time (s) and a state on, up to a time: its events, and the first `rows` samples of an observation. `None` if
-    /// the contact opens, the motion has no end, or goes far from the candidate.
+    /// the contact opens, or the motion has no end; and, with `usize::MAX` of `rows`, if it is far from the candidate.
     pub fn play(
         &self,
         physics: &Physics,

@@ -29,7 +29,10 @@ const FEWEST_EVENTS: usize = 5;
 /// A stick begins below this part of the speeds of slip.
 const SLOW: f64 = 0.1;
 /// Sticks that are looked at for the velocity at which they begin.
-const STICKS: usize = 3;
+const STICKS: usize = 20;
+const FITTED: usize = 2;
+/// How early a stick is, in natural periods, of which the reference has the same.
+const NEAR: f64 = 0.125;
 
 impl Bench<'_> {
     fn stepper(&self, scheme: Scheme, located: bool, step: f64) -> Stepper {
@@ -136,8 +139,12 @@ impl Bench<'_> {
         for scheme in [Scheme::Exact, Scheme::RungeKutta] {
             for &step in &lengths {
                 all.push(self.stepper(scheme, false, step));
-                for &tolerance in tolerances {
+                for &tolerance in tolerances.iter().chain([&0.0]) {
                     for stop in [Stop::Within(tolerance), Stop::Frozen(tolerance)] {
+                        // That is the sign.
+                        if stop == Stop::Within(0.0) {
+                            continue;
+                        }
                         all.push(Stepper {
                             stop,
                             ..self.stepper(scheme, false, step)
@@ -182,18 +189,25 @@ impl Bench<'_> {
             let system = self.physics.system();
             Some(system.relative_velocity(&traced.course.outside(time), &y).abs())
         };
-        let speeds = sticks.take(STICKS).filter_map(|event| at(event.time));
-        let speeds: Vec<f64> = speeds.filter(|speed| *speed > 1e-6 * self.physics.speed()).collect();
-        // A stick that is declared at the end of a step shows less than the tolerance.
-        let shown = self.evidence.observation.map_or_else(Vec::new, |seen| {
+        // Of one that is early the reference has the speed at which it begins.
+        let close = |time: f64| {
+            let mut near = self.evidence.reference.iter().filter(|event| event.kind == EventKind::Stick);
+            near.any(|event| event.time > time && event.time - time < NEAR * self.evidence.period)
+        };
+        let early: Vec<f64> = sticks.map(|event| event.time).filter(|time| close(*time)).take(STICKS).collect();
+        let is_band = |speed: &f64| *speed > 1e-6 * self.physics.speed() && *speed < SLOW * self.physics.speed();
+        let speeds: Vec<f64> = early.into_iter().filter_map(at).filter(is_band).collect();
+        let largest_early = speeds.iter().copied().fold(0.0, f64::max);
+        // A stick that is declared at the end of a step shows less than the tolerance then, or after it if the surfaces keep moving.
+        let shown: Vec<[f64; 2]> = self.evidence.observation.map_or_else(Vec::new, |seen| {
             let sticks = self.evidence.word.iter().filter(|event| event.kind == EventKind::Stick);
-            sticks.flat_map(|event| seen.speeds_near(event.time)).collect()
+            sticks.filter_map(|event| seen.speeds_near(event.time)).collect()
         });
-        let slow = shown.into_iter().filter(|speed| *speed < SLOW * self.physics.speed());
-        let largest = slow.fold(0.0, f64::max);
+        let largest = [0, 1].map(|side| shown.iter().map(|speeds| speeds[side]).fold(0.0, f64::max));
         let step = self.evidence.period / FINE;
         let kinds: Vec<(f64, bool)> = speeds
             .iter()
+            .take(FITTED)
             .flat_map(|&speed| [(speed, false), (speed, true)])
             .collect();
         let found = over_processors(kinds.len(), &|| false, |k| {
@@ -214,9 +228,9 @@ impl Bench<'_> {
             };
             Some(Change::Stepper(of(&fit.refined(vec![speed])?.values)))
         });
-        let tolerances = speeds.into_iter().map(|speed| 1.001 * speed);
-        let declared = Some(largest).filter(|speed| *speed > 1e-6 * self.physics.speed());
-        let tolerances = tolerances.chain(declared.into_iter().flat_map(round_above));
+        let tolerances = Some(largest_early).into_iter().filter(is_band).flat_map(round_above);
+        let declared = largest.into_iter().filter(is_band);
+        let tolerances = tolerances.chain(declared.flat_map(round_above));
         (tolerances.collect(), found.into_iter().flatten().collect())
     }
 }
