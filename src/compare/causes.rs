@@ -1,5 +1,6 @@
 //! What reproduces a candidate: symptoms propose, the reference's own run decides ([`super::hypotheses`]).
 
+use super::hypotheses::Fit;
 use super::*;
 
 /// Samples that differ by less than this part of the sizes of their channels, in the root mean square, need no explanation.
@@ -7,6 +8,13 @@ const SAMPLES_AGREE: f64 = 1e-6;
 
 /// How long before an onset without a kick its oscillation is below what is compared, in natural periods.
 const BEFORE_ONSET: f64 = 20.0;
+
+/// How many events of a candidate and of the reference say how their clocks may differ.
+const LOOKED_AT: (usize, usize) = (4, 12);
+/// Clocks that differ by less than this part of the natural period are one.
+const LEAST_CLOCK: f64 = 1e-6;
+/// What another clock that is fitted to samples explains, at least.
+const OF_CLOCK: f64 = 0.999;
 
 /// What rounding makes of a motion, at least, in parts of a difference that it is the cause of.
 const AMPLIFIED: f64 = 0.1;
@@ -90,6 +98,7 @@ impl Reference {
             period,
             bound: shown.bound,
             detected: shown.detected,
+            is_smooth: known.is_finite(),
         };
         // Another time of one motion may be another state that it begins in.
         let clock = self.other_clock(shown, &evidence)?;
@@ -195,11 +204,15 @@ impl Reference {
             {
                 let parameters = self.parameters(&numbers, all, proposed.as_ref(), events);
                 let (cause, words) = match &all[0].change {
-                    Change::Numbers(_) => diagnosis::of_numbers(&parameters, physics, &numbers, &outcome(&all[0].judged)),
+                    Change::Numbers(_) => {
+                        diagnosis::of_numbers(&parameters, physics, &numbers, &outcome(&all[0].judged))
+                    }
                     change => symptoms.named(change),
                 };
                 let words = format!("{words}; another clock and this cannot be told apart by what the candidate shows");
-                causes.said.push(Diagnosis::tried(cause, words, all[0].judged.explained));
+                causes
+                    .said
+                    .push(Diagnosis::tried(cause, words, all[0].judged.explained));
                 causes.parameters = Some(parameters).filter(|other| !other.numbers.is_empty());
             }
             return Ok(causes);
@@ -355,7 +368,11 @@ impl Reference {
     ///
     /// # Errors
     /// Of the file.
-    fn other_clock(&self, shown: &Shown<'_>, evidence: &Evidence<'_>) -> Result<Option<(Causes, Judged)>, CompareError> {
+    fn other_clock(
+        &self,
+        shown: &Shown<'_>,
+        evidence: &Evidence<'_>,
+    ) -> Result<Option<(Causes, Judged)>, CompareError> {
         let physics = &self.physics;
         let first = self.word.first().map(|e| match e.kind {
             EventKind::Stick => ("the first stick", e.time),
@@ -374,29 +391,65 @@ impl Reference {
         let anchors = kick.into_iter().chain(first).chain(corners.map(|e| (corner, e.time)));
         let anchors: Vec<(&'static str, f64)> = anchors.collect();
         let clock = clock::other_clock(&self.word, shown.word, &anchors, physics.natural_period());
-        let add = match (&clock, shown.offset) {
-            (Some(clock), _) => clock.to_add(),
-            (None, Some(offset)) => offset.seconds,
-            (None, None) => return Ok(None),
-        };
-        let shifted = |events: &[SequenceEvent]| -> Vec<SequenceEvent> {
+        let shifted = |add: f64| -> Vec<SequenceEvent> {
             let moved = |e: &SequenceEvent| SequenceEvent {
                 time: e.time - add,
                 kind: e.kind,
             };
-            events.iter().map(moved).collect()
+            self.word.iter().map(moved).collect()
         };
-        let values = match evidence.observation {
-            Some(observation) => observation.reference_at(self.walk()?, add)?,
-            None => Vec::new(),
+        let play = |add: &[f64]| {
+            let values = match evidence.observation {
+                Some(observation) => observation.reference_at(self.walk().ok()?, add[0]).ok()?,
+                None => Vec::new(),
+            };
+            Some(Played {
+                values,
+                events: shifted(add[0]),
+                steps: 0,
+            })
         };
-        let played = Played {
-            values,
-            events: shifted(&self.word),
-            steps: 0,
+        let judged = |add: f64| evidence.judged(&play(&[add])?, f64::INFINITY);
+        let (add, judged) = match (&clock, shown.offset) {
+            (Some(clock), _) => (clock.to_add(), judged(clock.to_add())),
+            (None, Some(offset)) => (offset.seconds, judged(offset.seconds)),
+            // By the samples, from what single events propose.
+            (None, None) => {
+                let period = physics.natural_period();
+                let near = |add: &f64| {
+                    let moved = parameters::agreement(&shifted(*add), shown.word, period);
+                    moved.cost
+                };
+                let mut begin: Vec<f64> = Vec::new();
+                for theirs in shown.word.iter().take(LOOKED_AT.0) {
+                    let same = self.word.iter().filter(|ours| ours.kind == theirs.kind);
+                    begin.extend(same.take(LOOKED_AT.1).map(|ours| ours.time - theirs.time));
+                }
+                begin.retain(|add| add.abs() > LEAST_CLOCK * period);
+                begin.sort_by(|a, b| near(a).total_cmp(&near(b)));
+                let Some(&begin) = begin.first() else { return Ok(None) };
+                let fit = Fit {
+                    evidence,
+                    play: &play,
+                    units: &[0.1 * period],
+                };
+                let Some(point) = fit.refined(vec![begin]) else {
+                    return Ok(None);
+                };
+                let (add, found) = (point.values[0], judged(point.values[0]));
+                (add, found.filter(|judged| judged.explained >= OF_CLOCK))
+            }
         };
-        let Some(judged) = evidence.judged(&played, f64::INFINITY).filter(Judged::is_cause) else {
+        let Some(judged) = judged.filter(Judged::is_cause) else {
             return Ok(None);
+        };
+        let clock = match (clock, shown.offset) {
+            (None, None) => Some(OtherClock {
+                offset: -add,
+                counts_from: None,
+                left: judged.after.max,
+            }),
+            (clock, _) => clock,
         };
         // Where the times count from says more than that events agree, and that more than an offset.
         let words = match (&clock, shown.offset) {

@@ -14,17 +14,17 @@ const SHORTER: usize = 5;
 const LONGEST: f64 = 0.5;
 
 /// Motions that depend on some values.
-pub(super) struct Fit<'a> {
+pub(in super::super) struct Fit<'a> {
     pub evidence: &'a Evidence<'a>,
     /// The motion with these values.
-    pub play: &'a (dyn Fn(&[f64]) -> Option<Played> + Sync),
+    pub play: &'a dyn Fn(&[f64]) -> Option<Played>,
     /// What each value is changed in parts of.
     pub units: &'a [f64],
 }
 
 /// A motion with its values.
 #[derive(Debug, Clone)]
-pub(super) struct Point {
+pub(in super::super) struct Point {
     pub values: Vec<f64>,
     pub played: Played,
     /// How much of what the candidate shows it is held against.

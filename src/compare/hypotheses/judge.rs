@@ -31,6 +31,8 @@ pub(in super::super) struct Evidence<'a> {
     pub bound: f64,
     /// Its events were found in its samples, which then say more.
     pub detected: bool,
+    /// It ends before the first event, behind which a motion is amplified rounding.
+    pub is_smooth: bool,
 }
 
 /// The judgement of a motion.
@@ -132,7 +134,6 @@ impl Evidence<'_> {
         let off = self.residual(&reference, window);
         let mut value = begin;
         for _ in 0..PROJECTIONS {
-            if std::env::var_os("STICKSLIP_STEPS").is_some() { eprintln!("projected {order} {value} window {window} {}", play(value).is_some()); }
             let left = self.residual(&play(value)?, window);
             let (mut own, mut both) = (0.0, 0.0);
             for (off, left) in off.iter().zip(&left) {
@@ -143,7 +144,6 @@ impl Evidence<'_> {
                 }
             }
             let factor = both / own;
-            if std::env::var_os("STICKSLIP_STEPS").is_some() { eprintln!("projected {order} {value} window {window} {own:e} {both:e}"); }
             if !factor.is_finite() {
                 return None;
             }

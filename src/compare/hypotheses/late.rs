@@ -53,7 +53,11 @@ impl Bench<'_> {
                 play: &|values: &[f64]| play(values[0]),
                 units: &[begin],
             };
-            Some(Change::Late(events[number].time, fit.refined(vec![begin])?.values[0], joined))
+            Some(Change::Late(
+                events[number].time,
+                fit.refined(vec![begin])?.values[0],
+                joined,
+            ))
         });
         found.into_iter().flatten().collect()
     }

@@ -15,6 +15,7 @@ mod stepper;
 mod steps;
 mod unknown;
 
+pub(super) use fit::Fit;
 pub(super) use judge::{EXPLAINED, Evidence, Judged};
 pub(super) use observation::{Observation, ObservationPass};
 pub(super) use play::{Played, Score, Traced};
@@ -119,18 +120,23 @@ pub(super) struct Tried {
     own_state: bool,
     /// The candidate shows it apart from what the motion comes to: by its equations, or by its creep.
     told: bool,
+    /// What is compared ends before the first event.
+    is_smooth: bool,
     pub judged: Judged,
 }
 
 /// What values that are fitted to samples explain, at least: some one of them brings any two motions closer. Numbers and functions are
 /// fitted by their derivatives, to the end.
 const OF_FITTED: f64 = 0.999;
+const OF_SMOOTH: f64 = 1.0 - 1e-6;
 
 impl Tried {
     /// Whether it is said.
     fn is_cause(&self) -> bool {
         let least = match &self.change {
             _ if self.told => EXPLAINED,
+            // Before an onset that is noise a motion is smooth, and many numbers change it alike.
+            Change::Numbers(_) if self.is_smooth => OF_SMOOTH,
             Change::Numbers(_) | Change::Both(..) | Change::Smooth(..) => 1.0 - ALL,
             Change::Late(..) => OF_FITTED,
             Change::Stepper(stepper) if stepper.scheme.is_low() || stepper.located => OF_FITTED,
@@ -263,6 +269,7 @@ impl Bench<'_> {
             change,
             own_state,
             told: false,
+            is_smooth: self.evidence.is_smooth,
             judged,
         })
     }
@@ -270,9 +277,7 @@ impl Bench<'_> {
     /// Changes, judged; those that explain most first.
     pub fn all_tried(&self, changes: Vec<Change>) -> Vec<Tried> {
         let tried = over_processors(changes.len(), &|| false, |k| {
-            let x = self.tried(changes[k].clone(), f64::INFINITY);
-            if std::env::var_os("STICKSLIP_STEPS").is_some() { eprintln!("@ {:?} {:?}", changes[k], x.as_ref().map(|x| x.judged.explained)); }
-            x
+            self.tried(changes[k].clone(), f64::INFINITY)
         });
         sorted(tried.into_iter().flatten().collect())
     }
@@ -373,7 +378,9 @@ impl Bench<'_> {
             changes.extend(self.steppers(&tolerances, breakaway).into_iter().map(Change::Stepper));
         }
         let mut tried = self.all_tried(changes);
-        tried.iter_mut().for_each(|tried| tried.told = told.contains(&tried.change));
+        tried
+            .iter_mut()
+            .for_each(|tried| tried.told = told.contains(&tried.change));
         // Where the state at the start explains much, what is run from it has that cause in it.
         let is_state = |tried: &Tried| matches!(tried.change, Change::State);
         let by_state = tried

@@ -222,12 +222,17 @@ impl Observation {
 
     /// The sum of the squares of the differences from a motion, in parts of the sizes, where it is known.
     pub fn square(&self, motion: &Values) -> f64 {
-        (0..self.time.len()).filter_map(|row| self.difference(motion, row)).sum()
+        (0..self.time.len())
+            .filter_map(|row| self.difference(motion, row))
+            .sum()
     }
 
     /// |omega_r| of the candidate (rad/s) in the last sample up to a time (s) and in the next, if it shows it.
     pub fn speeds_near(&self, time: f64) -> Option<[f64; 2]> {
-        let column = self.channels.iter().position(|channel| *channel == Channel::RelativeVelocity)?;
+        let column = self
+            .channels
+            .iter()
+            .position(|channel| *channel == Channel::RelativeVelocity)?;
         let next = self.time.partition_point(|other| *other <= time * (1.0 + 1e-12));
         let speed = |row: usize| self.values[column].get(row).map(|speed| speed.abs());
         Some([speed(next.checked_sub(1)?)?, speed(next)?])

@@ -51,7 +51,12 @@ impl Bench<'_> {
     fn both(stepper: Stepper) -> Vec<Stepper> {
         match stepper.located {
             true => vec![stepper],
-            false => [false, true].map(|shows_before| Stepper { shows_before, ..stepper }).to_vec(),
+            false => [false, true]
+                .map(|shows_before| Stepper {
+                    shows_before,
+                    ..stepper
+                })
+                .to_vec(),
         }
     }
 
@@ -184,17 +189,25 @@ impl Bench<'_> {
     /// to stick and by what it shows then, and such sticks located.
     pub(super) fn bands(&self, traced: &mut Traced) -> (Vec<f64>, Vec<Change>) {
         let sticks = self.evidence.word.iter().filter(|event| event.kind == EventKind::Stick);
-        let mut at = |time: f64| {
+        let at = |time: f64| {
             let (_, y) = traced.state_at(time)?;
             let system = self.physics.system();
             Some(system.relative_velocity(&traced.course.outside(time), &y).abs())
         };
         // Of one that is early the reference has the speed at which it begins.
         let close = |time: f64| {
-            let mut near = self.evidence.reference.iter().filter(|event| event.kind == EventKind::Stick);
+            let mut near = self
+                .evidence
+                .reference
+                .iter()
+                .filter(|event| event.kind == EventKind::Stick);
             near.any(|event| event.time > time && event.time - time < NEAR * self.evidence.period)
         };
-        let early: Vec<f64> = sticks.map(|event| event.time).filter(|time| close(*time)).take(STICKS).collect();
+        let early: Vec<f64> = sticks
+            .map(|event| event.time)
+            .filter(|time| close(*time))
+            .take(STICKS)
+            .collect();
         let is_band = |speed: &f64| *speed > 1e-6 * self.physics.speed() && *speed < SLOW * self.physics.speed();
         let speeds: Vec<f64> = early.into_iter().filter_map(at).filter(is_band).collect();
         let largest_early = speeds.iter().copied().fold(0.0, f64::max);
