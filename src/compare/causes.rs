@@ -84,10 +84,12 @@ impl Reference {
         if samples_agree.unwrap_or(events_agree) {
             return Ok(Causes::default());
         }
-        runs_done(0, 0);
         // Beyond the reference's end nobody knows what comes.
         let last = shown.word.last().map_or(f64::NEG_INFINITY, |e| e.time);
-        let to = span.to.max(last).min(self.end.max(last));
+        let to = match span.from < self.end {
+            true => span.to.min(self.end),
+            false => span.to.max(last),
+        };
         let has_rows = shown.candidate.has_rows();
         let from = if has_rows { span.from } else { f64::NEG_INFINITY };
         let evidence = Evidence {
@@ -99,6 +101,7 @@ impl Reference {
             bound: shown.bound,
             detected: shown.detected,
             is_smooth: known.is_finite(),
+            before: Default::default(),
         };
         // Another time of one motion may be another state that it begins in.
         let clock = self.other_clock(shown, &evidence)?;
@@ -130,8 +133,11 @@ impl Reference {
             starts,
             first,
             origin: None,
+            kicked: self.kick_event().map(|kick| kick.time),
+            watch: runs_done,
+            runs: Default::default(),
             most_steps: None,
-            end: self.end.max(last),
+            end: if to.is_finite() { to } else { self.end },
         }
         .prepared();
         let material = Material {
@@ -197,6 +203,12 @@ impl Reference {
         };
         let mut causes = Causes::default();
         let found = bench.find(proposals, &reading, self.start);
+        // What explains more than another clock is the cause.
+        let best = match &found {
+            HypothesesFound::Causes(all) => Some(all[0].judged),
+            HypothesesFound::Unexplained(_) => None,
+        };
+        let clock = clock.filter(|(_, by_clock)| best.is_none_or(|best| by_clock.as_much_as(&best)));
         if let Some((mut causes, by_clock)) = clock {
             if let HypothesesFound::Causes(all) = &found
                 && all[0].change.is_of_start()
@@ -265,15 +277,15 @@ impl Reference {
                 causes.said.push(Diagnosis::tried(cause, evidence, judged.explained));
                 causes.said.extend(second);
             }
-            HypothesesFound::Unexplained(closest) => {
-                let amplified = symptoms
-                    .last_digit_of_angles()
-                    .and_then(|digit| Some((digit, bench.amplified(digit)?)));
+            HypothesesFound::Unexplained(tried) => {
+                // Digits that were printed are no rounding of the candidate's own.
+                let digit = symptoms.last_digit_of_angles().filter(|_| shown.rounding == 0.0);
+                let amplified = digit.and_then(|digit| Some((digit, bench.amplified(digit)?)));
                 if let Some((digit, part)) = amplified.filter(|(_, part)| *part >= AMPLIFIED) {
                     let words = symptoms.absolute_angles(digit, part);
                     causes.said.push(Diagnosis::shown(Cause::AbsoluteAngles, words));
                 } else {
-                    causes.unexplained = Some(self.unexplained(shown, observation.as_ref(), closest));
+                    causes.unexplained = Some(self.unexplained(shown, observation.as_ref(), &tried));
                 }
             }
         }
@@ -281,7 +293,7 @@ impl Reference {
     }
 
     /// Where a difference begins that nothing explains, what came closest, and what would tell more.
-    fn unexplained(&self, shown: &Shown<'_>, observation: Option<&Observation>, closest: Option<Tried>) -> Unexplained {
+    fn unexplained(&self, shown: &Shown<'_>, observation: Option<&Observation>, tried: &[Tried]) -> Unexplained {
         /// Samples in a natural period from which the equations can be read.
         const PER_PERIOD: f64 = 20.0;
         let physics = &self.physics;
@@ -294,21 +306,30 @@ impl Reference {
         let lacking: Vec<_> = lacking.map(|channel| channel.name()).collect();
         let dense = physics.natural_period() / PER_PERIOD;
         let sparse = observation.is_some_and(|seen| seen.interval.is_none_or(|interval| interval > dense));
+        // The best of each cause, the closest first.
+        let mut each: Vec<Closest> = Vec::new();
+        for Tried { change, judged, .. } in tried {
+            let (cause, explained) = (shown.symptoms.named(change).0, judged.explained);
+            if each.iter().all(|known| known.cause != cause) {
+                each.push(Closest { cause, explained });
+            }
+        }
+        let mut all = each.into_iter();
+        let closest = all.next();
         Unexplained {
             begins,
             during: match before.map(|event| event.kind) {
                 None => "before the first event",
                 Some(EventKind::Stick) => "in stick",
+                Some(EventKind::Separation) => "while the contact is open",
                 Some(_) => "in slip",
             },
             would_tell: match lacking.is_empty() {
                 false => Some(lacking.join(", ")),
                 true => sparse.then(|| format!("samples every {dense:.1e} s")),
             },
-            closest: closest.map(|tried| Closest {
-                cause: shown.symptoms.named(&tried.change).0,
-                explained: tried.judged.explained,
-            }),
+            closest,
+            ruled_out: all.collect(),
         }
     }
 
@@ -426,8 +447,13 @@ impl Reference {
                     begin.extend(same.take(LOOKED_AT.1).map(|ours| ours.time - theirs.time));
                 }
                 begin.retain(|add| add.abs() > LEAST_CLOCK * period);
-                begin.sort_by(|a, b| near(a).total_cmp(&near(b)));
-                let Some(&begin) = begin.first() else { return Ok(None) };
+                begin.sort_by(f64::total_cmp);
+                begin.dedup();
+                let best = begin
+                    .iter()
+                    .map(|add| (near(add), *add))
+                    .min_by(|a, b| a.0.total_cmp(&b.0));
+                let Some((_, begin)) = best else { return Ok(None) };
                 let fit = Fit {
                     evidence,
                     play: &play,
@@ -452,9 +478,18 @@ impl Reference {
             (clock, _) => clock,
         };
         // Where the times count from says more than that events agree, and that more than an offset.
+        // To an offset that was given.
+        let given = shown.candidate.clock.offset;
         let words = match (&clock, shown.offset) {
-            (Some(OtherClock { counts_from: None, .. }) | None, Some(offset)) => offset.words(),
-            (Some(clock), _) => format!("{}; repeat with --time-offset {:.9}", clock.words(), clock.to_add()),
+            (Some(OtherClock { counts_from: None, .. }) | None, Some(offset)) => FoundOffset {
+                seconds: offset.seconds + given,
+                ..offset
+            }
+            .words(),
+            (Some(clock), _) => {
+                let add = clock.to_add() + given;
+                format!("{}; repeat with --time-offset {add:.9}", clock.words())
+            }
             (None, None) => String::new(),
         };
         let said = vec![Diagnosis::tried(Cause::TimeOffset, words, judged.explained)];

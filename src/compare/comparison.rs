@@ -155,6 +155,8 @@ pub struct Unexplained {
     pub would_tell: Option<String>,
     /// What came closest; `None` if nothing could be run.
     pub closest: Option<Closest>,
+    /// The other causes that were tried, each at its best, the closest first.
+    pub ruled_out: Vec<Closest>,
 }
 
 /// A change of the reference's run that does not reproduce the candidate.
@@ -337,6 +339,13 @@ impl Comparison {
                     cause.name(),
                     percent(explained)
                 );
+                if explained >= super::hypotheses::EXPLAINED {
+                    text += ", but others do as well, or its events do not agree";
+                }
+            }
+            let others: Vec<&str> = unexplained.ruled_out.iter().map(|other| other.cause.name()).collect();
+            if !others.is_empty() {
+                text += &format!("; {} explain less", others.join(", "));
             }
             if let Some(more) = &unexplained.would_tell {
                 text += &format!("; {more} would tell more");

@@ -232,9 +232,8 @@ impl Symptoms<'_> {
         let (number, kind) = nearest.map_or((0, "event"), |(number, event)| (number, event.kind.name()));
         let side = if late < 0.0 { "early" } else { "late" };
         format!(
-            "one event alone is wrong: its {kind} at {time:.6} s, number {} of the sequence, is {:.3e} s {side}, and what comes after \
-             follows from that",
-            number + 1,
+            "one event alone is wrong: its {kind} at {time:.6} s, event {number} of the sequence, is {:.3e} s {side}, and what comes \
+             after follows from that",
             late.abs()
         )
     }
@@ -273,7 +272,7 @@ impl Symptoms<'_> {
         }
         let coarse = step * 8.0 > self.physics.natural_period();
         match (stop, self.missing_sticks(step)) {
-            _ if scheme.is_low() && self.physics.coasts() || scheme == Scheme::RungeKutta && coarse => {
+            _ if coarse && (scheme.is_low() && self.physics.coasts() || scheme == Scheme::RungeKutta) => {
                 (Cause::UnresolvedMode, by)
             }
             _ if scheme.is_low() || scheme == Scheme::RungeKutta && located => (Cause::LowOrderMethod, by),

@@ -306,6 +306,9 @@ impl<'a> Locator<'a> {
             self.left = self.left.saturating_sub(1);
             self.course.after(length, &mut end);
             let value = self.guard(switch, time + length, &end);
+            if !value.is_finite() {
+                return None;
+            }
             if value <= 0.0 {
                 // By the Illinois method.
                 let (mut low, mut high) = ((0.0, start), (length, value));
@@ -315,6 +318,9 @@ impl<'a> Locator<'a> {
                     let x = secant.clamp(low.0, high.0);
                     self.course.after(x, &mut end);
                     let value = self.guard(switch, time + x, &end);
+                    if !value.is_finite() {
+                        return None;
+                    }
                     if value > 0.0 {
                         (low, high.1) = ((x, value), if side == 1 { high.1 / 2.0 } else { high.1 });
                         side = 1;

@@ -108,6 +108,7 @@ mod tests {
             kind: "slip",
             time: k as f64,
             error: error(k),
+            bound: 0.0,
         });
         let errors = EventErrors {
             matched: 20,

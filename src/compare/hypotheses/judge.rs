@@ -4,6 +4,7 @@ use super::super::parameters::{Agreement, agreement};
 use super::observation::Observation;
 use super::play::Played;
 use crate::record::sequence::SequenceEvent;
+use std::sync::OnceLock;
 
 /// What a cause explains of the squared difference, at least, and of that of the event times where samples show more than events.
 pub(in super::super) const EXPLAINED: f64 = 0.99;
@@ -33,6 +34,8 @@ pub(in super::super) struct Evidence<'a> {
     pub detected: bool,
     /// It ends before the first event, behind which a motion is amplified rounding.
     pub is_smooth: bool,
+    /// How far the events of the reference agree with its own, once it was asked.
+    pub before: OnceLock<Agreement>,
 }
 
 /// The judgement of a motion.
@@ -96,7 +99,11 @@ impl Evidence<'_> {
     /// How many of the samples, or of the events where there are no samples, are compared with a motion that is to be brought closer.
     pub(super) fn window(&self, played: &Played) -> usize {
         match self.observation {
-            Some(observation) => (observation.close(&played.values, CLOSE) + FEWEST).min(observation.time.len()),
+            Some(observation) => {
+                let covered = observation.time.partition_point(|time| *time <= self.covered.1);
+                let window = (observation.close(&played.values, CLOSE) + FEWEST).min(covered);
+                observation.known_up_to(&played.values, window)
+            }
             None => {
                 let near = |(theirs, ours): &(f64, f64)| (theirs - ours).abs() <= CLOSE * self.period;
                 let close = self.pairs(played).take_while(near).count();
@@ -166,7 +173,11 @@ impl Evidence<'_> {
         };
         let word = covered(self.word);
         let agreement = |events: &[SequenceEvent]| agreement(&covered(events), &word, self.period);
-        let (before, after) = (agreement(self.reference), agreement(&played.events));
+        let before = match until >= self.covered.1 {
+            true => *self.before.get_or_init(|| agreement(self.reference)),
+            false => agreement(self.reference),
+        };
+        let after = agreement(&played.events);
         let unmatched = (0.25 * self.period) * (0.25 * self.period);
         let square = |a: &Agreement| a.rms * a.rms * a.matched as f64 + a.unmatched as f64 * unmatched;
         let (events_before, events_left) = (square(&before), square(&after));

@@ -25,10 +25,11 @@ use super::creep::SHAPES;
 use super::parameters::{Reading, Start, of_normal_force};
 use super::reference::Physics;
 use crate::case::WrittenCase;
-use crate::model::BreakawayTest;
 use crate::model::system::{ContactLaw, KickSide, Regularisation, System};
+use crate::model::{BreakawayTest, KickTime};
 use crate::workers::over_processors;
 use judge::ALL;
+use std::sync::atomic::{AtomicUsize, Ordering};
 use unknown::{Numbers, Unknown};
 
 /// What hypotheses are tried on.
@@ -46,6 +47,11 @@ pub(super) struct Bench<'a> {
     pub most_steps: Option<usize>,
     /// Where runs end at the latest, s.
     pub end: f64,
+    /// When the reference was kicked before its first event, s.
+    pub kicked: Option<f64>,
+    /// Told how many runs are done, of how many.
+    pub watch: &'a (dyn Fn(usize, usize) + Sync),
+    pub runs: [AtomicUsize; 2],
 }
 
 /// A change of the reference's run.
@@ -174,12 +180,28 @@ impl Bench<'_> {
             threshold,
             start,
             end: self.evidence.covered.1.min(self.end),
-            most_events: MOST_EVENTS.0 * self.evidence.word.len() + MOST_EVENTS.1,
+            most_events: MOST_EVENTS.0 * self.evidence.word.len().max(self.evidence.reference.len()) + MOST_EVENTS.1,
             most_steps: self.most_steps,
         }
     }
 
+    /// A system whose kicks wait for a loss of stability is kicked when the reference was: a run from a state on does not know whether it
+    /// has been.
+    fn kicked(&self, system: &System) -> System {
+        let mut system = system.clone();
+        for kick in &mut system.kicks {
+            if let (KickTime::Instability, Some(time)) = (kick.time, self.kicked) {
+                kick.time = KickTime::At(time);
+            }
+        }
+        system
+    }
+
     fn score(&self, system: &System, threshold: f64, start: &Start) -> Option<Played> {
+        let system = &match start {
+            Start::Case => system.clone(),
+            Start::At(..) => self.kicked(system),
+        };
         let score = self.score_of(system, threshold, start);
         match self.evidence.observation {
             Some(observation) => score.play(self.physics, observation),
@@ -245,7 +267,13 @@ impl Bench<'_> {
                 let case = self.numbers.with_all(&numbers).ok()?;
                 let physics = Physics::new(case, self.evidence.reference, self.evidence.covered.1);
                 let to = (self.evidence.covered.1, usize::MAX);
-                stepper.play(&physics, (*time, state), self.evidence.observation, to)
+                stepper.play(
+                    &physics,
+                    (*time, state),
+                    &self.kicked(&physics.trains).kicks,
+                    self.evidence.observation,
+                    to,
+                )
             }
             Change::Stepper(stepper) => self.stepped(stepper, usize::MAX),
         }
@@ -276,8 +304,13 @@ impl Bench<'_> {
 
     /// Changes, judged; those that explain most first.
     pub fn all_tried(&self, changes: Vec<Change>) -> Vec<Tried> {
+        let [done, of] = &self.runs;
+        of.fetch_add(changes.len(), Ordering::Relaxed);
         let tried = over_processors(changes.len(), &|| false, |k| {
-            self.tried(changes[k].clone(), f64::INFINITY)
+            let tried = self.tried(changes[k].clone(), f64::INFINITY);
+            let done = done.fetch_add(1, Ordering::Relaxed) + 1;
+            (self.watch)(done, of.load(Ordering::Relaxed));
+            tried
         });
         sorted(tried.into_iter().flatten().collect())
     }
@@ -318,8 +351,8 @@ pub(super) struct Proposals {
 pub(super) enum Found {
     /// Changes that reproduce the candidate equally well, the simplest first.
     Causes(Vec<Tried>),
-    /// None does. What came closest, if anything could be run.
-    Unexplained(Option<Tried>),
+    /// None does, or two pairs of numbers equally well. What was run, the closest first.
+    Unexplained(Vec<Tried>),
 }
 
 /// A part of the squared difference that is much of it.
@@ -435,14 +468,11 @@ impl Bench<'_> {
         if by_state {
             tried.retain(|tried| is_state(tried) || !tried.own_state);
         }
-        if std::env::var_os("STICKSLIP_TRIED").is_some() {
-            for tried in tried.iter().take(12) {
-                eprintln!("{:?} {:?}", tried.change, tried.judged);
-            }
-        }
+        // TRIED
         let Some(best) = tried.iter().find(|tried| tried.is_cause()).cloned() else {
-            return Found::Unexplained(tried.into_iter().next());
+            return Found::Unexplained(tried);
         };
+        let all = tried.clone();
         tried.retain(|tried| tried.is_cause() && tried.judged.as_much_as(&best.judged));
         // Of numbers that do as well, the force and its times come last.
         tried.sort_by_key(|tried| (tried.change.rank(), tried.change.is_of_normal_force()));
@@ -454,7 +484,7 @@ impl Bench<'_> {
         // Of two pairs neither is the cause.
         let is_pair = |tried: &Tried| matches!(&tried.change, Change::Numbers(numbers) if values(numbers) > 1);
         if is_pair(&tried[0]) && tried.len() > 1 {
-            return Found::Unexplained(tried.into_iter().next());
+            return Found::Unexplained(all);
         }
         Found::Causes(tried)
     }
@@ -514,7 +544,13 @@ impl Bench<'_> {
             let to = (self.evidence.covered.1, usize::MAX);
             Some(
                 stepper
-                    .play(self.physics, (*time, state), Some(observation), to)?
+                    .play(
+                        self.physics,
+                        (*time, state),
+                        &self.kicked(&self.physics.trains).kicks,
+                        Some(observation),
+                        to,
+                    )?
                     .values,
             )
         };

@@ -23,14 +23,15 @@ pub(in super::super) struct ObservationPass {
     channels: Vec<Channel>,
     /// Kept whole, s.
     window: (f64, f64),
-    /// Every so many are kept elsewhere, as a power of 2, and how many came.
-    thinned: u32,
-    came: u64,
+    /// Every so many are kept, as a power of 2, and how many came; elsewhere, and in the window.
+    thinned: [u32; 2],
+    came: [u64; 2],
     /// Time and values of each sample; of those in the window apart.
     kept: [Vec<(f64, Vec<f64>)>; 2],
-    /// Shortest and longest interval, s, and the times of the first and the last sample.
-    intervals: (f64, f64),
-    ends: Option<(f64, f64)>,
+    /// What the intervals of samples are, s.
+    intervals: Intervals,
+    /// The last sample, s.
+    last: Option<f64>,
 }
 
 impl ObservationPass {
@@ -50,35 +51,31 @@ impl ObservationPass {
             channels: columns.iter().map(|&k| channels[k]).collect(),
             columns,
             window,
-            thinned: 0,
-            came: 0,
+            thinned: [0; 2],
+            came: [0; 2],
             kept: Default::default(),
-            intervals: (f64::INFINITY, 0.0),
-            ends: None,
+            intervals: Intervals::default(),
+            last: None,
         }
     }
 
     /// Takes the next samples.
     pub fn add(&mut self, block: &Block) {
         for (row, &time) in block.time.iter().enumerate() {
-            if let Some((_, last)) = &mut self.ends {
-                let interval = time - *last;
-                self.intervals = (self.intervals.0.min(interval), self.intervals.1.max(interval));
-                *last = time;
-            } else {
-                self.ends = Some((time, time));
+            if let Some(last) = self.last.replace(time) {
+                self.intervals.add(time - last);
             }
-            let inside = time >= self.window.0 && time <= self.window.1 && self.kept[1].len() < KEPT;
-            let wanted = self.came & ((1 << self.thinned) - 1) == 0;
-            self.came += 1;
-            if inside || wanted {
+            let place = usize::from(time >= self.window.0 && time <= self.window.1);
+            let wanted = self.came[place] & ((1 << self.thinned[place]) - 1) == 0;
+            self.came[place] += 1;
+            if wanted {
                 let values = self.columns.iter().map(|&k| block.columns[k][row]).collect();
-                self.kept[usize::from(inside)].push((time, values));
+                self.kept[place].push((time, values));
             }
-            if self.kept[0].len() > 2 * KEPT {
-                self.thinned += 1;
+            if self.kept[place].len() > 2 * KEPT {
+                self.thinned[place] += 1;
                 let mut number = 0;
-                self.kept[0].retain(|_| {
+                self.kept[place].retain(|_| {
                     number += 1;
                     number % 2 == 1
                 });
@@ -96,8 +93,6 @@ impl ObservationPass {
         let time: Vec<f64> = rows.iter().map(|row| row.0).collect();
         let column = |k: usize| rows.iter().map(|row| row.1[k]).collect();
         let reference = at(walk, &self.channels, &time)?;
-        let even = self.intervals.1 - self.intervals.0 <= UNEVEN * self.intervals.1;
-        let interval = self.ends.filter(|_| even && self.came > 1);
         Ok(Observation {
             values: (0..self.channels.len()).map(column).collect(),
             sizes: self
@@ -105,7 +100,7 @@ impl ObservationPass {
                 .iter()
                 .map(|&channel| physics.size(channel, false))
                 .collect(),
-            interval: interval.map(|(from, to)| (to - from) / (self.came - 1) as f64),
+            interval: self.intervals.even(),
             channels: self.channels,
             reference,
             time,
@@ -113,8 +108,45 @@ impl ObservationPass {
     }
 }
 
-/// Intervals of samples that differ by less than this part of themselves are even.
-const UNEVEN: f64 = 1e-3;
+/// Intervals of samples that differ by less than this part of one are the same, and where so many are, they are even: rows at events,
+/// and a last one, may stand between.
+const UNEVEN: f64 = 1e-2;
+const MANY: f64 = 0.9;
+/// As many intervals are looked at before another is taken for the common one.
+const FIRST: u64 = 16;
+
+/// The intervals of samples.
+#[derive(Debug, Default)]
+struct Intervals {
+    /// One of them, s, and how many are the same, with their sum.
+    one: f64,
+    same: u64,
+    sum: f64,
+    /// Since that one was taken.
+    all: u64,
+}
+
+impl Intervals {
+    fn add(&mut self, interval: f64) {
+        if self.all == 0 || self.all == FIRST && 2 * self.same < self.all {
+            *self = Intervals {
+                one: interval,
+                ..Intervals::default()
+            };
+        }
+        self.all += 1;
+        if (interval - self.one).abs() <= UNEVEN * self.one {
+            self.same += 1;
+            self.sum += interval;
+        }
+    }
+
+    /// The interval (s), if they are even.
+    fn even(&self) -> Option<f64> {
+        let even = self.same > 0 && self.same as f64 >= MANY * self.all as f64;
+        even.then(|| self.sum / self.same as f64)
+    }
+}
 
 /// Part of the samples at which a motion may be unknown, as the reference is by another clock.
 const UNKNOWN: f64 = 0.1;
@@ -205,7 +237,7 @@ impl Observation {
                 (sum, count) = (sum + squares, count + 1);
             }
         }
-        if unknown as f64 > UNKNOWN * rows as f64 {
+        if count == 0 || unknown as f64 > UNKNOWN * (count + unknown) as f64 {
             return f64::NAN;
         }
         sum / (count * self.channels.len()).max(1) as f64
@@ -245,8 +277,15 @@ impl Observation {
 
     /// Samples up to the first that differs from a motion by more than a part of the size of a channel.
     pub fn close(&self, motion: &Values, part: f64) -> usize {
-        let far = |row: &usize| self.differences(motion, *row).any(|x| x.is_nan() || x.abs() > part);
+        let far =
+            |row: &usize| self.known(*row) && self.differences(motion, *row).any(|x| x.is_nan() || x.abs() > part);
         (0..self.time.len()).find(far).unwrap_or(self.time.len())
+    }
+
+    /// Samples up to the first at which a motion is not known, of some.
+    pub fn known_up_to(&self, motion: &Values, rows: usize) -> usize {
+        let unknown = |row: &usize| self.differences(motion, *row).any(|x| !x.is_finite());
+        (0..rows).find(unknown).unwrap_or(rows)
     }
 
     /// What a motion differs by from the candidate in its first samples, in parts of the sizes, channel by channel.

@@ -93,7 +93,7 @@ pub(in super::super) struct Stepper {
 }
 
 /// Steps of a run at most; and of the fixed point of an implicit step.
-const MOST_STEPS: f64 = 1e6;
+const MOST_STEPS: f64 = 3e5;
 const MOST_ITERATIONS: usize = 60;
 /// Expansions in a step at most.
 const MOST_EXPANSIONS: usize = 100;
@@ -337,6 +337,7 @@ impl Stepper {
         &self,
         physics: &Physics,
         (from, y): (f64, &[f64]),
+        kicks: &[Kick],
         observation: Option<&Observation>,
         (to, rows): (f64, usize),
     ) -> Option<Played> {
@@ -359,7 +360,7 @@ impl Stepper {
             y: y.to_vec(),
             scratch: Default::default(),
         };
-        let kicks = physics.trains.kicks.iter();
+        let kicks = kicks.iter();
         let mut kicks: Vec<&Kick> = kicks
             .filter(|kick| kick.time.at().is_some_and(|time| *time > from))
             .collect();
@@ -399,6 +400,9 @@ impl Stepper {
                 if motion.t >= grid[1] {
                     break;
                 }
+            }
+            if motion.t < grid[1] {
+                return None;
             }
             if self.digit > 0.0 {
                 let twist = &mut motion.y[system.rotor.twists];

@@ -66,6 +66,7 @@ impl Bench<'_> {
         stepper.play(
             self.physics,
             (*time, state),
+            &self.kicked(&self.physics.trains).kicks,
             self.evidence.observation,
             (self.evidence.covered.1, rows),
         )

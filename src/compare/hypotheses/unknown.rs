@@ -22,8 +22,8 @@ pub(super) struct Unknown {
 /// Numbers with values.
 pub(super) type Numbers = Vec<(String, f64)>;
 
-/// What one mistakes a number for most: its double and its half, the other sign, degrees.
-const MISTAKEN: [f64; 5] = [2.0, 0.5, -1.0, TAU / 360.0, 360.0 / TAU];
+/// What one mistakes a number for most: its double and its half, none, the other sign, degrees.
+const MISTAKEN: [f64; 6] = [2.0, 0.5, 0.0, -1.0, TAU / 360.0, 360.0 / TAU];
 
 /// And what a phase is, beside its other sign: what a sine and a cosine, or two directions, differ by.
 const TURNS: [f64; 3] = [FRAC_PI_2, -FRAC_PI_2, PI];
