@@ -214,7 +214,7 @@ impl Reference {
                 && all[0].change.is_of_start()
                 && all[0].judged.as_much_as(&by_clock)
             {
-                let parameters = self.parameters(&numbers, all, proposed.as_ref(), events);
+                let parameters = self.parameters(&numbers, all, proposed.as_ref(), (events, of_samples));
                 let (cause, words) = match &all[0].change {
                     Change::Numbers(_) => {
                         diagnosis::of_numbers(&parameters, physics, &numbers, &outcome(&all[0].judged))
@@ -236,7 +236,7 @@ impl Reference {
                 let mut second = None;
                 let (cause, mut evidence) = match &best.change {
                     Change::Numbers(_) | Change::Both(..) => {
-                        let parameters = self.parameters(&numbers, &all, proposed.as_ref(), events);
+                        let parameters = self.parameters(&numbers, &all, proposed.as_ref(), (events, of_samples));
                         let words = diagnosis::of_numbers(&parameters, physics, &numbers, &outcome(judged));
                         causes.parameters = Some(parameters);
                         if let Change::Both(_, stepper) = &best.change {
@@ -339,7 +339,7 @@ impl Reference {
         numbers: &WrittenCase,
         all: &[Tried],
         proposed: Option<&OtherParameters>,
-        events: usize,
+        (events, of_samples): (usize, bool),
     ) -> OtherParameters {
         let judged = &all[0].judged;
         let known = |path: &str, value: f64| {
@@ -376,7 +376,8 @@ impl Reference {
             found_by: match proposed {
                 Some(other) if from_proposed => other.found_by,
                 _ if best.iter().all(|number| number.path == "friction.breakaway") => FoundBy::Breakaways,
-                _ => FoundBy::Samples,
+                _ if of_samples => FoundBy::Samples,
+                _ => FoundBy::Events,
             },
             numbers: best,
             explained: judged.explained,

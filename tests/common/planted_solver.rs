@@ -611,7 +611,8 @@ impl Solver {
             }
             if stopped && !(event && self.located) {
                 stops.next();
-                if !self.unkicked {
+                // Opposite impulses on surfaces that stick cancel.
+                if !self.unkicked && doing != Doing::Stick {
                     let before = y;
                     self.kick(t, &mut y);
                     if y != before {

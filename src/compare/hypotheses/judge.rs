@@ -11,6 +11,8 @@ pub(in super::super) const EXPLAINED: f64 = 0.99;
 const OF_EVENTS: f64 = 0.9;
 /// What leaves less than this part of the square of the samples has the events that are found in them.
 pub(super) const ALL: f64 = 1e-4;
+/// And what leaves less than this is the motion itself, whatever events were found in it.
+const EXACT: f64 = 1.0 - 1e-6;
 /// Mean squares (in parts of the sizes) and squares of event times (s^2) below these are rounding.
 const FLOOR: f64 = 1e-18;
 /// As much as another explains what leaves up to this multiple of the square.
@@ -172,7 +174,18 @@ impl Evidence<'_> {
             events.iter().filter(inside).copied().collect()
         };
         let word = covered(self.word);
-        let agreement = |events: &[SequenceEvent]| agreement(&covered(events), &word, self.period);
+        // Where a table of events ends nobody knows: of the next one less than its longest pause later it may have been cut off.
+        let last = word.last().map_or(f64::NEG_INFINITY, |event| event.time);
+        let pauses = word.windows(2).map(|two| two[1].time - two[0].time);
+        let pause = pauses.fold(0.0, f64::max);
+        let is_open = |event: &SequenceEvent| event.time > last && event.time <= last + pause;
+        let agreement = |events: &[SequenceEvent]| {
+            let mut events = covered(events);
+            if self.observation.is_none() {
+                events.retain(|event| !is_open(event));
+            }
+            agreement(&events, &word, self.period)
+        };
         let before = match until >= self.covered.1 {
             true => *self.before.get_or_init(|| agreement(self.reference)),
             false => agreement(self.reference),
@@ -202,7 +215,10 @@ impl Evidence<'_> {
                     left,
                     before,
                     after,
-                    events: within || of_events >= OF_EVENTS || self.detected && explained >= 1.0 - ALL,
+                    events: within
+                        || of_events >= OF_EVENTS
+                        || self.detected
+                            && (explained >= EXACT || explained >= 1.0 - ALL && after.cost <= 0.5 * before.cost),
                 }
             }
             None => Judged {

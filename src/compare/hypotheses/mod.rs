@@ -468,7 +468,11 @@ impl Bench<'_> {
         if by_state {
             tried.retain(|tried| is_state(tried) || !tried.own_state);
         }
-        // TRIED
+        if std::env::var_os("STICKSLIP_TRIED").is_some() {
+            for tried in tried.iter().take(12) {
+                eprintln!("{:?} {:?}", tried.change, tried.judged);
+            }
+        } // TRIED
         let Some(best) = tried.iter().find(|tried| tried.is_cause()).cloned() else {
             return Found::Unexplained(tried);
         };

@@ -27,7 +27,7 @@ const MOST_MULTIPLES: u32 = 200_000;
 const OFF: f64 = 1e-3;
 const FEWEST_EVENTS: usize = 5;
 /// A stick begins below this part of the speeds of slip.
-const SLOW: f64 = 0.1;
+const SLOW: f64 = 0.3;
 /// Sticks that are looked at for the velocity at which they begin.
 const STICKS: usize = 20;
 const FITTED: usize = 2;
