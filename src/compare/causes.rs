@@ -278,8 +278,7 @@ impl Reference {
                 causes.said.extend(second);
             }
             HypothesesFound::Unexplained(tried) => {
-                // Digits that were printed are no rounding of the candidate's own.
-                let digit = symptoms.last_digit_of_angles().filter(|_| shown.rounding == 0.0);
+                let digit = symptoms.last_digit_of_angles();
                 let amplified = digit.and_then(|digit| Some((digit, bench.amplified(digit)?)));
                 if let Some((digit, part)) = amplified.filter(|(_, part)| *part >= AMPLIFIED) {
                     let words = symptoms.absolute_angles(digit, part);

@@ -272,6 +272,13 @@ impl Symptoms<'_> {
         }
         let coarse = step * 8.0 > self.physics.natural_period();
         match (stop, self.missing_sticks(step)) {
+            // It damps what should grow.
+            _ if scheme == Scheme::ImplicitEuler
+                && self.physics.coasts()
+                && step * 40.0 > self.physics.natural_period() =>
+            {
+                (Cause::UnresolvedMode, by)
+            }
             _ if coarse && (scheme.is_low() && self.physics.coasts() || scheme == Scheme::RungeKutta) => {
                 (Cause::UnresolvedMode, by)
             }

@@ -52,8 +52,14 @@ fn planted(case: &str, overrides: &[&str], columns: &[&str]) -> Comparison {
 #[track_caller]
 fn names(c: &Comparison, path: &str, value: f64) {
     let found = c.parameters.as_ref().unwrap_or_else(|| panic!("{}", c.verdict));
+    // A belt that sticks from the start shows no more of a twist at t = 0 than of another clock.
+    let of_start = path.starts_with("initial.");
     assert!(
-        matches!(causes(c)[..], [Cause::AnotherParameter | Cause::StickTest]),
+        match causes(c)[..] {
+            [Cause::AnotherParameter | Cause::StickTest] => true,
+            [Cause::TimeOffset, Cause::AnotherParameter] => of_start,
+            _ => false,
+        },
         "{}",
         c.verdict
     );

@@ -178,7 +178,9 @@ impl Evidence<'_> {
         let last = word.last().map_or(f64::NEG_INFINITY, |event| event.time);
         let pauses = word.windows(2).map(|two| two[1].time - two[0].time);
         let pause = pauses.fold(0.0, f64::max);
-        let is_open = |event: &SequenceEvent| event.time > last && event.time <= last + pause;
+        // The partner of the last one may come a little later.
+        let after = last + (0.25 * self.period).min(0.5 * pause);
+        let is_open = |event: &SequenceEvent| event.time > after && event.time <= last + pause;
         let agreement = |events: &[SequenceEvent]| {
             let mut events = covered(events);
             if self.observation.is_none() {

@@ -377,7 +377,8 @@ impl Bench<'_> {
         let told: Vec<Change> = changes
             .iter()
             .filter(|change| match change {
-                Change::Numbers(_) => matches!(reading, Reading::Mended),
+                // A table of events has nothing but them.
+                Change::Numbers(_) => matches!(reading, Reading::Mended) || self.evidence.observation.is_none(),
                 _ => true,
             })
             .cloned()
@@ -542,6 +543,7 @@ impl Bench<'_> {
                 stop: Stop::Sign,
                 located: false,
                 shows_before: false,
+                strict: false,
                 breakaway: 1.0,
                 digit,
             };

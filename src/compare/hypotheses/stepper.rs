@@ -86,6 +86,8 @@ pub(in super::super) struct Stepper {
     pub located: bool,
     /// A sample at the end of a step shows the state before what is done for an event there.
     pub shows_before: bool,
+    /// A step that leads through zero and out of the tolerance again is no stick.
+    pub strict: bool,
     /// Of mu_0, at which a stick ends.
     pub breakaway: f64,
     /// The twist of the rotor's first shaft is a multiple of this after every step, rad; 0 where it is not rounded.
@@ -224,6 +226,7 @@ impl Motion<'_> {
 
 /// A step of the Runge-Kutta method in parts of the time in which friction at rest stops a surface.
 const SHORT: f64 = 0.2;
+const MOST_SHORT_STEPS: f64 = 1e6;
 
 /// The motion with a smooth function in the place of the sign, of [`SHAPES`] with its speed (rad/s), at the times of an observation.
 pub(super) fn creeping(
@@ -246,7 +249,7 @@ pub(super) fn creeping(
         scratch: Default::default(),
     };
     let times = observation.time.iter().copied();
-    if (times.clone().last()? - from) / longest > MOST_STEPS {
+    if (times.clone().last()? - from) / longest > MOST_SHORT_STEPS {
         return None;
     }
     let mut values = vec![vec![f64::NAN; observation.time.len()]; observation.channels.len()];
@@ -446,7 +449,9 @@ impl Stepper {
                     let through = f64::from(mode.sense()) * w <= 0.0;
                     let stops = match self.stop {
                         Stop::Sign => through,
-                        Stop::Within(band) | Stop::Frozen(band) => through || w.abs() <= band && w.abs() < before.abs(),
+                        Stop::Within(band) | Stop::Frozen(band) => {
+                            through && !self.strict || w.abs() <= band && w.abs() < before.abs()
+                        }
                     };
                     match stops && torque(motion).abs() <= limit {
                         true => Some(EventKind::Stick),

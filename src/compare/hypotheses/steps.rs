@@ -42,6 +42,7 @@ impl Bench<'_> {
             stop: Stop::Sign,
             located,
             shows_before: false,
+            strict: false,
             breakaway: 1.0,
             digit: 0.0,
         }
@@ -51,12 +52,19 @@ impl Bench<'_> {
     fn both(stepper: Stepper) -> Vec<Stepper> {
         match stepper.located {
             true => vec![stepper],
-            false => [false, true]
-                .map(|shows_before| Stepper {
+            false => {
+                let stricts: &[bool] = match stepper.stop {
+                    Stop::Within(band) | Stop::Frozen(band) if band > 0.0 => &[false, true],
+                    _ => &[false],
+                };
+                let each = stricts.iter().flat_map(|&strict| [(strict, false), (strict, true)]);
+                each.map(|(strict, shows_before)| Stepper {
                     shows_before,
+                    strict,
                     ..stepper
                 })
-                .to_vec(),
+                .collect()
+            }
         }
     }
 
@@ -70,6 +78,11 @@ impl Bench<'_> {
             self.evidence.observation,
             (self.evidence.covered.1, rows),
         )
+    }
+
+    /// The number of the candidate's samples.
+    fn shown(&self) -> usize {
+        self.evidence.observation.map_or(0, |seen| seen.time.len())
     }
 
     /// Between the candidate's samples, s.
@@ -219,11 +232,9 @@ impl Bench<'_> {
         });
         let largest = [0, 1].map(|side| shown.iter().map(|speeds| speeds[side]).fold(0.0, f64::max));
         let step = self.evidence.period / FINE;
-        let kinds: Vec<(f64, bool)> = speeds
-            .iter()
-            .take(FITTED)
-            .flat_map(|&speed| [(speed, false), (speed, true)])
-            .collect();
+        let least = 1e-3 * self.physics.speed();
+        let kinds = speeds.iter().take(FITTED).chain([&least]);
+        let kinds: Vec<(f64, bool)> = kinds.flat_map(|&speed| [(speed, false), (speed, true)]).collect();
         let found = over_processors(kinds.len(), &|| false, |k| {
             let (speed, frozen) = kinds[k];
             let of = |values: &[f64]| Stepper {
@@ -234,7 +245,13 @@ impl Bench<'_> {
                 },
                 ..self.stepper(Scheme::Exact, true, step)
             };
-            let play = |values: &[f64]| self.stepped(&of(values), usize::MAX);
+            let play = |values: &[f64]| self.stepped(&of(values), self.shown());
+            let speed = match speed == least {
+                true => self
+                    .evidence
+                    .projected(speed, 1, &|speed| self.stepped(&of(&[speed]), self.shown()))?,
+                false => speed,
+            };
             let fit = Fit {
                 evidence: &self.evidence,
                 play: &play,
