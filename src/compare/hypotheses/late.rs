@@ -12,9 +12,9 @@ use crate::workers::over_processors;
 const MOST_EXPANSIONS: usize = 1000;
 
 /// How late an event is at first, in natural periods, where it is fitted.
-const BEGIN: [f64; 7] = [1e-4, 1e-3, 3e-3, 0.01, 0.025, 0.06, 0.15];
+const BEGIN: [f64; 6] = [1e-4, 1e-3, 3e-3, 0.01, 0.025, 0.06];
 /// An event that is later than this, in natural periods, is another.
-const FAR: f64 = 0.5;
+const FAR: f64 = 0.125;
 /// Differences from this part of the largest on show where a candidate parts.
 const PARTS_AT: f64 = 1e-3;
 
@@ -53,11 +53,8 @@ impl Bench<'_> {
                 play: &|values: &[f64]| play(values[0]),
                 units: &[begin],
             };
-            Some(Change::Late(
-                events[number].time,
-                fit.refined(vec![begin])?.values[0],
-                joined,
-            ))
+            let late = fit.refined(vec![begin])?.values[0];
+            (late.abs() <= FAR * period).then_some(Change::Late(events[number].time, late, joined))
         });
         found.into_iter().flatten().collect()
     }

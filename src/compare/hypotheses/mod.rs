@@ -528,6 +528,11 @@ impl Bench<'_> {
     /// A run without the kicks, if it reproduces the candidate up to a time (s).
     pub fn unkicked(&self, until: f64) -> Option<Tried> {
         self.evidence.observation?;
+        // A brake that has stopped before the kick says nothing of it.
+        let first = self.evidence.word.first().map_or(f64::INFINITY, |event| event.time);
+        if self.kicked.is_some_and(|kicked| first <= kicked) {
+            return None;
+        }
         self.tried(Change::NoKick, until)
             .filter(|tried| tried.judged.is_cause())
     }
@@ -544,10 +549,11 @@ impl Bench<'_> {
                 located: false,
                 shows_before: false,
                 strict: false,
+                even: false,
                 breakaway: 1.0,
                 digit,
             };
-            let to = (self.evidence.covered.1, usize::MAX);
+            let to = (self.evidence.covered.1, observation.time.len());
             Some(
                 stepper
                     .play(

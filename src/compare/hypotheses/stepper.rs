@@ -1,5 +1,6 @@
 //! Solvers that step: the equations of a case by a method of low order, with events at the ends of its steps.
 
+use super::super::Channel;
 use super::super::creep::SHAPES;
 use super::super::reference::Physics;
 use super::observation::{Observation, Values};
@@ -86,6 +87,8 @@ pub(in super::super) struct Stepper {
     pub located: bool,
     /// A sample at the end of a step shows the state before what is done for an event there.
     pub shows_before: bool,
+    /// Within a step that leads through zero the law is one of |omega_r|, not of omega_r in the sense of the slip.
+    pub even: bool,
     /// A step that leads through zero and out of the tolerance again is no stick.
     pub strict: bool,
     /// Of mu_0, at which a stick ends.
@@ -104,6 +107,8 @@ struct Motion<'a> {
     physics: &'a Physics,
     /// A function in the place of the sign: of [`SHAPES`], with its speed (rad/s).
     smooth: Option<(usize, f64)>,
+    /// As [`Stepper::even`].
+    even: bool,
     course: Course,
     mode: Mode,
     t: f64,
@@ -122,16 +127,24 @@ impl Motion<'_> {
     fn read(&mut self, values: &mut Values, observation: &Observation, row: usize) {
         self.course.stand_before(self.mode, self.t, &self.y);
         for (column, &channel) in values.iter_mut().zip(&observation.channels) {
-            column[row] = self.course.series(self.physics.quantity(channel), 0.0).0[0];
+            column[row] = match channel {
+                // Which stays what it was in the stick of some solvers.
+                Channel::RelativeVelocity => self.velocity(),
+                _ => self.course.series(self.physics.quantity(channel), 0.0).0[0],
+            };
         }
     }
 
     fn rates(&self, t: f64, y: &[f64], rates: &mut [f64]) {
         let (system, outside) = (self.physics.system(), self.course.outside(t));
-        if let Some((shape, speed)) = self.smooth {
+        let sense = f64::from(self.mode.sense());
+        if self.smooth.is_some() || self.even && sense != 0.0 {
             system.rates(Mode::Separated, 0.0, 0, &outside, y, rates);
             let w = system.relative_velocity(&outside, y);
-            let share = system.law_in(system.piece_of(w)).coefficient(w.abs()) * (SHAPES[shape].value)(w / speed);
+            let sign = self
+                .smooth
+                .map_or(sense, |(shape, speed)| (SHAPES[shape].value)(w / speed));
+            let share = system.law_in(system.piece_of(w)).coefficient(w.abs()) * sign;
             let torque = share * system.radius * outside.normal_force;
             rates
                 .iter_mut()
@@ -242,6 +255,7 @@ pub(super) fn creeping(
     let mut motion = Motion {
         physics,
         smooth: Some(smooth),
+        even: false,
         course: physics.course(),
         mode: Mode::Separated,
         t: from,
@@ -357,6 +371,7 @@ impl Stepper {
         let mut motion = Motion {
             physics,
             smooth: None,
+            even: self.even,
             course: physics.course(),
             mode: Mode::Stick,
             t: from,

@@ -8,6 +8,8 @@ use crate::compare::diagnosis::round_above;
 use crate::record::EventKind;
 use crate::workers::over_processors;
 
+/// A step is long that is more than a natural period by this.
+const LONG: f64 = 20.0;
 /// Steps to an interval of samples.
 const PARTS: [f64; 4] = [1.0, 2.0, 5.0, 10.0];
 /// Steps in a natural period with which the error of a method of some order is looked at first.
@@ -43,13 +45,14 @@ impl Bench<'_> {
             located,
             shows_before: false,
             strict: false,
+            even: false,
             breakaway: 1.0,
             digit: 0.0,
         }
     }
 
-    /// What the samples of a solver with events at the ends of its steps may show there.
-    fn both(stepper: Stepper) -> Vec<Stepper> {
+    /// What solvers with events at the ends of their steps do otherwise.
+    fn variants(&self, stepper: Stepper) -> Vec<Stepper> {
         match stepper.located {
             true => vec![stepper],
             false => {
@@ -57,10 +60,19 @@ impl Bench<'_> {
                     Stop::Within(band) | Stop::Frozen(band) if band > 0.0 => &[false, true],
                     _ => &[false],
                 };
+                // It matters where a step is long, or where a slip begins with what speed was left.
+                let matters = stepper.step * LONG > self.evidence.period || matches!(stepper.stop, Stop::Frozen(_));
+                let evens: &[bool] = match stepper.scheme.order() {
+                    Some(_) if matters => &[false, true],
+                    _ => &[false],
+                };
                 let each = stricts.iter().flat_map(|&strict| [(strict, false), (strict, true)]);
-                each.map(|(strict, shows_before)| Stepper {
+                let each =
+                    each.flat_map(|(strict, shows_before)| evens.iter().map(move |&even| (strict, shows_before, even)));
+                each.map(|(strict, shows_before, even)| Stepper {
                     shows_before,
                     strict,
+                    even,
                     ..stepper
                 })
                 .collect()
@@ -176,7 +188,7 @@ impl Bench<'_> {
                 }));
             }
         }
-        all.into_iter().flat_map(Self::both).collect()
+        all.into_iter().flat_map(|stepper| self.variants(stepper)).collect()
     }
 
     /// Methods of low order, or with few steps.
@@ -194,7 +206,7 @@ impl Bench<'_> {
                 steps.extend(&lengths);
             }
             let each = steps.into_iter().map(|step| self.stepper(scheme, located, step));
-            each.flat_map(Self::both).collect::<Vec<_>>()
+            each.flat_map(|stepper| self.variants(stepper)).collect::<Vec<_>>()
         });
         found.into_iter().flatten().collect()
     }
