@@ -104,7 +104,7 @@ pub struct Comparison {
     /// Of the same: the periodic motion of reference and candidate, each `None` where there is none.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub attractors: Option<[Option<Attractor>; 2]>,
-    /// Of the same: what is not here, with the reason.
+    /// What is not here, with the reason.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub absent: Vec<Absent>,
 }
@@ -113,9 +113,16 @@ pub struct Comparison {
 #[derive(Debug, Clone, PartialEq, Eq, Serialize)]
 pub struct Absent {
     /// Its name.
-    pub what: &'static str,
+    pub what: String,
     /// Why.
     pub why: String,
+}
+
+impl Absent {
+    pub(super) fn of((what, why): (&str, &str)) -> Absent {
+        let (what, why) = (what.to_owned(), why.to_owned());
+        Absent { what, why }
+    }
 }
 
 /// The part of the reference that a candidate covers.
@@ -161,9 +168,8 @@ impl Comparison {
         let Some([reference, candidate]) = self.attractors else {
             return;
         };
-        let mut add = |what: &'static str, why: &str| {
-            let why = why.to_owned();
-            self.absent.push(Absent { what, why });
+        let mut add = |what: &str, why: &str| {
+            self.absent.push(Absent::of((what, why)));
         };
         if reference.is_some() {
             add(
@@ -190,7 +196,8 @@ impl Comparison {
             add("states", "the candidate is a table of events");
         } else if self.energy_drift.is_none() {
             let why = match lacking {
-                [] => "the samples are nowhere eight to a natural period".to_owned(),
+                [] => "the samples are nowhere eight to a natural period, or an energy is beyond the largest number"
+                    .to_owned(),
                 _ => format!("the candidate has no {}", lacking.join(", ")),
             };
             add("energy_drift", &why);
@@ -236,8 +243,19 @@ impl Comparison {
                 text += if below < errors.matched { " below" } else { ", below" };
                 text += &format!(" the resolution of its file, {of_file:.1e} s");
             }
-        } else if let Some(digits) = self.channels.iter().filter_map(|row| row.mescd).min_by(f64::total_cmp) {
-            text += &format!("; states agree to {digits:.1} digits");
+        }
+        let worst = self.channels.iter().filter_map(|row| Some((row, row.mescd?)));
+        match worst.min_by(|a, b| a.1.total_cmp(&b.1)) {
+            // The error of a channel is larger than its values.
+            Some((row, digits)) if digits < 0.0 => {
+                let (channel, max, unit) = (&row.channel, row.max, row.unit);
+                text += &format!(
+                    "; states do not agree: {channel} is off by {max:.1e} {unit} at {:.6} s",
+                    row.max_at
+                );
+            }
+            Some((_, digits)) if errors.max.is_none() => text += &format!("; states agree to {digits:.1} digits"),
+            _ => {}
         }
         if let Some(first) = self.causes.first() {
             text += &format!("; likely cause: {}: {}", first.cause.name(), first.evidence);

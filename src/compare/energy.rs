@@ -113,9 +113,10 @@ impl<'a> EnergyPass<'a> {
         self.last = Some(sample);
     }
 
-    /// The drift, after the last sample; `None` if the samples are nowhere dense enough.
+    /// The drift, after the last sample; `None` if the samples are nowhere dense enough, or if an energy is beyond the largest number.
     pub fn finish(self) -> Option<EnergyDrift> {
-        self.drift.filter(|drift| drift.covered > 0.0)
+        self.drift
+            .filter(|drift| drift.covered > 0.0 && drift.last.is_finite() && drift.initial.is_finite())
     }
 }
 

@@ -7,6 +7,7 @@
 use super::Channel;
 use super::candidate::Block;
 use super::reference::{Curve, Physics, Walk};
+use super::states::Squares;
 use crate::results::ResultError;
 use serde::Serialize;
 use std::borrow::Cow;
@@ -45,7 +46,7 @@ pub struct ImpulseErrors {
 struct Errors {
     max: f64,
     max_at: f64,
-    squares: f64,
+    squares: Squares,
 }
 
 impl Errors {
@@ -53,7 +54,7 @@ impl Errors {
         if error.abs() > self.max {
             (self.max, self.max_at) = (error.abs(), time);
         }
-        self.squares += error * error;
+        self.squares.add(error);
     }
 }
 
@@ -187,7 +188,7 @@ impl<'a> ImpulsePass<'a> {
             return Vec::new();
         };
         let of = |impulse: &Impulse| {
-            let opposite = impulse.errors[1].squares < impulse.errors[0].squares;
+            let opposite = impulse.errors[1].squares.is_less(&impulse.errors[0].squares);
             let errors = impulse.errors[usize::from(opposite)];
             let change = impulse.last - impulse.first;
             // The distance of 32-bit numbers of the largest size.
@@ -202,7 +203,7 @@ impl<'a> ImpulsePass<'a> {
                 candidate: if opposite { -change } else { change },
                 max: errors.max,
                 max_at: errors.max_at,
-                rms: (errors.squares / self.samples as f64).sqrt(),
+                rms: errors.squares.rms(self.samples),
                 opposite,
                 resolution: (impulse.single && impulse.largest > 0.0).then_some(quantum),
             }

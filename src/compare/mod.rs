@@ -360,7 +360,7 @@ impl Reference {
             impulses: states.map_or_else(Vec::new, |states| states.impulses),
             time_scale: (!physics.coasts()).then(|| physics.scale.clone()),
             attractors,
-            absent: Vec::new(),
+            absent: candidate.left_out().map(Absent::of).collect(),
         };
         let lacking = physics.state.iter().filter(|&&channel| !candidate.has(channel));
         comparison.find_absent(&lacking.map(|channel| channel.name()).collect::<Vec<_>>());

@@ -15,8 +15,8 @@ pub(crate) struct Tally {
     pub max: f64,
     /// The candidate's time of the largest error, s.
     pub max_at: f64,
-    /// Sum of the squared errors.
-    pub squares: f64,
+    /// Of the errors.
+    pub squares: Squares,
     /// Largest |reference|.
     pub largest: f64,
     /// Largest |error| / (scale + |reference|).
@@ -35,10 +35,10 @@ impl Tally {
             self.max = error;
             self.max_at = time;
         }
-        self.squares += error * error;
+        self.squares.add(error);
         // In a product, as a division takes longer than the rest.
         if error > self.max_mixed * (scale + size) {
-            self.max_mixed = error / (scale + size);
+            self.max_mixed = (error / (scale + size)).min(f64::MAX);
         }
         self.largest = self.largest.max(size);
         self.products[0] += candidate * reference;
@@ -51,7 +51,7 @@ impl Tally {
     /// reference is zero throughout.
     pub fn scd(&self) -> Option<f64> {
         (self.largest > 0.0)
-            .then(|| digits(self.samples, self.max / self.largest))
+            .then(|| digits(self.samples, (self.max / self.largest).min(f64::MAX)))
             .flatten()
     }
 
@@ -62,7 +62,45 @@ impl Tally {
 
     /// Root mean square of the error.
     pub fn rms(&self) -> f64 {
-        (self.squares / self.samples.max(1) as f64).sqrt()
+        self.squares.rms(self.samples)
+    }
+}
+
+/// A sum of squares, of which none overflows.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub(super) struct Squares {
+    sum: f64,
+    /// In units of [`LARGE`] squared.
+    of_large: f64,
+}
+
+/// The square of the largest double in this unit is finite, and so is the sum of any number of them.
+const LARGE: f64 = f64::from_bits((1023 + 600) << 52);
+
+impl Squares {
+    /// Adds the square of a number.
+    #[inline]
+    pub fn add(&mut self, x: f64) {
+        let large = x * (1.0 / LARGE);
+        self.sum += x * x;
+        self.of_large += large * large;
+    }
+
+    /// Whether this sum is less than another one.
+    pub fn is_less(&self, other: &Squares) -> bool {
+        match self.sum.is_finite() && other.sum.is_finite() {
+            true => self.sum < other.sum,
+            false => self.of_large < other.of_large,
+        }
+    }
+
+    /// The root mean square of so many numbers.
+    pub fn rms(&self, count: u64) -> f64 {
+        let count = count.max(1) as f64;
+        match self.sum.is_finite() {
+            true => (self.sum / count).sqrt(),
+            false => (self.of_large / count).sqrt() * LARGE,
+        }
     }
 }
 

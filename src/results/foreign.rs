@@ -14,9 +14,10 @@ pub struct ForeignFile {
     source: Arc<Source>,
     /// By their paths, which are in alphabetical order.
     infos: Vec<(String, DatasetInfo)>,
-    /// Why variables were left out, first of all.
-    left_out: Option<String>,
+    /// Paths of variables that cannot be read, and why.
+    left_out: Vec<(String, String)>,
     names: Vec<String>,
+    unshaped: Vec<String>,
     texts: Vec<String>,
 }
 
@@ -35,20 +36,31 @@ impl ForeignFile {
     /// be read.
     pub fn open(path: &Path) -> Result<Self, ResultError> {
         let source = Source::open_with(path, Some(CHUNK_CACHE))?;
-        let (mut infos, mut left_out) = (Vec::new(), None);
+        let (mut infos, mut left_out, mut first) = (Vec::new(), Vec::new(), None);
         source.walk(&mut |path, member| {
             match &member.is {
                 Object::Dataset(info) => infos.push((path.to_owned(), info.clone())),
-                Object::Not(fault) => left_out = left_out.take().or(Some(source.fault(fault))),
+                Object::Not(fault) => {
+                    let error = source.fault(fault);
+                    left_out.push((path.to_owned(), format!("cannot be read ({error})")));
+                    first = first.take().or(Some(error));
+                }
                 Object::Group(_) | Object::Other => {}
             }
             Ok(())
         })?;
         if infos.is_empty()
-            && let Some(error) = left_out.take()
+            && let Some(error) = first
         {
             return Err(error);
         }
+        left_out.extend(infos.iter().filter_map(|(path, info)| match &info.holds {
+            Holds::Other(kind) => Some((
+                path.clone(),
+                format!("holds values of a type that is not read ({kind})"),
+            )),
+            _ => None,
+        }));
         infos.sort_by(|a, b| a.0.cmp(&b.0));
         let list = |fits: &dyn Fn(&DatasetInfo) -> bool| {
             let fitting = infos.iter().filter(|(_, info)| fits(info));
@@ -56,8 +68,9 @@ impl ForeignFile {
         };
         Ok(ForeignFile {
             names: list(&|info| matches!(info.shape.len(), 1 | 2) && info.holds.is_number()),
+            unshaped: list(&|info| !matches!(info.shape.len(), 1 | 2) && info.holds.is_number()),
             texts: list(&|info| info.shape.len() == 1 && info.holds == Holds::Texts),
-            left_out: left_out.map(|error| error.to_string()),
+            left_out,
             source: Arc::new(source),
             infos,
         })
@@ -78,9 +91,14 @@ impl ForeignFile {
         &self.texts
     }
 
-    /// Why a variable was left out, the first if there are several.
-    pub fn left_out(&self) -> Option<&str> {
-        self.left_out.as_deref()
+    /// Paths of numeric variables of no or more than two dimensions.
+    pub(crate) fn unshaped(&self) -> &[String] {
+        &self.unshaped
+    }
+
+    /// Paths of the variables that cannot be read, and why: "holds ...", "cannot be read ...".
+    pub fn left_out(&self) -> &[(String, String)] {
+        &self.left_out
     }
 
     fn info(&self, name: &str) -> Option<&DatasetInfo> {

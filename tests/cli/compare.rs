@@ -36,6 +36,16 @@ fn agrees(c: &serde_json::Value) {
 
 /// An uncompressed or compressed NPZ archive.
 fn npz(path: &std::path::Path, arrays: &[(&str, Vec<f64>)], compressed: bool) {
+    let bytes = |values: &Vec<f64>| values.iter().flat_map(|value| value.to_le_bytes()).collect();
+    let array = |(name, values): &(&str, Vec<f64>)| (name.to_string(), "'<f8'", vec![values.len()], bytes(values));
+    npz_of(path, &arrays.iter().map(array).collect::<Vec<_>>(), compressed);
+}
+
+/// An array of an archive: name, type, shape and values.
+type OfArchive<'a> = (String, &'a str, Vec<usize>, Vec<u8>);
+
+/// The same of arrays of any type.
+fn npz_of(path: &std::path::Path, arrays: &[OfArchive<'_>], compressed: bool) {
     let mut archive = zip::ZipWriter::new(std::fs::File::create(path).unwrap());
     let method = if compressed {
         zip::CompressionMethod::Deflated
@@ -43,12 +53,10 @@ fn npz(path: &std::path::Path, arrays: &[(&str, Vec<f64>)], compressed: bool) {
         zip::CompressionMethod::Stored
     };
     let options = zip::write::SimpleFileOptions::default().compression_method(method);
-    for (name, values) in arrays {
+    for (name, kind, shape, values) in arrays {
         archive.start_file(format!("{name}.npy"), options).unwrap();
-        let mut header = format!(
-            "{{'descr': '<f8', 'fortran_order': False, 'shape': ({},), }}",
-            values.len()
-        );
+        let shape: String = shape.iter().map(|n| format!("{n},")).collect();
+        let mut header = format!("{{'descr': {kind}, 'fortran_order': False, 'shape': ({shape}), }}");
         while (header.len() + 11) % 64 != 0 {
             header.push(' ');
         }
@@ -56,9 +64,7 @@ fn npz(path: &std::path::Path, arrays: &[(&str, Vec<f64>)], compressed: bool) {
         archive.write_all(b"\x93NUMPY\x01\x00").unwrap();
         archive.write_all(&(header.len() as u16).to_le_bytes()).unwrap();
         archive.write_all(header.as_bytes()).unwrap();
-        for value in values {
-            archive.write_all(&value.to_le_bytes()).unwrap();
-        }
+        archive.write_all(values).unwrap();
     }
     archive.finish().unwrap();
 }
@@ -352,6 +358,41 @@ fn cli_malformed_candidates_are_refused_with_place_and_remedy() {
             "time,kind\n2.0,stick\n1.0,slip\n".to_owned(),
             &["row 1", "sort"],
         ),
+        (
+            "twice.csv",
+            format!("\n# a note\n{}", line(1, "relative_velocity,relative_velocity")),
+            &[
+                "line 3",
+                "columns 1 and 2",
+                "\"relative_velocity\"",
+                "a name of its own",
+            ],
+        ),
+        (
+            "twice.txt",
+            "# time phi1 phi1\n0.0 1.0 2.0\n0.1 0.9 1.0\n".to_owned(),
+            &["line 1", "columns 2 and 3", "\"phi1\""],
+        ),
+        (
+            "units.csv",
+            line(1, "phi1 [rad],phi1 [deg]"),
+            &["line 1", "columns 1 and 2", "\"phi1\""],
+        ),
+        (
+            "alias.csv",
+            line(1, "omega_r,relative_velocity"),
+            &["relative_velocity, omega_r", "--column relative_velocity=NAME"],
+        ),
+        (
+            "letters.csv",
+            line(1, "TIME,Time"),
+            &["no column is known", "TIME, Time"],
+        ),
+        (
+            "times.csv",
+            "time,t,relative_velocity\n0.0,0.0,1.0\n".to_owned(),
+            &["several", "time, t", "--column time=NAME"],
+        ),
         ("binary.csv", "\0\0\u{1}\0".to_owned(), &["HDF5, NPZ or CSV"]),
         ("false.npz", "PK not really".to_owned(), &["NPZ", "numpy.savez"]),
     ] {
@@ -398,6 +439,31 @@ fn cli_damaged_files_are_refused() {
         false,
     );
     folder.refused("compare paper.h5 uneven.npz", &["5 rows"]);
+    // Two members of one name, and one whose name was damaged.
+    npz(
+        &folder.path("twice.npz"),
+        &[columns[0].clone(), columns[1].clone(), ("timf", vec![1.0; 5])],
+        false,
+    );
+    let mut twice = folder.read("twice.npz");
+    for at in 0..twice.len() - 8 {
+        if twice[at..].starts_with(b"timf.npy") {
+            twice[at + 3] = b'e';
+        }
+    }
+    folder.write("twice.npz", &twice);
+    folder.refused(
+        "compare paper.h5 twice.npz",
+        &["twice.npz, time", "twice", "numpy.savez"],
+    );
+    let mut renamed = whole.clone();
+    let at = (0..whole.len()).rfind(|&at| whole[at..].starts_with(second)).unwrap();
+    renamed[at] = b's';
+    folder.write("renamed.npz", &renamed);
+    folder.refused(
+        "compare paper.h5 renamed.npz",
+        &["renamed.npz", "damaged", "numpy.savez"],
+    );
     // Another model's file: HDF5 without anything that is known.
     let file = unlocked::create(folder.path("weather.h5")).unwrap();
     file.new_dataset_builder()
@@ -414,6 +480,159 @@ fn cli_damaged_files_are_refused() {
     ] {
         refusal(&mut folder.stickslip(&["compare", reference, candidate]));
     }
+}
+
+/// What is there and cannot be read is said to be: as an error where it is needed, else beside what was compared.
+#[test]
+fn cli_columns_of_types_that_are_not_read_are_named() {
+    let folder = with_reference();
+    let path = folder.path("types.npz");
+    let times: Vec<f64> = (0..20).map(|k| 6.966 + 1e-4 * f64::from(k)).collect();
+    let bytes = |values: &[f64]| values.iter().flat_map(|x| x.to_le_bytes()).collect::<Vec<u8>>();
+    let time = ("time".to_owned(), "'<f8'", vec![20], bytes(&times));
+    let named = |name: &str, (_, kind, shape, values): &OfArchive<'static>| {
+        (name.to_owned(), *kind, shape.clone(), values.clone())
+    };
+    let speed = named("relative_velocity", &time);
+    let of = |kind: &'static str, size: usize| (String::new(), kind, vec![20], vec![0; 20 * size]);
+    for (array, words) in [
+        (of("'<c16'", 16), &["complex numbers (<c16)", "NAME.real"][..]),
+        (of("'|O'", 1), &["Python objects (|O)", "NAME.astype(float)"]),
+        (of("'<f16'", 16), &["not read (<f16)", "NAME.astype(float)"]),
+        (of("'<M8[s]'", 8), &["dates or times", "seconds"]),
+        (of("[('a', '<f8'), ('b', '<f8')]", 16), &["records", "fields"]),
+        (of("'<U3'", 12), &["texts", "numbers"]),
+        (
+            (String::new(), "'<f8'", vec![2, 20], vec![0; 320]),
+            &["shape [2, 20]", "y[2]"],
+        ),
+        ((String::new(), "'<f8'", vec![], vec![0; 8]), &["single number", "row"]),
+    ] {
+        let refused = |arrays: &[OfArchive<'_>], column: &str, name: &str| {
+            npz_of(&path, arrays, false);
+            let error = refusal(&mut folder.stickslip(&["compare", "paper.h5", "types.npz", "--column", column]));
+            for word in words {
+                let word = word.replace("NAME", name);
+                assert!(error.contains(&word), "{word} in {error}");
+            }
+        };
+        refused(
+            &[time.clone(), speed.clone(), named("other", &array)],
+            "phi1=other",
+            "other",
+        );
+        refused(&[speed.clone(), time.clone(), named("t2", &array)], "time=t2", "t2");
+        // Known by its name, and needed, or not.
+        npz_of(&path, &[named("time", &array), speed.clone()], true);
+        folder.refused(
+            "compare paper.h5 types.npz",
+            &["no column of times", "left out: time", words[0]],
+        );
+        npz_of(&path, &[time.clone(), speed.clone(), named("phi1", &array)], true);
+        let c = compared(&folder, &["types.npz", "--quick"]);
+        assert_eq!(c["absent"][0]["what"], "phi1", "{c}");
+        assert!(c["absent"][0]["why"].as_str().unwrap().contains(words[0]), "{c}");
+        let report = folder.ok("compare paper.h5 types.npz --quick");
+        says(&report, &["not compared: phi1", words[0]]);
+    }
+
+    let file = unlocked::create(folder.path("types.h5")).unwrap();
+    let written = |name: &str| file.new_dataset_builder().with_data(&times).create(name).unwrap();
+    let _ = ["time", "relative_velocity"].map(written);
+    let flags = vec![true; 20];
+    file.new_dataset_builder().with_data(&flags).create("phi1").unwrap();
+    file.new_dataset::<f64>().create("theta_dot").unwrap();
+    for path in ["one/phi1_dot", "two/phi1_dot"] {
+        let builder = file.new_dataset_builder().with_data(&times);
+        file.create_group(path.split('/').next().unwrap()).unwrap();
+        builder.create(path).unwrap();
+    }
+    drop(file);
+    let c = compared(&folder, &["types.h5", "--quick"]);
+    let absent = c["absent"].to_string();
+    says(&absent, &["enumeration", "single number", "one/phi1_dot, two/phi1_dot"]);
+    for (column, words) in [
+        ("phi1=phi1", &["phi1", "enumeration", "floats"][..]),
+        ("phi1=theta_dot", &["theta_dot", "single number"]),
+        ("phi1=phi1_dot", &["one/phi1_dot, two/phi1_dot"]),
+    ] {
+        let error = refusal(&mut folder.stickslip(&["compare", "paper.h5", "types.h5", "--column", column]));
+        says(&error, words);
+    }
+}
+
+#[test]
+fn cli_numbers_of_every_width_are_read() {
+    let folder = with_reference();
+    let path = folder.path("widths.npz");
+    let named = |name: &str, kind: &'static str, values: Vec<u8>| (name.to_owned(), kind, vec![4], values);
+    let time = named("time", "'<f8'", [1.0f64, 2.0, 3.0, 4.0].map(f64::to_le_bytes).concat());
+    let speed = named("relative_velocity", "'<f8'", [1.0f64; 4].map(f64::to_le_bytes).concat());
+    let outcome = |kind: &'static str, values: Vec<u8>| {
+        npz_of(
+            &path,
+            &[time.clone(), speed.clone(), named("phi1", kind, values)],
+            false,
+        );
+        let c = compared(&folder, &["widths.npz", "--quick"]);
+        c["channels"].clone()
+    };
+    let double = outcome("'<f8'", [1.0f64, 0.0, 1.0, 1.0].map(f64::to_le_bytes).concat());
+    assert!(
+        double.as_array().unwrap().iter().any(|row| row["channel"] == "phi1"),
+        "{double}"
+    );
+    let half = [0x3c00u16, 0, 0x3c00, 0x3c00];
+    for (kind, values) in [
+        ("'<f2'", half.map(u16::to_le_bytes).concat()),
+        ("'>f2'", half.map(u16::to_be_bytes).concat()),
+        ("'<f4'", [1.0f32, 0.0, 1.0, 1.0].map(f32::to_le_bytes).concat()),
+        ("'|b1'", vec![1, 0, 1, 1]),
+        ("'|i1'", vec![1, 0, 1, 1]),
+        ("'>i2'", [1i16, 0, 1, 1].map(i16::to_be_bytes).concat()),
+        ("'<u8'", [1u64, 0, 1, 1].map(u64::to_le_bytes).concat()),
+    ] {
+        assert_eq!(outcome(kind, values), double, "{kind}");
+    }
+}
+
+/// The squares of such values are beyond the largest double.
+#[test]
+fn cli_values_beyond_the_root_of_the_largest_number_have_errors() {
+    let folder = with_reference();
+    folder.write("events.csv", events_csv(&word_of(paper())));
+    let rows = rows_of(paper(), 6.966);
+    let name = "phi1";
+    for large in [1e100, 1e155, 1e200, 1e308] {
+        let table: String = rows
+            .iter()
+            .step_by(50)
+            .map(|row| format!("{:?},{large:e}\n", row.0))
+            .collect();
+        folder.write("large.csv", format!("time,{name}\n{table}"));
+        let c = compared(&folder, &["large.csv", "--events", "events.csv", "--quick"]);
+        let channels = c["channels"].as_array().unwrap();
+        let own: Vec<_> = channels.iter().filter(|row| row["channel"] == name).collect();
+        assert!(!own.is_empty());
+        for row in own {
+            let [max, rms] = ["max", "rms"].map(|key| row[key].as_f64().unwrap());
+            assert!(
+                (max / large - 1.0).abs() < 1e-12 && (rms / large - 1.0).abs() < 1e-12,
+                "{row}"
+            );
+            assert!(
+                row["scd"].as_f64().unwrap() < -90.0 && row["mescd"].as_f64().unwrap() < -90.0,
+                "{row}"
+            );
+        }
+        let verdict = c["verdict"].as_str().unwrap();
+        says(verdict, &["states do not agree", name]);
+    }
+    folder.write("overflow.csv", format!("time [min],{name}\n1e308,1.0\n"));
+    folder.refused(
+        "compare paper.h5 overflow.csv --events events.csv",
+        &["row 0", "beyond the largest number", "unit"],
+    );
 }
 
 #[test]

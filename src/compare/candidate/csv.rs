@@ -4,7 +4,7 @@ use super::super::CompareError;
 use super::super::resolution::{Digits, Rounding};
 use super::absent;
 use super::source::{Place, Source};
-use super::table::{BLOCK, Pass, Table, place_of};
+use super::table::{BLOCK, Pass, Table, each_once, place_of};
 use crate::input::{Lines, Rows};
 use crate::quote::shown;
 use csv::{ByteRecord, ReaderBuilder, Trim};
@@ -35,9 +35,10 @@ impl CsvTable {
     /// Opens a file and reads its header.
     pub fn open(source: Source) -> Result<CsvTable, CompareError> {
         let path = source.path();
-        let mut comment = String::new();
+        let (mut comment, mut commented) = (String::new(), 0);
         let mut header = None;
-        for line in BufReader::new(Lines::new(source.file()?)).split(b'\n').take(PREAMBLE) {
+        let lines = BufReader::new(Lines::new(source.file()?)).split(b'\n').take(PREAMBLE);
+        for (number, line) in (1..).zip(lines) {
             let line = line.map_err(CompareError::io(path))?;
             if line.contains(&0) {
                 return Err(CompareError::whole(
@@ -50,16 +51,19 @@ impl CsvTable {
             let line = String::from_utf8_lossy(&line);
             let line = line.trim_start_matches('\u{feff}');
             match line.strip_prefix('#') {
-                Some(text) => text.trim().clone_into(&mut comment),
+                Some(text) => {
+                    text.trim().clone_into(&mut comment);
+                    commented = number;
+                }
                 None if line.trim().is_empty() => {}
                 None => {
-                    header = Some(line.trim().to_owned());
+                    header = Some((number, line.trim().to_owned()));
                     break;
                 }
             }
         }
         let nothing = || CompareError::whole(path, "holds no line of data", "check how it was written");
-        let header = header.ok_or_else(nothing)?;
+        let (number, header) = header.ok_or_else(nothing)?;
         let mut separators = [b',', b';', b'\t', b' '].into_iter();
         let separator = separators.find(|s| header.as_bytes().contains(s)).unwrap_or(b',');
         let mut reader = reader(separator).has_headers(false).from_reader(header.as_bytes());
@@ -77,10 +81,13 @@ impl CsvTable {
             name: format!("#{k}"),
             unit: None,
         };
-        let headers = match bare {
+        let headers: Vec<Header> = match bare {
             false => fields.iter().map(|field| Header::parse(field)).collect(),
             true => headers_in(&comment, fields.len()).unwrap_or_else(|| (1..=fields.len()).map(numbered).collect()),
         };
+        let names: Vec<String> = headers.iter().map(|header| joined(&header.name)).collect();
+        let names = (1..).zip(names.iter().map(String::as_str));
+        each_once(path, if bare { commented } else { number }, names)?;
         Ok(CsvTable {
             source,
             separator,
@@ -153,6 +160,14 @@ impl Table for CsvTable {
 
     fn has(&self, name: &str) -> bool {
         self.position(name).is_some()
+    }
+
+    fn columns_of(&self, name: &str, exact: bool) -> Vec<String> {
+        let is_it = |known: &&String| match exact {
+            true => *known == name,
+            false => known.eq_ignore_ascii_case(&joined(name)),
+        };
+        self.names().iter().filter(is_it).cloned().collect()
     }
 
     fn has_texts(&self, name: &str) -> bool {

@@ -5,8 +5,8 @@ use super::super::{CompareError, Found};
 use super::csv::CsvTable;
 use super::mapping::{Column, Mapping, known_kind};
 use super::source::Source;
-use super::table::Table;
-use super::{hdf5_or_npz, unit_factor};
+use super::table::{Table, unread};
+use super::{hdf5_or_npz, only, unit_factor};
 use crate::case::quantity::Dimension;
 use crate::record::{Event, EventKind};
 use std::path::Path;
@@ -81,17 +81,22 @@ fn open(path: &Path) -> Result<Box<dyn Table>, CompareError> {
 fn read(table: &dyn Table, mapping: &Mapping, alone: bool) -> Result<Read, CompareError> {
     let path = table.path();
     let choices = if alone { 4 } else { 2 };
-    let name = |mapped: &Option<Column>, names: &[&str; 4], what: &str, has: &dyn Fn(&str) -> bool| {
-        let mapped = mapped.as_ref().map(|column| column.name.as_str());
-        let known = || names[..choices].iter().copied().find(|name| has(name));
-        let name = mapped.or_else(known).map(str::to_owned);
-        name.ok_or_else(|| {
-            let remedy = format!("name it with --column events.{what}=NAME or in a mapping");
-            CompareError::whole(path, format!("has no column with the {what}s of events"), remedy)
-        })
+    let mapped = |column: &Option<Column>| column.as_ref().map(|column| column.name.clone());
+    let lacks = |what: &str| {
+        let remedy = format!("name it with --column events.{what}=NAME or in a mapping");
+        CompareError::whole(path, format!("has no column with the {what}s of events"), remedy)
     };
-    let time = name(&mapping.event_time, &TIMES, "time", &|name| table.has(name))?;
-    let kind = name(&mapping.event_kind, &KINDS, "kind", &|name| table.has_texts(name))?;
+    let mut time = mapped(&mapping.event_time);
+    for names in [&TIMES[..2], &TIMES[2..choices]] {
+        if time.is_none() {
+            time = only(table, "events.time", names, &|_| false)?;
+        }
+    }
+    let unread = || TIMES.iter().find_map(|name| unread(table, name));
+    let time = time.ok_or_else(|| unread().map_or_else(|| lacks("time"), |left_out| left_out.error(path)))?;
+    let kinds = || KINDS[..choices].iter().find(|name| table.has_texts(name));
+    let kind = mapped(&mapping.event_kind).or_else(|| kinds().map(|name| (*name).to_owned()));
+    let kind = kind.ok_or_else(|| lacks("kind"))?;
     let of_samples = mapping.time.as_ref().filter(|_| alone);
     let factor = unit_factor(
         table,

@@ -1,7 +1,8 @@
 //! Columns of HDF5 files: our own results, and files of other programs.
 
 use super::super::CompareError;
-use super::table::{BLOCK, Pass, Slice, Table, no_column, of_one_length};
+use super::table::{BLOCK, LeftOut, Pass, Slice, Table, no_column, of_one_length};
+use crate::quote::shown;
 use crate::results::{ForeignFile, ResultFile};
 use std::path::Path;
 
@@ -47,10 +48,21 @@ impl Table for OwnTable {
 #[derive(Debug)]
 pub(super) struct ForeignTable {
     /// The file.
-    pub file: ForeignFile,
+    file: ForeignFile,
+    left_out: Vec<LeftOut>,
 }
 
 impl ForeignTable {
+    pub fn of(file: ForeignFile) -> ForeignTable {
+        let left_out = file.left_out().iter().map(|(path, why)| LeftOut {
+            name: path.clone(),
+            why: why.clone(),
+            remedy: "write it as an array of floats".to_owned(),
+        });
+        let left_out = left_out.collect();
+        ForeignTable { file, left_out }
+    }
+
     /// The path of the variable that is meant.
     fn resolve<'a>(&'a self, array: &str) -> Option<&'a str> {
         resolve_in(self.file.names(), array)
@@ -61,14 +73,15 @@ impl ForeignTable {
 fn resolve_in<'a>(paths: &'a [String], name: &str) -> Option<&'a str> {
     let name = name.trim_start_matches('/');
     let exact = paths.iter().find(|path| *path == name);
-    let is_end = |path: &&String| {
-        path.rsplit('/')
-            .next()
-            .is_some_and(|end| end.eq_ignore_ascii_case(name))
-    };
-    let mut by_end = paths.iter().filter(is_end);
+    let mut by_end = paths.iter().filter(|path| is_end_of(path, name));
     let only = || by_end.next().filter(|_| by_end.next().is_none());
     exact.or_else(only).map(String::as_str)
+}
+
+fn is_end_of(path: &str, name: &str) -> bool {
+    path.rsplit('/')
+        .next()
+        .is_some_and(|end| end.eq_ignore_ascii_case(name))
 }
 
 impl Table for ForeignTable {
@@ -86,8 +99,27 @@ impl Table for ForeignTable {
         shape.is_some_and(|shape| slice.elements(&shape).is_some())
     }
 
-    fn left_out(&self) -> Option<&str> {
-        self.file.left_out()
+    fn columns_of(&self, name: &str, exact: bool) -> Vec<String> {
+        let (array, slice) = name.split_at(Slice::parse(name).array.len());
+        let path = self.resolve(array).filter(|_| self.has(name));
+        let path = path.filter(|path| (*path == array.trim_start_matches('/')) == exact);
+        path.map(|path| format!("{path}{slice}")).into_iter().collect()
+    }
+
+    fn paths_of(&self, name: &str) -> Vec<String> {
+        let end = Slice::parse(name).array;
+        let paths = self.file.names().iter().filter(|path| is_end_of(path, end));
+        paths.map(|path| shown(path)).collect()
+    }
+
+    fn left_out(&self) -> &[LeftOut] {
+        &self.left_out
+    }
+
+    fn shape(&self, name: &str) -> Option<Vec<usize>> {
+        let array = Slice::parse(name).array;
+        let path = self.resolve(array).or_else(|| resolve_in(self.file.unshaped(), array));
+        self.file.shape(path?)
     }
 
     fn has_texts(&self, name: &str) -> bool {

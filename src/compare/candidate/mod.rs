@@ -41,7 +41,7 @@ use rows::Supply;
 use source::Source;
 use std::path::{Path, PathBuf};
 use t01::T01Table;
-use table::Table;
+use table::{LeftOut, Table, unread};
 use xy_report::XyReport;
 
 /// Bytes by which a format is known.
@@ -62,6 +62,8 @@ pub(crate) struct Candidate {
     pub clock: Clock,
     supplies: Vec<Supply>,
     direct: Vec<Channel>,
+    /// What of the file cannot be read, and what has the name of a channel and is no column.
+    left_out: Vec<LeftOut>,
     /// Those of the sequence, if it has any table of them.
     pub events: Option<Vec<Found>>,
     /// To what the times of its events are rounded where they are stated.
@@ -134,6 +136,7 @@ impl Candidate {
             events_rounding: None,
             supplies: Vec::new(),
             direct: Vec::new(),
+            left_out: Vec::new(),
             events: None,
             differences: None,
             attractor: None,
@@ -156,6 +159,7 @@ impl Candidate {
         physics: &Physics,
     ) -> Result<Candidate, CompareError> {
         let mut candidate = Candidate::empty(path, format);
+        candidate.left_out = table.left_out().to_vec();
         for channel in physics.vocabulary().channels() {
             if let Some((name, factor)) = candidate.find(&*table, channel, mapping, physics)? {
                 if candidate.columns.is_empty() {
@@ -171,7 +175,10 @@ impl Candidate {
         }
         if candidate.direct.is_empty() {
             if candidate.events.is_none() {
-                let what = format!("no column is known as a channel; there are {}", there(&*table));
+                let what = format!(
+                    "no column is known as a channel; there are {}",
+                    candidate.there(&*table)
+                );
                 let remedy = "say which column is what, such as --column relative_velocity=NAME:rad/s, or in a mapping";
                 return Err(CompareError::whole(path, what, remedy));
             }
@@ -183,8 +190,9 @@ impl Candidate {
         if candidate.events.is_none() && !candidate.has(Channel::RelativeVelocity) {
             let given: Vec<_> = candidate.direct.iter().map(|c| c.name()).collect();
             let what = format!(
-                "has neither events nor a relative velocity to find them by, but {}",
-                given.join(", ")
+                "has neither events nor a relative velocity to find them by, but {}{}",
+                given.join(", "),
+                candidate.without()
             );
             let speeds = physics.vocabulary().surface_speeds();
             let remedy = format!("add relative_velocity, or {speeds}, or a table of events");
@@ -208,16 +216,14 @@ impl Candidate {
 
     fn find_time(&mut self, table: &dyn Table, mapping: &Mapping, beside: &str) -> Result<(), CompareError> {
         let mapped = mapping.time.as_ref();
-        let name = match mapped {
-            Some(column) if table.has(&column.name) => Some(column.name.clone()),
-            Some(column) => return Err(absent(table, &column.name)),
-            None => table.time_beside(beside).or_else(|| {
-                let mut names = TIME_NAMES.iter();
-                names.find(|name| table.has(name)).map(|name| (*name).to_owned())
-            }),
+        let name = match (mapped, table.time_beside(beside)) {
+            (Some(column), _) => Some(self::mapped(table, "time", &column.name)?),
+            (None, Some(name)) => Some(name),
+            (None, None) => only(table, "time", &TIME_NAMES, &|_| false)?,
         };
         let name = name.ok_or_else(|| {
-            let what = format!("has no column of times; there are {}", there(table));
+            self.leave_out(table, &TIME_NAMES);
+            let what = format!("has no column of times; there are {}", self.there(table));
             let remedy = "name it with --column time=NAME or in a mapping";
             CompareError::whole(&self.path, what, remedy)
         })?;
@@ -228,7 +234,7 @@ impl Candidate {
 
     /// The column of a channel with its factor to SI: as the mapping says, or by its name.
     fn find(
-        &self,
+        &mut self,
         table: &dyn Table,
         channel: Channel,
         mapping: &Mapping,
@@ -239,13 +245,15 @@ impl Candidate {
         let mapped = of_mapping.find(|(known, _)| vocabulary.canonical(*known) == Some(channel));
         let mapped = mapped.map(|(_, column)| column);
         let taken = |name: &str| mapping.channels.iter().any(|(_, column)| column.name == name);
-        let is_here = |name: &&String| table.recognises(name) && table.has(name) && !taken(name);
+        let own = channel.name();
+        let names = vocabulary.names(channel).iter().map(String::as_str);
+        let names: Vec<&str> = names.filter(|name| table.recognises(name) && !taken(name)).collect();
         let name = match mapped {
-            Some(column) if table.has(&column.name) => Some(column.name.clone()),
-            Some(column) => return Err(absent(table, &column.name)),
-            None => vocabulary.names(channel).iter().find(is_here).cloned(),
+            Some(column) => Some(self::mapped(table, &own, &column.name)?),
+            None => only(table, &own, &names, &taken)?,
         };
         let Some(name) = name else {
+            self.leave_out(table, &names);
             return Ok(None);
         };
         if table.is_impulse(&name) && !channel.is_impulse() {
@@ -255,6 +263,37 @@ impl Candidate {
         }
         let factor = unit_factor(table, &name, mapped, vocabulary.dimension(channel))?;
         Ok(Some((name, factor)))
+    }
+
+    /// Notes what the file has by these names that is no column.
+    fn leave_out(&mut self, table: &dyn Table, names: &[&str]) {
+        let found = names.iter().filter_map(|name| unread(table, name));
+        for left_out in found {
+            if !self.left_out.iter().any(|known| known.name == left_out.name) {
+                self.left_out.push(left_out);
+            }
+        }
+    }
+
+    /// What of the file is no column, and why.
+    pub fn left_out(&self) -> impl Iterator<Item = (&str, &str)> {
+        self.left_out.iter().map(|one| (&*one.name, &*one.why))
+    }
+
+    /// The same in a message.
+    fn without(&self) -> String {
+        let one = |one: &LeftOut| format!("{} {} ({})", shown(&one.name), one.why, one.remedy);
+        let all: Vec<String> = self.left_out.iter().take(MOST_NAMED).map(one).collect();
+        let more = if self.left_out.len() > MOST_NAMED { "; ..." } else { "" };
+        match all.is_empty() {
+            true => String::new(),
+            false => format!("; left out: {}{more}", all.join("; ")),
+        }
+    }
+
+    /// The columns of a table, and why others are not among them.
+    fn there(&self, table: &dyn Table) -> String {
+        listed(&table.names()) + &self.without()
     }
 
     /// Adds a time (s) to all of its times.
@@ -352,7 +391,7 @@ fn hdf5_or_npz(source: &Source, head: &[u8]) -> Result<Option<OfFormat>, Compare
         refuse_pipe(source)?;
         check_sound(source.path())?;
         let file = ForeignFile::open(source.path())?;
-        return Ok(Some(("HDF5", Box::new(ForeignTable { file }))));
+        return Ok(Some(("HDF5", Box::new(ForeignTable::of(file)))));
     }
     if head.starts_with(b"PK") {
         return Ok(Some(("NPZ", Box::new(NpzTable::open(source)?))));
@@ -389,10 +428,51 @@ fn unit_factor(
     })
 }
 
+/// The only column that some names mean, as they are or else nearly; `None` if there is none. `taken` are others'.
+///
+/// # Errors
+/// If there are several.
+fn only(
+    table: &dyn Table,
+    what: &str,
+    names: &[&str],
+    taken: &dyn Fn(&str) -> bool,
+) -> Result<Option<String>, CompareError> {
+    for exact in [true, false] {
+        let mut found: Vec<String> = Vec::new();
+        for column in names.iter().flat_map(|name| table.columns_of(name, exact)) {
+            if !taken(&column) && !found.contains(&column) {
+                found.push(column);
+            }
+        }
+        if found.len() > 1 {
+            let listed = listed(&found);
+            let remedy = format!("say which it is with --column {what}=NAME or in a mapping");
+            let several = format!("several columns have names of {what}: {listed}");
+            return Err(CompareError::whole(table.path(), several, &remedy));
+        }
+        if found.len() == 1 {
+            return Ok(found.pop());
+        }
+    }
+    Ok(None)
+}
+
+/// The column that a mapping names.
+fn mapped(table: &dyn Table, what: &str, name: &str) -> Result<String, CompareError> {
+    if !table.has(name) {
+        return Err(absent(table, name));
+    }
+    Ok(only(table, what, &[name], &|_| false)?.unwrap_or_else(|| name.to_owned()))
+}
+
 fn absent(table: &dyn Table, name: &str) -> CompareError {
     let remedy = "correct the mapping or the option --column";
     if let Some(why) = table.why_not(name) {
         return CompareError::whole(table.path(), why, remedy);
+    }
+    if let Some(left_out) = unread(table, name) {
+        return left_out.error(table.path());
     }
     let names = table.names();
     let hint = match crate::case::suggest(name, names.iter().map(String::as_str)) {
@@ -403,19 +483,14 @@ fn absent(table: &dyn Table, name: &str) -> CompareError {
     CompareError::whole(table.path(), what, remedy)
 }
 
-/// The columns of a table, and why one is not among them.
-fn there(table: &dyn Table) -> String {
-    let names = listed(&table.names());
-    let left_out = table.left_out().map(|why| format!("; left out: {why}"));
-    names + &left_out.unwrap_or_default()
-}
+/// So many names are listed in a message.
+const MOST_NAMED: usize = 20;
 
 fn listed(names: &[String]) -> String {
-    const MOST: usize = 20;
     if names.is_empty() {
         return "no columns of numbers".to_owned();
     }
-    let more = if names.len() > MOST { ", ..." } else { "" };
-    let shown: Vec<String> = names.iter().take(MOST).map(|name| shown(name)).collect();
+    let more = if names.len() > MOST_NAMED { ", ..." } else { "" };
+    let shown: Vec<String> = names.iter().take(MOST_NAMED).map(|name| shown(name)).collect();
     shown.join(", ") + more
 }

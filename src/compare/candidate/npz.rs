@@ -3,9 +3,10 @@
 use super::super::CompareError;
 use super::absent;
 use super::source::{Place, Source, temporary};
-use super::table::{BLOCK, Pass, Slice, Table, no_column, of_one_length, place_of};
+use super::table::{BLOCK, LeftOut, Pass, Slice, Table, no_column, of_one_length, place_of};
 use crate::quote::shown;
 use npyz::{DType, Endianness, NpyHeader, Order, TypeChar};
+use std::collections::HashSet;
 use std::io::{Read, Seek, SeekFrom};
 use std::path::{Path, PathBuf};
 
@@ -24,6 +25,7 @@ const MOST_READ: usize = 4 << 20;
 pub(super) struct NpzTable {
     path: PathBuf,
     arrays: Vec<Array>,
+    left_out: Vec<LeftOut>,
 }
 
 #[derive(Debug)]
@@ -49,7 +51,7 @@ impl NpzTable {
     /// Opens an archive and reads the headers of its arrays.
     ///
     /// # Errors
-    /// No such file, no zip archive, a damaged one, or none with arrays of numbers.
+    /// No such file, no zip archive, a damaged one, one with two members of a name, or none with arrays of numbers.
     pub fn open(source: &Source) -> Result<NpzTable, CompareError> {
         let path = source.path();
         let io = CompareError::io(path);
@@ -58,7 +60,16 @@ impl NpzTable {
         let length = whole.length().map_err(&io)?;
         let mut archive =
             zip::ZipArchive::new(whole.clone()).map_err(|error| damaged(format!("no NPZ archive: {error}")))?;
-        let mut arrays = Vec::new();
+        if let Some(name) = doubled(&whole, archive.central_directory_start()).map_err(&io)? {
+            let what = "is in the archive twice";
+            return Err(CompareError::content(
+                path,
+                shown(&name),
+                what,
+                "write each array once, with numpy.savez",
+            ));
+        }
+        let (mut arrays, mut left_out) = (Vec::new(), Vec::new());
         let mut unpacked = MOST_UNPACKED;
         // Members that are stored as they are lie one after the other: all of them are no longer than the archive.
         let mut unread = length;
@@ -71,10 +82,19 @@ impl NpzTable {
             let mut member = archive.by_index(index).map_err(|error| damaged(error.to_string()))?;
             let name = member.name().map_err(|error| damaged(error.to_string()))?.into_owned();
             let Some(name) = name.strip_suffix(".npy").map(str::to_owned) else {
+                left_out.push(LeftOut {
+                    name,
+                    why: "is no array".to_owned(),
+                    remedy: "write arrays with numpy.savez".to_owned(),
+                });
                 continue;
             };
             let of_member = |what: &str| damaged(format!("{}{what}", shown(&name)));
-            let not_read = |error: std::io::Error| of_member(&format!(": {error}"));
+            let not_read = |error: std::io::Error| {
+                let what = format!("{}: {error}", shown(&name));
+                let remedy = "the file was damaged on its way: copy it again, or write it again with numpy.savez";
+                CompareError::whole(path, what, remedy)
+            };
             let (mut file, first, bytes);
             if member.compression() == zip::CompressionMethod::Stored {
                 file = whole.clone();
@@ -105,23 +125,37 @@ impl NpzTable {
             let mut cursor = std::io::Cursor::new(head);
             let header = NpyHeader::from_reader(&mut cursor);
             let header = header.map_err(|error| of_member(&format!(": {}", shown(&error.to_string()))))?;
-            if let Some(element) = Element::of(&header.dtype()) {
-                let shape = shape_of(&header, element, bytes.saturating_sub(cursor.position()));
-                arrays.push(Array {
-                    shape: shape.ok_or_else(|| of_member(" is longer than its member of the archive"))?,
-                    file: start.into_inner(),
-                    start: first + cursor.position(),
-                    fortran: header.order() == Order::Fortran,
-                    element,
-                    name,
-                });
-            }
+            let element = match Element::of(&header.dtype()) {
+                Ok(element) => element,
+                Err((why, remedy)) => {
+                    let remedy = remedy.replace("NAME", &shown(&name));
+                    left_out.push(LeftOut { name, why, remedy });
+                    continue;
+                }
+            };
+            let shape = shape_of(&header, element, bytes.saturating_sub(cursor.position()));
+            arrays.push(Array {
+                shape: shape.ok_or_else(|| of_member(" is longer than its member of the archive"))?,
+                file: start.into_inner(),
+                start: first + cursor.position(),
+                fortran: header.order() == Order::Fortran,
+                element,
+                name,
+            });
         }
+        // Checksums are of the contents alone: each name is stored twice, and both are to be the same.
+        let sound = archive.validate_header_consistency();
+        sound.map_err(|error| damaged(format!("is damaged: {error}")))?;
         if arrays.is_empty() {
-            return Err(damaged("holds no array of numbers".to_owned()));
+            let first = left_out
+                .first()
+                .map(|one| format!(": {} {}", shown(&one.name), one.why));
+            return Err(damaged(
+                "holds no array of numbers".to_owned() + &first.unwrap_or_default(),
+            ));
         }
         let path = path.to_owned();
-        Ok(NpzTable { path, arrays })
+        Ok(NpzTable { path, arrays, left_out })
     }
 
     fn find(&self, name: &str) -> Option<&Array> {
@@ -132,7 +166,7 @@ impl NpzTable {
     fn column(&self, name: &str) -> Result<Column<'_>, CompareError> {
         let slice = Slice::parse(name);
         let array = self.find(slice.array).ok_or_else(|| absent(self, name))?;
-        if array.element.kind == TypeChar::UnicodeStr {
+        if array.element.is_text() {
             let what = "is an array of texts";
             return Err(CompareError::content(
                 &self.path,
@@ -154,6 +188,31 @@ impl NpzTable {
             bytes: Vec::new(),
         })
     }
+}
+
+/// A name that two members of an archive have, by its directory, which begins at a byte.
+fn doubled(file: &Place, mut at: u64) -> std::io::Result<Option<String>> {
+    let mut names = HashSet::new();
+    let mut entry = [0; 46];
+    let end = file.length()?;
+    while at + 46 <= end {
+        file.read_at(at, &mut entry)?;
+        if !entry.starts_with(b"PK\x01\x02") {
+            break;
+        }
+        let length = |from: usize| u64::from(u16::from_le_bytes([entry[from], entry[from + 1]]));
+        let mut name = vec![0; length(28) as usize];
+        if at + 46 + length(28) > end {
+            break;
+        }
+        file.read_at(at + 46, &mut name)?;
+        at += 46 + length(28) + length(30) + length(32);
+        let text = String::from_utf8_lossy(&name).trim_end_matches(".npy").to_owned();
+        if !names.insert(name) {
+            return Ok(Some(text));
+        }
+    }
+    Ok(None)
 }
 
 /// Where the header of an array ends by its own account, bytes; `None` if there is none.
@@ -193,21 +252,34 @@ impl Array {
 }
 
 impl Element {
-    fn of(dtype: &DType) -> Option<Element> {
+    /// How values of a type are read; of others what they are, and what to save instead.
+    fn of(dtype: &DType) -> Result<Element, (String, &'static str)> {
         let DType::Plain(text) = dtype else {
-            return None;
+            return Err(("holds records".to_owned(), "save each of their fields as an array"));
         };
         let (kind, size) = (text.type_char(), text.size_field() as usize);
         let known = match kind {
-            TypeChar::Float => matches!(size, 4 | 8),
+            TypeChar::Float => matches!(size, 2 | 4 | 8),
             TypeChar::Int | TypeChar::Uint => matches!(size, 1 | 2 | 4 | 8),
             TypeChar::Bool => size == 1,
-            TypeChar::UnicodeStr => true,
+            TypeChar::UnicodeStr | TypeChar::ByteStr => true,
             _ => false,
         };
-        let bytes = size.checked_mul(if kind == TypeChar::UnicodeStr { 4 } else { 1 })?;
+        let bytes = size.checked_mul(if kind == TypeChar::UnicodeStr { 4 } else { 1 });
         let big = text.endianness() == Endianness::Big;
-        known.then_some(Element { kind, bytes, big })
+        let floats = "save it as floats, NAME.astype(float)";
+        let (what, remedy) = match (bytes.filter(|_| known), kind) {
+            (Some(bytes), _) => return Ok(Element { kind, bytes, big }),
+            (None, TypeChar::Complex) => ("complex numbers", "save its real part, NAME.real"),
+            (None, TypeChar::Object) => ("Python objects", floats),
+            (None, TypeChar::DateTime | TypeChar::TimeDelta) => ("dates or times of NumPy", "save seconds as floats"),
+            (None, _) => ("values of a type that is not read", floats),
+        };
+        Err((format!("holds {what} ({text})"), remedy))
+    }
+
+    fn is_text(self) -> bool {
+        matches!(self.kind, TypeChar::UnicodeStr | TypeChar::ByteStr)
     }
 
     fn value(self, raw: &[u8]) -> f64 {
@@ -220,6 +292,7 @@ impl Element {
         let whole = u64::from_le_bytes(bytes);
         match (self.kind, n) {
             (TypeChar::Float, 8) => f64::from_bits(whole),
+            (TypeChar::Float, 2) => half(whole as u16),
             (TypeChar::Float, _) => f64::from(f32::from_bits(whole as u32)),
             // The sign is extended from the highest byte that is there.
             (TypeChar::Int, _) => ((whole << (64 - 8 * n)) as i64 >> (64 - 8 * n)) as f64,
@@ -228,6 +301,10 @@ impl Element {
     }
 
     fn text(self, raw: &[u8]) -> String {
+        if self.kind == TypeChar::ByteStr {
+            let text = raw.split(|&byte| byte == 0).next().unwrap_or_default();
+            return String::from_utf8_lossy(text).into_owned();
+        }
         let code = |c: &[u8]| {
             let c = [c[0], c[1], c[2], c[3]];
             if self.big {
@@ -241,6 +318,18 @@ impl Element {
     }
 }
 
+/// The value of a float of 16 bits.
+fn half(bits: u16) -> f64 {
+    let (exponent, fraction) = (i32::from(bits >> 10 & 0x1f), f64::from(bits & 0x3ff));
+    let size = match exponent {
+        0 => fraction * 2f64.powi(-24),
+        0x1f if fraction == 0.0 => f64::INFINITY,
+        0x1f => f64::NAN,
+        _ => (1.0 + fraction / 1024.0) * 2f64.powi(exponent - 15),
+    };
+    if bits >> 15 == 0 { size } else { -size }
+}
+
 impl Table for NpzTable {
     fn path(&self) -> &Path {
         &self.path
@@ -252,12 +341,34 @@ impl Table for NpzTable {
 
     fn has(&self, name: &str) -> bool {
         let slice = Slice::parse(name);
-        let array = self.find(slice.array);
+        let array = self.find(slice.array).filter(|array| !array.element.is_text());
         array.is_some_and(|array| array.elements(&slice).is_some())
     }
 
+    fn columns_of(&self, name: &str, exact: bool) -> Vec<String> {
+        let (array, slice) = name.split_at(Slice::parse(name).array.len());
+        let is_it = |known: &&Array| match exact {
+            true => known.name == array,
+            false => known.name.eq_ignore_ascii_case(array),
+        };
+        let columns = self.arrays.iter().filter(is_it);
+        let columns = columns.map(|array| format!("{}{slice}", array.name));
+        columns.filter(|name| self.has(name)).collect()
+    }
+
+    fn left_out(&self) -> &[LeftOut] {
+        &self.left_out
+    }
+
+    fn shape(&self, name: &str) -> Option<Vec<usize>> {
+        let array = self.find(Slice::parse(name).array)?;
+        (!array.element.is_text()).then(|| array.shape.clone())
+    }
+
     fn has_texts(&self, name: &str) -> bool {
-        self.has(name)
+        let slice = Slice::parse(name);
+        let array = self.find(slice.array);
+        array.is_some_and(|array| array.elements(&slice).is_some())
     }
 
     fn pass(&self, columns: &[String]) -> Result<Pass<'_>, CompareError> {
@@ -273,10 +384,7 @@ impl Table for NpzTable {
     }
 
     fn texts(&self, column: &str) -> Result<Vec<String>, CompareError> {
-        if let Some(array) = self
-            .find(column)
-            .filter(|array| array.element.kind == TypeChar::UnicodeStr)
-        {
+        if let Some(array) = self.find(column).filter(|array| array.element.is_text()) {
             let rows: usize = array.shape.iter().product();
             let mut raw = vec![0; rows * array.element.bytes];
             let read = array.file.read_at(array.start, &mut raw);

@@ -106,6 +106,7 @@ impl<'a> Rows<'a> {
             self.finite()?;
             block.time.clear();
             block.time.extend(self.raw[0].iter().map(|&raw| self.clock.time(raw)));
+            self.check_range(&block.time, &self.names[0])?;
             self.check_times(&mut block.time)?;
             if !block.time.is_empty() || taken == 0 {
                 break block.time.len();
@@ -128,6 +129,7 @@ impl<'a> Rows<'a> {
                     *value += factor * self.physics.driven(*known, time);
                 }
             }
+            self.check_range(column, &supply.channel.name())?;
         }
         self.row += taken;
         Ok(rows > 0)
@@ -138,16 +140,23 @@ impl<'a> Rows<'a> {
         &self.watch
     }
 
+    /// That the values of the file are numbers.
     fn finite(&self) -> Result<(), CompareError> {
         for (column, name) in self.raw.iter().zip(&self.names) {
-            // Without a branch in the loop, for speed.
-            if !column.iter().fold(true, |sound, x| sound & x.is_finite()) {
-                let row = column.iter().position(|x| !x.is_finite()).unwrap_or(0);
+            if let Some(row) = not_finite(column) {
                 let what = format!("{} is not a finite number", column[row]);
                 return Err(self.fault(row, name, what, "leave out the row, or the column"));
             }
         }
         Ok(())
+    }
+
+    /// That values in SI units, or sums of them, are numbers.
+    fn check_range(&self, values: &[f64], name: &str) -> Result<(), CompareError> {
+        not_finite(values).map_or(Ok(()), |row| {
+            let what = "is beyond the largest number in SI units".to_owned();
+            Err(self.fault(row, name, what, "check the values and their unit"))
+        })
     }
 
     /// What is wrong with a row of the block in a column.
@@ -201,6 +210,13 @@ impl<'a> Rows<'a> {
         }
         Ok(())
     }
+}
+
+/// The first value that is not a finite number.
+fn not_finite(values: &[f64]) -> Option<usize> {
+    // Without a branch in the loop, for speed.
+    let sound = values.iter().fold(true, |sound, x| sound & x.is_finite());
+    (!sound).then(|| values.iter().position(|x| !x.is_finite())).flatten()
 }
 
 /// How many digits the times have, and how many of them are there more than once, where it is the digits that make them so: several

@@ -2,6 +2,8 @@
 
 use super::super::CompareError;
 use super::super::resolution::Rounding;
+use crate::quote::shown;
+use std::collections::HashMap;
 use std::path::Path;
 
 /// Rows read at a time.
@@ -23,10 +25,15 @@ pub(super) trait Table: std::fmt::Debug {
     fn has_texts(&self, _name: &str) -> bool {
         false
     }
+    /// The columns that a name may mean: those of this very name, or if not `exact` those of a name that is nearly the same.
+    fn columns_of(&self, name: &str, exact: bool) -> Vec<String> {
+        let found = exact && self.has(name);
+        found.then(|| name.to_owned()).into_iter().collect()
+    }
     /// Whether a column of this name is what the program itself calls so: of a file that names its columns after its own
     /// variables, only the mapping says what they are.
-    fn recognises(&self, name: &str) -> bool {
-        self.has(name)
+    fn recognises(&self, _name: &str) -> bool {
+        true
     }
     /// The column of times beside another one, of a file that has several.
     fn time_beside(&self, _column: &str) -> Option<String> {
@@ -44,8 +51,16 @@ pub(super) trait Table: std::fmt::Debug {
     fn rounding(&self, _name: &str) -> Result<Option<Rounding>, CompareError> {
         Ok(None)
     }
-    /// Why a column of the file was left out: one that cannot be read.
-    fn left_out(&self) -> Option<&str> {
+    /// What the file has beside its columns and cannot be read as one.
+    fn left_out(&self) -> &[LeftOut] {
+        &[]
+    }
+    /// The paths of which a name is the last part, in a file whose columns have paths.
+    fn paths_of(&self, _name: &str) -> Vec<String> {
+        Vec::new()
+    }
+    /// The shape of the array of a name, which may be no column.
+    fn shape(&self, _name: &str) -> Option<Vec<usize>> {
         None
     }
     /// The unit that the file itself states for a column.
@@ -62,6 +77,77 @@ pub(super) trait Table: std::fmt::Debug {
     fn place(&self, row: u64, column: &str) -> String {
         format!("row {row} of {column}")
     }
+}
+
+/// Something in a file that is not read as a column.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub(super) struct LeftOut {
+    pub name: String,
+    /// What it holds, or is.
+    pub why: String,
+    pub remedy: String,
+}
+
+impl LeftOut {
+    /// Whether a name means it: the whole one, or the last part of its path.
+    pub fn is(&self, name: &str) -> bool {
+        let name = Slice::parse(name).array.trim_start_matches('/');
+        let end = self.name.rsplit('/').next().unwrap_or_default();
+        [&self.name, end].iter().any(|known| known.eq_ignore_ascii_case(name))
+    }
+
+    /// The error where it is needed.
+    pub fn error(self, path: &Path) -> CompareError {
+        CompareError::content(path, shown(&self.name), self.why, self.remedy)
+    }
+}
+
+/// Why there is no column of a name although the file has something of this name.
+pub(super) fn unread(table: &dyn Table, name: &str) -> Option<LeftOut> {
+    let of = |why: String, remedy: &str| LeftOut {
+        name: Slice::parse(name).array.to_owned(),
+        why,
+        remedy: remedy.to_owned(),
+    };
+    let known = table.left_out().iter().find(|left_out| left_out.is(name));
+    known.cloned().or_else(|| {
+        let paths = table.paths_of(name);
+        if paths.len() > 1 {
+            let why = format!("is the last part of several paths, {}", paths.join(", "));
+            return Some(of(why, "name one of them in a mapping or with --column"));
+        }
+        match table.shape(name).as_deref() {
+            Some([]) => Some(of("is a single number".to_owned(), "give a value for each row")),
+            Some(shape @ ([_] | [_, _])) => {
+                let why = format!("is of shape {shape:?}, not a column");
+                Some(of(why, "name a slice of it, such as y[2]"))
+            }
+            Some(shape) => {
+                let why = format!("is of shape {shape:?}, not a column");
+                Some(of(why, "save one dimension of it"))
+            }
+            None => table
+                .has_texts(name)
+                .then(|| of("holds texts".to_owned(), "save numbers")),
+        }
+    })
+}
+
+/// That no two columns of a line of names, counted from 1, have the same name.
+pub(super) fn each_once<'a>(
+    path: &Path,
+    line: u64,
+    names: impl Iterator<Item = (usize, &'a str)>,
+) -> Result<(), CompareError> {
+    let mut places = HashMap::new();
+    for (place, name) in names.filter(|(_, name)| !name.is_empty()) {
+        if let Some(first) = places.insert(name, place) {
+            let what = format!("columns {first} and {place} are both called \"{}\"", shown(name));
+            let remedy = "give each column a name of its own";
+            return Err(CompareError::content(path, format!("line {line}"), what, remedy));
+        }
+    }
+    Ok(())
 }
 
 /// The place of a name in a list: as it is, else in other letters of upper or lower case.

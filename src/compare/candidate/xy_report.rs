@@ -7,7 +7,7 @@ use super::super::CompareError;
 use super::super::resolution::{Digits, Rounding};
 use super::absent;
 use super::source::{Place, Source};
-use super::table::{BLOCK, Pass, Table, place_of};
+use super::table::{BLOCK, Pass, Table, each_once, place_of};
 use crate::input::Lines;
 use crate::quote::shown;
 use std::io::{BufRead, BufReader};
@@ -139,13 +139,13 @@ impl XyReport {
     /// A damaged line, no rows, or a report that was appended to an earlier one of the same curves.
     pub fn open(source: Source) -> Result<XyReport, CompareError> {
         let mut curves: Vec<Curves> = Vec::new();
-        let mut header: Option<String> = None;
+        let mut header: Option<(u64, String)> = None;
         let mut pages = 0;
         let mut lines = Reader::of(&source)?;
         while lines.next()? {
             let words = match Line::of(&lines.text) {
                 Line::Header(names) => {
-                    header = Some(names.to_owned());
+                    header = Some((lines.number, names.to_owned()));
                     continue;
                 }
                 Line::Other => continue,
@@ -154,7 +154,7 @@ impl XyReport {
             let Some(x) = number(words[0]) else {
                 return lines.fault(format!("\"{}\" is no number", shown(words[0])), REWRITE);
             };
-            if let Some(header) = header.take() {
+            if let Some((line, header)) = header.take() {
                 pages += 1;
                 if pages > MOST_PAGES {
                     return lines.fault(format!("more than {MOST_PAGES} tables"), "write one table");
@@ -167,11 +167,18 @@ impl XyReport {
                                     already";
                         return lines.fault(what, "keep one of the two, or write with appendMode=OFF");
                     }
-                    None => curves.push(Curves {
-                        names: names(&header, words.len()),
-                        header,
-                        last: x,
-                    }),
+                    None => {
+                        let names = names(&header, words.len());
+                        each_once(source.path(), line, (1..).zip(names.iter().map(String::as_str)))?;
+                        let is_there = |name: &&String| curves.iter().any(|known| known.names[1..].contains(name));
+                        let again = names[1..].iter().find(|name| !name.starts_with('#') && is_there(name));
+                        if let Some(name) = again {
+                            let what = format!("the curve \"{}\" is in a table before this one, too", shown(name));
+                            let (place, remedy) = (format!("line {line}"), "give each curve a name of its own");
+                            return Err(CompareError::content(source.path(), place, what, remedy));
+                        }
+                        curves.push(Curves { names, header, last: x });
+                    }
                 }
             }
             let Some(known) = curves.last_mut() else {
@@ -261,6 +268,12 @@ impl Table for XyReport {
 
     fn has(&self, name: &str) -> bool {
         self.find(name).is_some()
+    }
+
+    fn columns_of(&self, name: &str, exact: bool) -> Vec<String> {
+        let found = self.find(name).filter(|_| exact);
+        let name = |(table, column): (usize, usize)| self.curves[table].names[column].clone();
+        found.map(name).into_iter().collect()
     }
 
     fn recognises(&self, name: &str) -> bool {
