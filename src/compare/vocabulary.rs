@@ -263,6 +263,16 @@ impl Vocabulary {
         same.or_else(|| self.channels().find(|&one| one == channel))
     }
 
+    /// Whether the program's own files have a channel, or another that is the same, by this name.
+    pub(super) fn is_own_name(&self, channel: Channel, name: &str) -> bool {
+        let mut same = self
+            .same
+            .iter()
+            .filter(|(_, one)| *one == channel)
+            .map(|(other, _)| *other);
+        channel.name() == name || same.any(|other| other.name() == name)
+    }
+
     /// The names of a channel of the reference, the program's own first.
     pub(crate) fn names(&self, channel: Channel) -> &[String] {
         let entry = self.entries.iter().find(|entry| entry.channel == channel);

@@ -250,7 +250,14 @@ impl Candidate {
         let names: Vec<&str> = names.filter(|name| table.recognises(name) && !taken(name)).collect();
         let name = match mapped {
             Some(column) => Some(self::mapped(table, &own, &column.name)?),
-            None => only(table, &own, &names, &taken)?,
+            None => {
+                // The program's own files have some channels twice.
+                let of_file = |name: &&&str| vocabulary.is_own_name(channel, name) && table.has(name);
+                match names.iter().filter(of_file).count() > 1 {
+                    true => names.iter().find(of_file).map(|name| (*name).to_owned()),
+                    false => only(table, &own, &names, &taken)?,
+                }
+            }
         };
         let Some(name) = name else {
             self.leave_out(table, &names);
