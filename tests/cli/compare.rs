@@ -529,10 +529,10 @@ fn cli_columns_of_types_that_are_not_read_are_named() {
             &["no column of times", "left out: time", words[0]],
         );
         npz_of(&path, &[time.clone(), speed.clone(), named("phi1", &array)], true);
-        let c = compared(&folder, &["types.npz", "--quick"]);
+        let c = compared(&folder, &["types.npz"]);
         assert_eq!(c["absent"][0]["what"], "phi1", "{c}");
         assert!(c["absent"][0]["why"].as_str().unwrap().contains(words[0]), "{c}");
-        let report = folder.ok("compare paper.h5 types.npz --quick");
+        let report = folder.ok("compare paper.h5 types.npz");
         says(&report, &["not compared: phi1", words[0]]);
     }
 
@@ -548,7 +548,7 @@ fn cli_columns_of_types_that_are_not_read_are_named() {
         builder.create(path).unwrap();
     }
     drop(file);
-    let c = compared(&folder, &["types.h5", "--quick"]);
+    let c = compared(&folder, &["types.h5"]);
     let absent = c["absent"].to_string();
     says(&absent, &["enumeration", "single number", "one/phi1_dot, two/phi1_dot"]);
     for (column, words) in [
@@ -574,7 +574,7 @@ fn cli_numbers_of_every_width_are_read() {
             &[time.clone(), speed.clone(), named("phi1", kind, values)],
             false,
         );
-        let c = compared(&folder, &["widths.npz", "--quick"]);
+        let c = compared(&folder, &["widths.npz"]);
         c["channels"].clone()
     };
     let double = outcome("'<f8'", [1.0f64, 0.0, 1.0, 1.0].map(f64::to_le_bytes).concat());
@@ -610,7 +610,7 @@ fn cli_values_beyond_the_root_of_the_largest_number_have_errors() {
             .map(|row| format!("{:?},{large:e}\n", row.0))
             .collect();
         folder.write("large.csv", format!("time,{name}\n{table}"));
-        let c = compared(&folder, &["large.csv", "--events", "events.csv", "--quick"]);
+        let c = compared(&folder, &["large.csv", "--events", "events.csv"]);
         let channels = c["channels"].as_array().unwrap();
         let own: Vec<_> = channels.iter().filter(|row| row["channel"] == name).collect();
         assert!(!own.is_empty());
