@@ -251,7 +251,10 @@ impl Candidate {
         let taken = |name: &str| mapping.channels.iter().any(|(_, column)| column.name == name);
         let own = channel.name();
         let names = vocabulary.names(channel).iter().map(String::as_str);
-        let names: Vec<&str> = names.filter(|name| table.recognises(name) && !taken(name)).collect();
+        // The z of the bristles is that of the axial motion in a file that has their own name.
+        let is_axial = |name: &str| name == "z" && name != own && table.has(&own);
+        let is_name = |name: &&str| table.recognises(name) && !taken(name) && !is_axial(name);
+        let names: Vec<&str> = names.filter(is_name).collect();
         let name = match mapped {
             Some(column) => Some(self::mapped(table, &own, &column.name)?),
             None => {
