@@ -195,11 +195,20 @@ impl Reference {
         let events = shown.word.len();
         let of_samples = observation.is_some();
         let events = if known.is_finite() { 0 } else { events };
-        let outcome = |judged: &Judged| {
-            let up_to = known
-                .is_finite()
-                .then_some(" up to the onset, which is amplified rounding");
-            diagnosis::reproduced(judged, of_samples, events) + up_to.unwrap_or_default()
+        let outcome = |tried: &Tried| {
+            let judged = &tried.judged;
+            match (known.is_finite(), tried.until) {
+                (true, _) => {
+                    diagnosis::reproduced(judged, of_samples, 0) + " up to the onset, which is amplified rounding"
+                }
+                (false, Some(until)) => {
+                    let up_to = format!(
+                        " up to {until:.6} s, where rounding begins to decide at the end of which step an event comes"
+                    );
+                    diagnosis::reproduced(judged, of_samples, 0) + &up_to
+                }
+                (false, None) => diagnosis::reproduced(judged, of_samples, events),
+            }
         };
         let mut causes = Causes::default();
         let found = bench.find(proposals, &reading, self.start);
@@ -217,7 +226,7 @@ impl Reference {
                 let parameters = self.parameters(&numbers, all, proposed.as_ref(), (events, of_samples));
                 let (cause, words) = match &all[0].change {
                     Change::Numbers(_) => {
-                        diagnosis::of_numbers(&parameters, physics, &numbers, &outcome(&all[0].judged))
+                        diagnosis::of_numbers(&parameters, physics, &numbers, &outcome(&all[0]))
                     }
                     change => symptoms.named(change),
                 };
@@ -237,7 +246,7 @@ impl Reference {
                 let (cause, mut evidence) = match &best.change {
                     Change::Numbers(_) | Change::Both(..) => {
                         let parameters = self.parameters(&numbers, &all, proposed.as_ref(), (events, of_samples));
-                        let words = diagnosis::of_numbers(&parameters, physics, &numbers, &outcome(judged));
+                        let words = diagnosis::of_numbers(&parameters, physics, &numbers, &outcome(best));
                         causes.parameters = Some(parameters);
                         if let Change::Both(_, stepper) = &best.change {
                             let (cause, words) = symptoms.named(&Change::Stepper(*stepper));
@@ -256,11 +265,11 @@ impl Reference {
                         });
                         let words = other.as_ref().map(OtherKick::words).unwrap_or_default();
                         causes.kick = other;
-                        (Cause::AnotherKick, format!("{words}: {}", outcome(judged)))
+                        (Cause::AnotherKick, format!("{words}: {}", outcome(best)))
                     }
                     change => {
                         let (cause, words) = symptoms.named(change);
-                        (cause, format!("{words}: {}", outcome(judged)))
+                        (cause, format!("{words}: {}", outcome(best)))
                     }
                 };
                 let mut named = vec![cause];

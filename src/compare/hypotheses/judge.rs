@@ -71,6 +71,17 @@ impl Judged {
         Judged { events: true, ..self }
     }
 
+    /// Of a motion that is far from the candidate.
+    pub fn far() -> Judged {
+        Judged {
+            explained: 0.0,
+            left: f64::INFINITY,
+            before: Agreement::default(),
+            after: Agreement::default(),
+            events: false,
+        }
+    }
+
     /// Whether it explains as much as a better one.
     pub fn as_much_as(&self, best: &Judged) -> bool {
         self.left <= AS_MUCH * best.left + FLOOR
@@ -79,7 +90,7 @@ impl Judged {
 
 /// Motions are close while no channel differs by more than this part of its size, and no event by more than this part of the natural
 /// period. A window has so many samples, or events, more: some of what is behind an event that comes at another time show by how much.
-const CLOSE: f64 = 0.05;
+pub(super) const CLOSE: f64 = 0.05;
 const FEWEST: usize = 8;
 
 /// How often a value is projected.
@@ -169,6 +180,10 @@ impl Evidence<'_> {
     /// Judges a motion by what is shown up to a time (s).
     pub fn judged(&self, played: &Played, until: f64) -> Option<Judged> {
         let until = until.min(self.covered.1);
+        let left = self.observation.map(|seen| seen.left(&played.values, until));
+        if left.is_some_and(f64::is_nan) {
+            return None;
+        }
         let covered = |events: &[SequenceEvent]| -> Vec<SequenceEvent> {
             let inside = |e: &&SequenceEvent| e.time >= self.covered.0 && e.time <= until;
             events.iter().filter(inside).copied().collect()
@@ -205,12 +220,8 @@ impl Evidence<'_> {
             }
         };
         let of_events = part(events_left, events_before);
-        Some(match self.observation {
-            Some(observation) => {
-                let left = observation.left(&played.values, until);
-                if left.is_nan() {
-                    return None;
-                }
+        Some(match self.observation.zip(left) {
+            Some((observation, left)) => {
                 let explained = part(left, observation.left(&observation.reference, until));
                 Judged {
                     explained,

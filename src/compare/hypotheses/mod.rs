@@ -28,7 +28,7 @@ use crate::case::WrittenCase;
 use crate::model::system::{ContactLaw, KickSide, Regularisation, System};
 use crate::model::{BreakawayTest, KickTime};
 use crate::workers::over_processors;
-use judge::ALL;
+use judge::{ALL, CLOSE};
 use std::sync::atomic::{AtomicUsize, Ordering};
 use unknown::{Numbers, Unknown};
 
@@ -128,6 +128,10 @@ pub(super) struct Tried {
     told: bool,
     /// What is compared ends before the first event.
     is_smooth: bool,
+    /// Up to where it is judged, if not to the end: from there on rounding decides what its solver does, s.
+    pub until: Option<f64>,
+    /// Of a solver with steps, samples up to which it is close to the candidate.
+    close: usize,
     pub judged: Judged,
 }
 
@@ -141,6 +145,7 @@ impl Tried {
     fn is_cause(&self) -> bool {
         let least = match &self.change {
             _ if self.told => EXPLAINED,
+            _ if self.until.is_some() => OF_FITTED,
             // Before an onset that is noise a motion is smooth, and many numbers change it alike.
             Change::Numbers(_) if self.is_smooth => OF_SMOOTH,
             Change::Numbers(_) | Change::Both(..) | Change::Smooth(..) => 1.0 - ALL,
@@ -151,6 +156,13 @@ impl Tried {
         self.judged.is_cause() && self.judged.explained >= least
     }
 }
+
+/// Runs that begin so far apart, in parts of the state, are one but for rounding; those that differ by so much of a channel's size are
+/// two.
+const ROUNDED: f64 = 1e-12;
+const PARTED: f64 = 1e-3;
+/// Solvers with steps that are judged up to where their runs part.
+const CLOSEST_STEPPERS: usize = 8;
 
 /// Steps of a run, as a multiple of the reference's, and some more.
 const MOST_STEPS: (u64, u64) = (20, 5000);
@@ -285,8 +297,16 @@ impl Bench<'_> {
             Change::Stepper(_) | Change::Both(..) => 0..1,
             _ => 0..self.starts.len(),
         };
-        let judged =
-            starts.filter_map(|start| Some((start, self.evidence.judged(&self.played(&change, start)?, until)?)));
+        let mut close = 0;
+        let judged = starts.filter_map(|start| {
+            let played = self.played(&change, start)?;
+            let judged = self.evidence.judged(&played, until);
+            if let (Change::Stepper(_), Some(seen)) = (&change, self.evidence.observation) {
+                close = seen.close(&played.values, CLOSE);
+                return Some((start, judged.unwrap_or_else(Judged::far)));
+            }
+            Some((start, judged?))
+        });
         let (start, mut judged) = judged.min_by(|a, b| a.1.left.total_cmp(&b.1.left))?;
         let with_steps = matches!(change, Change::Stepper(_) | Change::Both(..));
         let own_state = with_steps || matches!(self.starts.get(start), Some(Start::At(..)));
@@ -298,8 +318,47 @@ impl Bench<'_> {
             own_state,
             told: false,
             is_smooth: self.evidence.is_smooth,
+            until: None,
+            close,
             judged,
         })
+    }
+
+    /// Solvers with steps, judged by what is shown before rounding decides what they do: where events come sooner or later by a step,
+    /// two of their runs part that begin [`ROUNDED`] apart. Before that the candidate has to part from the reference.
+    fn up_to_where_known(&self, tried: &[Tried]) -> Vec<Tried> {
+        let Some(seen) = self.evidence.observation else {
+            return Vec::new();
+        };
+        let parts = seen.close(&seen.reference, CLOSE);
+        let steppers = tried.iter().filter_map(|tried| match tried.change {
+            Change::Stepper(stepper) if tried.close > parts => Some((tried.close, stepper)),
+            _ => None,
+        });
+        let mut close: Vec<(usize, Stepper)> = steppers.collect();
+        close.sort_by_key(|(rows, _)| std::cmp::Reverse(*rows));
+        close.truncate(CLOSEST_STEPPERS);
+        let known = over_processors(close.len(), &|| false, |k| {
+            let (rows, stepper) = &close[k];
+            let played = &self.stepped(stepper, usize::MAX)?;
+            let other = self.stepped_from(stepper, 1.0 + ROUNDED, usize::MAX)?;
+            let until = seen.parting(&played.values, &other.values, PARTED).filter(|until| *until > parts)?;
+            let until = seen.time[until];
+            let mut judged = self.evidence.judged(played, until)?;
+            if self.evidence.detected {
+                judged = judged.by_samples();
+            }
+            Some(Tried {
+                change: Change::Stepper(*stepper),
+                own_state: true,
+                told: false,
+                is_smooth: self.evidence.is_smooth,
+                until: Some(until),
+                close: *rows,
+                judged,
+            })
+        });
+        sorted(known.into_iter().flatten().collect())
     }
 
     /// Changes, judged; those that explain most first.
@@ -444,6 +503,10 @@ impl Bench<'_> {
         if !told && !explains_all(&tried) {
             tried.extend(self.all_tried(self.smooth()));
         }
+        if with_steps && !told && !explains_all(&tried) {
+            let bands = self.usual_bands().into_iter().map(Change::Stepper).collect();
+            tried.extend(self.all_tried(bands));
+        }
         if !explains_all(&tried) && !told {
             let found = self.numbers(&unknown, true, &tried, by_state);
             tried.extend(found);
@@ -470,10 +533,16 @@ impl Bench<'_> {
             tried.retain(|tried| is_state(tried) || !tried.own_state);
         }
         if std::env::var_os("STICKSLIP_TRIED").is_some() {
-            for tried in tried.iter().take(12) {
-                eprintln!("{:?} {:?}", tried.change, tried.judged);
+            let mut near: Vec<_> = tried.iter().filter(|t| matches!(t.change, Change::Stepper(_))).collect();
+            near.sort_by_key(|t| std::cmp::Reverse(t.close));
+            for tried in tried.iter().filter(|t| t.judged.left < f64::INFINITY).take(9).chain(near.into_iter().take(9)) {
+                eprintln!("{:?} {} {:?} {:?}", tried.change, tried.close, tried.until, tried.judged);
             }
         } // TRIED
+        if with_steps && !tried.iter().any(Tried::is_cause) {
+            let known = self.up_to_where_known(&tried);
+            tried.splice(0..0, known);
+        }
         let Some(best) = tried.iter().find(|tried| tried.is_cause()).cloned() else {
             return Found::Unexplained(tried);
         };

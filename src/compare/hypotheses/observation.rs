@@ -259,6 +259,16 @@ impl Observation {
             .sum()
     }
 
+    /// The last sample before two motions differ by more than a part of the size of a channel, or one of them ends; `None` if they
+    /// differ at once, or never.
+    pub fn parting(&self, a: &Values, b: &Values, part: f64) -> Option<usize> {
+        let columns = || a.iter().zip(b).zip(&self.sizes);
+        let known = |row: &usize| columns().all(|((a, b), _)| a[*row].is_finite() && b[*row].is_finite());
+        let far = |row: &usize| !columns().all(|((a, b), size)| (a[*row] - b[*row]).abs() <= part * size);
+        let first = (0..self.time.len()).find(known)?;
+        (first..self.time.len()).find(far)?.checked_sub(1)
+    }
+
     /// |omega_r| of the candidate (rad/s) in the last sample up to a time (s) and in the next, if it shows it.
     pub fn speeds_near(&self, time: f64) -> Option<[f64; 2]> {
         let column = self

@@ -300,6 +300,7 @@ struct Rows<'a> {
     /// up.
     squares: [f64; 2],
     whole: f64,
+    given_up: bool,
 }
 
 impl<'a> Rows<'a> {
@@ -315,6 +316,7 @@ impl<'a> Rows<'a> {
                 Some(seen) if end == usize::MAX => seen.square(&seen.reference),
                 _ => f64::INFINITY,
             },
+            given_up: false,
         }
     }
 
@@ -324,10 +326,10 @@ impl<'a> Rows<'a> {
         (self.row < self.end).then(|| observation.time[self.row])
     }
 
-    /// Writes the next sample of a motion. Whether it is worth going on.
-    fn read(&mut self, motion: &mut Motion<'_>) -> bool {
+    /// Writes the next sample of a motion.
+    fn read(&mut self, motion: &mut Motion<'_>) {
         let Some(observation) = self.observation else {
-            return true;
+            return;
         };
         motion.read(&mut self.values, observation, self.row);
         let known = observation
@@ -339,7 +341,7 @@ impl<'a> Rows<'a> {
         }
         self.row += 1;
         let [own, reference] = self.squares;
-        !self.row.is_multiple_of(SEVERAL) || reference <= PART * self.whole || own <= HALF * reference
+        self.given_up |= self.row.is_multiple_of(SEVERAL) && reference > PART * self.whole && own > HALF * reference;
     }
 }
 
@@ -348,8 +350,8 @@ const HALVINGS: usize = 45;
 const MOST_IN_STEP: usize = 20;
 
 impl Stepper {
-    /// The motion from a time (s) and a state on, up to a time: its events, and the first `rows` samples of an observation. `None` if
-    /// the contact opens, or the motion has no end; and, with `usize::MAX` of `rows`, if it is far from the candidate.
+    /// The motion from a time (s) and a state on, up to a time: its events, and the first `rows` samples of an observation; with
+    /// `usize::MAX` of `rows` up to where it is far from the candidate. `None` if the contact opens, or the motion has no end.
     pub fn play(
         &self,
         physics: &Physics,
@@ -397,6 +399,9 @@ impl Stepper {
         motion.mode = mode(&motion)?;
         let mut events = Vec::new();
         for n in 0..steps as usize {
+            if rows.given_up {
+                break;
+            }
             // The grid of the steps, without what their sums round to.
             let grid = [n, n + 1].map(|n| from + n as f64 * self.step);
             motion.t = grid[0];
@@ -427,7 +432,7 @@ impl Stepper {
                 *twist = (*twist / self.digit).round() * self.digit;
             }
         }
-        while rows.next().is_some() {
+        while !rows.given_up && rows.next().is_some() {
             rows.read(&mut motion);
         }
         Some(Played {
@@ -512,10 +517,10 @@ impl Stepper {
                 } else {
                     0.0
                 },
-            ) || !rows.read(motion)
-            {
+            ) {
                 return None;
             }
+            rows.read(motion);
         }
         if !go(motion, length) {
             return None;

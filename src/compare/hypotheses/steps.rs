@@ -33,6 +33,9 @@ const SLOW: f64 = 0.3;
 /// Sticks that are looked at for the velocity at which they begin.
 const STICKS: usize = 20;
 const FITTED: usize = 2;
+/// Tolerances as users write them, in so many decades below the largest.
+const USUAL: [f64; 3] = [1.0, 2.0, 5.0];
+const DECADES: i32 = 4;
 /// How early a stick is, in natural periods, of which the reference has the same.
 const NEAR: f64 = 0.125;
 
@@ -82,10 +85,16 @@ impl Bench<'_> {
 
     /// The motion by a solver with steps.
     pub(super) fn stepped(&self, stepper: &Stepper, rows: usize) -> Option<Played> {
+        self.stepped_from(stepper, 1.0, rows)
+    }
+
+    /// The same from a multiple of the state.
+    pub(super) fn stepped_from(&self, stepper: &Stepper, factor: f64, rows: usize) -> Option<Played> {
         let (time, state) = self.origin.as_ref()?;
+        let state: Vec<f64> = state.iter().map(|y| factor * y).collect();
         stepper.play(
             self.physics,
-            (*time, state),
+            (*time, &state),
             &self.kicked(&self.physics.trains).kicks,
             self.evidence.observation,
             (self.evidence.covered.1, rows),
@@ -189,6 +198,32 @@ impl Bench<'_> {
             }
         }
         all.into_iter().flat_map(|stepper| self.variants(stepper)).collect()
+    }
+
+    /// Velocity tolerances as users write them, for the candidate's own steps: where a sample shows no speed at a stick, they do not follow
+    /// from it.
+    pub(super) fn usual_bands(&self) -> Vec<Stepper> {
+        if !self.physics.sticks() {
+            return Vec::new();
+        }
+        let lengths: Vec<f64> = self.interval().into_iter().chain(self.grid_of_events()).collect();
+        let largest = SLOW * self.physics.speed();
+        let power = 10f64.powf(largest.log10().floor());
+        let digits = (0..DECADES).flat_map(|decade| USUAL.map(|digit| digit * power * 0.1f64.powi(decade)));
+        let bands: Vec<f64> = digits.filter(|band| *band <= largest).collect();
+        let stops = bands.iter().flat_map(|&band| [Stop::Within(band), Stop::Frozen(band)]);
+        let stops: Vec<Stop> = stops.collect();
+        let mut all = Vec::new();
+        for scheme in [Scheme::Exact, Scheme::RungeKutta] {
+            for &step in &lengths {
+                let each = stops.iter().map(|&stop| Stepper {
+                    stop,
+                    ..self.stepper(scheme, false, step)
+                });
+                all.extend(each.flat_map(|stepper| self.variants(stepper)));
+            }
+        }
+        all
     }
 
     /// Methods of low order, or with few steps.

@@ -83,7 +83,7 @@ impl Rerun {
 }
 
 /// How far two event sequences agree.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize)]
 pub struct Agreement {
     /// Events with a partner within a quarter of the natural period.
     pub matched: usize,
