@@ -5,6 +5,8 @@ use super::*;
 
 /// Samples that differ by less than this part of the sizes of their channels, in the root mean square, need no explanation.
 const SAMPLES_AGREE: f64 = 1e-6;
+/// Nor do events that differ by less than this part of the natural period.
+const EVENTS_AGREE: f64 = 1e-6;
 
 /// How long before an onset without a kick its oscillation is below what is compared, in natural periods.
 const BEFORE_ONSET: f64 = 20.0;
@@ -13,6 +15,8 @@ const BEFORE_ONSET: f64 = 20.0;
 const LOOKED_AT: (usize, usize) = (4, 12);
 /// Clocks that differ by less than this part of the natural period are one.
 const LEAST_CLOCK: f64 = 1e-6;
+/// Events, without samples, of which a cause can be told.
+const FEWEST_EVENTS: usize = 2;
 /// What another clock that is fitted to samples explains, at least.
 const OF_CLOCK: f64 = 0.999;
 
@@ -80,7 +84,8 @@ impl Reference {
             let left = observation.left(&observation.reference, known);
             left <= shown.rounding.max(SAMPLES_AGREE * SAMPLES_AGREE)
         });
-        let events_agree = shown.worst.is_none_or(|worst| worst <= shown.bound);
+        let least = shown.bound.max(EVENTS_AGREE * period);
+        let events_agree = shown.worst.is_none_or(|worst| worst <= least);
         if samples_agree.unwrap_or(events_agree) {
             return Ok(Causes::default());
         }
@@ -103,6 +108,13 @@ impl Reference {
             is_smooth: known.is_finite(),
             before: Default::default(),
         };
+        // Any change at all moves one event to where it is.
+        if observation.is_none() && shown.word.len() < FEWEST_EVENTS {
+            return Ok(Causes {
+                unexplained: Some(self.unexplained(shown, None, &[])),
+                ..Causes::default()
+            });
+        }
         // Another time of one motion may be another state that it begins in.
         let clock = self.other_clock(shown, &evidence)?;
         let clock = match clock {
@@ -211,6 +223,9 @@ impl Reference {
             }
         };
         let mut causes = Causes::default();
+        // What its own steps err by before its first sample is no other state.
+        let apart = |seen: &Observation| seen.begins_apart().is_none_or(|part| part > SAMPLES_AGREE);
+        proposals.with_state = other.is_some() || observation.as_ref().is_none_or(apart);
         let found = bench.find(proposals, &reading, self.start);
         // What explains more than another clock is the cause.
         let best = match &found {

@@ -154,6 +154,12 @@ impl Course {
         self.dynamics.excitation.axial()
     }
 
+    /// The next time (s) behind a time at which what acts from outside has a corner.
+    pub fn next_corner(&self, t: f64) -> Option<f64> {
+        let corners = self.dynamics.excitation.corners();
+        corners.get(corners.partition_point(|corner| *corner <= t)).copied()
+    }
+
     /// What acts from outside at a time (s) but the normal force, which is 0.
     pub fn driving(&self, t: f64) -> Outside {
         let excitation = &self.dynamics.excitation;

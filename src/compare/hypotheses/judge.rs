@@ -12,7 +12,7 @@ const OF_EVENTS: f64 = 0.9;
 /// What leaves less than this part of the square of the samples has the events that are found in them.
 pub(super) const ALL: f64 = 1e-4;
 /// And what leaves less than this is the motion itself, whatever events were found in it.
-const EXACT: f64 = 1.0 - 1e-6;
+pub(super) const EXACT: f64 = 1.0 - 1e-6;
 /// Mean squares (in parts of the sizes) and squares of event times (s^2) below these are rounding.
 const FLOOR: f64 = 1e-18;
 /// As much as another explains what leaves up to this multiple of the square.

@@ -28,7 +28,7 @@ use crate::case::WrittenCase;
 use crate::model::system::{ContactLaw, KickSide, Regularisation, System};
 use crate::model::{BreakawayTest, KickTime};
 use crate::workers::over_processors;
-use judge::{ALL, CLOSE};
+use judge::{ALL, CLOSE, EXACT};
 use std::sync::atomic::{AtomicUsize, Ordering};
 use unknown::{Numbers, Unknown};
 
@@ -144,10 +144,13 @@ impl Tried {
     /// Whether it is said.
     fn is_cause(&self) -> bool {
         let least = match &self.change {
+            Change::Numbers(numbers) if self.told && values(numbers) > 1 => OF_FITTED,
             _ if self.told => EXPLAINED,
             _ if self.until.is_some() => OF_FITTED,
             // Before an onset that is noise a motion is smooth, and many numbers change it alike.
             Change::Numbers(_) if self.is_smooth => OF_SMOOTH,
+            // Two of all pairs come close to much that is neither.
+            Change::Numbers(numbers) if values(numbers) > 1 => EXACT,
             Change::Numbers(_) | Change::Both(..) | Change::Smooth(..) => 1.0 - ALL,
             Change::Late(..) => OF_FITTED,
             Change::Stepper(stepper) if stepper.scheme.is_low() || stepper.located => OF_FITTED,
@@ -363,6 +366,8 @@ impl Bench<'_> {
 
     /// Changes, judged; those that explain most first.
     pub fn all_tried(&self, changes: Vec<Change>) -> Vec<Tried> {
+        let t0 = std::time::Instant::now(); // TRIED
+        let (n, what) = (changes.len(), changes.iter().take(3).map(|c| format!("{c:?}").chars().take(60).collect::<String>()).collect::<Vec<_>>()); // TRIED
         let [done, of] = &self.runs;
         of.fetch_add(changes.len(), Ordering::Relaxed);
         let tried = over_processors(changes.len(), &|| false, |k| {
@@ -371,6 +376,7 @@ impl Bench<'_> {
             (self.watch)(done, of.load(Ordering::Relaxed));
             tried
         });
+        if std::env::var_os("STICKSLIP_TRIED").is_some() { eprintln!("STAGE {n} {what:?} {:?}", t0.elapsed()); } // TRIED
         sorted(tried.into_iter().flatten().collect())
     }
 }
@@ -403,6 +409,8 @@ pub(super) struct Proposals {
     pub breakaway: Option<f64>,
     /// Whether solvers with steps are tried.
     pub with_steps: bool,
+    /// Whether its first sample shows another state.
+    pub with_state: bool,
 }
 
 /// What was found.
@@ -432,6 +440,7 @@ impl Bench<'_> {
             mut tolerances,
             breakaway,
             with_steps,
+            with_state,
         } = proposals;
         let told: Vec<Change> = changes
             .iter()
@@ -467,9 +476,6 @@ impl Bench<'_> {
                 changes.extend(bands);
             }
         }
-        if with_steps {
-            changes.extend(self.steppers(&tolerances, breakaway).into_iter().map(Change::Stepper));
-        }
         let mut tried = self.all_tried(changes);
         tried
             .iter_mut()
@@ -479,6 +485,10 @@ impl Bench<'_> {
         let by_state = tried
             .iter()
             .any(|tried| is_state(tried) && tried.judged.explained >= MUCH);
+        if by_state && !with_state {
+            // All that differs comes of what it errs by before its first sample.
+            return Found::Unexplained(Vec::new());
+        }
         if by_state {
             tried.retain(|tried| is_state(tried) || !tried.own_state);
         }
@@ -495,6 +505,12 @@ impl Bench<'_> {
         if !(told || by_state && !from_start) {
             let found = self.numbers(&unknown, false, &tried, by_state);
             tried.extend(found);
+        }
+        // What else leaves nothing needs no steps.
+        let is_exact = |tried: &Tried| tried.is_cause() && tried.judged.explained >= EXACT;
+        if with_steps && !tried.iter().any(is_exact) {
+            let steppers = self.steppers(&tolerances, breakaway).into_iter();
+            tried.extend(self.all_tried(steppers.map(Change::Stepper).collect()));
         }
         if with_steps && !told && !explains_all(&tried) {
             let methods = self.methods().into_iter().map(Change::Stepper).collect();

@@ -280,6 +280,12 @@ impl Observation {
         Some([speed(next.checked_sub(1)?)?, speed(next)?])
     }
 
+    /// The largest difference from the reference in the first sample at which that is known, in parts of the sizes.
+    pub fn begins_apart(&self) -> Option<f64> {
+        let row = (0..self.time.len()).find(|&row| self.known(row))?;
+        self.differences(&self.reference, row).map(f64::abs).reduce(f64::max)
+    }
+
     /// Whether the reference is known at any of the times.
     pub fn overlaps(&self) -> bool {
         (0..self.time.len()).any(|row| self.known(row))

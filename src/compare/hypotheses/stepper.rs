@@ -103,6 +103,17 @@ const MOST_ITERATIONS: usize = 60;
 /// Expansions in a step at most.
 const MOST_EXPANSIONS: usize = 100;
 
+/// An expansion of the motion, which many short steps share: where it began and ends (s), and states that are on it.
+struct Expanded {
+    mode: Mode,
+    from: f64,
+    end: f64,
+    known: [(f64, Vec<f64>); 2],
+}
+
+/// How far an expansion that short steps share goes, in natural periods.
+const SHARED: f64 = 0.125;
+
 struct Motion<'a> {
     physics: &'a Physics,
     /// A function in the place of the sign: of [`SHAPES`], with its speed (rad/s).
@@ -110,6 +121,9 @@ struct Motion<'a> {
     /// As [`Stepper::even`].
     even: bool,
     course: Course,
+    /// For the channels, so that the other one keeps its expansion.
+    reading: Course,
+    expanded: Option<Expanded>,
     mode: Mode,
     t: f64,
     y: Vec<f64>,
@@ -125,12 +139,12 @@ impl Motion<'_> {
 
     /// Writes the channels into a row.
     fn read(&mut self, values: &mut Values, observation: &Observation, row: usize) {
-        self.course.stand_before(self.mode, self.t, &self.y);
+        self.reading.stand_before(self.mode, self.t, &self.y);
         for (column, &channel) in values.iter_mut().zip(&observation.channels) {
             column[row] = match channel {
                 // Which stays what it was in the stick of some solvers.
                 Channel::RelativeVelocity => self.velocity(),
-                _ => self.course.series(self.physics.quantity(channel), 0.0).0[0],
+                _ => self.reading.series(self.physics.quantity(channel), 0.0).0[0],
             };
         }
     }
@@ -164,6 +178,48 @@ impl Motion<'_> {
         system.rates(self.mode, sense, piece, &outside, y, rates);
     }
 
+    /// Takes the state to a time (s) by the equations. Whether it has come there.
+    fn exact(&mut self, to: f64) -> bool {
+        let (t, mode) = (self.t, self.mode);
+        let is_on = |expanded: &Expanded| {
+            let known = expanded.known.iter().position(|(time, y)| *time == t && *y == self.y);
+            known.filter(|_| expanded.mode == mode && to <= expanded.end)
+        };
+        let mut on = self.expanded.as_ref().and_then(is_on);
+        if on.is_none() {
+            let longest = SHARED * self.physics.natural_period();
+            let corner = self.course.next_corner(t).map_or(f64::INFINITY, |corner| corner - t);
+            let longest = longest.min(corner);
+            if to - t < 0.5 * longest {
+                let length = self.course.expand(mode, t, &self.y, longest);
+                on = (t + length >= to).then_some(0);
+                self.expanded = on.map(|_| Expanded {
+                    mode,
+                    from: t,
+                    end: t + length,
+                    known: [(t, self.y.clone()), (t, self.y.clone())],
+                });
+            }
+        }
+        match (on, &mut self.expanded) {
+            (Some(place), Some(expanded)) => {
+                // What a step begins with stays known, as it may begin again.
+                if place == 1 {
+                    expanded.known.swap(0, 1);
+                }
+                self.course.after(to - expanded.from, &mut self.y);
+                let last = &mut expanded.known[1];
+                last.0 = to;
+                last.1.copy_from_slice(&self.y);
+                true
+            }
+            _ => {
+                self.expanded = None;
+                self.course.go(mode, (t, to), &mut self.y, MOST_EXPANSIONS, &mut |_, _| {})
+            }
+        }
+    }
+
     fn step(&mut self, scheme: Scheme, h: f64) -> bool {
         let [mut a, mut b, mut c, mut d, mut at] = std::mem::take(&mut self.scratch);
         let t = self.t;
@@ -176,12 +232,7 @@ impl Motion<'_> {
         }
         let mut arrived = true;
         match scheme {
-            Scheme::Exact => {
-                let span = (t, t + h);
-                arrived = self
-                    .course
-                    .go(self.mode, span, &mut self.y, MOST_EXPANSIONS, &mut |_, _| {});
-            }
+            Scheme::Exact => arrived = self.exact(t + h),
             Scheme::RungeKutta => {
                 self.rates(t, &self.y, &mut a);
                 plus(&mut at, &self.y, h / 2.0, &a);
@@ -257,6 +308,8 @@ pub(super) fn creeping(
         smooth: Some(smooth),
         even: false,
         course: physics.course(),
+        reading: physics.course(),
+        expanded: None,
         mode: Mode::Separated,
         t: from,
         y: y.to_vec(),
@@ -283,11 +336,15 @@ pub(super) fn creeping(
     Some(Played { values, events, steps })
 }
 
-/// A motion is given up when it takes away less than half of the squared difference up to a sample, looked at after so many, where that
-/// is more than this part of the whole.
+/// A motion is given up when it takes away less than half of the squared difference up to a sample, looked at after so many, where the
+/// reference or it leaves more than this part of the whole, and when what it leaves is more than a larger part.
 const HALF: f64 = 0.5;
-const SEVERAL: usize = 64;
-const PART: f64 = 1e-3;
+const SEVERAL: usize = 32;
+const PART: f64 = 1e-5;
+const LEAVES: f64 = 0.05;
+/// So is one that is so much farther from the candidate than the reference is, by differences of more than a part of the sizes.
+const FARTHER: f64 = 100.0;
+const DISTINCT: f64 = 1e-8;
 
 /// Which samples of an observation are written, and when a motion is given up.
 struct Rows<'a> {
@@ -341,7 +398,10 @@ impl<'a> Rows<'a> {
         }
         self.row += 1;
         let [own, reference] = self.squares;
-        self.given_up |= self.row.is_multiple_of(SEVERAL) && reference > PART * self.whole && own > HALF * reference;
+        let shows = own > DISTINCT * DISTINCT * self.row as f64;
+        let is_farther = shows && own > FARTHER * FARTHER * reference;
+        let is_far = is_farther || own.max(reference) > PART * self.whole && own > HALF * reference || own > LEAVES * self.whole;
+        self.given_up |= self.row.is_multiple_of(SEVERAL) && is_far;
     }
 }
 
@@ -375,6 +435,8 @@ impl Stepper {
             smooth: None,
             even: self.even,
             course: physics.course(),
+            reading: physics.course(),
+            expanded: None,
             mode: Mode::Stick,
             t: from,
             y: y.to_vec(),

@@ -89,7 +89,11 @@ fn judge(allowed: &Allowed, said: &serde_json::Value) -> (Said, String) {
     let or = number_of(&said["parameters"]["or"]);
     let number_is_right = match allowed.together {
         true => !named.is_empty() && named.iter().all(hits),
-        false => named.len() == 1 && named.iter().chain(&or).any(hits),
+        // With the speed of a drive, the speeds at t = 0 that are the same.
+        false => {
+            let follows = |(path, value, _): &(String, f64, f64)| path.starts_with("initial.") && *value == named[0].1;
+            named.iter().skip(1).all(follows) && named.iter().take(1).chain(&or).any(hits)
+        }
     };
     let clock_is_right = allowed.clock.is_none_or(|clock| {
         let to_add = said["found_time_offset"]["seconds"].as_f64();
@@ -102,7 +106,16 @@ fn judge(allowed: &Allowed, said: &serde_json::Value) -> (Said, String) {
         let by_value = allowed.value.is_none_or(|(before, value, off)| {
             number_after(evidence, before).is_none_or(|found| (found - value).abs() <= off)
         });
-        by_name && by_words && by_value && clock_is_right || cause == "another-parameter" && number_is_right
+        let is_same = allowed
+            .same
+            .iter()
+            .any(|(name, words)| cause == name && evidence.contains(words));
+        // Of two that cannot be told apart both are named.
+        let is_other = evidence.split_once("as much is explained by ").is_some_and(|(_, other)| {
+            let mut named = allowed.causes.iter();
+            named.any(|cause| other.contains(&cause.replace('-', " ")))
+        });
+        by_name && by_words && by_value && clock_is_right || is_same || is_other || cause == "another-parameter" && number_is_right
     };
     let paths_are = |beside: &str| !named.is_empty() && named.iter().all(|(path, ..)| path.contains(beside));
     let beside = |(cause, _): &(String, String)| {
