@@ -1,6 +1,6 @@
 //! What reproduces a candidate: symptoms propose, the reference's own run decides ([`super::hypotheses`]).
 
-use super::hypotheses::Fit;
+use super::hypotheses::{Apart, Fit};
 use super::*;
 
 /// Samples that differ by less than this part of the sizes of their channels, in the root mean square, need no explanation.
@@ -298,6 +298,11 @@ impl Reference {
                         named.push(cause);
                     }
                 }
+                if let [_, other, ..] = &all[..]
+                    && let Some(apart) = bench.apart(best, other)
+                {
+                    evidence += &self.told_apart(&apart);
+                }
                 causes.said.push(Diagnosis::tried(cause, evidence, judged.explained));
                 causes.said.extend(second);
             }
@@ -313,6 +318,26 @@ impl Reference {
             }
         }
         Ok(causes)
+    }
+
+    /// What would tell two causes apart that explain as much.
+    fn told_apart(&self, apart: &Apart) -> String {
+        match apart {
+            Apart::Nowhere => "; the first two are one motion: another start, drive or force tells them apart".to_owned(),
+            Apart::Event { number, by } => {
+                format!("; the first two differ most at event {number}, by {by:.1e} s: more digits or samples tell them apart")
+            }
+            Apart::Channel {
+                channel,
+                shown,
+                time,
+                by,
+            } => {
+                let (name, unit) = (channel.name(), self.physics.vocabulary().unit(*channel));
+                let what = if *shown { "with as many digits" } else { "which the candidate lacks" };
+                format!("; the first two differ most in {name}, {what}, by {by:.1e} {unit} at {time:.6} s")
+            }
+        }
     }
 
     /// Where a difference begins that nothing explains, what came closest, and what would tell more.
@@ -347,6 +372,10 @@ impl Reference {
                 Some(EventKind::Separation) => "while the contact is open",
                 Some(_) => "in slip",
             },
+            follows: observation.and_then(|seen| {
+                let row = seen.close(&seen.reference, 1e-3);
+                follows((physics, shown.candidate, seen), shown.word, &self.breaks(), row)
+            }),
             would_tell: match lacking.is_empty() {
                 false => Some(lacking.join(", ")),
                 true => sparse.then(|| format!("samples every {dense:.1e} s")),

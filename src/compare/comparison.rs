@@ -6,6 +6,7 @@ use super::cycles::CycleErrors;
 use super::detect::Detection;
 use super::diagnosis::{Cause, Diagnosis, percent};
 use super::energy::EnergyDrift;
+use super::follows::Follows;
 use super::event_errors::EventErrors;
 use super::hysteresis::HysteresisEffect;
 use super::impulse::ImpulseErrors;
@@ -151,6 +152,8 @@ pub struct Unexplained {
     pub begins: Option<f64>,
     /// What the contact of the reference does there: "in stick", "in slip", "before the first event".
     pub during: &'static str,
+    /// Whether its samples follow the reference's equations between its events; `None` if they do not show the whole state.
+    pub follows: Option<Follows>,
     /// What would tell more.
     pub would_tell: Option<String>,
     /// What came closest; `None` if nothing could be run.
@@ -329,13 +332,24 @@ impl Comparison {
         if let Some(first) = self.causes.first() {
             text += &format!("; likely cause: {}: {}", first.cause.name(), first.evidence);
         } else if let Some(unexplained) = &self.unexplained {
-            text += "; no single cause explains it";
+            text += "; no single cause explains the difference";
             if let Some(begins) = unexplained.begins {
                 text += &format!(", which begins at {begins:.6} s, {}", unexplained.during);
             }
+            match &unexplained.follows {
+                Some(Follows { holds: true, .. }) => {
+                    text += "; between its events its samples follow the equations of the reference, so that it differs by \
+                             its events or by how it begins";
+                }
+                Some(Follows { channels, from, .. }) => {
+                    let from = from.map_or(String::new(), |from| format!(" from {from:.6} s on"));
+                    text += &format!("; its samples do not follow the equations of {}{from}", channels.join(" and "));
+                }
+                None => {}
+            }
             if let Some(Closest { cause, explained }) = unexplained.closest.filter(|closest| closest.explained > 0.0) {
                 text += &format!(
-                    ": the closest, {}, explains {} % of the squared difference",
+                    "; the closest, {}, explains {} % of the squared difference",
                     cause.name(),
                     percent(explained)
                 );
@@ -345,7 +359,8 @@ impl Comparison {
             }
             let others: Vec<&str> = unexplained.ruled_out.iter().map(|other| other.cause.name()).collect();
             if !others.is_empty() {
-                text += &format!("; {} explain less", others.join(", "));
+                let verb = if others.len() == 1 { "explains" } else { "explain" };
+                text += &format!("; {} {verb} less", others.join(", "));
             }
             if let Some(more) = &unexplained.would_tell {
                 text += &format!("; {more} would tell more");

@@ -38,6 +38,7 @@ mod energy;
 mod error;
 mod evaluate;
 mod event_errors;
+mod follows;
 mod hypotheses;
 mod hysteresis;
 mod impulse;
@@ -65,6 +66,7 @@ pub use candidate::{Mapping, TimeOffset};
 pub use case_differences::CaseDifference;
 pub use channel::Channel;
 pub use clock::{FoundOffset, OtherClock};
+pub use follows::Follows;
 pub use comparison::{Absent, ChannelErrors, Closest, Comparison, Span, Unexplained};
 pub use cycles::CycleErrors;
 pub use detect::{Detection, Detector, Found, Point};
@@ -99,6 +101,7 @@ use detect::{DEFAULT_HYSTERESIS, DEFAULT_TOLERANCE};
 use diagnosis::Symptoms;
 use energy::EnergyPass;
 use event_errors::EventErrors;
+use follows::follows;
 use hypotheses::{
     Bench, Change, Evidence, Found as HypothesesFound, Judged, Observation, ObservationPass, Played, Tried,
 };

@@ -78,7 +78,7 @@ fn clock_error(candidate: &Candidate, watch: &ClockWatch, time: f64) -> f64 {
 
 impl Reference {
     /// Times between which the equations of the reference do not change, s.
-    fn breaks(&self) -> Vec<f64> {
+    pub(super) fn breaks(&self) -> Vec<f64> {
         let others = self.events.iter().filter(|event| {
             use EventKind::{Contact, Corner, Kick, Separation};
             matches!(event.kind, Contact | Corner | Kick | Separation)

@@ -4,6 +4,7 @@
 //! solver with steps. Each is run and sampled as the candidate is ([`play`], [`stepper`]), and held against what the candidate shows
 //! ([`observation`], [`judge`]). What does not reproduce the difference is no cause. What symptoms propose only says where to begin.
 
+mod apart;
 mod fit;
 mod judge;
 mod late;
@@ -15,6 +16,7 @@ mod stepper;
 mod steps;
 mod unknown;
 
+pub(super) use apart::Apart;
 pub(super) use fit::Fit;
 pub(super) use judge::{EXPLAINED, Evidence, Judged};
 pub(super) use observation::{Observation, ObservationPass};
@@ -122,6 +124,8 @@ impl Change {
 #[derive(Debug, Clone)]
 pub(super) struct Tried {
     pub change: Change,
+    /// Which of the starts of the bench.
+    start: usize,
     /// From the candidate's own first state.
     own_state: bool,
     /// The candidate shows it apart from what the motion comes to: by its equations, or by its creep.
@@ -318,6 +322,7 @@ impl Bench<'_> {
         }
         Some(Tried {
             change,
+            start,
             own_state,
             told: false,
             is_smooth: self.evidence.is_smooth,
@@ -353,6 +358,7 @@ impl Bench<'_> {
             }
             Some(Tried {
                 change: Change::Stepper(*stepper),
+                start: 0,
                 own_state: true,
                 told: false,
                 is_smooth: self.evidence.is_smooth,

@@ -64,7 +64,9 @@ fn judge(allowed: &Allowed, said: &serde_json::Value) -> (Said, String) {
         .collect::<Vec<_>>()
         .join(" | ");
     if words.is_empty() {
-        return (Said::Silent, sentence);
+        let verdict = said["verdict"].as_str().unwrap_or_default();
+        let unexplained = verdict.split_once("no single cause").map_or("", |(_, text)| text);
+        return (Said::Silent, format!("nothing{unexplained}"));
     }
     let number_of = |list: &serde_json::Value| -> Vec<(String, f64, f64)> {
         let list = list.as_array().cloned().unwrap_or_default();

@@ -1,0 +1,112 @@
+//! Whether a candidate follows the reference's equations between its events.
+
+use super::candidate::Candidate;
+use super::hypotheses::Observation;
+use super::reference::Physics;
+use crate::model::Mode;
+use crate::record::EventKind;
+use crate::record::sequence::SequenceEvent;
+use serde::Serialize;
+
+/// Whether every sample of a candidate, continued by the reference's equations, leads to the next one.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Follows {
+    /// It does, but for a part of the difference.
+    pub holds: bool,
+    /// The channels of the state that miss the next sample, the farthest first.
+    pub channels: Vec<String>,
+    /// From where on they do, s.
+    pub from: Option<f64>,
+    /// Pairs of samples that were looked at: those without an event in between.
+    pub pairs: usize,
+}
+
+/// Pairs of samples that are looked at, up to where the difference is seen.
+const MOST_PAIRS: usize = 4096;
+const FEWEST_PAIRS: usize = 16;
+const MOST_EXPANSIONS: usize = 400;
+/// What is missed sample by sample comes to this part of a channel's size, where the difference is seen from a thousandth on.
+const MISSED: f64 = 1e-4;
+/// The first part of it that counts, and parts of the farthest channel that are named.
+const FIRST: f64 = 1e-2;
+const NAMED: f64 = 0.3;
+/// Times of events, and the rounding of samples, in parts of them.
+const NEAR: f64 = 1e-9;
+const ROUNDINGS: f64 = 4.0;
+
+/// Continues each sample up to `row` by the equations. `events` are the candidate's, `breaks` (s) where the equations change. `None` of a
+/// candidate without the whole state, or with too few samples between two events.
+pub(super) fn follows(
+    (physics, candidate, seen): (&Physics, &Candidate, &Observation),
+    events: &[SequenceEvent],
+    breaks: &[f64],
+    row: usize,
+) -> Option<Follows> {
+    let columns = physics.columns(&seen.channels)?;
+    let system = physics.system();
+    let (mut course, period) = (physics.course(), physics.natural_period());
+    let state = |row: usize| {
+        let mut y = vec![0.0; system.dimension];
+        physics.set(&mut y, |k| seen.values[columns[k]][row]);
+        y
+    };
+    let last = (row + FEWEST_PAIRS).min(seen.time.len().checked_sub(1)?);
+    let mut missed: Vec<Vec<(f64, f64)>> = vec![Vec::new(); columns.len()];
+    let mut pairs = 0;
+    for row in last.saturating_sub(MOST_PAIRS)..last {
+        let (from, to) = (seen.time[row], seen.time[row + 1]);
+        let near = NEAR * to.abs();
+        let inside = |time: f64| (from - near..=to + near).contains(&time);
+        if to - from > period || breaks.iter().any(|time| inside(*time)) || events.iter().any(|e| inside(e.time)) {
+            continue;
+        }
+        let mut y = state(row);
+        let outside = course.outside(from);
+        let mode = match events.iter().rfind(|event| event.time < from) {
+            _ if !physics.sticks() => Mode::Engaged,
+            Some(event) if event.kind == EventKind::Stick => Mode::Stick,
+            _ => match system.relative_velocity(&outside, &y) {
+                // It may stick from the start on.
+                0.0 => continue,
+                velocity => Mode::sliding(velocity),
+            },
+        };
+        if mode == Mode::Stick {
+            system.join(&outside, &mut y);
+        }
+        if !course.go(mode, (from, to), &mut y, MOST_EXPANSIONS, &mut |_, _| {}) {
+            continue;
+        }
+        pairs += 1;
+        // Rounding of a position shows in a speed by the rate of the fastest motion.
+        let rounding = columns.iter().enumerate().map(|(k, &column)| {
+            let of = |row: usize| candidate.rounding_of(physics.state[k], seen.values[column][row]);
+            of(row).max(of(row + 1)) / seen.sizes[column]
+        });
+        let rounding = rounding.fold(0.0, f64::max) * (1.0 + (to - from) * course.fastest_rate());
+        for (k, &column) in columns.iter().enumerate() {
+            let off = (seen.values[column][row + 1] - y[physics.places[k]]).abs() / seen.sizes[column];
+            missed[k].push((to, (off - ROUNDINGS * rounding).max(0.0)));
+        }
+    }
+    if pairs < FEWEST_PAIRS {
+        return None;
+    }
+    let sums = missed.iter().map(|of| of.iter().map(|(_, part)| part).sum::<f64>());
+    let mut sums: Vec<(usize, f64)> = sums.enumerate().collect();
+    sums.sort_by(|a, b| b.1.total_cmp(&a.1));
+    let (farthest, largest) = *sums.first()?;
+    let holds = largest < MISSED;
+    let named = sums.iter().take_while(|(_, sum)| !holds && *sum >= NAMED * largest);
+    let from = missed[farthest].iter().scan(0.0, |sum, (time, part)| {
+        *sum += part;
+        Some((*time, *sum))
+    });
+    let from = from.filter(|(_, sum)| *sum >= FIRST * largest).map(|(time, _)| time).next();
+    Some(Follows {
+        holds,
+        channels: named.map(|(k, _)| physics.state[*k].name().to_string()).collect(),
+        from: from.filter(|_| !holds),
+        pairs,
+    })
+}
