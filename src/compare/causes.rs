@@ -1,7 +1,22 @@
 //! What reproduces a candidate: symptoms propose, the reference's own run decides ([`super::hypotheses`]).
 
-use super::hypotheses::{Apart, Fit};
-use super::*;
+use super::candidate::Candidate;
+use super::clock::{self, FoundOffset, OtherClock};
+use super::comparison::{Closest, Span, Unexplained};
+use super::detect::Found;
+use super::diagnosis::{self, Cause, Diagnosis, Symptoms};
+use super::follows::follows;
+use super::hypotheses::{
+    Apart, Bench, Change, Evidence, Fit, Found as HypothesesFound, Judged, Observation, Played, Tried,
+};
+use super::parameters::{
+    self, FoundBy, Material, OtherKick, OtherNumber, OtherParameters, Rerun, Start, StretchPass, other_kick,
+    other_parameters,
+};
+use super::{CompareError, Passes, Reference, torques};
+use crate::case::WrittenCase;
+use crate::record::EventKind;
+use crate::record::sequence::SequenceEvent;
 
 /// Samples that differ by less than this part of the sizes of their channels, in the root mean square, need no explanation.
 const SAMPLES_AGREE: f64 = 1e-6;
@@ -240,9 +255,7 @@ impl Reference {
             {
                 let parameters = self.parameters(&numbers, all, proposed.as_ref(), (events, of_samples));
                 let (cause, words) = match &all[0].change {
-                    Change::Numbers(_) => {
-                        diagnosis::of_numbers(&parameters, physics, &numbers, &outcome(&all[0]))
-                    }
+                    Change::Numbers(_) => diagnosis::of_numbers(&parameters, physics, &numbers, &outcome(&all[0])),
                     change => symptoms.named(change),
                 };
                 let words = format!("{words}; another clock and this cannot be told apart by what the candidate shows");
@@ -323,9 +336,13 @@ impl Reference {
     /// What would tell two causes apart that explain as much.
     fn told_apart(&self, apart: &Apart) -> String {
         match apart {
-            Apart::Nowhere => "; the first two are one motion: another start, drive or force tells them apart".to_owned(),
+            Apart::Nowhere => {
+                "; the first two are one motion: another start, drive or force tells them apart".to_owned()
+            }
             Apart::Event { number, by } => {
-                format!("; the first two differ most at event {number}, by {by:.1e} s: more digits or samples tell them apart")
+                format!(
+                    "; the first two differ most at event {number}, by {by:.1e} s: more digits or samples tell them apart"
+                )
             }
             Apart::Channel {
                 channel,
@@ -334,7 +351,11 @@ impl Reference {
                 by,
             } => {
                 let (name, unit) = (channel.name(), self.physics.vocabulary().unit(*channel));
-                let what = if *shown { "with as many digits" } else { "which the candidate lacks" };
+                let what = if *shown {
+                    "with as many digits"
+                } else {
+                    "which the candidate lacks"
+                };
                 format!("; the first two differ most in {name}, {what}, by {by:.1e} {unit} at {time:.6} s")
             }
         }

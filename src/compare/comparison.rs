@@ -6,8 +6,8 @@ use super::cycles::CycleErrors;
 use super::detect::Detection;
 use super::diagnosis::{Cause, Diagnosis, percent};
 use super::energy::EnergyDrift;
-use super::follows::Follows;
 use super::event_errors::EventErrors;
+use super::follows::Follows;
 use super::hysteresis::HysteresisEffect;
 use super::impulse::ImpulseErrors;
 use super::reference::{Physics, TimeScale};
@@ -343,11 +343,14 @@ impl Comparison {
                 }
                 Some(Follows { channels, from, .. }) => {
                     let from = from.map_or(String::new(), |from| format!(" from {from:.6} s on"));
-                    text += &format!("; its samples do not follow the equations of {}{from}", channels.join(" and "));
+                    text += &format!(
+                        "; its samples do not follow the equations of {}{from}",
+                        channels.join(" and ")
+                    );
                 }
                 None => {}
             }
-            if let Some(Closest { cause, explained }) = unexplained.closest.filter(|closest| closest.explained > 0.0) {
+            if let Some(Closest { cause, explained }) = unexplained.closest.filter(|closest| closest.explained > 0.01) {
                 text += &format!(
                     "; the closest, {}, explains {} % of the squared difference",
                     cause.name(),

@@ -102,7 +102,10 @@ pub(super) fn follows(
         *sum += part;
         Some((*time, *sum))
     });
-    let from = from.filter(|(_, sum)| *sum >= FIRST * largest).map(|(time, _)| time).next();
+    let from = from
+        .filter(|(_, sum)| *sum >= FIRST * largest)
+        .map(|(time, _)| time)
+        .next();
     Some(Follows {
         holds,
         channels: named.map(|(k, _)| physics.state[*k].name().to_string()).collect(),

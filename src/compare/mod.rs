@@ -66,7 +66,6 @@ pub use candidate::{Mapping, TimeOffset};
 pub use case_differences::CaseDifference;
 pub use channel::Channel;
 pub use clock::{FoundOffset, OtherClock};
-pub use follows::Follows;
 pub use comparison::{Absent, ChannelErrors, Closest, Comparison, Span, Unexplained};
 pub use cycles::CycleErrors;
 pub use detect::{Detection, Detector, Found, Point};
@@ -75,9 +74,9 @@ pub use energy::EnergyDrift;
 pub use error::CompareError;
 pub use evaluate::Evaluator;
 pub use event_errors::EventError;
+pub use follows::Follows;
 pub use hysteresis::HysteresisEffect;
 pub use impulse::ImpulseErrors;
-use parameters::Rerun;
 pub use parameters::{Agreement, FoundBy, OtherKick, OtherNumber, OtherParameters, Rerun as TriedAgain};
 pub use requirement::Requirement;
 pub use resolution::{Resolution, Rounding};
@@ -88,7 +87,7 @@ pub use vocabulary::Vocabulary;
 pub use wrong_event::WrongEvent;
 
 use crate::case::quantity::Dimension;
-use crate::case::{Case, CaseSource, WrittenCase};
+use crate::case::{Case, CaseSource};
 use crate::record::sequence::{Alignment, SequenceEvent};
 use crate::record::{Event, EventKind};
 use crate::results::{ResultError, ResultFile, open_sound};
@@ -96,19 +95,14 @@ use candidate::Block;
 use causes::{Causes, Shown};
 use comparison::channel_errors;
 use creep::{Creep, CreepPass};
-use crossings::Crossings;
 use detect::{DEFAULT_HYSTERESIS, DEFAULT_TOLERANCE};
 use diagnosis::Symptoms;
 use energy::EnergyPass;
 use event_errors::EventErrors;
-use follows::follows;
-use hypotheses::{
-    Bench, Change, Evidence, Found as HypothesesFound, Judged, Observation, ObservationPass, Played, Tried,
-};
+use hypotheses::ObservationPass;
 use hysteresis::HysteresisPass;
 use impulse::ImpulsePass;
-use locate::Locator;
-use parameters::{JumpPass, Material, Start, StretchPass, other_kick, other_parameters};
+use parameters::{JumpPass, StretchPass};
 use range::Range;
 use reference::{BeforeAndAfter, Physics, Rerun as RepeatedRun, states_at_events};
 use score::ScorePass;
@@ -117,7 +111,6 @@ use statistics::{of_attractors, statistics};
 use std::path::Path;
 use std::sync::Mutex;
 use survey::{FOUND, Survey, resolution_of};
-use torques::TorqueWatch;
 
 /// Event times that agree to this, s, need no explanation; where they are found in samples, to that.
 const AGREED: f64 = 1e-9;

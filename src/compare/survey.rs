@@ -1,7 +1,14 @@
 //! The first pass over a candidate's samples: its events, its span, what its times resolve.
 
-use super::resolution::ClockWatch;
-use super::*;
+use super::candidate::{Block, Candidate};
+use super::crossings::Crossings;
+use super::detect::{Detection, Detector, Found, Point};
+use super::event_errors::{self, EventErrors};
+use super::locate::Locator;
+use super::resolution::{ClockWatch, Resolution, Rounding};
+use super::torques::TorqueWatch;
+use super::{Channel, CompareError, Reference};
+use crate::record::EventKind;
 
 /// The error of an event found in samples: those of the samples around it, in distances of times.
 pub(super) const FOUND: f64 = 2.0;

@@ -34,12 +34,24 @@ impl Bench<'_> {
             let off = one.iter().zip(&other).map(|(a, b)| (a.time - b.time).abs());
             let (number, by) = off.enumerate().max_by(|a, b| a.1.total_cmp(&b.1))?;
             let is_one = by <= ROUNDING * self.evidence.period && one.len() == other.len();
-            return Some(if is_one { Apart::Nowhere } else { Apart::Event { number, by } });
+            return Some(if is_one {
+                Apart::Nowhere
+            } else {
+                Apart::Event { number, by }
+            });
         };
         let mut channels = seen.channels.clone();
-        channels.extend(self.physics.state.iter().filter(|channel| !seen.channels.contains(channel)));
+        channels.extend(
+            self.physics
+                .state
+                .iter()
+                .filter(|channel| !seen.channels.contains(channel)),
+        );
         let unknown = vec![vec![f64::NAN; seen.time.len()]; channels.len()];
-        let sizes: Vec<f64> = channels.iter().map(|&channel| self.physics.size(channel, false)).collect();
+        let sizes: Vec<f64> = channels
+            .iter()
+            .map(|&channel| self.physics.size(channel, false))
+            .collect();
         let all = Observation {
             sizes: sizes.clone(),
             time: seen.time.clone(),
@@ -68,7 +80,15 @@ impl Bench<'_> {
                 let by = (a - b).abs();
                 if by / sizes[k] > largest.0 {
                     let (time, shown) = (seen.time[row], k < seen.channels.len());
-                    largest = (by / sizes[k], Apart::Channel { channel, shown, time, by });
+                    largest = (
+                        by / sizes[k],
+                        Apart::Channel {
+                            channel,
+                            shown,
+                            time,
+                            by,
+                        },
+                    );
                 }
             }
         }

@@ -350,7 +350,9 @@ impl Bench<'_> {
             let (rows, stepper) = &close[k];
             let played = &self.stepped(stepper, usize::MAX)?;
             let other = self.stepped_from(stepper, 1.0 + ROUNDED, usize::MAX)?;
-            let until = seen.parting(&played.values, &other.values, PARTED).filter(|until| *until > parts)?;
+            let until = seen
+                .parting(&played.values, &other.values, PARTED)
+                .filter(|until| *until > parts)?;
             let until = seen.time[until];
             let mut judged = self.evidence.judged(played, until)?;
             if self.evidence.detected {
@@ -372,8 +374,6 @@ impl Bench<'_> {
 
     /// Changes, judged; those that explain most first.
     pub fn all_tried(&self, changes: Vec<Change>) -> Vec<Tried> {
-        let t0 = std::time::Instant::now(); // TRIED
-        let (n, what) = (changes.len(), changes.iter().take(3).map(|c| format!("{c:?}").chars().take(60).collect::<String>()).collect::<Vec<_>>()); // TRIED
         let [done, of] = &self.runs;
         of.fetch_add(changes.len(), Ordering::Relaxed);
         let tried = over_processors(changes.len(), &|| false, |k| {
@@ -382,7 +382,6 @@ impl Bench<'_> {
             (self.watch)(done, of.load(Ordering::Relaxed));
             tried
         });
-        if std::env::var_os("STICKSLIP_TRIED").is_some() { eprintln!("STAGE {n} {what:?} {:?}", t0.elapsed()); } // TRIED
         sorted(tried.into_iter().flatten().collect())
     }
 }
@@ -512,8 +511,10 @@ impl Bench<'_> {
             let found = self.numbers(&unknown, false, &tried, by_state);
             tried.extend(found);
         }
-        // What else leaves nothing needs no steps.
-        let is_exact = |tried: &Tried| tried.is_cause() && tried.judged.explained >= EXACT;
+        // What else leaves nothing needs no steps; but where each event is late, the first may make nearly all of the difference.
+        let is_of_steps = |change: &Change| matches!(change, Change::Late(..) | Change::Stepper(_));
+        let is_exact =
+            |tried: &Tried| !is_of_steps(&tried.change) && tried.is_cause() && tried.judged.explained >= EXACT;
         if with_steps && !tried.iter().any(is_exact) {
             let steppers = self.steppers(&tolerances, breakaway).into_iter();
             tried.extend(self.all_tried(steppers.map(Change::Stepper).collect()));
@@ -554,13 +555,6 @@ impl Bench<'_> {
         if by_state {
             tried.retain(|tried| is_state(tried) || !tried.own_state);
         }
-        if std::env::var_os("STICKSLIP_TRIED").is_some() {
-            let mut near: Vec<_> = tried.iter().filter(|t| matches!(t.change, Change::Stepper(_))).collect();
-            near.sort_by_key(|t| std::cmp::Reverse(t.close));
-            for tried in tried.iter().filter(|t| t.judged.left < f64::INFINITY).take(9).chain(near.into_iter().take(9)) {
-                eprintln!("{:?} {} {:?} {:?}", tried.change, tried.close, tried.until, tried.judged);
-            }
-        } // TRIED
         if with_steps && !tried.iter().any(Tried::is_cause) {
             let known = self.up_to_where_known(&tried);
             tried.splice(0..0, known);

@@ -215,7 +215,8 @@ impl Motion<'_> {
             }
             _ => {
                 self.expanded = None;
-                self.course.go(mode, (t, to), &mut self.y, MOST_EXPANSIONS, &mut |_, _| {})
+                self.course
+                    .go(mode, (t, to), &mut self.y, MOST_EXPANSIONS, &mut |_, _| {})
             }
         }
     }
@@ -400,7 +401,8 @@ impl<'a> Rows<'a> {
         let [own, reference] = self.squares;
         let shows = own > DISTINCT * DISTINCT * self.row as f64;
         let is_farther = shows && own > FARTHER * FARTHER * reference;
-        let is_far = is_farther || own.max(reference) > PART * self.whole && own > HALF * reference || own > LEAVES * self.whole;
+        let is_far =
+            is_farther || own.max(reference) > PART * self.whole && own > HALF * reference || own > LEAVES * self.whole;
         self.given_up |= self.row.is_multiple_of(SEVERAL) && is_far;
     }
 }
@@ -426,7 +428,7 @@ impl Stepper {
             None => to,
         };
         let steps = ((last - from) / self.step).ceil();
-        if !(steps >= 1.0 && steps <= MOST_STEPS) {
+        if !(1.0..=MOST_STEPS).contains(&steps) {
             return None;
         }
         let system = physics.system();
