@@ -20,6 +20,8 @@ use crate::record::sequence::SequenceEvent;
 
 /// Samples that differ by less than this part of the sizes of their channels, in the root mean square, need no explanation.
 const SAMPLES_AGREE: f64 = 1e-6;
+/// What a first sample differs by at least, in root mean squares of what rounding changes samples by, if it is another state.
+const OF_ROUNDING: f64 = 10.0;
 /// Nor do events that differ by less than this part of the natural period.
 const EVENTS_AGREE: f64 = 1e-6;
 
@@ -95,9 +97,10 @@ impl Reference {
         let is_noise = physics.coasts() && physics.trains.kicks.is_empty();
         let known = onset.min_by(f64::total_cmp).filter(|_| is_noise);
         let known = known.map_or(f64::INFINITY, |onset| onset - BEFORE_ONSET * period);
-        let samples_agree = observation.as_ref().map(|observation| {
-            let left = observation.left(&observation.reference, known);
-            left <= shown.rounding.max(SAMPLES_AGREE * SAMPLES_AGREE)
+        let samples_agree = observation.as_ref().and_then(|observation| {
+            // Behind an onset that is noise there is nothing to compare.
+            let left = Some(observation.left(&observation.reference, known)).filter(|left| !left.is_nan())?;
+            Some(left <= shown.rounding.max(SAMPLES_AGREE * SAMPLES_AGREE))
         });
         let least = shown.bound.max(EVENTS_AGREE * period);
         let events_agree = shown.worst.is_none_or(|worst| worst <= least);
@@ -133,7 +136,10 @@ impl Reference {
         // Another time of one motion may be another state that it begins in.
         let clock = self.other_clock(shown, &evidence)?;
         let clock = match clock {
-            Some((causes, _)) if causes.clock.as_ref().is_some_and(|clock| clock.counts_from.is_some()) => {
+            // A brake stops once: its motion begins at no other time.
+            Some((causes, _))
+                if physics.coasts() && causes.clock.as_ref().is_some_and(|clock| clock.counts_from.is_some()) =>
+            {
                 return Ok(causes);
             }
             other => other,
@@ -179,17 +185,21 @@ impl Reference {
             breakaway: self.breakaway(symptoms.found),
             events_differ: !events_agree,
         };
+        let of_samples = observation.is_some();
         let mut proposals = symptoms.proposals();
+        proposals.told = proposals.changes.clone();
         proposals.with_steps = has_rows && !events_agree || !physics.coasts();
         let (reading, proposed) = other_parameters(material);
         if let Some(other) = &proposed {
             let each = |number: &OtherNumber| (number.path.clone(), number.value);
-            proposals
-                .changes
-                .push(Change::Numbers(other.numbers.iter().map(each).collect()));
-            proposals
-                .changes
-                .extend(other.or.iter().map(|number| Change::Numbers(vec![each(number)])));
+            let best = Change::Numbers(other.numbers.iter().map(each).collect());
+            let or = other.or.iter().map(|number| Change::Numbers(vec![each(number)]));
+            let all: Vec<Change> = std::iter::once(best).chain(or).collect();
+            // A table of events has nothing but them.
+            if other.found_by == FoundBy::Equations || !of_samples {
+                proposals.told.extend(all.iter().cloned());
+            }
+            proposals.changes.extend(all);
         }
         if let Some((value, _)) = self.breakaway(symptoms.found) {
             proposals
@@ -220,7 +230,6 @@ impl Reference {
             });
         }
         let events = shown.word.len();
-        let of_samples = observation.is_some();
         let events = if known.is_finite() { 0 } else { events };
         let outcome = |tried: &Tried| {
             let judged = &tried.judged;
@@ -239,7 +248,8 @@ impl Reference {
         };
         let mut causes = Causes::default();
         // What its own steps err by before its first sample is no other state.
-        let apart = |seen: &Observation| seen.begins_apart().is_none_or(|part| part > SAMPLES_AGREE);
+        let least = SAMPLES_AGREE.max(OF_ROUNDING * shown.rounding.sqrt());
+        let apart = |seen: &Observation| seen.begins_apart().is_none_or(|part| part > least);
         proposals.with_state = other.is_some() || observation.as_ref().is_none_or(apart);
         let found = bench.find(proposals, &reading, self.start);
         // What explains more than another clock is the cause.
@@ -250,8 +260,8 @@ impl Reference {
         let clock = clock.filter(|(_, by_clock)| best.is_none_or(|best| by_clock.as_much_as(&best)));
         if let Some((mut causes, by_clock)) = clock {
             if let HypothesesFound::Causes(all) = &found
-                && all[0].change.is_of_start()
                 && all[0].judged.as_much_as(&by_clock)
+                && !matches!(all[0].change, Change::Both(..))
             {
                 let parameters = self.parameters(&numbers, all, proposed.as_ref(), (events, of_samples));
                 let (cause, words) = match &all[0].change {
@@ -270,11 +280,18 @@ impl Reference {
             HypothesesFound::Causes(all) => {
                 let best = &all[0];
                 let judged = &best.judged;
-                let mut second = None;
+                let (mut second, mut other_named) = (None, None);
                 let (cause, mut evidence) = match &best.change {
                     Change::Numbers(_) | Change::Both(..) => {
                         let parameters = self.parameters(&numbers, &all, proposed.as_ref(), (events, of_samples));
                         let words = diagnosis::of_numbers(&parameters, physics, &numbers, &outcome(best));
+                        other_named = all[1..].iter().find(|tried| match &tried.change {
+                            Change::Numbers(numbers) => {
+                                let is_said = |or: &OtherNumber| (&or.path, or.value) == (&numbers[0].0, numbers[0].1);
+                                parameters.or.first().is_some_and(is_said)
+                            }
+                            _ => false,
+                        });
                         causes.parameters = Some(parameters);
                         if let Change::Both(_, stepper) = &best.change {
                             let (cause, words) = symptoms.named(&Change::Stepper(*stepper));
@@ -309,11 +326,10 @@ impl Reference {
                     if !named.contains(&cause) {
                         evidence += &format!("; as much is explained by {}: {words}", cause.name());
                         named.push(cause);
+                        other_named = other_named.or(Some(tried));
                     }
                 }
-                if let [_, other, ..] = &all[..]
-                    && let Some(apart) = bench.apart(best, other)
-                {
+                if let Some(apart) = other_named.and_then(|other| bench.apart(best, other)) {
                     evidence += &self.told_apart(&apart);
                 }
                 causes.said.push(Diagnosis::tried(cause, evidence, judged.explained));
@@ -336,12 +352,10 @@ impl Reference {
     /// What would tell two causes apart that explain as much.
     fn told_apart(&self, apart: &Apart) -> String {
         match apart {
-            Apart::Nowhere => {
-                "; the first two are one motion: another start, drive or force tells them apart".to_owned()
-            }
+            Apart::Nowhere => "; the two are one motion: another start, drive or force tells them apart".to_owned(),
             Apart::Event { number, by } => {
                 format!(
-                    "; the first two differ most at event {number}, by {by:.1e} s: more digits or samples tell them apart"
+                    "; the two differ most at event {number}, by {by:.1e} s: more digits or samples tell them apart"
                 )
             }
             Apart::Channel {
@@ -352,11 +366,11 @@ impl Reference {
             } => {
                 let (name, unit) = (channel.name(), self.physics.vocabulary().unit(*channel));
                 let what = if *shown {
-                    "with as many digits"
+                    "which more digits would tell"
                 } else {
                     "which the candidate lacks"
                 };
-                format!("; the first two differ most in {name}, {what}, by {by:.1e} {unit} at {time:.6} s")
+                format!("; the two differ most in {name}, {what}, by {by:.1e} {unit} at {time:.6} s")
             }
         }
     }
@@ -374,7 +388,9 @@ impl Reference {
         let lacking = physics.state.iter().filter(|&&channel| !shown.candidate.has(channel));
         let lacking: Vec<_> = lacking.map(|channel| channel.name()).collect();
         let dense = physics.natural_period() / PER_PERIOD;
-        let sparse = observation.is_some_and(|seen| seen.interval.is_none_or(|interval| interval > dense));
+        let mean = |seen: &Observation| Some((seen.time.last()? - seen.time.first()?) / seen.time.len() as f64);
+        let interval = observation.and_then(|seen| seen.interval.or(mean(seen)));
+        let sparse = interval.is_some_and(|interval| interval > dense);
         // The best of each cause, the closest first.
         let mut each: Vec<Closest> = Vec::new();
         for Tried { change, judged, .. } in tried {
@@ -395,7 +411,12 @@ impl Reference {
             },
             follows: observation.and_then(|seen| {
                 let row = seen.close(&seen.reference, 1e-3);
-                follows((physics, shown.candidate, seen), shown.word, &self.breaks(), row)
+                follows(
+                    (physics, shown.candidate, seen),
+                    (shown.word, shown.bound),
+                    &self.breaks(),
+                    row,
+                )
             }),
             would_tell: match lacking.is_empty() {
                 false => Some(lacking.join(", ")),
@@ -434,14 +455,15 @@ impl Reference {
         };
         let best: Vec<OtherNumber> = of(&all[0]);
         let from_proposed = best.iter().all(|number| known(&number.path, number.value).is_some());
-        // Two at once are no other number each.
+        // Two at once are no other number each; those that follow the speed of a drive are.
+        let is_one = |numbers: &[OtherNumber]| numbers.windows(2).all(|two| two[0].value == two[1].value);
         let mut or: Vec<OtherNumber> = Vec::new();
         for other in all[1..]
             .iter()
             .map(of)
-            .filter(|other: &Vec<OtherNumber>| other.len() == 1)
+            .filter(|other: &Vec<OtherNumber>| is_one(other) && is_one(&best))
         {
-            or.extend(other.into_iter().filter(|_| best.len() == 1));
+            or.extend(other.into_iter().take(1));
         }
         or.retain(|number| best.iter().all(|best| best.path != number.path));
         or.dedup_by(|a, b| a.path == b.path);

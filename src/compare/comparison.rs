@@ -251,8 +251,10 @@ impl Comparison {
     }
 
     /// One line: whether the sequences agree, else where they part; how far the times agree; and the likely cause.
-    pub(super) fn find_verdict(&mut self) {
-        self.agrees_to_resolution = self.detection.is_some()
+    pub(super) fn find_verdict(&mut self, quick: bool) {
+        // Without a search for causes nobody knows whether the samples agree.
+        self.agrees_to_resolution = !quick
+            && self.detection.is_some()
             && self.sequence.iter().all(|difference| difference.shorter_than_interval)
             && self.event_errors.matched > 0
             && self.event_errors.within() == self.event_errors.matched
@@ -357,10 +359,21 @@ impl Comparison {
                     percent(explained)
                 );
                 if explained >= super::hypotheses::EXPLAINED {
-                    text += ", but others do as well, or its events do not agree";
+                    text += ", which is not enough for it, or its events are elsewhere, or others do as well";
                 }
             }
-            let others: Vec<&str> = unexplained.ruled_out.iter().map(|other| other.cause.name()).collect();
+            let is_named = unexplained.closest.is_some_and(|closest| closest.explained > 0.01);
+            let less = |other: &&Closest| {
+                unexplained
+                    .closest
+                    .is_some_and(|closest| other.explained < closest.explained)
+            };
+            let others = unexplained
+                .ruled_out
+                .iter()
+                .filter(less)
+                .map(|other| other.cause.name());
+            let others: Vec<&str> = others.filter(|_| is_named).collect();
             if !others.is_empty() {
                 let verb = if others.len() == 1 { "explains" } else { "explain" };
                 text += &format!("; {} {verb} less", others.join(", "));

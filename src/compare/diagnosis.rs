@@ -207,10 +207,14 @@ impl Symptoms<'_> {
                 (Cause::RegularisedLaw, words)
             }
             Change::Test(test) => {
-                let name = |test: &BreakawayTest| match test {
-                    BreakawayTest::Transmitted => "T_f = (T_r + T_s)/2",
-                    BreakawayTest::Stator => "the stator torque T_s",
-                    BreakawayTest::Rotor => "the rotor torque T_r",
+                let motion = self.physics.vocabulary().motion();
+                let name = |test: &BreakawayTest| match (test, motion) {
+                    (BreakawayTest::Transmitted, Motion::Rotation) => "T_f = (T_r + T_s)/2",
+                    (BreakawayTest::Stator, Motion::Rotation) => "the stator torque T_s",
+                    (BreakawayTest::Rotor, Motion::Rotation) => "the rotor torque T_r",
+                    (BreakawayTest::Transmitted, Motion::Translation) => "the transmitted force",
+                    (BreakawayTest::Stator, Motion::Translation) => "the stator's internal force",
+                    (BreakawayTest::Rotor, Motion::Translation) => "the rotor's internal force",
                 };
                 let (limit, ours) = (limit_of(self.physics), &self.physics.trains.breakaway_test);
                 let words = format!(
@@ -250,16 +254,20 @@ impl Symptoms<'_> {
         let unit = self.physics.vocabulary().unit(Channel::RelativeVelocity);
         let short = match step < 1e-3 {
             true => format!("{:.1} us", step * 1e6),
-            false => format!("{step:.1e} s"),
+            false => format!("{step:.3e} s"),
         };
         let at = if located { "" } else { " at the end of a step" };
         let stops = match stop {
             Stop::Sign if located => "its events are located within steps".to_owned(),
             Stop::Sign => "its events are taken at the ends of steps".to_owned(),
-            Stop::Frozen(0.0) => format!("its events are taken{at}, and omega_r stays in stick what it was then"),
+            Stop::Frozen(0.0) => {
+                format!("its events are taken{at}, and the relative velocity stays in stick what it was then")
+            }
             Stop::Within(speed) => format!("a stick is declared{at} within {speed:.1e} {unit}"),
             Stop::Frozen(speed) => {
-                format!("a stick is declared{at} within {speed:.1e} {unit}, and omega_r stays what it was")
+                format!(
+                    "a stick is declared{at} within {speed:.1e} {unit}, and the relative velocity stays what it was"
+                )
             }
         };
         let by = match (scheme, located) {

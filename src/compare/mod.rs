@@ -350,6 +350,15 @@ impl Reference {
             unit_faults.extend(channels.iter().enumerate().filter_map(of_channel));
         }
         unit_faults.retain(|fault| fault.explained >= hypotheses::EXPLAINED);
+        // A motion that is negated as a whole is another phase, torque or start of a symmetric system.
+        let opposite = unit_faults.iter().filter(|fault| fault.is_opposite()).count();
+        if opposite > 1
+            && states
+                .as_ref()
+                .is_some_and(|states| states.pass.channels.len() == opposite)
+        {
+            unit_faults.clear();
+        }
         let mut found_causes = Causes {
             said: unit_faults.iter().map(diagnosis::wrong_units).collect(),
             ..Causes::default()
@@ -455,7 +464,7 @@ impl Reference {
         };
         let lacking = physics.state.iter().filter(|&&channel| !candidate.has(channel));
         comparison.find_absent(&lacking.map(|channel| channel.name()).collect::<Vec<_>>());
-        comparison.find_verdict();
+        comparison.find_verdict(mapping.quick);
         Ok(comparison)
     }
 

@@ -207,8 +207,9 @@ impl Reference {
             });
             let middles: Vec<(f64, f64)> = middles.collect();
             let worst = middles.iter().max_by(|a, b| a.1.abs().total_cmp(&b.1.abs()))?;
-            let squares: f64 = middles.iter().map(|(_, error)| error * error).sum();
-            let rms = (squares / middles.len() as f64).sqrt();
+            let scale = if worst.1 == 0.0 { 1.0 } else { worst.1.abs() };
+            let squares: f64 = middles.iter().map(|(_, error)| (error / scale).powi(2)).sum();
+            let rms = scale * (squares / middles.len() as f64).sqrt();
             Some(RestScore {
                 channel: position.channel.clone(),
                 unit: position.unit,
@@ -232,6 +233,7 @@ impl Reference {
             rest,
             creep: pass.velocity.as_ref().and_then(|signal| {
                 let (mut seconds, mut squares, mut seen) = (0.0, [0.0; 3], 0);
+                let scales = OF_CREEP.map(|of| largest(&signal.values, of));
                 for (from, to) in sticks {
                     let quarter = 0.25 * (to - from);
                     let first = time.partition_point(|t| *t < from + quarter);
@@ -242,11 +244,12 @@ impl Reference {
                     seen += 1;
                     seconds += time[end - 1] - time[first];
                     let (time, values) = (&time[first..end], &signal.values[first..end]);
-                    for (sum, of) in squares.iter_mut().zip(OF_CREEP) {
-                        *sum += integral(time, |k| of(values[k]).powi(2));
+                    for (sum, (of, scale)) in squares.iter_mut().zip(OF_CREEP.into_iter().zip(scales)) {
+                        *sum += integral(time, |k| (of(values[k]) / scale).powi(2));
                     }
                 }
-                let [candidate, reference, rms_of] = squares.map(|sum| (sum / seconds).sqrt());
+                let each = |k: usize| scales[k] * (squares[k] / seconds).sqrt();
+                let [candidate, reference, rms_of] = [0, 1, 2].map(each);
                 let size = rms(time, &signal.values, |v| v[1]);
                 (seconds > 0.0).then(|| CreepScore {
                     unit: unit(signal.channel),
@@ -321,9 +324,16 @@ fn integral(time: &[f64], value: impl Fn(usize) -> f64) -> f64 {
     each.sum()
 }
 
+/// The largest magnitude, by which values are divided whose squares may be beyond the largest number; 1 if all are zero.
+fn largest(values: &[[f64; 2]], of: impl Fn([f64; 2]) -> f64) -> f64 {
+    let largest = values.iter().map(|&value| of(value).abs()).fold(0.0, f64::max);
+    if largest > 0.0 { largest } else { 1.0 }
+}
+
 fn rms(time: &[f64], values: &[[f64; 2]], of: impl Fn([f64; 2]) -> f64) -> f64 {
     let span = time[time.len() - 1] - time[0];
-    (integral(time, |k| of(values[k]).powi(2)) / span).sqrt()
+    let scale = largest(values, &of);
+    scale * (integral(time, |k| (of(values[k]) / scale).powi(2)) / span).sqrt()
 }
 
 /// Mean of the reference over time, and its root mean square about that.

@@ -18,6 +18,15 @@ pub(super) struct UnitFault {
     pub explained: f64,
 }
 
+const OPPOSITE: &str = "the opposite sign";
+
+impl UnitFault {
+    /// Whether it is a sign, not a unit.
+    pub fn is_opposite(&self) -> bool {
+        self.found == OPPOSITE
+    }
+}
+
 /// Least |correlation| of a channel that differs by a factor alone.
 const CORRELATED: f64 = 0.999;
 /// How far the factor may be from that of a unit. The closest two units of one list differ by more.
@@ -63,7 +72,7 @@ pub(super) fn of_channel(channel: Channel, vocabulary: &Vocabulary, tallies: &[T
         explained,
     };
     if (factor + 1.0).abs() < FACTOR_WITHIN {
-        return Some(fault("the opposite sign".to_owned()));
+        return Some(fault(OPPOSITE.to_owned()));
     }
     unit_of(factor, vocabulary.dimension(channel)).map(|unit| fault(unit.to_owned()))
 }

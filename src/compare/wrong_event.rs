@@ -54,8 +54,10 @@ impl WrongEvent {
         resolved: f64,
     ) -> Option<WrongEvent> {
         let tolerance = tolerance(errors, period, resolved);
-        let parted = differences.first();
-        let off = errors.events.iter().find(|event| event.error.abs() > tolerance);
+        let parted = differences.iter().find(|difference| !difference.shorter_than_interval);
+        let off = errors.events.iter();
+        let mut off = off.filter(|event| event.error.abs() > tolerance.max(event.bound));
+        let off = off.next();
         if let Some(event) = off.filter(|event| parted.is_none_or(|parted| event.time < parted.time)) {
             return Some(WrongEvent {
                 position: event.position,

@@ -135,3 +135,33 @@ fn property_another_drive_is_no_clock_and_no_sign() {
     let c = planted("den-hartog", &["stator.torque.angular_frequency=0.51"], &BELT);
     names(&c, "stator.torque.angular_frequency", 0.51);
 }
+
+/// Mistakes that were laid on the kick, the velocity tolerance, the law at rest, damping or signs: the number is named, or nothing is.
+#[test]
+fn property_a_number_is_not_laid_on_another_part() {
+    const BRAKE: [&str; 5] = ["rotor_twist", "rotor_twist_rate", "phi1", "phi1_dot", "theta_dot"];
+    for (case, key, value, columns) in [
+        // The brake stops before the kick of the reference.
+        ("paper-si", "friction.high_speed", "0.3015", &BRAKE[..]),
+        ("paper-si", "initial.speed", "99.5", &BRAKE),
+        ("belt-coulomb", "rotor.speed", "0.103", &BELT),
+        ("belt-exponential", "friction.breakaway", "0.412", &BELT),
+        ("clutch", "initial.speed", "190", &["relative_velocity"]),
+        // Half a turn negates the motion of a symmetric system.
+        ("den-hartog", "stator.torque.phase", "3.141592653589793", &BELT),
+    ] {
+        let c = planted(case, &[&format!("{key}={value}")], columns);
+        for diagnosis in &c.causes {
+            let clock_or_start = key.contains("phase") && diagnosis.cause == Cause::TimeOffset;
+            let is_right = match diagnosis.cause {
+                Cause::StickTest => key == "friction.breakaway",
+                Cause::AnotherParameter => c.parameters.as_ref().is_some_and(|found| {
+                    let mut all = found.numbers.iter().chain(&found.or);
+                    all.any(|number| number.path.starts_with(key))
+                }),
+                _ => clock_or_start,
+            };
+            assert!(is_right, "{case}, {key} = {value}: {}", c.verdict);
+        }
+    }
+}

@@ -33,6 +33,15 @@ impl Bench<'_> {
             let (one, other) = (one?.events, other?.events);
             let off = one.iter().zip(&other).map(|(a, b)| (a.time - b.time).abs());
             let (number, by) = off.enumerate().max_by(|a, b| a.1.total_cmp(&b.1))?;
+            // One has more of them.
+            if one.len() != other.len() && by <= ROUNDING * self.evidence.period {
+                let last = one.iter().chain(&other).map(|event| event.time).fold(0.0, f64::max);
+                let number = one.len().min(other.len());
+                return Some(Apart::Event {
+                    number,
+                    by: (self.evidence.covered.1 - last).abs(),
+                });
+            }
             let is_one = by <= ROUNDING * self.evidence.period && one.len() == other.len();
             return Some(if is_one {
                 Apart::Nowhere

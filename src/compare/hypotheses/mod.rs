@@ -104,16 +104,6 @@ impl Change {
 }
 
 impl Change {
-    /// Whether it is another state at the start, or another phase of what drives.
-    pub fn is_of_start(&self) -> bool {
-        let of_start = |path: &str| path.starts_with("initial.") || path.ends_with(".phase");
-        match self {
-            Change::State => true,
-            Change::Numbers(numbers) => numbers.iter().all(|(path, _)| of_start(path)),
-            _ => false,
-        }
-    }
-
     /// Whether it is one of a number that F_n follows from.
     fn is_of_normal_force(&self) -> bool {
         matches!(self, Change::Numbers(numbers) | Change::Both(numbers, _) if numbers.iter().any(|(path, _)| of_normal_force(path)))
@@ -132,6 +122,8 @@ pub(super) struct Tried {
     told: bool,
     /// What is compared ends before the first event.
     is_smooth: bool,
+    /// There are no samples.
+    of_events: bool,
     /// Up to where it is judged, if not to the end: from there on rounding decides what its solver does, s.
     pub until: Option<f64>,
     /// Of a solver with steps, samples up to which it is close to the candidate.
@@ -148,7 +140,7 @@ impl Tried {
     /// Whether it is said.
     fn is_cause(&self) -> bool {
         let least = match &self.change {
-            Change::Numbers(numbers) if self.told && values(numbers) > 1 => OF_FITTED,
+            Change::Numbers(numbers) if self.told && (self.of_events || values(numbers) > 1) => OF_FITTED,
             _ if self.told => EXPLAINED,
             _ if self.until.is_some() => OF_FITTED,
             // Before an onset that is noise a motion is smooth, and many numbers change it alike.
@@ -168,6 +160,8 @@ impl Tried {
 /// two.
 const ROUNDED: f64 = 1e-12;
 const PARTED: f64 = 1e-3;
+/// Events that such a run has where the candidate has parted from the reference.
+const FEWEST_EVENTS: usize = 2;
 /// Solvers with steps that are judged up to where their runs part.
 const CLOSEST_STEPPERS: usize = 8;
 
@@ -326,6 +320,7 @@ impl Bench<'_> {
             own_state,
             told: false,
             is_smooth: self.evidence.is_smooth,
+            of_events: self.evidence.observation.is_none(),
             until: None,
             close,
             judged,
@@ -353,7 +348,12 @@ impl Bench<'_> {
             let until = seen
                 .parting(&played.values, &other.values, PARTED)
                 .filter(|until| *until > parts)?;
-            let until = seen.time[until];
+            // One event may be where it is by chance.
+            let (from, until) = (seen.time[parts], seen.time[until]);
+            let events = played.events.iter().filter(|event| (from..until).contains(&event.time));
+            if events.count() < FEWEST_EVENTS {
+                return None;
+            }
             let mut judged = self.evidence.judged(played, until)?;
             if self.evidence.detected {
                 judged = judged.by_samples();
@@ -364,12 +364,17 @@ impl Bench<'_> {
                 own_state: true,
                 told: false,
                 is_smooth: self.evidence.is_smooth,
+                of_events: false,
                 until: Some(until),
                 close: *rows,
                 judged,
             })
         });
-        sorted(known.into_iter().flatten().collect())
+        // The one that is known longest.
+        let mut known: Vec<Tried> = known.into_iter().flatten().filter(Tried::is_cause).collect();
+        known.sort_by(|a, b| b.until.partial_cmp(&a.until).unwrap_or(std::cmp::Ordering::Equal));
+        known.truncate(1);
+        known
     }
 
     /// Changes, judged; those that explain most first.
@@ -416,6 +421,8 @@ pub(super) struct Proposals {
     pub with_steps: bool,
     /// Whether its first sample shows another state.
     pub with_state: bool,
+    /// Those of the changes that the candidate shows apart from what the motion comes to.
+    pub told: Vec<Change>,
 }
 
 /// What was found.
@@ -446,16 +453,8 @@ impl Bench<'_> {
             breakaway,
             with_steps,
             with_state,
+            told,
         } = proposals;
-        let told: Vec<Change> = changes
-            .iter()
-            .filter(|change| match change {
-                // A table of events has nothing but them.
-                Change::Numbers(_) => matches!(reading, Reading::Mended) || self.evidence.observation.is_none(),
-                _ => true,
-            })
-            .cloned()
-            .collect();
         changes.push(Change::State);
         let system = &self.numbers.case().system;
         if !system.kicks.is_empty() {
@@ -623,7 +622,7 @@ impl Bench<'_> {
     }
 
     /// What the rounding of a twist to multiples of a digit (rad) makes of the motion with the candidate's steps, in parts of what the
-    /// candidate differs by.
+    /// candidate differs by. `None` if the motion is not the candidate's before the rounding shows.
     pub fn amplified(&self, digit: f64) -> Option<f64> {
         let (observation, (time, state)) = (self.evidence.observation?, self.origin.as_ref()?);
         let motion = |digit: f64| {
@@ -651,7 +650,13 @@ impl Bench<'_> {
                     .values,
             )
         };
-        let square = observation.between(&motion(0.0)?, &motion(digit)?);
+        let (exact, rounded) = (motion(0.0)?, motion(digit)?);
+        // It has to be the candidate before rounding shows.
+        let parts = observation.parting(&exact, &rounded, PARTED)?;
+        if observation.close(&exact, CLOSE) < parts {
+            return None;
+        }
+        let square = observation.between(&exact, &rounded);
         Some((square / observation.left(&observation.reference, f64::INFINITY)).sqrt())
     }
 

@@ -399,7 +399,7 @@ impl<'a> Rows<'a> {
         }
         self.row += 1;
         let [own, reference] = self.squares;
-        let shows = own > DISTINCT * DISTINCT * self.row as f64;
+        let shows = self.whole.is_finite() && own > DISTINCT * DISTINCT * self.row as f64;
         let is_farther = shows && own > FARTHER * FARTHER * reference;
         let is_far =
             is_farther || own.max(reference) > PART * self.whole && own > HALF * reference || own > LEAVES * self.whole;

@@ -55,8 +55,8 @@ impl OtherKick {
         let jump = |x: f64| if absent(x) { "0".to_owned() } else { format!("{x:.4e}") };
         let (time, two, one) = (self.time, jump(two), jump(one));
         format!(
-            "the kick at {time:.6} s {kind}: phi_2' jumps by {two} and phi_1' by {one}, the reference's by {two_r:.4e} and \
-             {one_r:.4e} {unit}"
+            "the kick at {time:.6} s {kind}: the speed of the rotor's surface jumps by {two} and that of the stator's by {one}, the \
+             reference's by {two_r:.4e} and {one_r:.4e} {unit}"
         )
     }
 }

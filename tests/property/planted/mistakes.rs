@@ -97,9 +97,21 @@ pub(super) const KINDS: [Kind; 32] = [
 ];
 
 impl Kind {
-    /// Whether there is a cause by which `compare` may name it.
-    pub fn has_a_name(self) -> bool {
-        !matches!(self, Nothing | Tolerance | Term | WrongSpeed | Decimals | TwoNumbers)
+    /// Whether there is a cause by which `compare` may name one of which this may be said.
+    pub fn has_a_name(self, allowed: &Allowed) -> bool {
+        let is_allowed = !allowed.causes.is_empty() || !allowed.numbers.is_empty();
+        is_allowed && !matches!(self, Nothing | Tolerance | Decimals)
+    }
+
+    /// Whether it leaves the motion between events as the equations have it, if that follows from the kind.
+    pub fn follows(self) -> Option<bool> {
+        match self {
+            Nothing | Decimals | Clock | Initial | Kick | Breakaway | OtherTorque | Band | EndOfStep | OneLate => {
+                Some(true)
+            }
+            Term | WrongSpeed => Some(false),
+            _ => None,
+        }
     }
 }
 
