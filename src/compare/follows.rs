@@ -35,7 +35,9 @@ const NEAR: f64 = 1e-9;
 const ROUNDINGS: f64 = 4.0;
 /// Speeds up to this part of those of slip may be rest.
 const SLOW: f64 = 1e-6;
-/// Equations that are wrong miss in this part of the pairs at least.
+const REST: f64 = 1e-12;
+/// A pair misses by this part of the mean at least. Equations that are wrong miss in this part of the pairs at least.
+const MUCH: f64 = 0.1;
 const MANY: f64 = 0.1;
 
 /// Continues each sample up to `row` by the equations. `events` are the candidate's, known to `bound` (s); `breaks` (s) are where the
@@ -83,7 +85,7 @@ pub(super) fn follows(
         };
         if mode == Mode::Stick {
             // What creeps in stick, or keeps the speed at which it began, has another law at rest.
-            if system.relative_velocity(&outside, &y).abs() > slow {
+            if system.relative_velocity(&outside, &y).abs() > REST * physics.speed() {
                 continue;
             }
             system.join(&outside, &mut y);
@@ -116,7 +118,8 @@ pub(super) fn follows(
     let (farthest, largest) = *sums.first()?;
     let holds = largest < MISSED;
     // Behind an event that comes late a few pairs miss, by an equation that is wrong many do.
-    let missing = missed[farthest].iter().filter(|(_, part)| *part > 0.0).count();
+    let much = MUCH * largest / pairs as f64;
+    let missing = missed[farthest].iter().filter(|(_, part)| *part > much).count();
     let is_known = if holds {
         !physics.coasts() && forgiven < MISSED && first == 0
     } else {
