@@ -352,10 +352,12 @@ impl Reference {
     /// What would tell two causes apart that explain as much.
     fn told_apart(&self, apart: &Apart) -> String {
         match apart {
-            Apart::Nowhere => "; the two are one motion: another start, drive or force tells them apart".to_owned(),
+            Apart::Nowhere => {
+                "; the first two are one motion: another start, drive or force tells them apart".to_owned()
+            }
             Apart::Event { number, by } => {
                 format!(
-                    "; the two differ most at event {number}, by {by:.1e} s: more digits or samples tell them apart"
+                    "; the first two differ most at event {number}, by {by:.1e} s: more digits or samples tell them apart"
                 )
             }
             Apart::Channel {
@@ -365,12 +367,8 @@ impl Reference {
                 by,
             } => {
                 let (name, unit) = (channel.name(), self.physics.vocabulary().unit(*channel));
-                let what = if *shown {
-                    "which more digits would tell"
-                } else {
-                    "which the candidate lacks"
-                };
-                format!("; the two differ most in {name}, {what}, by {by:.1e} {unit} at {time:.6} s")
+                let lacking = if *shown { "" } else { ", which the candidate lacks" };
+                format!("; the first two differ most in {name}{lacking}, by {by:.1e} {unit} at {time:.6} s")
             }
         }
     }
@@ -403,6 +401,7 @@ impl Reference {
         let closest = all.next();
         Unexplained {
             begins,
+            difference: observation.map(|seen| seen.left(&seen.reference, f64::INFINITY).sqrt()),
             during: match before.map(|event| event.kind) {
                 None => "before the first event",
                 Some(EventKind::Stick) => "in stick",

@@ -150,6 +150,8 @@ impl Absent {
 pub struct Unexplained {
     /// Where it begins, s: the first sample that is a thousandth of its channel's size off, or the first event that is wrong.
     pub begins: Option<f64>,
+    /// The root mean square of the differences of the samples, in parts of the sizes of their channels; `None` of events alone.
+    pub difference: Option<f64>,
     /// What the contact of the reference does there: "in stick", "in slip", "before the first event".
     pub during: &'static str,
     /// Whether its samples follow the reference's equations between its events; `None` if they do not show the whole state.
@@ -335,6 +337,9 @@ impl Comparison {
             text += &format!("; likely cause: {}: {}", first.cause.name(), first.evidence);
         } else if let Some(unexplained) = &self.unexplained {
             text += "; no single cause explains the difference";
+            if let Some(difference) = unexplained.difference {
+                text += &format!(" of {difference:.1e} of the channels' sizes");
+            }
             if let Some(begins) = unexplained.begins {
                 text += &format!(", which begins at {begins:.6} s, {}", unexplained.during);
             }

@@ -30,7 +30,8 @@ const MISSED: f64 = 1e-4;
 /// The first part of it that counts, and parts of the farthest channel that are named.
 const FIRST: f64 = 1e-2;
 const NAMED: f64 = 0.3;
-/// Times of events, and the rounding of samples, in parts of them.
+/// Intervals at most that are left out on each side of an event. Times of events, and the rounding of samples, in parts of them.
+const BESIDE: f64 = 4.0;
 const NEAR: f64 = 1e-9;
 const ROUNDINGS: f64 = 4.0;
 /// Speeds up to this part of those of slip may be rest.
@@ -66,7 +67,7 @@ pub(super) fn follows(
     for row in first..last {
         let (from, to) = (seen.time[row], seen.time[row + 1]);
         // An event that the samples show may be in the next interval.
-        let near = NEAR * to.abs() + bound.min(physics.natural_period()) + (to - from);
+        let near = NEAR * to.abs() + bound.clamp(to - from, BESIDE * (to - from));
         let inside = |time: f64| (from - near..=to + near).contains(&time);
         if to - from > period || breaks.iter().any(|time| inside(*time)) || events.iter().any(|e| inside(e.time)) {
             continue;

@@ -140,7 +140,8 @@ impl Tried {
     /// Whether it is said.
     fn is_cause(&self) -> bool {
         let least = match &self.change {
-            Change::Numbers(numbers) if self.told && (self.of_events || values(numbers) > 1) => OF_FITTED,
+            Change::Numbers(_) if self.of_events => EXACT,
+            Change::Numbers(numbers) if self.told && values(numbers) > 1 => OF_FITTED,
             _ if self.told => EXPLAINED,
             _ if self.until.is_some() => OF_FITTED,
             // Before an onset that is noise a motion is smooth, and many numbers change it alike.
@@ -149,7 +150,7 @@ impl Tried {
             Change::Numbers(numbers) if values(numbers) > 1 => EXACT,
             Change::Numbers(_) | Change::Both(..) | Change::Smooth(..) => 1.0 - ALL,
             Change::Late(..) => OF_FITTED,
-            Change::Stepper(stepper) if stepper.scheme.is_low() || stepper.located => OF_FITTED,
+            Change::Stepper(_) => OF_FITTED,
             _ => EXPLAINED,
         };
         self.judged.is_cause() && self.judged.explained >= least
@@ -399,7 +400,7 @@ fn allowed(tried: &Tried, reading: &Reading) -> bool {
     };
     match reading {
         Reading::Hold(held) => numbers.iter().all(|(path, _)| !held.contains(path)),
-        Reading::Fail => tried.judged.explained >= 1.0 - ALL,
+        Reading::Fail => tried.judged.explained >= EXACT,
         Reading::None | Reading::Mended => true,
     }
 }
