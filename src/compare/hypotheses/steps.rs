@@ -191,7 +191,11 @@ impl Bench<'_> {
                         });
                     }
                 }
-                all.extend(breakaway.map(|breakaway| Stepper {
+                // Torques at the ends of steps are beyond the limit; what was meant is a round number.
+                let near = breakaway
+                    .into_iter()
+                    .flat_map(|share| [share, (100.0 * share).round() / 100.0]);
+                all.extend(near.filter(|share| *share != 1.0).map(|breakaway| Stepper {
                     breakaway,
                     ..self.stepper(scheme, false, step)
                 }));
