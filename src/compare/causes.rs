@@ -20,10 +20,10 @@ use crate::record::sequence::SequenceEvent;
 
 /// Samples that differ by less than this part of the sizes of their channels, in the root mean square, need no explanation.
 const SAMPLES_AGREE: f64 = 1e-6;
-/// What a first sample differs by at least, in root mean squares of what rounding changes samples by, if it is another state.
-const OF_ROUNDING: f64 = 10.0;
 /// Nor do events that differ by less than this part of the natural period.
 const EVENTS_AGREE: f64 = 1e-6;
+/// What a first sample differs by at least, in root mean squares of what rounding changes samples by, if it is another state.
+const OF_ROUNDING: f64 = 10.0;
 
 /// How long before an onset without a kick its oscillation is below what is compared, in natural periods.
 const BEFORE_ONSET: f64 = 20.0;
@@ -144,6 +144,7 @@ impl Reference {
             }
             other => other,
         };
+        let kicked = kick.as_ref().map(|kick| kick.time);
         let kick = match kick {
             None => None,
             Some(kick) => self.kicks()?.into_iter().find(|(event, _)| *event == kick),
@@ -166,13 +167,14 @@ impl Reference {
             starts,
             first,
             origin: None,
-            kicked: self.kick_event().map(|kick| kick.time),
+            kicked,
             watch: runs_done,
             runs: Default::default(),
             most_steps: None,
             end: if to.is_finite() { to } else { self.end },
         }
         .prepared();
+        let breakaway = self.breakaway(symptoms.found);
         let material = Material {
             numbers: &numbers,
             system: &physics.trains,
@@ -182,7 +184,7 @@ impl Reference {
             word: shown.word,
             covered: (from, to),
             period,
-            breakaway: self.breakaway(symptoms.found),
+            breakaway,
             events_differ: !events_agree,
         };
         let of_samples = observation.is_some();
@@ -201,7 +203,7 @@ impl Reference {
             }
             proposals.changes.extend(all);
         }
-        if let Some((value, _)) = self.breakaway(symptoms.found) {
+        if let Some((value, _)) = breakaway {
             proposals
                 .changes
                 .push(Change::Numbers(vec![("friction.breakaway".to_owned(), value)]));

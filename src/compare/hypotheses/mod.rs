@@ -276,18 +276,10 @@ impl Bench<'_> {
                 self.late(&traced, number, *late, *joined)
             }
             Change::Both(numbers, stepper) => {
-                let (time, state) = self.origin.as_ref()?;
                 let numbers: Vec<(&str, f64)> = numbers.iter().map(|(path, value)| (path.as_str(), *value)).collect();
                 let case = self.numbers.with_all(&numbers).ok()?;
                 let physics = Physics::new(case, self.evidence.reference, self.evidence.covered.1);
-                let to = (self.evidence.covered.1, usize::MAX);
-                stepper.play(
-                    &physics,
-                    (*time, state),
-                    &self.kicked(&physics.trains).kicks,
-                    self.evidence.observation,
-                    to,
-                )
+                self.stepped_from(&physics, stepper, 1.0, usize::MAX)
             }
             Change::Stepper(stepper) => self.stepped(stepper, usize::MAX),
         }
@@ -345,7 +337,7 @@ impl Bench<'_> {
         let known = over_processors(close.len(), &|| false, |k| {
             let (rows, stepper) = &close[k];
             let played = &self.stepped(stepper, usize::MAX)?;
-            let other = self.stepped_from(stepper, 1.0 + ROUNDED, usize::MAX)?;
+            let other = self.stepped_from(self.physics, stepper, 1.0 + ROUNDED, usize::MAX)?;
             let until = seen
                 .parting(&played.values, &other.values, PARTED)
                 .filter(|until| *until > parts)?;
@@ -625,31 +617,13 @@ impl Bench<'_> {
     /// What the rounding of a twist to multiples of a digit (rad) makes of the motion with the candidate's steps, in parts of what the
     /// candidate differs by. `None` if the motion is not the candidate's before the rounding shows.
     pub fn amplified(&self, digit: f64) -> Option<f64> {
-        let (observation, (time, state)) = (self.evidence.observation?, self.origin.as_ref()?);
+        let observation = self.evidence.observation?;
         let motion = |digit: f64| {
             let stepper = Stepper {
-                step: observation.interval?,
-                scheme: Scheme::RungeKutta,
-                stop: Stop::Sign,
-                located: false,
-                shows_before: false,
-                strict: false,
-                even: false,
-                breakaway: 1.0,
                 digit,
+                ..self.stepper(Scheme::RungeKutta, false, observation.interval?)
             };
-            let to = (self.evidence.covered.1, observation.time.len());
-            Some(
-                stepper
-                    .play(
-                        self.physics,
-                        (*time, state),
-                        &self.kicked(&self.physics.trains).kicks,
-                        Some(observation),
-                        to,
-                    )?
-                    .values,
-            )
+            Some(self.stepped(&stepper, observation.time.len())?.values)
         };
         let (exact, rounded) = (motion(0.0)?, motion(digit)?);
         // It has to be the candidate before rounding shows.

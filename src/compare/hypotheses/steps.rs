@@ -5,6 +5,7 @@ use super::play::{Played, Traced};
 use super::stepper::{Scheme, Stepper, Stop};
 use super::{Bench, Change};
 use crate::compare::diagnosis::round_above;
+use crate::compare::reference::Physics;
 use crate::record::EventKind;
 use crate::workers::over_processors;
 
@@ -40,7 +41,8 @@ const DECADES: i32 = 4;
 const NEAR: f64 = 0.125;
 
 impl Bench<'_> {
-    fn stepper(&self, scheme: Scheme, located: bool, step: f64) -> Stepper {
+    /// One that is plain but for these.
+    pub(super) fn stepper(&self, scheme: Scheme, located: bool, step: f64) -> Stepper {
         Stepper {
             step,
             scheme,
@@ -85,17 +87,23 @@ impl Bench<'_> {
 
     /// The motion by a solver with steps.
     pub(super) fn stepped(&self, stepper: &Stepper, rows: usize) -> Option<Played> {
-        self.stepped_from(stepper, 1.0, rows)
+        self.stepped_from(self.physics, stepper, 1.0, rows)
     }
 
-    /// The same from a multiple of the state.
-    pub(super) fn stepped_from(&self, stepper: &Stepper, factor: f64, rows: usize) -> Option<Played> {
+    /// The same of a case with other numbers, or from a multiple of the state.
+    pub(super) fn stepped_from(
+        &self,
+        physics: &Physics,
+        stepper: &Stepper,
+        factor: f64,
+        rows: usize,
+    ) -> Option<Played> {
         let (time, state) = self.origin.as_ref()?;
         let state: Vec<f64> = state.iter().map(|y| factor * y).collect();
         stepper.play(
-            self.physics,
+            physics,
             (*time, &state),
-            &self.kicked(&self.physics.trains).kicks,
+            &self.kicked(&physics.trains).kicks,
             self.evidence.observation,
             (self.evidence.covered.1, rows),
         )
