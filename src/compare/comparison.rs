@@ -44,8 +44,8 @@ pub struct Comparison {
     pub verdict: String,
     /// What explains the differences, the most fundamental first.
     pub causes: Vec<Diagnosis>,
-    /// It differs, and no change of the reference's run that was tried reproduces it.
-    #[serde(skip_serializing_if = "Option::is_none")]
+    /// It differs, and no change of the reference's run that was tried reproduces it. Written as `null` otherwise: whoever
+    /// reads `causes` reads it next.
     pub unexplained: Option<Unexplained>,
     /// Keys of the case in which the two runs differ, in SI; empty if the candidate's case is unknown.
     pub case_differences: Vec<CaseDifference>,
