@@ -113,7 +113,7 @@ CERTIFICATE = {
 }
 CERTIFICATE_FLAGS = {
     "verdict": "converged noise-determined sequence-differs", "stretch_mode": MODES,
-    "rung_method": "auto erk cvode-adams cvode-bdf series",
+    "rung_method": "arkode erk cvode-adams cvode-bdf series",
 }
 CERTIFICATE_TEXTS = ("verdict_of_all", "remedy")
 CERTIFICATE_NUMBERS = (

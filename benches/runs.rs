@@ -260,7 +260,7 @@ fn check(name: &str, (sticks, last): (usize, f64), within: f64) {
 }
 
 fn runs(criterion: &mut Criterion) {
-    let parameters = paper(Method::Auto, END).0;
+    let parameters = paper(Method::Arkode, END).0;
     let mut group = criterion.benchmark_group("paper 0 to 10 s");
     group.sample_size(20);
     for method in Method::KINDS {
@@ -269,7 +269,7 @@ fn runs(criterion: &mut Criterion) {
         check(method.name(), run(&input, &mut NoRecorder), within);
         group.bench_function(method.name(), |b| b.iter(|| run(black_box(&input), &mut NoRecorder)));
     }
-    for method in [Method::Auto, Method::Series] {
+    for method in [Method::Arkode, Method::Series] {
         let (parameters, solver, output) = paper(method, END);
         let input = (System::from(&parameters), solver, output);
         let name = format!("{}, as trains", method.name());
@@ -285,7 +285,7 @@ fn runs(criterion: &mut Criterion) {
         b.iter(|| plain_bdf(black_box(&parameters), 1e-12, END))
     });
     group.finish();
-    let input = paper(Method::Auto, END);
+    let input = paper(Method::Arkode, END);
     let plain = || {
         black_box(plain_bdf(black_box(&parameters), 1e-12, END));
     };
@@ -329,7 +329,7 @@ fn medians_by_turns(first: &dyn Fn(), second: &dyn Fn(), often: u32) -> [Duratio
 /// The cost of a run by phase. What comes before the kick is sliding, then comes the stick-slip window, and the last stick
 /// is for good.
 fn phases(criterion: &mut Criterion) {
-    for method in [Method::Auto, Method::Series] {
+    for method in [Method::Arkode, Method::Series] {
         let input = paper(method, END);
         let mut group = criterion.benchmark_group(format!("paper by {}", method.name()));
         group.sample_size(20);
@@ -348,7 +348,7 @@ const PROMISED: f64 = 10.0;
 
 /// `auto` and `series` in turns, so that both meet the same machine, and the medians' ratio.
 fn ratio(_: &mut Criterion) {
-    let inputs = [paper(Method::Auto, END), paper(Method::Series, END)];
+    let inputs = [paper(Method::Arkode, END), paper(Method::Series, END)];
     let of = |input: &_| {
         black_box(run(black_box(input), &mut NoRecorder));
     };

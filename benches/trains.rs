@@ -45,7 +45,7 @@ fn trains(criterion: &mut Criterion) {
     let belt = Case::read(&CaseSource::built_in("belt-leine").unwrap(), &[]).unwrap();
     let mut cycles = criterion.benchmark_group("1000 cycles of Leine's belt");
     cycles.sample_size(10);
-    for method in [Method::Series, Method::Auto] {
+    for method in [Method::Series, Method::Arkode] {
         cycles.bench_function(method.name(), |bencher| {
             bencher.iter(|| black_box(run(&belt, method, 12_006.0)));
         });

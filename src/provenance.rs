@@ -161,6 +161,15 @@ impl Header {
             extension: extension(case),
         }
     }
+
+    /// Of a run of the same case again, with other settings: title and text stay as they were given.
+    pub(crate) fn of_repetition(&self, case: &Case) -> Self {
+        Header {
+            title: self.title.clone(),
+            case_text: self.case_text.clone(),
+            ..Header::new(case)
+        }
+    }
 }
 
 /// What the files of a case have beyond the tables that all have.

@@ -226,7 +226,8 @@ class Run:
         """The events in order of time: a structured array with the columns of /events.
 
         ``time`` (s), ``kind`` and ``mode_after`` (in words, such as ``"stick"``), ``sense``, ``segment``, every state as
-        ``NAME_before`` and ``NAME_after``, ``internal_force`` (N); of a certified run also ``time_uncertainty`` (s).
+        ``NAME_before`` and ``NAME_after``, ``internal_force`` (N); with a witness also ``witness_time`` (s),
+        of a certified run ``time_uncertainty`` (s).
         """
         if self._events is None:
             table = self.table("events")
@@ -421,7 +422,7 @@ def run(
         mapping such as ``{"friction": {"decay": "5 s/rad"}, ...}``.
     :param overrides: dotted key to value, such as ``{"friction.decay": "4.8 s/rad", "torsion.damping": 22.6}``: a number in
         SI, a text with a unit, a bool, a list or a mapping.
-    :param method: as ``--method``: ``"auto"``, ``"series"``, ``"cvode-bdf"`` ...
+    :param method: as ``--method``: ``"cvode"``, ``"series"``, ``"cvode-bdf"`` ...
     :param rtol: the relative tolerance, ``solver.rtol``.
     :param end_time: s, or a text with a unit.
     :param dense: keep the motion between the samples, for :meth:`Run.at`.

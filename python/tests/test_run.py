@@ -314,6 +314,9 @@ def test_property_representations(paper, belt):
 def test_property_witness():
     run = stickslip.run("belt-leine", {"output.end_time": 30}, witness=True)
     assert run.witness is not None and run.witness["testimony"] == "same-sequence"
+    assert run.witness["method"] == "series"
+    apart = np.abs(run.events["witness_time"] - run.events["time"])
+    assert len(apart) == len(run.events["time"]) and (apart < 1e-9).all()
 
 
 def test_property_modes():

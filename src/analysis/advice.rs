@@ -53,7 +53,7 @@ pub fn remedy(certificate: &Certificate) -> String {
 
 /// Whether fewer runs of independent methods came to their end than a verdict takes.
 fn too_few_runs(certificate: &Certificate) -> bool {
-    let own = [Method::Auto.name(), certificate.solver.method.name()];
+    let own = [Method::Arkode.name(), certificate.solver.method.name()];
     let finished = certificate.ladder.iter().filter(|rung| rung.failure.is_none());
     let others = finished.map(|rung| rung.method).filter(|method| !own.contains(method));
     let mut methods: Vec<&str> = others.collect();
@@ -150,15 +150,15 @@ fn candidates(own: &SolverOptions) -> Vec<SolverOptions> {
     };
     // A method that is not meant to be accurate is not made so by a tolerance.
     let method = match own.method {
-        Method::Paper => Method::Auto,
+        Method::Paper => Method::default(),
         other => other,
     };
     let mut candidates = vec![
         with(Method::Series, own.rtol.min(1e-9)),
         with(method, 1e-12),
         with(method, 1e-13),
-        with(Method::Auto, 1e-12),
-        with(Method::Auto, 1e-13),
+        with(Method::Arkode, 1e-12),
+        with(Method::Arkode, 1e-13),
     ];
     let mut seen = vec![own.clone()];
     candidates.retain(|candidate| {

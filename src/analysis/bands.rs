@@ -6,7 +6,7 @@
 //! share of the way between its own two events. The band of a stretch is how far the exact solution can be at the phase of
 //! a row. What it can be at the row's time is more by the rate times the uncertainty of the times at the stretch's ends.
 
-use super::ladder::{Finished, counterparts, finest_auto, shares_errors, time_scale, witnesses as witnesses_of};
+use super::ladder::{Finished, counterparts, finest_arkode, shares_errors, time_scale, witnesses as witnesses_of};
 use super::verdict::{CertifiedEvent, LEAST_WITNESSES, Verdict};
 use crate::case::Case;
 use crate::friction::Law;
@@ -391,7 +391,7 @@ impl Compare<'_> {
     }
 }
 
-/// The distances to the two nearest witnesses, the distance to the finest run of `auto`, what rounding does to the times at
+/// The distances to the two nearest witnesses, the distance to the finest run of `arkode`, what rounding does to the times at
 /// the ends in terms of the channel, and the channel's own rounding. One witness alone may share an error by chance, and
 /// one that comes of the long sliding, such as an angle's, is the same in all stretches. A witness that shares errors with
 /// the result counts for no less than the nearest that does not.
@@ -423,7 +423,7 @@ pub(super) fn bands(case: &Case, result: &MemoryRecorder, ladder: &[Finished], e
         .into_iter()
         .map(|run| (!shares_errors(run, method), cut(run)))
         .collect();
-    let auto = finest_auto(ladder).map(cut);
+    let auto = finest_arkode(ladder).map(cut);
     let first_mode = result.samples.first().map_or(Mode::SlipForward, |row| row.mode);
     let unknown = || vec![f64::NAN; names.len()];
     // The bands and the rates of a stretch; `None` where too few runs have all of it.

@@ -3,7 +3,7 @@
 //! The result is held against the finest run of each independent method (a witness). Two methods that share no error
 //! differ by about the larger of their errors, so that twice the distance to the nearest witness covers the result's
 //! own error, if the distance is taken at its largest over some events around: at a single event two errors may cross.
-//! `erk` follows the oscillation as `auto` does: of a result of `auto` it is a witness of the sequence, not of the times.
+//! `erk` follows the oscillation as `arkode` does: of a result of `arkode` it is a witness of the sequence, not of the times.
 //! What rounding does to all methods alike comes on top: no distance between them tells of it. The oracle can have the last
 //! word ([`super::exact`]).
 
@@ -11,7 +11,7 @@ use super::Summary;
 use super::bands::{Bands, bands, compared_output};
 use super::deadline::Deadline;
 use super::ladder::{
-    Finished, Ladder, Rung, agree, can_lose_stability, climb, finest_auto, many_periods, matched, run, shares_errors,
+    Finished, Ladder, Rung, agree, can_lose_stability, climb, finest_arkode, many_periods, matched, run, shares_errors,
     time_scale, witnesses,
 };
 use super::linearised::{Linearised, linearise};
@@ -184,9 +184,9 @@ pub(super) fn certify_until(
         Ok(Err(failure)) => return Err(CertifyError::Run(failure.to_string())),
         Err(panic) => std::panic::resume_unwind(panic),
     };
-    // A run of `series` can be free of the noise that the onset of every other method belongs to: `auto` decides as well.
+    // A run of `series` can be free of the noise that the onset of every other method belongs to: `arkode` decides as well.
     let noise = summary.noise_determined
-        || finest_auto(&ladder).is_some_and(|auto| Summary::of_run(&case.system, &auto.report).noise_determined);
+        || finest_arkode(&ladder).is_some_and(|auto| Summary::of_run(&case.system, &auto.report).noise_determined);
     let events = judge(case, &result.events, &ladder, &linearised, noise);
     let witnesses = witnesses(&ladder, case.solver.method);
     // Where the others go on, the result lacks an event that grazes.
@@ -276,7 +276,7 @@ fn judge(
     let distances: Vec<Vec<f64>> = witnesses.into_iter().map(single).collect();
     let around_witnesses: Vec<Vec<f64>> = distances.iter().map(around).collect();
     let series = by_series.map(|index| &around_witnesses[index]);
-    let auto: Option<Vec<f64>> = finest_auto(ladder).map(|run| around(&single(run)));
+    let auto: Option<Vec<f64>> = finest_arkode(ladder).map(|run| around(&single(run)));
     let mut lost: Option<Verdict> = None;
     result
         .iter()

@@ -1,7 +1,7 @@
 //! A run of a case that is kept in memory, with its summary.
 
 use super::headline::{HeadlineRow, headline};
-use super::recorded::{Recorded, recorded};
+use super::recorded::{Recorded, case_of_repetition, recorded};
 use super::witness::Witness;
 use crate::case::Case;
 use crate::results::{Header, KeptEnd, KeptRows, KeptView, Overwrite, ResultError, ResultWriter};
@@ -63,11 +63,11 @@ impl KeptReportEnd {
     /// Another file is there that may not be replaced, or a failure to write.
     pub fn write(&self, path: &Path, overwrite: Overwrite, rows: &KeptView<'_>) -> Result<PathBuf, ResultError> {
         let run = &self.run;
-        let witness = run.witness.as_ref().map(Witness::attributes);
+        let witness = run.witness.as_ref().map(Witness::additions);
         let end = KeptEnd {
             status: &run.status,
             stick_slip: &run.table,
-            witness: witness.as_deref(),
+            witness: witness.as_ref().map_or(&[], |additions| &additions[..]),
             wall_time: run.wall_time,
         };
         ResultWriter::write_kept(path, overwrite, &self.header, rows, &end)
@@ -112,7 +112,7 @@ impl<'a> KeptRun<'a> {
 
     /// Computes the run, to its end or as far as it comes.
     pub fn start(self) -> KeptReport {
-        let KeptRun { case, header, .. } = self;
+        let KeptRun { case, mut header, .. } = self;
         let (mut control, mut stopped) = (self.control, false);
         let asked = RefCell::new(move || {
             if !stopped && let Some(control) = &mut control {
@@ -126,8 +126,17 @@ impl<'a> KeptRun<'a> {
         if self.events_alone {
             rows = rows.events_alone();
         }
-        let run = recorded(case, &mut rows, false, stop_of_witness, &mut |_| go_on_unless(stop()));
-        let case = case.clone();
+        let mut asked = |_| go_on_unless(stop());
+        let mut run = recorded(case, &mut rows, false, stop_of_witness, &mut asked);
+        let mut case = case.clone();
+        let again = stop_of_witness.and_then(|stop| case_of_repetition(&case, &run, stop));
+        if let Some((finer, why)) = again {
+            header = header.of_repetition(&finer);
+            rows = rows.emptied(&header.extension);
+            run = recorded(&finer, &mut rows, false, stop_of_witness, &mut asked);
+            run.repeated(why);
+            case = finer;
+        }
         KeptReport {
             rows,
             end: KeptReportEnd { run, header, case },

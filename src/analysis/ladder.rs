@@ -7,7 +7,7 @@ use crate::model::margin;
 use crate::record::{Event, FurtherColumns, MemoryRecorder};
 use crate::run::Run;
 use crate::simulation::{Method, OutputOptions, RunReport, SolverOptions};
-use crate::simulation::{method_without_series, natural_period};
+use crate::simulation::{natural_period, single_method};
 use crate::workers::over_processors;
 use serde::Serialize;
 use std::time::Instant;
@@ -15,8 +15,8 @@ use std::time::Instant;
 /// Methods and relative tolerances of the ladder. Of each method the last is the finest. `series` is last, as its
 /// milliseconds fill what the others leave of the processors' time.
 pub(crate) const RUNGS: [(Method, f64); 11] = [
-    (Method::Auto, 1e-9),
-    (Method::Auto, 1e-12),
+    (Method::Arkode, 1e-9),
+    (Method::Arkode, 1e-12),
     (Method::Erk, 1e-9),
     (Method::Erk, 1e-12),
     (Method::CvodeAdams, 1e-9),
@@ -32,7 +32,7 @@ pub(crate) const RUNGS: [(Method, f64); 11] = [
 /// stick: one tolerance of each method says what several would.
 const SHORT: [(Method, f64); 3] = [
     (Method::Series, 1e-10),
-    (Method::Auto, 1e-13),
+    (Method::Arkode, 1e-13),
     (Method::CvodeAdams, 1e-13),
 ];
 
@@ -237,7 +237,7 @@ pub(super) fn climb(
     // One that has failed, or has another sequence, has to be stood in for.
     let stand_in = match can_lose_stability {
         true => Method::CvodeAdams,
-        false => method_without_series(&case.system),
+        false => single_method(&case.system),
     };
     let events = word(result).len();
     let is_alike = |run: &&&Finished| run.rung.agreeing == events && run.rung.events == events;
@@ -288,10 +288,10 @@ pub(super) fn finest(ladder: &[Finished]) -> Vec<&Finished> {
     finest
 }
 
-/// The finest run of each method but `auto` and that of the result itself, which would repeat the result's own error.
+/// The finest run of each method but `arkode` and that of the result itself, which would repeat the result's own error.
 pub(super) fn witnesses(ladder: &[Finished], of: Method) -> Vec<&Finished> {
     let mut witnesses = finest(ladder);
-    witnesses.retain(|run| run.method != Method::Auto && !repeats(run.method, of));
+    witnesses.retain(|run| run.method != Method::Arkode && !repeats(run.method, of));
     witnesses
 }
 
@@ -309,9 +309,9 @@ pub(super) fn shares_errors(run: &Finished, of: Method) -> bool {
         || (adams(of) && adams(run.method))
 }
 
-/// The finest run of `auto`.
-pub(super) fn finest_auto(ladder: &[Finished]) -> Option<&Finished> {
-    finest(ladder).into_iter().find(|run| run.method == Method::Auto)
+/// The finest run of `arkode`.
+pub(super) fn finest_arkode(ladder: &[Finished]) -> Option<&Finished> {
+    finest(ladder).into_iter().find(|run| run.method == Method::Arkode)
 }
 
 /// Times of the events that match those of the result, kind by kind: NaN where there is no counterpart.

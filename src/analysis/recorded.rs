@@ -2,19 +2,22 @@
 
 use super::Summary;
 use super::attractor::Recurrence;
+use super::repetition::repetition;
 use super::warning::{Warning, warnings};
 use super::witness::{Witness, witness};
 use crate::case::Case;
 use crate::record::Recorder;
 use crate::results::{Status, StickSlipTable};
 use crate::run::Run;
-use crate::simulation::{Progress, RunFailure, RunReport};
+use crate::simulation::{Progress, RunFailure, RunReport, SolverOptions};
 use std::ops::ControlFlow;
 use std::time::Instant;
 
 /// A run that is over, and what it comes to.
 #[derive(Debug)]
 pub struct Recorded {
+    /// The settings by which it ran.
+    pub solver: SolverOptions,
     /// How it ended.
     pub status: Status,
     /// Of what was computed.
@@ -31,6 +34,15 @@ pub struct Recorded {
     pub table: StickSlipTable,
     /// Of the run, without its witness, s.
     pub wall_time: f64,
+}
+
+impl Recorded {
+    /// Says in the witness that the run is a repetition, and why.
+    pub(crate) fn repeated(&mut self, why: String) {
+        if let Some(witness) = &mut self.witness {
+            witness.repeated = Some(why);
+        }
+    }
 }
 
 /// Runs a case into a recorder. With `keeps_events` the report has the events, too. A witness runs beside a complete run if
@@ -67,6 +79,7 @@ pub(crate) fn recorded(
     let mut warnings = warnings(case, &summary);
     warnings.extend(witness.as_ref().and_then(Witness::warning));
     Recorded {
+        solver: case.solver.clone(),
         table: summary.table(case),
         status,
         report,
@@ -76,4 +89,13 @@ pub(crate) fn recorded(
         failure,
         wall_time,
     }
+}
+
+/// The case of a run with finer settings, and why, if the run and its witness do not agree and these make them
+/// ([`repetition`]).
+pub(crate) fn case_of_repetition(case: &Case, run: &Recorded, stop: &dyn Fn() -> bool) -> Option<(Case, String)> {
+    let (solver, why) = repetition(case, run.witness.as_ref()?, stop)?;
+    let mut case = case.clone();
+    case.solver = solver;
+    Some((case, why))
 }

@@ -1,6 +1,6 @@
 //! A run of a case into its result file, with its summary.
 
-use super::recorded::{Recorded, recorded};
+use super::recorded::{Recorded, case_of_repetition, recorded};
 use crate::case::Case;
 use crate::results::{Header, Overwrite, ResultError, ResultWriter, SavedRows};
 use crate::simulation::Progress;
@@ -131,10 +131,16 @@ impl<'a> SavedRun<'a> {
             go_on_unless(stopped())
         };
         let stop_of_witness: Option<&dyn Fn() -> bool> = if self.witness { Some(&stopped) } else { None };
-        let run = recorded(case, &mut writer, self.keeps_events, stop_of_witness, &mut asked);
+        let mut run = recorded(case, &mut writer, self.keeps_events, stop_of_witness, &mut asked);
+        let again = stop_of_witness.and_then(|stop| case_of_repetition(case, &run, stop));
+        if let Some((finer, why)) = again {
+            writer.begin_again(&self.header.of_repetition(&finer))?;
+            run = recorded(&finer, &mut writer, self.keeps_events, stop_of_witness, &mut asked);
+            run.repeated(why);
+        }
         let saved = writer.saved();
         let said = match &run.witness {
-            Some(witness) => writer.witness(&witness.attributes()),
+            Some(witness) => writer.add(&witness.additions()),
             None => Ok(()),
         };
         let finished = said.and_then(|()| writer.finish(run.status.clone(), &run.table, run.wall_time));

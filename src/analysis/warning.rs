@@ -56,6 +56,15 @@ pub enum Warning {
         /// kind.
         apart: Option<(f64, f64)>,
     },
+    /// Another method finds the same events, but farther away than the settings of the run promise.
+    OtherTimes {
+        /// Its name.
+        method: &'static str,
+        /// The first such event, s.
+        time: f64,
+        /// How far away, s.
+        apart: f64,
+    },
     /// The stick-slip is amplified rounding.
     NoiseDetermined {
         /// When sliding loses its stability, s; NaN if that is not known.
@@ -182,7 +191,7 @@ fn balance_remedy(case: &Case) -> BalanceRemedy {
 /// errors of the ladder's runs (docs/accuracy.md); the multistep methods and the pairs of low order gain down to 1e-13.
 fn floor(method: Method) -> f64 {
     match method {
-        Method::Series => SolverOptions::default().rtol,
+        Method::Series | Method::Cvode => SolverOptions::default().rtol,
         _ if method.resolving_table() == Some(Method::BEST_PAIR) => SolverOptions::default().rtol,
         _ => 1e-13,
     }
@@ -194,7 +203,7 @@ pub fn finer(solver: &SolverOptions) -> String {
     let better = solver.rtol > floor(solver.method);
     match solver.method {
         _ if solver.fixed_step.is_some() => "Use a smaller solver.fixed_step, or solver.rtol in its place".to_owned(),
-        Method::Paper => "Use solver.method = \"auto\" or \"series\", which locate events".to_owned(),
+        Method::Paper => "Use solver.method = \"cvode\" or \"series\", which locate events".to_owned(),
         Method::Series if better => "Use a smaller solver.rtol".to_owned(),
         Method::Series => format!(
             "With series at rtol {rtol:e} only rounding to double precision is left; what is exact is told by certify \
@@ -229,8 +238,8 @@ impl fmt::Display for BalanceRemedy {
                     ways.push("use a smaller solver.rtol");
                 }
                 ways.push(match solver.method {
-                    Method::Auto => "use --method series",
-                    _ => "use --method auto",
+                    Method::Cvode => "use --method series",
+                    _ => "use --method cvode",
                 });
                 let ways = match ways.split_last() {
                     Some((last, [])) => (*last).to_owned(),
@@ -295,6 +304,12 @@ impl fmt::Display for Warning {
                      error is the method's, and a [[perturbation]] where an instability starts from rounding"
                 )
             }
+            Warning::OtherTimes { method, time, apart } => write!(
+                f,
+                "another method, {method}, finds the same events, but the one at t = {time:.6} s {apart:.1e} s away, which is more \
+                 than this method and tolerance promise: the case is at the limit of double precision there. stickslip certify \
+                 says how many digits hold"
+            ),
             Warning::EventsNotLocated => f.write_str(
                 "the events of this run are those that its steps happened to show: nothing was located, and its own noise \
                  may have started the stick-slip. It is there to be studied beside a run by another method",

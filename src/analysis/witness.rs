@@ -3,19 +3,21 @@
 //! It is no certificate: one method at one tolerance, without the rounding that all methods share. It does tell a result
 //! that two solvers agree on from one that is a solver's own.
 
+use super::finer::{finer_settings, promised};
 pub use super::sequence::Sequence;
 use super::warning::Warning;
 use crate::case::Case;
 use crate::hybrid::RunError;
 use crate::model::margin;
-use crate::results::{AttributeValue, quantity};
+use crate::results::schema::{WITNESS_TIME, group};
+use crate::results::{Addition, AttributeValue, Column, quantity};
 use crate::run::Run;
 use crate::simulation::{Method, OutputOptions, SolverOptions, natural_period};
 use serde::Serialize;
 
 /// Steps after which the witness is given up: a second or two of a brake. Unlike a time, this is the same on every machine, so that
 /// identical runs say the same. The witness of a run that resolved so many periods that it would take more is not begun.
-const MOST_STEPS: usize = 1_500_000;
+pub(super) const MOST_STEPS: usize = 1_500_000;
 
 /// Steps of `cvode` in a natural period of sliding where nothing damps the fast mode: 57 in `paper-si` with c_t = 0.
 const STEPS_PER_PERIOD: f64 = 56.0;
@@ -75,11 +77,44 @@ pub struct Witness {
     pub differs_by_share: Option<f64>,
     /// One line of at most 80 characters.
     pub statement: String,
+    /// The first event whose times are farther apart than the settings of the run promise, of the default or `series`: its time, and
+    /// how far, s.
+    #[serde(skip)]
+    pub farther: Option<(f64, f64)>,
+    /// Why the run is a repetition with finer settings, and which: its first try and the witness did not agree.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub repeated: Option<String>,
+    /// When it has each event of the result, those outside the sequence included, s; NaN where it has none.
+    #[serde(skip)]
+    pub times: Vec<f64>,
 }
 
 impl Witness {
+    /// What a result file has of it: /witness, and its times in /events.
+    pub fn additions(&self) -> [Addition; 2] {
+        let (mut own, mut events) = (Addition::new(group::WITNESS), Addition::new(group::EVENTS));
+        own.attributes = self.attributes();
+        events.over(&["event"], self.column());
+        [own, events]
+    }
+
+    /// Whether a run with these settings is as near to it as they promise, or nothing can be said.
+    pub(super) fn agrees(&self, solver: &SolverOptions) -> bool {
+        match self.testimony {
+            Testimony::SameSequence => self.largest_difference.is_none_or(|most| most <= promised(solver)),
+            Testimony::SequenceDiffers => false,
+            Testimony::NoiseDetermined | Testimony::LeftOut | Testimony::Failed => true,
+        }
+    }
+
+    /// Its times, as /events has them.
+    pub fn column(&self) -> Column {
+        let long_name = "time of the event by the witness; NaN: it has none";
+        Column::numbers(WITNESS_TIME, "s", long_name, self.times.iter().copied())
+    }
+
     /// The attributes of /witness in a result file.
-    pub fn attributes(&self) -> Vec<(String, AttributeValue)> {
+    fn attributes(&self) -> Vec<(String, AttributeValue)> {
         let text = |name: &str, text: &str| vec![(name.to_owned(), text.into())];
         let number = |name: &str, value: Option<f64>, units: &str, long_name: &str| {
             quantity(name, value.unwrap_or(f64::NAN), units, long_name).to_vec()
@@ -105,21 +140,28 @@ impl Witness {
             number("differs_by", self.differs_by, "s", apart),
             number("differs_by_share", self.differs_by_share, "1", share),
             text("statement", &self.statement),
+            self.repeated
+                .as_ref()
+                .map_or_else(Vec::new, |why| text("repeated", why)),
         ]
         .concat()
     }
 
-    /// What a reader of the result has to know of it: that its events are others, where nothing else says so.
+    /// What a reader of the result has to know of it: that its events are others, or at other times, where nothing else says so.
     pub(crate) fn warning(&self) -> Option<Warning> {
-        let differs = self
-            .differs_from
-            .filter(|_| self.testimony == Testimony::SequenceDiffers);
-        differs.map(|from| Warning::OtherSequence {
-            method: self.method,
-            agreeing: self.agreeing_events,
-            from,
-            apart: self.differs_by.zip(self.differs_by_share),
-        })
+        let method = self.method;
+        match self.testimony {
+            Testimony::SequenceDiffers => self.differs_from.map(|from| Warning::OtherSequence {
+                method,
+                agreeing: self.agreeing_events,
+                from,
+                apart: self.differs_by.zip(self.differs_by_share),
+            }),
+            Testimony::SameSequence => self
+                .farther
+                .map(|(time, apart)| Warning::OtherTimes { method, time, apart }),
+            _ => None,
+        }
     }
 }
 
@@ -134,23 +176,42 @@ pub(crate) fn witness_of(method: Method) -> Method {
 /// Runs the witness of a result: of this case, with this sequence of events, its onset amplified rounding or not.
 ///
 /// The tolerance is that of the case, at most the default; absolute tolerances and fixed steps of the case are left to the
-/// result. `stop` is asked now and then; `None` if it says so.
+/// result. A witness of `series` that does not agree is asked again with finer settings. `stop` is asked now and then; `None` if it
+/// says so.
 pub fn witness(case: &Case, result: &Sequence, noise_determined: bool, stop: &dyn Fn() -> bool) -> Option<Witness> {
-    let method = witness_of(case.solver.method);
+    let own = &case.solver;
     let solver = SolverOptions {
-        method,
-        rtol: case.solver.rtol.min(SolverOptions::default().rtol),
-        max_events: case.solver.max_events,
+        method: witness_of(own.method),
+        rtol: own.rtol.min(SolverOptions::default().rtol),
+        max_events: own.max_events,
         max_steps: Some(MOST_STEPS),
         ..SolverOptions::default()
     };
+    let found = witness_by(&solver, case, result, noise_determined, stop)?;
+    if own.method != Method::Series || found.agrees(own) {
+        return Some(found);
+    }
+    let mut finer = finer_settings(&solver, &case.system).into_iter();
+    let again = finer
+        .find_map(|solver| witness_by(&solver, case, result, noise_determined, stop).filter(|again| again.agrees(own)));
+    again.or(Some(found)).filter(|_| !stop())
+}
+
+fn witness_by(
+    solver: &SolverOptions,
+    case: &Case,
+    result: &Sequence,
+    noise_determined: bool,
+    stop: &dyn Fn() -> bool,
+) -> Option<Witness> {
+    let method = solver.method;
     let output = OutputOptions::at_the_ends(case.output.end_time);
     let mut own = Sequence::default();
     let testimony = if takes_too_long(case, method, result) {
         Testimony::LeftOut
     } else {
         let ended = Run::new(case)
-            .solver(&solver)
+            .solver(solver)
             .output(&output)
             .record(&mut own)
             .stop(stop)
@@ -163,7 +224,7 @@ pub fn witness(case: &Case, result: &Sequence, noise_determined: bool, stop: &dy
         }
     };
     let agreeing = own.agreeing(result);
-    let time = |sequence: &Sequence| sequence.events.get(agreeing).map(|event| event.1);
+    let time = |sequence: &Sequence| sequence.events().nth(agreeing).map(|event| event.1);
     let differs_from = match (time(&own), time(result)) {
         (Some(own), Some(result)) => Some(own.min(result)),
         // A run that did not come to its end may have come to the event.
@@ -171,15 +232,20 @@ pub fn witness(case: &Case, result: &Sequence, noise_determined: bool, stop: &dy
         (own, result) => own.or(result),
     };
     let apart = differs_from.and_then(|_| own.apart(result, agreeing));
-    let differences = own.events[..agreeing].iter().zip(&result.events);
-    let largest_difference = differences.map(|(a, b)| (a.1 - b.1).abs()).reduce(f64::max);
+    let differences = || {
+        let pairs = own.events().zip(result.events()).take(agreeing);
+        pairs.map(|(own, result)| (result.1, (own.1 - result.1).abs()))
+    };
+    let largest_difference = differences().map(|(_, apart)| apart).reduce(f64::max);
+    let promises = matches!(case.solver.method, Method::Cvode | Method::Series).then(|| promised(&case.solver));
+    let farther = promises.and_then(|most| differences().find(|(_, apart)| *apart > most));
     let testimony = match (testimony, differs_from) {
         (Testimony::SameSequence, _) if noise_determined => Testimony::NoiseDetermined,
         // What it found until it ended counts.
         (_, Some(_)) if !noise_determined => Testimony::SequenceDiffers,
         _ => testimony,
     };
-    let found = own.events.len();
+    let found = own.events().count();
     let largest = largest_difference.unwrap_or(0.0);
     let detail = match testimony {
         Testimony::LeftOut => TOO_LONG.to_owned(),
@@ -192,7 +258,7 @@ pub fn witness(case: &Case, result: &Sequence, noise_determined: bool, stop: &dy
             format!("{found} {noun} at times of its own, as the onset is amplified rounding")
         }
         Testimony::SequenceDiffers => {
-            let (events, next) = (result.events.len(), agreeing + 1);
+            let (events, next) = (result.events().count(), agreeing + 1);
             match apart {
                 Some((apart, _)) => {
                     format!("{found} events for {events}; number {next} is {apart:.1e} s away")
@@ -220,6 +286,9 @@ pub fn witness(case: &Case, result: &Sequence, noise_determined: bool, stop: &dy
         differs_by: apart.map(|(apart, _)| apart),
         differs_by_share: apart.map(|(_, share)| share),
         statement: format!("witness {}: {detail}", method.name()),
+        farther,
+        repeated: None,
+        times: own.times_of(result),
     })
 }
 

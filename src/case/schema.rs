@@ -13,6 +13,9 @@ use crate::model::{Axial, BreakawayTest, KickTime};
 use crate::signal::{Drive, Profile as _, Ramp, Signal, Table};
 use crate::simulation::{Around, Method, OutputWindow};
 
+/// The key of the integration method.
+pub(crate) const METHOD: &str = "solver.method";
+
 /// One key of the case file.
 #[derive(Debug)]
 pub struct Key {
@@ -620,7 +623,7 @@ keys! { |case, index|
     "perturbation[].on", General, Default("\"both\""), Word(|| names(SIDES))
         => case.system.kicks.get_mut(index).map(|kick| word(&mut kick.on, SIDES)),
         "which surface takes the kick; both share it so that momentum is kept";
-    "solver.method", Both, Default("auto"), Word(|| Method::all().map(Method::name).collect())
+    "solver.method", Both, Default("cvode"), Word(|| Method::all().map(Method::name).collect())
         => [Place::word(Some(case.solver.method.name()), |name| {
             if let Some(method) = Method::from_name(name) {
                 case.solver.method = method;

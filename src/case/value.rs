@@ -4,9 +4,10 @@ use super::conditions::Violation;
 use super::document::{Node, Value};
 use super::place::INSTABILITY;
 use super::quantity::{self, Dimension};
-use super::schema::{Domain, Key, Kind};
+use super::schema::{Domain, Key, Kind, METHOD};
 use super::{Motion, Setting, suggest};
 use crate::quote::shown;
+use crate::simulation::Method;
 
 /// The numbers of an array.
 pub(super) fn numbers(
@@ -42,6 +43,9 @@ pub(super) fn single(key: &Key, value: &Value, motion: Motion) -> Result<Setting
         (Kind::Flag, other) => Err(format!("expected true or false, but got {}", other.describe())),
         (Kind::Count, _) => whole(1, " of at least 1"),
         (Kind::Index, _) => whole(0, ", 0 or more"),
+        (Kind::Word(_), Value::Text(name)) if key.path == METHOD && name == Method::FORMER_DEFAULT => {
+            Ok(Setting::Text(Method::default().name().to_owned()))
+        }
         (Kind::Word(words), _) => choice(value, &words()).map(|name| Setting::Text(name.to_owned())),
         (Kind::Moment, Value::Text(word)) if word == INSTABILITY => Ok(Setting::Text(word.clone())),
         (Kind::Moment, Value::Text(word)) if !word.contains(|c: char| c.is_ascii_digit()) => Err(format!(

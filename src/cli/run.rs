@@ -65,7 +65,7 @@ pub(super) fn run(options: &RunOptions, common: &Common) -> Result<End, CommandE
             case: source.label(),
             title: &case.title,
             method: solver.method.name(),
-            rtol: solver.rtol,
+            rtol: run.solver.rtol,
             // s.
             wall_time: run.wall_time,
             // Of what was computed, be it saved or not.
@@ -81,6 +81,9 @@ pub(super) fn run(options: &RunOptions, common: &Common) -> Result<End, CommandE
         print(&terminal::run_report(case, &run.summary, run.wall_time))?;
         if let Some(witness) = &run.witness {
             print(&format!("\n{}\n", witness.statement))?;
+            if let Some(repeated) = &witness.repeated {
+                print(&format!("{repeated}\n"))?;
+            }
         }
         print(&format!("\n{}\n", file.display()))?;
     }

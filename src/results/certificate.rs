@@ -61,7 +61,7 @@ impl Addition {
         self.texts.push([name.to_owned(), long_name.to_owned(), text]);
     }
 
-    fn write(&self, file: &hdf5::File) -> hdf5::Result<()> {
+    pub(super) fn write(&self, file: &hdf5::File) -> hdf5::Result<()> {
         let group = match file.link_exists(&self.group) {
             true => file.group(&self.group)?,
             false => create_group(file, &self.group)?,

@@ -3,7 +3,7 @@
 use super::rows::{PIECE_COEFFICIENTS, PIECES, TRAJECTORY, TableRows};
 use super::schema::{self, Extension, Table};
 use super::values::Values;
-use super::{AttributeValue, ResultError, Status, StickSlipTable};
+use super::{Addition, ResultError, Status, StickSlipTable};
 
 /// A table with its columns.
 #[derive(Debug, Clone)]
@@ -48,6 +48,14 @@ impl KeptRows {
             order: Vec::new(),
             further: Vec::new(),
             events_alone: false,
+        }
+    }
+
+    /// The same without rows, for a run with this extension.
+    pub(crate) fn emptied(self, extension: &Extension) -> Self {
+        KeptRows {
+            events_alone: self.events_alone,
+            ..KeptRows::new(extension)
         }
     }
 
@@ -108,7 +116,7 @@ pub struct KeptEnd<'a> {
     /// The attributes of /stick_slip, and rows after those that were recorded.
     pub stick_slip: &'a StickSlipTable,
     /// What another method made of the case.
-    pub witness: Option<&'a [(String, AttributeValue)]>,
+    pub witness: &'a [Addition],
     /// s.
     pub wall_time: f64,
 }

@@ -68,6 +68,9 @@ pub mod group {
 /// Column of /events that certified files have.
 pub const TIME_UNCERTAINTY: &str = "time_uncertainty";
 
+/// Column of /events where a witness ran beside the run.
+pub const WITNESS_TIME: &str = "witness_time";
+
 /// The TOML text as given, in /input.
 pub(crate) const INPUT_CASE: &str = "case";
 /// Every parameter in SI and in full precision, in /input.

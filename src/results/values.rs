@@ -140,8 +140,10 @@ impl Values<'_> {
 /// A column with its values.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Column {
-    pub(super) variable: Variable,
-    pub(super) values: Values<'static>,
+    /// Name, unit and description.
+    pub variable: Variable,
+    /// Its values.
+    pub values: Values<'static>,
 }
 
 impl Column {

@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
 use super::attributes::{quantity, text_value, write_attribute, write_attributes, write_input, write_root};
+use super::certificate::Addition;
 use super::kept::{KeptEnd, KeptView};
 use super::lock::WriteLock;
 use super::rows::{EVENTS, PIECE_COEFFICIENTS, PIECES, STICK_SLIP, TRAJECTORY, TableRows};
@@ -73,24 +74,25 @@ impl ResultWriter {
     /// create it.
     pub fn create(path: &Path, overwrite: Overwrite, inputs: &[PathBuf], header: &Header) -> Result<Self, ResultError> {
         let place = Reservation::take(path, overwrite, inputs)?;
-        let partial = &place.partial;
-        // Made under a name of the lock's and then renamed: a file that is not yet whole is never seen.
-        let made = place.lock.sibling();
-        let created = Open::create(&made, header).map_err(|error| ResultError::write(partial, false, &error));
-        let open = created.and_then(|open| match fs::rename(&made, partial) {
-            Ok(()) => Ok(open),
-            Err(error) => Err(ResultError::not_created(partial, error)),
-        });
-        if open.is_err() {
-            let _ = fs::remove_file(&made);
-        }
         Ok(ResultWriter {
-            open: Some(open?),
+            open: Some(Open::within(&place, header)?),
             further: Vec::new(),
             saved: SavedRows::default(),
             started: Instant::now(),
             place,
         })
+    }
+
+    /// Begins again, with another header and no rows: what was written is dropped.
+    ///
+    /// # Errors
+    ///
+    /// A failure to close the partial file or to create it.
+    pub fn begin_again(&mut self, header: &Header) -> Result<(), ResultError> {
+        self.close()?;
+        self.open = Some(Open::within(&self.place, header)?);
+        self.saved = SavedRows::default();
+        Ok(())
     }
 
     /// Where the rows go until the run is complete.
@@ -141,13 +143,21 @@ impl ResultWriter {
         Ok(self.place.path.clone())
     }
 
-    /// Writes /witness: what another method made of the case. Once, before [`Self::finish`].
+    /// Writes what is known of a run once it is over, such as what another method made of the case. Once, before
+    /// [`Self::finish`].
     ///
     /// # Errors
     ///
     /// A failure to write; [`Self::finish`] then leaves the partial file.
-    pub fn witness(&mut self, attributes: &[(String, AttributeValue)]) -> Result<(), ResultError> {
-        self.with_open(|open, _| write_attributes(&create_group(&open.file, schema::group::WITNESS)?, attributes))
+    pub fn add(&mut self, additions: &[Addition]) -> Result<(), ResultError> {
+        if additions.is_empty() {
+            return Ok(());
+        }
+        self.with_open(|open, _| {
+            // Columns over the events want all of these.
+            open.append_all()?;
+            additions.iter().try_for_each(|addition| addition.write(&open.file))
+        })
     }
 
     /// Closes the file, with whatever is buffered.
@@ -206,9 +216,7 @@ impl ResultWriter {
                 }
             }
         }
-        if let Some(witness) = end.witness {
-            writer.witness(witness)?;
-        }
+        writer.add(end.witness)?;
         writer.finish(end.status.clone(), end.stick_slip, end.wall_time)
     }
 
@@ -261,6 +269,21 @@ struct Open {
 }
 
 impl Open {
+    /// The partial file of a place. It is made under a name of the lock's and then renamed: a file that is not yet whole is never
+    /// seen.
+    fn within(place: &Reservation, header: &Header) -> Result<Self, ResultError> {
+        let (partial, made) = (&place.partial, place.lock.sibling());
+        let created = Open::create(&made, header).map_err(|error| ResultError::write(partial, false, &error));
+        let open = created.and_then(|open| match fs::rename(&made, partial) {
+            Ok(()) => Ok(open),
+            Err(error) => Err(ResultError::not_created(partial, error)),
+        });
+        if open.is_err() {
+            let _ = fs::remove_file(&made);
+        }
+        open
+    }
+
     fn create(path: &Path, header: &Header) -> hdf5::Result<Self> {
         let file = create_file(path, LibraryVersion::Earliest)?;
         let texts = [

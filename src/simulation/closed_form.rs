@@ -31,6 +31,28 @@ impl SystemDynamics {
         let limit = self.system.breakaway_torque(self.outside(location, t).normal_force);
         torque <= noise || (limit - torque).abs() > noise
     }
+
+    /// Whether a stick that begins at `t` (s) with the state `y` has a closed form, by which it lasts as long as the signals go on as
+    /// they do: what still moves cannot break it any more.
+    pub(super) fn stays_stuck(&self, location: &SystemLocation, t: f64, y: &[f64]) -> bool {
+        let sticks = location.mode == Mode::Stick && self.has_closed_form(location, t, y);
+        sticks && self.breakaway(location, t, y, f64::INFINITY) == Some(Breakaway::Never)
+    }
+
+    /// When a stick breaks away, as far as `within` (s); `None` of what is no stick or has no closed form.
+    fn breakaway(&self, location: &SystemLocation, t: f64, y: &[f64], within: f64) -> Option<Breakaway> {
+        let (motion, torques) = self.motion(location).filter(|_| location.mode == Mode::Stick)?;
+        let (system, excitation, stretch) = (&self.system, &self.excitation, location.stretch);
+        let capacity = system.breakaway_torque(1.0);
+        let search = Search {
+            period: self.natural_period().unwrap_or(TAU * self.unit(stretch)),
+            within,
+            noise: self.torque_noise(),
+        };
+        let limit = |tau: f64| excitation.pressing(stretch, t + tau).scaled(capacity);
+        let lowest = |tau: f64| capacity * excitation.lowest_pressing(stretch, t + tau, t + within);
+        Some(motion.breakaway(y, torques, search, limit, lowest))
+    }
 }
 
 impl ClosedForm for SystemDynamics {
@@ -42,25 +64,13 @@ impl ClosedForm for SystemDynamics {
     }
 
     fn closed_end(&self, location: &SystemLocation, t: f64, y: &[f64], within: f64) -> ClosedEnd {
-        let Some((motion, torques)) = self.motion(location).filter(|_| location.mode == Mode::Stick) else {
-            return ClosedEnd::None;
-        };
-        let (system, excitation, stretch) = (&self.system, &self.excitation, location.stretch);
-        let capacity = system.breakaway_torque(1.0);
-        let search = Search {
-            period: self.natural_period().unwrap_or(TAU * self.unit(stretch)),
-            within,
-            noise: self.torque_noise(),
-        };
-        let limit = |tau: f64| excitation.pressing(stretch, t + tau).scaled(capacity);
-        let lowest = |tau: f64| capacity * excitation.lowest_pressing(stretch, t + tau, t + within);
-        match motion.breakaway(y, torques, search, limit, lowest) {
-            Breakaway::After { after, sense } => ClosedEnd::Guard {
+        match self.breakaway(location, t, y, within) {
+            Some(Breakaway::After { after, sense }) => ClosedEnd::Guard {
                 after,
                 index: if sense > 0.0 { GUARD_FORWARD } else { GUARD_FORWARD + 1 },
             },
-            Breakaway::NotBefore { until } => ClosedEnd::Unknown { after: until },
-            Breakaway::NotYet | Breakaway::Never => ClosedEnd::None,
+            Some(Breakaway::NotBefore { until }) => ClosedEnd::Unknown { after: until },
+            Some(Breakaway::NotYet | Breakaway::Never) | None => ClosedEnd::None,
         }
     }
 }

@@ -49,7 +49,7 @@ pub use course::{Part, Which};
 pub use dynamics::{SystemDynamics, SystemLocation, Watch};
 pub use excitation::Excitation;
 pub(crate) use options::FORESEEN_STEPS;
-pub(crate) use plan::method_without_series;
+pub(crate) use plan::single_method;
 pub(crate) use portrait::{PortraitPoint, Section, portrait, position_of};
 pub use simulate::natural_period;
 pub(crate) use simulate::{Problem, further, simulate, simulate_from, solver_settings};

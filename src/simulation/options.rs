@@ -4,12 +4,15 @@ use crate::record::EventKind;
 use crate::sundials::ErkTable;
 
 /// The integration method of a run.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Method {
-    /// The combination chosen by measurement: see [`crate::simulation`].
-    Auto,
-    /// CVODE for everything, by the method, order and tolerance that are best in each phase: docs/methods.md says why.
+    /// CVODE for everything, by the method, order and tolerance that are best in each phase: docs/methods.md says why. The
+    /// default.
+    #[default]
     Cvode,
+    /// ARKODE for everything: its explicit method of order 8 where oscillations are followed, its implicit one where nothing
+    /// rings, or what rings is stiff.
+    Arkode,
     /// CVODE BDF for everything.
     CvodeBdf,
     /// CVODE Adams for everything.
@@ -59,8 +62,8 @@ const PAIRS: [(&str, ErkTable); 23] = [
 impl Method {
     /// One method of each kind that locates events. Every method is in [`Method::all`].
     pub const KINDS: [Method; 7] = [
-        Method::Auto,
         Method::Cvode,
+        Method::Arkode,
         Method::CvodeBdf,
         Method::CvodeAdams,
         Method::Erk,
@@ -68,7 +71,7 @@ impl Method {
         Method::Series,
     ];
 
-    /// The pair of `auto` and `erk`: of order 8, chosen by measurement (docs/methods.md).
+    /// The pair of `arkode` and `erk`: of order 8, chosen by measurement (docs/methods.md).
     pub(crate) const BEST_PAIR: ErkTable = ErkTable::Fehlberg13s78;
 
     /// Every method: [`Method::KINDS`], the paper's procedure, and every embedded explicit pair.
@@ -80,8 +83,8 @@ impl Method {
     /// The name in case files, on the command line and in /meta of a result.
     pub fn name(self) -> &'static str {
         match self {
-            Method::Auto => "auto",
             Method::Cvode => "cvode",
+            Method::Arkode => "arkode",
             Method::CvodeBdf => "cvode-bdf",
             Method::CvodeAdams => "cvode-adams",
             Method::Erk => "erk",
@@ -95,9 +98,15 @@ impl Method {
         }
     }
 
-    /// The method of a name, if there is one.
+    /// What cases and files of earlier versions call the default.
+    pub const FORMER_DEFAULT: &'static str = "auto";
+
+    /// The method of a name, if there is one; of [`Method::FORMER_DEFAULT`] the default.
     pub fn from_name(name: &str) -> Option<Method> {
-        Method::all().find(|m| m.name() == name)
+        match name {
+            Method::FORMER_DEFAULT => Some(Method::default()),
+            _ => Method::all().find(|m| m.name() == name),
+        }
     }
 
     /// The Butcher table, if one explicit Runge-Kutta method integrates everything: only these can take fixed steps.
@@ -109,10 +118,10 @@ impl Method {
         }
     }
 
-    /// The explicit pair by which the torsional oscillation is followed, if it is: `auto` has the one of `erk` there.
+    /// The explicit pair by which the torsional oscillation is followed, if it is: `arkode` has the one of `erk` there.
     pub(crate) fn resolving_table(self) -> Option<ErkTable> {
         match self {
-            Method::Auto => Some(Method::BEST_PAIR),
+            Method::Arkode => Some(Method::BEST_PAIR),
             other => other.explicit_table(),
         }
     }
@@ -156,7 +165,7 @@ pub(crate) const FORESEEN_STEPS: f64 = 3e7;
 impl Default for SolverOptions {
     fn default() -> Self {
         SolverOptions {
-            method: Method::Auto,
+            method: Method::default(),
             rtol: 1e-10,
             atol_twist: None,
             atol_rate: None,

@@ -43,8 +43,15 @@ const SMALLEST_SERIES_RESOLVED: f64 = 1e-17;
 const SERIES_STRIDING: f64 = 1e-14;
 
 /// Of `cvode`, the relative tolerance as a multiple of `rtol`. A multistep method errs by some hundred tolerances in a
-/// hundred restarts.
-const CVODE_TIGHTENING: f64 = 1e-3;
+/// hundred restarts; below [`SMALLEST`] the rounding of many short steps takes what the tolerance gives.
+const CVODE_TIGHTENING: f64 = 1e-4;
+
+/// The same where a system does not slow down by itself, and its least value: few steps lie between two events, their errors
+/// move the phase of all that follows, and rounding does not add up. By Adams' method, and by BDF.
+const CVODE_ADAMS_TIGHTENING: f64 = 1e-5;
+const SMALLEST_ADAMS: f64 = 1e-15;
+const CVODE_BDF_TIGHTENING: f64 = 5e-6;
+const SMALLEST_BDF: f64 = 5e-16;
 
 /// Of the shortest period, for how long after its start a slip of `cvode` counts its guards as being on their allowed side. A
 /// multistep method begins with steps of 1e-11 s, after which the relative velocity of a breakaway is not yet
@@ -92,13 +99,11 @@ const STRIDING_SLIP: f64 = 20.0;
 /// steps for two digits.
 const BDF_QUIET_TIGHTENING: f64 = 1.0;
 
-/// The same of `cvode` for the slow modes of stick and separation alone, which no event follows but far later ones.
-const CVODE_SLOW_TIGHTENING: f64 = 1.0;
+/// The same of `cvode` for the slow modes of stick and separation alone, which no event follows but far later ones. Energies do.
+const CVODE_SLOW_TIGHTENING: f64 = 1e-2;
 
-/// Relative tolerance of `cvode` in a contact without stick, as a multiple of `rtol`, and its least value. A contact at rest
-/// creeps, and errors of the creep move the next slip.
-const ENGAGED_TIGHTENING: f64 = 2e-4;
-const SMALLEST_ENGAGED: f64 = 1e-14;
+/// The absolute tolerances of energies and works in strides of `cvode`, as a multiple of `rtol`: their relative tolerance decides.
+const STRIDING_ENERGY: f64 = 1e-4;
 
 /// A size is no less than this share of that over the whole case: where a segment begins at rest without a force.
 const LEAST_SIZE: f64 = 1e-9;
@@ -124,8 +129,6 @@ pub(super) struct SystemPlan {
     fixed_step: Option<f64>,
     /// The shortest period of any mode, s.
     period: f64,
-    /// Slip is linear.
-    linear_slip: bool,
     /// Slip, or an engaged contact, is stiff.
     stiff: bool,
     /// Sliding slows down by itself, to a margin of stability.
@@ -138,8 +141,8 @@ pub(super) struct SystemPlan {
     quiet_sizes: Vec<f64>,
 }
 
-/// The method by which `auto` takes what is not linear; it takes nothing by series.
-pub(crate) fn method_without_series(system: &System) -> Method {
+/// The single method of ARKODE by which `arkode` follows a system that does not slow down by itself.
+pub(crate) fn single_method(system: &System) -> Method {
     match SystemDynamics::new(system, 0.0).rates.stiffness > STIFF {
         true => Method::Esdirk,
         false => Method::Erk,
@@ -256,7 +259,6 @@ impl SystemPlan {
                 absolute[index] = options.atol_speed;
             }
         }
-        let slopes = system.law.slope_bounds(0.0, f64::INFINITY);
         let fastest = dynamics.rates.fastest;
         let stiff = dynamics.rates.stiffness > STIFF;
         // Of what is stiff by itself BDF follows every mode.
@@ -272,7 +274,6 @@ impl SystemPlan {
             max_step: options.max_step,
             fixed_step: options.fixed_step,
             period: if fastest > 0.0 { TAU / fastest } else { 1.0 },
-            linear_slip: !dynamics.is_engaged() && slopes.least == 0.0 && slopes.most == 0.0,
             stiff,
             slows_down: system.twice_resistance.is_some(),
             has_regimes,
@@ -288,7 +289,7 @@ impl SystemPlan {
     pub fn regimes(&self, end_time: f64) -> Option<Regimes> {
         let steps = Steps {
             follows_smooth_sliding: self.method == Method::Series,
-            integrates_linear_motion: !matches!(self.method, Method::Series | Method::Auto),
+            integrates_linear_motion: self.method != Method::Series,
             stride: (self.method == Method::Cvode).then(|| Stride {
                 step: self.stride,
                 relative: (CVODE_TIGHTENING * self.rtol).max(SMALLEST),
@@ -303,15 +304,6 @@ impl SystemPlan {
     pub fn looks_ahead(&self, long: f64) -> bool {
         let sprung = self.method == Method::Series && !self.slows_down && has_slow_manifold(&self.dynamics.system);
         sprung && self.max_step.is_none_or(|step| step >= long * self.period)
-    }
-
-    /// Whether `auto` takes a location by its series: it is linear.
-    fn is_linear(&self, location: &SystemLocation) -> bool {
-        match location.mode {
-            Mode::Stick | Mode::Separated => true,
-            Mode::SlipForward | Mode::SlipBackward => self.linear_slip,
-            Mode::Engaged => false,
-        }
     }
 
     /// BDF for smooth sliding: over the fast modes at order 2, and higher once the steps are long enough to be stable.
@@ -339,8 +331,9 @@ impl SystemPlan {
         SolverKind::Cvode { options, settling }
     }
 
-    /// Whether a slip that begins at rest ends within [`BRIEF`] of the shortest period, by its expansion.
-    fn is_brief(&self, location: &SystemLocation, t: f64, y: &[f64]) -> bool {
+    /// Whether a slip that begins at rest ends within [`BRIEF`] of the shortest period, by its expansion, or goes back first, as a
+    /// one-sided breakaway test lets it: the short first steps of a multistep method would see that as its end.
+    fn wants_a_long_step(&self, location: &SystemLocation, t: f64, y: &[f64]) -> bool {
         let (dynamics, system) = (&self.dynamics, &self.dynamics.system);
         let outside = dynamics.outside(location, t);
         let rest = VELOCITY_NOISE * system.relative_velocity_terms(&outside, y);
@@ -352,6 +345,9 @@ impl SystemPlan {
         // It leaves zero here: the root is divided out, and a double one where the acceleration begins at zero.
         let mut speed = expansion.relative_velocity.map(|c| location.sign() * c);
         let change = speed[2..].iter().fold(0.0, |sum, c| sum + c.abs());
+        if speed[1] < -DEPARTURE_NOISE * change {
+            return true;
+        }
         let roots = if speed[1].abs() <= DEPARTURE_NOISE * change {
             2
         } else {
@@ -370,20 +366,20 @@ impl SystemPlan {
         let slips = location.mode.sense() != 0;
         let strides = slips && !location.resolved;
         let esdirk = SolverKind::Esdirk(EsdirkTable::Esdirk547L2sa2_7s45);
-        let exact = matches!(self.method, Method::Auto | Method::Series);
         let kind = match self.method {
-            _ if exact && self.dynamics.has_closed_form(location, t, y) => SolverKind::ClosedForm,
+            Method::Series if self.dynamics.has_closed_form(location, t, y) => SolverKind::ClosedForm,
+            // Half of the steps of a run that stops would be in a stick in which nothing happens any more.
+            Method::Cvode | Method::Arkode if self.dynamics.stays_stuck(location, t, y) => SolverKind::ClosedForm,
             Method::Series => SolverKind::Series,
-            Method::Auto if self.is_linear(location) => SolverKind::Series,
-            Method::Auto if self.stiff || !location.resolved => esdirk,
-            Method::Auto | Method::Erk => SolverKind::Erk(Method::BEST_PAIR),
+            Method::Arkode if self.stiff || strides => esdirk,
+            Method::Arkode | Method::Erk => SolverKind::Erk(Method::BEST_PAIR),
             Method::ErkPair(table) => SolverKind::Erk(table),
             Method::Esdirk => esdirk,
             Method::CvodeAdams => self.multistep(CvodeOptions::ADAMS, location.mode),
             Method::Cvode if strides => self.striding_bdf(),
             // Beyond order 2 BDF is unstable near the imaginary axis, where the fast modes are.
             Method::CvodeBdf if strides => bdf_of_order_2(),
-            Method::Cvode if self.is_brief(location, t, y) => SolverKind::Erk(Method::BEST_PAIR),
+            Method::Cvode if self.wants_a_long_step(location, t, y) => SolverKind::Erk(Method::BEST_PAIR),
             Method::Cvode if !implicit => self.multistep(CVODE_ADAMS, location.mode),
             Method::Cvode | Method::CvodeBdf => self.multistep(CvodeOptions::BDF, location.mode),
             Method::Paper => unreachable!("the paper's procedure steps by itself"),
@@ -406,12 +402,9 @@ impl SystemPlan {
             }
             _ if !location.resolved => (SLIDING_TIGHTENING * self.rtol).max(SMALLEST_SLIDING),
             SolverKind::Erk(_) => (TIGHTENING * self.rtol).max(SMALLEST),
-            _ if self.method == Method::Cvode && location.mode == Mode::Engaged => {
-                (ENGAGED_TIGHTENING * self.rtol).max(SMALLEST_ENGAGED)
-            }
-            _ if self.method == Method::Cvode => {
-                (CVODE_TIGHTENING * self.rtol).max(if implicit { SMALLEST_IMPLICIT } else { SMALLEST })
-            }
+            _ if self.method == Method::Cvode && self.has_regimes => (CVODE_TIGHTENING * self.rtol).max(SMALLEST),
+            _ if self.method == Method::Cvode && implicit => (CVODE_BDF_TIGHTENING * self.rtol).max(SMALLEST_BDF),
+            _ if self.method == Method::Cvode => (CVODE_ADAMS_TIGHTENING * self.rtol).max(SMALLEST_ADAMS),
             _ => (TIGHTENING * self.rtol).max(SMALLEST_IMPLICIT),
         };
         let fixed_step = self.fixed_step.filter(|_| matches!(kind, SolverKind::Erk(_)));
@@ -419,7 +412,7 @@ impl SystemPlan {
         let of_signals = (fastest > 0.0 && kind != SolverKind::Series).then(|| TAU / fastest / STEPS_PER_PERIOD);
         // Errors of resolved steps are amplified until the first stick.
         let follows_modes = match self.method {
-            Method::Auto => self.slows_down && slips,
+            Method::Arkode => self.slows_down && slips,
             _ => self.has_regimes && kind != SolverKind::Series,
         };
         let period = self
@@ -440,7 +433,14 @@ impl SystemPlan {
         let (first, rtol) = (self.dynamics.system.slip, self.rtol.max(SMALLEST_SLIDING));
         let share = |index: usize| match self.method {
             Method::Cvode if strides && index == first => STRIDING_SLIP * rtol * ABSOLUTE_SHARE / SLIP,
-            Method::Cvode if strides => ABSOLUTE_SHARE * if index > first { rtol } else { relative },
+            Method::Cvode if strides => {
+                ABSOLUTE_SHARE
+                    * if index > first {
+                        STRIDING_ENERGY * rtol
+                    } else {
+                        relative
+                    }
+            }
             Method::Cvode if self.has_regimes && slips && index < first => CVODE_RINGING_SHARE * relative,
             Method::Cvode if !self.has_regimes => CVODE_ABSOLUTE_SHARE * relative,
             _ => ABSOLUTE_SHARE * relative,
@@ -473,7 +473,7 @@ impl SystemPlan {
 /// over. Of methods with the same step the errors would be the same, and no distance between them would tell.
 fn share_of_step(method: Method) -> f64 {
     let number = match method {
-        Method::Auto | Method::Series | Method::Paper => 0.0,
+        Method::Arkode | Method::Series | Method::Paper => 0.0,
         Method::Erk | Method::ErkPair(_) => 1.0,
         Method::CvodeAdams => 2.0,
         Method::CvodeBdf => 3.0,

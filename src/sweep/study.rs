@@ -6,7 +6,7 @@ use super::quantities::asked_for;
 use super::sampling::{self, MOST_SOBOL_AXES, MOST_SOBOL_POINTS, SampleMethod};
 use crate::case::builtin::{BuiltIn, built_in};
 use crate::case::document::{self, Node, Value};
-use crate::case::{Case, CaseError, CaseKeys, CaseSource, Origin, Override, Setting, Words};
+use crate::case::{Case, CaseError, CaseKeys, CaseSource, METHOD, Origin, Override, Setting, Words};
 use crate::model::system::System;
 use crate::quote::in_shell;
 use crate::results::SweepLayout;
@@ -29,10 +29,15 @@ pub enum Design {
     Boundary(BoundarySpec),
 }
 
-/// The `solver.rtol` of points that are run by `auto` or `series`, where neither the case nor the study gives one: with
+/// The `solver.rtol` of points that are run by `cvode`, `arkode` or `series`, where neither the case nor the study gives one: with
 /// it all events of the runs of a critical curve are within 1e-8 s (of `series`, 1e-10 s) in half the time that the
 /// default of a single run takes. The other methods need their usual tolerance for that.
 pub const STUDY_RTOL: f64 = 1e-8;
+
+/// Whether points of this method have [`STUDY_RTOL`].
+fn has_study_tolerance(method: Method) -> bool {
+    matches!(method, Method::Cvode | Method::Arkode | Method::Series)
+}
 
 /// What is kept of every run beside its summary.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -81,8 +86,6 @@ pub struct Point {
 
 /// How long a run may take, which is no part of what it computes.
 const WALL_TIME: &str = "solver.max_wall_time";
-/// By which method a run is made.
-const METHOD: &str = "solver.method";
 
 /// More points than this are taken for a mistake: years of computing.
 const MOST_POINTS: u64 = 1_000_000_000;
@@ -230,7 +233,7 @@ impl Study {
     pub fn case_at(&self, coordinates: &[Setting]) -> Result<Case, CaseError> {
         let mut case = self.case_with_output(coordinates)?;
         let solver = &mut case.solver;
-        if !self.gives_tolerance && matches!(solver.method, Method::Auto | Method::Series) {
+        if !self.gives_tolerance && has_study_tolerance(solver.method) {
             solver.rtol = STUDY_RTOL;
         }
         if !self.keep.trajectory {
@@ -271,7 +274,7 @@ impl Study {
         arguments.extend(settings.flat_map(|setting| ["--set".to_owned(), setting.argument()]));
         let by_axis = self.axes.iter().any(|axis| axis.keys.iter().any(|key| key == METHOD));
         let method = Case::read(&self.base, &self.settings).map(|case| case.solver.method);
-        let takes_it = !matches!(method, Ok(method) if !matches!(method, Method::Auto | Method::Series));
+        let takes_it = method.map_or(true, has_study_tolerance);
         if let (Some(tolerance), false, true) = (self.default_tolerance(), by_axis, takes_it) {
             arguments.extend(["--set".to_owned(), format!("solver.rtol={tolerance:e}")]);
         }

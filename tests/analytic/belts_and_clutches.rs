@@ -73,23 +73,22 @@ fn analytic_mass_on_a_belt_with_coulomb_friction() {
             expected.push((kind, time));
             time += if kind == EventKind::Slip { slip } else { stick };
         }
-        for method in ["series", "auto"] {
-            // All of it is linear, so that `auto` takes the series as well.
+        for (method, factor) in [("series", 1.0), ("cvode", 100.0), ("arkode", 100.0)] {
             expect(
                 &recorded(&case_by("belt-coulomb", method, settings)).events,
                 &expected,
-                SERIES,
+                factor * SERIES,
             );
             let summary = summary(&case_by("belt-coulomb", method, settings));
             let attractor = attractor(&summary);
-            near(attractor.period, slip + stick, 1e-13 * end);
+            near(attractor.period, slip + stick, factor * 1e-13 * end);
             // About F_k/k, with the amplitude of an oscillation through x = F_s/k at the speed of the belt.
             let amplitude = (drop / k).hypot(v / w);
             let extremes = attractor.extremes.as_ref().unwrap();
             // The extremes are those of cubics through 4000 points (2e-14 of the amplitude), and of roundings.
-            near(extremes.position.0, sliding / k - amplitude, 1e-13);
-            near(extremes.position.1, sliding / k + amplitude, 1e-13);
-            near(extremes.relative_velocity.1, v + amplitude * w, 1e-12);
+            near(extremes.position.0, sliding / k - amplitude, factor * 1e-13);
+            near(extremes.position.1, sliding / k + amplitude, factor * 1e-13);
+            near(extremes.relative_velocity.1, v + amplitude * w, factor * 1e-12);
             assert_eq!(attractor.sticks, 1);
         }
     }
@@ -125,39 +124,43 @@ fn analytic_hopf_speed_of_a_belt() {
 // The brake, and conservation.
 
 /// `auto` adds its tolerance, 1e-12 of the speed, where it starts again at the loss of stability; the growth up to the kick multiplies
-/// that. A stick is one step of a closed form, and so is the last, of three seconds.
+/// that. By the series a stick is one step of a closed form, and so is the last, of three seconds.
 #[test]
-fn analytic_the_paper_brake_by_auto_has_the_events_of_series() {
+fn analytic_the_paper_brake_has_the_events_of_series_by_the_solvers_of_sundials() {
     // A margin that passes zero where omega_r turns has a blunt zero: tests/analytic/loss_of_stability.rs has those.
     let sharp = |event: &&Event| !matches!(event.kind, EventKind::Destabilised | EventKind::Restabilised);
-    let [(expected, by_series), (found, by_auto)] =
-        ["series", "auto"].map(|method| reported(&case_by("paper-si", method, &[])));
+    let by = |method| reported(&case_by("paper-si", method, &[]));
+    let (expected, by_series) = by("series");
     let sticks = expected
         .events
         .iter()
         .filter(|event| event.kind == EventKind::Stick)
         .count();
-    for report in [by_series, by_auto] {
+    let closed = by_series.work.iter().find(|work| work.solver == "closed-form").unwrap();
+    assert_eq!((closed.segments, closed.steps), (sticks as u64, 0));
+    for method in ["cvode", "arkode"] {
+        let (found, report) = by(method);
+        // Only the last, which cannot end.
         let closed = report.work.iter().find(|work| work.solver == "closed-form").unwrap();
-        assert_eq!((closed.segments, closed.steps), (sticks as u64, 0));
-    }
-    let [expected, found] = [&expected, &found].map(|run| run.events.iter().filter(sharp).collect::<Vec<_>>());
-    assert!(expected.len() > 100 && found.len() == expected.len());
-    for (a, b) in found.iter().zip(&expected) {
-        assert_eq!((a.kind, a.mode_after), (b.kind, b.mode_after));
-        near(a.time, b.time, 1e-11);
-        near(a.before.phi1, b.before.phi1, 1e-10);
-        // It changes by some 14 rad/s^2.
-        near(a.before.theta_dot, b.before.theta_dot, 1e-9);
+        assert!(closed.segments <= 2, "{method}: {} segments", closed.segments);
+        let [expected, found] = [&expected, &found].map(|run| run.events.iter().filter(sharp).collect::<Vec<_>>());
+        assert!(expected.len() > 100 && found.len() == expected.len());
+        for (a, b) in found.iter().zip(&expected) {
+            assert_eq!((a.kind, a.mode_after), (b.kind, b.mode_after));
+            near(a.time, b.time, 1e-11);
+            near(a.before.phi1, b.before.phi1, 1e-10);
+            // It changes by some 14 rad/s^2.
+            near(a.before.theta_dot, b.before.theta_dot, 1e-9);
+        }
     }
 }
 
 /// Kinetic and elastic energy and losses less works stay what they were, in every built-in case. A step of the series errs by less
-/// than 1e-14 of the energies, one of `auto` by 1e-12; some tens of them add up.
+/// than 1e-14 of the energies, one of ARKODE by 1e-12; some tens of them add up.
 #[test]
 fn analytic_energy_balances_of_every_built_in_case_of_trains() {
     for case in TRAINS {
-        for (method, tolerance) in [("series", 1e-12), ("auto", 1e-11)] {
+        for (method, tolerance) in [("series", 1e-12), ("cvode", 1e-11), ("arkode", 1e-10)] {
             let (recorder, report) = reported(&case_by(case.name, method, &[]));
             let mut size = f64::MIN_POSITIVE;
             for sample in &recorder.samples {
@@ -182,7 +185,7 @@ fn analytic_energy_balances_of_every_built_in_case_of_trains() {
 /// The engine and the vehicle lock by momentum: at 11/12 s with 200/3 rad/s on both sides, and gain 80/1.7 rad/s in a second.
 #[test]
 fn analytic_a_clutch_locks_by_momentum() {
-    for method in ["series", "auto"] {
+    for method in ["series", "arkode"] {
         let recorder = recorded(&case_by("clutch", method, &[]));
         expect(
             &recorder.events,
@@ -223,7 +226,7 @@ output = { end_time = 3.0 }
 "#,
         &[],
     );
-    for method in ["series", "auto"] {
+    for method in ["series", "arkode"] {
         let recorder = recorded(&with(&case, method));
         let of_contact: Vec<Event> = recorder
             .events
@@ -260,7 +263,7 @@ output = { end_time = 10.0 }
 "#,
         &[],
     );
-    for method in ["series", "auto"] {
+    for (method, within) in [("series", 1e-13), ("cvode", 1e-12), ("arkode", 1e-12)] {
         let recorder = recorded(&with(&case, method));
         let quarter = PI / 6.0;
         let expected: Vec<_> = (0..9)
@@ -274,13 +277,13 @@ output = { end_time = 10.0 }
             })
             .collect();
         let events = &recorder.events[..9];
-        expect(events, &expected, 1e-13);
+        expect(events, &expected, within);
         for (k, event) in events.iter().enumerate() {
             let halves = (k / 2) as f64;
             near(
                 event.before.phi1_dot,
                 (1.0 + 2.0 * halves) * 0.3 * 10.0 / (2.0 * 3.0),
-                1e-13,
+                within,
             );
         }
     }
@@ -315,7 +318,7 @@ output = {{ end_time = 20.0, interval = 1.0 }}
             expected.push((EventKind::Contact, (turns + 11.0 / 6.0 * PI) / omega));
         }
         expected.retain(|(_, time)| *time < 20.0);
-        for method in ["series", "auto", "erk", "esdirk", "cvode", "cvode-adams"] {
+        for method in ["series", "arkode", "erk", "esdirk", "cvode", "cvode-adams"] {
             let recorder = recorded(&with(&case, method));
             let (before, events) = recorder.events.split_at(usize::from(speed != 0.0));
             assert!(before.iter().all(|event| event.kind == EventKind::Stick));
@@ -388,7 +391,7 @@ output = {{ end_time = 10.0 }}
         expect(
             &recorder.events,
             &[(EventKind::Kick, 1.5), (EventKind::Stick, 6.25)],
-            1e-14,
+            1e-12,
         );
         let [kick, stick] = [&recorder.events[0], &recorder.events[1]];
         near(kick.after.phi2_dot - kick.before.phi2_dot, rotor, 1e-14);
@@ -438,7 +441,7 @@ output = {{ end_time = {end}, interval = 1.0 }}
 #[test]
 fn analytic_long_trains_cost_the_same_in_every_cycle() {
     for count in [10, 20] {
-        for method in [Method::Series, Method::Auto] {
+        for method in [Method::Series, Method::Arkode] {
             let mut case = drill_string(count, 150.0);
             case.solver.method = method;
             let (recorder, report) = reported(&case);
@@ -576,7 +579,7 @@ fn property_digits_do_not_depend_on_where_a_law_ends() {
         "law = \"polynomial\"\nbreakaway = 0.8\nlow_speed = 0.8\nlinear = -0.6\ncubic = 0.1\nvalid_below = 1e6";
     let stator = "inertia = [1.0, 0.7]\nstiffness = [10.0, 3.0]\ndamping = [0.02, 0.02]";
     let case = on_a_belt("0.5", stator, "1.0", friction, "40.0");
-    for method in ["cvode", "cvode-adams", "auto", "erk", "esdirk"] {
+    for method in ["cvode", "cvode-adams", "arkode", "erk", "esdirk"] {
         let (events, energies) = from_series(&case, method);
         println!("{method}: events {events:.1e} s, energies {energies:.1e}");
         assert!(events < 1e-9, "{method}: {events:e} s");
@@ -593,7 +596,7 @@ fn property_steps_see_a_narrow_friction_law() {
             "law = \"stribeck\"\nbreakaway = 0.5\nlow_speed = 0.5\nhigh_speed = 0.3\nscale = {scale}\nexponent = 2"
         );
         let case = on_a_belt("1.0", "inertia = 1.0\nstiffness = 100.0", "10.0", &friction, "5.0");
-        for method in ["auto", "erk", "cvode"] {
+        for method in ["arkode", "erk", "cvode"] {
             let (events, _) = from_series(&case, method);
             println!("{scale} {method}: events {events:.1e} s");
             assert!(events < AUTO, "{method}: {events:e} s");
@@ -617,7 +620,7 @@ fn property_steps_see_a_narrow_regularisation() {
                 ),
                 &[],
             );
-            for method in ["auto", "erk", "esdirk", "cvode"] {
+            for method in ["arkode", "erk", "esdirk", "cvode"] {
                 let (events, _) = from_series(&case, method);
                 println!("{smoothing} {scale} {method}: events {events:.1e} s");
                 assert!(events < AUTO, "{smoothing} {scale} {method}: {events:e} s");
@@ -649,12 +652,16 @@ const TOUCHED: &str = "title = \"graze\"\nmotion = \"translation\"\n[rotor]\nend
     low_speed = 0.6025\nlinear = -30.69\nquadratic = 3410.0\ncubic = 25090.0\nvalid_below = 1295.0\n\
     [output]\nend_time = 0.5607\ninterval = 0.00801\n";
 
-/// What the witness says of a run by `cvode` that grazes. Where an event is off by more than the 1e-9 s of other runs, the
-/// witness says by how much; runs that are right are not blamed.
+/// What the witness says of a run by `cvode` that grazes. Where an event is off, as by a loose tolerance, the witness says by how
+/// much; runs that are right are not blamed.
 #[test]
 fn property_a_witness_says_how_far_a_grazing_event_is_off() {
-    for (text, right) in [(PUSHED, true), (TOUCHED, true), (SWUNG, false)] {
-        let case = with(&written(text, &[]), "cvode");
+    for (text, rtol, right) in [
+        (PUSHED, "1e-10", true),
+        (TOUCHED, "1e-10", true),
+        (SWUNG, "1e-7", false),
+    ] {
+        let case = with(&written(text, &[&format!("solver.rtol={rtol}")]), "cvode");
         let (events, _) = from_series(&case, "cvode");
         let mut sequence = Sequence::default();
         Run::new(&case).record(&mut sequence).start().unwrap();
@@ -669,7 +676,7 @@ fn property_a_witness_says_how_far_a_grazing_event_is_off() {
         assert_eq!(said.testimony, Testimony::SequenceDiffers);
         let (apart, share) = (said.differs_by.unwrap(), said.differs_by_share.unwrap());
         assert!((apart / events - 1.0).abs() < 1e-3, "{apart:e} s for {events:e} s");
-        assert!((share * 4.352e-6 / apart - 1.0).abs() < 1e-2, "{share:e} of the slip");
+        assert!((share * 4.352e-6 / apart - 1.0).abs() < 0.1, "{share:e} of the slip");
     }
 }
 
@@ -681,7 +688,7 @@ fn property_a_witness_says_how_far_a_grazing_event_is_off() {
 fn property_a_slip_of_microseconds_is_right_or_said() {
     for (text, one_step, multistep) in [(PUSHED, 1e-11, 1e-11), (SWUNG, 4e-9, 3e-8)] {
         let case = written(text, &[]);
-        for method in ["auto", "erk", "esdirk", "cvode"] {
+        for method in ["arkode", "erk", "esdirk", "cvode"] {
             let tolerance = if method == "cvode" { multistep } else { one_step };
             let (events, _) = from_series(&case, method);
             println!("{method}: events {events:.1e} s");
@@ -725,7 +732,7 @@ fn property_rounding_of_a_speed_at_rest_ends_no_segment() {
             ),
             &[],
         );
-        for method in ["series", "auto", "esdirk", "cvode"] {
+        for method in ["series", "arkode", "esdirk", "cvode"] {
             let segments = reported(&with(&case, method)).0.segments.len();
             assert!(segments <= 2, "{method}: {segments}");
         }

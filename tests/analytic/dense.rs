@@ -131,7 +131,7 @@ fn property_too_many_samples_around_events_are_the_first_and_the_last() {
 /// by the channel's largest value; the energy residual is a difference of sums that are that well known.
 #[test]
 fn analytic_every_channel_is_that_of_the_run_at_every_time() {
-    for method in [Method::Auto, Method::Series, Method::Cvode] {
+    for method in [Method::Arkode, Method::Series, Method::Cvode] {
         let mut case = paper(&["output.dense=true"]);
         case.solver.method = method;
         let run = followed(&case);
@@ -186,7 +186,7 @@ fn analytic_every_channel_is_that_of_the_run_at_every_time() {
 /// Following a run changes none of its events, by no bit.
 #[test]
 fn regression_events_are_those_of_the_run_that_is_not_followed() {
-    for method in [Method::Auto, Method::Series, Method::CvodeBdf] {
+    for method in [Method::Arkode, Method::Series, Method::CvodeBdf] {
         let mut case = paper(&["output.window=[]", "output.around=\"none\""]);
         case.solver.method = method;
         let plain = followed(&case);
@@ -233,8 +233,8 @@ fn property_samples_follow_the_events_of_a_case_without_windows() {
     // However far the plain samples are apart, and whatever the margin is compared with the steps, times increase.
     for (interval, margin) in [(1e-3, 5e-3), (2e-4, 1e-3), (5e-3, 1e-3), (1e-2, 3e-2), (1.0, 1e-4)] {
         for (name, method) in [
-            ("paper", Method::Auto),
-            ("release", Method::Auto),
+            ("paper", Method::Arkode),
+            ("release", Method::Arkode),
             ("unperturbed", Method::Series),
         ] {
             let overrides = [

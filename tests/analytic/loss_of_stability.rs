@@ -45,7 +45,7 @@ const BRAKES: &[(&str, &[&str])] = &[
 ];
 
 /// With the largest error against the oracle (s): it grows from the loss of stability on.
-const METHODS: [(Method, f64); 3] = [(Method::Series, 1e-12), (Method::Auto, 1e-11), (Method::Cvode, 1e-8)];
+const METHODS: [(Method, f64); 3] = [(Method::Series, 1e-12), (Method::Arkode, 1e-11), (Method::Cvode, 1e-8)];
 
 fn steps(report: &RunReport) -> u64 {
     report.work.iter().map(|work| work.steps).sum()
@@ -111,7 +111,7 @@ fn analytic_growth_of_a_brake_is_known() {
         ("paper", &[AT_INSTABILITY, "initial.speed=-100"]),
         ("paper-si", &["perturbation=[{time=2, relative_velocity=0.5}]"]),
         ("release", &[]),
-        ("unperturbed", &["solver.method=auto"]),
+        ("unperturbed", &["solver.method=arkode"]),
     ] {
         let case = built_in(name, changes);
         let summary = Summary::of_run(&case.system, &Run::new(&case).start().unwrap());
@@ -324,7 +324,7 @@ actuation = { profile = "ramp", force = 1000, rise_time = 0.02 }
 contact = { radius = 0.1 }
 "#;
     for text in [trains, short] {
-        for method in [Method::Series, Method::Auto, Method::Cvode] {
+        for method in [Method::Series, Method::Arkode, Method::Cvode] {
             let report = completed(&written(&format!("{text}{shared}"), &[]), method);
             let crossings = [EventKind::Destabilised, EventKind::Restabilised];
             assert_eq!(report.digest.cycles.count(&crossings), 0, "{}", method.name());

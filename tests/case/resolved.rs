@@ -67,7 +67,7 @@ decay = 5.0 # alpha, decay of the friction coefficient with sliding speed [s/rad
 speed = 100.0 # omega_0, initial speed of the rotor and of its surface [rad/s]
 
 [solver]
-method = "auto" # integration method
+method = "cvode" # integration method
 rtol = 1e-10 # relative tolerance; smaller is more accurate in every phase
 max_events = 100000 # transitions after which a run is ended with an error
 

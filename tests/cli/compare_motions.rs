@@ -7,9 +7,9 @@ use crate::common::cli::{Folder, json, output, refusal, says};
 fn cli_a_result_of_trains_is_compared_with_another_method() {
     let folder = Folder::new();
     folder.ok("run drill-string -q");
-    let other = ["run", "drill-string", "-q", "--method", "cvode", "-o", "cvode.h5"];
+    let other = ["run", "drill-string", "-q", "--method", "cvode-bdf", "-o", "bdf.h5"];
     folder.ok(&other);
-    let (stdout, stderr) = output(&mut folder.stickslip("compare drill-string.h5 cvode.h5 --report report.html --require events<1e-7 --require period<1e-7 --require drift<1e-8 --require missing<=0"), 0);
+    let (stdout, stderr) = output(&mut folder.stickslip("compare drill-string.h5 bdf.h5 --report report.html --require events<1e-7 --require period<1e-7 --require drift<1e-8 --require missing<=0"), 0);
     assert_eq!(stderr, "");
     says(
         &stdout,
@@ -18,7 +18,7 @@ fn cli_a_result_of_trains_is_compared_with_another_method() {
     );
     let page = std::fs::read_to_string(folder.path("report.html")).unwrap();
     says(&page, &["matched events", "rotor_twist"]);
-    let short = ["compare", "drill-string.h5", "cvode.h5", "--require", "final_stick<1"];
+    let short = ["compare", "drill-string.h5", "bdf.h5", "--require", "final_stick<1"];
     let (_, stderr) = output(&mut folder.stickslip(&short), 1);
     assert!(stderr.contains("final_stick does not exist"), "{stderr}");
 }

@@ -208,7 +208,9 @@ fn regression_more_events_than_are_stored_are_an_error() {
     let folder = with_run();
     {
         let file = open_rw(folder.path("run.h5")).unwrap();
-        for name in file.group("events").unwrap().member_names().unwrap() {
+        // The times of the witness have the length that they were written with.
+        let names = file.group("events").unwrap().member_names().unwrap();
+        for name in names.iter().filter(|name| *name != "witness_time") {
             file.dataset(&format!("events/{name}"))
                 .unwrap()
                 .resize([1_usize << 34])

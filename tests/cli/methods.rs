@@ -27,7 +27,7 @@ fn cli_a_fixed_step_needs_a_method_a_unit_and_stability() {
     // |R| of Dormand and Prince's method along the slope of this mode is 1 at |h lambda| = 2.3.
     for [arguments, words] in rows(
         r#"
-        --method auto --set 'solver.fixed_step=1 us' | solver.fixed_step & only the explicit Runge-Kutta
+        --method arkode --set 'solver.fixed_step=1 us' | solver.fixed_step & only the explicit Runge-Kutta
         --method paper --set 'solver.fixed_step=1 us' | only the explicit Runge-Kutta
         --method erk --set 'solver.fixed_step=1 N' | solver.fixed_step
         --method erk --set solver.fixed_step=0 | greater than 0

@@ -152,12 +152,13 @@ fn judge(name: &str, folder: &Folder) {
         assert_eq!(segment.mode, sample.mode, "{name} at {}", sample.time);
     }
 
-    // Energy: 1e-11 of what is at stake is a thousand times what the default method leaves open.
+    // Energy: 1e-8 of what is at stake is ten times what the default method leaves open, most where it strides over a force that
+    // changes.
     let largest =
         |f: fn(&stickslip::record::Channels) -> f64| samples.iter().map(|s| f(&s.channels).abs()).fold(0.0, f64::max);
     let stake = largest(|c| c.energy_kinetic).max(largest(|c| c.work_applied));
     assert!(
-        largest(|c| c.energy_residual) <= 1e-11 * stake,
+        largest(|c| c.energy_residual) <= 1e-8 * stake,
         "{name}: {} of {stake}",
         largest(|c| c.energy_residual)
     );

@@ -24,7 +24,7 @@ values = [0.3, 0.45, 0.7]
 
 [[axis]]
 key = "solver.method"
-values = ["auto", "erk"]
+values = ["arkode", "erk"]
 
 [keep]
 events = true
@@ -51,7 +51,7 @@ fn results_a_grid_has_its_axes_as_dimensions_and_its_failures_in_words() {
     );
     assert_eq!(
         file.attribute("solver_method", "flag_meanings").as_deref(),
-        Some("auto erk")
+        Some("arkode erk")
     );
     // mu_0 = 0.6 is below mu_s = 0.7: these points are no valid case, and say so.
     let status = file.numbers("status").unwrap();
@@ -177,7 +177,7 @@ fn cli_bad_studies_are_refused_with_file_line_and_key() {
         from = 10 | from = -10 | bad.toml:11: axis.0.from: must not be negative
         values = [0.3, 0.45, 0.7] | values = [] | bad.toml:17: axis.1.values: an axis without values
         values = [0.3, 0.45, 0.7] | values = [0.3, 0.3] | bad.toml:17: axis.1.values.1: 0.3 stands twice
-        values = ["auto", "erk"] | values = ["auto", "ekr"] | bad.toml:21: axis.2.values.1: expected one of
+        values = ["arkode", "erk"] | values = ["arkode", "ekr"] | bad.toml:21: axis.2.values.1: expected one of
         key = ["friction.low_speed", "friction.high_speed"] | key = ["friction.low_speed", "friction.low_speed"] |
             friction.low_speed stands on two axes
         case = "paper" | case = "papr" | bad.toml:3: case: there is no built-in case "papr" (did you mean paper?)

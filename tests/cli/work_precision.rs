@@ -26,7 +26,7 @@ fn cli_a_study_is_a_file_a_table_a_document_and_a_figure() {
     );
     let runs = document["runs"].as_array().unwrap();
     let names: Vec<&str> = runs.iter().map(|run| run["method"].as_str().unwrap()).collect();
-    assert_eq!(names, ["auto", "erk-verner-76", "paper", "erk"]);
+    assert_eq!(names, ["cvode", "erk-verner-76", "paper", "erk"]);
     assert_eq!(
         (&runs[3]["rtol"], &runs[3]["fixed_step"]),
         (&serde_json::Value::Null, &2e-5.into())
@@ -99,7 +99,7 @@ fn cli_a_wrong_study_is_answered_with_place_and_remedy() {
         [1e-6] | [2] | study.toml:7 & from 2e-15 to 0.1
         "20 us" | "20 N" | study.toml:11: series.1.steps
         "20 us" | "1 ms" | series.1 & unstable & 4.157 kHz
-        ["erk"] | ["auto"] | series.1 & only the explicit Runge-Kutta methods take fixed steps
+        ["erk"] | ["arkode"] | series.1 & only the explicit Runge-Kutta methods take fixed steps
         output.end_time=7 | solver.rtol=1e-3 | study.toml:3: set.solver.rtol: is what the study varies
         output.end_time=7 | output.endtime=7 | study.toml:3: set.output.endtime: & unknown key
     "#,
@@ -127,7 +127,7 @@ fn cli_a_reference_that_cannot_be_reached_is_an_error() {
     let both = said(&with("truth = \"nowhere.json\"\nrtol = 1e-9"), 2);
     assert!(both.contains("reference.rtol has no meaning"), "{both}");
     let one = said(&with("check = \"auto\""), 2);
-    assert!(one.contains("both \"auto\""), "{one}");
+    assert!(one.contains("both \"cvode\""), "{one}");
 
     // The truth of another case.
     let data = Path::new(env!("CARGO_MANIFEST_DIR")).join("data/truth");

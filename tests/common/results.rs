@@ -98,7 +98,7 @@ pub fn header() -> Header {
                 "program".to_owned(),
                 AttributeValue::Text("stickslip 0.0.0 (0123abc)".to_owned()),
             ),
-            ("method".to_owned(), AttributeValue::Text("auto".to_owned())),
+            ("method".to_owned(), AttributeValue::Text("arkode".to_owned())),
             ("rtol".to_owned(), AttributeValue::Number(1e-10)),
         ],
     }

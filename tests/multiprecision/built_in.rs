@@ -19,8 +19,8 @@ fn rational(value: f64) -> BigRational {
 
 /// The bounds of each method, s: errors of all events of a run.
 const METHODS: [(Method, f64, f64); 6] = [
-    (Method::Auto, 1e-10, 1e-9),
-    (Method::Auto, 1e-13, 1e-11),
+    (Method::Arkode, 1e-10, 1e-9),
+    (Method::Arkode, 1e-13, 1e-11),
     (Method::Series, 1e-10, 1e-12),
     (Method::Cvode, 1e-10, 1e-9),
     (Method::CvodeBdf, 1e-12, 1e-7),

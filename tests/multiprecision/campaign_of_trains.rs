@@ -166,15 +166,15 @@ fn systems() -> impl Iterator<Item = (u64, CaseSource)> {
 
 /// The bounds of each method, s, where the uncertainty of the double-precision data itself is below them.
 const METHODS: [(Method, f64, f64); 3] = [
-    (Method::Auto, 1e-10, 1e-9),
-    (Method::Auto, 1e-13, 1e-11),
+    (Method::Arkode, 1e-10, 1e-9),
+    (Method::Arkode, 1e-13, 1e-11),
     (Method::Series, 1e-10, 1e-12),
 ];
 
 /// The methods whose samples are held against those of the series, and the bounds of their events (s) and of every channel: as
 /// a share of its largest value, of energies as a share of the energy turned over.
 const SAMPLED: [(Method, f64, f64); 5] = [
-    (Method::Auto, 1e-9, 1e-7),
+    (Method::Arkode, 1e-9, 1e-7),
     (Method::Erk, 1e-9, 1e-7),
     (Method::Esdirk, 1e-8, 1e-6),
     (Method::Cvode, 1e-8, 1e-6),

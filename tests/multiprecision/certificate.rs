@@ -87,7 +87,7 @@ fn multiprecision_certified_uncertainties_cover_what_auto_and_erk_share() {
 #[test]
 fn multiprecision_certified_uncertainties_cover_the_errors_without_damping() {
     let source = CaseSource::built_in("paper-si").unwrap();
-    for method in ["auto", "series"] {
+    for method in ["arkode", "series"] {
         let overrides: Vec<Override> = [
             "torsion.damping=0",
             "initial.speed=14",

@@ -71,8 +71,8 @@ fn hold(overrides: &[Override], what: &str) -> Option<usize> {
     let source = CaseSource::built_in("paper-si").unwrap();
     let exact = exact_events(&source, overrides, series.output.end_time, 38);
     for (settings, allowed) in [
-        (&["solver.method=auto"][..], 1e-9),
-        (&["solver.method=auto", "solver.rtol=1e-13"][..], 1e-11),
+        (&["solver.method=arkode"][..], 1e-9),
+        (&["solver.method=arkode", "solver.rtol=1e-13"][..], 1e-11),
         (&["solver.method=series"][..], 1e-12),
     ] {
         let recorder = recorded(&case(overrides, settings));
@@ -196,7 +196,7 @@ fn multiprecision_beyond_the_polynomial() {
         "{law=\"polynomial\", breakaway=0.6, low_speed=0.6, linear=-0.1, valid_below=3.5}",
         &["perturbation=[{time=0.0123, relative_velocity=0.8}]"],
     );
-    for method in ["auto", "series", "cvode", "paper"] {
+    for method in ["arkode", "series", "cvode", "paper"] {
         let case = case(&overrides, &[&format!("solver.method={method}")]);
         let failure = Run::new(&case).start().unwrap_err();
         let message = failure.to_string();

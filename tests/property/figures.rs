@@ -219,7 +219,7 @@ fn property_work_precision_figures_are_readable() {
     });
     for measurements in [
         many.collect(),
-        vec![run(Method::Auto, -6, Some(1e-9))],
+        vec![run(Method::Arkode, -6, Some(1e-9))],
         vec![run(Method::Paper, -6, None)],
         vec![],
     ] {

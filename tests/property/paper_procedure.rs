@@ -127,7 +127,7 @@ fn property_release_is_legal() {
         };
         run(&disks(&case), &options, &output(0.35, 0.001)).0
     };
-    let (paper, auto) = (by(Method::Paper), by(Method::Auto));
+    let (paper, auto) = (by(Method::Paper), by(Method::Arkode));
     hold_sequence(&paper);
     let first = |recorder: &MemoryRecorder, kind| event_sequence(recorder).iter().find(|e| e.0 == kind).unwrap().1;
     for kind in [EventKind::Separation, EventKind::Contact] {

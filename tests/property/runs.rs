@@ -182,7 +182,7 @@ fn property_runs_are_lawful_and_reproducible_with_more_accuracy() {
     let counts = std::cell::Cell::new((0, 0, 0, 0.0f64));
     runner(CASES)
         .run(&runs(), |case| {
-            let (recorder, report) = compute(&case, Method::Auto, SolverOptions::default().rtol);
+            let (recorder, report) = compute(&case, Method::Arkode, SolverOptions::default().rtol);
             check_order(&case.parameters, &recorder)?;
             // Losses are integrated with the state, to rounding: far below the bound.
             prop_assert!(
@@ -191,7 +191,7 @@ fn property_runs_are_lawful_and_reproducible_with_more_accuracy() {
                 report.energy_residual / report.initial_energy
             );
             let (mut compared, mut noise, mut events, mut worst) = counts.get();
-            let (tight, tight_report) = compute(&case, Method::Auto, 1e-12);
+            let (tight, tight_report) = compute(&case, Method::Arkode, 1e-12);
             check_order(&case.parameters, &tight)?;
             let summary = Summary::of_run(&System::from(&case.parameters), &report);
             let tight_summary = Summary::of_run(&System::from(&case.parameters), &tight_report);
@@ -221,7 +221,7 @@ fn property_runs_are_lawful_and_reproducible_with_more_accuracy() {
 
 /// `series` against `auto` at its tightest: the same events, at the same times.
 #[test]
-fn property_series_and_auto_agree() {
+fn property_series_and_arkode_agree() {
     let counts = std::cell::Cell::new((0, 0, 0, 0, 0.0f64));
     runner(CASES)
         .run(&runs(), |case| {
@@ -229,7 +229,7 @@ fn property_series_and_auto_agree() {
             check_order(&case.parameters, &recorder)?;
             let residual = report.energy_residual / report.initial_energy;
             prop_assert!(residual < 1e-12, "energy {residual:e}");
-            let (auto, auto_report) = compute(&case, Method::Auto, 1e-13);
+            let (auto, auto_report) = compute(&case, Method::Arkode, 1e-13);
             let summary = Summary::of_run(&System::from(&case.parameters), &auto_report);
             let margin = kick_over_noise(&summary);
             let (word, expected) = (event_sequence(&recorder), event_sequence(&auto));

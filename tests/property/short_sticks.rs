@@ -60,7 +60,7 @@ fn property_sticks_are_found_down_to_the_shortest() {
     parameters.friction.law.set_number("decay", 1.85);
     parameters.torsion.damping = 13.3;
     let methods = [
-        Method::Auto,
+        Method::Arkode,
         Method::Erk,
         Method::CvodeBdf,
         Method::CvodeAdams,

@@ -58,7 +58,7 @@ fn property_onset_and_final_stick_of_a_study_hold_to_1e_8_s() {
         ["stick_count", "onset_time", "final_stick_time"].map(|name| quantity_index(name).unwrap());
     let sticking = tight.values().filter(|values| values[count] >= 2.0).count();
     assert!((32..60).contains(&sticking), "{sticking}");
-    for (method, bound) in [("auto", 1e-8), ("series", 1e-10)] {
+    for (method, bound) in [("arkode", 1e-8), ("series", 1e-10)] {
         let found = values(&study, &[&format!("solver.method={method}")]);
         assert_eq!(found.len(), 64);
         for (number, values) in found {
@@ -113,13 +113,13 @@ fn property_a_tolerance_that_is_given_wins() {
 fn property_a_run_ends_its_work_when_it_sticks_for_good() {
     let study = map(8);
     let [steps, last] = ["steps", "final_stick_time"].map(|name| quantity_index(name).unwrap());
-    for method in ["auto", "series"] {
+    for method in ["cvode", "arkode", "series"] {
         let method = format!("solver.method={method}");
         let short = values(&study, &[&method]);
         let long = values(&study, &[&method, "output.end_time=1000"]);
         for (number, values) in &short {
             let more = long[number][steps] / values[steps];
-            assert!((more - 1.0).abs() < 0.02, "{method}, point {number}: {more}");
+            assert!((more - 1.0).abs() < 0.1, "{method}, point {number}: {more}");
             assert!(
                 (long[number][last] - values[last]).abs() < 1e-8,
                 "{method}, point {number}"

@@ -126,7 +126,7 @@ fn property_advice_on_accuracy_fits_the_method() {
             method.name()
         );
     }
-    for method in [Method::Auto, Method::Erk] {
+    for method in [Method::Cvode, Method::Arkode, Method::Erk] {
         let advice = of(method, SolverOptions::default().rtol);
         assert!(advice.starts_with("Use solver.method = \"series\""), "{advice}");
     }
@@ -150,23 +150,23 @@ fn property_advice_on_accuracy_fits_the_method() {
     };
     assert_eq!(
         remedy(None, 0.1, Method::CvodeBdf),
-        "Use a smaller solver.rtol, or use --method auto"
+        "Use a smaller solver.rtol, or use --method cvode"
     );
     assert_eq!(
-        remedy(Some(1.0), 1e-6, Method::Auto),
+        remedy(Some(1.0), 1e-6, Method::Cvode),
         "Leave the solver's atol_ keys to their defaults, use a smaller solver.rtol, or use --method series"
     );
-    assert_eq!(remedy(None, 1e-10, Method::Auto), "Use --method series");
+    assert_eq!(remedy(None, 1e-10, Method::Cvode), "Use --method series");
 }
 
 /// The limit of an open balance follows `rtol`, where a method controls its error; a fixed step has no such excuse.
 #[test]
 fn property_an_open_balance_is_measured_by_the_tolerance() {
     let with = |settings: &[&str]| built_in("paper", settings);
-    let loose = with(&["solver.method=\"cvode\"", "solver.rtol=1e-5"]);
+    let loose = with(&["solver.method=\"cvode\"", "solver.rtol=1e-3"]);
     let (_, report) = run(&disks(&loose), &loose.solver, &loose.output);
     let summary = Summary::of_run(&loose.system, &report);
-    // 3e-5 of the energy turned over.
+    // 4e-6 of the energy turned over.
     assert!(summary.energy_residual > 1e-6 * summary.energy_turnover);
     let open = |case: &Case| {
         let warnings = warnings(case, &summary);

@@ -27,7 +27,7 @@ type Real = BigRational;
 /// default, and of the others a thousand times the tolerance, which the local errors of some thousand steps can add up to.
 const METHODS: [(&str, f64, f64); 7] = [
     ("series", 1e-10, 1e-12),
-    ("auto", 1e-10, 1e-9),
+    ("arkode", 1e-10, 1e-9),
     ("cvode", 1e-10, 1e-9),
     ("erk", 1e-12, 1e-9),
     ("esdirk", 1e-12, 1e-9),
@@ -137,7 +137,7 @@ fn published_belt_of_leine_et_al() {
         expected.retain(|(_, time, _)| time.0 < rational("99").unwrap());
         hold("belt-leine", settings, "99", &expected);
     }
-    for (method, within) in [(Method::Series, 1e-12), (Method::Auto, 1e-9)] {
+    for (method, within) in [(Method::Series, 1e-12), (Method::Arkode, 1e-9)] {
         let summary = summary(&by(&built_in("belt-leine", &[]), method));
         let attractor = attractor(&summary);
         near(attractor.period, nearest_double(&period.0), within / 7.0);
@@ -185,7 +185,7 @@ fn published_regularised_belts_have_shorter_periods() {
         };
         // The numbers are printed to 1e-8.
         near(last.time.minus(&before.time), period, 5.1e-9);
-        for method in [Method::Series, Method::Auto] {
+        for method in [Method::Series, Method::Arkode] {
             let found = attractor(&summary(&by(&built_in(name, &[]), method))).period;
             near(found, period, 5.1e-9);
             let short = 100.0 * (1.0 - found / 12.001_031_294_830_578);
@@ -208,7 +208,7 @@ fn published_block_under_a_harmonic_force() {
         (Slip, "6.087939444813656195"),
     ]);
     hold("block", &[], "6.5", &expected);
-    for method in [Method::Series, Method::Auto] {
+    for method in [Method::Series, Method::Arkode] {
         let summary = summary(&by(&built_in("block", &[]), method));
         near(attractor(&summary).period, TAU, 1e-13);
         assert_eq!(attractor(&summary).sticks, 2);
@@ -277,7 +277,7 @@ fn published_steady_motion_of_den_hartog() {
             .collect();
         let end = format!("{}", (count as f64 + 0.5) * half);
         hold("den-hartog", &periodic, &end, &expected);
-        for method in [Method::Series, Method::Auto] {
+        for method in [Method::Series, Method::Arkode] {
             let summary = summary(&by(&built_in("den-hartog", &periodic), method));
             let attractor = attractor(&summary);
             near(attractor.period, TAU / beta, 1e-12);
@@ -290,7 +290,7 @@ fn published_steady_motion_of_den_hartog() {
         if beta != 0.5 {
             let settings = start(0.0);
             let settings: Vec<&str> = settings.iter().map(String::as_str).collect();
-            let mut case = by(&built_in("den-hartog", &settings), Method::Auto);
+            let mut case = by(&built_in("den-hartog", &settings), Method::Arkode);
             case.output.end_time = 400.5 * half;
             let events = recorded(&case).events;
             for pair in events[events.len() - 6..].windows(2) {

@@ -83,7 +83,7 @@ fn hold(name: &str, counters: &str) {
     }
     println!("another arithmetic (digest {digest:#x}): counters within {SHARE} of the snapshot");
     let path = format!(
-        "{}/tests/snapshots/regression_solver_counters__{name}.snap",
+        "{}/tests/regression/snapshots/regression__solver_counters__{name}.snap",
         env!("CARGO_MANIFEST_DIR")
     );
     let snapshot = std::fs::read_to_string(path).unwrap();
@@ -109,16 +109,16 @@ fn hold(name: &str, counters: &str) {
 }
 
 #[test]
-fn regression_counters_of_paper_by_auto() {
-    hold("paper", &counters("paper", Method::Auto));
+fn regression_counters_of_paper_by_arkode() {
+    hold("paper-arkode", &counters("paper", Method::Arkode));
 }
 
 #[test]
-fn regression_counters_of_paper_si_by_auto() {
-    hold("paper-si", &counters("paper-si", Method::Auto));
+fn regression_counters_of_paper_si_by_cvode() {
+    hold("paper-si", &counters("paper-si", Method::Cvode));
 }
 
 #[test]
 fn regression_counters_of_paper_by_cvode() {
-    hold("paper-cvode", &counters("paper", Method::Cvode));
+    hold("paper", &counters("paper", Method::Cvode));
 }

@@ -47,7 +47,7 @@ fn roundtrip_header_and_stick_slip() {
     let meta = file.meta().unwrap();
     assert!(meta.contains(&("rtol".to_owned(), AttributeValue::Number(1e-10))));
     assert!(meta.contains(&("wall_time_s".to_owned(), AttributeValue::Number(0.25))));
-    assert!(meta.contains(&("method".to_owned(), AttributeValue::Text("auto".to_owned()))));
+    assert!(meta.contains(&("method".to_owned(), AttributeValue::Text("arkode".to_owned()))));
     // Debug, as NaN is not equal to itself.
     assert_eq!(
         format!("{:?}", file.stick_slip().unwrap().unwrap()),

@@ -39,7 +39,7 @@ fn brake(speed: f64, rise_time: f64) -> Parameters {
 fn hold(name: &str, parameters: &Parameters, end: f64) -> MemoryRecorder {
     let out = output(end, end / 500.0);
     let (series, _) = run(parameters, &solver(Method::Series, SolverOptions::default().rtol), &out);
-    let (auto, _) = run(parameters, &solver(Method::Auto, 1e-13), &out);
+    let (auto, _) = run(parameters, &solver(Method::Arkode, 1e-13), &out);
     let kinds = |r: &MemoryRecorder| {
         let kind = |e: &stickslip::record::Event| (e.kind, e.mode_after);
         r.events.iter().map(kind).collect::<Vec<_>>()
@@ -77,7 +77,7 @@ fn sundials_release_without_torsional_damping() {
     let out = output(0.46, 1e-3);
     let by = |method, rtol| event_sequence(&run(&parameters, &solver(method, rtol), &out).0);
     let series = by(Method::Series, SolverOptions::default().rtol);
-    let auto = by(Method::Auto, 1e-12);
+    let auto = by(Method::Arkode, 1e-12);
     assert!(series.iter().any(|e| e.0 == EventKind::Contact), "{series:?}");
     assert_eq!(series.len(), auto.len(), "{series:?}, {auto:?}");
     for ((kind, time), other) in series.iter().zip(&auto) {
@@ -188,7 +188,7 @@ fn sundials_the_stators_breakaway_test_chatters() {
     let mut parameters = truth("si-kick").parameters;
     parameters.contact.breakaway_test = BreakawayTest::Stator;
     let [series, auto] =
-        [(Method::Series, SolverOptions::default().rtol), (Method::Auto, 1e-13)].map(|(method, rtol)| {
+        [(Method::Series, SolverOptions::default().rtol), (Method::Arkode, 1e-13)].map(|(method, rtol)| {
             let failure = Run::of_system(
                 &System::from(&parameters),
                 0.0,

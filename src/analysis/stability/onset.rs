@@ -12,7 +12,7 @@ use std::cell::Cell;
 /// The methods, of which the first follows sliding without a kick to its exact stop.
 pub(crate) const METHODS: [Method; 5] = [
     Method::Series,
-    Method::Auto,
+    Method::Arkode,
     Method::Erk,
     Method::CvodeAdams,
     Method::CvodeBdf,

@@ -17,7 +17,7 @@ pub const STUDIES: &[BuiltIn] = built_in!["studies": "work-precision"];
 pub(super) const TIGHTEST: f64 = 1e-13;
 
 /// The methods of the reference, and of its check, where the oracle takes too long.
-pub(super) const FALLBACK: [Method; 2] = [Method::Series, Method::Auto];
+pub(super) const FALLBACK: [Method; 2] = [Method::Series, Method::Cvode];
 
 /// Runs of a study: each is a case of its own, kept in memory, and takes milliseconds at the least.
 const MOST_RUNS: usize = 10_000;
@@ -27,7 +27,7 @@ const MOST_RUNS: usize = 10_000;
 pub enum ReferenceChoice {
     /// A file of true events.
     Truth(PathBuf),
-    /// The exact solution; where that takes too long, a run by `series` with a check by `auto`.
+    /// The exact solution; where that takes too long, a run by `series` with a check by `cvode`.
     Oracle(Box<ExactCase>),
     /// A run by `method`; how far another by `check` is from it is the uncertainty. Both at `rtol`.
     Runs {
@@ -299,7 +299,7 @@ fn read_reference(reader: &mut Reader, known: &CaseKeys, source: &StudySource, n
         None => Some(default),
         Some(found) => read_method(reader, found, &format!("reference.{name}")),
     };
-    let (method, check) = (named("method", Method::Auto)?, named("check", Method::CvodeAdams)?);
+    let (method, check) = (named("method", Method::default())?, named("check", Method::Arkode)?);
     if method == check {
         let message = format!(
             "the reference and its check are both \"{}\": the uncertainty is the difference of two independent methods, \

@@ -32,8 +32,8 @@ pub struct Held {
     pub rounding: f64,
     /// Distance of the run with `rtol = 1e-13` from the oracle, s; `None` if it has no such event.
     pub fine_error: Option<f64>,
-    /// Distances of `cvode` from the oracle, by default and with `rtol = 1e-13`, s; infinite where it has no such event.
-    pub by_cvode: [f64; 2],
+    /// Distances of `arkode` from the oracle, by default and with `rtol = 1e-13`, s; infinite where it has no such event.
+    pub by_arkode: [f64; 2],
 }
 
 impl Held {
@@ -129,16 +129,16 @@ fn fill(drawn: &Drawn, outcome: &mut Outcome) -> Result<(), (Fate, String)> {
     .map_err(failed)?;
     let fine = errors(&fine.events, &exact);
     let own = errors(&result.events, &exact);
-    let by_cvode = [case.solver.rtol, 1e-13].map(|rtol| {
+    let by_arkode = [case.solver.rtol, 1e-13].map(|rtol| {
         let solver = SolverOptions {
-            method: Method::Cvode,
+            method: Method::Arkode,
             rtol,
             ..case.solver.clone()
         };
         events_of(&case, &solver).map(|run| distances(&result.events, &run.events, &exact))
     });
-    let [by_cvode, fine_by_cvode] = by_cvode;
-    let by_cvode = [by_cvode.map_err(failed)?, fine_by_cvode.map_err(failed)?];
+    let [by_arkode, fine_by_arkode] = by_arkode;
+    let by_arkode = [by_arkode.map_err(failed)?, fine_by_arkode.map_err(failed)?];
     for (position, (event, certified)) in result.events.iter().zip(&certificate.events).enumerate() {
         if certified.verdict != Verdict::Converged {
             continue;
@@ -157,7 +157,7 @@ fn fill(drawn: &Drawn, outcome: &mut Outcome) -> Result<(), (Fate, String)> {
             uncertainty: certified.uncertainty,
             rounding: certified.rounding,
             fine_error: fine.get(position).copied().flatten(),
-            by_cvode: by_cvode.each_ref().map(|errors| errors[position]),
+            by_arkode: by_arkode.each_ref().map(|errors| errors[position]),
         };
         let short = held.is_short(event.time);
         if short {

@@ -1,0 +1,44 @@
+//! A run again with finer settings, where its witness does not agree with it.
+
+use super::finer::{finer_settings, in_words};
+use super::witness::{MOST_STEPS, Sequence, Testimony, Witness, witness};
+use crate::case::Case;
+use crate::run::Run;
+use crate::simulation::{OutputOptions, SolverOptions};
+
+/// The first of the [`finer_settings`] with which a run of the case and its witness agree, if `first`, of the run by the case's own,
+/// does not; and why it is to be repeated, in a line. `None` where the run is to stay as it is: it agrees, or none helps.
+///
+/// `stop` is asked now and then; `None` if it says so.
+pub(super) fn repetition(case: &Case, first: &Witness, stop: &dyn Fn() -> bool) -> Option<(SolverOptions, String)> {
+    if first.agrees(&case.solver) {
+        return None;
+    }
+    let output = OutputOptions::at_the_ends(case.output.end_time);
+    finer_settings(&case.solver, &case.system)
+        .into_iter()
+        .find_map(|settings| {
+            let mut sequence = Sequence::default();
+            let bounded = SolverOptions {
+                max_steps: Some(MOST_STEPS),
+                ..settings.clone()
+            };
+            let run = Run::new(case)
+                .solver(&bounded)
+                .output(&output)
+                .record(&mut sequence)
+                .stop(stop);
+            if !run.start().is_ok_and(|report| !report.interrupted) {
+                return None;
+            }
+            let mut finer = case.clone();
+            finer.solver = settings.clone();
+            let found = witness(&finer, &sequence, false, stop)?;
+            let helps = found.testimony == Testimony::SameSequence && found.agrees(&finer.solver);
+            helps.then(|| {
+                let (words, statement) = (in_words(&settings, &case.solver), &first.statement);
+                let reason = format!("repeated with {words}; at first {statement}");
+                (settings, reason)
+            })
+        })
+}
