@@ -1,5 +1,5 @@
-//! Whole runs of the case "paper": by `auto`, by each method alone, as two trains, and the plain way, CVODE BDF for everything;
-//! `auto` and `series` by phase, and beside each other in turns.
+//! Whole runs of the case "paper": by every kind of method, as two trains, and the plain way, CVODE BDF for everything;
+//! `cvode` and `series` by phase, and beside each other in turns.
 
 use criterion::{Criterion, criterion_group, criterion_main};
 use nalgebra::DMatrixViewMut;
@@ -289,19 +289,19 @@ fn runs(criterion: &mut Criterion) {
     let plain = || {
         black_box(plain_bdf(black_box(&parameters), 1e-12, END));
     };
-    let auto = || {
+    let arkode = || {
         black_box(run(black_box(&input), &mut NoRecorder));
     };
     let cvode_input = paper(Method::Cvode, END);
     let by_cvode = || {
         black_box(run(black_box(&cvode_input), &mut NoRecorder));
     };
-    let [cvode, beside] = medians_by_turns(&by_cvode, &auto, 1);
+    let [cvode, beside] = medians_by_turns(&by_cvode, &arkode, 1);
     let ratio = cvode.as_secs_f64() / beside.as_secs_f64();
-    println!("cvode {cvode:.2?}, auto {beside:.2?} a run: {ratio:.1} times as long");
-    let [plain, auto] = medians_by_turns(&plain, &auto, 1);
-    let ratio = plain.as_secs_f64() / auto.as_secs_f64();
-    println!("plain-bdf-1e-12 {plain:.2?}, auto {auto:.2?} a run: {ratio:.1} times as long");
+    println!("cvode {cvode:.2?}, arkode {beside:.2?} a run: {ratio:.1} times as long");
+    let [plain, cvode] = medians_by_turns(&plain, &by_cvode, 1);
+    let ratio = plain.as_secs_f64() / cvode.as_secs_f64();
+    println!("plain-bdf-1e-12 {plain:.2?}, cvode {cvode:.2?} a run: {ratio:.1} times as long");
 }
 
 /// Turns of a comparison.
@@ -329,7 +329,7 @@ fn medians_by_turns(first: &dyn Fn(), second: &dyn Fn(), often: u32) -> [Duratio
 /// The cost of a run by phase. What comes before the kick is sliding, then comes the stick-slip window, and the last stick
 /// is for good.
 fn phases(criterion: &mut Criterion) {
-    for method in [Method::Arkode, Method::Series] {
+    for method in [Method::Cvode, Method::Series] {
         let input = paper(method, END);
         let mut group = criterion.benchmark_group(format!("paper by {}", method.name()));
         group.sample_size(20);
@@ -343,18 +343,18 @@ fn phases(criterion: &mut Criterion) {
     }
 }
 
-/// What is promised of `series` beside `auto`: this many times faster, at a better accuracy.
+/// What is promised of `series` beside `cvode`: this many times faster, at a better accuracy.
 const PROMISED: f64 = 10.0;
 
-/// `auto` and `series` in turns, so that both meet the same machine, and the medians' ratio.
+/// `cvode` and `series` in turns, so that both meet the same machine, and the medians' ratio.
 fn ratio(_: &mut Criterion) {
-    let inputs = [paper(Method::Arkode, END), paper(Method::Series, END)];
+    let inputs = [paper(Method::Cvode, END), paper(Method::Series, END)];
     let of = |input: &_| {
         black_box(run(black_box(input), &mut NoRecorder));
     };
-    let [auto, series] = medians_by_turns(&|| of(&inputs[0]), &|| of(&inputs[1]), 10);
-    let ratio = auto.as_secs_f64() / series.as_secs_f64();
-    println!("auto {auto:.2?}, series {series:.2?} a run: {ratio:.1} times faster");
+    let [cvode, series] = medians_by_turns(&|| of(&inputs[0]), &|| of(&inputs[1]), 10);
+    let ratio = cvode.as_secs_f64() / series.as_secs_f64();
+    println!("cvode {cvode:.2?}, series {series:.2?} a run: {ratio:.1} times faster");
     assert!(ratio >= PROMISED);
     let last = inputs
         .each_ref()

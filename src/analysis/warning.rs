@@ -307,8 +307,7 @@ impl fmt::Display for Warning {
             Warning::OtherTimes { method, time, apart } => write!(
                 f,
                 "another method, {method}, finds the same events, but the one at t = {time:.6} s {apart:.1e} s away, which is more \
-                 than this method and tolerance promise: the case is at the limit of double precision there. stickslip certify \
-                 says how many digits hold"
+                 than the settings of this run promise, and finer ones do not help. stickslip certify says how many digits hold"
             ),
             Warning::EventsNotLocated => f.write_str(
                 "the events of this run are those that its steps happened to show: nothing was located, and its own noise \

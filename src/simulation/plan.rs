@@ -102,7 +102,8 @@ const BDF_QUIET_TIGHTENING: f64 = 1.0;
 /// The same of `cvode` for the slow modes of stick and separation alone, which no event follows but far later ones. Energies do.
 const CVODE_SLOW_TIGHTENING: f64 = 1e-2;
 
-/// The absolute tolerances of energies and works in strides of `cvode`, as a multiple of `rtol`: their relative tolerance decides.
+/// The absolute tolerances of energies and works in strides of `cvode`, as a multiple of `rtol`: with smaller ones the steps would
+/// fall below a stride.
 const STRIDING_ENERGY: f64 = 1e-4;
 
 /// A size is no less than this share of that over the whole case: where a segment begins at rest without a force.
@@ -433,14 +434,8 @@ impl SystemPlan {
         let (first, rtol) = (self.dynamics.system.slip, self.rtol.max(SMALLEST_SLIDING));
         let share = |index: usize| match self.method {
             Method::Cvode if strides && index == first => STRIDING_SLIP * rtol * ABSOLUTE_SHARE / SLIP,
-            Method::Cvode if strides => {
-                ABSOLUTE_SHARE
-                    * if index > first {
-                        STRIDING_ENERGY * rtol
-                    } else {
-                        relative
-                    }
-            }
+            Method::Cvode if strides && index > first => ABSOLUTE_SHARE * (STRIDING_ENERGY * rtol).max(SMALLEST),
+            Method::Cvode if strides => ABSOLUTE_SHARE * relative,
             Method::Cvode if self.has_regimes && slips && index < first => CVODE_RINGING_SHARE * relative,
             Method::Cvode if !self.has_regimes => CVODE_ABSOLUTE_SHARE * relative,
             _ => ABSOLUTE_SHARE * relative,
