@@ -154,6 +154,13 @@ def check_h5py(path, by_program):
         check("h5py: Conventions", file.attrs.get("Conventions") == "CF-1.11")
         check("h5py: format", file.attrs.get("format") == "stickslip-result")
         check("h5py: status", file.attrs.get("status") in ("complete", "interrupted", "failed"))
+        check("h5py: a witness has the times of its events", ("witness" in file) == ("witness_time" in file["events"]))
+        if "witness" in file:
+            data = file["events/witness_time"]
+            check("h5py: /events/witness_time", data.dtype == "float64" and data.attrs.get("units") == "s")
+            check("h5py: /events/witness_time is over event", [scale.name for scale in data.dims[0].values()] == ["/events/event"])
+            apart = np.abs(data[...] - file["events/time"][...])
+            check("h5py: /events/witness_time is near where it agrees", np.nanmax(apart) <= 1e-9)
         for group, (dimension, variables) in TABLES.items():
             for name, (kind, units) in variables.items():
                 where = f"h5py: /{group}/{name}"

@@ -426,7 +426,8 @@ def run(
     :param rtol: the relative tolerance, ``solver.rtol``.
     :param end_time: s, or a text with a unit.
     :param dense: keep the motion between the samples, for :meth:`Run.at`.
-    :param witness: ask another method whether it finds the same events; that is a second run.
+    :param witness: ask another method whether it finds the same events; that is a second run. Where the two do not agree, the
+        run is made again with finer settings, if these help.
     :param trajectory: ``False`` keeps the events alone, which is several times faster: for many runs.
     :raises CaseError: with every problem of the case, its line and key.
     :raises RunError: the run failed; ``error.run`` is what was computed.

@@ -423,7 +423,7 @@ pub(super) fn bands(case: &Case, result: &MemoryRecorder, ladder: &[Finished], e
         .into_iter()
         .map(|run| (!shares_errors(run, method), cut(run)))
         .collect();
-    let auto = finest_arkode(ladder).map(cut);
+    let arkode = finest_arkode(ladder).map(cut);
     let first_mode = result.samples.first().map_or(Mode::SlipForward, |row| row.mode);
     let unknown = || vec![f64::NAN; names.len()];
     // The bands and the rates of a stretch; `None` where too few runs have all of it.
@@ -433,7 +433,7 @@ pub(super) fn bands(case: &Case, result: &MemoryRecorder, ladder: &[Finished], e
             .iter()
             .filter_map(|(independent, other)| Some((*independent, against(other)?)))
             .collect();
-        let finer = auto
+        let finer = arkode
             .as_ref()
             .and_then(against)
             .filter(|_| seen.len() >= LEAST_WITNESSES)?;

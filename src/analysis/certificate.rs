@@ -186,7 +186,7 @@ pub(super) fn certify_until(
     };
     // A run of `series` can be free of the noise that the onset of every other method belongs to: `arkode` decides as well.
     let noise = summary.noise_determined
-        || finest_arkode(&ladder).is_some_and(|auto| Summary::of_run(&case.system, &auto.report).noise_determined);
+        || finest_arkode(&ladder).is_some_and(|arkode| Summary::of_run(&case.system, &arkode.report).noise_determined);
     let events = judge(case, &result.events, &ladder, &linearised, noise);
     let witnesses = witnesses(&ladder, case.solver.method);
     // Where the others go on, the result lacks an event that grazes.
@@ -276,7 +276,7 @@ fn judge(
     let distances: Vec<Vec<f64>> = witnesses.into_iter().map(single).collect();
     let around_witnesses: Vec<Vec<f64>> = distances.iter().map(around).collect();
     let series = by_series.map(|index| &around_witnesses[index]);
-    let auto: Option<Vec<f64>> = finest_arkode(ladder).map(|run| around(&single(run)));
+    let arkode: Option<Vec<f64>> = finest_arkode(ladder).map(|run| around(&single(run)));
     let mut lost: Option<Verdict> = None;
     result
         .iter()
@@ -295,7 +295,7 @@ fn judge(
             let seen = around_witnesses.iter().filter(|d| !d[index].is_nan()).count();
             let of_independent = around_witnesses.iter().zip(&independent).filter(|pair| *pair.1);
             let nearest = of_independent.map(|(d, _)| d[index]).fold(f64::INFINITY, f64::min);
-            let own = auto.as_ref().map_or(0.0, |d| d[index]);
+            let own = arkode.as_ref().map_or(0.0, |d| d[index]);
             let own = if own.is_nan() { f64::INFINITY } else { own };
             // Another witness may be near by chance; `series` is the finest, and has its say.
             let finest = series.map_or(0.0, |d| d[index]);

@@ -6,10 +6,6 @@ use crate::simulation::{Method, SolverOptions, natural_period};
 /// What the default promises: an event is within this of that of an independent method, s.
 const PROMISED: f64 = 1e-9;
 
-/// The tolerance of the first repetition is this share of the run's own, and no less than the least that gains anything.
-const FINER: f64 = 1e-2;
-const FINEST: f64 = 1e-12;
-
 /// Steps in the natural period of a repetition that finds short sticks, which longer ones step over.
 const STEPS_PER_PERIOD: f64 = 50.0;
 
@@ -19,24 +15,20 @@ pub(super) fn promised(solver: &SolverOptions) -> f64 {
     PROMISED * (solver.rtol / SolverOptions::default().rtol).max(1.0)
 }
 
-/// What to try where a run of `cvode` and its witness differ: a smaller tolerance, and then shorter steps as well. Other methods are
-/// there to be studied as they are, and `series` gains nothing.
+/// What to try where a run of `cvode` and its witness differ: the default's tolerance, below which the method gains nothing, and then
+/// shorter steps as well. Other methods are there to be studied as they are, and `series` gains nothing.
 pub(super) fn finer_settings(solver: &SolverOptions, system: &System) -> Vec<SolverOptions> {
     if solver.method != Method::Cvode {
         return Vec::new();
     }
     let finer = SolverOptions {
-        rtol: (FINER * solver.rtol)
-            .min(SolverOptions::default().rtol)
-            .max(FINEST)
-            .min(solver.rtol),
+        rtol: solver.rtol.min(SolverOptions::default().rtol),
         ..solver.clone()
     };
     let step = natural_period(system).map(|period| period / STEPS_PER_PERIOD);
     let finest = SolverOptions {
-        rtol: FINEST.min(solver.rtol),
         max_step: step.into_iter().chain(solver.max_step).reduce(f64::min),
-        ..solver.clone()
+        ..finer.clone()
     };
     let mut settings = vec![finer, finest];
     settings.retain(|settings| settings != solver);

@@ -98,7 +98,7 @@ impl<'a> KeptRun<'a> {
         self
     }
 
-    /// Ask another method, after the run.
+    /// Ask another method, after the run. Where it does not agree, the run is made again with finer settings, if these help.
     pub fn witness(mut self, wanted: bool) -> Self {
         self.witness = wanted;
         self

@@ -5,6 +5,7 @@
 //! | `recorded`, `saved_run`, `kept_run` | a run into a recorder, into its file, or into memory, with its summary |
 //! | `summary`, `attractor`, `headline` | main numbers and outcome; whether the motion repeats; the same in words |
 //! | `warning`, `witness`, `sequence` | what to know before a result is used; the same case by another method |
+//! | `finer`, `repetition` | a run again with finer settings, where its witness does not agree |
 //! | `certification` | the certificate of a result and its sensitivities, by the modules below |
 //! | `ladder`, `certificate`, `verdict`, `bands` | runs by independent methods; uncertainties of events; error bands of channels |
 //! | `exact`, `truth` | events of the oracle, or of another code with more digits |

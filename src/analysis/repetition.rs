@@ -7,11 +7,13 @@ use crate::run::Run;
 use crate::simulation::{OutputOptions, SolverOptions};
 
 /// The first of the [`finer_settings`] with which a run of the case and its witness agree, if `first`, of the run by the case's own,
-/// does not; and why it is to be repeated, in a line. `None` where the run is to stay as it is: it agrees, or none helps.
+/// does not; and why it is to be repeated, in a line. `None` where the run is to stay as it is: it agrees, has a budget, or none helps.
 ///
 /// `stop` is asked now and then; `None` if it says so.
 pub(super) fn repetition(case: &Case, first: &Witness, stop: &dyn Fn() -> bool) -> Option<(SolverOptions, String)> {
-    if first.agrees(&case.solver) {
+    // Within a budget there is no time for another run.
+    let budget = case.solver.max_steps.is_some() || case.solver.max_wall_time.is_some();
+    if budget || first.agrees(&case.solver) {
         return None;
     }
     let output = OutputOptions::at_the_ends(case.output.end_time);
@@ -37,7 +39,7 @@ pub(super) fn repetition(case: &Case, first: &Witness, stop: &dyn Fn() -> bool) 
             let helps = found.testimony == Testimony::SameSequence && found.agrees(&finer.solver);
             helps.then(|| {
                 let (words, statement) = (in_words(&settings, &case.solver), &first.statement);
-                let reason = format!("repeated with {words}; at first {statement}");
+                let reason = format!("repeated with {words}; at first: {statement}");
                 (settings, reason)
             })
         })

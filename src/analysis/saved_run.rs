@@ -95,7 +95,8 @@ impl<'a> SavedRun<'a> {
         self
     }
 
-    /// Ask another method, after the run; see [`witness`](mod@super::witness).
+    /// Ask another method, after the run; see [`witness`](mod@super::witness). Where it does not agree, the run is made again with finer
+    /// settings, if these help.
     pub fn witness(mut self, wanted: bool) -> Self {
         self.witness = wanted;
         self

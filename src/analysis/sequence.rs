@@ -63,9 +63,11 @@ impl Sequence {
                 others.len() - 1
             });
             let from = others[index].1;
-            let found = self.kinds[from..].iter().position(|own| *own == kind)?;
-            others[index].1 = from + found + 1;
-            Some(self.times[from + found]).filter(|own| *own < known_until)
+            let found = self.kinds[from..].iter().position(|own| *own == kind);
+            others[index].1 = found.map_or(self.kinds.len(), |found| from + found + 1);
+            found
+                .map(|found| self.times[from + found])
+                .filter(|own| *own < known_until)
         };
         let time = |(kind, time): (EventKind, f64)| match kind.in_event_sequence() {
             true => word.next().map(|event| event.1),

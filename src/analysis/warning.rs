@@ -188,7 +188,7 @@ fn balance_remedy(case: &Case) -> BalanceRemedy {
 }
 
 /// The relative tolerance below which a method gains nothing more: its further steps round as much as they resolve. By the
-/// errors of the ladder's runs (docs/accuracy.md); the multistep methods and the pairs of low order gain down to 1e-13.
+/// errors of the ladder's runs (docs/accuracy.md); single multistep methods and the pairs of low order gain down to 1e-13.
 fn floor(method: Method) -> f64 {
     match method {
         Method::Series | Method::Cvode => SolverOptions::default().rtol,
@@ -238,8 +238,8 @@ impl fmt::Display for BalanceRemedy {
                     ways.push("use a smaller solver.rtol");
                 }
                 ways.push(match solver.method {
-                    Method::Cvode => "use --method series",
-                    _ => "use --method cvode",
+                    Method::Series => "use --method arkode",
+                    _ => "use --method series",
                 });
                 let ways = match ways.split_last() {
                     Some((last, [])) => (*last).to_owned(),
@@ -306,8 +306,8 @@ impl fmt::Display for Warning {
             }
             Warning::OtherTimes { method, time, apart } => write!(
                 f,
-                "another method, {method}, finds the same events, but the one at t = {time:.6} s {apart:.1e} s away, which is more \
-                 than the settings of this run promise, and finer ones do not help. stickslip certify says how many digits hold"
+                "another method, {method}, finds the same events, but the one at t = {time:.6} s {apart:.1e} s from where this run \
+                 has it, which is more than the settings of the run promise. stickslip certify says how many digits hold"
             ),
             Warning::EventsNotLocated => f.write_str(
                 "the events of this run are those that its steps happened to show: nothing was located, and its own noise \

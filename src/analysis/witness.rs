@@ -192,8 +192,10 @@ pub fn witness(case: &Case, result: &Sequence, noise_determined: bool, stop: &dy
         return Some(found);
     }
     let mut finer = finer_settings(&solver, &case.system).into_iter();
-    let again = finer
-        .find_map(|solver| witness_by(&solver, case, result, noise_determined, stop).filter(|again| again.agrees(own)));
+    let again = finer.find_map(|solver| {
+        let again = witness_by(&solver, case, result, noise_determined, stop)?;
+        (again.testimony == Testimony::SameSequence && again.agrees(own)).then_some(again)
+    });
     again.or(Some(found)).filter(|_| !stop())
 }
 

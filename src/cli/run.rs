@@ -78,7 +78,7 @@ pub(super) fn run(options: &RunOptions, common: &Common) -> Result<End, CommandE
             error: error.as_ref(),
         })?;
     } else if !common.quiet && error.is_none() {
-        print(&terminal::run_report(case, &run.summary, run.wall_time))?;
+        print(&terminal::run_report(case, &run.solver, &run.summary, run.wall_time))?;
         if let Some(witness) = &run.witness {
             print(&format!("\n{}\n", witness.statement))?;
             if let Some(repeated) = &witness.repeated {

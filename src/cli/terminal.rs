@@ -4,6 +4,7 @@ use crate::analysis::distribution::{Distribution, PERCENTILES};
 pub(super) use crate::analysis::headline::or_none;
 use crate::analysis::{HeadlineRow, Summary, headline};
 use crate::case::Case;
+use crate::simulation::SolverOptions;
 use comfy_table::{CellAlignment, ContentArrangement, Table, presets};
 
 /// A table of these rows as lines, without a margin and without blanks at their ends. The columns `right` are numbers, which stand
@@ -101,7 +102,7 @@ fn below(list: &str) -> String {
 }
 
 /// The report of a run: its headline, and what its solvers did.
-pub(super) fn run_report(case: &Case, summary: &Summary, wall_time: f64) -> String {
+pub(super) fn run_report(case: &Case, solver: &SolverOptions, summary: &Summary, wall_time: f64) -> String {
     let rows = headline(case, summary);
     let beside_paper = rows.iter().any(|row| !row.paper.is_empty());
     let header: &[&str] = if beside_paper { &["", "this run", "paper"] } else { &[] };
@@ -138,8 +139,8 @@ pub(super) fn run_report(case: &Case, summary: &Summary, wall_time: f64) -> Stri
     format!(
         "{}\nmethod {}, rtol {:e}, t = 0 to {end} s in {wall_time:.3} s of wall time\n\n{}\n{}",
         case.title,
-        case.solver.method.name(),
-        case.solver.rtol,
+        solver.method.name(),
+        solver.rtol,
         report,
         lines(&header, work, 1..6),
     )

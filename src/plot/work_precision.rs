@@ -47,7 +47,7 @@ pub fn of_file(path: &Path) -> Result<Figure, PlotError> {
         ] = run;
         let [onset, final_stick, largest] = errors.map(known);
         let name = file.methods.get(code as usize).filter(|_| code >= 0.0);
-        let method = name.and_then(|name| Method::all().find(|method| method.name() == name));
+        let method = name.and_then(|name| Method::from_name(name));
         let (what, code) = ("/runs/method", code as i8);
         measurements.push(Measurement {
             method: method.ok_or_else(|| Reason::UnknownCode { what, code }.of(path))?,

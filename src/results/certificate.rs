@@ -1,4 +1,5 @@
-//! What `certify` adds to a result file: /certificate, /sensitivity and /events/time_uncertainty.
+//! What is added to a result file once its run is over: by `certify` /certificate, /sensitivity and /events/time_uncertainty, by a
+//! witness /witness and /events/witness_time.
 
 use std::fs;
 use std::path::{Path, PathBuf};

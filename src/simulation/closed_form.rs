@@ -35,8 +35,10 @@ impl SystemDynamics {
     /// Whether a stick that begins at `t` (s) with the state `y` has a closed form, by which it lasts as long as the signals go on as
     /// they do: what still moves cannot break it any more.
     pub(super) fn stays_stuck(&self, location: &SystemLocation, t: f64, y: &[f64]) -> bool {
+        let end = self.excitation.corners().get(location.stretch);
+        let within = end.map_or(f64::INFINITY, |end| end - t);
         let sticks = location.mode == Mode::Stick && self.has_closed_form(location, t, y);
-        sticks && self.breakaway(location, t, y, f64::INFINITY) == Some(Breakaway::Never)
+        sticks && self.breakaway(location, t, y, within) == Some(Breakaway::Never)
     }
 
     /// When a stick breaks away, as far as `within` (s); `None` of what is no stick or has no closed form.

@@ -99,7 +99,7 @@ const STRIDING_SLIP: f64 = 20.0;
 /// steps for two digits.
 const BDF_QUIET_TIGHTENING: f64 = 1.0;
 
-/// The same of `cvode` for the slow modes of stick and separation alone, which no event follows but far later ones. Energies do.
+/// The same of `cvode` for the slow modes of stick and separation alone, which no event follows but far later ones, and of which the energies are sums.
 const CVODE_SLOW_TIGHTENING: f64 = 1e-2;
 
 /// The absolute tolerances of energies and works in strides of `cvode`, as a multiple of `rtol`: with smaller ones the steps would
@@ -380,7 +380,10 @@ impl SystemPlan {
             Method::Cvode if strides => self.striding_bdf(),
             // Beyond order 2 BDF is unstable near the imaginary axis, where the fast modes are.
             Method::CvodeBdf if strides => bdf_of_order_2(),
-            Method::Cvode if self.wants_a_long_step(location, t, y) => SolverKind::Erk(Method::BEST_PAIR),
+            Method::Cvode if self.wants_a_long_step(location, t, y) => match implicit {
+                true => esdirk,
+                false => SolverKind::Erk(Method::BEST_PAIR),
+            },
             Method::Cvode if !implicit => self.multistep(CVODE_ADAMS, location.mode),
             Method::Cvode | Method::CvodeBdf => self.multistep(CvodeOptions::BDF, location.mode),
             Method::Paper => unreachable!("the paper's procedure steps by itself"),

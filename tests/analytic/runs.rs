@@ -281,7 +281,7 @@ fn analytic_energy_balances_over_the_built_in_cases() {
     }
 }
 
-/// The slip displacement and the dissipated energies by the methods that are not `auto`: against the exact solution, and
+/// The slip displacement and the dissipated energies by the methods that are not `arkode`: against the exact solution, and
 /// by the energy of the whole run.
 ///
 /// Where F_n is constant and friction has reached mu_d, the state is linear in time: any step of any order follows it, and

@@ -180,6 +180,12 @@ fn cli_run_json_is_one_document_with_known_names() {
     assert_eq!(document["status"], "complete");
     assert_eq!(document["file"], "paper.h5");
     assert_eq!(document["method"], "cvode");
+    // What the default was called.
+    let former = json(&folder.ok("run --method auto --json --force"));
+    assert_eq!(
+        (&former["method"], &former["summary"]),
+        (&document["method"], &document["summary"])
+    );
     assert_eq!(document["warnings"], serde_json::json!([]));
     assert!(document.get("error").is_none());
     let summary = &document["summary"];
@@ -533,7 +539,7 @@ fn cli_run_repeats_itself_where_its_witness_does_not_agree() {
     let (witness, repeated) = (&said["witness"], said["witness"]["repeated"].as_str().unwrap());
     says(
         repeated,
-        "repeated with solver.rtol=1e-10 & at first witness series: 5 events for 5; number 5 & s away",
+        "repeated with solver.rtol=1e-10 & at first: witness series: 5 events for 5; number 5 & s away",
     );
     assert_eq!(
         (&said["rtol"], &said["warnings"]),

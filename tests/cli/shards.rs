@@ -10,7 +10,7 @@ use stickslip::results::SweepFile;
 fn grid() -> String {
     QUICK
         .replace("count = 6", "count = 5")
-        .replace("\"auto\", \"erk\"", "\"series\", \"auto\"")
+        .replace("\"arkode\", \"erk\"", "\"series\", \"cvode\"")
 }
 
 /// The same as a sample: a table of points.

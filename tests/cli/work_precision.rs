@@ -126,7 +126,7 @@ fn cli_a_reference_that_cannot_be_reached_is_an_error() {
     says(&missing, &["nowhere.json", "no such file"]);
     let both = said(&with("truth = \"nowhere.json\"\nrtol = 1e-9"), 2);
     assert!(both.contains("reference.rtol has no meaning"), "{both}");
-    let one = said(&with("check = \"auto\""), 2);
+    let one = said(&with("method = \"auto\"\ncheck = \"cvode\""), 2);
     assert!(one.contains("both \"cvode\""), "{one}");
 
     // The truth of another case.

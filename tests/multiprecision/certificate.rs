@@ -70,10 +70,10 @@ fn multiprecision_certified_uncertainties_cover_the_errors_of_the_papers_brake()
     }
 }
 
-/// With a small rtol `auto` and `erk` have one error: the same pair, through the same growth. At 1e-12 they are 4e-15 s from
+/// With a small rtol `arkode` and `erk` have one error: the same pair, through the same growth. At 1e-12 they are 4e-15 s from
 /// each other in `release`, and 3e-13 s from the truth.
 #[test]
-fn multiprecision_certified_uncertainties_cover_what_auto_and_erk_share() {
+fn multiprecision_certified_uncertainties_cover_what_arkode_and_erk_share() {
     let source = CaseSource::built_in("release").unwrap();
     let rtol = Override::parse("solver.rtol=1e-12").unwrap();
     let ratios = check("release", &source, &[rtol], 33);

@@ -73,7 +73,7 @@ fn multiprecision_unperturbed_series() {
     by_series("si-unperturbed");
 }
 
-/// CVODE on its best path keeps what `auto` promises; in `release` against the oracle, whose events no file holds.
+/// CVODE on its best path keeps what `arkode` promises; in `release` against the oracle, whose events no file holds.
 #[test]
 fn multiprecision_release_cvode() {
     let source = CaseSource::built_in("release").unwrap();

@@ -1,4 +1,4 @@
-//! Every friction law on the paper's brake against the oracle: `auto` by default and at rtol 1e-13, `series`, and the
+//! Every friction law on the paper's brake against the oracle: `arkode` by default and at rtol 1e-13, `series`, and the
 //! certificate.
 //!
 //! The brake is `paper-si` from a low speed, so that the oracle takes a second. Its first stick comes at the end of an

@@ -127,11 +127,11 @@ fn property_release_is_legal() {
         };
         run(&disks(&case), &options, &output(0.35, 0.001)).0
     };
-    let (paper, auto) = (by(Method::Paper), by(Method::Arkode));
+    let (paper, arkode) = (by(Method::Paper), by(Method::Arkode));
     hold_sequence(&paper);
     let first = |recorder: &MemoryRecorder, kind| event_sequence(recorder).iter().find(|e| e.0 == kind).unwrap().1;
     for kind in [EventKind::Separation, EventKind::Contact] {
-        let late = first(&paper, kind) - first(&auto, kind);
+        let late = first(&paper, kind) - first(&arkode, kind);
         assert!((0.0..=STEPS.1).contains(&late), "{kind:?}: {late:e} s");
     }
 }

@@ -176,7 +176,7 @@ fn kick_over_noise(summary: &Summary) -> f64 {
 
 const CASES: u32 = 100;
 
-/// By `auto`.
+/// By `arkode`.
 #[test]
 fn property_runs_are_lawful_and_reproducible_with_more_accuracy() {
     let counts = std::cell::Cell::new((0, 0, 0, 0.0f64));
@@ -219,7 +219,7 @@ fn property_runs_are_lawful_and_reproducible_with_more_accuracy() {
     assert!(compared >= CASES / 2, "{compared}");
 }
 
-/// `series` against `auto` at its tightest: the same events, at the same times.
+/// `series` against `arkode` at its tightest: the same events, at the same times.
 #[test]
 fn property_series_and_arkode_agree() {
     let counts = std::cell::Cell::new((0, 0, 0, 0, 0.0f64));
@@ -229,10 +229,10 @@ fn property_series_and_arkode_agree() {
             check_order(&case.parameters, &recorder)?;
             let residual = report.energy_residual / report.initial_energy;
             prop_assert!(residual < 1e-12, "energy {residual:e}");
-            let (auto, auto_report) = compute(&case, Method::Arkode, 1e-13);
-            let summary = Summary::of_run(&System::from(&case.parameters), &auto_report);
+            let (arkode, arkode_report) = compute(&case, Method::Arkode, 1e-13);
+            let summary = Summary::of_run(&System::from(&case.parameters), &arkode_report);
             let margin = kick_over_noise(&summary);
-            let (word, expected) = (event_sequence(&recorder), event_sequence(&auto));
+            let (word, expected) = (event_sequence(&recorder), event_sequence(&arkode));
             let kinds = |w: &[(EventKind, f64)]| w.iter().map(|e| e.0.name()).collect::<Vec<_>>();
             let worst = word
                 .iter()
@@ -260,7 +260,7 @@ fn property_series_and_arkode_agree() {
     let (compared, close, noise, events, largest) = counts.get();
     println!(
         "{compared} runs with {events} events agree within {largest:.1e} s, {close} of them well above rounding; {noise} \
-         are noise by auto"
+         are noise by arkode"
     );
     assert!(compared >= CASES / 2 && close >= 20, "{compared} {close}");
 }

@@ -58,7 +58,8 @@ fn property_onset_and_final_stick_of_a_study_hold_to_1e_8_s() {
         ["stick_count", "onset_time", "final_stick_time"].map(|name| quantity_index(name).unwrap());
     let sticking = tight.values().filter(|values| values[count] >= 2.0).count();
     assert!((32..60).contains(&sticking), "{sticking}");
-    for (method, bound) in [("arkode", 1e-8), ("series", 1e-10)] {
+    for (method, bound) in [("cvode", 1e-8), ("arkode", 1e-8), ("series", 1e-10)] {
+        let mut largest: f64 = 0.0;
         let found = values(&study, &[&format!("solver.method={method}")]);
         assert_eq!(found.len(), 64);
         for (number, values) in found {
@@ -67,8 +68,10 @@ fn property_onset_and_final_stick_of_a_study_hold_to_1e_8_s() {
             for quantity in [onset, last] {
                 let error = (values[quantity] - reference[quantity]).abs();
                 assert!(error <= bound, "{method}, point {number}: {error:e} s");
+                largest = largest.max(error);
             }
         }
+        println!("{method}: {largest:.1e} s");
     }
 }
 

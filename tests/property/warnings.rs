@@ -150,7 +150,7 @@ fn property_advice_on_accuracy_fits_the_method() {
     };
     assert_eq!(
         remedy(None, 0.1, Method::CvodeBdf),
-        "Use a smaller solver.rtol, or use --method cvode"
+        "Use a smaller solver.rtol, or use --method series"
     );
     assert_eq!(
         remedy(Some(1.0), 1e-6, Method::Cvode),

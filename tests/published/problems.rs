@@ -23,7 +23,7 @@ use stickslip::simulation::Method;
 
 type Real = BigRational;
 
-/// Every kind of method, its relative tolerance, and what its times and states are true to: what `series` and `auto` promise by
+/// Every kind of method, its relative tolerance, and what its times and states are true to: what `series` and `arkode` promise by
 /// default, and of the others a thousand times the tolerance, which the local errors of some thousand steps can add up to.
 const METHODS: [(&str, f64, f64); 7] = [
     ("series", 1e-10, 1e-12),

@@ -1,6 +1,6 @@
 //! `series` against the solvers of SUNDIALS: the same event sequence and the same times, in every kind of case.
 //!
-//! Two methods that share nothing but the equations and the rules. `auto` at rtol 1e-13 is itself within 1e-12 s of the
+//! Two methods that share nothing but the equations and the rules. `arkode` at rtol 1e-13 is itself within 1e-12 s of the
 //! multiprecision events; 1e-11 s is ten times that.
 
 use crate::common::cases::built_in;
@@ -39,14 +39,14 @@ fn brake(speed: f64, rise_time: f64) -> Parameters {
 fn hold(name: &str, parameters: &Parameters, end: f64) -> MemoryRecorder {
     let out = output(end, end / 500.0);
     let (series, _) = run(parameters, &solver(Method::Series, SolverOptions::default().rtol), &out);
-    let (auto, _) = run(parameters, &solver(Method::Arkode, 1e-13), &out);
+    let (arkode, _) = run(parameters, &solver(Method::Arkode, 1e-13), &out);
     let kinds = |r: &MemoryRecorder| {
         let kind = |e: &stickslip::record::Event| (e.kind, e.mode_after);
         r.events.iter().map(kind).collect::<Vec<_>>()
     };
-    assert_eq!(kinds(&series), kinds(&auto), "{name}");
+    assert_eq!(kinds(&series), kinds(&arkode), "{name}");
     let late = |(a, b): (&stickslip::record::Event, &stickslip::record::Event)| (a.time - b.time).abs();
-    let worst = series.events.iter().zip(&auto.events).map(late).fold(0.0, f64::max);
+    let worst = series.events.iter().zip(&arkode.events).map(late).fold(0.0, f64::max);
     println!("{name}: {} events within {worst:.1e} s", series.events.len());
     assert!(worst < WITHIN, "{name}: {worst:e} s");
     assert!(
@@ -77,13 +77,13 @@ fn sundials_release_without_torsional_damping() {
     let out = output(0.46, 1e-3);
     let by = |method, rtol| event_sequence(&run(&parameters, &solver(method, rtol), &out).0);
     let series = by(Method::Series, SolverOptions::default().rtol);
-    let auto = by(Method::Arkode, 1e-12);
+    let arkode = by(Method::Arkode, 1e-12);
     assert!(series.iter().any(|e| e.0 == EventKind::Contact), "{series:?}");
-    assert_eq!(series.len(), auto.len(), "{series:?}, {auto:?}");
-    for ((kind, time), other) in series.iter().zip(&auto) {
+    assert_eq!(series.len(), arkode.len(), "{series:?}, {arkode:?}");
+    for ((kind, time), other) in series.iter().zip(&arkode) {
         assert!(
             *kind == other.0 && (time - other.1).abs() < WITHIN,
-            "{series:?}, {auto:?}"
+            "{series:?}, {arkode:?}"
         );
     }
 }
@@ -187,7 +187,7 @@ fn sundials_the_rotors_breakaway_test() {
 fn sundials_the_stators_breakaway_test_chatters() {
     let mut parameters = truth("si-kick").parameters;
     parameters.contact.breakaway_test = BreakawayTest::Stator;
-    let [series, auto] =
+    let [series, arkode] =
         [(Method::Series, SolverOptions::default().rtol), (Method::Arkode, 1e-13)].map(|(method, rtol)| {
             let failure = Run::of_system(
                 &System::from(&parameters),
@@ -204,8 +204,8 @@ fn sundials_the_stators_breakaway_test_chatters() {
             }
         });
     // The breakaways of chattering follow one another within rounding, so that their number may differ by some.
-    assert!((series.0 - auto.0).abs() < 1e-6, "{series:?} {auto:?}");
-    assert!(series.1.abs_diff(auto.1) <= 20, "{series:?} {auto:?}");
+    assert!((series.0 - arkode.0).abs() < 1e-6, "{series:?} {arkode:?}");
+    assert!(series.1.abs_diff(arkode.1) <= 20, "{series:?} {arkode:?}");
 }
 
 /// A surface so strongly damped that there is no oscillation, and one that is hardly damped at all.

@@ -17,7 +17,7 @@ pub const STUDIES: &[BuiltIn] = built_in!["studies": "work-precision"];
 pub(super) const TIGHTEST: f64 = 1e-13;
 
 /// The methods of the reference, and of its check, where the oracle takes too long.
-pub(super) const FALLBACK: [Method; 2] = [Method::Series, Method::Cvode];
+pub(super) const FALLBACK: [Method; 2] = [Method::Series, Method::Arkode];
 
 /// Runs of a study: each is a case of its own, kept in memory, and takes milliseconds at the least.
 const MOST_RUNS: usize = 10_000;
@@ -27,7 +27,7 @@ const MOST_RUNS: usize = 10_000;
 pub enum ReferenceChoice {
     /// A file of true events.
     Truth(PathBuf),
-    /// The exact solution; where that takes too long, a run by `series` with a check by `cvode`.
+    /// The exact solution; where that takes too long, a run by `series` with a check by `arkode`.
     Oracle(Box<ExactCase>),
     /// A run by `method`; how far another by `check` is from it is the uncertainty. Both at `rtol`.
     Runs {
@@ -256,7 +256,7 @@ fn read_series(reader: &mut Reader, known: &CaseKeys, node: &Node, path: &str) -
     match (methods.is_empty(), knobs.pop(), knobs.pop()) {
         (false, Some(knobs), None) => Some((methods, knobs)),
         _ => {
-            let message = "needs methods, and either tolerances or steps, such as methods = [\"auto\"], tolerances = [1e-6, \
+            let message = "needs methods, and either tolerances or steps, such as methods = [\"cvode\"], tolerances = [1e-6, \
                            1e-8]; no list may be empty";
             reader.refuse(node, path, message)
         }
@@ -299,7 +299,7 @@ fn read_reference(reader: &mut Reader, known: &CaseKeys, source: &StudySource, n
         None => Some(default),
         Some(found) => read_method(reader, found, &format!("reference.{name}")),
     };
-    let (method, check) = (named("method", Method::default())?, named("check", Method::Arkode)?);
+    let (method, check) = (named("method", Method::Series)?, named("check", Method::Arkode)?);
     if method == check {
         let message = format!(
             "the reference and its check are both \"{}\": the uncertainty is the difference of two independent methods, \

@@ -226,7 +226,7 @@ pub struct StudyData {
     pub failures: Vec<(u64, String)>,
     /// Runs a point by itself, once the values on the axes are set; of files of earlier versions not known.
     pub command: Option<String>,
-    /// The tolerance of its runs by `auto` and `series`, where the study sets it and not the case.
+    /// The tolerance of its runs by `cvode`, `arkode` and `series`, where the study sets it and not the case.
     pub default_tolerance: Option<f64>,
 }
 

@@ -363,7 +363,7 @@ function commandOf(point) {
     for (const name of axis.keys) {
       parts.push("--set", inShell(`${name}=${value}`));
       const method = name === "solver.method" && axis.words[axis.values[point]];
-      if (study.default_tolerance && ["cvode", "arkode", "series"].includes(method)) parts.push("--set", `solver.rtol=${study.default_tolerance}`);
+      if (study.default_tolerance && ["auto", "cvode", "arkode", "series"].includes(method)) parts.push("--set", `solver.rtol=${study.default_tolerance}`);
     }
   }
   parts.push("-o", inShell(`${study.stem}-${point}.h5`));
