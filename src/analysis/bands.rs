@@ -34,7 +34,7 @@ pub fn columns(case: &Case) -> impl Iterator<Item = (String, String)> + use<> {
 }
 
 /// At most so many rows are compared, which bounds memory: the ladder keeps them of five runs.
-const MOST_ROWS: usize = 100_000;
+const MOST_ROWS: usize = 200_000;
 
 /// Share of the natural period over which rates are taken, and of the time in which the fastest motion turns by a radian.
 const TICK: (f64, f64) = (1e-3, 0.1);

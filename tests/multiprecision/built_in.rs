@@ -22,7 +22,7 @@ const METHODS: [(Method, f64, f64); 6] = [
     (Method::Arkode, 1e-10, 1e-9),
     (Method::Arkode, 1e-13, 1e-11),
     (Method::Series, 1e-10, 1e-12),
-    (Method::Cvode, 1e-10, 5e-11),
+    (Method::Cvode, 1e-10, 5e-12),
     (Method::CvodeBdf, 1e-12, 1e-7),
     (Method::Erk, 1e-12, 1e-9),
 ];
