@@ -71,6 +71,7 @@ fn hold(overrides: &[Override], what: &str) -> Option<usize> {
     let source = CaseSource::built_in("paper-si").unwrap();
     let exact = exact_events(&source, overrides, series.output.end_time, 38);
     for (settings, allowed) in [
+        (&["solver.method=cvode"][..], 1e-9),
         (&["solver.method=arkode"][..], 1e-9),
         (&["solver.method=arkode", "solver.rtol=1e-13"][..], 1e-11),
         (&["solver.method=series"][..], 1e-12),
