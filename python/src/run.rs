@@ -10,12 +10,10 @@ use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::{Path, PathBuf};
 use std::sync::Mutex;
 use stickslip::analysis::headline::{self, HeadlineRow};
-use stickslip::analysis::witness::Witness;
 use stickslip::analysis::{KeptReport, KeptReportEnd, KeptRun};
 use stickslip::case::{Case, CaseError, CaseSource, Override, Words};
 use stickslip::results::{
-    AttributeValue, Column as ColumnOfFile, Extra, KeptTable, KeptView, Overwrite, ResultError, ResultFile, Status,
-    Values, open_sound,
+    AttributeValue, Extra, KeptTable, KeptView, Overwrite, ResultError, ResultFile, Status, Values, open_sound,
 };
 
 /// Name, unit, description, codes with their words, and type of a column.
@@ -293,14 +291,14 @@ pub fn run(
     for table in rows.tables {
         let group = table.schema.group;
         let mut described = Vec::new();
-        for (variable, values) in table.schema.variables.into_iter().zip(table.columns) {
-            let kind = variable.kind.name();
-            columns.insert((group.to_owned(), variable.name.clone()), values);
-            described.push((variable.name, variable.units, variable.long_name, variable.flags, kind));
-        }
-        // As in the file, after the columns that a recorder fills.
+        // As in the file, the column of the witness comes after those that a recorder fills.
         let of_witness = end.run.witness.as_ref().filter(|_| group == "events");
-        if let Some(ColumnOfFile { variable, values }) = of_witness.map(Witness::column) {
+        let of_witness = of_witness.map(|witness| {
+            let column = witness.column();
+            (column.variable, column.values)
+        });
+        let recorded = table.schema.variables.into_iter().zip(table.columns);
+        for (variable, values) in recorded.chain(of_witness) {
             let kind = variable.kind.name();
             columns.insert((group.to_owned(), variable.name.clone()), values);
             described.push((variable.name, variable.units, variable.long_name, variable.flags, kind));

@@ -49,10 +49,10 @@ impl Sequence {
         self.events().zip(result.events()).take_while(agrees).count()
     }
 
-    /// When the events agree with those of `result`, all of them in its order, s: NaN where there is none. Events outside the sequence
+    /// When the events come that agree with those of `result`, of which the first `agreeing` of the sequence do, in its order, s: NaN
+    /// where there is none. Events outside the sequence
     /// are matched by their count among their kind, up to the first event of the sequence that is another.
-    pub(super) fn times_of(&self, result: &Sequence) -> Vec<f64> {
-        let agreeing = self.agreeing(result);
+    pub(super) fn times_of(&self, result: &Sequence, agreeing: usize) -> Vec<f64> {
         let next = |sequence: &Sequence| sequence.events().nth(agreeing).map_or(f64::INFINITY, |event| event.1);
         let known_until = next(self).min(next(result));
         let mut word = self.events().take(agreeing);

@@ -290,7 +290,7 @@ fn witness_by(
         statement: format!("witness {}: {detail}", method.name()),
         farther,
         repeated: None,
-        times: own.times_of(result),
+        times: own.times_of(result, agreeing),
     })
 }
 
