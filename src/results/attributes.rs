@@ -88,25 +88,37 @@ pub(super) fn write_root(file: &File, texts: &[(&str, &str)]) -> hdf5::Result<()
     version.write_scalar(&schema::FORMAT_VERSION)
 }
 
-/// Writes the unit and the description of a variable, what stands for nothing in it, and what its codes mean.
-pub(super) fn describe(dataset: &Dataset, variable: &Variable) -> hdf5::Result<()> {
-    describe_text(dataset, &variable.units, &variable.long_name)?;
+/// The attributes of a variable: unit and description, what stands for nothing in it, and what its codes mean.
+pub(super) fn attributes_of(variable: &Variable) -> Vec<(&'static str, AttributeValue)> {
+    let mut attributes = vec![
+        (schema::attribute::UNITS, (&variable.units).into()),
+        (schema::attribute::LONG_NAME, (&variable.long_name).into()),
+    ];
     if let Some(fill) = variable.fill {
-        write_attribute(dataset, schema::attribute::FILL_VALUE, vec![fill])?;
+        attributes.push((schema::attribute::FILL_VALUE, vec![fill].into()));
     }
-    write_codes(dataset, variable)
+    if !variable.flags.is_empty() {
+        let codes: Vec<i64> = variable.flags.iter().map(|(code, _)| *code).collect();
+        let words: Vec<&str> = variable.flags.iter().map(|(_, word)| word.as_str()).collect();
+        attributes.push((schema::attribute::FLAG_VALUES, codes.into()));
+        attributes.push((schema::attribute::FLAG_MEANINGS, words.join(" ").into()));
+    }
+    attributes
 }
 
-/// Writes what the codes of a variable mean, if it is a code.
-pub(super) fn write_codes(dataset: &Dataset, variable: &Variable) -> hdf5::Result<()> {
-    if variable.flags.is_empty() {
-        return Ok(());
-    }
-    let mut codes = Values::new(variable.kind, variable.flags.len());
-    variable.flags.iter().for_each(|(code, _)| codes.push(*code as f64));
-    codes.write_attribute(dataset, schema::attribute::FLAG_VALUES)?;
-    let words: Vec<&str> = variable.flags.iter().map(|(_, word)| word.as_str()).collect();
-    write_attribute(dataset, schema::attribute::FLAG_MEANINGS, words.join(" "))
+/// Writes the attributes of a variable.
+pub(super) fn describe(dataset: &Dataset, variable: &Variable) -> hdf5::Result<()> {
+    attributes_of(variable)
+        .into_iter()
+        .try_for_each(|(name, value)| match value {
+            // In the type of the variable.
+            AttributeValue::Integers(codes) if name == schema::attribute::FLAG_VALUES => {
+                let mut values = Values::new(variable.kind, codes.len());
+                codes.iter().for_each(|&code| values.push(code as f64));
+                values.write_attribute(dataset, name)
+            }
+            value => write_attribute(dataset, name, value),
+        })
 }
 
 /// Writes the unit and the description of a variable.
@@ -140,10 +152,7 @@ pub(super) fn write_attributes(group: &Group, attributes: &[(String, AttributeVa
 
 pub(super) fn write_attribute(location: &Location, name: &str, value: impl Into<AttributeValue>) -> hdf5::Result<()> {
     match value.into() {
-        AttributeValue::Text(text) => {
-            let attribute = location.new_attr::<VarLenUnicode>().create(name)?;
-            attribute.write_scalar(&text_value(&text)?)
-        }
+        AttributeValue::Text(text) => raw::write_text_attribute(location, name, &text),
         AttributeValue::Integer(number) => location.new_attr::<i64>().create(name)?.write_scalar(&number),
         AttributeValue::Number(number) => location.new_attr::<f64>().create(name)?.write_scalar(&number),
         AttributeValue::Integers(list) => write_array(location, name, &list),

@@ -7,7 +7,7 @@ use std::process::ExitCode;
 
 use serde::{Deserialize, Serialize};
 
-use super::attributes::{describe_text, write_attributes, write_codes};
+use super::attributes::{describe, describe_text, write_attributes};
 use super::schema::{self, Kind, Variable};
 use super::table::{create_empty, create_group};
 use super::target::{self, Overwrite};
@@ -81,14 +81,13 @@ impl Addition {
             let builder = group.new_dataset_builder();
             let dataset = with_type!(variable.kind, create_empty(builder, shape, &variable.name))?;
             values.write(&dataset)?;
-            describe_text(&dataset, &variable.units, &variable.long_name)?;
+            describe(&dataset, variable)?;
             if scales.is_empty() {
                 raw::set_scale(&dataset, &variable.name)?;
             }
             for (index, scale) in (0..).zip(&scales) {
                 raw::attach_scale(&dataset, scale, index)?;
             }
-            write_codes(&dataset, variable)?;
         }
         for [name, long_name, text] in &self.texts {
             describe_text(&raw::write_text(&group, name, text)?, "1", long_name)?;

@@ -247,7 +247,7 @@ impl Check {
             }
             Ok(())
         })?;
-        let mut known = checksums::Known::new();
+        let mut known = checksums::Known::default();
         for (path, info) in variables {
             let read = info.and_then(|info| match info.holds {
                 Holds::Texts if info.shape.is_empty() => match self.source.text(&path) {
@@ -260,7 +260,7 @@ impl Check {
                 Holds::Texts => self.source.texts(&path).map(drop),
                 _ if checksums::is_summed_apart(&info) => {
                     let sum = checksums::of_values(&self.source, &path, &info);
-                    known.insert(path.clone(), sum.as_ref().ok().copied());
+                    known.values.insert(path.clone(), sum.as_ref().ok().copied());
                     sum.map(drop)
                 }
                 ref holds if holds.is_number() => self.source.blocks(&path, &info.shape, BLOCK, &mut |_: Vec<f64>| {}),

@@ -21,17 +21,24 @@ use super::{ResultError, raw};
 const DESCRIPTION: &str =
     "path, CRC-32 of attributes, type, shape and values; of a table the values have a CRC-32 of their own";
 
-/// Checksums of the values of variables that are stored in chunks with checksums of HDF5's, by path without a leading
-/// slash; `None` where they cannot be read.
-pub(super) type Known = HashMap<String, Option<u32>>;
+/// What need not be read of variables that are stored in chunks with checksums of HDF5's, by path without a leading slash.
+#[derive(Default)]
+pub(super) struct Known {
+    /// Checksums of the values; `None` where they cannot be read.
+    pub values: HashMap<String, Option<u32>>,
+    /// All attributes but HDF5's own.
+    pub attributes: HashMap<String, Vec<(&'static str, AttributeValue)>>,
+}
 
 /// Adds values to a sum.
 pub(super) fn add<T: Number>(sum: &mut crc32fast::Hasher, values: &[T]) {
-    let mut bytes = Vec::with_capacity(8 * values.len().min(1024));
-    for values in values.chunks(1024) {
-        bytes.clear();
-        values.iter().for_each(|value| bytes.extend(value.wide()));
-        sum.update(&bytes);
+    let mut bytes = [[0; 8]; 512];
+    for values in values.chunks(bytes.len()) {
+        let bytes = &mut bytes[..values.len()];
+        for (bytes, value) in bytes.iter_mut().zip(values) {
+            *bytes = value.wide();
+        }
+        sum.update(bytes.as_flattened());
     }
 }
 
@@ -46,8 +53,11 @@ impl Sums {
 
     pub(super) fn known(&self) -> Known {
         let sums = self.0.iter();
-        sums.map(|(path, sum)| (path.trim_matches('/').to_owned(), Some(sum.clone().finalize())))
-            .collect()
+        let sums = sums.map(|(path, sum)| (path.trim_matches('/').to_owned(), Some(sum.clone().finalize())));
+        Known {
+            values: sums.collect(),
+            ..Known::default()
+        }
     }
 }
 
@@ -64,12 +74,13 @@ pub(super) fn of(source: &Source, known: &Known) -> Result<String, ResultError> 
             Object::Group(_) => add(path, of_group(source, path)?, None),
             Object::Dataset(_) if path == CHECKSUMS => {}
             Object::Dataset(info) => {
-                let values = match known.get(path) {
+                let values = match known.values.get(path) {
                     _ if !is_summed_apart(info) => None,
                     Some(known) => *known,
                     None => Some(of_values(source, path, info)?),
                 };
-                add(path, of_dataset(source, path, info)?, values);
+                let attributes = known.attributes.get(path).map(Vec::as_slice);
+                add(path, of_dataset(source, path, info, attributes)?, values);
             }
             // Nothing that this program wrote.
             Object::Not(Fault::Unnamed(_)) => {}
@@ -111,9 +122,11 @@ pub(super) fn own_line(source: &Source) -> Result<String, ResultError> {
 /// first, and not for what the copy has.
 pub(super) fn known(lines: &str) -> Known {
     let parsed = lines.lines().filter_map(parts);
-    parsed
-        .filter_map(|(path, sums)| Some((path.trim_matches('/').to_owned(), Some(*sums.get(1)?))))
-        .collect()
+    let sums = parsed.filter_map(|(path, sums)| Some((path.trim_matches('/').to_owned(), Some(*sums.get(1)?))));
+    Known {
+        values: sums.collect(),
+        ..Known::default()
+    }
 }
 
 /// Path and sums of a line.
@@ -178,10 +191,25 @@ fn of_group(source: &Source, path: &str) -> Result<u32, ResultError> {
     Ok(sum.finalize())
 }
 
-fn of_dataset(source: &Source, path: &str, info: &DatasetInfo) -> Result<u32, ResultError> {
+fn of_dataset(
+    source: &Source,
+    path: &str,
+    info: &DatasetInfo,
+    attributes: Option<&[(&'static str, AttributeValue)]>,
+) -> Result<u32, ResultError> {
     let mut sum = crc32fast::Hasher::new();
     sum.update(format!("{} {:?}", info.holds.name(), info.shape).as_bytes());
-    add_attributes(source, path, &mut sum)?;
+    match attributes {
+        Some(known) => {
+            let mut known: Vec<_> = known.iter().collect();
+            // As they are read.
+            known.sort_by_key(|(name, _)| *name);
+            known
+                .into_iter()
+                .for_each(|(name, value)| add_attribute(name, value, &mut sum));
+        }
+        None => add_attributes(source, path, &mut sum)?,
+    }
     match &info.holds {
         _ if info.covered => {}
         Holds::Texts if info.shape.is_empty() => {

@@ -71,10 +71,10 @@ impl TableRows for KeptRows {
         self.tables.get(table).map_or(0, KeptTable::rows)
     }
 
-    fn take(&mut self, table: usize, row: impl Iterator<Item = f64>) -> Result<(), ResultError> {
+    fn take(&mut self, table: usize, row: &[&[f64]]) -> Result<(), ResultError> {
         let of_motion = [TRAJECTORY, PIECES, PIECE_COEFFICIENTS].contains(&table);
         if let Some(kept) = self.tables.get_mut(table).filter(|_| !(of_motion && self.events_alone)) {
-            for (column, value) in kept.columns.iter_mut().zip(row) {
+            for (column, &value) in kept.columns.iter_mut().zip(row.iter().copied().flatten()) {
                 column.push(value);
             }
             if table != PIECE_COEFFICIENTS {
@@ -103,8 +103,8 @@ pub struct KeptView<'a> {
 }
 
 impl KeptView<'_> {
-    pub(super) fn row(&self, table: usize, row: usize) -> impl Iterator<Item = f64> {
-        self.tables[table].iter().map(move |column| column.at(row))
+    pub(super) fn row(&self, table: usize, row: usize) -> Vec<f64> {
+        self.tables[table].iter().map(|column| column.at(row)).collect()
     }
 }
 

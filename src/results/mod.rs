@@ -7,7 +7,7 @@
 //! | module | what it is |
 //! |---|---|
 //! | `schema` | names, units, descriptions and codes |
-//! | `writer`, `rows`, `table`, `values`, `attributes` | a run written as it is computed: rows, tables, columns, attributes |
+//! | `writer`, `rows`, `table`, `packed`, `values`, `attributes` | a run written as it is computed: rows, tables, chunks, columns, attributes |
 //! | `header`, `stick_slip`, `certificate` | what a file says beside its rows |
 //! | `sweep`, `work_precision` | the files of studies |
 //! | `kept` | the rows of a run in memory |
@@ -30,6 +30,7 @@ mod foreign;
 mod header;
 mod kept;
 mod lock;
+mod packed;
 mod raw;
 mod reader;
 mod rows;

@@ -18,8 +18,8 @@ pub(super) trait TableRows {
     /// Number of rows of a table.
     fn rows(&self, table: usize) -> usize;
 
-    /// Takes a row. One of a table that is not there is left out.
-    fn take(&mut self, table: usize, row: impl Iterator<Item = f64>) -> Result<(), ResultError>;
+    /// Takes a row, whose parts are one after the other. One of a table that is not there is left out.
+    fn take(&mut self, table: usize, row: &[&[f64]]) -> Result<(), ResultError>;
 
     /// What the row that comes next has beyond [`State`](crate::record::State).
     fn further(&mut self) -> &mut Vec<f64>;
@@ -30,9 +30,9 @@ pub(super) trait TableRows {
     }
 
     /// Takes a row after its number in the table.
-    fn numbered(&mut self, table: usize, row: impl Iterator<Item = f64>) -> Result<(), ResultError> {
+    fn numbered(&mut self, table: usize, row: &[f64]) -> Result<(), ResultError> {
         let number = self.rows(table) as f64;
-        self.take(table, std::iter::once(number).chain(row))
+        self.take(table, &[&[number], row])
     }
 }
 
@@ -44,9 +44,9 @@ impl<T: TableRows> Recorder for T {
 
     fn sample(&mut self, sample: &Sample) -> Result<(), RecorderError> {
         let further = std::mem::take(TableRows::further(self));
-        let head = [sample.time, sample.mode.code().into(), sample.segment.into()].into_iter();
-        let known = head.chain(sample.state.values()).chain(sample.channels.values());
-        let taken = self.take(TRAJECTORY, known.chain(further.iter().copied()));
+        let head = [sample.time, sample.mode.code().into(), sample.segment.into()];
+        let (state, channels) = (sample.state.values(), sample.channels.values());
+        let taken = self.take(TRAJECTORY, &[&head, &state, &channels, &further]);
         *TableRows::further(self) = further;
         Ok(taken?)
     }
@@ -54,15 +54,15 @@ impl<T: TableRows> Recorder for T {
     fn event(&mut self, event: &Event) -> Result<(), RecorderError> {
         let further = std::mem::take(TableRows::further(self));
         let head = [
+            TableRows::rows(self, EVENTS) as f64,
             event.time,
             event.kind.code().into(),
             event.mode_after.code().into(),
             event.mode_after.sense().into(),
             event.segment.into(),
         ];
-        let states = event.before.values().into_iter().chain(event.after.values());
-        let known = head.into_iter().chain(states).chain([event.internal_force]);
-        let taken = self.numbered(EVENTS, known.chain(further.iter().copied()));
+        let (before, after) = (event.before.values(), event.after.values());
+        let taken = self.take(EVENTS, &[&head, &before, &after, &[event.internal_force], &further]);
         *TableRows::further(self) = further;
         Ok(taken?)
     }
@@ -84,23 +84,24 @@ impl<T: TableRows> Recorder for T {
             segment.last_order.into(),
             segment.last_step,
         ];
-        Ok(self.numbered(SEGMENTS, row.into_iter())?)
+        Ok(self.numbered(SEGMENTS, &row)?)
     }
 
     /// A piece has a row of coefficients for each degree.
     fn piece(&mut self, piece: &Piece<'_>) -> Result<(), RecorderError> {
         let row = [piece.start, piece.end, piece.mode.code().into(), piece.segment.into()];
-        self.numbered(PIECES, row.into_iter())?;
+        self.numbered(PIECES, &row)?;
         for degree in 0..COEFFICIENTS {
             let of_channels = piece.coefficients.iter().skip(degree).step_by(COEFFICIENTS);
-            self.numbered(PIECE_COEFFICIENTS, of_channels.copied())?;
+            let row: Vec<f64> = of_channels.copied().collect();
+            self.numbered(PIECE_COEFFICIENTS, &row)?;
         }
         Ok(())
     }
 
     fn cycle(&mut self, cycle: &Cycle) -> Result<(), RecorderError> {
         let row = [cycle.stick_duration, cycle.slip_duration, cycle.period];
-        Ok(self.numbered(STICK_SLIP, row.into_iter())?)
+        Ok(self.numbered(STICK_SLIP, &row)?)
     }
 
     fn stores_events(&self) -> bool {

@@ -20,10 +20,12 @@ pub(super) trait Number: H5Type + Copy + Into<OwnedDynValue> {
     /// Numbers as they come from a reading process.
     fn from_bytes(bytes: &[u8]) -> Vec<Self>;
     fn to_bytes(values: impl Iterator<Item = Self>) -> Vec<u8>;
+    /// The bytes as the file has them, the first one lowest.
+    fn bytes(self) -> u64;
 }
 
 macro_rules! numbers {
-    ($($type:ty, $kind:ident, $wide:ty, $absent:expr;)*) => {
+    ($($type:ty, $kind:ident, $wide:ty, $bits:ty, $absent:expr;)*) => {
         $(impl Number for $type {
             const KIND: Kind = Kind::$kind;
             const ABSENT: Self = $absent;
@@ -40,15 +42,18 @@ macro_rules! numbers {
             fn to_bytes(values: impl Iterator<Item = Self>) -> Vec<u8> {
                 values.flat_map(<$type>::to_le_bytes).collect()
             }
+            fn bytes(self) -> u64 {
+                <$bits>::from_le_bytes(self.to_ne_bytes()).into()
+            }
         })*
     };
 }
 
 numbers! {
-    i8, Int8, i64, 2;
-    i32, Int32, i64, -1;
-    i64, Int64, i64, -1;
-    f64, Float64, f64, f64::NAN;
+    i8, Int8, i64, u8, 2;
+    i32, Int32, i64, u32, -1;
+    i64, Int64, i64, u64, -1;
+    f64, Float64, f64, u64, f64::NAN;
 }
 
 /// Calls a generic function with the type of a kind.

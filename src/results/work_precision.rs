@@ -124,12 +124,12 @@ impl WorkPrecisionFile {
         write_root(&file, &texts)?;
         let mut runs = TableWriter::create(&file, &schema::work_precision_runs(&self.methods))?;
         for (index, row) in (0..).map(f64::from).zip(&self.runs) {
-            runs.push(std::iter::once(index).chain(*row));
+            runs.push(&[&[index], row]);
         }
         runs.append()?;
         let mut events = TableWriter::create(&file, &schema::work_precision_reference())?;
         for (index, row) in (0..).map(f64::from).zip(&self.events) {
-            events.push(std::iter::once(index).chain(*row));
+            events.push(&[&[index], row]);
         }
         events.append()?;
         let reference = file.group(schema::group::REFERENCE)?;
@@ -142,7 +142,7 @@ impl WorkPrecisionFile {
         let resolved = "every parameter of the first run in SI units (TOML)";
         write_input(&input, schema::INPUT_RESOLVED, &self.resolved, resolved)?;
         write_attributes(&create_group(&file, schema::group::META)?, &self.meta)?;
-        super::checksums::write(&file, &super::checksums::Known::new())?;
+        super::checksums::write(&file, &super::checksums::Known::default())?;
         file.flush()
     }
 }

@@ -6,13 +6,14 @@ use std::time::{Duration, Instant};
 
 use super::attributes::{quantity, text_value, write_attribute, write_attributes, write_input, write_root};
 use super::certificate::Addition;
+use super::checksums::{self, Known};
 use super::kept::{KeptEnd, KeptView};
 use super::lock::WriteLock;
 use super::rows::{EVENTS, PIECE_COEFFICIENTS, PIECES, STICK_SLIP, TRAJECTORY, TableRows};
 use super::schema;
 use super::table::{LibraryVersion, TableWriter, create_file, create_group};
 use super::target::{self, Overwrite, Reservation};
-use super::{AttributeValue, Extra, Header, Reason, ResultError, Status, StickSlipTable, checksums};
+use super::{AttributeValue, Extra, Header, Reason, ResultError, Status, StickSlipTable};
 use crate::numerics::chebyshev::COEFFICIENTS;
 
 /// Longest time between flushes, if rows come. In a flush some thousands of bytes all over the file change, which
@@ -131,7 +132,7 @@ impl ResultWriter {
         }
         for cycle in &stick_slip.cycles {
             let row = [cycle.stick_duration, cycle.slip_duration, cycle.period];
-            self.numbered(STICK_SLIP, row.into_iter())?;
+            self.numbered(STICK_SLIP, &row)?;
         }
         self.with_open(|open, lock| open.finish(&status, stick_slip, wall_time_s, lock))?;
         self.close()?;
@@ -209,10 +210,10 @@ impl ResultWriter {
             let table = usize::from(table);
             let row = next[table];
             next[table] += 1;
-            writer.take(table, rows.row(table, row))?;
+            writer.take(table, &[&rows.row(table, row)])?;
             if table == PIECES {
                 for row in row * COEFFICIENTS..(row + 1) * COEFFICIENTS {
-                    writer.take(PIECE_COEFFICIENTS, rows.row(PIECE_COEFFICIENTS, row))?;
+                    writer.take(PIECE_COEFFICIENTS, &[&rows.row(PIECE_COEFFICIENTS, row)])?;
                 }
             }
         }
@@ -244,7 +245,7 @@ impl TableRows for ResultWriter {
     }
 
     /// Appends a row to a table, and whatever that completes to the file.
-    fn take(&mut self, table: usize, row: impl Iterator<Item = f64>) -> Result<(), ResultError> {
+    fn take(&mut self, table: usize, row: &[&[f64]]) -> Result<(), ResultError> {
         self.with_open(
             |open, lock| match open.tables.get_mut(table).map(|rows| rows.push(row)) {
                 Some(true) => open.append_block(table, lock),
@@ -387,7 +388,8 @@ impl Open {
             write_attribute(&self.file, schema::root::FAILURE, message)?;
         }
         self.append_all()?;
-        let known = self.tables.iter().flat_map(TableWriter::sums).collect();
+        let mut known = Known::default();
+        self.tables.iter().for_each(|table| table.tell(&mut known));
         checksums::write(&self.file, &known)?;
         // All the rest is on disk before the file says that it is complete.
         self.flush(lock)?;

@@ -2,40 +2,21 @@
 
 use std::ffi::{CString, c_char, c_uint, c_void};
 
+use super::Id;
 use hdf5::{Container, Dataset, Group};
 use hdf5_sys::h5::herr_t;
 use hdf5_sys::h5a::H5Aget_type;
 use hdf5_sys::h5d::{H5Dget_create_plist, H5Dget_type};
-use hdf5_sys::h5i::{H5I_type_t, H5Idec_ref, H5Iget_type, hid_t};
+use hdf5_sys::h5i::{H5I_type_t, H5Iget_type, hid_t};
 use hdf5_sys::h5l::{H5L_type_t, H5Lunregister};
 use hdf5_sys::h5o::H5Oopen;
 use hdf5_sys::h5p::{
-    H5P_CLS_LINK_ACCESS, H5Pcreate, H5Pget_external_count, H5Pget_virtual_count, H5Pget_virtual_dsetname,
+    H5P_CLS_LINK_ACCESS, H5P_DEFAULT, H5Pcreate, H5Pget_external_count, H5Pget_virtual_count, H5Pget_virtual_dsetname,
     H5Pget_virtual_filename, H5Pset_elink_cb,
 };
 use hdf5_sys::h5t::{
     H5T_class_t, H5T_cset_t, H5T_sign_t, H5Tget_class, H5Tget_cset, H5Tget_sign, H5Tget_size, H5Tis_variable_str,
 };
-
-/// An identifier that is given back at the end.
-struct Id(hid_t);
-
-impl Id {
-    /// The result of a call of HDF5 that makes an identifier.
-    fn new(make: impl FnOnce() -> hid_t) -> hdf5::Result<Id> {
-        hdf5::sync::sync(|| match make() {
-            id if id < 0 => Err(hdf5::Error::query()?),
-            id => Ok(Id(id)),
-        })
-    }
-}
-
-impl Drop for Id {
-    fn drop(&mut self) {
-        // SAFETY: the identifier is ours, and given back once.
-        hdf5::sync::sync(|| unsafe { H5Idec_ref(self.0) });
-    }
-}
 
 /// An object of a file.
 pub(in crate::results) enum Opened {
@@ -61,14 +42,17 @@ extern "C" fn refuse(
 /// `follow_external`.
 pub(in crate::results) fn open_object(from: &Group, path: &str, follow_external: bool) -> hdf5::Result<Opened> {
     let path = CString::new(path).map_err(|error| error.to_string())?;
-    // SAFETY: every identifier is open, the name ends with NUL and outlives the call.
-    let access = Id::new(|| unsafe { H5Pcreate(*H5P_CLS_LINK_ACCESS) })?;
+    let mut access = None;
     if !follow_external {
-        // SAFETY: as above; the function never unwinds.
-        super::call(|| unsafe { H5Pset_elink_cb(access.0, Some(refuse), std::ptr::null_mut()) })?;
+        // SAFETY: the class is open.
+        let list = Id::new(|| unsafe { H5Pcreate(*H5P_CLS_LINK_ACCESS) })?;
+        // SAFETY: the list is open; the function never unwinds.
+        super::call(|| unsafe { H5Pset_elink_cb(list.0, Some(refuse), std::ptr::null_mut()) })?;
+        access = Some(list);
     }
-    // SAFETY: as above.
-    let object = Id::new(|| unsafe { H5Oopen(from.id(), path.as_ptr(), access.0) })?;
+    let access = access.as_ref().map_or(H5P_DEFAULT, |list| list.0);
+    // SAFETY: every identifier is open, the name ends with NUL and outlives the call.
+    let object = Id::new(|| unsafe { H5Oopen(from.id(), path.as_ptr(), access) })?;
     // SAFETY: the identifier is open.
     let kind = hdf5::sync::sync(|| unsafe { H5Iget_type(object.0) });
     let id = object.0;

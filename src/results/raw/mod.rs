@@ -5,14 +5,16 @@ mod look;
 
 pub(super) use look::{Class, Opened, class_of, external_count, forget_external_links, open_object, virtual_sources};
 
-use std::ffi::{c_char, c_uint};
+use std::ffi::{CString, c_char, c_uint};
+use std::mem::ManuallyDrop;
+use std::sync::OnceLock;
 
 use hdf5::types::TypeDescriptor;
-use hdf5::{Container, Dataset, Datatype, Group};
-use hdf5_sys::h5::herr_t;
-use hdf5_sys::h5a::H5Aread;
-use hdf5_sys::h5d::{H5Dread, H5Dwrite};
-use hdf5_sys::h5i::{H5I_type_t, hid_t};
+use hdf5::{Container, Dataset, Dataspace, Datatype, Group, Location};
+use hdf5_sys::h5::{herr_t, hsize_t};
+use hdf5_sys::h5a::{H5Acreate2, H5Aread, H5Awrite};
+use hdf5_sys::h5d::{H5Dcreate2, H5Dread, H5Dwrite, H5Dwrite_chunk};
+use hdf5_sys::h5i::{H5I_type_t, H5Idec_ref, hid_t};
 use hdf5_sys::h5p::H5P_DEFAULT;
 use hdf5_sys::h5s::H5S_ALL;
 
@@ -32,9 +34,47 @@ fn call(function: impl FnOnce() -> herr_t) -> hdf5::Result<()> {
     })
 }
 
+/// An identifier that is given back at the end.
+struct Id(hid_t);
+
+impl Id {
+    /// The result of a call of HDF5 that makes an identifier.
+    fn new(make: impl FnOnce() -> hid_t) -> hdf5::Result<Id> {
+        hdf5::sync::sync(|| match make() {
+            id if id < 0 => Err(hdf5::Error::query()?),
+            id => Ok(Id(id)),
+        })
+    }
+}
+
+impl Drop for Id {
+    fn drop(&mut self) {
+        // SAFETY: the identifier is ours, and given back once.
+        hdf5::sync::sync(|| unsafe { H5Idec_ref(self.0) });
+    }
+}
+
+/// Creates a dataset with lists of properties that others are created with, too: for the link, the creation and the access.
+pub(super) fn create_dataset(
+    group: &Group,
+    name: &str,
+    kind: &Datatype,
+    shape: &Dataspace,
+    [link, creation, access]: [hid_t; 3],
+) -> hdf5::Result<Dataset> {
+    let name = CString::new(name).map_err(|error| error.to_string())?;
+    // SAFETY: every identifier is open, or HDF5 says that it is not; the name ends with NUL and outlives the call.
+    let dataset = Id::new(|| unsafe {
+        let (group, kind, shape) = (group.id(), kind.id(), shape.id());
+        H5Dcreate2(group, name.as_ptr(), kind, shape, link, creation, access)
+    })?;
+    // SAFETY: the identifier is new and of this type, and the handle takes it over.
+    unsafe { hdf5::from_id(ManuallyDrop::new(dataset).0) }
+}
+
 /// Makes `dataset` a dimension scale: the netCDF dimension `name` with its coordinate variable.
 pub(super) fn set_scale(dataset: &Dataset, name: &str) -> hdf5::Result<()> {
-    let name = std::ffi::CString::new(name).map_err(|error| error.to_string())?;
+    let name = CString::new(name).map_err(|error| error.to_string())?;
     // SAFETY: both arguments outlive the call; `sync` holds the library's lock.
     call(|| unsafe { H5DSset_scale(dataset.id(), name.as_ptr()) })
 }
@@ -64,6 +104,36 @@ pub(super) fn write_texts(group: &Group, name: &str, texts: &[String]) -> hdf5::
     Ok(dataset)
 }
 
+/// A dataset of one dimension.
+pub(super) struct Rows(Dataset);
+
+impl Rows {
+    pub(super) fn new(dataset: Dataset) -> hdf5::Result<Self> {
+        match dataset.ndim() {
+            1 => Ok(Rows(dataset)),
+            _ => Err("a column has one dimension".into()),
+        }
+    }
+
+    /// Stores `bytes`, to which all filters have been applied, as the chunk that begins at row `start`, which is there.
+    pub(super) fn write_chunk(&self, start: usize, bytes: &[u8]) -> hdf5::Result<()> {
+        let offset = [start as hsize_t];
+        // SAFETY: `offset` has an entry for the only dimension, and `bytes` as many bytes as it says; HDF5 copies both.
+        call(|| unsafe {
+            let (list, bytes, length) = (H5P_DEFAULT, bytes.as_ptr().cast(), bytes.len());
+            H5Dwrite_chunk(self.0.id(), list, 0, offset.as_ptr(), length, bytes)
+        })
+    }
+}
+
+impl std::ops::Deref for Rows {
+    type Target = Dataset;
+
+    fn deref(&self) -> &Dataset {
+        &self.0
+    }
+}
+
 /// Writes every element of `dataset`, whose type is that of `descriptor`.
 fn write_all(dataset: &Dataset, descriptor: &TypeDescriptor, bytes: &[u8]) -> hdf5::Result<()> {
     assert_eq!(bytes.len(), descriptor.size() * dataset.size());
@@ -80,6 +150,32 @@ fn write_all(dataset: &Dataset, descriptor: &TypeDescriptor, bytes: &[u8]) -> hd
         )
     })?;
     Ok(())
+}
+
+/// Stores `text` as a new attribute: a scalar UTF-8 string of any length, of which every reader makes a text. Type and shape
+/// are made once: the binding makes both anew for each of the hundreds of attributes of a file, and asks for them again to
+/// write.
+pub(super) fn write_text_attribute(location: &Location, name: &str, text: &str) -> hdf5::Result<()> {
+    static KIND: OnceLock<(Datatype, Dataspace)> = OnceLock::new();
+    let (kind, shape) = match KIND.get() {
+        Some(kind) => kind,
+        None => {
+            let kind = Datatype::from_descriptor(&TypeDescriptor::VarLenUnicode)?;
+            let shape = Dataspace::try_new(())?;
+            KIND.get_or_init(|| (kind, shape))
+        }
+    };
+    // A C string ends at its first NUL.
+    let text = CString::new(text.replace('\0', " ")).map_err(|error| error.to_string())?;
+    let name = CString::new(name).map_err(|error| error.to_string())?;
+    let value = text.as_ptr();
+    // SAFETY: the location, the type and the shape are open; name and text end with NUL and outlive the calls; a value of
+    // the type is a pointer to a text, which HDF5 copies.
+    let attribute = Id::new(|| unsafe {
+        let (location, name) = (location.id(), name.as_ptr());
+        H5Acreate2(location, name, kind.id(), shape.id(), H5P_DEFAULT, H5P_DEFAULT)
+    })?;
+    call(|| unsafe { H5Awrite(attribute.0, kind.id(), (&raw const value).cast()) })
 }
 
 /// Reads what [`write_texts`] writes.

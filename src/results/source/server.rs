@@ -325,8 +325,11 @@ impl Server {
     }
 
     fn info(&self, dataset: &Dataset, path: &str) -> Answered<DatasetInfo> {
+        // Asked for once: HDF5 makes a copy of the whole list.
+        let creation = dataset.dcpl()?;
+        let layout = creation.layout();
         // For the shape of one HDF5 may open the files that it is made of.
-        if dataset.layout() == Layout::Virtual && !self.follow_external {
+        if layout == Layout::Virtual && !self.follow_external {
             self.check_places(dataset, path)?;
         }
         let shape = dataset.shape();
@@ -344,12 +347,12 @@ impl Server {
                 "/{path} claims the shape {shape:?}, more than any file can hold"
             ));
         };
-        let chunk = dataset.chunk();
-        let chunks = dataset.num_chunks();
+        let chunk = creation.chunk();
+        let chunks = chunk.as_ref().and_then(|_| dataset.num_chunks());
         if !self.follow_external && raw::external_count(dataset)? > 0 {
             return Err(Fault::Elsewhere(format!("/{path}")));
         }
-        let stored = match (&chunk, chunks, dataset.layout()) {
+        let stored = match (&chunk, chunks, layout) {
             (Some(chunk), Some(chunks), _) => {
                 let of_one = chunk
                     .iter()
@@ -367,11 +370,7 @@ impl Server {
             _ if self.follow_external => usize::MAX,
             _ => dataset.storage_size() as usize / bytes.max(1),
         };
-        if dataset.layout() != Layout::Virtual
-            && !self.growing
-            && dataset.storage_size() > self.length
-            && !self.follow_external
-        {
+        if layout != Layout::Virtual && !self.growing && dataset.storage_size() > self.length && !self.follow_external {
             return refused(format!(
                 "/{path} claims {} bytes of a file of {}",
                 dataset.storage_size(),
@@ -382,8 +381,8 @@ impl Server {
             return refused(format!("/{path} claims {size} values and stores {stored}"));
         }
         let covered = match chunk {
-            Some(_) => dataset.filters().contains(&Filter::Fletcher32),
-            None => dataset.layout() == Layout::Virtual,
+            Some(_) => creation.filters().contains(&Filter::Fletcher32),
+            None => layout == Layout::Virtual,
         };
         Ok(DatasetInfo {
             shape,

@@ -131,7 +131,7 @@ impl Columns {
         if let Some(events) = &mut self.events {
             for event in row.events {
                 let head = [events.rows() as f64, row.number as f64];
-                if events.push(head.into_iter().chain(event)) {
+                if events.push(&[&head, &event]) {
                     events.append()?;
                 }
             }
@@ -150,7 +150,7 @@ impl Columns {
     /// The checksums of the values in the file.
     pub(super) fn known(&self) -> Known {
         let mut known = self.sums.known();
-        known.extend(self.events.iter().flat_map(TableWriter::sums));
+        self.events.iter().for_each(|events| events.tell(&mut known));
         known
     }
 
