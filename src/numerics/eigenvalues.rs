@@ -1,10 +1,10 @@
-//! Eigenvalues of small matrices.
+//! Eigenvalues.
 
 use nalgebra::linalg::Schur;
 use nalgebra::{Complex, DMatrix, DVector};
 
-/// Most sweeps of the QR iteration in one attempt. A matrix of five rows takes a dozen.
-const SWEEPS: usize = 200;
+/// Most sweeps of the QR iteration in one attempt, for each row. An eigenvalue takes two or three.
+const SWEEPS: usize = 40;
 
 /// By how much the tolerance grows from one attempt to the next, and how large it may become.
 const LOOSENING: f64 = 4.0;
@@ -19,7 +19,7 @@ pub(crate) fn eigenvalues(matrix: &DMatrix<f64>) -> Vec<Complex<f64>> {
     let rows = matrix.nrows();
     let (mut image, mut tolerance, mut round) = (matrix.clone(), f64::EPSILON, 1.0);
     while tolerance < LOOSEST && image.iter().all(|entry| entry.is_finite()) {
-        if let Some(schur) = Schur::try_new(image.clone(), tolerance, SWEEPS) {
+        if let Some(schur) = Schur::try_new(image.clone(), tolerance, SWEEPS * rows) {
             return schur.complex_eigenvalues().iter().copied().collect();
         }
         // Any direction that is not special to a matrix.
@@ -51,6 +51,35 @@ mod tests {
                     .map(|l| (l - expected).norm())
                     .fold(f64::INFINITY, f64::min);
                 assert!(nearest < 1e-13, "{rows} rows, {expected}: {nearest:e}");
+            }
+        }
+    }
+
+    /// A chain of equal inertias and shafts, one end of which is held: closed form. A long one takes more sweeps than a short one.
+    #[test]
+    fn analytic_eigenvalues_of_chains() {
+        for inertias in [1, 2, 10, 60] {
+            let rows = 2 * inertias;
+            let chain = DMatrix::from_fn(rows, rows, |i, j| match (i % 2, i / 2, j % 2, j / 2) {
+                (0, i, 1, j) => f64::from(u8::from(i == j)),
+                (1, i, 0, j) if i == j => {
+                    if i + 1 == inertias {
+                        -1.0
+                    } else {
+                        -2.0
+                    }
+                }
+                (1, i, 0, j) => f64::from(u8::from(i.abs_diff(j) == 1)),
+                _ => 0.0,
+            });
+            let mut found = eigenvalues(&chain);
+            found.retain(|l| l.im > 0.0);
+            found.sort_by(|a, b| a.im.total_cmp(&b.im));
+            assert_eq!(found.len(), inertias);
+            for (k, found) in found.iter().enumerate() {
+                let angle = (2 * k + 1) as f64 * TAU / (4 * (2 * inertias + 1)) as f64;
+                let expected = Complex::new(0.0, 2.0 * angle.sin());
+                assert!((found - expected).norm() < 1e-12, "{inertias}, {k}: {found}");
             }
         }
     }
