@@ -1,12 +1,18 @@
-//! Runs of two trains: cycles of a block on a belt by method, and by the number of inertias.
+//! Runs of two trains: cycles of a block on a belt by method, and what a step costs by the number of inertias.
+//!
+//!     cargo bench --bench trains
+//!
+//! The lines "a step" are the answer to the latter: the shortest of five runs to 300 s less that to 50 s, over the difference of
+//! their steps, so that what a run costs before its first step is left out.
 
-use criterion::{BenchmarkId, Criterion, criterion_group, criterion_main};
+use criterion::{Criterion, criterion_group, criterion_main};
 use std::hint::black_box;
+use std::time::Instant;
 use stickslip::Run;
 use stickslip::case::{Case, CaseSource, Origin};
-use stickslip::simulation::{Following, Method, OutputOptions, SolverOptions};
+use stickslip::simulation::{Following, Method, OutputOptions, RunReport, SolverOptions};
 
-fn run(case: &Case, method: Method, end_time: f64) -> usize {
+fn run(case: &Case, method: Method, end_time: f64) -> RunReport {
     let solver = SolverOptions {
         method,
         max_events: 1_000_000,
@@ -19,13 +25,12 @@ fn run(case: &Case, method: Method, end_time: f64) -> usize {
         steps: false,
         follow: Following::default(),
     };
-    let report = Run::of_system(&case.system, 0.0, &solver, &output).start().unwrap();
-    report.events.len()
+    Run::of_system(&case.system, 0.0, &solver, &output).start().unwrap()
 }
 
 /// A chain of so many equal inertias on a belt.
-fn chain(inertias: usize) -> Case {
-    let list = |value: f64| format!("{:?}", vec![value; inertias]);
+fn chain(inertias: u32) -> Case {
+    let list = |value: f64| format!("{:?}", vec![value; inertias as usize]);
     let text = format!(
         "motion = \"translation\"\n[rotor]\nend = \"driven\"\nspeed = 0.2\n[stator]\nend = \"fixed\"\ninertia = {}\n\
          stiffness = {}\ndamping = {}\n[contact]\nnormal_force = 1.0\n[friction]\nlaw = \"hyperbolic\"\nbreakaway = 1.0\n\
@@ -51,15 +56,36 @@ fn trains(criterion: &mut Criterion) {
         });
     }
     cycles.finish();
-    let mut chains = criterion.benchmark_group("400 s of a chain on a belt by series");
-    chains.sample_size(10);
-    for inertias in [1, 5, 20] {
-        let case = chain(inertias);
-        chains.bench_function(BenchmarkId::from_parameter(inertias), |bencher| {
-            bencher.iter(|| black_box(run(&case, Method::Series, 400.0)));
-        });
+    // `cargo test` runs benchmarks, too.
+    if std::env::args().any(|argument| argument == "--bench") {
+        for method in [Method::Series, Method::Cvode, Method::CvodeBdf, Method::Arkode] {
+            costs_of_a_step(method);
+        }
     }
-    chains.finish();
+}
+
+/// Prints what a step costs in chains of several lengths, and its ratio to the inertias.
+fn costs_of_a_step(method: Method) {
+    let shortest = |case: &Case, end_time: f64| {
+        let runs = (0..5).map(|_| {
+            let clock = Instant::now();
+            let report = black_box(run(case, method, end_time));
+            let steps: u64 = report.work.iter().map(|work| work.steps).sum();
+            (clock.elapsed().as_secs_f64(), steps as f64)
+        });
+        runs.min_by(|a, b| a.0.total_cmp(&b.0)).unwrap()
+    };
+    for inertias in [1, 3, 10, 30, 100] {
+        let case = chain(inertias);
+        let (short, long) = (shortest(&case, 50.0), shortest(&case, 300.0));
+        let microseconds = 1e6 * (long.0 - short.0) / (long.1 - short.1);
+        println!(
+            "{inertias:4} inertias by {}: a step {microseconds:.2} us, {:.3} us an inertia; before the first {:.1} ms",
+            method.name(),
+            microseconds / f64::from(inertias),
+            1e3 * (short.0 - 1e-6 * microseconds * short.1)
+        );
+    }
 }
 
 criterion_group!(benches, trains);

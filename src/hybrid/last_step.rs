@@ -1,6 +1,7 @@
 //! The last step of a solver of SUNDIALS, and the states inside it.
 
 use super::{Direction, Dynamics};
+use crate::numerics::band::BandMut;
 use crate::sundials::{OdeSystem, Outcome, Solver, SolverError, Task};
 use nalgebra::DMatrixViewMut;
 use std::sync::Arc;
@@ -30,6 +31,23 @@ impl<D: Dynamics> OdeSystem for Flow<D> {
 
     fn jacobian(&mut self, tau: f64, y: &[f64], _dydt: &[f64], jacobian: DMatrixViewMut<'_, f64>) {
         self.dynamics.jacobian(&self.location, self.origin + tau, y, jacobian);
+    }
+
+    fn half_width(&self) -> Option<usize> {
+        self.dynamics.half_width()
+    }
+
+    fn band_jacobian(&mut self, tau: f64, y: &[f64], _dydt: &[f64], jacobian: &mut BandMut<'_>) {
+        self.dynamics
+            .band_jacobian(&self.location, self.origin + tau, y, jacobian);
+    }
+
+    fn enter_band(&self, x: &[f64], z: &mut [f64]) {
+        self.dynamics.enter_band(x, z);
+    }
+
+    fn leave_band(&self, z: &[f64], b: &[f64], x: &mut [f64]) {
+        self.dynamics.leave_band(&self.location, z, b, x);
     }
 
     fn roots(&mut self, tau: f64, y: &[f64], values: &mut [f64]) {

@@ -45,6 +45,7 @@ pub use run::{Finish, Start, run};
 pub use solver::{ChosenSolver, SolverKind};
 pub(crate) use variation::{Carried, CarryingRules, Measures, MovedCopy, MovedNumber, Passage, Replaced};
 
+use crate::numerics::band::BandMut;
 use nalgebra::DMatrixViewMut;
 use std::fmt::Debug;
 use std::ops::ControlFlow;
@@ -75,6 +76,20 @@ pub trait Dynamics: Send + Sync + 'static {
 
     /// Writes the dense Jacobian into a zeroed matrix.
     fn jacobian(&self, location: &Self::Location, t: f64, y: &[f64], jacobian: DMatrixViewMut<'_, f64>);
+
+    /// How far from its diagonal the Jacobian has entries in coordinates of its own; `None` where it is dense.
+    fn half_width(&self) -> Option<usize> {
+        None
+    }
+
+    /// Writes the Jacobian in those coordinates into zeros.
+    fn band_jacobian(&self, _location: &Self::Location, _t: f64, _y: &[f64], _jacobian: &mut BandMut<'_>) {}
+
+    /// Takes a change of the state into those coordinates.
+    fn enter_band(&self, _x: &[f64], _z: &mut [f64]) {}
+
+    /// Takes `z`, the solution of (I - gamma J) z = b in those coordinates, back to the state's, in which `b` is given.
+    fn leave_band(&self, _location: &Self::Location, _z: &[f64], _b: &[f64], _x: &mut [f64]) {}
 
     /// In the order of the values that [`Self::guard_values`] gives.
     fn guards(&self, location: &Self::Location) -> &'static [Guard];

@@ -12,11 +12,13 @@
 //! shaft of a tied one is that of its drive, or zero. Every other speed is a sum of twist rates from there: no torque is a
 //! difference of large numbers.
 
+use super::chain_coordinates::ChainCoordinates;
 use super::margin::twice_resistance;
 use super::system::{Bristles, ContactLaw, End, KickSide, Regularisation, Smoothing, System, Train};
 use crate::friction::{Exponential, FrictionLaw, Law};
 use crate::model::{BreakawayTest, Mode};
 use crate::numerics::Number;
+use crate::numerics::band::BandMut;
 use nalgebra::{DMatrix, DVector};
 use std::sync::OnceLock;
 
@@ -215,7 +217,14 @@ impl Side {
 
     /// Writes the rates of this side's states under the interface's torque `interface` (N m), and returns the power (W) that
     /// its drives put in and what its dampers take. In stick, `joined` is the acceleration (rad/s^2) of both surfaces.
-    fn rates(&self, driving: &Driving, interface: f64, joined: Option<f64>, y: &[f64], dydt: &mut [f64]) -> (f64, f64) {
+    pub(super) fn rates(
+        &self,
+        driving: &Driving,
+        interface: f64,
+        joined: Option<f64>,
+        y: &[f64],
+        dydt: &mut [f64],
+    ) -> (f64, f64) {
         let (n, shafts) = (self.inertia.len(), self.shafts());
         if n == 0 {
             // The drive of a rigid surface meets the interface itself.
@@ -356,6 +365,8 @@ pub struct SystemEquations<T = f64> {
     pub dimension: usize,
     /// The linear part: rates of the states for T = 0, and per unit of T; and what omega_r and T_f are made of.
     linear: OnceLock<LinearMaps>,
+    /// The same in the coordinates of a long chain.
+    chain: OnceLock<ChainCoordinates>,
 }
 
 #[derive(Debug, Clone, PartialEq)]
@@ -364,6 +375,29 @@ struct LinearMaps {
     interface: DVector<f64>,
     relative_velocity: DVector<f64>,
     transmitted: DVector<f64>,
+}
+
+/// Components of the motion from which on a band takes less time than a dense matrix.
+const LONG: usize = 20;
+
+/// What the contact adds to the Jacobian.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct ContactSlopes {
+    /// The torque by omega_r, N m s/rad.
+    pub by_speed: f64,
+    pub bristles: Option<BristleSlopes>,
+}
+
+/// The same of bristles.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct BristleSlopes {
+    /// Where the state has the deflection.
+    pub at: usize,
+    /// N m per unit of the deflection.
+    pub torque_by_deflection: f64,
+    /// Of the deflection's rate, by omega_r and by the deflection.
+    pub rate_by_speed: f64,
+    pub rate_by_deflection: f64,
 }
 
 /// Index of the quadratures behind [`SystemEquations::slip`].
@@ -391,6 +425,7 @@ impl<T: Number> SystemEquations<T> {
             slip: self.slip,
             dimension: self.dimension,
             linear: OnceLock::new(),
+            chain: OnceLock::new(),
         }
     }
 
@@ -501,6 +536,7 @@ impl SystemEquations {
             slip,
             dimension,
             linear: OnceLock::new(),
+            chain: OnceLock::new(),
         };
         system.linear();
         system
@@ -786,6 +822,54 @@ impl SystemEquations {
         maps
     }
 
+    /// The slopes of the contact's torque, and of the rate of its bristles, in a mode; none in stick and in separation.
+    fn contact_slopes(&self, mode: Mode, sense: f64, piece: usize, outside: &Outside, y: &[f64]) -> ContactSlopes {
+        let of_speed = |by_speed: f64| ContactSlopes {
+            by_speed,
+            bristles: None,
+        };
+        match mode {
+            Mode::Separated | Mode::Stick => return of_speed(0.0),
+            Mode::SlipForward | Mode::SlipBackward => {
+                return of_speed(self.contact_damping(sense, piece, outside, y));
+            }
+            Mode::Engaged => {}
+        }
+        let w = self.relative_velocity(outside, y);
+        let (mu, slope) = self.law_in(piece).coefficient_and_slope(sense * w);
+        let pressed = self.radius * outside.normal_force;
+        match self.engagement {
+            Engagement::StickSlip => of_speed(0.0),
+            Engagement::Regularised(smoothing, speed) => {
+                let v = w / speed;
+                let (shape, rate) = match smoothing {
+                    Smoothing::Tanh => (v.tanh(), 1.0 - v.tanh().powi(2)),
+                    Smoothing::Arctan => {
+                        let share = std::f64::consts::FRAC_2_PI;
+                        (share * v.atan(), share / (1.0 + v * v))
+                    }
+                };
+                let by_speed = sense * slope * shape + mu * rate / speed;
+                of_speed(by_speed * pressed)
+            }
+            Engagement::Bristles(stiffness, damping, viscous, at) => {
+                let (x, z) = (sense * w, y[at]);
+                // z' = w - sigma_0 x z/g
+                let rate_by_speed = 1.0 - stiffness * sense * z * (mu - x * slope) / (mu * mu);
+                let rate_by_deflection = -stiffness * x / mu;
+                ContactSlopes {
+                    by_speed: (damping * rate_by_speed + viscous) * pressed,
+                    bristles: Some(BristleSlopes {
+                        at,
+                        torque_by_deflection: (stiffness + damping * rate_by_deflection) * pressed,
+                        rate_by_speed,
+                        rate_by_deflection,
+                    }),
+                }
+            }
+        }
+    }
+
     /// The Jacobian of [`Self::rates`], of what the motion depends on; the quadratures have none but that of the slip.
     pub fn jacobian(
         &self,
@@ -796,61 +880,63 @@ impl SystemEquations {
         y: &[f64],
         jac: &mut nalgebra::DMatrixViewMut<'_, f64>,
     ) {
-        jac.copy_from(&self.linear().free);
-        let g = &self.linear().relative_velocity;
-        match mode {
-            Mode::Separated => {}
-            Mode::Stick => jac.ger(1.0, &self.linear().interface, &self.linear().transmitted, 1.0),
-            Mode::SlipForward | Mode::SlipBackward => {
-                let damping = self.contact_damping(sense, piece, outside, y);
-                jac.ger(damping, &self.linear().interface, g, 1.0);
-            }
-            Mode::Engaged => {
-                let w = self.relative_velocity(outside, y);
-                let (mu, slope) = self.law_in(piece).coefficient_and_slope(sense * w);
-                let pressed = self.radius * outside.normal_force;
-                match self.engagement {
-                    Engagement::StickSlip => {}
-                    Engagement::Regularised(smoothing, speed) => {
-                        let v = w / speed;
-                        let (shape, rate) = match smoothing {
-                            Smoothing::Tanh => (v.tanh(), 1.0 - v.tanh().powi(2)),
-                            Smoothing::Arctan => {
-                                let share = std::f64::consts::FRAC_2_PI;
-                                (share * v.atan(), share / (1.0 + v * v))
-                            }
-                        };
-                        let by_speed = sense * slope * shape + mu * rate / speed;
-                        jac.ger(by_speed * pressed, &self.linear().interface, g, 1.0);
-                    }
-                    Engagement::Bristles(stiffness, damping, viscous, at) => {
-                        let (x, z) = (sense * w, y[at]);
-                        // z' = w - sigma_0 x z/g
-                        let by_speed = 1.0 - stiffness * sense * z * (mu - x * slope) / (mu * mu);
-                        let by_deflection = -stiffness * x / mu;
-                        jac.ger(
-                            (damping * by_speed + viscous) * pressed,
-                            &self.linear().interface,
-                            g,
-                            1.0,
-                        );
-                        let column = (stiffness + damping * by_deflection) * pressed;
-                        for row in 0..self.mechanical() {
-                            jac[(row, at)] += column * self.linear().interface[row];
-                        }
-                        for k in 0..self.mechanical() {
-                            jac[(at, k)] = by_speed * g[k];
-                        }
-                        jac[(at, at)] += by_deflection;
-                    }
-                }
-            }
+        let maps = self.linear();
+        let g = &maps.relative_velocity;
+        jac.copy_from(&maps.free);
+        if mode == Mode::Stick {
+            jac.ger(1.0, &maps.interface, &maps.transmitted, 1.0);
+            return;
         }
-        if mode != Mode::Stick {
+        let slopes = self.contact_slopes(mode, sense, piece, outside, y);
+        if mode != Mode::Separated {
+            jac.ger(slopes.by_speed, &maps.interface, g, 1.0);
+        }
+        if let Some(bristles) = slopes.bristles {
+            let at = bristles.at;
+            for row in 0..self.mechanical() {
+                jac[(row, at)] += bristles.torque_by_deflection * maps.interface[row];
+            }
             for k in 0..self.mechanical() {
-                jac[(self.slip, k)] = g[k];
+                jac[(at, k)] = bristles.rate_by_speed * g[k];
             }
+            jac[(at, at)] += bristles.rate_by_deflection;
         }
+        for k in 0..self.mechanical() {
+            jac[(self.slip, k)] = g[k];
+        }
+    }
+
+    /// Whether the trains are so long that a linear system takes less time in the coordinates of [`Self::chain_jacobian`].
+    pub fn is_long(&self) -> bool {
+        self.mechanical() >= LONG
+    }
+
+    fn chain(&self) -> &ChainCoordinates {
+        self.chain.get_or_init(|| ChainCoordinates::new(self))
+    }
+
+    /// [`Self::jacobian`] in the speeds and twists along the chain, where it is a band.
+    pub(crate) fn chain_jacobian(
+        &self,
+        mode: Mode,
+        sense: f64,
+        piece: usize,
+        outside: &Outside,
+        y: &[f64],
+        jac: &mut BandMut<'_>,
+    ) {
+        let slopes = self.contact_slopes(mode, sense, piece, outside, y);
+        self.chain().jacobian(self, mode, &slopes, jac);
+    }
+
+    /// A change of the state in those coordinates.
+    pub(crate) fn enter_chain(&self, x: &[f64], z: &mut [f64]) {
+        self.chain().enter(self, x, z);
+    }
+
+    /// The change of the state that those coordinates stand for.
+    pub(crate) fn leave_chain(&self, z: &[f64], x: &mut [f64]) {
+        self.chain().leave(self, z, x);
     }
 
     /// Puts both surfaces at their momentum-weighted mean speed; one without inertia keeps its own.

@@ -9,6 +9,7 @@
 //! |---|---|
 //! | `system` | what defines the problem |
 //! | `equations` | the equations in twist coordinates, generic over the number |
+//! | `chain_coordinates` | the coordinates in which the Jacobian of a long chain is a band |
 //! | `contact` | the effective radius |
 //! | `breakaway`, `bounds` | when a stick breaks away |
 //! | `margin` | when steady sliding loses its stability |
@@ -27,6 +28,7 @@ pub mod absolute_angles;
 pub mod axial;
 mod bounds;
 pub mod breakaway;
+pub(crate) mod chain_coordinates;
 mod chains;
 pub mod closed_form;
 pub mod contact;

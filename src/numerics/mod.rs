@@ -13,6 +13,7 @@
 //!
 //! Nothing here allocates after it has been made.
 
+pub mod band;
 pub mod chebyshev;
 pub(crate) mod eigenvalues;
 pub mod number;

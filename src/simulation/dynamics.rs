@@ -3,12 +3,14 @@
 use super::excitation::{Excitation, OutsideSeries};
 use crate::friction::Law;
 use crate::hybrid::{Direction, Dynamics, Guard};
+use crate::model::chain_coordinates::HALF_WIDTH;
 use crate::model::closed_form;
 use crate::model::equations::{Engagement, Outside, Side, SystemEquations};
 use crate::model::slow_motion::{SlowMotion, SlowMotions};
 use crate::model::stability::least_fast_frequency;
 use crate::model::system::{Smoothing, System};
 use crate::model::{BreakawayTest, Mode};
+use crate::numerics::band::BandMut;
 use crate::numerics::eigenvalues::eigenvalues;
 use nalgebra::{DMatrix, DMatrixViewMut};
 use std::f64::consts::TAU;
@@ -425,6 +427,33 @@ impl Dynamics for SystemDynamics {
             && let Some(slow) = self.slow_motion(location.mode)
         {
             slow.project_columns(&mut jacobian);
+        }
+    }
+
+    fn half_width(&self) -> Option<usize> {
+        self.system.is_long().then_some(HALF_WIDTH)
+    }
+
+    fn band_jacobian(&self, location: &SystemLocation, t: f64, y: &[f64], jacobian: &mut BandMut<'_>) {
+        let outside = self.outside(location, t);
+        let (mode, sense, piece) = (location.mode, location.sign(), location.piece);
+        self.system.chain_jacobian(mode, sense, piece, &outside, y, jacobian);
+    }
+
+    fn enter_band(&self, x: &[f64], z: &mut [f64]) {
+        self.system.enter_chain(x, z);
+    }
+
+    fn leave_band(&self, location: &SystemLocation, z: &[f64], b: &[f64], x: &mut [f64]) {
+        self.system.leave_chain(z, x);
+        // P, which takes the fast modes out, commutes with the Jacobian: (I - gamma P J) x = b has the solution
+        // x = b + P (z - b).
+        if !location.resolved
+            && let Some(slow) = self.slow_motion(location.mode)
+        {
+            x.iter_mut().zip(b).for_each(|(x, b)| *x -= b);
+            slow.project(x);
+            x.iter_mut().zip(b).for_each(|(x, b)| *x += b);
         }
     }
 

@@ -302,9 +302,17 @@ impl<T: Number> Expansion<T> {
                 let rate = &self.state[side.twists + 2 * i + 1];
                 taylor::add_square(&mut loss, side.damping[i], &rate[..last]);
             }
-            for (i, &viscous) in side.viscous.iter().enumerate() {
-                if viscous != T::of(0.0) {
-                    taylor::add_square(&mut loss, viscous, &self.speed(side, index, i)[..last]);
+            if side.viscous.iter().any(|viscous| *viscous != T::of(0.0)) {
+                // From the outermost inertia inwards, each speed from the one before.
+                let mut speed = side.speed.map_or(driving.speed, |at| self.state[at]);
+                for (i, &viscous) in side.viscous.iter().enumerate().rev() {
+                    if i < side.shafts() {
+                        let rate = &self.state[side.twists + 2 * i + 1];
+                        for (speed, rate) in speed.iter_mut().zip(rate) {
+                            *speed = *speed - rate.times(side.sign);
+                        }
+                    }
+                    taylor::add_square(&mut loss, viscous, &speed[..last]);
                 }
             }
             if let Some(on) = side.torque_on {

@@ -63,6 +63,8 @@ pub use method::{CvodeOptions, Method, Multistep, Nonlinear, ShortSteps};
 pub use solver::Solver;
 pub use tables::{Coefficients, ErkTable, EsdirkTable};
 
+use crate::numerics::band::BandMut;
+
 /// Version of the SUNDIALS library that is linked, such as `7.1.1` (`SUNDIALS_VERSION`).
 pub const SUNDIALS_VERSION: &str = env!("STICKSLIP_SUNDIALS_VERSION");
 
@@ -91,6 +93,31 @@ pub trait OdeSystem {
     /// (`CVLsJacFn`, `ARKLsJacFn`)
     fn jacobian(&mut self, t: f64, y: &[f64], ydot: &[f64], j: nalgebra::DMatrixViewMut<'_, f64>) {
         let _ = (t, y, ydot, j);
+    }
+
+    /// How far from the diagonal the Jacobian has entries in coordinates z = T y of the system's own, if that is so little
+    /// that implicit methods are to solve their linear systems there; then [`band_jacobian`](Self::band_jacobian) is called
+    /// instead of [`jacobian`](Self::jacobian). Asked once, when an integrator is made.
+    fn half_width(&self) -> Option<usize> {
+        None
+    }
+
+    /// Adds the Jacobian in those coordinates, T J T^-1, to `j`, which arrives zeroed. (`CVLsJacFn`, `ARKLsJacFn` of a
+    /// `SUNBandMatrix`)
+    fn band_jacobian(&mut self, t: f64, y: &[f64], ydot: &[f64], j: &mut BandMut<'_>) {
+        let _ = (t, y, ydot, j);
+    }
+
+    /// Writes `z` = T `x` of a change `x` of the state.
+    fn enter_band(&self, x: &[f64], z: &mut [f64]) {
+        z.copy_from_slice(x);
+    }
+
+    /// Writes `x` = T^-1 `z`, where `z` is the solution of a linear system whose right-hand side is `b` in the coordinates of
+    /// the state.
+    fn leave_band(&self, z: &[f64], b: &[f64], x: &mut [f64]) {
+        let _ = b;
+        x.copy_from_slice(z);
     }
 
     /// Writes g(t, y): as many values as crossings are set with [`Solver::set_crossings`]. `g` arrives zeroed.

@@ -2,7 +2,7 @@
 
 use std::ffi::{c_int, c_long, c_void};
 
-use super::context::{DenseNewton, FixedPointSolver};
+use super::context::{FixedPointSolver, Newton};
 use super::core::{Core, Status, finite, positive};
 use super::error::{Callback, SolverError};
 use super::flags::Family;
@@ -54,7 +54,7 @@ impl Drop for Memory {
 pub struct Solver<S: OdeSystem> {
     // Dropped in this order.
     memory: Memory,
-    newton: Option<DenseNewton>,
+    newton: Option<Newton>,
     _fixed_point: Option<FixedPointSolver>,
     core: Core<S>,
     /// Of CVODE the highest order, of a Runge-Kutta method its own.
@@ -213,14 +213,25 @@ impl<S: OdeSystem> Solver<S> {
         self.start_climbing()
     }
 
-    /// Newton iteration with a dense Jacobian, the system's own if it has one.
+    /// Newton iteration with a band in the system's coordinates if it has such, else with a dense Jacobian, the system's own if
+    /// it has one.
     fn set_newton(&mut self) -> Result<(), SolverError> {
-        let newton = DenseNewton::new(&self.core.context, &self.core.state)?;
+        let (core, system) = (&self.core, self.system());
+        let (newton, jacobian): (_, ffi::CVLsJacFn) = match system.half_width() {
+            Some(half_width) => {
+                let newton = Newton::band::<S>(&core.context, &core.state, half_width, core.user_data())?;
+                (newton, Some(callbacks::band_jacobian::<S>))
+            }
+            None => (
+                Newton::dense(&core.context, &core.state)?,
+                system.has_jacobian().then_some(callbacks::jacobian::<S>),
+            ),
+        };
         let (solver, matrix) = (newton.solver, newton.matrix);
         self.newton = Some(newton);
         either_linear!(self, CVodeSetLinearSolver | ARKodeSetLinearSolver(solver, matrix))?;
-        if self.system().has_jacobian() {
-            either_linear!(self, CVodeSetJacFn | ARKodeSetJacFn(Some(callbacks::jacobian::<S>)))?;
+        if jacobian.is_some() {
+            either_linear!(self, CVodeSetJacFn | ARKodeSetJacFn(jacobian))?;
         }
         Ok(())
     }
