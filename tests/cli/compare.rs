@@ -209,7 +209,7 @@ fn cli_names_and_units_come_from_a_mapping_or_from_headers() {
     assert_eq!(c["detection"]["hysteresis"], 3.0);
     folder.write("kinds.csv", "time,kind\n6.975001494461,0\n6.975049781418,free\n");
     folder.write("kinds.toml", "[events.kinds]\nfree = \"slip\"\n");
-    let c = compared(&folder, &["kinds.csv", "--map", "kinds.toml"]);
+    let c = compared(&folder, &["kinds.csv", "--map", "kinds.toml", "--quick"]);
     assert_eq!((&c["missing"], &c["spurious"]), (&93.into(), &0.into()));
 }
 
@@ -256,7 +256,7 @@ fn cli_requirements_are_not_met_by_what_is_not_covered() {
     folder.write("before.csv", lines(0.0, 1.0));
     folder.write("after.csv", lines(50.0, 60.0));
     for name in ["before.csv", "after.csv"] {
-        let c = compared(&folder, &[name]);
+        let c = compared(&folder, &[name, "--quick"]);
         assert_eq!((&c["reference_events"], &c["uncovered"]), (&0.into(), &95.into()));
         assert!(
             c["verdict"]
@@ -266,7 +266,7 @@ fn cli_requirements_are_not_met_by_what_is_not_covered() {
             "{c}"
         );
         for metric in "missing<=0 spurious<=0 uncovered<=0 events<1 onset<1 sticks<=0 last_period<1".split(' ') {
-            let arguments = ["compare", "paper.h5", name, "-q", "--require", metric];
+            let arguments = ["compare", "paper.h5", name, "-q", "--quick", "--require", metric];
             let (_, stderr) = output(&mut folder.stickslip(&arguments), 1);
             assert!(stderr.contains(metric), "{stderr}");
         }

@@ -105,7 +105,7 @@ fn regression_names_of_another_encoding_are_listed() {
     let (code, stdout, _) = survive(&folder.path(""), &["check", "run.h5"]);
     assert!(code == 1 && stdout.contains("is not UTF-8"), "{stdout}");
     refused(&folder, &["compare", "run.h5", "other.h5"], &["run.h5", "is not UTF-8"]);
-    let (code, _, stderr) = survive(&folder.path(""), &["compare", "sound.h5", "other.h5"]);
+    let (code, _, stderr) = survive(&folder.path(""), &["compare", "sound.h5", "other.h5", "--quick"]);
     assert_eq!(code, 0, "{stderr}");
 }
 
@@ -140,7 +140,7 @@ fn regression_links_that_lead_back_are_followed_once() {
         places.iter().all(|place| place.matches("whole").count() <= 1),
         "{places:?}"
     );
-    let (code, _, stderr) = survive(&folder.path(""), &["compare", "run.h5", "cycle.h5"]);
+    let (code, _, stderr) = survive(&folder.path(""), &["compare", "run.h5", "cycle.h5", "--quick"]);
     assert_eq!(code, 0, "{stderr}");
 }
 
@@ -521,7 +521,8 @@ fn regression_other_files_are_read_only_on_demand() {
     }
     folder.ok_short("-q -o run2.h5");
     for name in ["links.h5", "virtual.h5"] {
-        let (code, _, stderr) = survive(&folder.path(""), &["compare", "run2.h5", name, "--follow-external"]);
+        let compare = ["compare", "run2.h5", name, "--quick", "--follow-external"];
+        let (code, _, stderr) = survive(&folder.path(""), &compare);
         assert_eq!(code, 0, "{name}: {stderr}");
     }
 }
@@ -565,7 +566,7 @@ fn regression_a_column_that_is_left_out_is_said_to_be() {
         &["no column of times", "left out", "1099511627776"],
     );
     columns(["time", "relative_velocity"], "other");
-    let (code, _, stderr) = survive(&folder.path(""), &["compare", "run.h5", "other.h5"]);
+    let (code, _, stderr) = survive(&folder.path(""), &["compare", "run.h5", "other.h5", "--quick"]);
     assert_eq!(code, 0, "{stderr}");
 }
 
@@ -600,12 +601,12 @@ fn regression_links_of_the_file_system_lead_to_no_other_file() {
         );
     }
     write_virtual(&folder.path("shared/virtual.h5"), "near.h5", own);
-    let compare = ["compare", "run.h5", "shared/virtual.h5"];
+    let compare = ["compare", "run.h5", "shared/virtual.h5", "--quick"];
     let (code, _, stderr) = survive(&folder.path(""), &compare);
     assert_eq!(code, 0, "{stderr}");
     // The file itself may be named by a link.
     std::os::unix::fs::symlink("shared/virtual.h5", folder.path("named.h5")).unwrap();
-    let (code, _, stderr) = survive(&folder.path(""), &["compare", "run.h5", "named.h5"]);
+    let (code, _, stderr) = survive(&folder.path(""), &["compare", "run.h5", "named.h5", "--quick"]);
     assert_eq!(code, 0, "{stderr}");
 }
 
@@ -624,7 +625,7 @@ fn regression_a_pattern_of_names_leads_to_no_other_file() {
         drop(write_candidate(&folder.path("beside0.h5")));
         refused(&folder, &compare, &[source, "--follow-external"]);
     }
-    let follow = ["compare", "run.h5", "file.h5", "--follow-external"];
+    let follow = ["compare", "run.h5", "file.h5", "--quick", "--follow-external"];
     let (code, _, stderr) = survive(&folder.path(""), &follow);
     assert_eq!(code, 0, "{stderr}");
 }

@@ -205,12 +205,12 @@ fn cli_a_comparison_is_something_to_look_at() {
         .map(|(t, row)| (t + 1e-6, row))
         .collect::<Vec<_>>();
     folder.write("mine.csv", csv(&rows));
-    folder.ok("compare paper.h5 mine.csv -q --report a.html");
+    folder.ok("compare paper.h5 mine.csv -q --quick --report a.html");
     let page = text_of(&folder, "a.html");
     assert_eq!(page.matches("<svg").count(), 4);
     says(&page, &["largest error", "Error of the time of each event"]);
     let before = folder.names();
-    folder.ok("compare paper.h5 mine.csv -q --report a.md");
+    folder.ok("compare paper.h5 mine.csv -q --quick --report a.md");
     let report = text_of(&folder, "a.md");
     let new: Vec<String> = folder
         .names()
@@ -225,7 +225,7 @@ fn cli_a_comparison_is_something_to_look_at() {
         "{report}"
     );
     // Over its own, and not over another's.
-    folder.ok("compare paper.h5 mine.csv -q --report a.md");
+    folder.ok("compare paper.h5 mine.csv -q --quick --report a.md");
     let listed = folder.ok("plot paper.h5 --candidate mine.csv --format svg -o drawn");
     assert_eq!(listed.lines().count(), 4, "{listed}");
     let channel = [

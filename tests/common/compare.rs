@@ -56,6 +56,11 @@ pub fn compare(candidate: &Path, mapping: &Mapping) -> Comparison {
     Reference::open(paper()).unwrap().compare(candidate, mapping).unwrap()
 }
 
+/// The same, but no cause is sought.
+pub fn compare_quick(candidate: &Path, mapping: Mapping) -> Comparison {
+    compare(candidate, &Mapping { quick: true, ..mapping })
+}
+
 pub fn causes(comparison: &Comparison) -> Vec<Cause> {
     comparison.causes.iter().map(|d| d.cause).collect()
 }

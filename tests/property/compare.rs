@@ -1,6 +1,6 @@
 //! What is done to a copy of the reference comes back from the comparison.
 
-use crate::common::compare::{compare, csv, events_csv, paper, rows_of, run, word_of, write};
+use crate::common::compare::{compare, compare_quick, csv, events_csv, paper, rows_of, run, word_of, write};
 use crate::common::unlocked;
 use stickslip::compare::{Comparison, Detection, Detector, Mapping, Point, Reference};
 use stickslip::record::sequence::Fault;
@@ -93,7 +93,7 @@ fn faults(change: impl Fn(&mut Vec<(f64, String)>)) -> Vec<(Fault, &'static str,
     let folder = tempfile::tempdir().unwrap();
     let mut word = word_of(paper());
     change(&mut word);
-    let c = compare(&write(&folder, "events.csv", &events_csv(&word)), &Mapping::default());
+    let c = compare_quick(&write(&folder, "events.csv", &events_csv(&word)), Mapping::default());
     c.sequence.iter().map(|d| (d.fault, d.kind, d.position)).collect()
 }
 
@@ -143,7 +143,7 @@ fn property_a_shifted_run_has_the_errors_of_its_shift_and_none_in_its_phase() {
         event_file: Some(write(&folder, "events.csv", &events_csv(&word))),
         ..Mapping::default()
     };
-    let c = compare(&series, &mapping);
+    let c = compare_quick(&series, mapping);
     assert!((c.event_errors.max.unwrap() - shift).abs() < 4e-15);
     let in_phase = c.channels.iter().filter(|row| row.phase.name().contains("between"));
     let of_velocity = in_phase
@@ -207,7 +207,7 @@ fn property_a_part_of_a_run_is_held_against_that_part() {
 
 #[test]
 fn property_the_energy_balance_of_a_result_closes_and_a_false_rate_opens_it() {
-    let of = |path: &std::path::Path| compare(path, &Mapping::default()).energy_drift.unwrap();
+    let of = |path: &std::path::Path| compare_quick(path, Mapping::default()).energy_drift.unwrap();
     // Events lie between samples of T_n/96; each costs up to the power times a part of that.
     let drift = of(paper());
     assert!(drift.max < 1e-6 * drift.initial, "{drift:?}");

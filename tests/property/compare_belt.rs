@@ -168,6 +168,14 @@ fn rows_judged(reference: &Path, rows: &[[f64; 3]]) -> Comparison {
     judged(reference, &[("mine.csv", csv("t,x,v", rows))], |_| {})
 }
 
+/// The same, but no cause is sought.
+fn rows_compared(reference: &Path, rows: &[[f64; 3]], change: impl Fn(&mut Mapping)) -> Comparison {
+    judged(reference, &[("mine.csv", csv("t,x,v", rows))], |mapping| {
+        mapping.quick = true;
+        change(mapping);
+    })
+}
+
 fn judge(solver: Solver) -> Comparison {
     rows_judged(belt(), &solver.run().0)
 }
@@ -190,7 +198,7 @@ fn moved(position: f64, speed: f64) -> Comparison {
     let folder = tempfile::tempdir().unwrap();
     let (reference, rows) = own_rows(folder.path(), "belt-leine", ["time", "phi1", "phi1_dot"]);
     let rows: Vec<[f64; 3]> = rows.iter().map(|[t, x, v]| [*t, x + position, v + speed]).collect();
-    rows_judged(&reference, &rows)
+    rows_compared(&reference, &rows, |_| {})
 }
 
 /// Nothing is left of the reference's own values, and a constant is found as what it is.
@@ -226,21 +234,21 @@ fn published_a_regularised_law_is_seen_without_a_threshold() {
         step: 1e-3,
         ..SOUND
     };
-    let c = judge(solver);
-    let score = c.score.unwrap();
+    let rows = solver.run().0;
+    let score = rows_compared(belt(), &rows, |_| {}).score.unwrap();
     // At the end of a stick mu = 1/(1 + 3 w) carries what the spring does; over its middle half some 1e-4 to 1e-3 m/s.
     let creep = score.creep.unwrap();
     assert!((1e-5..1e-3).contains(&creep.rms) && creep.reference == 0.0, "{creep:?}");
     let period = score.period.unwrap();
     assert!((period.error + 0.10043135).abs() < 1e-4, "{period:?}");
     // Its slips begin slowly: the higher threshold is reached later.
-    let moved = judged(belt(), &[("mine.csv", csv("t,x,v", &solver.run().0))], |mapping| {
+    let moved = rows_compared(belt(), &rows, |mapping| {
         mapping.set_tolerance("1 mm/s").unwrap();
     });
     let effect = moved.hysteresis.unwrap();
     assert_eq!((effect.stick_begins, effect.stick_ends), (1e-3, 2e-3));
     assert!(effect.slips_later.unwrap() > 1e-3, "{effect:?}");
-    let plain = judged(belt(), &[("mine.csv", csv("t,x,v", &solver.run().0))], |mapping| {
+    let plain = rows_compared(belt(), &rows, |mapping| {
         mapping.set_tolerance("1 mm/s").unwrap();
         mapping.set_hysteresis(1.0).unwrap();
     });
@@ -270,11 +278,11 @@ fn analytic_a_late_event_is_named_and_is_no_drift() {
     assert_eq!((wrong.position, wrong.kind, wrong.fault), (6, "slip", None));
     assert!((wrong.error.unwrap() - 8.58e-3).abs() < 1e-7, "{wrong:?}");
     // A stiffer spring makes each cycle shorter by as much.
-    let c = judge(Solver {
+    let stiff = Solver {
         stiffness: 1.003,
         ..SOUND
-    });
-    assert!(c.cycles.unwrap().drifts);
+    };
+    assert!(rows_compared(belt(), &stiff.run().0, |_| {}).cycles.unwrap().drifts);
 }
 
 /// A run that conserves its balance shows no drift, however coarse its samples and wherever events lie between them; energy that
@@ -293,7 +301,7 @@ fn property_a_drift_of_energy_is_above_what_the_samples_resolve() {
     for [t, x, _] in &mut rows {
         *x *= if *t > 50.0 { 1.1 } else { 1.0 };
     }
-    let drift = rows_judged(belt(), &rows).energy_drift.unwrap();
+    let drift = rows_compared(belt(), &rows, |_| {}).energy_drift.unwrap();
     assert!(drift.is_resolved(), "{drift:?}");
 }
 
