@@ -6,7 +6,7 @@ use super::plot_studies::{self, Chosen, Kind, NotDrawn};
 use super::{CommandError, End, complain, print, print_json, tell, terminal};
 use crate::analysis::advice::capitalised;
 use crate::case::Motion;
-use crate::compare::Reference;
+use crate::compare::{Mapping, Reference};
 use crate::plot::catalogue::{self, ENTRIES, in_words_of};
 use crate::plot::comparison::Beside;
 use crate::plot::entry::{Entry, Subject};
@@ -178,7 +178,11 @@ fn beside(options: &PlotOptions, candidate: &Path, common: &Common) -> Result<En
     }
     let run = Run::open(file)?;
     let reference = Reference::open(file)?;
-    let mapping = columns(&reference, options.map.as_deref(), &options.columns)?;
+    let mapping = Mapping {
+        // No figure shows a cause.
+        quick: true,
+        ..columns(&reference, options.map.as_deref(), &options.columns)?
+    };
     let beside = Beside {
         reference: &reference,
         run: &run,
