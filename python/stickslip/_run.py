@@ -173,7 +173,7 @@ class Run:
 
     @property
     def witness(self) -> dict[str, Any] | None:
-        """What another method made of the case, if ``witness=True`` asked for it; of a run from a file its ``statement`` alone."""
+        """What another method made of the case, if it was asked; of a run from a file its ``statement`` alone."""
         witness = self._carried.get("witness", self._native.witness)
         return None if witness is None else json.loads(witness)
 
@@ -326,8 +326,7 @@ class Run:
     def save(self, path: PathLike, *, replace: bool = False) -> Path:
         """Writes the result file, and returns where it is.
 
-        It is the file that ``stickslip run --no-witness`` writes (with ``witness=True`` the one with the witness), byte by byte
-        but for /meta, whose ``command_line`` is that of this process, and ``history``. An earlier result
+        It is the file that ``stickslip run`` writes (with ``witness=False`` that of ``--no-witness``), byte by byte but for /meta, whose ``command_line`` is that of this process, and ``history``. An earlier result
         of this program there is replaced, any other file only with ``replace``. Of a run that did not come to its end it is the
         partial file, ``NAME.partial.h5``.
         """
@@ -413,7 +412,7 @@ def run(
     rtol: float | None = None,
     end_time: float | str | None = None,
     dense: bool = False,
-    witness: bool = False,
+    witness: bool | None = None,
     trajectory: bool = True,
 ) -> Run:
     """Integrates a case in memory.
@@ -426,8 +425,9 @@ def run(
     :param rtol: the relative tolerance, ``solver.rtol``.
     :param end_time: s, or a text with a unit.
     :param dense: keep the motion between the samples, for :meth:`Run.at`.
-    :param witness: ask another method whether it finds the same events; that is a second run. Where the two do not agree, the
-        run is made again with finer settings, if these help.
+    :param witness: ask another method whether it finds the same events, as the program does; that is a second run. Where the
+        two do not agree, the run is made again with finer settings, if these help. By default it is asked unless the events are
+        kept alone.
     :param trajectory: ``False`` keeps the events alone, which is several times faster: for many runs.
     :raises CaseError: with every problem of the case, its line and key.
     :raises RunError: the run failed; ``error.run`` is what was computed.
@@ -439,7 +439,8 @@ def run(
         raise InputError("dense=True keeps the motion, and trajectory=False does not; leave one of them out")
     others = {"solver.method": method, "solver.rtol": rtol, "output.end_time": end_time, "output.dense": dense or None}
     chosen = settings(overrides, **others)
-    native = _native.run(kind, text, chosen, witness, trajectory)
+    asked = trajectory if witness is None else witness
+    native = _native.run(kind, text, chosen, asked, trajectory)
     made = Run(native)
     if not trajectory:
         made._resolved = _native.resolve(kind, text, chosen)

@@ -89,7 +89,7 @@ def normal(path: Path) -> dict[str, bytes]:
 def test_results_save_is_the_file_of_the_program(tmp_path, program, case, overrides):
     saved = stickslip.run(case, overrides).save(tmp_path / "saved.h5")
     settings = [f"--set={key}={str(value).lower()}" for key, value in overrides.items()]
-    subprocess.run([program, "run", case, "-q", "--no-witness", "-o", tmp_path / "program.h5", *settings], check=True)
+    subprocess.run([program, "run", case, "-q", "-o", tmp_path / "program.h5", *settings], check=True)
     ours, theirs = normal(saved), normal(tmp_path / "program.h5")
     assert ours.keys() == theirs.keys()
     assert [name for name in ours if ours[name] != theirs[name]] == []
@@ -312,11 +312,13 @@ def test_property_representations(paper, belt):
 
 
 def test_property_witness():
-    run = stickslip.run("belt-leine", {"output.end_time": 30}, witness=True)
+    run = stickslip.run("belt-leine", {"output.end_time": 30})
     assert run.witness is not None and run.witness["testimony"] == "same-sequence"
     assert run.witness["method"] == "series"
     apart = np.abs(run.events["witness_time"] - run.events["time"])
     assert len(apart) == len(run.events["time"]) and (apart < 1e-9).all()
+    for unasked in ({"witness": False}, {"trajectory": False}):
+        assert stickslip.run("belt-leine", {"output.end_time": 30}, **unasked).witness is None
 
 
 def test_property_modes():
@@ -352,7 +354,7 @@ def test_regression_a_run_without_trajectory_repeats_whole():
 
 
 def test_property_pickled_runs_are_the_run(tmp_path):
-    made = stickslip.run("paper", method="series", witness=True)
+    made = stickslip.run("paper", method="series")
     for again in (pickle.loads(pickle.dumps(made)), pickle.loads(pickle.dumps(pickle.loads(pickle.dumps(made))))):
         assert again.path is None and again.case == made.case and again.summary == made.summary
         assert (again.report, again.warnings, again.witness) == (made.report, made.warnings, made.witness)
