@@ -2,8 +2,8 @@
 //!
 //!     cargo bench --bench trains
 //!
-//! The lines "a step" are the answer to the latter: the shortest of five runs to 300 s less that to 50 s, over the difference of
-//! their steps, so that what a run costs before its first step is left out.
+//! The lines "a step" give its cost: the shortest of five runs to 300 s less that to 50 s, over the difference of their steps,
+//! which leaves out what a run costs before its first step.
 
 use criterion::{Criterion, criterion_group, criterion_main};
 use std::hint::black_box;

@@ -11,7 +11,7 @@ import sys
 
 NAMES = ("licen", "copying", "notice", "copyright")
 # Sources of C libraries, inside the crates that build them.
-INSIDE = ("vendor", "ext/hdf5", "src/zlib")
+INSIDE = ("vendor", "ext/hdf5", "src/zlib", "libdeflate")
 
 
 def texts(folder):
@@ -57,7 +57,7 @@ def main():
                 by_text.setdefault(text, []).append(f"the C library in {name}")
     font = pathlib.Path(metadata["workspace_root"], "data/fonts/LICENSE").read_text().strip()
     by_text.setdefault(font, []).append("the font of the figures, DejaVu Sans")
-    for needed in ("hdf5-metno-src", "libz-sys", "sundials-sys"):
+    for needed in ("hdf5-metno-src", "libdeflate-sys", "libz-sys", "sundials-sys"):
         assert any(f"the C library in {needed} " in name for names in by_text.values() for name in names), needed
     for text, names in by_text.items():
         print(f"\n{'=' * 80}\n{text}\n{'-' * 80}\n{', '.join(names)}")

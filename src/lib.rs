@@ -11,8 +11,8 @@
 //! | `input` | reading texts within limits |
 //! | `quote` | what a message quotes of an input |
 //! | `workers` | the pool of threads for independent jobs |
-//! | [`sundials`] | safe CVODE and ARKODE; no physics |
 //! | [`numerics`] | Taylor series, polynomial roots, Radau IIA; no physics |
+//! | [`sundials`] | safe CVODE and ARKODE; no physics |
 //! | [`friction`] | the friction laws, behind one interface |
 //! | [`signal`] | what is applied from outside, as a function of time |
 //! | [`model`] | the equations: pure functions of parameters and state; no solver |

@@ -32,7 +32,7 @@ const FILES: u64 = 300;
 /// No file may take longer to read, s: a machine under load needs a hundredth of it.
 const LONGEST: f64 = 10.0;
 
-/// Nor to find the cause of what it has, which is some hundred runs of the reference.
+/// Longest search for a cause, s: some hundred runs of the reference.
 const LONGEST_CAUSE: f64 = 60.0;
 
 /// Nor more memory than this, bytes.

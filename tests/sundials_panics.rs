@@ -1,10 +1,12 @@
 //! A panic of a callback goes through C without unwinding it, and comes out of `advance` as it went in. Small enough
 //! for `valgrind --leak-check=full --error-exitcode=1`, and without the test harness, whose threads show up there.
 
+use std::cell::Cell;
 use std::panic::{AssertUnwindSafe, catch_unwind, panic_any};
 use std::rc::Rc;
 
 use nalgebra::DMatrixViewMut;
+use stickslip::numerics::band::BandMut;
 use stickslip::sundials::{
     CvodeOptions, Direction, ErkTable, EsdirkTable, Multistep, Nonlinear, OdeSystem, Outcome, Solver, SolverError,
     Task, Tolerances,
@@ -16,6 +18,10 @@ enum Where {
     Rhs,
     Jacobian,
     Roots,
+    /// Of a system with a band in its own coordinates.
+    BandJacobian,
+    Enter,
+    Leave,
 }
 
 /// Not a string: it has to arrive whole.
@@ -29,7 +35,7 @@ struct Payload {
 struct Grenade {
     place: Where,
     after: u32,
-    calls: u32,
+    calls: Cell<u32>,
     /// Counts the systems that are alive.
     _alive: Rc<()>,
 }
@@ -39,15 +45,15 @@ impl Grenade {
         Self {
             place,
             after,
-            calls: 0,
+            calls: Cell::new(0),
             _alive: alive.clone(),
         }
     }
 
-    fn tick(&mut self, place: Where, time: f64) {
+    fn tick(&self, place: Where, time: f64) {
         if place == self.place {
-            self.calls += 1;
-            if self.calls > self.after {
+            self.calls.update(|calls| calls + 1);
+            if self.calls.get() > self.after {
                 panic_any(Payload { place, time });
             }
         }
@@ -71,6 +77,27 @@ impl OdeSystem for Grenade {
     fn jacobian(&mut self, t: f64, _y: &[f64], _ydot: &[f64], mut j: DMatrixViewMut<'_, f64>) {
         self.tick(Where::Jacobian, t);
         j[(0, 0)] = -1.0;
+    }
+
+    fn half_width(&self) -> Option<usize> {
+        let of_a_band = [Where::BandJacobian, Where::Enter, Where::Leave];
+        of_a_band.contains(&self.place).then_some(0)
+    }
+
+    fn band_jacobian(&mut self, t: f64, _y: &[f64], _ydot: &[f64], j: &mut BandMut<'_>) {
+        self.tick(Where::BandJacobian, t);
+        j.add(0, 0, -1.0);
+    }
+
+    fn enter_band(&self, x: &[f64], z: &mut [f64]) {
+        self.tick(Where::Enter, 0.0);
+        z[0] = 2.0 * x[0];
+    }
+
+    fn leave_band(&self, z: &[f64], b: &[f64], x: &mut [f64]) {
+        self.tick(Where::Leave, 0.0);
+        assert!(b[0].is_finite());
+        x[0] = z[0] / 2.0;
     }
 
     fn roots(&mut self, t: f64, y: &[f64], g: &mut [f64]) {
@@ -145,13 +172,20 @@ fn main() {
             explode(Solver::new(system, EsdirkTable::Esdirk436L2sa6s34, 0.0, &[1.0], &tolerances()).unwrap());
         }
     }
-    explode(cvode(
-        Grenade::new(Where::Jacobian, 0, &alive),
-        Multistep::Bdf,
-        Nonlinear::Newton,
-    ));
-    let system = Grenade::new(Where::Jacobian, 0, &alive);
-    explode(Solver::new(system, EsdirkTable::Esdirk436L2sa6s34, 0.0, &[1.0], &tolerances()).unwrap());
+    let of_newton = [
+        (Where::Jacobian, 0),
+        (Where::BandJacobian, 0),
+        (Where::Enter, 0),
+        (Where::Enter, 7),
+        (Where::Leave, 0),
+        (Where::Leave, 7),
+    ];
+    for (place, after) in of_newton {
+        let system = Grenade::new(place, after, &alive);
+        explode(cvode(system, Multistep::Bdf, Nonlinear::Newton));
+        let system = Grenade::new(place, after, &alive);
+        explode(Solver::new(system, EsdirkTable::Esdirk436L2sa6s34, 0.0, &[1.0], &tolerances()).unwrap());
+    }
 
     // The dense output of degree 5 calls the right-hand side, too.
     let mut solver = Solver::new(

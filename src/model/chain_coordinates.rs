@@ -11,16 +11,19 @@
 //! A change of coordinates takes one pass along the chain, and a linear system n steps of constant cost.
 
 use super::Mode;
-use super::equations::{ContactSlopes, Outside, Side, SystemEquations};
+use super::equations::{Outside, Side, SystemEquations};
 use crate::numerics::band::BandMut;
 
 /// How far from the diagonal an element may be: in stick the speed of one surface depends on that of the inertia beyond the
 /// other.
 pub(crate) const HALF_WIDTH: usize = 4;
 
+/// Components of the motion from which on a band takes less time than a dense matrix.
+const LONG: usize = 20;
+
 /// Where the components are, and the linear part of the equations.
-#[derive(Debug, Clone, PartialEq)]
-pub(super) struct ChainCoordinates {
+#[derive(Debug)]
+pub(crate) struct ChainCoordinates {
     /// Of a component of the state; a twist rate becomes the speed of the inertia inside its shaft.
     places: Vec<usize>,
     /// The columns of the rates for T = 0, within the band.
@@ -32,7 +35,12 @@ pub(super) struct ChainCoordinates {
 }
 
 impl ChainCoordinates {
-    pub(super) fn new(system: &SystemEquations) -> Self {
+    /// Of trains so long that a linear system takes less time so.
+    pub(crate) fn of_long(system: &SystemEquations) -> Option<Self> {
+        (system.mechanical() >= LONG).then(|| ChainCoordinates::new(system))
+    }
+
+    fn new(system: &SystemEquations) -> Self {
         let mut order = Vec::with_capacity(system.dimension);
         let stator = &system.stator;
         order.extend(stator.speed);
@@ -102,7 +110,7 @@ impl ChainCoordinates {
     }
 
     /// From the components of a change of the state to these coordinates.
-    pub(super) fn enter(&self, system: &SystemEquations, x: &[f64], z: &mut [f64]) {
+    pub(crate) fn enter(&self, system: &SystemEquations, x: &[f64], z: &mut [f64]) {
         for (&place, x) in self.places.iter().zip(x) {
             z[place] = *x;
         }
@@ -116,7 +124,7 @@ impl ChainCoordinates {
     }
 
     /// The inverse of [`Self::enter`].
-    pub(super) fn leave(&self, system: &SystemEquations, z: &[f64], x: &mut [f64]) {
+    pub(crate) fn leave(&self, system: &SystemEquations, z: &[f64], x: &mut [f64]) {
         for (&place, x) in self.places.iter().zip(x.iter_mut()) {
             *x = z[place];
         }
@@ -130,8 +138,15 @@ impl ChainCoordinates {
         }
     }
 
-    /// Writes the Jacobian of the rates in a mode, into zeros.
-    pub(super) fn jacobian(&self, system: &SystemEquations, mode: Mode, slopes: &ContactSlopes, j: &mut BandMut<'_>) {
+    /// [`SystemEquations::jacobian`] in these coordinates, into zeros.
+    pub(crate) fn jacobian(
+        &self,
+        system: &SystemEquations,
+        (mode, sense, piece): (Mode, f64, usize),
+        outside: &Outside,
+        y: &[f64],
+        j: &mut BandMut<'_>,
+    ) {
         for (column, free) in self.free.iter().enumerate() {
             for (offset, &entry) in free.iter().enumerate() {
                 if entry != 0.0 {
@@ -150,6 +165,7 @@ impl ChainCoordinates {
             add(&self.interface, &self.transmitted, 1.0);
             return;
         }
+        let slopes = system.contact_slopes(mode, sense, piece, outside, y);
         add(&self.interface, &self.relative_velocity, slopes.by_speed);
         add(&[(self.places[system.slip], 1.0)], &self.relative_velocity, 1.0);
         if let Some(bristles) = &slopes.bristles {
@@ -222,6 +238,7 @@ mod tests {
                 normal_force: 30.0,
                 ..Outside::default()
             };
+            let chain = ChainCoordinates::new(system);
             let y: Vec<f64> = (0..n).map(|k| 0.3 * (1.0 + k as f64).sin()).collect();
             let modes: &[Mode] = match system.engagement {
                 Engagement::StickSlip => &[Mode::Separated, Mode::Stick, Mode::SlipForward],
@@ -233,7 +250,7 @@ mod tests {
                 let stride = 2 * HALF_WIDTH + 1;
                 let mut entries = vec![0.0; stride * n];
                 let mut band = BandMut::new(&mut entries, stride, HALF_WIDTH, HALF_WIDTH);
-                system.chain_jacobian(mode, 1.0, 0, &outside, &y, &mut band);
+                chain.jacobian(system, (mode, 1.0, 0), &outside, &y, &mut band);
                 let entry = |i: usize, j: usize| match i.abs_diff(j) {
                     0..=HALF_WIDTH => entries[j * stride + HALF_WIDTH + i - j],
                     _ => 0.0,
@@ -244,9 +261,9 @@ mod tests {
                 let largest = dense.amax();
                 for k in 0..n {
                     x[k] = 1.0;
-                    system.enter_chain(&x, &mut z);
+                    chain.enter(system, &x, &mut z);
                     x[k] = 0.0;
-                    system.enter_chain(dense.column(k).as_slice(), &mut image);
+                    chain.enter(system, dense.column(k).as_slice(), &mut image);
                     let through = &band * DMatrix::from_column_slice(n, 1, &z);
                     for (i, (a, b)) in through.iter().zip(&image).enumerate() {
                         assert!(
@@ -255,7 +272,7 @@ mod tests {
                         );
                     }
                     let mut back = vec![0.0; n];
-                    system.leave_chain(&z, &mut back);
+                    chain.leave(system, &z, &mut back);
                     assert!(back.iter().enumerate().all(|(i, x)| *x == f64::from(u8::from(i == k))));
                 }
             }

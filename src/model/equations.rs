@@ -12,13 +12,11 @@
 //! shaft of a tied one is that of its drive, or zero. Every other speed is a sum of twist rates from there: no torque is a
 //! difference of large numbers.
 
-use super::chain_coordinates::ChainCoordinates;
 use super::margin::twice_resistance;
 use super::system::{Bristles, ContactLaw, End, KickSide, Regularisation, Smoothing, System, Train};
 use crate::friction::{Exponential, FrictionLaw, Law};
 use crate::model::{BreakawayTest, Mode};
 use crate::numerics::Number;
-use crate::numerics::band::BandMut;
 use nalgebra::{DMatrix, DVector};
 use std::sync::OnceLock;
 
@@ -365,8 +363,6 @@ pub struct SystemEquations<T = f64> {
     pub dimension: usize,
     /// The linear part: rates of the states for T = 0, and per unit of T; and what omega_r and T_f are made of.
     linear: OnceLock<LinearMaps>,
-    /// The same in the coordinates of a long chain.
-    chain: OnceLock<ChainCoordinates>,
 }
 
 #[derive(Debug, Clone, PartialEq)]
@@ -376,9 +372,6 @@ struct LinearMaps {
     relative_velocity: DVector<f64>,
     transmitted: DVector<f64>,
 }
-
-/// Components of the motion from which on a band takes less time than a dense matrix.
-const LONG: usize = 20;
 
 /// What the contact adds to the Jacobian.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -425,7 +418,6 @@ impl<T: Number> SystemEquations<T> {
             slip: self.slip,
             dimension: self.dimension,
             linear: OnceLock::new(),
-            chain: OnceLock::new(),
         }
     }
 
@@ -536,7 +528,6 @@ impl SystemEquations {
             slip,
             dimension,
             linear: OnceLock::new(),
-            chain: OnceLock::new(),
         };
         system.linear();
         system
@@ -823,7 +814,14 @@ impl SystemEquations {
     }
 
     /// The slopes of the contact's torque, and of the rate of its bristles, in a mode; none in stick and in separation.
-    fn contact_slopes(&self, mode: Mode, sense: f64, piece: usize, outside: &Outside, y: &[f64]) -> ContactSlopes {
+    pub(super) fn contact_slopes(
+        &self,
+        mode: Mode,
+        sense: f64,
+        piece: usize,
+        outside: &Outside,
+        y: &[f64],
+    ) -> ContactSlopes {
         let of_speed = |by_speed: f64| ContactSlopes {
             by_speed,
             bristles: None,
@@ -904,39 +902,6 @@ impl SystemEquations {
         for k in 0..self.mechanical() {
             jac[(self.slip, k)] = g[k];
         }
-    }
-
-    /// Whether the trains are so long that a linear system takes less time in the coordinates of [`Self::chain_jacobian`].
-    pub fn is_long(&self) -> bool {
-        self.mechanical() >= LONG
-    }
-
-    fn chain(&self) -> &ChainCoordinates {
-        self.chain.get_or_init(|| ChainCoordinates::new(self))
-    }
-
-    /// [`Self::jacobian`] in the speeds and twists along the chain, where it is a band.
-    pub(crate) fn chain_jacobian(
-        &self,
-        mode: Mode,
-        sense: f64,
-        piece: usize,
-        outside: &Outside,
-        y: &[f64],
-        jac: &mut BandMut<'_>,
-    ) {
-        let slopes = self.contact_slopes(mode, sense, piece, outside, y);
-        self.chain().jacobian(self, mode, &slopes, jac);
-    }
-
-    /// A change of the state in those coordinates.
-    pub(crate) fn enter_chain(&self, x: &[f64], z: &mut [f64]) {
-        self.chain().enter(self, x, z);
-    }
-
-    /// The change of the state that those coordinates stand for.
-    pub(crate) fn leave_chain(&self, z: &[f64], x: &mut [f64]) {
-        self.chain().leave(self, z, x);
     }
 
     /// Puts both surfaces at their momentum-weighted mean speed; one without inertia keeps its own.

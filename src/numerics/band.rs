@@ -29,7 +29,7 @@ impl<'a> BandMut<'a> {
     /// Adds to an element.
     ///
     /// # Panics
-    /// It is outside of the band or of the matrix.
+    /// It is outside of the band, or the column is outside of the matrix.
     #[inline]
     pub fn add(&mut self, row: usize, column: usize, value: f64) {
         assert!(

@@ -19,7 +19,7 @@ pub(crate) fn eigenvalues(matrix: &DMatrix<f64>) -> Vec<Complex<f64>> {
     let rows = matrix.nrows();
     let (mut image, mut tolerance, mut round) = (matrix.clone(), f64::EPSILON, 1.0);
     while tolerance < LOOSEST && image.iter().all(|entry| entry.is_finite()) {
-        if let Some(schur) = Schur::try_new(image.clone(), tolerance, SWEEPS * rows) {
+        if let Some(schur) = Schur::try_new(image.clone(), tolerance, SWEEPS * rows.max(5)) {
             return schur.complex_eigenvalues().iter().copied().collect();
         }
         // Any direction that is not special to a matrix.

@@ -9,7 +9,8 @@
 //! | [`radau_tableau`] | the coefficients of Radau IIA with any odd number of stages |
 //! | [`radau`] | a step of Radau IIA, with its interpolant and its error |
 //! | [`chebyshev`] | polynomials through a smooth motion |
-//! | `eigenvalues` | those of small matrices |
+//! | `eigenvalues` | those of a matrix |
+//! | [`band`] | a band matrix to write |
 //!
 //! Nothing here allocates after it has been made.
 

@@ -90,9 +90,11 @@ pub(super) fn write_root(file: &File, texts: &[(&str, &str)]) -> hdf5::Result<()
 
 /// The attributes of a variable: unit and description, what stands for nothing in it, and what its codes mean.
 pub(super) fn attributes_of(variable: &Variable) -> Vec<(&'static str, AttributeValue)> {
+    // As they are read.
+    let text = |text: &str| text.replace('\0', " ").into();
     let mut attributes = vec![
-        (schema::attribute::UNITS, (&variable.units).into()),
-        (schema::attribute::LONG_NAME, (&variable.long_name).into()),
+        (schema::attribute::UNITS, text(&variable.units)),
+        (schema::attribute::LONG_NAME, text(&variable.long_name)),
     ];
     if let Some(fill) = variable.fill {
         attributes.push((schema::attribute::FILL_VALUE, vec![fill].into()));
@@ -101,7 +103,7 @@ pub(super) fn attributes_of(variable: &Variable) -> Vec<(&'static str, Attribute
         let codes: Vec<i64> = variable.flags.iter().map(|(code, _)| *code).collect();
         let words: Vec<&str> = variable.flags.iter().map(|(_, word)| word.as_str()).collect();
         attributes.push((schema::attribute::FLAG_VALUES, codes.into()));
-        attributes.push((schema::attribute::FLAG_MEANINGS, words.join(" ").into()));
+        attributes.push((schema::attribute::FLAG_MEANINGS, text(&words.join(" "))));
     }
     attributes
 }

@@ -12,13 +12,10 @@ use ndarray::{ArrayViewD, IxDyn};
 
 use super::attributes::{AttributeValue, attributes_of, describe};
 use super::checksums::{self, Known, Sums};
-use super::packed::Packer;
+use super::packed::{DEFLATE_LEVEL, Packer};
 use super::raw;
 use super::schema::{Kind, Table, Variable};
 use super::values::{Number, Values, each, with_type};
-
-/// gzip: the smallest level does nearly all that can be done to shuffled doubles, at a third of the time.
-const DEFLATE_LEVEL: u8 = 1;
 
 impl Values<'_> {
     /// Writes all values to a dataset of their size.
@@ -52,7 +49,7 @@ pub(super) struct TableWriter {
     /// Rows in the file.
     written: usize,
     rows: usize,
-    /// The rows from the last chunk in the file on that is not full, one after the other: a chunk is written as a whole.
+    /// Rows of the last, incomplete chunk in the file and all later ones, row by row: a chunk is written as a whole.
     buffer: Vec<f64>,
 }
 
@@ -194,7 +191,7 @@ pub(super) fn create_group(parent: &Group, name: &str) -> hdf5::Result<Group> {
         .create(name)
 }
 
-/// What the columns of a table are created with. HDF5 makes each list but once.
+/// What the columns of a table are created with. Each list is made once.
 struct Forms {
     shape: Dataspace,
     link: LinkCreate,

@@ -3,7 +3,7 @@
 use super::excitation::{Excitation, OutsideSeries};
 use crate::friction::Law;
 use crate::hybrid::{Direction, Dynamics, Guard};
-use crate::model::chain_coordinates::HALF_WIDTH;
+use crate::model::chain_coordinates::{ChainCoordinates, HALF_WIDTH};
 use crate::model::closed_form;
 use crate::model::equations::{Engagement, Outside, Side, SystemEquations};
 use crate::model::slow_motion::{SlowMotion, SlowMotions};
@@ -14,6 +14,7 @@ use crate::numerics::band::BandMut;
 use crate::numerics::eigenvalues::eigenvalues;
 use nalgebra::{DMatrix, DMatrixViewMut};
 use std::f64::consts::TAU;
+use std::sync::OnceLock;
 
 /// Whether the stability of steady sliding is watched: it is until the first stick.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -79,6 +80,8 @@ pub struct SystemDynamics {
     pub(super) closed_form: closed_form::ClosedForm,
     /// Both without their fast modes.
     slow_motions: SlowMotions,
+    /// Of long trains.
+    chain: OnceLock<Option<ChainCoordinates>>,
 }
 
 /// How fast the system moves by itself, from the eigenvalues of its modes under the largest force.
@@ -238,10 +241,17 @@ impl SystemDynamics {
             rates: Rates::new(&system, &excitation),
             closed_form: closed_form::ClosedForm::default(),
             slow_motions: SlowMotions::default(),
+            chain: OnceLock::new(),
             system,
             excitation,
             threshold,
         }
+    }
+
+    /// The coordinates in which the Jacobian of long trains is a band.
+    fn chain(&self) -> Option<&ChainCoordinates> {
+        let chain = self.chain.get_or_init(|| ChainCoordinates::of_long(&self.system));
+        chain.as_ref()
     }
 
     /// Stick or separation without their fast modes; `None` of another mode, and where none is slow against the others.
@@ -431,23 +441,28 @@ impl Dynamics for SystemDynamics {
     }
 
     fn half_width(&self) -> Option<usize> {
-        self.system.is_long().then_some(HALF_WIDTH)
+        self.chain().map(|_| HALF_WIDTH)
     }
 
     fn band_jacobian(&self, location: &SystemLocation, t: f64, y: &[f64], jacobian: &mut BandMut<'_>) {
-        let outside = self.outside(location, t);
-        let (mode, sense, piece) = (location.mode, location.sign(), location.piece);
-        self.system.chain_jacobian(mode, sense, piece, &outside, y, jacobian);
+        if let Some(chain) = self.chain() {
+            let place = (location.mode, location.sign(), location.piece);
+            chain.jacobian(&self.system, place, &self.outside(location, t), y, jacobian);
+        }
     }
 
     fn enter_band(&self, x: &[f64], z: &mut [f64]) {
-        self.system.enter_chain(x, z);
+        if let Some(chain) = self.chain() {
+            chain.enter(&self.system, x, z);
+        }
     }
 
     fn leave_band(&self, location: &SystemLocation, z: &[f64], b: &[f64], x: &mut [f64]) {
-        self.system.leave_chain(z, x);
-        // P, which takes the fast modes out, commutes with the Jacobian: (I - gamma P J) x = b has the solution
-        // x = b + P (z - b).
+        if let Some(chain) = self.chain() {
+            chain.leave(&self.system, z, x);
+        }
+        // P, which takes the fast modes out, commutes with the Jacobian of the motion: (I - gamma P J) x = b has the solution
+        // x = b + P (z - b). The slip is corrected by an iteration more.
         if !location.resolved
             && let Some(slow) = self.slow_motion(location.mode)
         {

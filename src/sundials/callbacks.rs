@@ -14,7 +14,6 @@ use super::OdeSystem;
 use super::context::{values, values_mut};
 use super::error::{Callback, NonFinite};
 use super::ffi;
-use crate::numerics::band::BandMut;
 
 pub(super) type Payload = Box<dyn Any + Send>;
 
@@ -154,12 +153,23 @@ impl<S> Shared<S> {
             Callback::Jacobian => (index % self.dimension, index / self.dimension),
             Callback::RightHandSide | Callback::Crossing => (index, 0),
         };
+        self.refuse(callback, time, (component, column), values[index])
+    }
+
+    /// Notes a value that is not finite.
+    pub(super) fn refuse(
+        &mut self,
+        callback: Callback,
+        time: f64,
+        (component, column): (usize, usize),
+        value: f64,
+    ) -> c_int {
         self.non_finite = Some(NonFinite {
             callback,
             component,
             column,
             time,
-            value: values[index],
+            value,
         });
         RECOVERABLE
     }
@@ -192,9 +202,9 @@ fn seem_finite(values: &[f64]) -> bool {
     !(sum * 0.0).is_nan()
 }
 
-const SUCCESS: c_int = 0;
+pub(super) const SUCCESS: c_int = 0;
 /// SUNDIALS tries again with a shorter step.
-const RECOVERABLE: c_int = 1;
+pub(super) const RECOVERABLE: c_int = 1;
 const UNRECOVERABLE: c_int = -1;
 
 /// Runs a callback, and parks its panic. The callback gets the length of the vectors.
@@ -204,7 +214,10 @@ const UNRECOVERABLE: c_int = -1;
 ///
 /// # Safety
 /// `data` points to a `Shared<S>` that nobody else uses meanwhile.
-unsafe fn guarded<S: OdeSystem>(data: *mut c_void, callback: impl FnOnce(&mut Shared<S>, usize) -> c_int) -> c_int {
+pub(super) unsafe fn guarded<S: OdeSystem>(
+    data: *mut c_void,
+    callback: impl FnOnce(&mut Shared<S>, usize) -> c_int,
+) -> c_int {
     let shared = unsafe { &mut *data.cast::<Shared<S>>() };
     catch_unwind(AssertUnwindSafe(|| {
         let length = shared.system.dimension();
@@ -254,90 +267,6 @@ pub(super) unsafe extern "C" fn jacobian<S: OdeSystem>(
             let view = DMatrixViewMut::from_slice(entries, n, n);
             shared.system.jacobian(t, values(y, n), values(ydot, n), view);
             shared.judge(Callback::Jacobian, t, entries)
-        })
-    }
-}
-
-/// The same of a band matrix; the matrix arrives zeroed.
-#[allow(clippy::too_many_arguments)] // the C signature
-pub(super) unsafe extern "C" fn band_jacobian<S: OdeSystem>(
-    t: f64,
-    y: ffi::N_Vector,
-    ydot: ffi::N_Vector,
-    matrix: ffi::SUNMatrix,
-    data: *mut c_void,
-    _: ffi::N_Vector,
-    _: ffi::N_Vector,
-    _: ffi::N_Vector,
-) -> c_int {
-    // SAFETY: as in `rhs`; the matrix is the band matrix of `Newton::band`, whose columns lie one after the other.
-    unsafe {
-        guarded::<S>(data, |shared, n| {
-            let content = &*(*matrix).content.cast::<ffi::_SUNMatrixContent_Band>();
-            let [stride, above, width] = [content.ldim, content.s_mu, content.mu].map(|length| length as usize);
-            let entries = std::slice::from_raw_parts_mut(content.data, n * stride);
-            let mut band = BandMut::new(entries, stride, above, width);
-            shared.system.band_jacobian(t, values(y, n), values(ydot, n), &mut band);
-            // The columns have room for what a factorisation adds, so that an entry has no row and column of the Jacobian.
-            if seem_finite(entries) { SUCCESS } else { RECOVERABLE }
-        })
-    }
-}
-
-/// What a linear solver needs that solves in the coordinates of [`OdeSystem::enter_band`].
-pub(super) struct BandSolver {
-    /// `SUNLinSol_Band`.
-    pub(super) inner: ffi::SUNLinearSolver,
-    /// A vector in those coordinates.
-    pub(super) z: ffi::N_Vector,
-    /// The `Shared` of the system.
-    pub(super) data: *mut c_void,
-}
-
-impl BandSolver {
-    /// # Safety
-    /// `solver` has a `BandSolver` for its content.
-    unsafe fn of<'a>(solver: ffi::SUNLinearSolver) -> &'a Self {
-        unsafe { &*(*solver).content.cast::<Self>() }
-    }
-}
-
-/// `gettype` of a linear solver: it uses a matrix.
-pub(super) unsafe extern "C" fn band_type(_: ffi::SUNLinearSolver) -> ffi::SUNLinearSolver_Type {
-    ffi::SUNLinearSolver_Type_SUNLINEARSOLVER_DIRECT
-}
-
-/// `setup` of a linear solver: factorises the matrix.
-pub(super) unsafe extern "C" fn band_setup(solver: ffi::SUNLinearSolver, matrix: ffi::SUNMatrix) -> c_int {
-    // SAFETY: SUNDIALS passes the solver that was made by `Newton::band`, and its matrix.
-    unsafe { ffi::SUNLinSolSetup(BandSolver::of(solver).inner, matrix) }
-}
-
-/// `solve` of a linear solver.
-pub(super) unsafe extern "C" fn band_solve<S: OdeSystem>(
-    solver: ffi::SUNLinearSolver,
-    matrix: ffi::SUNMatrix,
-    x: ffi::N_Vector,
-    b: ffi::N_Vector,
-    tolerance: f64,
-) -> c_int {
-    // SAFETY: as above; x and b are different vectors of the system's length, and nobody else has z.
-    unsafe {
-        let &BandSolver { inner, z, data } = BandSolver::of(solver);
-        let entered = guarded::<S>(data, |shared, n| {
-            shared.system.enter_band(values(b, n), values_mut(z, n));
-            SUCCESS
-        });
-        if entered != SUCCESS {
-            return entered;
-        }
-        let solved = ffi::SUNLinSolSolve(inner, matrix, z, z, tolerance);
-        if solved != SUCCESS {
-            return solved;
-        }
-        guarded::<S>(data, |shared, n| {
-            shared.system.leave_band(values(z, n), values(b, n), values_mut(x, n));
-            SUCCESS
         })
     }
 }

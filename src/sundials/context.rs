@@ -1,11 +1,9 @@
-//! Owners of SUNDIALS' objects: context, vectors, matrices, linear and nonlinear solvers.
+//! Owners of SUNDIALS' objects: context, vectors, nonlinear solvers.
 
 use std::ffi::{CStr, c_char, c_int, c_void};
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::ptr::{self, NonNull};
 
-use super::OdeSystem;
-use super::callbacks::{self, BandSolver};
 use super::error::{Failure, SolverError};
 use super::ffi;
 use super::flags::{Family, Flag};
@@ -156,7 +154,7 @@ unsafe extern "C" fn clone_of_zeros(vector: ffi::N_Vector) -> ffi::N_Vector {
 /// A serial `N_Vector` that owns its memory.
 pub(super) struct Vector {
     raw: ffi::N_Vector,
-    length: usize,
+    pub(super) length: usize,
 }
 
 impl Vector {
@@ -226,89 +224,11 @@ unsafe fn data(vector: ffi::N_Vector) -> *mut f64 {
     unsafe { (*(*vector).content.cast::<ffi::_N_VectorContent_Serial>()).data }
 }
 
-/// Newton's method: the `SUNMatrix` of the system and its `SUNLinearSolver`.
-pub(super) struct Newton {
-    pub(super) matrix: ffi::SUNMatrix,
-    pub(super) solver: ffi::SUNLinearSolver,
-    /// Of a solver in the system's own coordinates: its content, and the vector there.
-    band: Option<(Box<BandSolver>, Vector)>,
-}
-
 /// An object that SUNDIALS has made, unless there was no memory for it.
-fn made<T>(object: *mut T, function: &'static str) -> Result<*mut T, SolverError> {
+pub(super) fn made<T>(object: *mut T, function: &'static str) -> Result<*mut T, SolverError> {
     match object.is_null() {
         true => Err(SolverError::Allocation { function }),
         false => Ok(object),
-    }
-}
-
-impl Newton {
-    /// With a dense matrix.
-    pub(super) fn dense(context: &Context, template: &Vector) -> Result<Self, SolverError> {
-        let n = template.length as ffi::sunindextype;
-        // What has been made is dropped with it if the rest fails.
-        let mut newton = Self {
-            // SAFETY: the context is alive.
-            matrix: made(unsafe { ffi::SUNDenseMatrix(n, n, context.raw()) }, "SUNDenseMatrix")?,
-            solver: ptr::null_mut(),
-            band: None,
-        };
-        // SAFETY: vector and matrix fit each other.
-        let solver = unsafe { ffi::SUNLinSol_Dense(template.raw(), newton.matrix, context.raw()) };
-        newton.solver = made(solver, "SUNLinSol_Dense")?;
-        Ok(newton)
-    }
-
-    /// With a band matrix in coordinates of the system's own. `data` is the `Shared` of the system, which outlives this.
-    pub(super) fn band<S: OdeSystem>(
-        context: &Context,
-        template: &Vector,
-        half_width: usize,
-        data: *mut c_void,
-    ) -> Result<Self, SolverError> {
-        let n = template.length;
-        let [rows, width] = [n, half_width.min(n - 1)].map(|length| length as ffi::sunindextype);
-        let z = Vector::new(context, &vec![0.0; n])?;
-        // SAFETY: the context is alive.
-        let matrix = unsafe { ffi::SUNBandMatrix(rows, width, width, context.raw()) };
-        let mut newton = Self {
-            matrix: made(matrix, "SUNBandMatrix")?,
-            solver: ptr::null_mut(),
-            band: None,
-        };
-        // SAFETY: vector and matrix fit each other.
-        let inner = unsafe { ffi::SUNLinSol_Band(template.raw(), newton.matrix, context.raw()) };
-        let inner = made(inner, "SUNLinSol_Band")?;
-        let z_raw = z.raw();
-        let content = newton.band.insert((Box::new(BandSolver { inner, z: z_raw, data }), z));
-        // SAFETY: the context is alive.
-        newton.solver = made(unsafe { ffi::SUNLinSolNewEmpty(context.raw()) }, "SUNLinSolNewEmpty")?;
-        // SAFETY: the solver is new, with a table of functions of its own; its content lives as long as it.
-        unsafe {
-            (*newton.solver).content = (&raw mut *content.0).cast();
-            let functions = &mut *(*newton.solver).ops;
-            functions.gettype = Some(callbacks::band_type);
-            functions.setup = Some(callbacks::band_setup);
-            functions.solve = Some(callbacks::band_solve::<S>);
-        }
-        Ok(newton)
-    }
-}
-
-impl Drop for Newton {
-    fn drop(&mut self) {
-        // SAFETY: each was made in `dense` or `band`, or not at all, and their context still lives.
-        unsafe {
-            match (&self.band, self.solver.is_null()) {
-                (Some(_), false) => ffi::SUNLinSolFreeEmpty(self.solver),
-                (None, false) => drop(ffi::SUNLinSolFree(self.solver)),
-                (_, true) => {}
-            }
-            if let Some((content, _)) = &self.band {
-                ffi::SUNLinSolFree(content.inner);
-            }
-            ffi::SUNMatDestroy(self.matrix);
-        }
     }
 }
 

@@ -102,7 +102,8 @@ impl SolverError {
 pub enum Callback {
     /// [`OdeSystem::rhs`](super::OdeSystem::rhs)
     RightHandSide,
-    /// [`OdeSystem::jacobian`](super::OdeSystem::jacobian)
+    /// [`OdeSystem::jacobian`](super::OdeSystem::jacobian), or
+    /// [`OdeSystem::band_jacobian`](super::OdeSystem::band_jacobian) with row and column of the band
     Jacobian,
     /// [`OdeSystem::roots`](super::OdeSystem::roots)
     Crossing,

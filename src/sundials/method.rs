@@ -14,8 +14,8 @@ pub enum Method {
         /// Steps of this length, without control of the error; negative to go back in time. (`ARKodeSetFixedStep`)
         fixed_step: Option<f64>,
     },
-    /// ARKStep: a singly diagonally implicit Runge-Kutta method with an explicit first stage; dense Newton iteration, with
-    /// the system's Jacobian if it has one.
+    /// ARKStep: a singly diagonally implicit Runge-Kutta method with an explicit first stage; Newton iteration as in
+    /// [`Nonlinear::Newton`].
     Esdirk {
         /// The method. (`ARKStepSetTableNum`)
         table: EsdirkTable,
@@ -68,8 +68,8 @@ pub enum Multistep {
 /// How the implicit equation of each step is solved.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Nonlinear {
-    /// Newton iteration with a dense Jacobian, the system's own if it has one. (`CVodeSetLinearSolver` with
-    /// `SUNLinSol_Dense`, `CVodeSetJacFn`)
+    /// Newton iteration with a dense Jacobian, the system's own if it has one, or with a band in the system's coordinates.
+    /// (`CVodeSetLinearSolver` with `SUNLinSol_Dense` or `SUNLinSol_Band`, `CVodeSetJacFn`)
     Newton,
     /// Fixed-point iteration. (`SUNNonlinSol_FixedPoint`)
     FixedPoint,

@@ -54,6 +54,7 @@ mod error;
 mod ffi;
 mod flags;
 mod method;
+mod newton;
 mod solver;
 mod tables;
 
@@ -84,7 +85,7 @@ pub trait OdeSystem {
     fn rhs(&mut self, t: f64, y: &[f64], ydot: &mut [f64]);
 
     /// Whether [`jacobian`](Self::jacobian) is to be called. If not, implicit methods difference the right-hand side.
-    /// Asked once, when an integrator is made.
+    /// Asked once, when an integrator is made, of a system without [`half_width`](Self::half_width).
     fn has_jacobian(&self) -> bool {
         false
     }
@@ -190,7 +191,7 @@ pub struct Counters {
     /// Calls of [`OdeSystem::rhs`], those for differences instead of a Jacobian included.
     /// (`CVodeGetNumRhsEvals` + `CVodeGetNumLinRhsEvals`)
     pub rhs_evaluations: u64,
-    /// New Jacobians, by [`OdeSystem::jacobian`] or by differences. (`CVodeGetNumJacEvals`)
+    /// New Jacobians, by [`OdeSystem::jacobian`], [`OdeSystem::band_jacobian`] or differences. (`CVodeGetNumJacEvals`)
     pub jacobian_evaluations: u64,
     /// Factorisations of the Newton matrix. (`CVodeGetNumLinSolvSetups`)
     pub linear_solver_setups: u64,

@@ -2,11 +2,12 @@
 
 use std::ffi::{c_int, c_long, c_void};
 
-use super::context::{FixedPointSolver, Newton};
+use super::context::FixedPointSolver;
 use super::core::{Core, Status, finite, positive};
 use super::error::{Callback, SolverError};
 use super::flags::Family;
 use super::method::{CvodeOptions, Method, Multistep, Nonlinear, ShortSteps};
+use super::newton::{self, Newton};
 use super::{Counters, Direction, OdeSystem, Outcome, Task, Tolerances, callbacks, ffi};
 
 /// Which C solver the memory belongs to.
@@ -220,7 +221,7 @@ impl<S: OdeSystem> Solver<S> {
         let (newton, jacobian): (_, ffi::CVLsJacFn) = match system.half_width() {
             Some(half_width) => {
                 let newton = Newton::band::<S>(&core.context, &core.state, half_width, core.user_data())?;
-                (newton, Some(callbacks::band_jacobian::<S>))
+                (newton, Some(newton::band_jacobian::<S>))
             }
             None => (
                 Newton::dense(&core.context, &core.state)?,

@@ -5,10 +5,11 @@
 
 use crate::common::random_brakes::{random_brake, random_release};
 use crate::common::{disks, event_sequence, run};
+use stickslip::Run;
 use stickslip::analysis::Summary;
-use stickslip::case::{Case, CaseSource, Override};
+use stickslip::case::{Case, CaseSource, Origin, Override};
 use stickslip::model::Mode;
-use stickslip::record::EventKind;
+use stickslip::record::{EventKind, MemoryRecorder};
 use stickslip::simulation::{Method, SolverOptions};
 
 /// The largest difference of an event's time (s) at an rtol; `None` if the onset belongs to rounding.
@@ -70,4 +71,52 @@ fn sundials_cvode_through_random_releases() {
         .filter(|&k| hold(&format!("release {k}"), "release", &random_release(k)))
         .count();
     assert!(held >= 1, "{held}");
+}
+
+/// A chain on a belt whose linear systems are solved along the chain: every implicit method has the events of `series`, which
+/// solves none, also where a free end makes every speed a sum.
+#[test]
+fn sundials_long_chains_have_the_events_of_series() {
+    let list = |value: f64, count: usize| format!("{:?}", vec![value; count]);
+    let belt = |end: &str, shafts: usize| {
+        format!(
+            "motion = \"translation\"\n[rotor]\nend = \"driven\"\nspeed = 0.2\n[stator]\n{end}\ninertia = {}\nstiffness = {}\n\
+             damping = {}\nviscous = {}\n[contact]\nnormal_force = 1.0\n[friction]\nlaw = \"hyperbolic\"\nbreakaway = 1.0\n\
+             low_speed = 1.0\nhigh_speed = 0.3\nscale = 0.3\n[output]\nend_time = 60.0\n",
+            list(1.0, 14),
+            list(40.0, shafts),
+            list(0.02, shafts),
+            list(0.01, 14)
+        )
+    };
+    for (text, least) in [
+        (belt("end = \"fixed\"", 14), 4),
+        (belt("end = \"free\"\ntorque = -0.8", 13), 2),
+    ] {
+        let source = CaseSource {
+            text,
+            origin: Origin::File("chain.toml".into()),
+        };
+        let case = Case::read(&source, &[]).unwrap();
+        let by = |method| {
+            let solver = SolverOptions {
+                method,
+                ..case.solver.clone()
+            };
+            let mut recorder = MemoryRecorder::default();
+            let run = Run::of_system(&case.system, 0.0, &solver, &case.output).record(&mut recorder);
+            run.start().unwrap();
+            event_sequence(&recorder)
+        };
+        let exact = by(Method::Series);
+        assert!(exact.len() >= least, "{exact:?}");
+        for (method, limit) in [(Method::Cvode, 1e-9), (Method::Arkode, 1e-9), (Method::CvodeBdf, 1e-5)] {
+            let found = by(method);
+            assert_eq!(found.len(), exact.len(), "{method:?}: {found:?} and {exact:?}");
+            for (a, b) in found.iter().zip(&exact) {
+                assert_eq!(a.0, b.0, "{method:?}");
+                assert!((a.1 - b.1).abs() < limit, "{method:?}: {a:?} and {b:?}");
+            }
+        }
+    }
 }
