@@ -4,8 +4,8 @@
 //!
 //!     cargo bench --bench instructions
 //!
-//! It wants valgrind, whose tool callgrind counts. It fails if the whole or its file is more than what is promised, on x86-64 with
-//! Debian 12's HDF5 1.10.8 and C library 2.36; other versions differ by some per cent.
+//! It wants valgrind, whose tool callgrind counts. What is promised holds on an x86-64 with AVX2, and Debian 12's HDF5 1.10.8 and
+//! C library 2.36. Others differ by some per cent, so that it fails only if the whole is a twentieth above.
 
 use std::error::Error;
 use std::path::Path;
@@ -72,9 +72,9 @@ fn main() -> Result<(), Box<dyn Error>> {
         println!("{:6.1} million instructions  {what}", count as f64 / 1e6);
     }
     println!("{:6.2} MB  its file", bytes as f64 / 1e6);
-    if whole > MOST_INSTRUCTIONS || bytes > MOST_BYTES {
-        return Err(format!("more than {MOST_INSTRUCTIONS} instructions or {MOST_BYTES} bytes").into());
+    println!("promised: at most {MOST_INSTRUCTIONS} instructions and {MOST_BYTES} bytes");
+    if whole > MOST_INSTRUCTIONS / 20 * 21 || bytes > MOST_BYTES {
+        return Err("more than is promised".into());
     }
-    println!("at most {MOST_INSTRUCTIONS} instructions and {MOST_BYTES} bytes, as promised");
     Ok(())
 }
