@@ -326,9 +326,10 @@ class Run:
     def save(self, path: PathLike, *, replace: bool = False) -> Path:
         """Writes the result file, and returns where it is.
 
-        It is the file that ``stickslip run`` writes (with ``witness=False`` that of ``--no-witness``), byte by byte but for /meta, whose ``command_line`` is that of this process, and ``history``. An earlier result
-        of this program there is replaced, any other file only with ``replace``. Of a run that did not come to its end it is the
-        partial file, ``NAME.partial.h5``.
+        It is the file that ``stickslip run`` writes (with ``witness=False`` that of ``--no-witness``), byte by byte but for
+        /meta, whose ``command_line`` is that of this process, and ``history``. An earlier result of this program there is
+        replaced, any other file only with ``replace``. Of a run that did not come to its end it is the partial file,
+        ``NAME.partial.h5``.
         """
         return Path(self._native.save(os.fspath(path), replace))
 

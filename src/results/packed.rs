@@ -72,31 +72,30 @@ impl Packer {
         if self.packed.len() < most {
             self.packed.resize(most, 0);
         }
+        let packed = &mut self.packed[..];
         let mut end = 0;
-        let mut put = |packed: &mut [u8], bytes: &[u8]| {
-            packed[end..end + bytes.len()].copy_from_slice(bytes);
-            end += bytes.len();
-            end
-        };
-        put(&mut self.packed, &ZLIB_HEADER);
+        put(packed, &mut end, &ZLIB_HEADER);
         for block in blocks {
             // Not the last block, stored; its length, and the complement of that.
             let length = block.len() as u16;
-            put(&mut self.packed, &[0]);
-            put(&mut self.packed, &length.to_le_bytes());
-            put(&mut self.packed, &(!length).to_le_bytes());
-            put(&mut self.packed, block);
+            put(packed, &mut end, &[0]);
+            put(packed, &mut end, &length.to_le_bytes());
+            put(packed, &mut end, &(!length).to_le_bytes());
+            put(packed, &mut end, block);
         }
-        let start = put(&mut self.packed, &[]);
-        let deflated = self.compressor.deflate_compress(rest, &mut self.packed[start..]);
+        let deflated = self.compressor.deflate_compress(rest, &mut packed[end..]);
         end += deflated.map_err(|error| error.to_string())?;
-        let sum = libdeflater::adler32(&self.shuffled).to_be_bytes();
-        self.packed[end..end + 4].copy_from_slice(&sum);
-        end += 4;
-        let sum = fletcher32(&self.packed[..end]).to_le_bytes();
-        self.packed[end..end + 4].copy_from_slice(&sum);
-        Ok(end + 4)
+        put(packed, &mut end, &libdeflater::adler32(&self.shuffled).to_be_bytes());
+        let sum = fletcher32(&packed[..end]);
+        put(packed, &mut end, &sum.to_le_bytes());
+        Ok(end)
     }
+}
+
+/// Writes bytes behind those that are there, which end at `end`.
+fn put(packed: &mut [u8], end: &mut usize, bytes: &[u8]) {
+    packed[*end..*end + bytes.len()].copy_from_slice(bytes);
+    *end += bytes.len();
 }
 
 /// A plane for each byte of the values, `length` bytes long, with zeros behind the values.

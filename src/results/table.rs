@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use hdf5::dataset::DatasetBuilder;
-use hdf5::plist::dataset_create::FillTime;
+use hdf5::plist::dataset_create::{DatasetCreateBuilder, FillTime};
 pub(super) use hdf5::plist::file_access::LibraryVersion;
 use hdf5::plist::file_create::{FileSpaceStrategy, LinkCreationOrder};
 use hdf5::plist::{DatasetAccess, DatasetCreate, LinkCreate};
@@ -204,13 +204,9 @@ impl Forms {
         Ok(Forms {
             shape: Dataspace::try_new(0..)?,
             link: LinkCreate::try_new()?,
-            creation: DatasetCreate::build()
+            creation: packed(&mut DatasetCreate::build())
                 .chunk(chunk)
                 .fill_time(FillTime::Alloc)
-                .obj_track_times(false)
-                .shuffle()
-                .deflate(DEFLATE_LEVEL)
-                .fletcher32()
                 .finish()?,
             // No cache: a chunk goes to new space at the end of the file at once, which no metadata on disk refers to yet,
             // and the flush that follows has only metadata to write.
@@ -229,9 +225,12 @@ impl Forms {
 
 /// A dataset whose chunks are compressed, and have checksums of HDF5's.
 pub(super) fn compressed(group: &Group) -> DatasetBuilder {
-    let builder = group.new_dataset_builder();
-    builder
-        .obj_track_times(false)
+    group.new_dataset_builder().with_dcpl(packed)
+}
+
+/// The same in a list of properties.
+fn packed(list: &mut DatasetCreateBuilder) -> &mut DatasetCreateBuilder {
+    list.obj_track_times(false)
         .shuffle()
         .deflate(DEFLATE_LEVEL)
         .fletcher32()

@@ -3,6 +3,7 @@
 use std::ffi::{CString, c_char, c_uint, c_void};
 
 use super::Id;
+use hdf5::plist::DatasetCreate;
 use hdf5::{Container, Dataset, Group};
 use hdf5_sys::h5::herr_t;
 use hdf5_sys::h5a::H5Aget_type;
@@ -135,12 +136,10 @@ pub(in crate::results) fn class_of(object: &Container) -> hdf5::Result<(Class, u
     Ok((class, bytes))
 }
 
-/// Files in which a dataset is stored instead of its own.
-pub(in crate::results) fn external_count(dataset: &Dataset) -> hdf5::Result<usize> {
-    // SAFETY: the dataset is open, and the list is closed after use.
-    let list = Id::new(|| unsafe { H5Dget_create_plist(dataset.id()) })?;
+/// Files in which a dataset that was created with this list is stored instead of its own.
+pub(in crate::results) fn external_count(creation: &DatasetCreate) -> hdf5::Result<usize> {
     // SAFETY: the list is open.
-    let count = hdf5::sync::sync(|| unsafe { H5Pget_external_count(list.0) });
+    let count = hdf5::sync::sync(|| unsafe { H5Pget_external_count(creation.id()) });
     usize::try_from(count).map_err(|_| "no count of external files".into())
 }
 

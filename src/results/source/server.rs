@@ -349,7 +349,7 @@ impl Server {
         };
         let chunk = creation.chunk();
         let chunks = chunk.as_ref().and_then(|_| dataset.num_chunks());
-        if !self.follow_external && raw::external_count(dataset)? > 0 {
+        if !self.follow_external && raw::external_count(&creation)? > 0 {
             return Err(Fault::Elsewhere(format!("/{path}")));
         }
         let stored = match (&chunk, chunks, layout) {
@@ -469,10 +469,7 @@ impl Server {
                 .map(|other| raw::open_object(other, &object, self.follow_external));
             match source {
                 // What is there is stored there: else the way would lead on.
-                Some(Ok(Opened::Dataset(source)))
-                    if !self.follow_external
-                        && (source.layout() == Layout::Virtual || raw::external_count(&source)? > 0) =>
-                {
+                Some(Ok(Opened::Dataset(source))) if !self.follow_external && leads_on(&source)? => {
                     return Err(Fault::Elsewhere(format!("/{path}, by way of {name},")));
                 }
                 Some(Ok(Opened::Dataset(_))) => {}
@@ -575,6 +572,12 @@ fn check_text(object: &Container, path: &str) -> Answered<()> {
         return refused(format!("/{path} claims a text of {length} bytes"));
     }
     Ok(())
+}
+
+/// Whether a dataset has its values in others, or in other files.
+fn leads_on(dataset: &Dataset) -> hdf5::Result<bool> {
+    let creation = dataset.dcpl()?;
+    Ok(creation.layout() == Layout::Virtual || raw::external_count(&creation)? > 0)
 }
 
 /// `None` for what is HDF5's own (references of dimension scales), and for types that are not known.
