@@ -1,4 +1,4 @@
-//! Points of a critical curve: runs a second, what one costs by phase, how that and memory go with the number of points,
+//! Points of a critical curve: runs a second, what one costs by phase, and beside others in the lanes of one expansion or alone, how that and memory go with the number of points,
 //! and what writing takes. Seconds of the processor stand beside those of the clock, which other programs move.
 //! `STICKSLIP_BENCH_POINTS` is the largest number of points (default 1000; 100,000 takes minutes).
 
@@ -8,7 +8,8 @@ use std::time::Instant;
 use stickslip::Run;
 use stickslip::record::{Event, EventKind, Recorder, RecorderError, Sample, Segment};
 use stickslip::sweep::{
-    Existing, Journal, Outcome, Study, StudySource, Sweep, journal_path, run_points, without_a_file,
+    Existing, Journal, Outcome, Study, StudySource, Sweep, journal_path, run_point, run_points_side_by_side,
+    without_a_file,
 };
 
 /// Points on both sides of the critical curve, as its tracing asks for them.
@@ -113,12 +114,30 @@ fn computing(study: &Study, workers: usize, mut keep: impl FnMut(Vec<Outcome>)) 
     let points = (0..study.point_count().expect("a sample")).filter_map(|number| study.point(number));
     let clock = Clock::start();
     let stop = AtomicBool::new(false);
-    let ended = run_points(study, points, workers, &stop, &without_a_file, |group| {
+    let ended = run_points_side_by_side(study, points, workers, &stop, &without_a_file, |group| {
         keep(group);
         Ok::<(), ()>(())
     });
     assert!(ended.is_ok());
     clock.stop()
+}
+
+/// Runs them one after the other, each alone.
+fn computing_alone(study: &Study) -> [f64; 2] {
+    let clock = Clock::start();
+    for number in 0..study.point_count().expect("a sample") {
+        let point = study.point(number).expect("a point");
+        let outcome = run_point(study, &point, &without_a_file, &|| false).expect("no storage");
+        std::hint::black_box(outcome);
+    }
+    clock.stop()
+}
+
+/// Medians, of five pairs, of the processor time of the points side by side over that of the same alone.
+fn share_of_alone(study: &Study) -> f64 {
+    let mut shares = [(); 5].map(|()| computing(study, 1, |_| ())[1] / computing_alone(study)[1]);
+    shares.sort_by(f64::total_cmp);
+    shares[2]
 }
 
 /// The whole sweep, with its journal and its file; of what is in the journal already, the file alone.
@@ -183,6 +202,10 @@ fn main() {
                 peak_memory()
             );
             if count == 1000 {
+                println!(
+                    "{method}: side by side a run takes {:.3} of the processor time that it takes alone",
+                    share_of_alone(&study)
+                );
                 let [by_clock, by_processor] = writing(&study, &groups);
                 println!(
                     "{method}: writing alone: {:.2} % of the time on two threads, {:.2} % of that of the processor",

@@ -3,9 +3,11 @@
 use crate::case::Case;
 use crate::model::system::System;
 use crate::record::{NoRecorder, Recorder};
+use crate::simulation::ensemble::Seat;
 use crate::simulation::{self, Method, OutputOptions, Progress, RunFailure, RunReport, SolverOptions, procedure};
 use crate::workers::go_on_unless;
 use std::ops::ControlFlow;
+use std::sync::Arc;
 
 /// A run that is being prepared; [`Run::start`] computes it.
 ///
@@ -36,6 +38,7 @@ impl<'a> Run<'a> {
             system: &case.system,
             threshold: case.threshold,
             further: case.words.numbers_parts(),
+            seat: None,
         };
         Run::prepared(problem, &case.solver, &case.output)
     }
@@ -47,6 +50,7 @@ impl<'a> Run<'a> {
             system,
             threshold,
             further: true,
+            seat: None,
         };
         Run::prepared(problem, solver, output)
     }
@@ -77,6 +81,12 @@ impl<'a> Run<'a> {
     /// nothing else.
     pub fn record(mut self, recorder: &'a mut dyn Recorder) -> Self {
         self.recorder = Some(recorder);
+        self
+    }
+
+    /// The seat of the run in an [ensemble](simulation::ensemble), whose control waits there.
+    pub(crate) fn seated(mut self, seat: Option<&'a Arc<Seat>>) -> Self {
+        self.problem.seat = seat;
         self
     }
 

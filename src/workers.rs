@@ -32,6 +32,26 @@ pub(crate) fn on_threads<I, T: Send, O>(
     job: impl Fn(I) -> Option<T> + Sync,
     receive: impl FnOnce(mpsc::Receiver<T>) -> O,
 ) -> O {
+    let work = |next: &dyn Fn() -> Option<I>, send: &dyn Fn(T) -> bool| {
+        while let Some(result) = next().and_then(&job)
+            && send(result)
+        {}
+    };
+    on_threads_by(threads, waiting, items, work, receive)
+}
+
+/// The same, where each thread does `work` of its own: it is given what has the next item, and what sends a result and says whether
+/// anyone takes it.
+///
+/// # Panics
+/// Those of [`on_threads`].
+pub(crate) fn on_threads_by<I, T: Send, O>(
+    threads: usize,
+    waiting: usize,
+    items: impl Iterator<Item = I> + Send,
+    work: impl Fn(&dyn Fn() -> Option<I>, &dyn Fn(T) -> bool) + Sync,
+    receive: impl FnOnce(mpsc::Receiver<T>) -> O,
+) -> O {
     let threads = threads.max(1);
     let items = Mutex::new(items);
     let (sender, receiver) = mpsc::sync_channel(waiting);
@@ -39,15 +59,10 @@ pub(crate) fn on_threads<I, T: Send, O>(
     let pool = pool.unwrap_or_else(|error| panic!("no threads to work on: {error}"));
     pool.in_place_scope(|scope| {
         for _ in 0..threads {
-            let (sender, items, job) = (sender.clone(), &items, &job);
+            let (sender, items, work) = (sender.clone(), &items, &work);
             scope.spawn(move |_| {
-                loop {
-                    let next = items.lock().unwrap_or_else(PoisonError::into_inner).next();
-                    let Some(result) = next.and_then(job) else { break };
-                    if sender.send(result).is_err() {
-                        break;
-                    }
-                }
+                let next = || items.lock().unwrap_or_else(PoisonError::into_inner).next();
+                work(&next, &|result| sender.send(result).is_ok());
             });
         }
         drop(sender);

@@ -127,13 +127,13 @@ impl<'a> KeptRun<'a> {
             rows = rows.events_alone();
         }
         let mut asked = |_| go_on_unless(stop());
-        let mut run = recorded(case, &mut rows, false, stop_of_witness, &mut asked);
+        let mut run = recorded(case, &mut rows, false, stop_of_witness, None, &mut asked);
         let mut case = case.clone();
         let again = stop_of_witness.and_then(|stop| case_of_repetition(&case, &run, stop));
         if let Some((finer, why)) = again {
             header = header.of_repetition(&finer);
             rows = rows.emptied(&header.extension);
-            run = recorded(&finer, &mut rows, false, stop_of_witness, &mut asked);
+            run = recorded(&finer, &mut rows, false, stop_of_witness, None, &mut asked);
             run.repeated(why);
             case = finer;
         }

@@ -9,8 +9,10 @@ use crate::case::Case;
 use crate::record::Recorder;
 use crate::results::{Status, StickSlipTable};
 use crate::run::Run;
+use crate::simulation::ensemble::Seat;
 use crate::simulation::{Progress, RunFailure, RunReport, SolverOptions};
 use std::ops::ControlFlow;
+use std::sync::Arc;
 use std::time::Instant;
 
 /// A run that is over, and what it comes to.
@@ -45,18 +47,20 @@ impl Recorded {
     }
 }
 
-/// Runs a case into a recorder. With `keeps_events` the report has the events, too. A witness runs beside a complete run if
-/// `witness_until` is there; it is given up where that says so.
+/// Runs a case into a recorder, on a seat if it runs in an ensemble. With `keeps_events` the report has the events, too. A witness runs
+/// beside a complete run if `witness_until` is there; it is given up where that says so.
 pub(crate) fn recorded(
     case: &Case,
     recorder: &mut dyn Recorder,
     keeps_events: bool,
     witness_until: Option<&dyn Fn() -> bool>,
+    seat: Option<&Arc<Seat>>,
     control: &mut dyn FnMut(Progress) -> ControlFlow<()>,
 ) -> Recorded {
     let clock = Instant::now();
     let mut recurrence = Recurrence::new(&case.system, recorder, keeps_events);
-    let (report, failure) = match Run::new(case).record(&mut recurrence).control(control).start() {
+    let run = Run::new(case).record(&mut recurrence).control(control).seated(seat);
+    let (report, failure) = match run.start() {
         Ok(report) => (report, None),
         Err(mut failure) => {
             let report = std::mem::take(&mut failure.report);

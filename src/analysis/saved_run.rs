@@ -132,11 +132,18 @@ impl<'a> SavedRun<'a> {
             go_on_unless(stopped())
         };
         let stop_of_witness: Option<&dyn Fn() -> bool> = if self.witness { Some(&stopped) } else { None };
-        let mut run = recorded(case, &mut writer, self.keeps_events, stop_of_witness, &mut asked);
+        let mut run = recorded(case, &mut writer, self.keeps_events, stop_of_witness, None, &mut asked);
         let again = stop_of_witness.and_then(|stop| case_of_repetition(case, &run, stop));
         if let Some((finer, why)) = again {
             writer.begin_again(&self.header.of_repetition(&finer))?;
-            run = recorded(&finer, &mut writer, self.keeps_events, stop_of_witness, &mut asked);
+            run = recorded(
+                &finer,
+                &mut writer,
+                self.keeps_events,
+                stop_of_witness,
+                None,
+                &mut asked,
+            );
             run.repeated(why);
         }
         let saved = writer.saved();

@@ -60,10 +60,14 @@ impl Law for Coulomb {
         0.0
     }
 
-    fn series<T: Number, const N: usize>(&self) -> CoulombSeries<T> {
+    fn series_in<T: Number, const N: usize>(&self, number: &mut impl FnMut(f64) -> T) -> CoulombSeries<T> {
         CoulombSeries {
-            kinetic: T::of(self.kinetic),
+            kinetic: number(self.kinetic),
         }
+    }
+
+    fn is_alike(&self, _: &Coulomb) -> bool {
+        true
     }
 }
 
@@ -82,13 +86,13 @@ impl<T: Number, const N: usize> LawSeries<T, N> for CoulombSeries<T> {
         }
     }
 
-    #[inline]
+    #[inline(always)]
     fn start(&mut self, _: T, _: T) {}
 
-    #[inline]
+    #[inline(always)]
     fn extend(&mut self, _: usize, _: T, _: T) {}
 
-    #[inline]
+    #[inline(always)]
     fn shapes(&self) -> Option<[&Unfolding<T, N>; 2]> {
         None
     }

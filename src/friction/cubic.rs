@@ -95,10 +95,10 @@ pub struct CubicSeries<T, const N: usize> {
 }
 
 impl<T: Number, const N: usize> CubicSeries<T, N> {
-    pub(super) fn new(cubic: &Cubic) -> Self {
+    pub(super) fn new(cubic: &Cubic, number: &mut impl FnMut(f64) -> T) -> Self {
         CubicSeries {
-            origin: T::of(cubic.origin),
-            coefficients: cubic.coefficients.map(T::of),
+            origin: number(cubic.origin),
+            coefficients: cubic.coefficients.map(number),
             unit: T::of(1.0),
             distance: Unfolding::new(),
             plain: zeros(),
@@ -115,7 +115,7 @@ impl<T: Number, const N: usize> CubicSeries<T, N> {
     }
 
     /// Coefficients n of everything from that of d.
-    #[inline]
+    #[inline(always)]
     fn complete(&mut self, n: usize, distance: T) {
         self.distance.set(n, distance);
         self.plain[n] = distance;
@@ -132,7 +132,7 @@ impl<T: Number, const N: usize> CubicSeries<T, N> {
 }
 
 impl<T: Number, const N: usize> LawSeries<T, N> for CubicSeries<T, N> {
-    #[inline]
+    #[inline(always)]
     fn factors(&self, of_coefficient: T, of_slope: T) -> Factors<T> {
         Factors {
             constant: T::of(0.0),
@@ -141,7 +141,7 @@ impl<T: Number, const N: usize> LawSeries<T, N> for CubicSeries<T, N> {
         }
     }
 
-    #[inline]
+    #[inline(always)]
     fn start(&mut self, x: T, unit: T) {
         self.unit = unit;
         // What stands there from another motion may not be finite.
@@ -149,12 +149,12 @@ impl<T: Number, const N: usize> LawSeries<T, N> for CubicSeries<T, N> {
         self.complete(0, x - self.origin);
     }
 
-    #[inline]
+    #[inline(always)]
     fn extend(&mut self, n: usize, rate: T, reciprocal: T) {
         self.complete(n, self.unit * rate * reciprocal);
     }
 
-    #[inline]
+    #[inline(always)]
     fn shapes(&self) -> Option<[&Unfolding<T, N>; 2]> {
         Some([&self.coefficient, &self.slope])
     }

@@ -129,12 +129,16 @@ impl Law for Exponential {
         ((self.friction_drop().abs() / size).ln() + f64::from(order) * self.decay.ln()) / self.decay
     }
 
-    fn series<T: Number, const N: usize>(&self) -> ExponentialSeries<T, N> {
-        let (low, high) = (T::of(self.low_speed), T::of(self.high_speed));
+    fn is_alike(&self, _: &Exponential) -> bool {
+        true
+    }
+
+    fn series_in<T: Number, const N: usize>(&self, number: &mut impl FnMut(f64) -> T) -> ExponentialSeries<T, N> {
+        let (low, high) = (number(self.low_speed), number(self.high_speed));
         ExponentialSeries {
             friction_drop: low - high,
             high_speed: high,
-            decay: T::of(self.decay),
+            decay: number(self.decay),
             step: T::of(0.0),
             exponent_rate: zeros(),
             exponential: Unfolding::new(),
@@ -157,7 +161,7 @@ pub struct ExponentialSeries<T, const N: usize> {
 }
 
 impl<T: Number, const N: usize> LawSeries<T, N> for ExponentialSeries<T, N> {
-    #[inline]
+    #[inline(always)]
     fn factors(&self, of_coefficient: T, of_slope: T) -> Factors<T> {
         Factors {
             constant: of_coefficient * self.high_speed,
@@ -166,7 +170,7 @@ impl<T: Number, const N: usize> LawSeries<T, N> for ExponentialSeries<T, N> {
         }
     }
 
-    #[inline]
+    #[inline(always)]
     fn start(&mut self, x: T, unit: T) {
         self.step = -(self.decay * unit);
         // What stands there from another motion may not be finite.
@@ -175,13 +179,13 @@ impl<T: Number, const N: usize> LawSeries<T, N> for ExponentialSeries<T, N> {
         self.exponential.set(0, exponent.exp());
     }
 
-    #[inline]
+    #[inline(always)]
     fn extend(&mut self, n: usize, rate: T, reciprocal: T) {
         self.exponential
             .exponential(&mut self.exponent_rate, n, self.step * rate, reciprocal);
     }
 
-    #[inline]
+    #[inline(always)]
     fn shapes(&self) -> Option<[&Unfolding<T, N>; 2]> {
         Some([&self.exponential; 2])
     }

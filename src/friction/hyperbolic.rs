@@ -124,12 +124,16 @@ impl Law for Hyperbolic {
         12.0 * self.scale
     }
 
-    fn series<T: Number, const N: usize>(&self) -> HyperbolicSeries<T, N> {
-        let (low, high) = (T::of(self.low_speed), T::of(self.high_speed));
+    fn is_alike(&self, _: &Hyperbolic) -> bool {
+        true
+    }
+
+    fn series_in<T: Number, const N: usize>(&self, number: &mut impl FnMut(f64) -> T) -> HyperbolicSeries<T, N> {
+        let (low, high) = (number(self.low_speed), number(self.high_speed));
         HyperbolicSeries {
             friction_drop: low - high,
             high_speed: high,
-            scale: T::of(self.scale),
+            scale: number(self.scale),
             step: T::of(0.0),
             ratio: zeros(),
             shape: Unfolding::new(),
@@ -158,7 +162,7 @@ pub struct HyperbolicSeries<T, const N: usize> {
 }
 
 impl<T: Number, const N: usize> LawSeries<T, N> for HyperbolicSeries<T, N> {
-    #[inline]
+    #[inline(always)]
     fn factors(&self, of_coefficient: T, of_slope: T) -> Factors<T> {
         Factors {
             constant: of_coefficient * self.high_speed,
@@ -167,7 +171,7 @@ impl<T: Number, const N: usize> LawSeries<T, N> for HyperbolicSeries<T, N> {
         }
     }
 
-    #[inline]
+    #[inline(always)]
     fn start(&mut self, x: T, unit: T) {
         self.step = unit / self.scale;
         // What stands there from another motion may not be finite.
@@ -178,7 +182,7 @@ impl<T: Number, const N: usize> LawSeries<T, N> for HyperbolicSeries<T, N> {
         self.shape.set(0, shape);
     }
 
-    #[inline]
+    #[inline(always)]
     fn extend(&mut self, n: usize, rate: T, reciprocal: T) {
         self.ratio[n] = self.step * rate * reciprocal;
         let next = -(self.plain[0] * self.shape.product(&self.ratio, n, 1, n));
@@ -188,7 +192,7 @@ impl<T: Number, const N: usize> LawSeries<T, N> for HyperbolicSeries<T, N> {
         self.square.set(n, square);
     }
 
-    #[inline]
+    #[inline(always)]
     fn shapes(&self) -> Option<[&Unfolding<T, N>; 2]> {
         Some([&self.shape, &self.square])
     }

@@ -109,7 +109,15 @@ pub trait Law {
     fn speed_of_derivative(&self, order: i32, size: f64) -> f64;
 
     /// Room for its Taylor coefficients along a motion, of which none is known yet.
-    fn series<T: Number, const N: usize>(&self) -> Self::Series<T, N>;
+    fn series<T: Number, const N: usize>(&self) -> Self::Series<T, N> {
+        self.series_in(&mut T::of)
+    }
+
+    /// The same with parameters that `number` makes of those in doubles, asked for one after the other and always in the same order.
+    fn series_in<T: Number, const N: usize>(&self, number: &mut impl FnMut(f64) -> T) -> Self::Series<T, N>;
+
+    /// Whether the coefficients of both follow by the same steps, each with its own parameters.
+    fn is_alike(&self, other: &Self) -> bool;
 }
 
 /// The Taylor coefficients of a law along a motion x(t), made known one by one, by powers of time in any unit, for any

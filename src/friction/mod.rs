@@ -94,9 +94,17 @@ macro_rules! laws {
 
         impl FrictionLaw {
             /// Room for its Taylor coefficients, of which none is known yet.
-            fn any_series<T: Number, const N: usize>(&self) -> FrictionSeries<T, N> {
+            fn any_series<T: Number, const N: usize>(&self, number: &mut impl FnMut(f64) -> T) -> FrictionSeries<T, N> {
                 match self {
-                    $(FrictionLaw::$law(law) => FrictionSeries::$law(law.series::<T, N>()),)+
+                    $(FrictionLaw::$law(law) => FrictionSeries::$law(law.series_in::<T, N>(number)),)+
+                }
+            }
+
+            /// Whether both are the same law, and [alike](Law::is_alike).
+            fn are_alike(&self, other: &FrictionLaw) -> bool {
+                match (self, other) {
+                    $((FrictionLaw::$law(law), FrictionLaw::$law(other)) => law.is_alike(other),)+
+                    _ => false,
                 }
             }
 
@@ -225,18 +233,22 @@ impl Law for FrictionLaw {
         of_law!(self, law => law.continued(piece).into())
     }
 
-    fn series<T: Number, const N: usize>(&self) -> FrictionSeries<T, N> {
-        self.any_series()
+    fn is_alike(&self, other: &FrictionLaw) -> bool {
+        self.are_alike(other)
+    }
+
+    fn series_in<T: Number, const N: usize>(&self, number: &mut impl FnMut(f64) -> T) -> FrictionSeries<T, N> {
+        self.any_series(number)
     }
 }
 
 impl<T: Number, const N: usize> LawSeries<T, N> for FrictionSeries<T, N> {
-    #[inline]
+    #[inline(always)]
     fn factors(&self, of_coefficient: T, of_slope: T) -> Factors<T> {
         of_series!(self, series => LawSeries::<T, N>::factors(series, of_coefficient, of_slope))
     }
 
-    #[inline]
+    #[inline(always)]
     fn start(&mut self, x: T, unit: T) {
         of_series!(self, series => LawSeries::<T, N>::start(series, x, unit));
     }

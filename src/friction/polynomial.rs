@@ -134,7 +134,11 @@ impl Law for Polynomial {
         self.valid_below
     }
 
-    fn series<T: Number, const N: usize>(&self) -> CubicSeries<T, N> {
-        CubicSeries::new(&self.whole())
+    fn is_alike(&self, _: &Polynomial) -> bool {
+        true
+    }
+
+    fn series_in<T: Number, const N: usize>(&self, number: &mut impl FnMut(f64) -> T) -> CubicSeries<T, N> {
+        CubicSeries::new(&self.whole(), number)
     }
 }

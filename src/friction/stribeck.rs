@@ -251,16 +251,20 @@ impl Law for Stribeck {
         self.scale * 6f64.powf(1.0 / self.exponent)
     }
 
-    fn series<T: Number, const N: usize>(&self) -> StribeckSeries<T, N> {
-        let drop = T::of(self.low_speed) - T::of(self.high_speed);
-        let scale = T::of(self.scale);
+    fn is_alike(&self, other: &Stribeck) -> bool {
+        self.exponent == other.exponent
+    }
+
+    fn series_in<T: Number, const N: usize>(&self, number: &mut impl FnMut(f64) -> T) -> StribeckSeries<T, N> {
+        let (low, high, scale) = (number(self.low_speed), number(self.high_speed), number(self.scale));
+        let (drop, viscous) = (low - high, number(self.viscous));
         StribeckSeries {
-            high_speed: T::of(self.high_speed),
+            high_speed: high,
             slope_factor: -(drop * T::of(self.exponent) / scale),
             friction_drop: drop,
-            viscous: T::of(self.viscous),
+            viscous,
             // mu_v x = mu_v x_s u
-            viscous_share: T::of(self.viscous) * scale,
+            viscous_share: viscous * scale,
             per_scale: T::of(1.0) / scale,
             step: T::of(0.0),
             power: self.power(),
@@ -300,7 +304,7 @@ pub struct StribeckSeries<T, const N: usize> {
 
 impl<T: Number, const N: usize> StribeckSeries<T, N> {
     /// Coefficients n of the powers of u, once that of u is known.
-    #[inline]
+    #[inline(always)]
     fn raise(&mut self, n: usize, of_ratio: T) {
         self.ratio.set(n, of_ratio);
         self.powers[0][n] = of_ratio;
@@ -310,7 +314,7 @@ impl<T: Number, const N: usize> StribeckSeries<T, N> {
     }
 
     /// Coefficients n of mu - mu_d and mu', once those of the powers and of the exponential are known.
-    #[inline]
+    #[inline(always)]
     fn complete(&mut self, n: usize) {
         let exponential = self.exponential.get(n);
         let rise = self.viscous_share * self.powers[0][n];
@@ -325,7 +329,7 @@ impl<T: Number, const N: usize> StribeckSeries<T, N> {
 }
 
 impl<T: Number, const N: usize> LawSeries<T, N> for StribeckSeries<T, N> {
-    #[inline]
+    #[inline(always)]
     fn factors(&self, of_coefficient: T, of_slope: T) -> Factors<T> {
         Factors {
             constant: of_coefficient * self.high_speed,
@@ -334,7 +338,7 @@ impl<T: Number, const N: usize> LawSeries<T, N> for StribeckSeries<T, N> {
         }
     }
 
-    #[inline]
+    #[inline(always)]
     fn start(&mut self, x: T, unit: T) {
         self.step = unit * self.per_scale;
         // What stands there from another motion may not be finite.
@@ -345,7 +349,7 @@ impl<T: Number, const N: usize> LawSeries<T, N> for StribeckSeries<T, N> {
         self.complete(0);
     }
 
-    #[inline]
+    #[inline(always)]
     fn extend(&mut self, n: usize, rate: T, reciprocal: T) {
         self.raise(n, self.step * rate * reciprocal);
         let newest = -(T::of(n as f64) * self.powers[self.power - 1][n]);
@@ -354,7 +358,7 @@ impl<T: Number, const N: usize> LawSeries<T, N> for StribeckSeries<T, N> {
         self.complete(n);
     }
 
-    #[inline]
+    #[inline(always)]
     fn shapes(&self) -> Option<[&Unfolding<T, N>; 2]> {
         Some([&self.coefficient, &self.slope])
     }

@@ -366,9 +366,14 @@ impl Law for Table {
         1.2 * self.speed.last().copied().unwrap_or(0.0)
     }
 
-    fn series<T: Number, const N: usize>(&self) -> TableSeries<T, N> {
+    /// The piece on which a motion starts is one for all.
+    fn is_alike(&self, other: &Table) -> bool {
+        self == other
+    }
+
+    fn series_in<T: Number, const N: usize>(&self, _: &mut impl FnMut(f64) -> T) -> TableSeries<T, N> {
         TableSeries {
-            series: CubicSeries::new(&self.pieces[0]),
+            series: CubicSeries::new(&self.pieces[0], &mut T::of),
             knots: self.knots.iter().map(|knot| T::of(*knot)).collect(),
             pieces: self.pieces.clone(),
         }
@@ -392,24 +397,24 @@ pub struct TableSeries<T, const N: usize> {
 }
 
 impl<T: Number, const N: usize> LawSeries<T, N> for TableSeries<T, N> {
-    #[inline]
+    #[inline(always)]
     fn factors(&self, of_coefficient: T, of_slope: T) -> Factors<T> {
         self.series.factors(of_coefficient, of_slope)
     }
 
-    #[inline]
+    #[inline(always)]
     fn start(&mut self, x: T, unit: T) {
         let piece = self.knots.partition_point(|knot| *knot < x);
         self.series.follow(&self.pieces[piece]);
         self.series.start(x, unit);
     }
 
-    #[inline]
+    #[inline(always)]
     fn extend(&mut self, n: usize, rate: T, reciprocal: T) {
         self.series.extend(n, rate, reciprocal);
     }
 
-    #[inline]
+    #[inline(always)]
     fn shapes(&self) -> Option<[&Unfolding<T, N>; 2]> {
         self.series.shapes()
     }

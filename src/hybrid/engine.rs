@@ -64,6 +64,9 @@ pub enum Advance {
     Stop,
     /// It ended where these guards fire.
     Guards(Fired),
+    /// No step was taken: what it needs is computed with that of other runs. To be called again after [`Observer::progress`](super::Observer::progress), which lets
+    /// them go on; until then [`Engine::state`] is void.
+    Waiting,
     /// No guard fires up to where it ended; what follows has to be searched from there, as a segment of its own.
     Searched,
 }
@@ -91,7 +94,7 @@ pub trait Engine<L>: Send {
     /// The solver refuses its settings or the state.
     fn begin(&mut self, segment: &Segment<'_, L>, chosen: &ChosenSolver) -> Result<(), EngineError>;
 
-    /// Takes one step, to the first guard at most.
+    /// Takes one step, to the first guard at most, or says that it waits.
     ///
     /// # Errors
     /// A step that cannot be made; the segment then stands where it stood.

@@ -218,6 +218,12 @@ where
             let from = self.time;
             let advance = engine.advance();
             let advance = advance.map_err(|source| self.failed(chosen, self.time, source))?;
+            if advance == Advance::Waiting {
+                match self.observer.progress(self.time, &segment.location).is_break() {
+                    true => break SegmentEnd::Interrupted,
+                    false => continue,
+                }
+            }
             self.state.copy_from_slice(engine.state());
             self.time = match advance {
                 Advance::Stop => segment.stop,
@@ -246,6 +252,7 @@ where
             }
             match advance {
                 Advance::Stepped => {}
+                Advance::Waiting => unreachable!("it was asked again"),
                 Advance::Stop => break SegmentEnd::Stop,
                 Advance::Guards(fired) => break SegmentEnd::Guards(fired),
                 Advance::Searched => break SegmentEnd::Searched,

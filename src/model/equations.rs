@@ -92,6 +92,23 @@ impl<T: Number> Side<T> {
         }
     }
 
+    /// Whether the other train has as many parts, in the same places of the state, and the same of them are damped or driven.
+    fn is_alike(&self, other: &Side<T>) -> bool {
+        let form = |side: &Side<T>| {
+            let damped = side.viscous.iter().any(|viscous| *viscous != T::of(0.0));
+            (
+                side.sign,
+                side.inertia.len(),
+                side.shafts(),
+                side.torque_on,
+                side.twists,
+                side.speed,
+                damped,
+            )
+        };
+        form(self) == form(other)
+    }
+
     /// Shafts.
     pub fn shafts(&self) -> usize {
         self.stiffness.len()
@@ -419,6 +436,15 @@ impl<T: Number> SystemEquations<T> {
             dimension: self.dimension,
             linear: OnceLock::new(),
         }
+    }
+
+    /// Whether the other equations, but for the friction law, differ from these in nothing but numbers: a state has the same components,
+    /// which follow by the same steps.
+    pub(crate) fn is_alike(&self, other: &SystemEquations<T>) -> bool {
+        self.rotor.is_alike(&other.rotor)
+            && self.stator.is_alike(&other.stator)
+            && self.engagement.map(|_| ()) == other.engagement.map(|_| ())
+            && (self.slip, self.dimension) == (other.slip, other.dimension)
     }
 
     /// Where the state has the twist rates, those of the rotor first.

@@ -4,6 +4,7 @@
 //! | module | what it is |
 //! |---|---|
 //! | [`number`] | what a number has to be able to do: doubles, several of them side by side, enclosures |
+//! | [`lanes`] | several doubles side by side |
 //! | [`taylor`] | coefficients of products and exponentials; polynomials; the length of a step |
 //! | [`polynomial_roots`] | the roots of a polynomial in an interval, all of them, in order |
 //! | [`radau_tableau`] | the coefficients of Radau IIA with any odd number of stages |
@@ -17,6 +18,7 @@
 pub mod band;
 pub mod chebyshev;
 pub(crate) mod eigenvalues;
+pub mod lanes;
 pub mod number;
 pub mod polynomial_roots;
 pub mod radau;

@@ -49,14 +49,14 @@ pub trait Number:
     }
 
     /// It times `factor`, which is often a sign.
-    #[inline]
+    #[inline(always)]
     fn times(self, factor: f64) -> Self {
         Self::of(factor) * self
     }
 
     /// The sum over k of `a[k] b[k]`: both slices have the same length. In four partial sums, of every fourth product: one alone
     /// would wait for each addition.
-    #[inline]
+    #[inline(always)]
     fn dot(a: &[Self], b: &[Self]) -> Self {
         let mut sums = [Self::of(0.0); 4];
         let ((quads, ends), (others, other_ends)) = (a.as_chunks::<4>(), b.as_chunks::<4>());

@@ -21,20 +21,20 @@ impl<T: Number, const N: usize> Unfolding<T, N> {
     }
 
     /// Coefficient n, once known.
-    #[inline]
+    #[inline(always)]
     pub fn get(&self, n: usize) -> T {
         self.backwards[0][N - 1 - n]
     }
 
     /// Makes coefficient n known.
-    #[inline]
+    #[inline(always)]
     pub fn set(&mut self, n: usize, coefficient: T) {
         self.backwards[0][N - 1 - n] = coefficient;
     }
 
     /// The sum over k from `from` to n of `a[k]` times coefficient n - k, which must be known. All of `a` must be finite,
     /// and zero beyond `degree`, which is at least `from`.
-    #[inline]
+    #[inline(always)]
     pub fn product(&self, a: &[T; N], n: usize, from: usize, degree: usize) -> T {
         // In whole groups of four: what is beyond n meets the zeros.
         let terms = (degree.min(n) + 1 - from).next_multiple_of(4).min(N - from);
@@ -47,7 +47,7 @@ impl<T: Number, const N: usize> Unfolding<T, N> {
 
     /// Makes coefficient n of exp(a) known, n >= 1, when those up to n - 1 are: e' = a' e. `rate` holds k a_k up to n - 1 and zeros
     /// from there on; `newest` is n a_n, which it takes up.
-    #[inline]
+    #[inline(always)]
     pub fn exponential(&mut self, rate: &mut [T; N], n: usize, newest: T, reciprocal: T) -> T {
         debug_assert!(rate[n] == T::of(0.0));
         // The rest of the sum need not wait for the newest.
@@ -66,7 +66,7 @@ impl<T: Number, const N: usize> Default for Unfolding<T, N> {
 }
 
 /// Coefficients of nothing.
-#[inline]
+#[inline(always)]
 pub fn zeros<T: Number, const N: usize>() -> [T; N] {
     [T::of(0.0); N]
 }
@@ -83,7 +83,7 @@ pub fn product<T: Number, const N: usize>(a: &[T; N], b: &[T; N]) -> [T; N] {
 
 /// Coefficient `n` of a b, where those of both up to n are known and those of `a` beyond `degree` are zero. In partial sums as
 /// [`Number::dot`].
-#[inline]
+#[inline(always)]
 pub(crate) fn convolved<T: Number>(a: &[T], b: &[T], n: usize, degree: usize) -> T {
     let mut sums = zeros::<T, 4>();
     let (quads, rest) = a[..=degree.min(n)].as_chunks::<4>();
@@ -104,6 +104,7 @@ pub(crate) fn convolved<T: Number>(a: &[T], b: &[T], n: usize, degree: usize) ->
 
 /// Adds `factor` a b to a series whose number of coefficients is a multiple of four, to as many as `b` has. `a` is zero beyond
 /// its end.
+#[inline(always)]
 pub(crate) fn add_product<T: Number, const N: usize>(sum: &mut [T; N], factor: T, a: &[T], b: &[T]) {
     const { assert!(N.is_multiple_of(4)) };
     // Behind zeros, for those with a negative index.
@@ -127,6 +128,7 @@ pub(crate) fn add_product<T: Number, const N: usize>(sum: &mut [T; N], factor: T
 
 /// Adds `factor` a^2 to a series whose number of coefficients is a multiple of four, to as many as `a` has. Each pair is taken
 /// once.
+#[inline(always)]
 pub(crate) fn add_square<T: Number, const N: usize>(sum: &mut [T; N], factor: T, a: &[T]) {
     const { assert!(N.is_multiple_of(4)) };
     let mut all = zeros::<T, N>();

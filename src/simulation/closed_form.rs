@@ -207,6 +207,7 @@ mod tests {
             steps += 1;
             let guard = match engine.advance().unwrap() {
                 Advance::Stepped => continue,
+                Advance::Waiting => unreachable!("it has no seat"),
                 Advance::Guards(fired) => Some(fired.first()),
                 Advance::Stop | Advance::Searched => None,
             };

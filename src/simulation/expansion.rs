@@ -27,6 +27,10 @@
 //! # }
 //! ```
 
+mod lanes;
+
+pub(super) use lanes::{Motion, SideBySide};
+
 use super::dynamics::SystemLocation;
 use super::excitation::{Excitation, OutsideSeries};
 use crate::friction::{Factors, FrictionSeries, Law, LawSeries};
@@ -49,7 +53,7 @@ pub type Series<T = f64> = [T; TERMS];
 #[derive(Debug, Clone)]
 pub struct Expansion<T: Number = f64> {
     /// s.
-    pub unit: f64,
+    pub unit: T,
     /// How many coefficients are filled; what is behind them is of another expansion.
     pub terms: usize,
     /// Of every component of the state.
@@ -60,6 +64,8 @@ pub struct Expansion<T: Number = f64> {
     pub interface: Series<T>,
     /// mu_0 r F_n, N m, in stick.
     pub limit: Series<T>,
+    /// The shape of mu' in slip.
+    slope: Series<T>,
     outside: OutsideSeries<T, TERMS>,
     ringing: Option<Ringing<T>>,
     law: FrictionSeries<T, TERMS>,
@@ -85,19 +91,24 @@ struct Surface<T> {
 impl<T: Number> Expansion<T> {
     /// Room for the motions of a system.
     pub fn new(system: &SystemEquations<T>, excitation: &Excitation) -> Self {
+        Self::with_law(system, excitation.ringing(), system.law_in(0).series())
+    }
+
+    fn with_law(system: &SystemEquations<T>, ringing: Option<Ringing<T>>, law: FrictionSeries<T, TERMS>) -> Self {
         let (none, one) = (taylor::zeros(), T::of(1.0));
         let per_inertia = [&system.rotor, &system.stator].map(|side| side.inertia.iter().map(|j| one / *j).collect());
         let surfaces = per_inertia.iter().filter_map(|side: &Vec<T>| side.first());
         Expansion {
-            unit: 1.0,
+            unit: one,
             terms: TERMS,
             state: vec![none; system.dimension],
             relative_velocity: none,
             interface: none,
             limit: none,
+            slope: none,
             outside: OutsideSeries::new(),
-            ringing: excitation.ringing(),
-            law: system.law_in(0).series(),
+            ringing,
+            law,
             piece: 0,
             engaged: Engaged::new(),
             reciprocals: std::array::from_fn(|n| one / T::of(n.max(1) as f64)),
@@ -119,50 +130,89 @@ impl<T: Number> Expansion<T> {
         y: &[T],
         unit: f64,
     ) {
-        self.unit = unit;
+        self.drive((system, excitation), location, t, unit);
+        self.expand_driven(system, location, y);
+    }
+
+    /// Makes known what drives the motion, and which law it has.
+    fn drive(
+        &mut self,
+        (system, excitation): (&SystemEquations<T>, &Excitation),
+        location: &SystemLocation,
+        t: f64,
+        unit: f64,
+    ) {
+        self.unit = T::of(unit);
         if self.piece != location.piece {
             self.piece = location.piece;
             self.law = system.law_in(location.piece).series();
         }
         excitation.series(self.ringing.as_ref(), location.stretch, t, unit, &mut self.outside);
+    }
+
+    /// Fills the coefficients of the motion, once what drives it is known.
+    #[inline(always)]
+    fn expand_driven(&mut self, system: &SystemEquations<T>, location: &SystemLocation, y: &[T]) {
         for (series, &start) in self.state.iter_mut().zip(y) {
             series[0] = start;
         }
         self.relative_velocity[0] = system.relative_velocity(&self.outside.coefficient(0), y);
         match location.mode {
             Mode::Stick => self.stick(system),
-            Mode::Separated => self.move_apart(system, |_, _, _| [T::of(0.0); 2]),
+            Mode::Separated => self.move_apart(
+                system,
+                #[inline(always)]
+                |_, _, _| [T::of(0.0); 2],
+            ),
             Mode::Engaged => {
                 let sense = location.sign();
                 self.start_law(sense, T::of(1.0));
-                self.move_apart(system, |all, n, rate| {
-                    all.extend_law(n, rate);
-                    all.engaged_torque(system, sense, n)
-                });
+                self.move_apart(
+                    system,
+                    #[inline(always)]
+                    |all, n, rate| {
+                        all.extend_law(n, rate);
+                        all.engaged_torque(system, sense, n)
+                    },
+                );
             }
             Mode::SlipForward | Mode::SlipBackward => {
                 let factors = self.start_law(location.sign(), system.radius.times(location.sign()));
                 let degree = self.outside.degree;
-                self.move_apart(system, |all, n, rate| {
-                    all.extend_law(n, rate);
-                    let force = &all.outside.normal_force;
-                    let pressed = all.law.pressed(force, n, degree);
-                    [factors.constant * force[n] + factors.shape * pressed, T::of(0.0)]
-                });
+                self.move_apart(
+                    system,
+                    #[inline(always)]
+                    |all, n, rate| {
+                        all.extend_law(n, rate);
+                        let force = &all.outside.normal_force;
+                        let pressed = all.law.pressed(force, n, degree);
+                        [factors.constant * force[n] + factors.shape * pressed, T::of(0.0)]
+                    },
+                );
+                self.note_slope();
             }
         }
         self.quadratures(system, location);
     }
 
     /// Makes the law known at the start, and gives its factors times `of_coefficient`.
+    #[inline(always)]
     fn start_law(&mut self, sense: f64, of_coefficient: T) -> Factors<T> {
-        let (speed, unit) = (self.relative_velocity[0].times(sense), T::of(sense * self.unit));
+        let (speed, unit) = (self.relative_velocity[0].times(sense), self.unit.times(sense));
         self.law.start(speed, unit);
         self.law.factors(of_coefficient, of_coefficient)
     }
 
+    /// Takes the shape of mu' from the law.
+    #[inline(always)]
+    fn note_slope(&mut self) {
+        for (n, c) in self.slope.iter_mut().enumerate() {
+            *c = self.law.slope_shape(n);
+        }
+    }
+
     /// Coefficient `n` of the law from coefficient `n` - 1 of omega_r' (rad/s^2); that at 0 is known.
-    #[inline]
+    #[inline(always)]
     fn extend_law(&mut self, n: usize, acceleration: T) {
         if n > 0 {
             self.law.extend(n, acceleration, self.reciprocals[n]);
@@ -193,12 +243,13 @@ impl<T: Number> Expansion<T> {
     }
 
     /// What the rate's coefficient `n` is multiplied by to be coefficient `n` + 1, s.
-    #[inline]
+    #[inline(always)]
     fn step(&self, n: usize) -> T {
-        self.reciprocals[n + 1].times(self.unit)
+        self.reciprocals[n + 1] * self.unit
     }
 
     /// All coefficients while the surfaces stick to each other.
+    #[inline(always)]
     fn stick(&mut self, system: &SystemEquations<T>) {
         self.relative_velocity = taylor::zeros();
         for n in 0..self.terms {
@@ -285,6 +336,7 @@ impl<T: Number> Expansion<T> {
         }
     }
 
+    #[inline(always)]
     fn quadratures(&mut self, system: &SystemEquations<T>, location: &SystemLocation) {
         let stuck = location.mode == Mode::Stick;
         let [mut loss, mut work, mut friction] = [taylor::zeros(); 3];
@@ -293,9 +345,6 @@ impl<T: Number> Expansion<T> {
         if last == 0 {
             return;
         }
-        let add = |sum: &mut Series<T>, factor: T, a: &Series<T>, degree: usize, b: &Series<T>| {
-            taylor::add_product(sum, factor, &a[..=degree.min(last - 1)], &b[..last]);
-        };
         for (index, side) in [&system.rotor, &system.stator].into_iter().enumerate() {
             let driving = &self.outside.sides[index];
             for i in 0..side.shafts() {
@@ -316,7 +365,8 @@ impl<T: Number> Expansion<T> {
                 }
             }
             if let Some(on) = side.torque_on {
-                add(
+                add_product(
+                    last,
                     &mut work,
                     one,
                     &driving.torque,
@@ -326,16 +376,23 @@ impl<T: Number> Expansion<T> {
             }
             if let (None, Some(degree)) = (side.speed, driving.speed_degree) {
                 match side.shafts() {
-                    0 => add(&mut work, T::of(side.sign), &driving.speed, degree, &self.interface),
+                    0 => add_product(
+                        last,
+                        &mut work,
+                        T::of(side.sign),
+                        &driving.speed,
+                        degree,
+                        &self.interface,
+                    ),
                     shafts => {
                         let held = std::array::from_fn(|n| shaft_torque(side, &self.state, shafts, n));
-                        add(&mut work, T::of(side.sign), &driving.speed, degree, &held);
+                        add_product(last, &mut work, T::of(side.sign), &driving.speed, degree, &held);
                     }
                 }
             }
         }
         if matches!(location.mode, Mode::SlipForward | Mode::SlipBackward | Mode::Engaged) {
-            add(&mut friction, one, &self.interface, last, &self.relative_velocity);
+            add_product(last, &mut friction, one, &self.interface, last, &self.relative_velocity);
         }
         let at = system.slip;
         for n in 0..last {
@@ -357,7 +414,7 @@ impl<T: Number> Expansion<T> {
     }
 
     /// Coefficient `n` of the torque on the surface of one side (rotor 0, stator 1), but for that of the interface, N m.
-    #[inline]
+    #[inline(always)]
     fn surface_torque(&self, side: &Side<T>, index: usize, n: usize) -> T {
         let Some(&viscous) = side.viscous.first() else {
             return T::of(0.0);
@@ -377,7 +434,7 @@ impl<T: Number> Expansion<T> {
     }
 
     /// Coefficient `n` of T_f (N m) and of the acceleration of both surfaces in stick (rad/s^2).
-    #[inline]
+    #[inline(always)]
     fn shared(&self, system: &SystemEquations<T>, n: usize) -> (T, T) {
         let rotor = self.surface_torque(&system.rotor, 0, n);
         let stator = self.surface_torque(&system.stator, 1, n);
@@ -387,6 +444,7 @@ impl<T: Number> Expansion<T> {
     }
 
     /// Coefficient `n` of the speed of inertia `i`, rad/s.
+    #[inline(always)]
     fn speed_at(&self, side: &Side<T>, index: usize, i: usize, n: usize) -> T {
         let base = side
             .speed
@@ -398,6 +456,7 @@ impl<T: Number> Expansion<T> {
     }
 
     /// Speed of inertia `i`, rad/s, of the rotor (0) or the stator (1).
+    #[inline(always)]
     pub(super) fn speed(&self, side: &Side<T>, index: usize, i: usize) -> Series<T> {
         std::array::from_fn(|n| self.speed_at(side, index, i, n))
     }
@@ -425,7 +484,7 @@ impl<T: Number> Expansion<T> {
     pub fn stability_margin(&self, system: &SystemEquations<T>) -> Option<Series<T>> {
         let twice_resistance = system.twice_resistance?;
         let factors = self.law.factors(T::of(1.0), system.slope_weight(T::of(1.0)));
-        let slope = std::array::from_fn(|n| factors.slope * self.law.slope_shape(n));
+        let slope = self.slope.map(|c| factors.slope * c);
         let mut margin = taylor::product(&self.outside.normal_force, &slope);
         margin[0] = margin[0] + twice_resistance;
         Some(margin)
@@ -462,14 +521,30 @@ impl<T: Number> Expansion<T> {
     }
 }
 
+/// Adds `factor` a b, where `a` is zero beyond its degree, to the first `terms` coefficients.
+#[inline(always)]
+fn add_product<T: Number>(terms: usize, sum: &mut Series<T>, factor: T, a: &Series<T>, degree: usize, b: &Series<T>) {
+    taylor::add_product(sum, factor, &a[..=degree.min(terms - 1)], &b[..terms]);
+}
+
 /// Coefficient `n` of the torque of the shaft inside inertia `i`, N m.
-#[inline]
+#[inline(always)]
 fn shaft_torque<T: Number>(side: &Side<T>, state: &[Series<T>], i: usize, n: usize) -> T {
     let Some(shaft) = i.checked_sub(1) else {
         return T::of(0.0);
     };
     let at = side.twists + 2 * shaft;
     side.stiffness[shaft] * state[at][n] + side.damping[shaft] * state[at + 1][n]
+}
+
+/// The sum of terms, in their order.
+#[inline(always)]
+fn sum<T: Number>(terms: impl Iterator<Item = T>) -> T {
+    let mut sum = T::of(0.0);
+    for term in terms {
+        sum = sum + term;
+    }
+    sum
 }
 
 /// Series of a contact without stick.
@@ -504,6 +579,7 @@ impl<T: Number> Engaged<T> {
 impl<T: Number> Expansion<T> {
     /// Coefficient `n` of the torque of a contact without stick, N m, and of the rate of its bristles' deflection, when those of
     /// omega_r and of the law up to n are known.
+    #[inline(always)]
     fn engaged_torque(&mut self, system: &SystemEquations<T>, sense: f64, n: usize) -> [T; 2] {
         let [zero, one] = [0.0, 1.0].map(T::of);
         let factors = self.law.factors(one, one);
@@ -538,10 +614,10 @@ impl<T: Number> Expansion<T> {
 
 impl<T: Number> Engaged<T> {
     /// Coefficient `n` of tanh(v) or (2/pi) arctan(v), v = omega_r/eps.
+    #[inline(always)]
     fn smooth_coefficient(&mut self, n: usize, smoothing: Smoothing, speed: T, relative_velocity: &Series<T>) -> T {
         let v = |k: usize| relative_velocity[k] / speed;
         let order = |k: usize| T::of(k as f64);
-        let sum = |terms: &mut dyn Iterator<Item = T>| terms.fold(T::of(0.0), |sum, term| sum + term);
         match smoothing {
             Smoothing::Tanh => {
                 // helper = 1 - t^2
@@ -551,7 +627,7 @@ impl<T: Number> Engaged<T> {
                     self.helper[0] = T::of(1.0) / (cosh * cosh);
                     return value;
                 }
-                let sum = sum(&mut (1..=n).map(|k| order(k) * v(k) * self.helper[n - k]));
+                let sum = sum((1..=n).map(|k| order(k) * v(k) * self.helper[n - k]));
                 let value = sum / order(n);
                 self.smooth[n] = value;
                 self.helper[n] = -convolved(&self.smooth, &self.smooth, n, n);
@@ -560,13 +636,13 @@ impl<T: Number> Engaged<T> {
             Smoothing::Arctan => {
                 // helper = 1 + v^2; smooth holds (2/pi) a
                 let share = T::of(2.0) / T::pi();
-                let square = sum(&mut (0..=n).map(|k| v(k) * v(n - k)));
+                let square = sum((0..=n).map(|k| v(k) * v(n - k)));
                 if n == 0 {
                     self.helper[0] = T::of(1.0) + square;
                     return share * v(0).atan();
                 }
                 self.helper[n] = square;
-                let sum = sum(&mut (1..n).map(|k| order(k) * self.smooth[k] * self.helper[n - k]));
+                let sum = sum((1..n).map(|k| order(k) * self.smooth[k] * self.helper[n - k]));
                 (share * order(n) * v(n) - sum) / (order(n) * self.helper[0])
             }
         }
@@ -593,6 +669,7 @@ impl Expansion {
         self.interface = slow.torque;
         self.law = slow.friction.clone();
         self.piece = location.piece;
+        self.note_slope();
         self.quadratures(system, location);
     }
 

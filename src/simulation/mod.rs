@@ -11,6 +11,7 @@
 //! | `plan` | which solver integrates what, how accurately |
 //! | `closed_form` | stick and separation in closed form |
 //! | `series`, `expansion` | the engine of `series`: Taylor series and Radau IIA |
+//! | `ensemble` | runs side by side |
 //! | `course` | the motion from a known state on, within one mode |
 //! | `variation` | what numbers of a case do to its events |
 //! | `portrait` | one period of a motion, densely |
@@ -23,6 +24,7 @@
 mod closed_form;
 mod course;
 mod dynamics;
+pub mod ensemble;
 mod excitation;
 pub mod expansion;
 pub mod fixed_step;

@@ -1,6 +1,7 @@
 //! What happens at the guards and time events of a system.
 
 use super::dynamics::{GUARD_FORWARD, SystemDynamics, SystemLocation, VELOCITY_NOISE, Watch, Watched};
+use super::ensemble::Seat;
 use super::foresight::{Foresight, LONG};
 use super::plan::SystemPlan;
 use super::regime::Regimes;
@@ -20,6 +21,8 @@ pub(super) struct SystemRules {
     dynamics: Arc<SystemDynamics>,
     plan: SystemPlan,
     end_time: f64,
+    /// Of a run in an ensemble.
+    pub seat: Option<Arc<Seat>>,
     /// In order of time, and which is next.
     kicks: Vec<(f64, Kick)>,
     next_kick: usize,
@@ -59,6 +62,7 @@ impl SystemRules {
             dynamics,
             plan,
             end_time,
+            seat: None,
             kicks,
             contact_change: None,
             departing: start == 0.0,
@@ -513,7 +517,9 @@ impl Rules<SystemDynamics> for SystemRules {
 
     fn engine(&self, kind: &SolverKind) -> Option<Box<dyn Engine<SystemLocation>>> {
         match kind {
-            SolverKind::Series => Some(Box::new(TaylorEngine::new(self.dynamics.clone()))),
+            SolverKind::Series => Some(Box::new(
+                TaylorEngine::new(self.dynamics.clone()).seated(self.seat.clone()),
+            )),
             SolverKind::ClosedForm => Some(Box::new(ClosedFormEngine::new(self.dynamics.clone()))),
             _ => None,
         }

@@ -2,6 +2,7 @@
 
 use super::automaton;
 use super::dynamics::{SystemDynamics, SystemLocation};
+use super::ensemble::Seat;
 use super::observer::Recording;
 use super::options::{Method, OutputOptions, SolverOptions};
 use super::plan::SystemPlan;
@@ -114,6 +115,8 @@ pub(crate) struct Problem<'a> {
     pub threshold: f64,
     /// Rows have what the state has beyond [`State`](crate::record::State), too ([`further`]).
     pub further: bool,
+    /// Of a run in an ensemble.
+    pub seat: Option<&'a Arc<Seat>>,
 }
 
 /// The equations of a system with the threshold of its contact (rad/s), what happens to it, and where it starts: at t = 0, or as
@@ -154,6 +157,7 @@ fn foreseen(problem: Problem<'_>, from: Option<(f64, &[f64])>, solver: &SolverOp
         ..solver.clone()
     };
     let (output, mut go_on) = (OutputOptions::at_the_ends(end), |_| ControlFlow::Continue(()));
+    let problem = Problem { seat: None, ..problem };
     match simulate_from(problem, from, &quick, &output, &mut NoRecorder, &mut go_on) {
         Ok(report) => report.events,
         Err(failure) => failure.report.events,
@@ -192,6 +196,7 @@ pub(crate) fn simulate_from(
     let system = problem.system;
     let (dynamics, mut rules, start) = prepared((system, problem.threshold), from, solver, output.end_time);
     let time = start.time;
+    rules.seat = problem.seat.cloned();
     let readings = StateReadings {
         dynamics: &dynamics,
         further: problem.further,

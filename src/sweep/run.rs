@@ -15,10 +15,12 @@ use super::worker_pool::{Threads, Work, WorkerPool};
 use crate::case::Case;
 use crate::results::{Overwrite, Reason, check_target};
 use crate::simulation::Progress;
+use crate::simulation::ensemble::Seat;
 use crate::workers::processors;
 use std::collections::HashMap;
 use std::ops::ControlFlow;
 use std::path::Path;
+use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
 /// A sweep that is being prepared; [`Sweep::start`] runs the study into its file.
@@ -116,9 +118,10 @@ impl<'a> Sweep<'a> {
     /// Hands over what is to be done by whoever runs the points.
     pub(crate) fn with_work<T>(&self, work: impl FnOnce(&Work) -> T) -> T {
         let folder = folder_of_runs(self.path);
-        let into_files = |number: u64, case: &Case, control: &mut dyn FnMut(Progress) -> ControlFlow<()>| {
-            into_a_file(&folder, self.study, number, case, control)
-        };
+        let into_files =
+            |number: u64, case: &Case, _: Option<&Arc<Seat>>, control: &mut dyn FnMut(Progress) -> ControlFlow<()>| {
+                into_a_file(&folder, self.study, number, case, control)
+            };
         let integrate: &Integrate = match self.study.keep.trajectory {
             true => &into_files,
             false => &without_a_file,

@@ -5,16 +5,25 @@ use super::study::{Point, Study};
 use crate::analysis::{Summary, recorded};
 use crate::case::{Case, CaseError};
 use crate::record::NoRecorder;
+use crate::simulation::ensemble::{Beside, LANES, Seat, side_by_side};
 use crate::simulation::{Progress, RunFailure, RunReport};
-use crate::workers::on_threads;
+use crate::workers::on_threads_by;
 use std::ops::ControlFlow;
 use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
-/// Integrates one case for a sweep: into nothing, or into a file of its own.
-pub type Integrate<'a> =
-    dyn Fn(u64, &Case, &mut dyn FnMut(Progress) -> ControlFlow<()>) -> Result<Integrated, IntegrateError> + Sync + 'a;
+/// Integrates one case for a sweep: into nothing, or into a file of its own. The seat is that of the run in an ensemble, if it has one;
+/// an integration may ignore it.
+pub type Integrate<'a> = dyn Fn(
+        u64,
+        &Case,
+        Option<&Arc<Seat>>,
+        &mut dyn FnMut(Progress) -> ControlFlow<()>,
+    ) -> Result<Integrated, IntegrateError>
+    + Sync
+    + 'a;
 
 /// What a run of a sweep came to.
 #[derive(Debug)]
@@ -51,9 +60,10 @@ pub enum IntegrateError {
 pub fn without_a_file(
     _number: u64,
     case: &Case,
+    seat: Option<&Arc<Seat>>,
     control: &mut dyn FnMut(Progress) -> ControlFlow<()>,
 ) -> Result<Integrated, IntegrateError> {
-    let run = recorded(case, &mut NoRecorder, false, None, control);
+    let run = recorded(case, &mut NoRecorder, false, None, seat, control);
     match run.failure {
         Some(failure) => Err(IntegrateError::Run(failure)),
         None => Ok(Integrated::new(run.report, &run.summary)),
@@ -77,7 +87,8 @@ const WAITING: usize = 256;
 /// Outcomes are gathered for so long, so that what a group costs is shared by many: the disk syncs each.
 const GATHERING: Duration = Duration::from_millis(20);
 
-/// Runs `points` on `workers` threads and hands their outcomes, in groups and in the order of completion, to `deliver`.
+/// Runs `points` on `workers` threads, one at a time on each, and hands their outcomes, in groups and in the order of completion, to
+/// `deliver`.
 ///
 /// What a point comes to depends on the study and its coordinates alone. Points under way when `stop` is set, or after
 /// an error, are abandoned.
@@ -90,16 +101,57 @@ pub fn run_points<E>(
     workers: usize,
     stop: &AtomicBool,
     integrate: &Integrate,
+    deliver: impl FnMut(Vec<Outcome>) -> Result<(), E>,
+) -> Result<(), Stopped<E>> {
+    run_points_by(1, study, points, workers, stop, integrate, deliver)
+}
+
+/// The same with several points side by side on each thread, whose Taylor series are computed together. What they come to is the same to
+/// the last bit. `points` must not wait for what one of them comes to.
+///
+/// # Errors
+/// Those of [`run_points`].
+pub fn run_points_side_by_side<E>(
+    study: &Study,
+    points: impl Iterator<Item = Point> + Send,
+    workers: usize,
+    stop: &AtomicBool,
+    integrate: &Integrate,
+    deliver: impl FnMut(Vec<Outcome>) -> Result<(), E>,
+) -> Result<(), Stopped<E>> {
+    // Few points are rather spread over the threads; runs that write files wait for the disk.
+    let seats = match (study.keep.trajectory, points.size_hint().1) {
+        (true, _) => 1,
+        (false, Some(most)) => most / workers.max(1),
+        (false, None) => LANES,
+    };
+    run_points_by(seats, study, points, workers, stop, integrate, deliver)
+}
+
+fn run_points_by<E>(
+    seats: usize,
+    study: &Study,
+    points: impl Iterator<Item = Point> + Send,
+    workers: usize,
+    stop: &AtomicBool,
+    integrate: &Integrate,
     mut deliver: impl FnMut(Vec<Outcome>) -> Result<(), E>,
 ) -> Result<(), Stopped<E>> {
     let given_up = AtomicBool::new(false);
     let halted = || stop.load(Ordering::Relaxed) || given_up.load(Ordering::Relaxed);
     let mut error = None;
-    let job = |point: Point| match halted() {
+    let run = |point: Point, beside: Option<Beside<'_>>| match halted() {
         true => None,
-        false => run_point(study, &point, integrate, &halted).transpose(),
+        false => run_point_beside(study, &point, integrate, beside, &halted).transpose(),
     };
-    on_threads(workers, WAITING, points, job, |receiver| {
+    let work = |next: &dyn Fn() -> Option<Point>, send: &dyn Fn(Result<Outcome, String>) -> bool| {
+        side_by_side(seats, &|beside| {
+            while let Some(result) = next().and_then(|point| run(point, beside))
+                && send(result)
+            {}
+        });
+    };
+    on_threads_by(workers, WAITING, points, work, |receiver| {
         let mut gathered = Instant::now();
         while let Ok(first) = receiver.recv() {
             let mut group = Vec::new();
@@ -143,6 +195,17 @@ pub fn run_point(
     integrate: &Integrate,
     halted: &dyn Fn() -> bool,
 ) -> Result<Option<Outcome>, String> {
+    run_point_beside(study, point, integrate, None, halted)
+}
+
+/// The same beside others, if it is run in an ensemble.
+fn run_point_beside(
+    study: &Study,
+    point: &Point,
+    integrate: &Integrate,
+    beside: Option<Beside<'_>>,
+    halted: &dyn Fn() -> bool,
+) -> Result<Option<Outcome>, String> {
     let outcome = |result, events| {
         Ok(Some(Outcome {
             number: point.number,
@@ -154,7 +217,12 @@ pub fn run_point(
         Ok(case) => case,
         Err(error) => return outcome(Err(in_words(&error)), Vec::new()),
     };
+    // In an ensemble the time that a run takes is that of the others, too.
+    let beside = beside.filter(|_| case.solver.max_wall_time.is_none());
     let mut control = |_: Progress| {
+        if let Some(beside) = beside {
+            beside.wait();
+        }
         if halted() {
             ControlFlow::Break(())
         } else {
@@ -162,7 +230,11 @@ pub fn run_point(
         }
     };
     // A defect in one run must not take the others along.
-    let result = catch_unwind(AssertUnwindSafe(|| integrate(point.number, &case, &mut control)));
+    let seat = beside.map(|beside| beside.seat);
+    let result = catch_unwind(AssertUnwindSafe(|| integrate(point.number, &case, seat, &mut control)));
+    if let Some(beside) = beside {
+        beside.leave();
+    }
     match result {
         Ok(Ok(Integrated { values: None, .. })) => Ok(None),
         Ok(Ok(Integrated {

@@ -12,6 +12,7 @@ mod compare_belt;
 mod compare_causes;
 mod compare_faults;
 mod compare_resolution;
+mod ensemble;
 mod figures;
 mod layers;
 mod paper_procedure;

@@ -90,6 +90,7 @@ impl Score<'_> {
             system: self.system,
             threshold: self.threshold,
             further: steps,
+            seat: None,
         };
         let start = match self.start {
             Start::Case => None,

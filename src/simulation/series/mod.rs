@@ -16,7 +16,8 @@
 pub(super) mod collocation;
 
 use super::dynamics::{GUARD_STOPPING, SystemDynamics, SystemLocation, VELOCITY_NOISE, Watched};
-use super::expansion::{Expansion, Series, TERMS};
+use super::ensemble::Seat;
+use super::expansion::{Expansion, Motion, Series, TERMS};
 use super::regime::LARGEST_TIME_SCALE_RATIO;
 use crate::friction::Law;
 use crate::hybrid::{Advance, ChosenSolver, Dynamics, Engine, EngineError, Fired, Segment};
@@ -75,10 +76,23 @@ enum Last {
     Collocation,
 }
 
+/// What an expansion is for.
+#[derive(Debug, Clone, Copy, PartialEq)]
+enum Awaited {
+    /// The next step, of whatever kind.
+    Step,
+    /// A step after a Radau step that would be too short.
+    Expansion,
+}
+
 /// See the module.
 pub(super) struct TaylorEngine {
     dynamics: Arc<SystemDynamics>,
-    expansion: Expansion,
+    expansion: Box<Expansion>,
+    /// In an ensemble: who fills the expansions, what stands in for the one that is there, and for what it is awaited.
+    seat: Option<Arc<Seat>>,
+    stand_in: Option<Box<Expansion>>,
+    awaited: Option<Awaited>,
     location: SystemLocation,
     origin: f64,
     span: f64,
@@ -139,7 +153,10 @@ impl TaylorEngine {
     pub fn new(dynamics: Arc<SystemDynamics>) -> TaylorEngine {
         let dimension = dynamics.system.dimension;
         TaylorEngine {
-            expansion: Expansion::new(&dynamics.system, &dynamics.excitation),
+            expansion: Box::new(Expansion::new(&dynamics.system, &dynamics.excitation)),
+            seat: None,
+            stand_in: None,
+            awaited: None,
             location: SystemLocation::new(Mode::Separated, 0),
             origin: 0.0,
             span: 0.0,
@@ -173,6 +190,11 @@ impl TaylorEngine {
         }
     }
 
+    /// The same, with the seat that its run has in an ensemble, if it is in one.
+    pub fn seated(self, seat: Option<Arc<Seat>>) -> TaylorEngine {
+        TaylorEngine { seat, ..self }
+    }
+
     /// Notes what is tolerated of each component where it stands.
     fn weigh(&mut self) {
         let values = self.absolute.iter().zip(&self.y);
@@ -181,14 +203,42 @@ impl TaylorEngine {
         }
     }
 
-    /// Expands the motion about where it stands.
-    fn expand(&mut self) {
+    /// Expands the motion about where it stands; whether that is done, or awaited.
+    fn expand(&mut self, what_for: Awaited) -> bool {
         let unit = self.dynamics.unit(self.location.stretch);
         let t = self.origin + self.tau;
-        let SystemDynamics { system, excitation, .. } = &*self.dynamics;
-        self.expansion
-            .expand((system, excitation), &self.location, t, &self.y, unit);
         self.counters.rhs_evaluations += 1;
+        let Some(seat) = &self.seat else {
+            let SystemDynamics { system, excitation, .. } = &*self.dynamics;
+            self.expansion
+                .expand((system, excitation), &self.location, t, &self.y, unit);
+            return true;
+        };
+        let stand_in = self.stand_in.take().unwrap_or_else(|| self.expansion.clone());
+        seat.ask(Motion {
+            dynamics: self.dynamics.clone(),
+            location: self.location,
+            t,
+            unit,
+            y: std::mem::take(&mut self.y),
+            expansion: std::mem::replace(&mut self.expansion, stand_in),
+            filled: false,
+        });
+        self.awaited = Some(what_for);
+        false
+    }
+
+    /// For what an expansion was awaited that has come, if one was.
+    fn arrived(&mut self) -> Option<Awaited> {
+        let what_for = self.awaited.take()?;
+        let seat = self.seat.as_ref().expect("nothing is awaited without a seat");
+        let mut motion = seat.take().expect("what was left on the seat is there");
+        if !motion.filled {
+            motion.expand();
+        }
+        self.y = motion.y;
+        self.stand_in = Some(std::mem::replace(&mut self.expansion, motion.expansion));
+        Some(what_for)
     }
 
     /// Whether an expansion has an oscillation above what is tolerated: A cos(omega t) has the last coefficient
@@ -472,6 +522,7 @@ impl Engine<SystemLocation> for TaylorEngine {
         self.relative = chosen.tolerances.relative;
         self.absolute.copy_from_slice(&chosen.tolerances.absolute);
         self.tau = 0.0;
+        self.awaited = None;
         self.y.copy_from_slice(segment.state);
         self.last = Last::Expansion(0.0);
         self.first = true;
@@ -491,30 +542,39 @@ impl Engine<SystemLocation> for TaylorEngine {
 
     fn advance(&mut self) -> Result<Advance, EngineError> {
         let strides = !self.location.resolved && self.location.mode.sense() != 0;
-        self.slow = true;
-        if strides && let Some(advance) = self.slow_step()? {
-            self.ringing = true;
-            self.predicted = false;
-            return Ok(advance);
-        }
-        if self.location.mode == Mode::Stick {
-            self.hold();
-        }
-        if self.ringing || !strides || self.beyond {
-            self.expand();
-            self.ringing = strides && (self.expansions > 0 || self.rings());
-            self.expansions = self.expansions.saturating_sub(1);
-        }
-        if !self.ringing && strides && !self.beyond {
-            if let Some(advance) = self.collocation_step()? {
+        let arrived = self.arrived();
+        if arrived.is_none() {
+            self.slow = true;
+            if strides && let Some(advance) = self.slow_step()? {
+                self.ringing = true;
+                self.predicted = false;
                 return Ok(advance);
             }
-            self.restart_collocation();
-            self.ringing = true;
-            if self.dynamics.system.twice_resistance.is_none() {
-                self.expansions = EXPANSIONS;
+            if self.location.mode == Mode::Stick {
+                self.hold();
             }
-            self.expand();
+        }
+        if arrived != Some(Awaited::Expansion) {
+            if self.ringing || !strides || self.beyond {
+                if arrived.is_none() && !self.expand(Awaited::Step) {
+                    return Ok(Advance::Waiting);
+                }
+                self.ringing = strides && (self.expansions > 0 || self.rings());
+                self.expansions = self.expansions.saturating_sub(1);
+            }
+            if !self.ringing && strides && !self.beyond {
+                if let Some(advance) = self.collocation_step()? {
+                    return Ok(advance);
+                }
+                self.restart_collocation();
+                self.ringing = true;
+                if self.dynamics.system.twice_resistance.is_none() {
+                    self.expansions = EXPANSIONS;
+                }
+                if !self.expand(Awaited::Expansion) {
+                    return Ok(Advance::Waiting);
+                }
+            }
         }
         self.slow = false;
         let longest = self.longest_step();
