@@ -461,6 +461,15 @@ impl Course {
         (series, terms)
     }
 
+    /// A quantity at these times since the start of the expansion (s).
+    pub fn values(&self, quantity: Quantity, since: impl Iterator<Item = f64>, out: &mut [f64]) {
+        let series = self.quantity(quantity);
+        let (known, unit) = (&series[..self.expansion.terms], self.expansion.unit);
+        for (value, since) in out.iter_mut().zip(since) {
+            *value = taylor::value(known, since / unit);
+        }
+    }
+
     /// Coefficients, of which those that the expansion has count.
     fn quantity(&self, quantity: Quantity) -> Series {
         let (expansion, system) = (&self.expansion, self.system());

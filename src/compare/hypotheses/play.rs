@@ -209,16 +209,14 @@ fn sampled(course: &mut Course, nodes: &[Node], physics: &Physics, channels: &[C
         for _ in 0..MOST_EXPANSIONS {
             let length = course.expand(*mode, at, &y, (to - at).max(f64::MIN_POSITIVE));
             let end = if at + length >= to { to } else { at + length };
-            let series: Vec<_> = channels
-                .iter()
-                .map(|&c| course.series(physics.quantity(c), length))
-                .collect();
-            while inside(row) && (times[row] < end || end == to) {
-                let part = (times[row] - at) / length;
-                for (column, (coefficients, terms)) in values.iter_mut().zip(&series) {
-                    column[row] = coefficients[..*terms].iter().rev().fold(0.0, |sum, c| sum * part + c);
+            let first = row;
+            row += times[row..].partition_point(|time| *time < end || last && end == to && *time == to);
+            if first < row {
+                // Most steps have one sample or two: none is worth a series of its own for each channel.
+                for (column, &channel) in values.iter_mut().zip(channels) {
+                    let since = times[first..row].iter().map(|time| time - at);
+                    course.values(physics.quantity(channel), since, &mut column[first..row]);
                 }
-                row += 1;
             }
             if end == to || !inside(row) || end == at {
                 break;
