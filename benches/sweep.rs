@@ -1,6 +1,6 @@
-//! Points of a critical curve: runs a second, what one costs by phase, and beside others in the lanes of one expansion or alone, how that and memory go with the number of points,
-//! and what writing takes. Seconds of the processor stand beside those of the clock, which other programs move.
-//! `STICKSLIP_BENCH_POINTS` is the largest number of points (default 1000; 100,000 takes minutes).
+//! Points of a critical curve: runs a second, what one costs by phase, and side by side with others over alone; how that and
+//! memory go with the number of points, and what writing takes. Seconds of the processor stand beside those of the clock,
+//! which other programs move. `STICKSLIP_BENCH_POINTS` is the largest number of points (default 1000; 100,000 takes minutes).
 
 use std::path::Path;
 use std::sync::atomic::AtomicBool;
@@ -133,7 +133,7 @@ fn computing_alone(study: &Study) -> [f64; 2] {
     clock.stop()
 }
 
-/// Medians, of five pairs, of the processor time of the points side by side over that of the same alone.
+/// The median of five pairs: the processor time of the points side by side over that of the same alone.
 fn share_of_alone(study: &Study) -> f64 {
     let mut shares = [(); 5].map(|()| computing(study, 1, |_| ())[1] / computing_alone(study)[1]);
     shares.sort_by(f64::total_cmp);
@@ -202,10 +202,12 @@ fn main() {
                 peak_memory()
             );
             if count == 1000 {
-                println!(
-                    "{method}: side by side a run takes {:.3} of the processor time that it takes alone",
-                    share_of_alone(&study)
-                );
+                if method == "series" {
+                    println!(
+                        "{method}: side by side a run takes {:.3} of the processor time that it takes alone",
+                        share_of_alone(&study)
+                    );
+                }
                 let [by_clock, by_processor] = writing(&study, &groups);
                 println!(
                     "{method}: writing alone: {:.2} % of the time on two threads, {:.2} % of that of the processor",
