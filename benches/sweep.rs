@@ -8,8 +8,7 @@ use std::time::Instant;
 use stickslip::Run;
 use stickslip::record::{Event, EventKind, Recorder, RecorderError, Sample, Segment};
 use stickslip::sweep::{
-    Existing, Journal, Outcome, Study, StudySource, Sweep, journal_path, run_point, run_points_side_by_side,
-    without_a_file,
+    Existing, Journal, Outcome, Study, StudySource, Sweep, journal_path, run_point, run_points, without_a_file,
 };
 
 /// Points on both sides of the critical curve, as its tracing asks for them.
@@ -114,7 +113,7 @@ fn computing(study: &Study, workers: usize, mut keep: impl FnMut(Vec<Outcome>)) 
     let points = (0..study.point_count().expect("a sample")).filter_map(|number| study.point(number));
     let clock = Clock::start();
     let stop = AtomicBool::new(false);
-    let ended = run_points_side_by_side(study, points, workers, &stop, &without_a_file, |group| {
+    let ended = run_points(study, points, workers, &stop, &without_a_file, |group| {
         keep(group);
         Ok::<(), ()>(())
     });

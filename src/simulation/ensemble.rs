@@ -16,7 +16,7 @@ use std::panic::{AssertUnwindSafe, catch_unwind, resume_unwind};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 /// Most runs side by side: as many doubles as fit into a vector of AVX2.
-pub(crate) const LANES: usize = 4;
+const LANES: usize = 4;
 
 /// Bytes of the stack of each run but the first; what is not used takes no memory.
 const STACK: usize = 8 << 20;

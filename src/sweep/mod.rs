@@ -2,9 +2,8 @@
 //!
 //! A [`Study`] is read from a TOML file: a base case, [`Axis`]es over its keys, and which points they make: a grid, a
 //! sample, a table, or the points that tracing a boundary asks for. Points are numbered; what a point comes to depends on
-//! the study alone. A [`WorkerPool`] computes them: a pool of threads
-//! ([`run_points_side_by_side`]), or the ranks of an MPI job (feature
-//! `mpi`). [`Journal`] keeps every outcome as it comes, and the sweep file (`results::SweepWriter`) is made from the
+//! the study alone. A [`WorkerPool`] computes them: a pool of threads ([`run_points`]), or the ranks of an MPI job
+//! (feature `mpi`). [`Journal`] keeps every outcome as it comes, and the sweep file (`results::SweepWriter`) is made from the
 //! journal in the order of the numbers; a [`Shard`] is a part of the points with a file of its own.
 //!
 //! | module | what it is |
@@ -59,9 +58,7 @@ pub(crate) use quantities::asked_for;
 pub use quantities::{EventRow, Outcome, QUANTITIES, Quantity, Values, quantity_index};
 pub use report::{SweepProgress, SweepReport};
 pub use run::Sweep;
-pub use runner::{
-    Integrate, IntegrateError, Integrated, Stopped, run_point, run_points, run_points_side_by_side, without_a_file,
-};
+pub use runner::{Integrate, IntegrateError, Integrated, Stopped, run_point, run_points, without_a_file};
 pub(crate) use sampling::sobol;
 pub use shard::Shard;
 pub use study::{Design, Keep, Point, STUDIES, STUDY_RTOL, Study};

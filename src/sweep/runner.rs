@@ -5,7 +5,7 @@ use super::study::{Point, Study};
 use crate::analysis::{Summary, recorded};
 use crate::case::{Case, CaseError};
 use crate::record::NoRecorder;
-use crate::simulation::ensemble::{Beside, LANES, Seat, side_by_side};
+use crate::simulation::ensemble::{Beside, Seat, side_by_side};
 use crate::simulation::{Progress, RunFailure, RunReport};
 use crate::workers::on_threads_by;
 use std::ops::ControlFlow;
@@ -87,10 +87,11 @@ const WAITING: usize = 256;
 /// Outcomes are gathered for so long, so that what a group costs is shared by many: the disk syncs each.
 const GATHERING: Duration = Duration::from_millis(20);
 
-/// Runs `points` on `workers` threads, one at a time on each, and hands their outcomes, in groups and in the order of completion, to
-/// `deliver`.
+/// Runs `points` on `workers` threads and hands their outcomes, in groups and in the order of completion, to `deliver`.
 ///
-/// What a point comes to depends on the study and its coordinates alone. Points under way when `stop` is set, or after
+/// What a point comes to depends on the study and its coordinates alone. Each thread runs several side by side, whose Taylor series are
+/// computed together, if `points` says by its [`size_hint`](Iterator::size_hint) that there are enough for all threads. Where it does not
+/// know how many will come, as what waits for them does not, a thread runs one at a time. Points under way when `stop` is set, or after
 /// an error, are abandoned.
 ///
 /// # Errors
@@ -101,42 +102,13 @@ pub fn run_points<E>(
     workers: usize,
     stop: &AtomicBool,
     integrate: &Integrate,
-    deliver: impl FnMut(Vec<Outcome>) -> Result<(), E>,
-) -> Result<(), Stopped<E>> {
-    run_points_by(1, study, points, workers, stop, integrate, deliver)
-}
-
-/// The same with several points side by side on each thread, whose Taylor series are computed together. What they come to is the same to
-/// the last bit. `points` must not wait for what one of them comes to.
-///
-/// # Errors
-/// Those of [`run_points`].
-pub fn run_points_side_by_side<E>(
-    study: &Study,
-    points: impl Iterator<Item = Point> + Send,
-    workers: usize,
-    stop: &AtomicBool,
-    integrate: &Integrate,
-    deliver: impl FnMut(Vec<Outcome>) -> Result<(), E>,
-) -> Result<(), Stopped<E>> {
-    // Few points are rather spread over the threads; runs that write files wait for the disk.
-    let seats = match (study.keep.trajectory, points.size_hint().1) {
-        (true, _) => 1,
-        (false, Some(most)) => most / workers.max(1),
-        (false, None) => LANES,
-    };
-    run_points_by(seats, study, points, workers, stop, integrate, deliver)
-}
-
-fn run_points_by<E>(
-    seats: usize,
-    study: &Study,
-    points: impl Iterator<Item = Point> + Send,
-    workers: usize,
-    stop: &AtomicBool,
-    integrate: &Integrate,
     mut deliver: impl FnMut(Vec<Outcome>) -> Result<(), E>,
 ) -> Result<(), Stopped<E>> {
+    // Runs that write files wait for the disk.
+    let seats = match points.size_hint().1 {
+        Some(most) if !study.keep.trajectory => most / workers.max(1),
+        _ => 1,
+    };
     let given_up = AtomicBool::new(false);
     let halted = || stop.load(Ordering::Relaxed) || given_up.load(Ordering::Relaxed);
     let mut error = None;

@@ -2,7 +2,7 @@
 
 use super::journal::JournalError;
 use super::quantities::Outcome;
-use super::runner::{Integrate, Stopped, run_points_side_by_side};
+use super::runner::{Integrate, Stopped, run_points};
 use super::study::{Point, Study};
 use std::sync::atomic::AtomicBool;
 
@@ -61,7 +61,7 @@ impl WorkerPool for Threads {
         points: &mut (dyn Iterator<Item = Point> + Send),
         deliver: &mut dyn FnMut(Delivery) -> Result<(), JournalError>,
     ) -> Result<(), Stopped<JournalError>> {
-        run_points_side_by_side(work.study, points, work.workers, work.stop, work.integrate, |group| {
+        run_points(work.study, points, work.workers, work.stop, work.integrate, |group| {
             deliver(Delivery::Unstored(group))
         })
     }

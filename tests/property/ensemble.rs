@@ -7,9 +7,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use stickslip::case::Case;
 use stickslip::simulation::Progress;
 use stickslip::simulation::ensemble::Seat;
-use stickslip::sweep::{
-    Integrate, Outcome, Stopped, Study, StudySource, run_point, run_points_side_by_side, without_a_file,
-};
+use stickslip::sweep::{Integrate, Outcome, Stopped, Study, StudySource, run_point, run_points, without_a_file};
 
 fn study(text: &str) -> Study {
     let method = if text.contains("solver.method") {
@@ -40,7 +38,7 @@ fn together(study: &Study, threads: usize, integrate: &Integrate) -> BTreeMap<u6
         found.extend(group.iter().map(|outcome| (outcome.number, format!("{outcome:?}"))));
         Ok::<(), ()>(())
     };
-    run_points_side_by_side(study, points, threads, &AtomicBool::new(false), integrate, keep).unwrap();
+    run_points(study, points, threads, &AtomicBool::new(false), integrate, keep).unwrap();
     found
 }
 
@@ -138,7 +136,7 @@ fn property_runs_side_by_side_end_together() {
     );
     let points = (0..4096).filter_map(|number| study.point(number));
     let (stop, mut done) = (AtomicBool::new(false), 0);
-    let ended = run_points_side_by_side(&study, points, 1, &stop, &without_a_file, |group| {
+    let ended = run_points(&study, points, 1, &stop, &without_a_file, |group| {
         done += group.len();
         stop.store(true, Ordering::Relaxed);
         Ok::<(), ()>(())
