@@ -3,6 +3,7 @@
 use std::fs::File;
 use std::io::{self, ErrorKind, Read};
 use std::path::Path;
+use toml_edit::{Item, Value};
 
 /// A case, a study or a mapping is no larger, bytes: as a tree of values it takes a hundred times that.
 pub(crate) const LARGEST_TEXT: u64 = 8 << 20;
@@ -30,6 +31,32 @@ pub(crate) fn text_of(source: impl Read) -> io::Result<Result<String, Option<usi
         let is_binary = error.as_bytes().iter().any(|byte| matches!(byte, 0..=8 | 14..=26));
         (!is_binary).then(|| valid.iter().filter(|&&byte| byte == b'\n').count() + 1)
     }))
+}
+
+/// A TOML document, or a part of one, as JSON.
+pub(crate) fn json_of_toml(item: &Item) -> serde_json::Value {
+    let of_table = |table: &toml_edit::Table| -> serde_json::Value {
+        table.iter().map(|(key, item)| (key.to_owned(), json_of_toml(item))).collect()
+    };
+    match item {
+        Item::None => serde_json::Value::Null,
+        Item::Value(value) => json_of_value(value),
+        Item::Table(table) => of_table(table),
+        Item::ArrayOfTables(tables) => tables.iter().map(of_table).collect(),
+    }
+}
+
+/// A value of a TOML document as JSON.
+pub(crate) fn json_of_value(value: &Value) -> serde_json::Value {
+    match value {
+        Value::String(text) => text.value().as_str().into(),
+        Value::Integer(number) => (*number.value()).into(),
+        Value::Float(number) => (*number.value()).into(),
+        Value::Boolean(truth) => (*truth.value()).into(),
+        Value::Datetime(time) => time.value().to_string().into(),
+        Value::Array(list) => list.iter().map(json_of_value).collect(),
+        Value::InlineTable(table) => table.iter().map(|(key, value)| (key.to_owned(), json_of_value(value))).collect(),
+    }
 }
 
 /// A file of lines; one longer than [`LONGEST_LINE`] is an error, as a line is kept in memory as a whole.

@@ -15,6 +15,7 @@
 //! | `survey`, `resolution` | the first pass over a file; what its times and values resolve |
 //! | `event_errors`, `wrong_event`, `cycles`, `clock`, `attractor` | errors of event times, the first that is wrong, errors over cycles, by an offset of the clock, of periodic motion |
 //! | `windows`, `states`, `impulse`, `energy`, `range` | common stretches; errors of channels, impulses and energies; range of the position |
+//! | [`benchmark`] | the problems of a benchmark set |
 //! | `score` | errors without a threshold: position, period, rest positions, creep in stick |
 //! | `statistics` | the paper's numbers of both runs |
 //! | `hypotheses` | which change of the reference's own run makes it the candidate |
@@ -23,6 +24,7 @@
 //! | `comparison`, `requirement`, `trace`, `error` | the outcome, bounds on it, what is drawn of it, why there is none |
 
 mod attractor;
+pub mod benchmark;
 mod candidate;
 mod case_differences;
 mod causes;

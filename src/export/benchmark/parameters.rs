@@ -1,5 +1,6 @@
 //! The resolved case as a list of parameters, with units and meanings from its comments.
 
+use crate::input::json_of_value;
 use serde::Serialize;
 use toml_edit::{DocumentMut, Item, Table, Value};
 
@@ -59,24 +60,9 @@ fn parameter(key: String, value: &Value) -> Parameter {
     };
     Parameter {
         key,
-        value: json(value),
+        value: json_of_value(value),
         unit,
         meaning: Some(meaning.to_owned()).filter(|text| !text.is_empty()),
-    }
-}
-
-fn json(value: &Value) -> serde_json::Value {
-    match value {
-        Value::String(text) => text.value().as_str().into(),
-        Value::Integer(number) => (*number.value()).into(),
-        Value::Float(number) => (*number.value()).into(),
-        Value::Boolean(truth) => (*truth.value()).into(),
-        Value::Datetime(time) => time.value().to_string().into(),
-        Value::Array(list) => list.iter().map(json).collect(),
-        Value::InlineTable(inner) => inner
-            .iter()
-            .map(|(name, value)| (name.to_owned(), json(value)))
-            .collect(),
     }
 }
 
