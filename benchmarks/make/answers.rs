@@ -5,15 +5,18 @@ use num_rational::BigRational;
 use num_traits::{Signed, Zero};
 use std::ops::ControlFlow;
 use stickslip::case::{Case, CaseSource, ExactCase};
-use stickslip::compare::benchmark::{Extreme, Problem, ProblemSet, SummaryOf};
+use stickslip::compare::benchmark::{Combination, Extreme, Problem, ProblemSet, SummaryOf};
 use stickslip::model::{Mode, nearest_double};
-use stickslip::oracle::{self, OracleOptions, OracleReport, OracleRequest, OracleState};
+use stickslip::oracle::{self, OracleOptions, OracleReport, OracleState};
 use stickslip::record::EventKind;
 
 /// Significant digits of an event's time, of a state, and of a number of the summary.
 pub const TIME_DIGITS: usize = 25;
 pub const STATE_DIGITS: usize = 17;
 pub const SUMMARY_DIGITS: usize = 20;
+
+/// Digits that the solutions compute with, one after the other.
+const DIGITS: [u32; 6] = [33, 52, 71, 110, 187, 302];
 
 /// Times by which the place of an extremum is improved.
 const IMPROVEMENTS: usize = 8;
@@ -52,30 +55,18 @@ impl Answers {
     pub fn of(set: &ProblemSet, problem: &Problem) -> Outcome<Answers> {
         let source = CaseSource::file(&set.case_of(problem))?;
         let (case, exact) = (Case::read(&source, &[])?, Case::exact(&source, &[])?);
-        let request = OracleRequest {
-            digits: TIME_DIGITS as u32 + 1,
-            threshold: exact.threshold.clone(),
-            end_time: decimal(case.output.end_time)?,
-            stability: false,
-            ..OracleRequest::default()
+        let end = decimal(case.output.end_time)?;
+        let solve = |digits: u32, end: &BigRational, times: &[BigRational]| {
+            Solution::of(problem, &exact, (digits, end), times)
         };
-        let solved = oracle::solve(&exact.system, &request, &mut |_| ControlFlow::Continue(()))?;
-        let grid = grid(problem)?;
-        // With more digits than the events need, and with more again.
-        let digits = [solved.digits_computed, solved.digits_computed + 1];
-        let [coarse, fine] = digits.map(|digits| Solution::of(problem, &exact, &request, digits, &grid));
-        let (coarse, fine) = (coarse?, fine?);
-        let last_digit = last_digits(problem, &fine);
-        agree(&coarse, &fine, &last_digit)?;
-        let largest = solved.errors.iter().fold(0.0, |largest: f64, error| largest.max(*error));
-        let event = |(time, kind, state): (BigRational, EventKind, Vec<BigRational>)| AnswerEvent {
-            // Half a unit of the last digit that is written.
-            uncertainty: largest.max(0.5 * 10f64.powi(exponent(&time) + 1 - TIME_DIGITS as i32)),
-            time,
-            kind,
-            state,
+        let (solution, digits, last_digit) = settled(problem, &|digits| solve(digits, &end, &grid(problem)?))?;
+        let event = |(time, kind, state): &(BigRational, EventKind, Vec<BigRational>)| AnswerEvent {
+            uncertainty: 0.5 * 10f64.powi(exponent(time) + 1 - TIME_DIGITS as i32),
+            time: time.clone(),
+            kind: *kind,
+            state: state.clone(),
         };
-        let events: Vec<AnswerEvent> = fine.events.into_iter().map(event).collect();
+        let events: Vec<AnswerEvent> = solution.events.iter().map(event).collect();
         let summary = problem.summary.iter().map(|summary| match &summary.of {
             SummaryOf::Events { first, last, count } => {
                 let time = |index: i64| match usize::try_from(index) {
@@ -89,52 +80,82 @@ impl Answers {
             }
             SummaryOf::Samples { column, time } => {
                 let (column, time) = (problem.column(column).ok_or("no such column")?, decimal(*time)?);
-                let sample = fine.samples.iter().find(|(at, _)| *at == time);
+                let sample = solution.samples.iter().find(|(at, _)| *at == time);
                 Ok(sample.ok_or("a time that is none of the grid")?.1[column].clone())
             }
             SummaryOf::Extremum { column, rate, what, between } => {
-                let columns = [column, rate].map(|name| problem.column(name).ok_or("no such column"));
-                let [column, rate] = columns;
-                let solve = |times: &[BigRational]| Solution::of(problem, &exact, &request, digits[0], times);
-                extremum([column?, rate?], *what, *between, &fine.samples, &solve)
+                let column = problem.column(column).ok_or("no such column")?;
+                let rate = |state: &[BigRational]| combined(problem, rate, state);
+                let [from, to] = [decimal(between[0])?, decimal(between[1])?];
+                let solve = |time: BigRational| solve(digits, &to, &[time]);
+                extremum(column, &rate, *what, [&from, &to], &solution, &solve)
+                    .map_err(|error| format!("{}: {error}", summary.name).into())
             }
         });
         let summary = summary.collect::<Outcome<Vec<BigRational>>>()?;
-        let first_slip = events.first().is_some_and(|event| event.kind == EventKind::Slip);
-        let relative = |state: &[BigRational]| -> f64 {
-            let parts = problem.relative_velocity.iter().map(|(name, factor)| match problem.column(name) {
-                Some(column) => factor * nearest_double(&state[column]),
-                None => *factor,
-            });
-            parts.sum()
-        };
-        let starts_in_slip = !first_slip && fine.samples.get(1).is_some_and(|(_, state)| relative(state) != 0.0);
+        // Between t = 0 and what comes first, an event or the second time of the grid.
+        let first = solution.events.first().map(|event| &event.0);
+        let early = first.into_iter().chain(solution.samples.get(1).map(|sample| &sample.0)).min();
+        let early = early.ok_or("a grid of one time")? / BigRational::from_integer(2.into());
+        let state = solve(digits, &early, std::slice::from_ref(&early))?;
         Ok(Answers {
+            starts_in_slip: combined(problem, &problem.relative_velocity, &state.samples[0].1) != 0.0,
             case,
             events,
-            samples: fine.samples,
+            samples: solution.samples,
             summary,
             last_digit,
-            starts_in_slip,
         })
     }
+}
+
+/// The first solution with whose digits a shorter one agrees as far as they are written; its digits, and the last one of each column.
+fn settled(problem: &Problem, solve: &dyn Fn(u32) -> Outcome<Solution>) -> Outcome<(Solution, u32, Vec<i32>)> {
+    let [first, rest @ ..] = DIGITS;
+    let mut coarse = solve(first);
+    for digits in rest {
+        let fine = solve(digits);
+        let fine = match (coarse, fine) {
+            (Ok(coarse), Ok(fine)) => {
+                let last_digit = last_digits(problem, &fine);
+                if agree(&coarse, &fine, &last_digit) {
+                    return Ok((fine, digits, last_digit));
+                }
+                Ok(fine)
+            }
+            (_, fine) => fine,
+        };
+        coarse = fine;
+    }
+    Err(match coarse {
+        Err(error) => error,
+        Ok(_) => "no two solutions agree".into(),
+    })
+}
+
+/// A sum of columns.
+fn combined(problem: &Problem, sum: &Combination, state: &[BigRational]) -> f64 {
+    let parts = sum.iter().map(|(name, factor)| match problem.column(name) {
+        Some(column) => factor * nearest_double(&state[column]),
+        None => *factor,
+    });
+    parts.sum()
 }
 
 impl Solution {
     fn of(
         problem: &Problem,
         exact: &ExactCase,
-        request: &OracleRequest,
-        digits: u32,
+        (digits, end): (u32, &BigRational),
         times: &[BigRational],
     ) -> Outcome<Solution> {
         let options = OracleOptions {
             digits,
-            end_time: request.end_time.clone(),
+            end_time: end.clone(),
             sample_times: times.to_vec(),
-            max_events: request.max_events,
-            threshold: request.threshold.clone(),
-            stability: request.stability,
+            threshold: exact.threshold.clone(),
+            stability: false,
+            ..OracleOptions::default()
         };
         let report = oracle::run(&exact.system, &options, &mut |_| ControlFlow::Continue(()))?;
         let events = events(problem, &report)?;
@@ -209,48 +230,48 @@ fn last_digits(problem: &Problem, solution: &Solution) -> Vec<i32> {
         .collect()
 }
 
-/// Whether two solutions have the same events, and all that is written of them.
-fn agree(coarse: &Solution, fine: &Solution, last_digit: &[i32]) -> Outcome<()> {
-    let same_state = |a: &[BigRational], b: &[BigRational]| {
-        let pairs = a.iter().zip(b).zip(last_digit);
-        pairs.fold(true, |same, ((a, b), last)| {
-            same && nearest_double(&(a - b).abs()) < 0.01 * 10f64.powi(*last)
-        })
+/// Whether two solutions have the same events, and the same digits as far as they are written.
+fn agree(coarse: &Solution, fine: &Solution, last_digit: &[i32]) -> bool {
+    let near = |a: &BigRational, b: &BigRational, last: i32| nearest_double(&(a - b).abs()) < 0.01 * 10f64.powi(last);
+    let same = |a: &[BigRational], b: &[BigRational]| {
+        let mut pairs = a.iter().zip(b).zip(last_digit);
+        pairs.all(|((a, b), last)| near(a, b, *last))
     };
-    if coarse.events.len() != fine.events.len() {
-        return Err("the two precisions have different events".into());
-    }
-    for ((a, kind_a, state_a), (b, kind_b, state_b)) in coarse.events.iter().zip(&fine.events) {
-        let distance = nearest_double(&(a - b).abs());
-        if kind_a != kind_b || distance > 0.01 * 10f64.powi(exponent(b) + 1 - TIME_DIGITS as i32) {
-            return Err(format!("the {} at {} s is not settled", kind_b.name(), nearest_double(b)).into());
-        }
-        if !same_state(state_a, state_b) {
-            return Err(format!("the state at the event at {} s is not settled", nearest_double(b)).into());
-        }
-    }
-    for ((time, a), (_, b)) in coarse.samples.iter().zip(&fine.samples) {
-        if !same_state(a, b) {
-            return Err(format!("the state at {} s is not settled", nearest_double(time)).into());
-        }
-    }
-    Ok(())
+    let mut events = coarse.events.iter().zip(&fine.events);
+    let mut samples = coarse.samples.iter().zip(&fine.samples);
+    coarse.events.len() == fine.events.len()
+        && events.all(|((a, kind_a, state_a), (b, kind_b, state_b))| {
+            kind_a == kind_b && near(a, b, exponent(b) + 1 - TIME_DIGITS as i32) && same(state_a, state_b)
+        })
+        && samples.all(|(a, b)| same(&a.1, &b.1))
 }
 
-/// The extreme value of a column between two times. Its error is that of the rate's zero, squared.
+/// The extreme value of a column between two times. At an event it is the state there; elsewhere its error is that of the rate's
+/// zero, squared.
 fn extremum(
-    [column, rate]: [usize; 2],
+    column: usize,
+    rate: &dyn Fn(&[BigRational]) -> f64,
     what: Extreme,
-    [from, to]: [f64; 2],
-    samples: &[(BigRational, Vec<BigRational>)],
-    solve: &dyn Fn(&[BigRational]) -> Outcome<Solution>,
+    [from, to]: [&BigRational; 2],
+    solution: &Solution,
+    solve: &dyn Fn(BigRational) -> Outcome<Solution>,
 ) -> Outcome<BigRational> {
-    let sign = if what == Extreme::Maximum { 1.0 } else { -1.0 };
-    let [from, to] = [decimal(from)?, decimal(to)?];
-    let value = |index: &usize| sign * nearest_double(&samples[*index].1[column]);
-    let within = (1..samples.len() - 1).filter(|index| (&from..=&to).contains(&&samples[*index].0));
-    let top = within.max_by(|a, b| value(a).total_cmp(&value(b))).ok_or("no sample there")?;
-    let rate_of = |(time, state): &(BigRational, Vec<BigRational>)| (nearest_double(time), nearest_double(&state[rate]));
+    let samples = &solution.samples;
+    let sign = BigRational::from_integer(if what == Extreme::Maximum { 1 } else { -1 }.into());
+    let value = |state: &[BigRational]| &sign * &state[column];
+    let within = |time: &BigRational| (from..=to).contains(&time);
+    let inner = (1..samples.len() - 1).filter(|index| within(&samples[*index].0));
+    let top = inner.max_by_key(|index| value(&samples[*index].1)).ok_or("no sample there")?;
+    let scale = samples.iter().map(|sample| rate(&sample.1).abs()).fold(0.0, f64::max);
+    let small = 1e-12 * scale;
+    let events = solution.events.iter().filter(|event| within(&event.0));
+    if let Some((_, _, state)) = events.max_by_key(|event| value(&event.2))
+        && value(state) >= value(&samples[top].1)
+        && rate(state).abs() <= small
+    {
+        return Ok(state[column].clone());
+    }
+    let rate_of = |(time, state): &(BigRational, Vec<BigRational>)| (nearest_double(time), rate(state));
     let (mut a, mut b) = (rate_of(&samples[top - 1]), rate_of(&samples[top + 1]));
     let mut best = samples[top].1[column].clone();
     for _ in 0..IMPROVEMENTS {
@@ -258,19 +279,17 @@ fn extremum(
         if !next.is_finite() || next == b.0 {
             break;
         }
-        let time = BigRational::from_float(next).ok_or("no number")?;
-        let solution = solve(&[time])?;
-        (a, b) = (b, rate_of(&solution.samples[0]));
-        best = solution.samples[0].1[column].clone();
-        if b.1 == 0.0 {
-            break;
+        let found = solve(BigRational::from_float(next).ok_or("no number")?)?;
+        (a, b) = (b, rate_of(&found.samples[0]));
+        best = found.samples[0].1[column].clone();
+        if b.1.abs() <= small {
+            return Ok(best);
         }
     }
-    let scale = samples.iter().map(|sample| rate_of(sample).1.abs()).fold(0.0, f64::max);
-    if b.1.abs() > 1e-12 * scale {
-        return Err(format!("the extremum near {} s is not found", b.0).into());
+    match b.1.abs() <= small {
+        true => Ok(best),
+        false => Err(format!("the extremum near {} s is not found", b.0).into()),
     }
-    Ok(best)
 }
 
 /// The times of the grid, s.

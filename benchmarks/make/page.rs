@@ -1,11 +1,117 @@
-//! The set as a page.
+//! The set as a page: statements, drawings, motions, and the league table.
 
 use crate::Outcome;
 use std::collections::BTreeMap;
-use std::path::PathBuf;
-use stickslip::compare::benchmark::ProblemSet;
+use std::fmt::Write as _;
+use std::path::{Path, PathBuf};
+use stickslip::compare::benchmark::{Problem, ProblemSet};
+
+const STYLE: &str = "body{font:16px/1.5 system-ui,sans-serif;max-width:72rem;margin:2rem auto;padding:0 1rem;color:#1b1b1b;background:#fff}\
+h1{font-size:1.7rem}h2{font-size:1.25rem;margin-top:2.5rem}table{border-collapse:collapse;font-size:.92rem}\
+th,td{padding:.25rem .6rem;border-bottom:1px solid #ddd;text-align:left;vertical-align:top}td.n{text-align:right;\
+font-variant-numeric:tabular-nums}section{display:grid;grid-template-columns:minmax(0,20rem) minmax(0,1fr);gap:1rem 2rem;\
+border-top:1px solid #ddd;padding:1rem 0}section h3{margin:0 0 .3rem;font-size:1.05rem}section p{margin:.3rem 0}\
+img{max-width:100%}.scroll{overflow-x:auto}pre{background:#f5f5f5;padding:.7rem;overflow-x:auto}\
+@media(max-width:44rem){section{grid-template-columns:1fr}}";
+
+/// Size of the picture of a motion, px, and points that it has at most.
+const WIDTH: f64 = 520.0;
+const HEIGHT: f64 = 150.0;
+const MOST_POINTS: usize = 400;
 
 /// `index.html`.
-pub fn of(_set: &ProblemSet, _made: &BTreeMap<PathBuf, String>) -> Outcome<String> {
+pub fn of(set: &ProblemSet, made: &BTreeMap<PathBuf, String>) -> Outcome<String> {
+    let file = |problem: &Problem, name: &str| -> Outcome<&String> {
+        let path = Path::new(&problem.name).join(name);
+        made.get(&path).ok_or_else(|| format!("{} is not made", path.display()).into())
+    };
+    let mut page = format!(
+        "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n<meta name=\"viewport\" \
+         content=\"width=device-width,initial-scale=1\">\n<title>{title}</title>\n<style>{STYLE}</style>\n</head>\n<body>\n\
+         <h1>{title}</h1>\n<p>Set {version}, {date}. {count} problems, from the simplest to the hardest, each with a statement, \
+         parameters, and answers with certified digits. <a href=\"README.md\">What the set is</a>, \
+         <a href=\"scoring.md\">how a submission is scored</a>, <a href=\"check.py\">the checker</a> (one file of Python), \
+         <a href=\"datapackage.json\">Data Package</a>, <a href=\"ro-crate-metadata.json\">RO-Crate</a>.</p>\n\
+         <pre>python check.py 04 mine.csv --require digits=6</pre>\n",
+        title = escaped(&set.title),
+        version = escaped(&set.version),
+        date = escaped(&set.date),
+        count = set.problems.len(),
+    );
+    page += "<h2>Problems</h2>\n";
+    for problem in &set.problems {
+        let statement: serde_json::Value = serde_json::from_str(file(problem, "problem.json")?)?;
+        let title = statement["title"].as_str().unwrap_or_default();
+        let end = statement["end_time"].as_f64().unwrap_or_default();
+        let events = file(problem, "events.csv")?.lines().count() - 1;
+        let [events, plural] = [events.to_string(), if events == 1 { "" } else { "s" }.to_owned()];
+        let name = &problem.name;
+        let _ = write!(
+            page,
+            "<section id=\"{name}\">\n<div><img src=\"{name}/sketch.svg\" alt=\"Sketch of problem {name}\" \
+             loading=\"lazy\"></div>\n<div>\n<h3><a href=\"{name}/README.md\">{number} {title}</a></h3>\n\
+             <p>{events} event{plural} up to {end} s. Files: <a href=\"{name}/problem.json\">problem.json</a>, \
+             <a href=\"{name}/events.csv\">events.csv</a>, <a href=\"{name}/samples.csv\">samples.csv</a>, \
+             <a href=\"{name}/summary.json\">summary.json</a></p>\n{picture}\n</div>\n</section>\n",
+            number = escaped(name.split('-').next().unwrap_or_default()),
+            title = escaped(title),
+            picture = picture(problem, file(problem, "samples.csv")?, file(problem, "events.csv")?)?,
+        );
+    }
+    page += &league(set)?;
+    page += "</body>\n</html>\n";
+    Ok(page)
+}
+
+/// The scored position over time, with the events; of the last stretch of the grid.
+fn picture(problem: &Problem, samples: &str, events: &str) -> Outcome<String> {
+    let column = 1 + problem.column(&problem.position).ok_or("no such column")?;
+    let cell = |line: &str, index: usize| -> Outcome<f64> { Ok(line.split(',').nth(index).unwrap_or_default().parse()?) };
+    let from = problem.grid.last().map_or(0.0, |stretch| stretch[0]);
+    let rows = samples.lines().skip(1).map(|line| Ok((cell(line, 0)?, cell(line, column)?)));
+    let rows: Vec<(f64, f64)> = rows.collect::<Outcome<Vec<_>>>()?;
+    let rows: Vec<(f64, f64)> = rows.into_iter().filter(|row| row.0 >= from).collect();
+    let (first, last) = rows.first().zip(rows.last()).ok_or("no samples")?;
+    let (low, high) = rows
+        .iter()
+        .fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), row| (low.min(row.1), high.max(row.1)));
+    let span = if high > low { high - low } else { 1.0 };
+    let x = |time: f64| 4.0 + (WIDTH - 8.0) * (time - first.0) / (last.0 - first.0);
+    let y = |value: f64| HEIGHT - 14.0 - (HEIGHT - 28.0) * (value - low) / span;
+    let step = rows.len().div_ceil(MOST_POINTS);
+    let points = rows.iter().step_by(step).map(|&(time, value)| format!("{:.1},{:.1}", x(time), y(value)));
+    let marks = events.lines().skip(1).map(|line| {
+        let time = cell(line, 1)?;
+        Ok(match time >= first.0 && time <= last.0 {
+            true => format!("M{:.1} {}v6", x(time), HEIGHT - 8.0),
+            false => String::new(),
+        })
+    });
+    let meaning = &problem.columns[column - 1].meaning;
+    Ok(format!(
+        "<svg viewBox=\"0 0 {WIDTH} {HEIGHT}\" width=\"{WIDTH}\" role=\"img\" aria-label=\"{meaning} over time\" \
+         style=\"max-width:100%;height:auto\"><polyline points=\"{}\" fill=\"none\" stroke=\"#1f5f9f\" stroke-width=\"1.2\"/>\
+         <path d=\"{}\" stroke=\"#b03a2e\" stroke-width=\"1\"/></svg>\n<p><small>{} ({}) from {} to {} s; the marks are \
+         events.</small></p>",
+        points.collect::<Vec<_>>().join(" "),
+        marks.collect::<Outcome<String>>()?,
+        escaped(meaning),
+        escaped(&problem.columns[column - 1].unit),
+        first.0,
+        last.0,
+    ))
+}
+
+/// The league table, if it has been measured.
+fn league(set: &ProblemSet) -> Outcome<String> {
+    let path = set.folder().join("solvers/results.json");
+    if !path.is_file() {
+        return Ok(String::new());
+    }
+    let _results: serde_json::Value = serde_json::from_str(&std::fs::read_to_string(path)?)?;
     Ok(String::new())
+}
+
+fn escaped(text: &str) -> String {
+    text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;").replace('"', "&quot;")
 }

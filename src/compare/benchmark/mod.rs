@@ -6,4 +6,4 @@
 
 mod set;
 
-pub use set::{Extreme, Problem, ProblemColumn, ProblemSet, Summary, SummaryOf};
+pub use set::{Combination, Extreme, Problem, ProblemColumn, ProblemSet, Summary, SummaryOf};

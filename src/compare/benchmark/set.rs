@@ -38,7 +38,7 @@ pub struct Problem {
     /// The column whose error over time is scored.
     pub position: String,
     /// The relative velocity as a sum: columns with their factors, and `constant`.
-    pub relative_velocity: BTreeMap<String, f64>,
+    pub relative_velocity: Combination,
     /// What a submission states at every time.
     pub columns: Vec<ProblemColumn>,
     /// From, to and step of the times at which the state is given, s.
@@ -76,6 +76,9 @@ impl From<[String; 4]> for ProblemColumn {
     }
 }
 
+/// A sum of columns, each with a factor, and of `constant`.
+pub type Combination = BTreeMap<String, f64>;
+
 /// A number of the motion as a whole.
 #[derive(Debug, Clone, PartialEq, Deserialize)]
 pub struct Summary {
@@ -105,8 +108,8 @@ pub enum SummaryOf {
     Extremum {
         /// Which column.
         column: String,
-        /// The column that is its derivative.
-        rate: String,
+        /// Its derivative as a sum: columns with their factors, and `constant`.
+        rate: Combination,
         /// Largest or smallest.
         what: Extreme,
         /// s.
