@@ -56,9 +56,8 @@ impl Answers {
         let source = CaseSource::file(&set.case_of(problem))?;
         let (case, exact) = (Case::read(&source, &[])?, Case::exact(&source, &[])?);
         let end = decimal(case.output.end_time)?;
-        let solve = |digits: u32, end: &BigRational, times: &[BigRational]| {
-            Solution::of(problem, &exact, (digits, end), times)
-        };
+        let solve =
+            |digits: u32, end: &BigRational, times: &[BigRational]| Solution::of(problem, &exact, (digits, end), times);
         let (solution, digits, last_digit) = settled(problem, &|digits| solve(digits, &end, &grid(problem)?))?;
         let event = |(time, kind, state): &(BigRational, EventKind, Vec<BigRational>)| AnswerEvent {
             uncertainty: 0.5 * 10f64.powi(exponent(time) + 1 - TIME_DIGITS as i32),
@@ -83,7 +82,12 @@ impl Answers {
                 let sample = solution.samples.iter().find(|(at, _)| *at == time);
                 Ok(sample.ok_or("a time that is none of the grid")?.1[column].clone())
             }
-            SummaryOf::Extremum { column, rate, what, between } => {
+            SummaryOf::Extremum {
+                column,
+                rate,
+                what,
+                between,
+            } => {
                 let column = problem.column(column).ok_or("no such column")?;
                 let rate = |state: &[BigRational]| combined(problem, rate, state);
                 let [from, to] = [decimal(between[0])?, decimal(between[1])?];
@@ -95,7 +99,10 @@ impl Answers {
         let summary = summary.collect::<Outcome<Vec<BigRational>>>()?;
         // Between t = 0 and what comes first, an event or the second time of the grid.
         let first = solution.events.first().map(|event| &event.0);
-        let early = first.into_iter().chain(solution.samples.get(1).map(|sample| &sample.0)).min();
+        let early = first
+            .into_iter()
+            .chain(solution.samples.get(1).map(|sample| &sample.0))
+            .min();
         let early = early.ok_or("a grid of one time")? / BigRational::from_integer(2.into());
         let state = solve(digits, &early, std::slice::from_ref(&early))?;
         Ok(Answers {
@@ -159,8 +166,13 @@ impl Solution {
         };
         let report = oracle::run(&exact.system, &options, &mut |_| ControlFlow::Continue(()))?;
         let events = events(problem, &report)?;
-        let state = |(time, (_, state)): (&BigRational, &(_, OracleState))| Ok((time.clone(), columns(problem, state)?));
-        let samples = times.iter().zip(&report.samples).map(state).collect::<Outcome<Vec<_>>>()?;
+        let state =
+            |(time, (_, state)): (&BigRational, &(_, OracleState))| Ok((time.clone(), columns(problem, state)?));
+        let samples = times
+            .iter()
+            .zip(&report.samples)
+            .map(state)
+            .collect::<Outcome<Vec<_>>>()?;
         if samples.len() != times.len() {
             return Err("a time of the grid is later than the end".into());
         }
@@ -200,7 +212,9 @@ fn columns(problem: &Problem, state: &OracleState) -> Outcome<Vec<BigRational>> 
             ("stator_twist_", &state.stator_twist),
             ("stator_speed_", &state.stator_speed),
         ];
-        let of_list = lists.into_iter().find_map(|(prefix, list)| list.get(channel.strip_prefix(prefix)?.parse::<usize>().ok()?));
+        let of_list = lists
+            .into_iter()
+            .find_map(|(prefix, list)| list.get(channel.strip_prefix(prefix)?.parse::<usize>().ok()?));
         let axial = |index: usize| state.axial.as_ref().map(|axial| &axial[index]);
         let number = match channel {
             "relative_velocity" => Some(&state.relative_velocity),
@@ -220,7 +234,13 @@ fn columns(problem: &Problem, state: &OracleState) -> Outcome<Vec<BigRational>> 
 
 /// Of each column the power of ten of the last digit that is written of its largest value.
 fn last_digits(problem: &Problem, solution: &Solution) -> Vec<i32> {
-    let states = || solution.samples.iter().map(|(_, state)| state).chain(solution.events.iter().map(|event| &event.2));
+    let states = || {
+        solution
+            .samples
+            .iter()
+            .map(|(_, state)| state)
+            .chain(solution.events.iter().map(|event| &event.2))
+    };
     let largest = |column: usize| states().map(|state| state[column].abs()).max().unwrap_or_default();
     (0..problem.columns.len())
         .map(|column| match largest(column) {
@@ -261,7 +281,9 @@ fn extremum(
     let value = |state: &[BigRational]| &sign * &state[column];
     let within = |time: &BigRational| (from..=to).contains(&time);
     let inner = (1..samples.len() - 1).filter(|index| within(&samples[*index].0));
-    let top = inner.max_by_key(|index| value(&samples[*index].1)).ok_or("no sample there")?;
+    let top = inner
+        .max_by_key(|index| value(&samples[*index].1))
+        .ok_or("no sample there")?;
     let scale = samples.iter().map(|sample| rate(&sample.1).abs()).fold(0.0, f64::max);
     let small = 1e-12 * scale;
     let events = solution.events.iter().filter(|event| within(&event.0));

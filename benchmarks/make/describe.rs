@@ -9,7 +9,13 @@ use stickslip::compare::benchmark::{Problem, ProblemSet};
 
 const DESCRIPTION: &str = "Problems with dry friction for solvers with stick and slip: statements in plain mathematics, parameters, and \
      event times, states and summaries that a solution with many digits certifies.";
-const KEYWORDS: [&str; 5] = ["friction", "stick-slip", "event location", "benchmark", "reference solution"];
+const KEYWORDS: [&str; 5] = [
+    "friction",
+    "stick-slip",
+    "event location",
+    "benchmark",
+    "reference solution",
+];
 
 /// Files of the set beside those of the problems that are made.
 const WRITTEN: [&str; 4] = ["README.md", "scoring.md", "check.py", "set.toml"];
@@ -42,7 +48,14 @@ pub fn of(set: &ProblemSet, made: &BTreeMap<PathBuf, String>) -> Outcome<Vec<(Pa
             text: read(&case)?,
             path: case,
         });
-        for name in ["README.md", "sketch.svg", "problem.json", "events.csv", "samples.csv", "summary.json"] {
+        for name in [
+            "README.md",
+            "sketch.svg",
+            "problem.json",
+            "events.csv",
+            "samples.csv",
+            "summary.json",
+        ] {
             let path = format!("{}/{name}", problem.name);
             let text = match made.get(Path::new(&path)) {
                 Some(text) => text.clone(),
@@ -56,7 +69,9 @@ pub fn of(set: &ProblemSet, made: &BTreeMap<PathBuf, String>) -> Outcome<Vec<(Pa
         }
     }
     files.sort_by(|a, b| a.path.cmp(&b.path));
-    let sums = files.iter().map(|file| format!("{}  {}\n", digest(&file.text), file.path));
+    let sums = files
+        .iter()
+        .map(|file| format!("{}  {}\n", digest(&file.text), file.path));
     Ok(vec![
         (PathBuf::from("datapackage.json"), data_package(set, &files)?),
         (PathBuf::from("ro-crate-metadata.json"), ro_crate(set, &files)?),
@@ -91,7 +106,10 @@ fn media(path: &str) -> &'static str {
 }
 
 fn digest(text: &str) -> String {
-    Sha256::digest(text.as_bytes()).iter().map(|byte| format!("{byte:02x}")).collect()
+    Sha256::digest(text.as_bytes())
+        .iter()
+        .map(|byte| format!("{byte:02x}"))
+        .collect()
 }
 
 fn license_page(set: &ProblemSet) -> String {
@@ -100,25 +118,35 @@ fn license_page(set: &ProblemSet) -> String {
 
 /// The Table Schema of `events.csv` or `samples.csv`.
 fn schema(problem: &Problem, events: bool) -> Value {
-    let number = |name: &str, unit: &str, meaning: &str| {
-        json!({ "name": name, "type": "number", "unit": unit, "description": meaning })
-    };
+    let number = |name: &str, unit: &str, meaning: &str| json!({ "name": name, "type": "number", "unit": unit, "description": meaning });
     let mut fields = vec![number("time", "s", "time")];
     if events {
-        fields.insert(0, json!({ "name": "event", "type": "integer", "description": "index of the event" }));
+        fields.insert(
+            0,
+            json!({ "name": "event", "type": "integer", "description": "index of the event" }),
+        );
         fields.push(json!({
             "name": "kind", "type": "string", "description": "what the relative velocity does",
             "constraints": { "required": true, "enum": ["stick", "slip", "reversal"] },
         }));
         fields.push(number("time_uncertainty", "s", "how far the time can be off"));
     }
-    fields.extend(problem.columns.iter().map(|column| number(&column.name, &column.unit, &column.meaning)));
+    fields.extend(
+        problem
+            .columns
+            .iter()
+            .map(|column| number(&column.name, &column.unit, &column.meaning)),
+    );
     json!({ "fields": fields, "primaryKey": [if events { "event" } else { "time" }] })
 }
 
 fn data_package(set: &ProblemSet, files: &[File]) -> Outcome<String> {
     let resource = |file: &File| {
-        let name: String = file.path.chars().map(|c| if c == '/' { '.' } else { c.to_ascii_lowercase() }).collect();
+        let name: String = file
+            .path
+            .chars()
+            .map(|c| if c == '/' { '.' } else { c.to_ascii_lowercase() })
+            .collect();
         let mut resource = json!({
             "name": name.trim_end_matches(".csv"),
             "path": file.path,
@@ -156,7 +184,11 @@ fn data_package(set: &ProblemSet, files: &[File]) -> Outcome<String> {
 fn ro_crate(set: &ProblemSet, files: &[File]) -> Outcome<String> {
     let reference = |id: &str| json!({ "@id": id });
     let folder = |problem: &Problem| format!("{}/", problem.name);
-    let in_problem = |file: &&File| set.problems.iter().any(|problem| file.path.starts_with(&folder(problem)));
+    let in_problem = |file: &&File| {
+        set.problems
+            .iter()
+            .any(|problem| file.path.starts_with(&folder(problem)))
+    };
     let (of_problems, others): (Vec<&File>, Vec<&File>) = files.iter().partition(in_problem);
     let described = ["datapackage.json", "SHA256SUMS", "index.html"];
     let mut parts: Vec<Value> = set.problems.iter().map(|problem| reference(&folder(problem))).collect();
@@ -207,7 +239,6 @@ fn ro_crate(set: &ProblemSet, files: &[File]) -> Outcome<String> {
             "description": file.title,
             "encodingFormat": media(&file.path),
             "contentSize": file.text.len().to_string(),
-            "sha256": digest(&file.text),
         })
     }));
     let described = described.into_iter().zip([

@@ -20,10 +20,10 @@ mod statement;
 mod tables;
 
 use answers::Answers;
+use rayon::prelude::*;
 use std::collections::BTreeMap;
 use std::error::Error;
 use std::path::{Path, PathBuf};
-use rayon::prelude::*;
 use stickslip::compare::benchmark::{Problem, ProblemSet};
 
 /// What can go wrong, with what was at work.
@@ -39,7 +39,10 @@ fn main() -> Outcome<()> {
     if let Some(unknown) = names.iter().find(|name| !is_known(name)) {
         return Err(format!("{unknown}: no problem of the set; name one as its folder, or none for all").into());
     }
-    let asked = set.problems.iter().filter(|problem| names.is_empty() || names.contains(&problem.name));
+    let asked = set
+        .problems
+        .iter()
+        .filter(|problem| names.is_empty() || names.contains(&problem.name));
     let asked: Vec<&Problem> = asked.collect();
     let each: Vec<Vec<(PathBuf, String)>> = asked
         .par_iter()

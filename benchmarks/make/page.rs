@@ -23,7 +23,8 @@ const MOST_POINTS: usize = 400;
 pub fn of(set: &ProblemSet, made: &BTreeMap<PathBuf, String>) -> Outcome<String> {
     let file = |problem: &Problem, name: &str| -> Outcome<&String> {
         let path = Path::new(&problem.name).join(name);
-        made.get(&path).ok_or_else(|| format!("{} is not made", path.display()).into())
+        made.get(&path)
+            .ok_or_else(|| format!("{} is not made", path.display()).into())
     };
     let mut page = format!(
         "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n<meta name=\"viewport\" \
@@ -66,20 +67,29 @@ pub fn of(set: &ProblemSet, made: &BTreeMap<PathBuf, String>) -> Outcome<String>
 /// The scored position over time, with the events; of the last stretch of the grid.
 fn picture(problem: &Problem, samples: &str, events: &str) -> Outcome<String> {
     let column = 1 + problem.column(&problem.position).ok_or("no such column")?;
-    let cell = |line: &str, index: usize| -> Outcome<f64> { Ok(line.split(',').nth(index).unwrap_or_default().parse()?) };
+    let cell =
+        |line: &str, index: usize| -> Outcome<f64> { Ok(line.split(',').nth(index).unwrap_or_default().parse()?) };
     let from = problem.grid.last().map_or(0.0, |stretch| stretch[0]);
-    let rows = samples.lines().skip(1).map(|line| Ok((cell(line, 0)?, cell(line, column)?)));
+    let rows = samples
+        .lines()
+        .skip(1)
+        .map(|line| Ok((cell(line, 0)?, cell(line, column)?)));
     let rows: Vec<(f64, f64)> = rows.collect::<Outcome<Vec<_>>>()?;
     let rows: Vec<(f64, f64)> = rows.into_iter().filter(|row| row.0 >= from).collect();
     let (first, last) = rows.first().zip(rows.last()).ok_or("no samples")?;
     let (low, high) = rows
         .iter()
-        .fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), row| (low.min(row.1), high.max(row.1)));
+        .fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), row| {
+            (low.min(row.1), high.max(row.1))
+        });
     let span = if high > low { high - low } else { 1.0 };
     let x = |time: f64| 4.0 + (WIDTH - 8.0) * (time - first.0) / (last.0 - first.0);
     let y = |value: f64| HEIGHT - 14.0 - (HEIGHT - 28.0) * (value - low) / span;
     let step = rows.len().div_ceil(MOST_POINTS);
-    let points = rows.iter().step_by(step).map(|&(time, value)| format!("{:.1},{:.1}", x(time), y(value)));
+    let points = rows
+        .iter()
+        .step_by(step)
+        .map(|&(time, value)| format!("{:.1},{:.1}", x(time), y(value)));
     let marks = events.lines().skip(1).map(|line| {
         let time = cell(line, 1)?;
         Ok(match time >= first.0 && time <= last.0 {
@@ -113,5 +123,8 @@ fn league(set: &ProblemSet) -> Outcome<String> {
 }
 
 fn escaped(text: &str) -> String {
-    text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;").replace('"', "&quot;")
+    text.replace('&', "&amp;")
+        .replace('<', "&lt;")
+        .replace('>', "&gt;")
+        .replace('"', "&quot;")
 }

@@ -157,7 +157,10 @@ fn friction(system: &System) -> Value {
                 Smoothing::Tanh => "tanh",
                 Smoothing::Arctan => "arctan",
             };
-            made.insert("regularisation".to_owned(), json!({ "function": function, "speed": by.speed }));
+            made.insert(
+                "regularisation".to_owned(),
+                json!({ "function": function, "speed": by.speed }),
+            );
         }
         ContactLaw::Bristles(bristles) => {
             made.insert("law".to_owned(), "lugre".into());

@@ -26,7 +26,10 @@ fn row(state: &[BigRational], last_digit: &[i32]) -> String {
 /// `events.csv`.
 pub fn events(problem: &Problem, answers: &Answers) -> String {
     let rows = answers.events.iter().enumerate().map(|(index, event)| {
-        let (time, row) = (decimal(&event.time, TIME_DIGITS), row(&event.state, &answers.last_digit));
+        let (time, row) = (
+            decimal(&event.time, TIME_DIGITS),
+            row(&event.state, &answers.last_digit),
+        );
         format!("{index},{time},{},{:.0e}{row}", event.kind.name(), event.uncertainty)
     });
     header("event,time,kind,time_uncertainty", problem) + &rows.collect::<String>()

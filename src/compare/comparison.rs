@@ -1,6 +1,7 @@
 //! The outcome of a comparison.
 
 use super::attractor::Attractor;
+use super::benchmark::BenchmarkScore;
 use super::case_differences::CaseDifference;
 use super::cycles::CycleErrors;
 use super::detect::Detection;
@@ -127,6 +128,9 @@ pub struct Comparison {
     /// What is not here, with the reason.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub absent: Vec<Absent>,
+    /// Of a problem of a benchmark set: what the set's own rules say.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub benchmark: Option<BenchmarkScore>,
 }
 
 /// Something that a comparison does not have.

@@ -115,10 +115,21 @@ struct Leaving {
     after: Vec<Point>,
 }
 
+/// How omega_r grows after a breakaway.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum TakeOff {
+    /// By the square of the time: the friction of slip begins where that of stick ends.
+    #[default]
+    Quadratic,
+    /// By the time: it jumps.
+    Linear,
+}
+
 /// Finds events in samples given in order of time.
 #[derive(Debug, Clone)]
 pub struct Detector {
     detection: Detection,
+    take_off: TakeOff,
     phase: Phase,
     leaving: Option<Leaving>,
     /// The last four samples in slip, the latest first.
@@ -140,6 +151,7 @@ impl Detector {
     pub fn new(detection: Detection) -> Detector {
         Detector {
             detection,
+            take_off: TakeOff::default(),
             phase: Phase::Start,
             leaving: None,
             recent: [None; 4],
@@ -148,6 +160,17 @@ impl Detector {
             still: 0,
             plateau: 0.0,
         }
+    }
+
+    /// The same for a contact that breaks away so.
+    pub fn with_take_off(self, take_off: TakeOff) -> Detector {
+        Detector { take_off, ..self }
+    }
+
+    /// The end of a stick, by the first samples after it.
+    fn breakaway(&self, leaving: &Leaving) -> Found {
+        let rest = self.detection.velocity_tolerance * self.detection.hysteresis;
+        breakaway(leaving, rest, self.take_off)
     }
 
     /// The largest |omega_r| outside the tolerance at which it stood still, rad/s; 0 if it never did. A stick that a
@@ -196,10 +219,13 @@ impl Detector {
             if goes_on {
                 leaving.after.push(p);
             }
-            if !goes_on || leaving.after.len() == 3 {
-                let event = breakaway(leaving, self.detection.velocity_tolerance * self.detection.hysteresis);
-                self.events.push(event);
-                self.leaving = None;
+            let enough = match self.take_off {
+                TakeOff::Quadratic => 3,
+                TakeOff::Linear => 4,
+            };
+            if !goes_on || leaving.after.len() == enough {
+                let left = self.leaving.take();
+                self.events.extend(left.map(|leaving| self.breakaway(&leaving)));
             }
         }
         if p.normal_force <= 0.0 && !matches!(self.phase, Phase::Start | Phase::Separated) {
@@ -253,10 +279,8 @@ impl Detector {
 
     /// The events, after the last sample.
     pub fn finish(mut self) -> Vec<Found> {
-        if let Some(leaving) = self.leaving.take() {
-            let rest = self.detection.velocity_tolerance * self.detection.hysteresis;
-            self.events.push(breakaway(&leaving, rest));
-        }
+        let left = self.leaving.take();
+        self.events.extend(left.map(|leaving| self.breakaway(&leaving)));
         self.settle();
         self.events
     }
@@ -319,7 +343,7 @@ impl Detector {
             return Found::sampled(p.time, EventKind::Reversal, (self.last, p.time), 0.0);
         };
         let straight = q.time + (p.time - q.time) * q.velocity / (q.velocity - p.velocity);
-        let time = self.zero(p.time).unwrap_or(straight);
+        let time = first_zero(&self.recent, p.time).unwrap_or(straight);
         Found::sampled(time, EventKind::Reversal, (q.time, p.time), 0.0)
     }
 
@@ -332,35 +356,35 @@ impl Detector {
         let slope = (a.velocity - b.velocity) / (a.time - b.time);
         // A motion within the tolerance counts as rest.
         let blind = (self.detection.velocity_tolerance / slope.abs()).min(p.time - a.time);
-        let time = self.zero(p.time).unwrap_or(p.time);
+        let time = first_zero(&self.recent, p.time).unwrap_or(p.time);
         Found {
             dropped: Some((extrapolated(&self.recent, p.time) * a.velocity.signum()).max(0.0)),
             ..Found::sampled(time, EventKind::Stick, (a.time, p.time), blind)
         }
     }
-
-    /// The first zero up to `end` (s) of the polynomial through the last samples.
-    fn zero(&self, end: f64) -> Option<f64> {
-        let a = self.recent[0]?;
-        let passed = |time: f64| extrapolated(&self.recent, time) * a.velocity <= 0.0;
-        // Two zeros in one interval are those of a grazing stop, of which the first counts.
-        const PARTS: u32 = 8;
-        let at = |k: u32| a.time + (end - a.time) * f64::from(k) / f64::from(PARTS);
-        let k = (1..=PARTS).find(|&k| passed(at(k)))?;
-        let (mut low, mut high) = (at(k - 1), at(k));
-        for _ in 0..60 {
-            let middle = 0.5 * (low + high);
-            if passed(middle) {
-                high = middle;
-            } else {
-                low = middle;
-            }
-        }
-        Some(0.5 * (low + high))
-    }
 }
 
-/// The polynomial through up to four samples in slip, the latest first, at a later time (s), rad/s.
+/// The zero of the polynomial through up to four samples that is met first on the way from the first of them to `end` (s).
+fn first_zero(samples: &[Option<Point>; 4], end: f64) -> Option<f64> {
+    let a = samples[0]?;
+    let passed = |time: f64| extrapolated(samples, time) * a.velocity <= 0.0;
+    // Two zeros in one interval are those of a grazing stop, of which the first counts.
+    const PARTS: u32 = 8;
+    let at = |k: u32| a.time + (end - a.time) * f64::from(k) / f64::from(PARTS);
+    let k = (1..=PARTS).find(|&k| passed(at(k)))?;
+    let (mut low, mut high) = (at(k - 1), at(k));
+    for _ in 0..60 {
+        let middle = 0.5 * (low + high);
+        if passed(middle) {
+            high = middle;
+        } else {
+            low = middle;
+        }
+    }
+    Some(0.5 * (low + high))
+}
+
+/// The polynomial through up to four samples in slip, the nearest first, at a time (s) beyond them, rad/s.
 fn extrapolated(samples: &[Option<Point>; 4], time: f64) -> f64 {
     let mut points = [(0.0, 0.0); 4];
     let mut count = 0;
@@ -380,9 +404,17 @@ fn extrapolated(samples: &[Option<Point>; 4], time: f64) -> f64 {
 }
 
 /// The end of a stick, by the first samples after it.
-fn breakaway(leaving: &Leaving, rest: f64) -> Found {
+fn breakaway(leaving: &Leaving, rest: f64, by: TakeOff) -> Found {
     let (last, p) = (&leaving.stick.last, &leaving.after[0]);
-    let zero = take_off(&leaving.after);
+    let zero = match by {
+        TakeOff::Quadratic => take_off(&leaving.after),
+        TakeOff::Linear => {
+            let first: [Option<Point>; 4] = std::array::from_fn(|k| leaving.after.get(k).copied());
+            // It may fall towards a zero before the last sample at rest.
+            let falls = || extrapolated(&first, last.time).abs() < p.velocity.abs();
+            first_zero(&first, last.time).or_else(|| falls().then_some(last.time))
+        }
+    };
     let time = zero.unwrap_or(0.5 * (last.time + p.time)).clamp(last.time, p.time);
     // A slip that is slower than `rest` counts as rest; it grows with the square of the time at least.
     let blind = (p.time - zero.unwrap_or(last.time)) * (rest / p.velocity.abs()).sqrt();

@@ -70,7 +70,7 @@ pub use channel::Channel;
 pub use clock::{FoundOffset, OtherClock};
 pub use comparison::{Absent, ChannelErrors, Closest, Comparison, Span, Unexplained};
 pub use cycles::CycleErrors;
-pub use detect::{Detection, Detector, Found, Point};
+pub use detect::{Detection, Detector, Found, Point, TakeOff};
 pub use diagnosis::{Cause, Diagnosis};
 pub use energy::EnergyDrift;
 pub use error::CompareError;
@@ -93,6 +93,7 @@ use crate::case::{Case, CaseSource};
 use crate::record::sequence::{Alignment, SequenceEvent};
 use crate::record::{Event, EventKind};
 use crate::results::{ResultError, ResultFile, open_sound};
+use benchmark::{BenchmarkProblem, Settings};
 use candidate::Block;
 use causes::{Causes, Shown};
 use comparison::channel_errors;
@@ -114,6 +115,12 @@ use std::path::Path;
 use std::sync::Mutex;
 use survey::{FOUND, Survey, resolution_of};
 
+/// What is not said of a result of this program that is held against a problem of a benchmark set.
+const NO_SCORE: (&str, &str) = (
+    "score by the set's rules",
+    "they are for tables with the problem's columns; export one with stickslip export",
+);
+
 /// Event times that agree to this, s, need no explanation; where they are found in samples, to that.
 const AGREED: f64 = 1e-9;
 const AGREED_IN_SAMPLES: f64 = 1e-7;
@@ -134,6 +141,8 @@ pub struct Reference {
     start: f64,
     /// Its last sample, s.
     end: f64,
+    /// The problem of a benchmark set that it is.
+    problem: Option<BenchmarkProblem>,
 }
 
 /// How far a comparison is.
@@ -168,11 +177,24 @@ pub enum CompareStage {
 }
 
 impl Reference {
-    /// Opens a result file as a reference.
+    /// Opens a result file as a reference, or the folder of a problem of a benchmark set, whose case is run.
     ///
     /// # Errors
-    /// If it is no result file, damaged, or its case or events are unreadable.
+    /// If it is no result file, damaged, or its case or events are unreadable; or no problem of a set.
     pub fn open(path: &Path) -> Result<Reference, CompareError> {
+        if !path.is_dir() {
+            return Reference::of_result(path);
+        }
+        let problem = BenchmarkProblem::open(path)?;
+        let mut reference = Reference::of_result(&problem.run())?;
+        for column in &problem.columns {
+            reference.physics.vocabulary.also(&column.channel, &column.name);
+        }
+        reference.problem = Some(problem);
+        Ok(reference)
+    }
+
+    fn of_result(path: &Path) -> Result<Reference, CompareError> {
         let file = open_sound(path)?;
         let case = saved_case(path, &file)?;
         let events = file.events()?;
@@ -198,6 +220,7 @@ impl Reference {
             events,
             start,
             end,
+            problem: None,
         })
     }
 
@@ -245,6 +268,14 @@ impl Reference {
         let mut states_up_to = |time: f64| say(1.0, passed(time), CompareStage::States { time });
         let runs_done = |runs: usize, of: usize| {
             say(2.0, runs as f64 / of.max(1) as f64, CompareStage::Causes { runs, of });
+        };
+        let stated;
+        let mapping = match &self.problem {
+            Some(problem) if problem.is_stated(path)? => {
+                stated = mapping.clone().stated();
+                &stated
+            }
+            _ => mapping,
         };
         let mut candidate = Candidate::open(path, mapping, physics)?;
         let detection = self.detection(&candidate, mapping)?;
@@ -416,7 +447,10 @@ impl Reference {
         }
         let (was_rerun, pass) = (self.was_repeated(), states.as_ref().map(|states| &states.pass));
         let mut comparison = Comparison {
-            reference: self.file.path().display().to_string(),
+            reference: match &self.problem {
+                Some(problem) => problem.folder.display().to_string(),
+                None => self.file.path().display().to_string(),
+            },
             candidate: candidate.path.display().to_string(),
             format: candidate.format,
             resolution,
@@ -463,7 +497,21 @@ impl Reference {
             time_scale: (!physics.coasts()).then(|| physics.scale.clone()),
             attractors,
             absent: candidate.left_out().map(Absent::of).collect(),
+            benchmark: None,
         };
+        if let Some(problem) = &self.problem {
+            match candidate.is_own() {
+                true => comparison.absent.push(Absent::of(NO_SCORE)),
+                false => {
+                    let settings = Settings {
+                        events: mapping.event_file.as_deref(),
+                        threshold: mapping.velocity_tolerance,
+                        hysteresis: mapping.hysteresis,
+                    };
+                    comparison.benchmark = Some(problem.score(path, settings)?);
+                }
+            }
+        }
         let lacking = physics.state.iter().filter(|&&channel| !candidate.has(channel));
         comparison.find_absent(&lacking.map(|channel| channel.name()).collect::<Vec<_>>());
         comparison.find_verdict(mapping.quick);

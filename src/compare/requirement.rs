@@ -14,7 +14,7 @@ pub struct Requirement {
 }
 
 /// Numbers that are no statistic.
-const METRICS: [&str; 12] = [
+const METRICS: [&str; 13] = [
     "events",
     "events_rms",
     "missing",
@@ -27,6 +27,7 @@ const METRICS: [&str; 12] = [
     "score_period",
     "score_rest",
     "score_creep",
+    "digits",
 ];
 
 impl Requirement {
@@ -101,6 +102,7 @@ impl Requirement {
             "score_period" => comparison.score.as_ref()?.period.as_ref().map(|of| of.relative),
             "score_rest" => comparison.score.as_ref()?.rest.as_ref().map(|of| of.relative),
             "score_creep" => comparison.score.as_ref()?.creep.as_ref().map(|of| of.relative),
+            "digits" => comparison.benchmark.as_ref()?.digits,
             name => {
                 let statistic = comparison.statistics.iter().find(|s| s.name == name)?;
                 statistic.error().map(f64::abs)

@@ -227,6 +227,16 @@ impl Vocabulary {
         }
     }
 
+    /// Adds a name to the channel of another name; of one that no channel has, nothing.
+    pub(super) fn also(&mut self, known: &str, name: &str) {
+        let (known, name) = (known.to_lowercase(), name.to_lowercase());
+        if self.find(&name).is_none()
+            && let Some(entry) = self.entries.iter_mut().find(|entry| entry.names.contains(&known))
+        {
+            entry.names.push(name);
+        }
+    }
+
     /// What the coordinates are.
     pub fn motion(&self) -> Motion {
         self.motion

@@ -3,6 +3,7 @@
 #[path = "../common/mod.rs"]
 mod common;
 
+mod benchmark_set;
 mod calibrate;
 mod capabilities;
 mod certify;

@@ -3,5 +3,6 @@
 #[path = "../common/mod.rs"]
 mod common;
 
+mod benchmark_set;
 mod figures;
 mod problems;

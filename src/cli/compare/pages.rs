@@ -1,5 +1,6 @@
 //! The contents of a report of a comparison, whatever its format.
 
+use crate::compare::benchmark::BenchmarkScore;
 use crate::compare::{ChannelErrors, Comparison, Score, Statistic};
 use crate::record::sequence::{Difference, Fault};
 
@@ -72,6 +73,7 @@ pub(super) fn page(c: &Comparison, length: Length) -> Page {
     }
     parts.push(Part::Table(statistics(c)));
     parts.extend(c.score.as_ref().map(|found| Part::Table(score(found))));
+    parts.extend(c.benchmark.as_ref().map(|found| Part::Table(benchmark(found))));
     parts.extend(c.parameters.as_ref().map(|found| Part::Table(numbers(found))));
     let e = &c.event_errors;
     if let (Some(max), Some(at), Some(rms)) = (e.max, e.max_at, e.rms) {
@@ -184,6 +186,36 @@ fn score(score: &Score) -> Table {
         score.samples
     );
     Table::new(title, 1, &["", "reference", "candidate", "error", "relative"], rows)
+}
+
+/// What the rules of a benchmark set say.
+fn benchmark(score: &BenchmarkScore) -> Table {
+    let number = |value: Option<f64>| value.map_or_else(String::new, |value| format!("{value:.3e}"));
+    let digits = |value: Option<f64>| value.map_or_else(String::new, |value| format!("{value:.1}"));
+    let row = |name: String, error: Option<f64>, unit: &str, fewest: Option<f64>| {
+        vec![name, number(error), unit.to_owned(), digits(fewest)]
+    };
+    let s = &score.sequence;
+    let sequence = match s.agrees {
+        Some(true) => format!("{} events in the right order", s.reference_events),
+        Some(false) => format!(
+            "events: {} missing, {} too many",
+            s.missing.unwrap_or_default(),
+            s.spurious.unwrap_or_default()
+        ),
+        None => "no events".to_owned(),
+    };
+    let mut rows = vec![row(sequence, score.largest_event_error, "s", score.digits)];
+    let columns = score.samples.iter().flat_map(|samples| &samples.columns);
+    rows.extend(columns.map(|of| row(format!("{}, rms", of.name), Some(of.rms), &of.unit, of.digits)));
+    rows.extend(
+        score
+            .summary
+            .iter()
+            .map(|of| row(of.name.clone(), of.error, &of.unit, of.digits)),
+    );
+    let title = format!("by the rules of the set: {}, set {}", score.problem, score.set);
+    Table::new(title, 1, &["", "error", "unit", "digits"], rows)
 }
 
 /// The numbers of the case that a candidate has otherwise, and those that explain it as well.

@@ -108,7 +108,8 @@ pub enum SummaryOf {
     Extremum {
         /// Which column.
         column: String,
-        /// Its derivative as a sum: columns with their factors, and `constant`.
+        /// Its derivative as a sum: columns with their factors, and `constant`; of no interest to who knows the value.
+        #[serde(default)]
         rate: Combination,
         /// Largest or smallest.
         what: Extreme,
@@ -154,7 +155,8 @@ impl ProblemSet {
     /// If there is no `set.toml`, or one of another form.
     pub fn open(folder: &Path) -> Result<ProblemSet, CompareError> {
         let path = folder.join(SET);
-        let wrong = |what: String| CompareError::whole(&path, what, "take the file of a published benchmark set as it is");
+        let wrong =
+            |what: String| CompareError::whole(&path, what, "take the file of a published benchmark set as it is");
         let text = input::text(&path).map_err(CompareError::io(&path))?;
         let text = text.map_err(|_| wrong("not UTF-8".to_owned()))?;
         let document: DocumentMut = text.parse().map_err(|error| wrong(format!("no TOML: {error}")))?;

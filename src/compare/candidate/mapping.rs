@@ -98,6 +98,18 @@ pub(super) fn factor(unit: &str, dimension: Dimension) -> Result<f64, String> {
 }
 
 impl Mapping {
+    /// The same for a table whose columns `time` and `kind` are events, whatever else it has; unless something else is said.
+    pub(in super::super) fn stated(mut self) -> Mapping {
+        let column = |name: &str| Column {
+            name: name.to_owned(),
+            factor: None,
+        };
+        if self.event_file.is_none() && self.event_time.is_none() && self.event_kind.is_none() {
+            (self.event_time, self.event_kind) = (Some(column("time")), Some(column("kind")));
+        }
+        self
+    }
+
     /// Reads a mapping file over what is known.
     ///
     /// # Errors

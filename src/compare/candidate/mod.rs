@@ -15,6 +15,7 @@ mod hdf5;
 mod mapping;
 mod named;
 mod npz;
+pub(super) mod plain;
 mod rows;
 mod source;
 mod t01;
