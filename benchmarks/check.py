@@ -10,6 +10,7 @@ Exit status: 0 the requirements are met; 1 one is not; 2 the input or the call i
 
 import argparse
 import csv
+import itertools
 import json
 import math
 import os
@@ -18,11 +19,12 @@ import sys
 import xml.etree.ElementTree as ElementTree
 from array import array
 from bisect import bisect_left, bisect_right
-from typing import Any, Dict, Iterable, List, NamedTuple, NoReturn, Optional, Sequence, Tuple
+from typing import Any, BinaryIO, Dict, Iterable, Iterator, List, NamedTuple, NoReturn, Optional, Sequence, Tuple
 
 HERE = os.path.dirname(os.path.abspath(__file__))
 KINDS = ("stick", "slip", "reversal")
 OTHER_KINDS = ("kick", "corner", "separation", "contact")  # may stand in an events table, and are not compared
+LIKE_KIND = ("kind", "kinds", "type", "event_kind", "event_type", "event kind", "event type", "event")
 SUMMARY = {
     "events": ("first", "last", "count"), "samples": ("column", "time"), "extremum": ("column", "what", "between"),
 }
@@ -31,11 +33,13 @@ DEFAULT_HYSTERESIS = 2.0
 SAME_TIME = 1e-9  # rows nearer to a grid point than this part of the grid's step are at it
 LARGEST = 1e100  # of numbers; no power of them that is taken here overflows
 MOST_BYTES = 1 << 30
+FEWER = "write fewer rows, those at the times of samples.csv"
 RELATED = 0.25  # times further apart than this part of the time scale are unrelated
 MOST_CELLS = 64 << 20  # of the table of the alignment
 MOST_EVENTS = 20000  # that are looked for in rows; more are chatter
 PARTS = 8  # of an interval in which a zero is looked for
 BISECTIONS = 60
+BUDGETS = ("events", "samples")
 COARSE = 4.0  # grid steps between rows from which they are too coarse
 ROUNDING = 2.0 ** -53  # no relative error counts as smaller
 
@@ -65,42 +69,87 @@ class Problem:
         try:
             data = json.loads(self.text(folder, name))
             self.set, self.name, self.title = str(data["set"]), str(data["problem"]), str(data["title"])
-            self.end_time, self.time_scale = float(data["end_time"]), float(data["time_scale"])
+            self.end_time, self.time_scale = positive(data["end_time"]), positive(data["time_scale"])
             self.units = {str(c["name"]): str(c["unit"]) for c in data["columns"]}
             self.position = str(data["position"])
-            self.velocity = {str(k): float(v) for k, v in data["relative_velocity"].items()}
+            self.velocity = {str(k): bounded(v) for k, v in data["relative_velocity"].items()}
             self.constant = self.velocity.pop("constant", 0.0)
+            for column in (self.position, *self.velocity):
+                self.units[column]
             self.linear = data["leaves_rest"] == "linear"
-            self.threshold = None if data["threshold"] is None else float(data["threshold"])
+            self.threshold = None if data["threshold"] is None else bounded(data["threshold"])
             self.starts_in_slip = bool(data["starts_in_slip"])
-            self.grid = [(float(g["from"]), float(g["to"]), float(g["step"])) for g in data["grid"]]
-            self.budget = {str(k): float(v) for k, v in (data.get("budget") or {}).items()}
-            self.kicks = [float(kick["time"]) for kick in data["system"].get("kicks", [])]
+            self.grid = [(bounded(g["from"]), bounded(g["to"]), positive(g["step"])) for g in data["grid"]]
+            budget = data.get("budget") or {}
+            if not set(budget) <= set(BUDGETS):
+                raise ValueError(f"budget has other parts than {' and '.join(BUDGETS)}")
+            self.budget = {part: {str(k): bounded(v) for k, v in budget.get(part, {}).items()} for part in BUDGETS}
+            self.kicks = [bounded(kick["time"]) for kick in data["system"].get("kicks", [])]
             self.velocity_unit = "m/s" if data["motion"] == "translation" else "rad/s"
             name = "summary.json"
             self.summary: List[Dict[str, Any]] = list(json.loads(self.text(folder, name))["values"])
             for value in self.summary:
-                for key in ("name", "unit", "value", *SUMMARY[value["from"]]):
-                    value[key]
+                self.check_value(value)
             name = "events.csv"
             rows = list(csv.DictReader(self.text(folder, name).splitlines()))
             self.events = [
-                Event(int(r["event"]), float(r["time"]), r["kind"], float(r["time_uncertainty"])) for r in rows
+                Event(int(r["event"]), bounded(r["time"]), r["kind"], bounded(r["time_uncertainty"])) for r in rows
             ]
+            if any(event.kind not in KINDS for event in self.events):
+                raise ValueError("an event is of no known kind")
             name = "samples.csv"
             rows = list(csv.DictReader(self.text(folder, name).splitlines()))
-            self.times = array("d", (float(r["time"]) for r in rows))
-            self.samples = {name: array("d", (float(r[name]) for r in rows)) for name in self.units}
-        except (OSError, KeyError, TypeError, ValueError, AttributeError) as error:
+            self.times = array("d", (bounded(r["time"]) for r in rows))
+            self.samples = {name: array("d", (bounded(r[name]) for r in rows)) for name in self.units}
+            if len(rows) < 2 or any(b <= a for a, b in zip(self.times, self.times[1:])):
+                raise ValueError("there are not two rows, or their times do not increase")
+        except (OSError, ArithmeticError, LookupError, RecursionError, TypeError, ValueError, AttributeError) as error:
             path = os.path.join(folder, name)
             raise BadInput(f"{path}: cannot be used ({error!r}); take this file from the set again") from error
         self.samples.setdefault("relative_velocity", relative_velocity(self, self.samples, len(self.times)))
+
+    def check_value(self, value: Dict[str, Any]) -> None:
+        """Raises an error if a value of the summary cannot be used."""
+        for key in ("name", "unit", *SUMMARY[value["from"]]):
+            value[key]
+        bounded(value["value"])
+        if value.get("digits") is not None:
+            bounded(value["digits"])
+        if value["from"] == "events":
+            int(value["first"]), int(value["last"]), positive(value["count"])
+        elif value["column"] != "relative_velocity":
+            self.units[value["column"]]
+        if value["from"] == "extremum":
+            start, end = (bounded(time) for time in value["between"])
+            positive(end - start)
+        elif value["from"] == "samples":
+            bounded(value["time"])
+
+    def budget_of(self, events: bool, samples: bool) -> Dict[str, Dict[str, float]]:
+        """The parts of the budget for a candidate that states events, has samples, or both."""
+        return {part: self.budget[part] for part, has in zip(BUDGETS, (events, samples)) if has}
 
     @staticmethod
     def text(folder: str, name: str) -> str:
         """A file of the folder."""
         with open(os.path.join(folder, name), encoding="utf-8") as file:
             return file.read()
+
+
+def bounded(value: Any) -> float:
+    """A finite number of a problem."""
+    result = float(value)
+    if not abs(result) <= LARGEST:
+        raise ValueError(f"{value!r} is no finite number")
+    return result
+
+
+def positive(value: Any) -> float:
+    """A number above zero of a problem."""
+    result = bounded(value)
+    if result <= 0.0:
+        raise ValueError(f"{value!r} is not above zero")
+    return result
 
 
 def find_problem(name: str) -> Problem:
@@ -134,6 +183,7 @@ class Table:
         """An empty table."""
         self.path = path
         self.said: Dict[str, str] = {}
+        self.commented = 0  # the number of a line that would be a header but for its #
         self.threshold: Optional[float] = None
         self.header: List[str] = []
         self.is_events = False
@@ -144,22 +194,37 @@ class Table:
         self.repeated = 0
 
 
+def lines_of(path: str, start: bytes, file: BinaryIO) -> Iterator[bytes]:
+    """The lines of a file whose first bytes have been read; no more of them than may be read."""
+    head = start.split(b"\n")
+    for line in head[:-1]:
+        yield line + b"\n"
+    last = head[-1] + file.readline()
+    if last:
+        yield last
+    size = len(start)
+    for line in file:
+        size += len(line)
+        if size > MOST_BYTES:
+            raise BadInput(f"{path}: has more than {MOST_BYTES} bytes; {FEWER}")
+        yield line
+
+
 def read_table(path: str, problem: Problem) -> Table:
     """Reads a candidate's file."""
     table = Table(path)
     try:
         size = os.path.getsize(path)
         if size > MOST_BYTES:
-            remedy = "write fewer rows, those at the times of samples.csv"
-            raise BadInput(f"{path}: has {size} bytes, and at most {MOST_BYTES} are read; {remedy}")
+            raise BadInput(f"{path}: has {size} bytes, and at most {MOST_BYTES} are read; {FEWER}")
         with open(path, "rb") as file:
+            # What is read for a look at it is not read again: a pipe has no way back.
             start = file.read(4096)
             if start.startswith((b"\xff\xfe", b"\xfe\xff")):
                 raise BadInput(f"{path}: is UTF-16; write it as UTF-8")
             if b"\0" in start:
                 raise BadInput(f"{path}: is binary; export it as CSV, text with commas between the columns")
-            file.seek(3 if start.startswith(b"\xef\xbb\xbf") else 0)
-            read_rows(table, problem, file)
+            read_rows(table, problem, lines_of(path, start[3 if start.startswith(b"\xef\xbb\xbf") else 0:], file))
     except OSError as error:
         raise BadInput(f"{path}: {error.strerror or error}; give a CSV file that can be read") from error
     if table.is_events:
@@ -227,7 +292,10 @@ def split_quoted(raw: bytes) -> List[bytes]:
 
 def read_comment(table: Table, raw: bytes, number: int) -> None:
     """What a comment says of the solver; of several that say the same, the first counts."""
-    name, colon, text = raw.decode("utf-8", "replace").lstrip("#").partition(":")
+    line = raw.decode("utf-8", "replace").lstrip("#")
+    if not table.commented and "," in line and "time" in [cell.strip() for cell in line.split(",")]:
+        table.commented = number
+    name, colon, text = line.partition(":")
     name, text = name.strip().lower(), text.strip()
     if not colon or name not in ("solver", "version", "settings", "threshold") or name in table.said:
         return
@@ -253,7 +321,8 @@ def read_header(table: Table, problem: Problem, cells: Sequence[bytes], number: 
     columns = list(dict.fromkeys((*problem.units, "relative_velocity")))
     example = f"begin with a line such as time,{','.join(problem.units)} or time,kind"
     if all(to_float(name) is not None for name in named):
-        raise BadInput(f"{place}: is no header, but numbers; {example}")
+        remedy = f"line {table.commented} begins with # and is a comment: write it without #"
+        raise BadInput(f"{place}: is no header, but numbers; {remedy if table.commented else example}")
     if len(named) == 1 and re.search(r"[;\t ]", named[0]):
         raise BadInput(f"{place}: has no comma; separate the columns by commas, and write decimal points")
     for k, name in enumerate(named):
@@ -265,6 +334,9 @@ def read_header(table: Table, problem: Problem, cells: Sequence[bytes], number: 
     table.is_events = "kind" in named
     used = ["kind"] if table.is_events else [name for name in columns if name in named]
     if not used:
+        for name in named:
+            if name.lower() in LIKE_KIND:
+                raise BadInput(f"{place}: an events table needs a column named kind; rename {shown(name)} to kind")
         raise BadInput(f"{place}: no column is one of {', '.join(columns)}, but {listed(named)}; rename the columns")
     table.columns = {} if table.is_events else {name: array("d") for name in used}
     table.ignored = [name for name in named if name not in ("time", *used)]
@@ -578,6 +650,21 @@ def find_events(problem: Problem, times: Sequence[float], velocities: Sequence[f
     return found
 
 
+def start_contradicts(problem: Problem, times: Sequence[float], velocities: Sequence[float], threshold: float,
+                      hysteresis: float) -> bool:
+    """Whether samples slip from the start where the answer sticks there, or rest where it slips."""
+    if problem.threshold is not None:
+        return False
+    first = problem.events[0].time if problem.events else math.inf
+    end = bisect_left(times, first)  # of the rows before the first event of the answer
+    if end < 2:
+        return False
+    if problem.starts_in_slip:
+        return first > problem.times[1] and all(abs(velocity) <= threshold for velocity in velocities[:end])
+    stuck = problem.samples["relative_velocity"][0] == 0.0
+    return stuck and all(abs(velocity) > threshold * hysteresis for velocity in velocities[1:end])
+
+
 Pair = Tuple[Optional[int], Optional[int]]
 
 
@@ -777,30 +864,43 @@ def compare(problem: Problem, main: Table, events: Optional[Table], threshold: O
     elif rows is not None and "relative_velocity" in rows.columns:
         velocities = rows.columns["relative_velocity"]
         found = [event[:2] for event in find_events(problem, rows.times, velocities, used, hysteresis)]
-    matched = compare_events(problem, found, span, result)
+    matched, parting_place = compare_events(problem, found, span, result)
+    if stated is None and rows is not None and found is not None and problem.threshold is None:
+        velocities = rows.columns["relative_velocity"]
+        contradicts = start_contradicts(problem, rows.times, velocities, used, hysteresis)
+        result["sequence"]["start"] = "contradicts" if contradicts else "agrees"
+        if contradicts:
+            result["sequence"]["agrees"], result["digits"] = False, 0.0
     result.update({"samples": None, "scores": dict.fromkeys(("position", "period", "rest", "creep"))})
     samples = None if rows is None else Samples(problem, rows)
     if rows is not None and samples is not None:
         compare_samples(problem, samples, rows, result)
     result["summary"] = [compare_value(value, samples, matched) for value in problem.summary]
+    if threshold is not None and (stated is not None or problem.threshold is not None):
+        reason = "the events are stated" if stated is not None else "the problem has a threshold of its own"
+        result["notes"].append(f"--threshold has no effect: {reason}.")
+    add_outside(problem, found or [], stated is not None, result)
     add_notes(problem, rows, result)
-    result["verdict"] = verdict(result)
+    result["verdict"] = verdict(problem, parting_place, result)
     return result
 
 
 def compare_events(problem: Problem, found: Optional[List[Tuple[float, str]]], span: Tuple[float, float],
-                   result: Dict[str, Any]) -> Dict[int, float]:
-    """The sequence and the errors of its events; returns the candidate's time by the number of the event."""
+                   result: Dict[str, Any]) -> Tuple[Dict[int, float], str]:
+    """The sequence and the errors of its events.
+
+    Returns the candidate's time by the number of the event, and in words where the sequences part.
+    """
     reference = [event for event in problem.events if span[0] <= event.time <= span[1]]
     unknown = ("agrees", "candidate_events", "candidate_sticks", "missing", "spurious", "outside", "parts")
     sequence: Dict[str, Any] = {
         **dict.fromkeys(unknown), "reference_events": len(reference),
         "reference_sticks": [event.kind for event in reference].count("stick"),
-        "uncovered": len(problem.events) - len(reference), "unmatched": [],
+        "uncovered": len(problem.events) - len(reference), "start": None, "unmatched": [],
     }
     result.update({"sequence": sequence, "events": [], "digits": None, "largest_event_error": None})
     if found is None:
-        return {}
+        return {}, ""
     inside = [f for f in found if 0.0 < f[0] <= problem.end_time and span[0] <= f[0] <= span[1]]
     candidate = [Event(k, time, kind) for k, (time, kind) in enumerate(inside)]
     pairs = align(reference, candidate, problem.time_scale)
@@ -828,7 +928,19 @@ def compare_events(problem: Problem, found: Optional[List[Tuple[float, str]]], s
         result["digits"] = min(row["digits"] for row in result["events"])
     if not agrees:
         result["digits"] = 0.0
-    return matched
+    return matched, "" if agrees else first_unmatched(reference, candidate, pairs)
+
+
+def first_unmatched(reference: Sequence[Event], candidate: Sequence[Event], pairs: Sequence[Pair]) -> str:
+    """The first event without a partner in words, with that of the other side if there is one at the same place."""
+    first = next(k for k, pair in enumerate(pairs) if None in pair)
+    alone = list(itertools.takewhile(lambda pair: None in pair, pairs[first:]))
+    ours = [reference[r] for r, _ in alone if r is not None]
+    theirs = [candidate[c] for _, c in alone if c is not None]
+    if not ours:
+        return f"It parts where the candidate has {theirs[0].kind} at {theirs[0].time:.9g} s: the reference has none."
+    text = f"It parts at event {ours[0].number} ({ours[0].kind} at {ours[0].time:.9g} s): the candidate has "
+    return text + (f"{theirs[0].kind} at {theirs[0].time:.9g} s." if theirs else "none.")
 
 
 def brief(event: Event) -> Dict[str, Any]:
@@ -937,7 +1049,7 @@ def compare_value(value: Dict[str, Any], samples: Optional[Samples], matched: Di
     if value["from"] == "events":
         # Event -1 is t = 0.
         first, last = (0.0 if number == -1 else matched.get(number) for number in (value["first"], value["last"]))
-        own = None if first is None or last is None else (last - first) / value["count"]
+        own = None if first is None or last is None else (last - first) / float(value["count"])
     elif samples is not None and value["column"] in samples.columns:
         if value["from"] == "extremum":
             sign = 1.0 if value["what"] == "maximum" else -1.0
@@ -966,6 +1078,19 @@ def add_factor(name: str, unit: str, ours: Sequence[float], theirs: Sequence[flo
         result["notes"].append(f"Column {name} is {factor:.4g} times the reference's: check {check}.")
 
 
+def add_outside(problem: Problem, found: Sequence[Tuple[float, str]], stated: bool,
+                result: Dict[str, Any]) -> None:
+    """Notes which events of the candidate are not compared."""
+    early = sum(time <= 0.0 for time, _ in found)
+    late = sum(time > problem.end_time for time, _ in found)
+    said = [f"{counted(early, 'event')} at t = 0 or before"] if early else []
+    said += [f"{counted(late, 'event')} after {problem.end_time:.6g} s"] if late else []
+    if said:
+        result["notes"].append(f"Not compared: {', '.join(said)}.")
+    if stated and late and early + late == len(found):
+        result["notes"].append("Is the time in seconds?")
+
+
 def add_notes(problem: Problem, rows: Optional[Table], result: Dict[str, Any]) -> None:
     """What a person should know; notes change no number."""
     say, sequence, candidate = result["notes"].append, result["sequence"], result["candidate"]
@@ -989,8 +1114,10 @@ def add_notes(problem: Problem, rows: Optional[Table], result: Dict[str, Any]) -
         own, ours = sequence["candidate_sticks"], sequence["reference_sticks"]
         if rows is not None and problem.threshold is None and sequence["agrees"] is False and 2 * own < ours:
             slow = sorted(map(abs, rows.columns["relative_velocity"]))[len(rows.times) // 10]
-            say(f"Few sticks were found: {own}, where the reference has {ours}. A tenth of the rows have |v_rel| below "
-                f"{slow:.3g} {problem.velocity_unit}: if it creeps in a stick, --threshold sets what counts as rest.")
+            if slow > candidate["threshold"]:
+                say(f"Few sticks were found: {own}, where the reference has {ours}. A tenth of the rows have |v_rel| "
+                    f"below {slow:.3g} {problem.velocity_unit}: if it creeps in a stick, --threshold sets what counts "
+                    "as rest.")
         missing = [event["event"] for event in sequence["unmatched"] if event["is"] == "missing"]
         unseen = [str(number) for number in missing if is_unseen(problem, rows, number)]
         if unseen:
@@ -1018,7 +1145,7 @@ def is_unseen(problem: Problem, rows: Optional[Table], number: int) -> bool:
     return any(a == b for a, b in zip(after, after[1:])) or bool(after and number == 0 and after[1] == 1)
 
 
-def verdict(result: Dict[str, Any]) -> str:
+def verdict(problem: Problem, parting_place: str, result: Dict[str, Any]) -> str:
     """The outcome in words."""
     sequence = result["sequence"]
     if sequence["agrees"] is None:
@@ -1030,11 +1157,16 @@ def verdict(result: Dict[str, Any]) -> str:
             worst = min(result["events"], key=lambda row: row["digits"])
             text += f", {result['digits']:.1f} digits (the fewest at event {worst['event']}, a {worst['kind']})"
         return text + "." + rest
-    ours, theirs = sequence["parts"]["reference"], sequence["parts"]["candidate"]
-    text = f"at event {ours['event']} ({ours['kind']} at {ours['time']:.9g} s)" if ours else "after the last event"
-    text += ": the candidate has " + (f"{theirs['kind']} at {theirs['time']:.9g} s." if theirs else "no more.")
-    text += f" {sequence['missing']} missing, {sequence['spurious']} spurious."
-    return f"The sequence is wrong. It parts {text}{rest}"
+    said = [f"A{fault[1:]}." for fault in faults_at_start(problem, sequence)]
+    said += [parting_place] if parting_place else []
+    numbers = f"{sequence['missing']} missing, {sequence['spurious']} spurious."
+    return f"The sequence is wrong. {' '.join(said)} {numbers}{rest}"
+
+
+def faults_at_start(problem: Problem, sequence: Dict[str, Any]) -> List[str]:
+    """In words how the motion of the candidate contradicts the answer at the start, if it does."""
+    own, other = ("rests", "slips") if problem.starts_in_slip else ("slips", "sticks")
+    return [f"at t = 0: the candidate {own}, the answer {other}"] if sequence["start"] == "contradicts" else []
 
 
 def counted(number: int, noun: str) -> str:
@@ -1047,7 +1179,8 @@ def counted(number: int, noun: str) -> str:
 AT_LEAST = ("digits", "samples", "summary")
 SCORES = ("position", "period", "rest", "creep", "rest_absolute", "creep_absolute")
 COUNTS = ("missing", "spurious", "uncovered")
-METRICS = (*AT_LEAST, *COUNTS, "events", *SCORES)
+OF_SAMPLES = (*SCORES, "samples", "lacking")  # they do not depend on the sequence
+METRICS = (*AT_LEAST, *COUNTS, "lacking", "events", *SCORES)
 
 
 class Requirement(NamedTuple):
@@ -1069,13 +1202,16 @@ class Requirement(NamedTuple):
         return {"<": value < bound, "<=": value <= bound, ">": value > bound, ">=": value >= bound}[self.comparator]
 
 
-def parse_requirements(texts: Sequence[str], budget: Dict[str, float]) -> List[Requirement]:
-    """Reads `NAME=NUMBER`, `NAME<NUMBER`, `NAME>NUMBER` (also <=, >=), or `budget`."""
+def parse_requirements(texts: Sequence[str], budget: Dict[str, Dict[str, float]]) -> List[Requirement]:
+    """Reads `NAME=NUMBER`, `NAME<NUMBER`, `NAME>NUMBER` (also <=, >=), or `budget`: what both parts say counts once."""
     result: List[Requirement] = []
-    if "budget" in texts and not budget:
-        raise BadInput("--require budget: this problem has no budget; give a metric, such as --require digits=6")
+    if "budget" in texts and not any(budget.values()):
+        form = " and ".join(budget) or "this result"
+        raise BadInput(f"--require budget: this problem has no budget for {form}; give a metric, such as --require "
+                       "digits=6")
+    whole = list(dict.fromkeys(f"{name}={bound!r}" for part in budget.values() for name, bound in part.items()))
     for text in texts:
-        for part in [f"{name}={bound!r}" for name, bound in budget.items()] if text == "budget" else [text]:
+        for part in whole if text == "budget" else [text]:
             found = re.fullmatch(r"\s*([a-z_]+)\s*(<=|>=|=|<|>)\s*(\S+)\s*", part)
             bound = to_float(found.group(3)) if found else None
             if found is None or bound is None or not math.isfinite(bound):
@@ -1092,6 +1228,8 @@ def metric(result: Dict[str, Any], name: str) -> Optional[float]:
     sequence, covered = result["sequence"], result["sequence"]["reference_events"]
     if name == "uncovered":
         return float(sequence["uncovered"])
+    if name == "lacking":
+        return float(result["samples"]["of"] - result["samples"]["points"]) if result["samples"] else None
     if name in ("missing", "spurious", "digits", "events"):
         if sequence["agrees"] is None or (covered == 0 and sequence["uncovered"] > 0):
             return None
@@ -1124,9 +1262,10 @@ def judge(problem: Problem, requirements: Sequence[Requirement], result: Dict[st
     counts = {name: metric(result, name) for name in COUNTS}
     faults = [f"{name}: {'unknown' if value is None else int(value)}" for name, value in counts.items()
               if value is None or value > allowed.get(name, 0.0)]
+    faults += faults_at_start(problem, sequence)
     if "uncovered" not in allowed and falls_short(problem, candidate["from"], candidate["to"]):
         faults.append(f"covered: {candidate['from']:.6g} to {candidate['to']:.6g} s")
-    required = any(r.metric not in SCORES and r.metric != "samples" for r in requirements)
+    required = any(r.metric not in OF_SAMPLES for r in requirements)
     sequence.update({"required": required, "accepted": not faults, "faults": faults})
     met = all(row["met"] for row in result["requirements"]) and (not faults or not required)
     result["exit_status"] = 0 if met else 1
@@ -1176,7 +1315,6 @@ def report(result: Dict[str, Any]) -> List[str]:
             rest = f"|v_rel| up to {candidate['threshold']:.3g} is rest ({candidate['threshold_from']})"
             lines.append(f"  found in the rows: {rest}; their errors may be due to this, and to the rows' intervals")
         ignored = [f"{count} {shown(kind)}" for kind, count in sorted(result["ignored_events"].items())]
-        ignored += [f"{sequence['outside']} outside of the time that is compared"] if sequence["outside"] else []
         lines += [f"  ignored: {', '.join(ignored[:9])}"] if ignored else []
         lines += table_lines([["event", "kind", "reference/s", "candidate/s", "error/s", "digits"]] + [
             [str(e["event"]), e["kind"], f"{e['time']:.12g}", f"{e['candidate_time']:.12g}", text_of(e["error"]),
@@ -1185,7 +1323,7 @@ def report(result: Dict[str, Any]) -> List[str]:
         lines.append(f"  {event['is']}: {event['event']}, {event['kind']} at {event['time']:.9g} s")
     for side in ("reference", "candidate") if sequence["parts"] else ():
         each = [f"{e['event']} {e['kind']} {e['time']:.9g} s" for e in sequence["parts"][f"{side}_around"]]
-        lines.append(f"  where it parts, {side}: {', '.join(each) or 'no event'}")
+        lines.append(f"  where the kinds first differ, {side}: {', '.join(each) or 'no event'}")
     if found is not None:
         lines += ["", f"Samples: {found['points']} of {found['of']} points of the grid"]
         lines += table_lines([["column", "largest error", "at/s", "rms error", "relative", "digits"]] + [
@@ -1233,6 +1371,27 @@ def write_file(path: str, data: bytes) -> None:
         raise BadInput(f"{path}: {error.strerror}; give a file that can be written") from error
 
 
+def is_same_file(a: str, b: str) -> bool:
+    """Whether two paths lead to one file; a device or a pipe does not count."""
+    try:
+        if not all(os.path.isfile(path) or not os.path.exists(path) for path in (a, b)):
+            return False
+        return os.path.realpath(a) == os.path.realpath(b) or os.path.samefile(a, b)
+    except (OSError, ValueError):
+        return False
+
+
+def check_outputs(options: argparse.Namespace) -> None:
+    """Refuses to write over what is read, and to one file twice."""
+    used = [path for path in (options.candidate, options.events) if path]
+    for name, path in (("--junit", options.junit), ("--json", options.json)):
+        if path and not (name == "--json" and path == "-"):
+            for other in used:
+                if is_same_file(path, other):
+                    raise BadInput(f"{name} {path}: is the same file as {other}; give a file of its own")
+            used.append(path)
+
+
 def arguments() -> argparse.ArgumentParser:
     """The command line."""
     parser = argparse.ArgumentParser(
@@ -1245,7 +1404,8 @@ def arguments() -> argparse.ArgumentParser:
                         f"unit [default: what the file says, or {DEFAULT_THRESHOLD:g}]")
     parser.add_argument("--hysteresis", metavar="H", help="a stick ends where |v_rel| exceeds H times V [default: 2]")
     parser.add_argument("--require", metavar="BOUND", action="append", default=[],
-                        help="digits=6, or budget for the problem's own; repeatable. Metrics: " + ", ".join(METRICS))
+                        help="digits=6, or budget for the problem's own, of events, samples or both; repeatable. "
+                        "Metrics: " + ", ".join(METRICS))
     parser.add_argument("--junit", metavar="FILE", help="write the outcome as JUnit XML")
     parser.add_argument("--json", metavar="FILE", nargs="?", const="-", help="write one JSON document [to stdout]")
     parser.add_argument("--quiet", action="store_true", help="print nothing but what is not met")
@@ -1264,9 +1424,10 @@ def run(options: argparse.Namespace) -> Dict[str, Any]:
     """Reads, compares and judges."""
     problem = find_problem(options.problem)
     threshold, hysteresis = setting(options.threshold, 0.0, "threshold"), setting(options.hysteresis, 1.0, "hysteresis")
-    requirements = parse_requirements(options.require, problem.budget)
     table = read_table(options.candidate, problem)
     events = read_table(options.events, problem) if options.events else None
+    budget = problem.budget_of(table.is_events or events is not None, not table.is_events)
+    requirements = parse_requirements(options.require, budget)
     result = compare(problem, table, events, threshold, DEFAULT_HYSTERESIS if hysteresis is None else hysteresis)
     judge(problem, requirements, result)
     return result
@@ -1276,6 +1437,7 @@ def main(argv: Optional[Sequence[str]] = None) -> int:
     """The exit status."""
     options = arguments().parse_args(argv)
     try:
+        check_outputs(options)
         try:
             result = run(options)
         except BadInput as error:

@@ -174,6 +174,18 @@ class Case(unittest.TestCase):
         self.assertEqual(err.count("\n"), 1, err)
         return err
 
+    def copy(self, problem: str, **changes: Any) -> str:
+        """A copy of a problem, with other entries in its problem.json."""
+        folder = tempfile.mkdtemp(dir=self.folder)
+        shutil.copytree(os.path.join(HERE, next(f for f in FOLDERS if f.startswith(problem))), folder,
+                        dirs_exist_ok=True)
+        path = os.path.join(folder, "problem.json")
+        with open(path, encoding="utf-8") as file:
+            data = {**json.load(file), **changes}
+        with open(path, "w", encoding="utf-8") as file:
+            json.dump(data, file)
+        return folder
+
     def assert_note(self, document: Dict[str, Any], part: str) -> None:
         """One of the notes says this."""
         self.assertTrue(any(part in note for note in document["notes"]), document["notes"])
@@ -421,7 +433,8 @@ class PlantedMistakes(Case):
         self.assertEqual([event["event"] for event in sequence["unmatched"]], [at, at + 1])
         self.assertEqual(sequence["parts"]["position"], len(events) - 2)
         self.assertIsNone(sequence["parts"]["candidate"])
-        self.assertIn("the candidate has no more", document["verdict"])
+        self.assertIn(f"It parts at event {at} (stick at ", document["verdict"])
+        self.assertIn("the candidate has none. 2 missing, 0 spurious.", document["verdict"])
         self.check("21", path, "--require", "missing=2")
         self.check("21", path, "--require", "missing=2", "--require", "spurious<1", "--require", "digits=1", status=1)
 
@@ -437,12 +450,71 @@ class PlantedMistakes(Case):
         )
         self.assertEqual([event["event"] for event in parts["reference_around"]], [5, 6, 7, 8, 9])
         self.assertEqual(parts["candidate_around"][2]["time"], events[6][0] + 1e-4)
+        self.assertIn(f"It parts where the candidate has slip at {events[6][0] + 1e-4:.9g} s", document["verdict"])
         renamed = events[:4] + [(events[4][0], "reversal")] + events[5:]
         path = self.table("time,kind", renamed)
         document = self.check("09", path)
         self.assertEqual((document["sequence"]["missing"], document["sequence"]["spurious"]), (1, 1))
         self.assertIn("It parts at event 4 (slip at 1.54247780 s)".replace("80 s", "8 s"), document["verdict"])
+        self.assertIn("s): the candidate has reversal at 1.5424", document["verdict"])
         self.assertIn("spurious: 4, reversal", self.text("09", path))
+        document = self.check("09", self.table("time,kind", events[:6] + events[8:]))
+        self.assertIn("It parts at event 6 (slip at ", document["verdict"])
+        self.assertEqual(document["sequence"]["parts"]["position"], 27)
+
+    def test_start(self) -> None:
+        """A mass that slides where the answer holds it, or stands where it slides, has no event, and is wrong."""
+        slides, stands = (self.table(*answer_samples(name), name=name) for name in ("03", "02"))
+        for problem, right, wrong, fault in (
+            ("02", stands, slides, "at t = 0: the candidate slips, the answer sticks"),
+            ("03", slides, stands, "at t = 0: the candidate rests, the answer slips"),
+        ):
+            self.assertEqual(self.check(problem, right, "--require", "digits=6")["sequence"]["start"], "agrees")
+            document = self.check(problem, wrong, "--require", "digits=6", status=1)
+            sequence = document["sequence"]
+            self.assertEqual((sequence["start"], sequence["agrees"], document["digits"]), ("contradicts", False, 0.0))
+            self.assertEqual(sequence["faults"], [fault])
+            self.assertEqual((sequence["missing"], sequence["spurious"], sequence["parts"]), (0, 0, None))
+            self.assertIn(fault[1:], document["verdict"])
+            self.check(problem, wrong, "--require", "spurious=0", status=1)
+            self.check(problem, wrong, "--require", "position=1e99", status=1 if problem == "02" else 0)
+        self.assertIsNone(self.check("02", self.table("time,kind", []))["sequence"]["start"])
+        self.assertIsNone(self.check("11", self.table(*answer_samples("11")))["sequence"]["start"])
+        # Events of the answer do not hide it.
+        rows = [[t, x, v + (0.01 if t < 0.2 else 0.0)] for t, x, v in belt_rows()]
+        self.assertEqual(self.check("09", self.table("time,x,v", rows))["sequence"]["start"], "contradicts")
+        for folder in FOLDERS:
+            header, rows = answer_samples(folder)
+            for every in (1, 3):
+                found = self.check(folder, self.table(header, rows[::every]))["sequence"]["start"]
+                self.assertIn(found, ("agrees", None), (folder, every))
+
+    def test_start_in_every_row(self) -> None:
+        """Of those that count: after the first, before the first event, above the speed at which a stick ends."""
+
+        def contradicts(
+            velocities: Sequence[float], slips: bool, event: float = 3.0, own: float = 0.0, step: float = 1.0,
+            threshold: Optional[float] = None,
+        ) -> bool:
+            problem = types.SimpleNamespace(
+                threshold=threshold, starts_in_slip=slips, events=[check.Event(0, event, "slip")],
+                times=[0.0, 1.0], samples={"relative_velocity": [own]},
+            )
+            times = [step * k for k in range(len(velocities))]
+            return check.start_contradicts(problem, times, velocities, 1.0, 2.0)  # type: ignore[arg-type]
+
+        self.assertTrue(contradicts([0.0, 2.1, -2.1, 0.0], False))
+        self.assertFalse(contradicts([0.0, 2.1, 2.0, 9.0], False))
+        self.assertFalse(contradicts([0.0, 2.0, 2.1, 9.0], False))
+        self.assertFalse(contradicts([9.0], False))
+        self.assertFalse(contradicts([9.0, 9.0, 9.0], False, event=1.0))
+        self.assertFalse(contradicts([9.0, 9.0, 9.0], False, own=1e-300))
+        self.assertTrue(contradicts([0.0, 1.0, -1.0, 9.0], True))
+        self.assertFalse(contradicts([1.1, 1.0, 1.0, 9.0], True))
+        self.assertFalse(contradicts([0.0, 0.0, 1.1, 0.0], True))
+        self.assertFalse(contradicts([0.0, 1.0, -1.0, 9.0], True, threshold=1.0))
+        self.assertFalse(contradicts([0.0, 0.0, 0.0], True, event=1.0, step=0.25))
+        self.assertTrue(contradicts([0.0, 0.0], True, event=1.1))
 
     def test_clock_offset(self) -> None:
         """All events are late by the same; in an alignment by shifted times too."""
@@ -500,7 +572,18 @@ class PlantedMistakes(Case):
         self.assertEqual(self.check("09", self.table("time,x,v", rows))["notes"], [])
         document = self.check("09", self.table("time,x,v", ([1e3 * t, x, v] for t, x, v in belt_rows())))
         self.assert_note(document, "Is the time in seconds?")
+        self.assertEqual(document["notes"].count("Is the time in seconds?"), 1)
         self.assertFalse(document["sequence"]["agrees"])
+        events = [(1e3 * time, kind) for time, kind in belt_events()]
+        for before in ([], [(0.0, "stick")]):
+            document = self.check("09", self.table("time,kind", before + events))
+            self.assert_note(document, "Is the time in seconds?")
+        samples = self.table("time,x,v", belt_rows(), name="samples.csv")
+        document = self.check("09", samples, "--events", self.table("time,kind", events))
+        self.assertEqual(document["notes"], ["Not compared: 29 events after 10 s.", "Is the time in seconds?"])
+        late = [(10.0 + time, kind) for time, kind in belt_events(1.0)]
+        document = self.check("09", self.table("time,kind", [(-1.0, "stick"), (0.0, "slip"), *belt_events(), *late]))
+        self.assertEqual(document["notes"], ["Not compared: 2 events at t = 0 or before, 3 events after 10 s."])
 
     def test_wrong_sign(self) -> None:
         """Of the speed: the column is named, and the sequence is wrong."""
@@ -564,6 +647,12 @@ class PlantedMistakes(Case):
         self.assert_note(document, "No more than 20000 events were looked for")
 
 
+def open_text(path: str) -> str:
+    """A text file."""
+    with open(path, encoding="utf-8", newline="") as file:
+        return file.read()
+
+
 # --- Thresholds -------------------------------------------------------------------------------------------------------
 
 
@@ -595,6 +684,20 @@ class Thresholds(Case):
         )
         self.assertFalse(document["sequence"]["agrees"])
 
+    def test_without_effect(self) -> None:
+        """Of an events table the threshold changes nothing, and that is said; of rows it does."""
+        document = self.check("09", self.table("time,kind", belt_events()), "--threshold", "1")
+        self.assertEqual(document["notes"], ["--threshold has no effect: the events are stated."])
+        document = self.check("09", self.table("time,x,v", belt_rows()), "--threshold", "1e-7")
+        self.assertEqual(document["notes"], [])
+
+    def test_a_speed_below_the_threshold(self) -> None:
+        """Is no reason for few sticks."""
+        rows = [[t, x, 0.1 if t < 2.0 else v + 1e-3] for t, x, v in belt_rows()]
+        document = self.check("09", self.table("time,x,v", rows))
+        self.assertLess(document["sequence"]["candidate_sticks"], 7)
+        self.assertEqual([note for note in document["notes"] if "tenth" in note], [])
+
     def test_hysteresis(self) -> None:
         """A stick ends above so many thresholds."""
         rows = [
@@ -611,6 +714,7 @@ class Thresholds(Case):
         document = self.check("11", os.path.join(HERE, folder, "samples.csv"), "--threshold", "1e-4")
         self.assertEqual(document["candidate"]["threshold_from"], "problem")
         self.assertTrue(document["sequence"]["agrees"])
+        self.assert_note(document, "--threshold has no effect: the problem has a threshold of its own.")
         # The creep is held against the reference's own.
         header, rows = answer_samples("11")
         document = self.check("11", self.table(header, ([t, x, v + 1e-3] for t, x, v in rows)))
@@ -1061,7 +1165,7 @@ class Outputs(Case):
     def test_requirements_are_read(self) -> None:
         """With every sign; and what is none is refused."""
         read = check.parse_requirements(
-            ["digits=6", "rest = 1e-3", "missing<2", "samples>=3", "budget"], {"digits": 9.0}
+            ["digits=6", "rest = 1e-3", "missing<2", "samples>=3", "budget"], {"events": {"digits": 9.0}}
         )
         self.assertEqual([r.text() for r in read], ["digits>=6", "rest<=0.001", "missing<2", "samples>=3", "digits>=9"])
         self.assertEqual([r.is_met(2.0) for r in read], [False, False, False, False, False])
@@ -1071,7 +1175,74 @@ class Outputs(Case):
         for text in ("digits", "digits=", "digits=six", "digits=nan", "speed=1", "digits==6", "6=digits"):
             self.assertIn(f'"{text}"', self.refused("09", path, f"--require={text}"))
         with self.assertRaisesRegex(check.BadInput, "no budget"):
-            check.parse_requirements(["budget"], {})
+            check.parse_requirements(["budget"], {"events": {}})
+
+    def test_budget(self) -> None:
+        """Its parts are for stated events and for samples; who has both is held to both."""
+        events = self.table("time,kind", belt_events(), name="events.csv")
+        samples = self.table("time,x,v", belt_rows())
+
+        def required(folder: str, *arguments: str) -> List[str]:
+            document = self.check(folder, *arguments, "--require", "budget")
+            return [row["requirement"] for row in document["requirements"]]
+
+        both = self.copy("09", budget={"events": {"digits": 9, "lacking": 0}, "samples": {"samples": 12, "lacking": 0}})
+        self.assertEqual(required(both, samples), ["samples>=12", "lacking<=0"])
+        self.assertEqual(required(both, samples, "--events", events), ["digits>=9", "lacking<=0", "samples>=12"])
+        self.check(both, events, "--require", "budget", status=1)
+        for budget in ({"events": {"digits": 9}}, {"events": {"digits": 9}, "samples": {}}):
+            folder = self.copy("09", budget=budget)
+            self.assertEqual(required(folder, events), ["digits>=9"])
+            self.assertEqual(required(folder, samples, "--events", events), ["digits>=9"])
+            self.assertIn("no budget for samples", self.refused(folder, samples, "--require", "budget"))
+        self.assertIn("no budget for events", self.refused(self.copy("09", budget={}), events, "--require", "budget"))
+        for wrong in ({"digits": 6}, {"events": 6}):
+            self.assertIn("problem.json: cannot be used", self.refused(self.copy("09", budget=wrong), events))
+
+    def test_lacking(self) -> None:
+        """Points of the grid that no row covers; the sequence is another matter."""
+        path = self.table("time,x,v", ([float(t), 0.0, 0.0] for t in range(40)))
+        self.check("02", path, "--require", "lacking=61")
+        self.check("02", path, "--require", "lacking=60", status=1)
+        self.check("02", path, "--require", "lacking<61", status=1)
+        document = self.check("02", self.table("time,kind", []), "--require", "lacking=100", status=1)
+        self.assertIsNone(document["requirements"][0]["value"])
+
+    def test_inputs_are_not_written_over(self) -> None:
+        """By no other name either; nor is one file written twice."""
+        samples = self.table("time,x,v", belt_rows(100))
+        events = self.table("time,kind", belt_events(), name="events.csv")
+        linked, second = self.path("linked.csv"), self.path("second.csv")
+        os.symlink(samples, linked)
+        os.link(events, second)
+        before = [open_text(path) for path in (samples, events)]
+        for option in ("--json", "--junit"):
+            for path in (samples, events, linked, second, os.path.join(self.folder, ".", "mine.csv")):
+                line = self.refused("09", samples, "--events", events, option, path)
+                self.assertIn(f"{option} {path}: is the same file as", line)
+                self.refused("99", samples, "--events", events, option, path)
+        self.assertEqual([open_text(path) for path in (samples, events)], before)
+        out = self.path("out")
+        self.assertIn("give a file of its own", self.refused("09", samples, "--json", out, "--junit", out))
+        other = os.path.join(self.folder, ".", "out")
+        self.assertIn("give a file of its own", self.refused("09", samples, "--json", out, "--junit", other))
+        self.assertFalse(os.path.exists(out))
+        self.assertEqual(self.run_main("09", samples, "--json", os.devnull, "--junit", os.devnull)[0], 0)
+
+    def test_pipes(self) -> None:
+        """Are read once, from the beginning to the end."""
+        text = open_text(self.table("time,x,v", belt_rows(), "\ufeff"))
+        self.assertGreater(len(text), 10 * 4096)
+        program = [sys.executable, os.path.join(HERE, "check.py"), "09", "/dev/stdin", "--json"]
+        for data in (text, text.rstrip("\n")):
+            done = subprocess.run(program, input=data.encode(), stdout=subprocess.PIPE, check=True)
+            found = json.loads(done.stdout)
+            self.assertEqual(found["candidate"]["rows"], 2001)
+            self.assertTrue(found["sequence"]["agrees"])
+        with unittest.mock.patch.object(check, "MOST_BYTES", 50):
+            self.assertEqual(list(check.lines_of("a", b"1\n2", io.BytesIO(b"3\n" + 4 * b"456789012\n")))[1], b"23\n")
+            with self.assertRaisesRegex(check.BadInput, "more than 50 bytes"):
+                list(check.lines_of("a", b"1\n2", io.BytesIO(b"3\n" + 5 * b"456789012\n")))
 
     def test_junit(self) -> None:
         """A case for the sequence and for each requirement; also when it fails, and of what cannot be read."""
@@ -1176,6 +1347,61 @@ class Outputs(Case):
         self.assertEqual([line for line in source.splitlines() if len(line) > 120], [])
 
 
+# --- In other projects ------------------------------------------------------------------------------------------------
+
+
+class OtherProjects(Case):
+    """The files of the folder ci."""
+
+    @unittest.skipUnless(shutil.which("cmake") and shutil.which("ctest"), "needs CMake")
+    def test_cmake(self) -> None:
+        """The function is included by another project, which has several tests of one problem, in two folders."""
+        ci = os.path.join(HERE, "ci")
+        solver = f'"{sys.executable}" "{ci}/example_solver.py"'
+        self.write("CMakeLists.txt", f"""cmake_minimum_required(VERSION 3.20)
+project(other LANGUAGES NONE)
+enable_testing()
+add_subdirectory(inner)
+friction_test(01 a.csv REQUIRE samples=9 position=1e-9 COMMAND {solver} a.csv)
+friction_test(01 b.csv EVENTS e.csv REQUIRE budget digits=12 COMMAND {solver} b.csv e.csv)
+friction_test(01 c.csv REQUIRE rest=1e-30 COMMAND {solver} c.csv)
+""")
+        os.mkdir(self.path("inner"))
+        self.write("inner/CMakeLists.txt", f'include("{ci}/FrictionTest.cmake")\n')
+        build = self.path("build")
+        commands = [["cmake", "-S", self.folder, "-B", build], ["ctest", "--test-dir", build]]
+        done = [subprocess.run(command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, check=False)
+                for command in commands]
+        self.assertEqual(done[0].returncode, 0, done[0].stdout.decode())
+        said = {line.split()[3]: "Passed" in line for line in done[1].stdout.decode().splitlines() if " Test #" in line}
+        names = [f"{what}-01-{name}.csv" for name in "abc" for what in ("solve", "check")]
+        self.assertEqual(said, {name: name != "check-01-c.csv" for name in names}, done[1].stdout.decode())
+        suite = ElementTree.parse(os.path.join(build, "friction-01-b.csv.xml")).getroot()
+        self.assertEqual([case.get("name") for case in suite][-1], "digits>=12")
+
+    @unittest.skipUnless(shutil.which("bash"), "needs bash")
+    def test_action(self) -> None:
+        """The commands of the action, with samples and events, with a result that fails, and with none."""
+        commands = open_text(os.path.join(HERE, "ci", "action.yml")).partition("run: |\n")[2]
+        script = self.write("action.sh", "".join(line[8:] for line in commands.splitlines(keepends=True)))
+        samples = self.table("time,x,v", belt_rows(), name="samples.csv")
+        events = self.table("time,kind", belt_events(), name="events.csv")
+        summary = self.path("summary")
+        environment = {**os.environ, "PROBLEM": "09", "PYTHON": sys.executable, "GITHUB_STEP_SUMMARY": summary,
+                       "GITHUB_ACTION_PATH": os.path.join(HERE, "ci"), "GITHUB_OUTPUT": self.path("output")}
+        for results, table, require, status, said in (
+            (samples, events, "budget\nposition=1e-6\n", 0, "met. The sequence agrees"),
+            (samples, "", "samples=6 digits=17", 1, "**not met**. The sequence agrees"),
+            (self.path("none.csv"), "", "budget", 2, "**not checked**. check.py: "),
+        ):
+            chosen = {"RESULTS": results, "EVENTS": table, "REQUIRE": require}
+            done = subprocess.run(["bash", "-e", "-o", "pipefail", script], env={**environment, **chosen}, check=False,
+                                  cwd=self.folder, stdout=subprocess.PIPE, stderr=subprocess.STDOUT)
+            self.assertEqual(done.returncode, status, done.stdout.decode())
+            self.assertIn(said, open_text(summary).splitlines()[-1])
+            self.assertTrue(os.path.exists(self.path("friction-09.xml")))
+
+
 # --- Input that cannot be used ----------------------------------------------------------------------------------------
 
 BAD_FILES: List[Tuple[str, bytes, List[str]]] = [
@@ -1186,6 +1412,9 @@ BAD_FILES: List[Tuple[str, bytes, List[str]]] = [
     ("no text", b"time,\xff\xfe\n1,2\n", ["line 1", "is no text"]),
     ("lines of an old Macintosh", b"time,x,v\r0,1,1\r1,1,1\r", ["line 1", "end in CR alone"]),
     ("no header", b"0,1,2\n1,2,3\n", ["line 1", "is no header"]),
+    ("a header in a comment", b"# time,x,v\n0,1,2\n", ["line 2", "no header", "line 1 begins with # and is a comment"]),
+    ("Kind", b"time,Kind\n0,slip\n", ["an events table needs a column named kind", 'rename "Kind"']),
+    ("a type", b"time,type,force\n0,slip,1\n", ["an events table needs a column named kind", 'rename "type"']),
     ("semicolons", b"time;x;v\n0;1;2\n", ["line 1", "separate the columns by commas"]),
     ("another name of the time", b"t,x,v\n0,1,2\n1,1,1\n", ["line 1", 'rename "t" to time']),
     ("no time", b"x,v\n0,1\n1,2\n", ["line 1", "no column is named time", "time,x,v"]),
@@ -1280,6 +1509,55 @@ class BadInput(Case):
         shutil.copytree(os.path.join(HERE, FOLDERS[8]), folder)
         self.write("problem/summary.json", '{"values": [{"name": "a", "unit": "m", "value": 1, "from": "samples"}]}')
         self.assertIn("summary.json: cannot be used (KeyError('column')", self.refused(folder, path))
+
+    def test_a_problem_with_wrong_values(self) -> None:
+        """Each is refused in one line."""
+        path, whole = self.table("time,x,v", belt_rows(100)), self.copy("09")
+        self.run_main(whole, path)
+        changes: Tuple[Dict[str, Any], ...] = (
+            {"time_scale": 0}, {"time_scale": math.nan}, {"time_scale": -1}, {"end_time": math.inf}, {"end_time": 0},
+            {"threshold": math.nan}, {"position": "y"}, {"relative_velocity": {"w": 1}}, {"budget": [1]},
+            {"relative_velocity": {"v": math.inf}}, {"grid": [{"from": 0, "to": 1, "step": 0}]},
+            {"budget": {"events": {"digits": math.inf}}}, {"end_time": 10**400}, {"columns": []},
+        )
+        for change in changes:
+            with self.subTest(change):
+                self.assertIn("problem.json: cannot be used", self.refused(self.copy("09", **change), path))
+        value = {"name": "a", "unit": "s", "value": 1.0}
+        events = {"from": "events", "first": 0, "last": 2, "count": 1}
+        sample = {"from": "samples", "column": "x", "time": 1}
+        extremum = {"from": "extremum", "column": "x", "what": "maximum", "between": [0, 1]}
+        for good in (events, sample, extremum):
+            self.write_text(whole, "summary.json", json.dumps({"values": [{**value, **good}]}))
+            self.assertEqual(self.run_main(whole, path)[0], 0)
+        for wrong in (
+            {**events, "count": 0}, {**events, "first": []}, {**events, "value": math.nan}, {**sample, "column": "y"},
+            {**sample, "time": math.inf}, {**sample, "digits": math.nan}, {**extremum, "between": [1, 1]},
+            {**extremum, "between": [1]}, {**extremum, "column": "y"},
+        ):
+            with self.subTest(wrong):
+                self.write_text(whole, "summary.json", json.dumps({"values": [{**value, **wrong}]}))
+                self.assertIn("summary.json: cannot be used", self.refused(whole, path))
+        self.write_text(whole, "summary.json", '{"values": []}')
+        self.assertEqual(self.run_main(whole, path)[0], 0)
+        for name, text in (
+            ("problem.json", "[" * 100000), ("samples.csv", ""), ("samples.csv", "time,x,v\n"),
+            ("samples.csv", "time,x,v\n0,1,1\n"), ("samples.csv", "time,x\n0,1\n1,1\n"),
+            ("samples.csv", "time,x,v\n0,1,1\n1,nan,1\n"), ("samples.csv", "time,x,v\n0,1,1\n0,1,1\n"),
+            ("samples.csv", "time,x,v\n0,1,1\n1,1\n"),
+            ("events.csv", "event,time,kind,time_uncertainty\n0,inf,slip,0\n"),
+            ("events.csv", "event,time,kind,time_uncertainty\n0,1,slip,nan\n"),
+            ("events.csv", "event,time,kind,time_uncertainty\n0,1,jump,0\n"), ("events.csv", "event,time\n0,1\n"),
+        ):
+            with self.subTest((name, text[:60])):
+                kept = open_text(os.path.join(whole, name))
+                self.write_text(whole, name, text)
+                self.assertIn(f"{name}: cannot be used", self.refused(whole, path))
+                self.write_text(whole, name, kept)
+
+    def write_text(self, folder: str, name: str, text: str) -> None:
+        """A file of a problem."""
+        self.write(os.path.join(os.path.basename(folder), name), text)
 
     def test_what_is_lenient(self) -> None:
         """A byte order mark, line ends of other systems, spaces, quotes, empty lines, and columns without a name."""

@@ -18,17 +18,22 @@ pub const SUMMARY_DIGITS: usize = 20;
 /// Digits that the solutions compute with, one after the other.
 const DIGITS: [u32; 6] = [33, 52, 71, 110, 187, 302];
 
+/// Times that are nearer to each other are the same, s.
+const AT_ONCE: f64 = 1e-24;
+
 /// Times by which the place of an extremum is improved.
 const IMPROVEMENTS: usize = 8;
 
-/// The answers of a problem, each rounded to its last digit by who writes it.
+/// The answers of a problem, not yet rounded.
 pub struct Answers {
     pub case: Case,
     pub events: Vec<AnswerEvent>,
     /// At each time of the grid.
     pub samples: Vec<(BigRational, Vec<BigRational>)>,
-    /// As the problem lists them.
-    pub summary: Vec<BigRational>,
+    /// As the problem lists them, each with the digits that are certain.
+    pub summary: Vec<(BigRational, usize)>,
+    /// Digits that the two solutions were computed with.
+    pub digits: [u32; 2],
     /// Of each column the power of ten of its last digit.
     pub last_digit: Vec<i32>,
     /// The relative velocity is not zero right after t = 0.
@@ -58,7 +63,8 @@ impl Answers {
         let end = decimal(case.output.end_time)?;
         let solve =
             |digits: u32, end: &BigRational, times: &[BigRational]| Solution::of(problem, &exact, (digits, end), times);
-        let (solution, digits, last_digit) = settled(problem, &|digits| solve(digits, &end, &grid(problem)?))?;
+        let (solution, [shorter, digits], last_digit) =
+            settled(problem, &|digits| solve(digits, &end, &grid(problem)?))?;
         let event = |(time, kind, state): &(BigRational, EventKind, Vec<BigRational>)| AnswerEvent {
             uncertainty: 0.5 * 10f64.powi(exponent(time) + 1 - TIME_DIGITS as i32),
             time: time.clone(),
@@ -75,12 +81,14 @@ impl Answers {
                         Outcome::Ok(event.time.clone())
                     }
                 };
-                Ok((time(*last)? - time(*first)?) / BigRational::from_integer((*count).into()))
+                let value = (time(*last)? - time(*first)?) / BigRational::from_integer((*count).into());
+                Ok((value, SUMMARY_DIGITS))
             }
             SummaryOf::Samples { column, time } => {
                 let (column, time) = (problem.column(column).ok_or("no such column")?, decimal(*time)?);
                 let sample = solution.samples.iter().find(|(at, _)| *at == time);
-                Ok(sample.ok_or("a time that is none of the grid")?.1[column].clone())
+                let value = sample.ok_or("a time that is none of the grid")?.1[column].clone();
+                Ok(with_digits(value, last_digit[column]))
             }
             SummaryOf::Extremum {
                 column,
@@ -93,10 +101,11 @@ impl Answers {
                 let [from, to] = [decimal(between[0])?, decimal(between[1])?];
                 let solve = |time: BigRational| solve(digits, &to, &[time]);
                 extremum(column, &rate, *what, [&from, &to], &solution, &solve)
+                    .map(|value| with_digits(value, last_digit[column]))
                     .map_err(|error| format!("{}: {error}", summary.name).into())
             }
         });
-        let summary = summary.collect::<Outcome<Vec<BigRational>>>()?;
+        let summary = summary.collect::<Outcome<Vec<(BigRational, usize)>>>()?;
         // Between t = 0 and what comes first, an event or the second time of the grid.
         let first = solution.events.first().map(|event| &event.0);
         let early = first
@@ -106,7 +115,8 @@ impl Answers {
         let early = early.ok_or("a grid of one time")? / BigRational::from_integer(2.into());
         let state = solve(digits, &early, std::slice::from_ref(&early))?;
         Ok(Answers {
-            starts_in_slip: combined(problem, &problem.relative_velocity, &state.samples[0].1) != 0.0,
+            starts_in_slip: combined(problem, &problem.relative_velocity, &state.samples[0].1).abs() > case.threshold,
+            digits: [shorter, digits],
             case,
             events,
             samples: solution.samples,
@@ -116,23 +126,34 @@ impl Answers {
     }
 }
 
-/// The first solution with whose digits a shorter one agrees as far as they are written; its digits, and the last one of each column.
-fn settled(problem: &Problem, solve: &dyn Fn(u32) -> Outcome<Solution>) -> Outcome<(Solution, u32, Vec<i32>)> {
+/// The digits of a state's value down to the last one that is written of its column.
+fn with_digits(value: BigRational, last_digit: i32) -> (BigRational, usize) {
+    let digits = if value.is_zero() {
+        1
+    } else {
+        exponent(&value) + 1 - last_digit
+    };
+    (value, usize::try_from(digits).unwrap_or(0))
+}
+
+/// The first solution that agrees with the next shorter one in all digits that are written; the digits that the two were computed
+/// with, and the last digit of each column.
+fn settled(problem: &Problem, solve: &dyn Fn(u32) -> Outcome<Solution>) -> Outcome<(Solution, [u32; 2], Vec<i32>)> {
     let [first, rest @ ..] = DIGITS;
-    let mut coarse = solve(first);
+    let (mut coarse, mut shorter) = (solve(first), first);
     for digits in rest {
         let fine = solve(digits);
         let fine = match (coarse, fine) {
             (Ok(coarse), Ok(fine)) => {
                 let last_digit = last_digits(problem, &fine);
                 if agree(&coarse, &fine, &last_digit) {
-                    return Ok((fine, digits, last_digit));
+                    return Ok((fine, [shorter, digits], last_digit));
                 }
                 Ok(fine)
             }
             (_, fine) => fine,
         };
-        coarse = fine;
+        (coarse, shorter) = (fine, digits);
     }
     Err(match coarse {
         Err(error) => error,
@@ -166,8 +187,17 @@ impl Solution {
         };
         let report = oracle::run(&exact.system, &options, &mut |_| ControlFlow::Continue(()))?;
         let events = events(problem, &report)?;
-        let state =
-            |(time, (_, state)): (&BigRational, &(_, OracleState))| Ok((time.clone(), columns(problem, state)?));
+        // At the time of an event, a kick above all, it is the state right after it.
+        let of_events = report.events.iter().map(|event| event.time.to_rational());
+        let of_events = of_events
+            .collect::<Option<Vec<_>>>()
+            .ok_or("a time that is no number")?;
+        let state = |(time, (_, state)): (&BigRational, &(_, OracleState))| {
+            let is_now = |event: &BigRational| nearest_double(&(event - time).abs()) < AT_ONCE;
+            let event = of_events.iter().rposition(is_now);
+            let state = event.map_or(state, |index| &report.events[index].state);
+            Ok((time.clone(), columns(problem, state)?))
+        };
         let samples = times
             .iter()
             .zip(&report.samples)
@@ -305,10 +335,12 @@ fn extremum(
         (a, b) = (b, rate_of(&found.samples[0]));
         best = found.samples[0].1[column].clone();
         if b.1.abs() <= small {
-            return Ok(best);
+            break;
         }
     }
-    match b.1.abs() <= small {
+    let is_near = (nearest_double(&samples[top - 1].0)..=nearest_double(&samples[top + 1].0)).contains(&b.0);
+    let is_best = &sign * &best >= value(&samples[top].1);
+    match b.1.abs() <= small && is_near && is_best {
         true => Ok(best),
         false => Err(format!("the extremum near {} s is not found", b.0).into()),
     }

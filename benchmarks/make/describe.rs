@@ -18,7 +18,13 @@ const KEYWORDS: [&str; 5] = [
 ];
 
 /// Files of the set beside those of the problems that are made.
-const WRITTEN: [&str; 4] = ["README.md", "scoring.md", "check.py", "set.toml"];
+const WRITTEN: [&str; 5] = ["README.md", "scoring.md", "check.py", "test_check.py", "set.toml"];
+
+/// The licence of programs.
+const OF_PROGRAMS: &str = "MIT OR Apache-2.0";
+
+/// Who makes the set.
+const AUTHORS: &str = "The stickslip authors";
 
 /// A file of the set.
 struct File {
@@ -84,6 +90,7 @@ fn title(name: &str) -> String {
         "README.md" => "what it is",
         "scoring.md" => "how a submission is scored",
         "check.py" => "the checker",
+        "test_check.py" => "tests of the checker",
         "set.toml" => "what the answers are made from",
         "sketch.svg" => "a drawing",
         "problem.json" => "parameters in SI",
@@ -156,6 +163,9 @@ fn data_package(set: &ProblemSet, files: &[File]) -> Outcome<String> {
             "bytes": file.text.len(),
             "hash": format!("sha256:{}", digest(&file.text)),
         });
+        if file.path.ends_with(".py") {
+            resource["licenses"] = json!([{ "name": OF_PROGRAMS, "title": "that of the repository" }]);
+        }
         let table = file.path.strip_suffix(".csv").and_then(|path| path.split_once('/'));
         if let Some((folder, table)) = table
             && let Some(problem) = set.problems.iter().find(|problem| problem.name == folder)
@@ -176,6 +186,7 @@ fn data_package(set: &ProblemSet, files: &[File]) -> Outcome<String> {
         "created": format!("{}T00:00:00Z", set.date),
         "keywords": KEYWORDS,
         "licenses": [{ "name": set.license, "path": license_page(set) }],
+        "contributors": [{ "title": AUTHORS, "role": "author" }],
         "resources": files.iter().map(resource).collect::<Vec<_>>(),
     });
     Ok(serde_json::to_string_pretty(&package)? + "\n")
@@ -211,6 +222,7 @@ fn ro_crate(set: &ProblemSet, files: &[File]) -> Outcome<String> {
             "datePublished": set.date,
             "keywords": KEYWORDS.join(", "),
             "license": reference(&page),
+            "author": reference("#authors"),
             "hasPart": parts,
         }),
         json!({
@@ -220,6 +232,7 @@ fn ro_crate(set: &ProblemSet, files: &[File]) -> Outcome<String> {
             "description": format!("The licence with the SPDX identifier {}", set.license),
         }),
     ];
+    graph.push(json!({ "@id": "#authors", "@type": "Organization", "name": AUTHORS }));
     for problem in &set.problems {
         let id = folder(problem);
         let parts = of_problems.iter().filter(|file| file.path.starts_with(&id));
@@ -232,14 +245,19 @@ fn ro_crate(set: &ProblemSet, files: &[File]) -> Outcome<String> {
         }));
     }
     graph.extend(files.iter().map(|file| {
-        json!({
+        let mut entity = json!({
             "@id": file.path,
-            "@type": if file.path.ends_with(".py") { json!(["File", "SoftwareSourceCode"]) } else { json!("File") },
+            "@type": "File",
             "name": file.title,
             "description": file.title,
             "encodingFormat": media(&file.path),
             "contentSize": file.text.len().to_string(),
-        })
+        });
+        if file.path.ends_with(".py") {
+            entity["@type"] = json!(["File", "SoftwareSourceCode"]);
+            entity["license"] = OF_PROGRAMS.into();
+        }
+        entity
     }));
     let described = described.into_iter().zip([
         ("application/json", "the set as a Data Package"),

@@ -99,10 +99,11 @@ fn picture(problem: &Problem, samples: &str, events: &str) -> Outcome<String> {
     });
     let meaning = &problem.columns[column - 1].meaning;
     Ok(format!(
-        "<svg viewBox=\"0 0 {WIDTH} {HEIGHT}\" width=\"{WIDTH}\" role=\"img\" aria-label=\"{meaning} over time\" \
+        "<svg viewBox=\"0 0 {WIDTH} {HEIGHT}\" width=\"{WIDTH}\" role=\"img\" aria-label=\"{} over time\" \
          style=\"max-width:100%;height:auto\"><polyline points=\"{}\" fill=\"none\" stroke=\"#1f5f9f\" stroke-width=\"1.2\"/>\
          <path d=\"{}\" stroke=\"#b03a2e\" stroke-width=\"1\"/></svg>\n<p><small>{} ({}) from {} to {} s; the marks are \
          events.</small></p>",
+        escaped(meaning),
         points.collect::<Vec<_>>().join(" "),
         marks.collect::<Outcome<String>>()?,
         escaped(meaning),

@@ -5,7 +5,7 @@ use crate::answers::Answers;
 use serde::Serialize;
 use serde_json::{Map, Value, json};
 use std::collections::BTreeMap;
-use stickslip::compare::benchmark::{Problem, ProblemSet};
+use stickslip::compare::benchmark::{Budget, Problem, ProblemSet};
 use stickslip::friction::{FrictionLaw, Law};
 use stickslip::model::KickTime;
 use stickslip::model::system::{ContactLaw, End, Kick, Pressing, Smoothing, System, Train};
@@ -27,7 +27,8 @@ struct Statement<'a> {
     threshold: Option<f64>,
     starts_in_slip: bool,
     grid: Vec<Stretch>,
-    budget: &'a BTreeMap<String, f64>,
+    budget: &'a Budget,
+    solved_with_digits: [u32; 2],
     system: Value,
 }
 
@@ -77,6 +78,7 @@ pub fn of(set: &ProblemSet, problem: &Problem, answers: &Answers) -> Outcome<Str
             .map(|&[from, to, step]| Stretch { from, to, step })
             .collect(),
         budget: &problem.budget,
+        solved_with_digits: answers.digits,
         system: of_system(system)?,
     };
     Ok(serde_json::to_string_pretty(&statement)? + "\n")

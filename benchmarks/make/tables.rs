@@ -1,6 +1,6 @@
 //! The tables of a problem.
 
-use crate::answers::{Answers, SUMMARY_DIGITS, TIME_DIGITS, exponent};
+use crate::answers::{Answers, TIME_DIGITS, exponent};
 use num_rational::BigRational;
 use num_traits::Zero;
 use stickslip::compare::benchmark::{Problem, SummaryOf};
@@ -46,7 +46,7 @@ pub fn samples(problem: &Problem, answers: &Answers) -> String {
 
 /// `summary.json`. Its numbers have more digits than a double.
 pub fn summary(problem: &Problem, answers: &Answers) -> String {
-    let values = problem.summary.iter().zip(&answers.summary).map(|(summary, value)| {
+    let values = problem.summary.iter().zip(&answers.summary).map(|(summary, (value, digits))| {
         let unit = |name: &str| problem.column(name).map_or("", |column| &problem.columns[column].unit);
         let (unit, of) = match &summary.of {
             SummaryOf::Events { first, last, count } => {
@@ -63,9 +63,9 @@ pub fn summary(problem: &Problem, answers: &Answers) -> String {
                 (unit(column), format!("\"from\": \"samples\", \"column\": \"{column}\", \"time\": {time:?}"))
             }
         };
-        let value = decimal(value, SUMMARY_DIGITS);
+        let value = decimal(value, *digits);
         let (name, meaning) = (&summary.name, &summary.meaning);
-        format!("    {{\"name\": \"{name}\", \"unit\": \"{unit}\", \"value\": {value}, {of}, \"meaning\": \"{meaning}\"}}")
+        format!("    {{\"name\": \"{name}\", \"unit\": \"{unit}\", \"value\": {value}, \"digits\": {digits}, {of}, \"meaning\": \"{meaning}\"}}")
     });
     let values: Vec<String> = values.collect();
     match values.is_empty() {

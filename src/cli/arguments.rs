@@ -184,7 +184,7 @@ pub(super) struct RunOptions {
 
 #[derive(Debug, Args)]
 pub(super) struct CompareOptions {
-    /// The reference: a result file.
+    /// The reference: a result file, or the folder of a problem of the benchmark set.
     #[arg(value_name = "REFERENCE", add = results())]
     pub reference: PathBuf,
     /// Results to compare with it: result files, other HDF5, CSV or NPZ files, OpenRadioss T01, LS-DYNA binout, Abaqus XY reports,

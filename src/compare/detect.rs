@@ -3,8 +3,8 @@
 //! A stick begins where |omega_r| comes within the tolerance and lasts until it exceeds `hysteresis` times the
 //! tolerance; a change of sign between two samples, or over one sample within the tolerance, is a reversal. Times are
 //! better than the sampling: a stop is the zero of the cubic through the last four samples before it, a breakaway is
-//! where omega_r, of which the first three samples give the square and the cube of the time since, was zero. Neither
-//! leaves its pair of samples, which is its bound. Where the state is known, [`super::locate`] does better.
+//! where omega_r, of which the first three samples give the square and the cube of the time since, was zero, or where it
+//! grows linearly the zero of the cubic through the first four. Neither leaves its pair of samples, which is its bound. Where the state is known, [`super::locate`] does better.
 
 use crate::record::EventKind;
 use crate::record::sequence::SequenceEvent;
@@ -162,7 +162,7 @@ impl Detector {
         }
     }
 
-    /// The same for a contact that breaks away so.
+    /// Sets how the relative velocity grows after a breakaway.
     pub fn with_take_off(self, take_off: TakeOff) -> Detector {
         Detector { take_off, ..self }
     }
@@ -416,8 +416,12 @@ fn breakaway(leaving: &Leaving, rest: f64, by: TakeOff) -> Found {
         }
     };
     let time = zero.unwrap_or(0.5 * (last.time + p.time)).clamp(last.time, p.time);
-    // A slip that is slower than `rest` counts as rest; it grows with the square of the time at least.
-    let blind = (p.time - zero.unwrap_or(last.time)) * (rest / p.velocity.abs()).sqrt();
+    // A slip that is slower than `rest` counts as rest.
+    let slow = match by {
+        TakeOff::Quadratic => (rest / p.velocity.abs()).sqrt(),
+        TakeOff::Linear => rest / p.velocity.abs(),
+    };
+    let blind = (p.time - zero.unwrap_or(last.time)) * slow;
     // Torques run on smoothly until the end of the stick.
     let straight = last.torques.and_then(|(r1, s1)| {
         let before = leaving.stick.before?;
@@ -511,6 +515,32 @@ mod tests {
         // Exact but for rounding, which the differences of samples amplify by 1/h^2 (1e4), and where the secant stops.
         assert!((events[0].time - 1.2345).abs() < 1e-11, "{events:?}");
         assert!((events[1].time - 2.3456).abs() < 1e-10, "{events:?}");
+    }
+
+    #[test]
+    fn analytic_a_linear_take_off_is_found_by_its_cubic() {
+        let velocity = |t: f64| {
+            let x = (t - 2.3456).max(0.0);
+            0.7 * x - 0.4 * x * x + 0.1 * x * x * x
+        };
+        let times = || (0..300).map(|k| 0.01 * f64::from(k));
+        let time = |take_off| {
+            let mut detector = Detector::new(SIMPLE).with_take_off(take_off);
+            for time in times() {
+                detector.add(Point {
+                    time,
+                    velocity: velocity(time),
+                    normal_force: f64::INFINITY,
+                    torques: None,
+                });
+            }
+            let events = detector.finish();
+            assert_eq!(events.len(), 1, "{events:?}");
+            events[0].time
+        };
+        assert!((time(TakeOff::Linear) - 2.3456).abs() < 1e-12);
+        // The parabola takes it for a slower one.
+        assert!((time(TakeOff::Quadratic) - 2.3456).abs() > 1e-3);
     }
 
     #[test]

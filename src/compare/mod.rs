@@ -115,11 +115,10 @@ use std::path::Path;
 use std::sync::Mutex;
 use survey::{FOUND, Survey, resolution_of};
 
-/// What is not said of a result of this program that is held against a problem of a benchmark set.
-const NO_SCORE: (&str, &str) = (
-    "score by the set's rules",
-    "they are for tables with the problem's columns; export one with stickslip export",
-);
+/// What a comparison with a problem of a benchmark set lacks where the rules of the set do not apply, and why.
+const SCORE: &str = "score by the set's rules";
+const OF_RESULTS: &str = "they are for tables with the problem's columns, and this is a result file";
+const OF_MAPPINGS: &str = "they are for the problem's columns in SI; leave out --map, --column and --time-offset";
 
 /// Event times that agree to this, s, need no explanation; where they are found in samples, to that.
 const AGREED: f64 = 1e-9;
@@ -271,7 +270,11 @@ impl Reference {
         };
         let stated;
         let mapping = match &self.problem {
-            Some(problem) if problem.is_stated(path)? => {
+            Some(_) if !path.is_file() && path.exists() => {
+                let what = "is no file, and a problem of a benchmark set reads its candidate more than once";
+                return Err(CompareError::whole(path, what, "save it in a file, and name that"));
+            }
+            Some(problem) if path.is_file() && problem.is_stated(path)? => {
                 stated = mapping.clone().stated();
                 &stated
             }
@@ -500,9 +503,14 @@ impl Reference {
             benchmark: None,
         };
         if let Some(problem) = &self.problem {
-            match candidate.is_own() {
-                true => comparison.absent.push(Absent::of(NO_SCORE)),
-                false => {
+            let is_mapped = mapping.time.is_some()
+                || !mapping.channels.is_empty()
+                || !mapping.kinds.is_empty()
+                || mapping.time_offset != TimeOffset::None;
+            match (candidate.is_own(), is_mapped) {
+                (true, _) => comparison.absent.push(Absent::of((SCORE, OF_RESULTS))),
+                (false, true) => comparison.absent.push(Absent::of((SCORE, OF_MAPPINGS))),
+                (false, false) => {
                     let settings = Settings {
                         events: mapping.event_file.as_deref(),
                         threshold: mapping.velocity_tolerance,

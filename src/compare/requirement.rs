@@ -102,7 +102,7 @@ impl Requirement {
             "score_period" => comparison.score.as_ref()?.period.as_ref().map(|of| of.relative),
             "score_rest" => comparison.score.as_ref()?.rest.as_ref().map(|of| of.relative),
             "score_creep" => comparison.score.as_ref()?.creep.as_ref().map(|of| of.relative),
-            "digits" => comparison.benchmark.as_ref()?.digits,
+            "digits" => comparison.benchmark.as_ref()?.required_digits(),
             name => {
                 let statistic = comparison.statistics.iter().find(|s| s.name == name)?;
                 statistic.error().map(f64::abs)

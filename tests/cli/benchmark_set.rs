@@ -133,6 +133,31 @@ fn cli_what_is_no_problem_is_refused() {
         std::fs::copy(&path, lost.join(path.file_name().unwrap())).unwrap();
     }
     refused("lost", &["set.toml", "no such file"]);
-    std::fs::write(lost.join("problem.json"), "{ \"set\": 1").unwrap();
-    refused("lost", &["problem.json", "take this file from the set again"]);
+    let again = "take this file from the set again";
+    let statement = std::fs::read_to_string(lost.join("problem.json")).unwrap();
+    let samples = std::fs::read_to_string(lost.join("samples.csv")).unwrap();
+    let hostile = [
+        ("problem.json", "{ \"set\": 1".to_owned()),
+        (
+            "problem.json",
+            statement.replace("\"position\": \"x\"", "\"position\": \"y\""),
+        ),
+        (
+            "problem.json",
+            statement.replace("\"time_scale\": 1.0", "\"time_scale\": 0"),
+        ),
+        ("samples.csv", samples.lines().take(1).collect()),
+        ("samples.csv", samples.replace("\n0.5,", "\nNaN,")),
+        ("samples.csv", samples.replacen(",v", ",w", 1)),
+        ("events.csv", "event,time,kind\n0,1,stick\n".to_owned()),
+        ("summary.json", "[]".to_owned()),
+    ];
+    for (name, text) in hostile {
+        let path = lost.join(name);
+        let whole = std::fs::read_to_string(&path).unwrap();
+        assert_ne!(whole, text, "{name}");
+        std::fs::write(&path, text).unwrap();
+        refused("lost", &[name, again]);
+        std::fs::write(&path, whole).unwrap();
+    }
 }

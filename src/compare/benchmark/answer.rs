@@ -3,6 +3,7 @@
 use super::super::CompareError;
 use super::set::{Combination, SummaryOf};
 use crate::input;
+use crate::record::EventKind;
 use serde::Deserialize;
 use serde::de::DeserializeOwned;
 use std::path::Path;
@@ -88,15 +89,20 @@ impl Answer {
     /// # Errors
     /// A file that is missing, or of another form.
     pub fn read(folder: &Path) -> Result<Answer, CompareError> {
+        if !folder.join("problem.json").is_file() {
+            let what = "a folder without problem.json, and no problem of a benchmark set";
+            let remedy = "give a result file, or the folder of a problem, such as benchmarks/09-belt-coulomb";
+            return Err(CompareError::whole(folder, what, remedy));
+        }
         let statement: Statement = json(&folder.join("problem.json"))?;
         let summary: SummaryFile = json(&folder.join("summary.json"))?;
         let events = rows(&folder.join("events.csv"))?;
         let samples: Vec<std::collections::HashMap<String, f64>> = rows(&folder.join("samples.csv"))?;
-        let wrong = || damaged(&folder.join("samples.csv"), "lacks a column of problem.json");
+        let lacks = |name: &str| damaged(&folder.join("samples.csv"), format!("lacks the column {name}"));
         let column = |name: &str| -> Result<Vec<f64>, CompareError> {
             samples
                 .iter()
-                .map(|row| row.get(name).copied().ok_or_else(wrong))
+                .map(|row| row.get(name).copied().ok_or_else(|| lacks(name)))
                 .collect()
         };
         let times = column("time")?;
@@ -105,6 +111,31 @@ impl Answer {
             .iter()
             .map(|of| column(&of.name))
             .collect::<Result<_, CompareError>>()?;
+        statement
+            .check()
+            .map_err(|what| damaged(&folder.join("problem.json"), what))?;
+        let increases = times.windows(2).all(|pair| pair[0] < pair[1]);
+        if times.len() < 2 || !increases || !columns.iter().flatten().all(|value| value.is_finite()) {
+            let what = "needs two rows or more, of finite numbers and in order of time";
+            return Err(damaged(&folder.join("samples.csv"), what));
+        }
+        let events: Vec<AnswerEvent> = events;
+        if let Some(event) = events.iter().find(|event| counted(&event.kind).is_none()) {
+            let what = format!("{:?} is no kind of event", event.kind);
+            return Err(damaged(&folder.join("events.csv"), what));
+        }
+        if let Some(value) = summary.values.iter().find(|value| !statement.has(&value.of)) {
+            let what = format!("the value {:?} follows from nothing that there is", value.name);
+            return Err(damaged(&folder.join("summary.json"), what));
+        }
+        if events.iter().any(|event| !event.time.is_finite())
+            || events.windows(2).any(|pair| pair[1].time < pair[0].time)
+        {
+            return Err(damaged(
+                &folder.join("events.csv"),
+                "its events are not in order of time",
+            ));
+        }
         if statement.column(RELATIVE_VELOCITY).is_none() {
             columns.push(statement.relative(times.len(), |name| {
                 statement.column(name).map(|index| &columns[index][..])
@@ -121,6 +152,28 @@ impl Answer {
 }
 
 impl Statement {
+    /// Whether it can be scored by.
+    fn check(&self) -> Result<(), String> {
+        let scale = self.time_scale;
+        if !(scale > 0.0 && scale.is_finite() && self.end_time.is_finite()) {
+            return Err("time_scale and end_time have to be finite, and the scale positive".to_owned());
+        }
+        let parts = self.relative_velocity.keys().filter(|name| *name != "constant");
+        match parts.chain([&self.position]).find(|name| self.column(name).is_none()) {
+            Some(name) => Err(format!("{name:?} is none of its columns")),
+            None => Ok(()),
+        }
+    }
+
+    /// Whether a number of the motion follows from what the problem has.
+    fn has(&self, of: &SummaryOf) -> bool {
+        match of {
+            SummaryOf::Events { count, .. } => *count > 0,
+            SummaryOf::Extremum { column, between, .. } => self.column(column).is_some() && between[0] < between[1],
+            SummaryOf::Samples { column, .. } => self.column(column).is_some(),
+        }
+    }
+
     /// The index of a column.
     pub fn column(&self, name: &str) -> Option<usize> {
         self.columns.iter().position(|column| column.name == name)
@@ -176,4 +229,14 @@ fn rows<T: DeserializeOwned>(path: &Path) -> Result<Vec<T>, CompareError> {
     let mut reader = csv::Reader::from_reader(text.as_bytes());
     let rows = reader.deserialize().collect::<Result<Vec<T>, csv::Error>>();
     rows.map_err(|error| damaged(path, error))
+}
+
+/// A kind that counts.
+pub(super) fn counted(kind: &str) -> Option<EventKind> {
+    match kind.trim().to_lowercase().as_str() {
+        "stick" => Some(EventKind::Stick),
+        "slip" => Some(EventKind::Slip),
+        "reversal" => Some(EventKind::Reversal),
+        _ => None,
+    }
 }

@@ -13,9 +13,9 @@ mod score;
 mod set;
 
 pub use score::{
-    BenchmarkScore, ColumnScore, Error, EventScore, PeriodError, SamplesScore, Scores, SequenceScore, SummaryScore,
+    BenchmarkScore, ColumnScore, Deviation, EventScore, PeriodError, SamplesScore, Scores, SequenceScore, SummaryScore,
 };
-pub use set::{Combination, Extreme, Problem, ProblemColumn, ProblemSet, Summary, SummaryOf};
+pub use set::{Budget, Combination, Extreme, Problem, ProblemColumn, ProblemSet, Summary, SummaryOf};
 
 use super::CompareError;
 use super::candidate::plain::Plain;
@@ -48,7 +48,12 @@ impl BenchmarkProblem {
     pub fn open(folder: &Path) -> Result<BenchmarkProblem, CompareError> {
         let answer = Answer::read(folder)?;
         let parent = folder.canonicalize().map_err(CompareError::io(folder))?;
-        let set = ProblemSet::open(parent.parent().unwrap_or(Path::new("/")))?;
+        let beside = parent.parent().unwrap_or(Path::new("/"));
+        if !beside.join(set::SET).is_file() {
+            let what = format!("there is no {} beside it, which says how its case is run", set::SET);
+            return Err(CompareError::whole(folder, what, "leave the folders of a set together"));
+        }
+        let set = ProblemSet::open(beside)?;
         let name = &answer.statement.problem;
         let problem = set.problems.iter().find(|problem| problem.name == *name);
         let problem = problem.ok_or_else(|| {

@@ -163,7 +163,7 @@ pub(super) fn mean_and_size(values: &[f64]) -> (f64, f64) {
     (mean, rms(&about))
 }
 
-/// A magnitude of error in parts of a size; of no size there is none, but for no error.
+/// error/size. 0 if the error is 0; `None` if the size is 0.
 pub(super) fn relative(error: f64, size: f64) -> Option<f64> {
     match error == 0.0 {
         true => Some(0.0),

@@ -4,7 +4,7 @@ use super::super::CompareError;
 use super::super::candidate::plain::Plain;
 use super::super::crossings::Crossings;
 use super::super::detect::{DEFAULT_HYSTERESIS, DEFAULT_TOLERANCE, Detection, Detector, Point, TakeOff};
-use super::answer::{Answer, AnswerEvent, RELATIVE_VELOCITY};
+use super::answer::{Answer, AnswerEvent, RELATIVE_VELOCITY, counted};
 use super::rows::{Rows, mean_and_size, nearest, relative, rms};
 use super::set::SummaryOf;
 use crate::record::EventKind;
@@ -20,7 +20,7 @@ pub struct BenchmarkScore {
     pub set: String,
     /// The problem.
     pub problem: String,
-    /// Up to which speed the relative velocity counts as rest; `None` of events that are stated.
+    /// Largest relative speed that counts as rest. `None` if the candidate states its events.
     pub threshold: Option<f64>,
     /// The two sequences.
     pub sequence: SequenceScore,
@@ -53,6 +53,11 @@ pub struct SequenceScore {
     pub spurious: Option<usize>,
     /// Of the answer, outside the candidate's span.
     pub uncovered: usize,
+    /// Of samples: "contradicts" where they slip from the start and the answer sticks, or rest where it slips, else "agrees".
+    /// `None` of stated events, and where the problem has a threshold.
+    pub start: Option<&'static str>,
+    /// The sequences agree, and the candidate covers the motion but for a time scale at either end.
+    pub accepted: bool,
 }
 
 /// The error of an event.
@@ -68,7 +73,7 @@ pub struct EventScore {
     pub candidate_time: f64,
     /// Candidate minus answer, s.
     pub error: f64,
-    /// What no error is counted below, s.
+    /// Smallest error that counts, s.
     pub floor: f64,
     /// Digits by the time scale of the problem.
     pub digits: f64,
@@ -110,18 +115,18 @@ pub struct ColumnScore {
 #[derive(Debug, Clone, PartialEq, Default, Serialize)]
 pub struct Scores {
     /// Of the position over time.
-    pub position: Option<Error>,
+    pub position: Option<Deviation>,
     /// Of the mean period.
     pub period: Option<PeriodError>,
     /// Of the position amid the sticks of the answer.
-    pub rest: Option<Error>,
+    pub rest: Option<Deviation>,
     /// Of the relative velocity amid the sticks of the answer.
-    pub creep: Option<Error>,
+    pub creep: Option<Deviation>,
 }
 
 /// A root mean square, and in parts of a size.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
-pub struct Error {
+pub struct Deviation {
     /// In the unit of its column.
     pub rms: f64,
     /// In the same unit.
@@ -179,6 +184,19 @@ const ROUNDING: f64 = f64::EPSILON / 2.0;
 /// An event of the candidate.
 type Seen = (f64, EventKind);
 
+impl BenchmarkScore {
+    /// The number that a requirement of digits bounds: infinite where neither motion has an event, 0 unless the sequence is accepted.
+    pub fn required_digits(&self) -> Option<f64> {
+        let sequence = &self.sequence;
+        match sequence.agrees? {
+            true if sequence.reference_events == 0 && sequence.uncovered > 0 => None,
+            true if !sequence.accepted => Some(0.0),
+            true if sequence.reference_events == 0 => Some(f64::INFINITY),
+            _ => self.digits,
+        }
+    }
+}
+
 impl Answer {
     /// Scores the candidate at `path`.
     ///
@@ -192,6 +210,24 @@ impl Answer {
         }
         let main = Plain::read(path, &names)?;
         let events = settings.events.map(|path| Plain::read(path, &[])).transpose()?;
+        let refuse = |path: &Path, what: &str, remedy: &str| Err(CompareError::whole(path, what, remedy));
+        match (settings.events, &events) {
+            (Some(_), Some(_)) if main.kinds.is_some() => {
+                return refuse(
+                    path,
+                    "is an events table",
+                    "give it alone, or samples first and the events by --events",
+                );
+            }
+            (Some(of), Some(events)) if events.kinds.is_none() => {
+                return refuse(
+                    of,
+                    "has no column kind",
+                    "give a table with the columns time and kind by --events",
+                );
+            }
+            _ => {}
+        }
         let threshold = statement.threshold.or(settings.threshold).or(main.threshold);
         let threshold = threshold.unwrap_or(DEFAULT_TOLERANCE);
         let stated = if main.kinds.is_some() {
@@ -217,7 +253,18 @@ impl Answer {
             ),
             (None, None) => (None, (0.0, statement.end_time)),
         };
-        let (sequence, events) = self.events(found.as_deref(), span);
+        let (mut sequence, events) = self.events(found.as_deref(), span);
+        let of_samples = velocity
+            .zip(rows.as_ref())
+            .filter(|_| stated.is_none() && statement.threshold.is_none());
+        if let Some((velocity, rows)) = of_samples {
+            let leaves = threshold * settings.hysteresis.unwrap_or(DEFAULT_HYSTERESIS);
+            let contradicts = self.start_contradicts(rows.time, velocity, [threshold, leaves]);
+            sequence.start = Some(if contradicts { "contradicts" } else { "agrees" });
+            if contradicts {
+                (sequence.agrees, sequence.accepted) = (Some(false), false);
+            }
+        }
         let digits = match sequence.agrees {
             Some(false) => Some(0.0),
             _ => events.iter().map(|event| event.digits).reduce(f64::min),
@@ -312,6 +359,26 @@ impl Answer {
         found.iter().map(|event| (event.time, event.kind)).collect()
     }
 
+    /// Whether samples slip from the start where the answer sticks, or rest where it slips; by the speeds at which a stick begins and
+    /// ends.
+    fn start_contradicts(&self, time: &[f64], velocity: &[f64], [begins, ends]: [f64; 2]) -> bool {
+        let first = self.events.first().map_or(f64::INFINITY, |event| event.time);
+        let before = &velocity[..time.partition_point(|time| *time < first)];
+        if before.len() < 2 {
+            return false;
+        }
+        if self.statement.starts_in_slip {
+            return first > self.times[1] && before.iter().all(|speed| speed.abs() <= begins);
+        }
+        self.relative_velocity()[0] == 0.0 && before[1..].iter().all(|speed| speed.abs() > ends)
+    }
+
+    /// The relative velocity of the answer at the grid.
+    fn relative_velocity(&self) -> &[f64] {
+        let index = self.statement.column(RELATIVE_VELOCITY);
+        &self.samples[index.unwrap_or(self.samples.len() - 1)]
+    }
+
     fn events(&self, found: Option<&[Seen]>, (from, to): (f64, f64)) -> (SequenceScore, Vec<EventScore>) {
         let within = |time: f64| from <= time && time <= to;
         let reference: Vec<&AnswerEvent> = self.events.iter().filter(|event| within(event.time)).collect();
@@ -322,6 +389,8 @@ impl Answer {
             missing: None,
             spurious: None,
             uncovered: self.events.len() - reference.len(),
+            start: None,
+            accepted: false,
         };
         let Some(found) = found else {
             return (sequence, Vec::new());
@@ -354,6 +423,10 @@ impl Answer {
         sequence.agrees = Some(missing + spurious == 0);
         sequence.candidate_events = Some(theirs.len());
         (sequence.missing, sequence.spurious) = (Some(missing), Some(spurious));
+        let scale = self.statement.time_scale;
+        let [first, last] = [self.times.first(), self.times.last()].map(|time| time.copied().unwrap_or(0.0));
+        let falls_short = from > first + scale || to < last - scale;
+        sequence.accepted = missing + spurious + sequence.uncovered == 0 && !falls_short;
         let scored = pairs.iter().filter_map(Pair::matched).map(|(r, c)| {
             let (event, time) = (reference[r], theirs[c].time);
             let error = time - event.time;
@@ -412,7 +485,7 @@ impl Answer {
                 });
             }
             if name == statement.position {
-                scores.position = Some(Error {
+                scores.position = Some(Deviation {
                     rms: error,
                     size,
                     relative: part,
@@ -427,7 +500,7 @@ impl Answer {
                 let amid: Vec<f64> = amid.collect();
                 if !amid.is_empty() {
                     let rms = rms(&amid);
-                    scores.rest = Some(Error {
+                    scores.rest = Some(Deviation {
                         rms,
                         size,
                         relative: relative(rms, size),
@@ -449,7 +522,7 @@ impl Answer {
                 }
                 if !slow.is_empty() {
                     let (rms_of, size) = (rms(&slow), rms(&ours));
-                    scores.creep = Some(Error {
+                    scores.creep = Some(Deviation {
                         rms: rms_of,
                         size,
                         relative: relative(rms_of, size),
@@ -531,16 +604,6 @@ impl Answer {
             }
         };
         self.summary.iter().map(score).collect()
-    }
-}
-
-/// A kind that counts.
-fn counted(kind: &str) -> Option<EventKind> {
-    match kind {
-        "stick" => Some(EventKind::Stick),
-        "slip" => Some(EventKind::Slip),
-        "reversal" => Some(EventKind::Reversal),
-        _ => None,
     }
 }
 

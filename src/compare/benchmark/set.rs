@@ -2,7 +2,7 @@
 
 use super::super::CompareError;
 use crate::input;
-use serde::Deserialize;
+use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use toml_edit::DocumentMut;
@@ -33,7 +33,7 @@ pub struct ProblemSet {
 pub struct Problem {
     /// Of its folder and its case, such as `04-block`.
     pub name: String,
-    /// s: errors of event times are measured by it.
+    /// The unit of errors of event times, s.
     pub time_scale: f64,
     /// The column whose error over time is scored.
     pub position: String,
@@ -47,8 +47,17 @@ pub struct Problem {
     #[serde(default)]
     pub summary: Vec<Summary>,
     /// Bounds that a good solver keeps, by the name of the metric.
-    #[serde(default)]
-    pub budget: BTreeMap<String, f64>,
+    pub budget: Budget,
+}
+
+/// Bounds by the form of a candidate.
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Budget {
+    /// Of one that states events.
+    pub events: BTreeMap<String, f64>,
+    /// Of one that has samples.
+    pub samples: BTreeMap<String, f64>,
 }
 
 /// A column of a problem's tables.
@@ -108,7 +117,7 @@ pub enum SummaryOf {
     Extremum {
         /// Which column.
         column: String,
-        /// Its derivative as a sum: columns with their factors, and `constant`; of no interest to who knows the value.
+        /// Its derivative as a sum: columns with their factors, and `constant`. Only the answers are made with it.
         #[serde(default)]
         rate: Combination,
         /// Largest or smallest.
