@@ -126,14 +126,13 @@ impl Answers {
     }
 }
 
-/// The digits of a state's value down to the last one that is written of its column.
+/// A state's value with its digits down to the last one that is written of its column; a zero is exact.
 fn with_digits(value: BigRational, last_digit: i32) -> (BigRational, usize) {
-    let digits = if value.is_zero() {
-        1
-    } else {
-        exponent(&value) + 1 - last_digit
+    let digits = match value.is_zero() {
+        true => STATE_DIGITS,
+        false => usize::try_from(exponent(&value) + 1 - last_digit).unwrap_or(0),
     };
-    (value, usize::try_from(digits).unwrap_or(0))
+    (value, digits)
 }
 
 /// The first solution that agrees with the next shorter one in all digits that are written; the digits that the two were computed

@@ -32,6 +32,7 @@ pub fn of(set: &ProblemSet, made: &BTreeMap<PathBuf, String>) -> Outcome<String>
          <h1>{title}</h1>\n<p>Set {version}, {date}. {count} problems, from the simplest to the hardest, each with a statement, \
          parameters, and answers with certified digits. <a href=\"README.md\">What the set is</a>, \
          <a href=\"scoring.md\">how a submission is scored</a>, <a href=\"check.py\">the checker</a> (one file of Python), \
+         <a href=\"ci/README.md\">continuous integration</a>, <a href=\"solvers/README.md\">solvers</a>, \
          <a href=\"datapackage.json\">Data Package</a>, <a href=\"ro-crate-metadata.json\">RO-Crate</a>.</p>\n\
          <pre>python check.py 04 mine.csv --require digits=6</pre>\n",
         title = escaped(&set.title),
@@ -113,14 +114,79 @@ fn picture(problem: &Problem, samples: &str, events: &str) -> Outcome<String> {
     ))
 }
 
-/// The league table, if it has been measured.
+/// The league table of `solvers/league.md`, if it has been measured.
 fn league(set: &ProblemSet) -> Outcome<String> {
-    let path = set.folder().join("solvers/results.json");
+    let path = set.folder().join("solvers/league.md");
     if !path.is_file() {
         return Ok(String::new());
     }
-    let _results: serde_json::Value = serde_json::from_str(&std::fs::read_to_string(path)?)?;
-    Ok(String::new())
+    let text = std::fs::read_to_string(path)?;
+    let mut page = String::new();
+    let mut lines = text.lines().peekable();
+    while let Some(line) = lines.next() {
+        if let Some(title) = line.strip_prefix("# ") {
+            let _ = writeln!(page, "<h2 id=\"league\">{}</h2>", inline(title));
+        } else if let Some(title) = line.strip_prefix("## ") {
+            let _ = writeln!(page, "<h3>{}</h3>", inline(title));
+        } else if line.starts_with('|') {
+            page += "<div class=\"scroll\"><table>\n";
+            let mut row = Some(line);
+            let mut cell = "th";
+            while let Some(line) = row.filter(|line| line.starts_with('|')) {
+                // The line below the header has no text.
+                match line.chars().all(|c| matches!(c, '|' | '-' | ':' | ' ')) {
+                    true => cell = "td",
+                    false => {
+                        let cells = line.trim_matches('|').split('|');
+                        let cells = cells.map(|text| format!("<{cell}>{}</{cell}>", inline(text.trim())));
+                        let _ = writeln!(page, "<tr>{}</tr>", cells.collect::<String>());
+                    }
+                }
+                row = lines.next_if(|line| line.starts_with('|'));
+            }
+            page += "</table></div>\n";
+        } else if !line.trim().is_empty() {
+            let mut paragraph = line.trim().to_owned();
+            while let Some(more) = lines.next_if(|line| !line.trim().is_empty() && !line.starts_with(['|', '#', '['])) {
+                paragraph = format!("{paragraph} {}", more.trim());
+            }
+            let _ = writeln!(page, "<p>{}</p>", inline(&paragraph));
+        }
+    }
+    Ok(page)
+}
+
+/// Links and code of a line of Markdown; links lead from the folder of the solvers.
+fn inline(text: &str) -> String {
+    let mut parts = Vec::new();
+    for (index, part) in escaped(text).split('`').enumerate() {
+        parts.push(if index % 2 == 1 {
+            format!("<code>{part}</code>")
+        } else {
+            part.to_owned()
+        });
+    }
+    let text = parts.concat();
+    let mut page = String::new();
+    let mut rest = text.as_str();
+    while let Some((before, link)) = rest.split_once('[') {
+        let found = link.split_once("](").and_then(|(text, after)| {
+            let (target, after) = after.split_once(')')?;
+            Some((text, target, after))
+        });
+        page += before;
+        match found {
+            Some((text, target, after)) => {
+                let _ = write!(page, "<a href=\"solvers/{target}\">{text}</a>");
+                rest = after;
+            }
+            None => {
+                page.push('[');
+                rest = link;
+            }
+        }
+    }
+    page + rest
 }
 
 fn escaped(text: &str) -> String {

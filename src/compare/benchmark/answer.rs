@@ -76,6 +76,8 @@ pub(super) struct Valued {
     pub name: String,
     pub unit: String,
     pub value: f64,
+    /// Of the value, that are certain.
+    pub digits: Option<f64>,
     #[serde(flatten)]
     pub of: SummaryOf,
 }

@@ -600,7 +600,7 @@ impl Answer {
                 candidate,
                 error,
                 relative: part,
-                digits: part.map(|part| digits(part, ROUNDING)),
+                digits: part.map(|part| digits(part, ROUNDING).min(value.digits.unwrap_or(f64::INFINITY))),
             }
         };
         self.summary.iter().map(score).collect()
