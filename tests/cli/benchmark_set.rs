@@ -124,7 +124,10 @@ fn cli_what_is_no_problem_is_refused() {
     };
     folder.write("mine.csv", "time,x,v\n0,0,0\n1,0,0\n");
     std::fs::create_dir(folder.path("empty")).unwrap();
-    refused("empty", &["empty/problem.json", "no such file"]);
+    refused(
+        "empty",
+        &["empty: a folder without problem.json", "or the folder of a problem"],
+    );
     // A folder away from its set.
     let lost = folder.path("lost");
     std::fs::create_dir(&lost).unwrap();
@@ -132,7 +135,10 @@ fn cli_what_is_no_problem_is_refused() {
         let path = entry.unwrap().path();
         std::fs::copy(&path, lost.join(path.file_name().unwrap())).unwrap();
     }
-    refused("lost", &["set.toml", "no such file"]);
+    refused(
+        "lost",
+        &["there is no set.toml beside it", "leave the folders of a set together"],
+    );
     let again = "take this file from the set again";
     let statement = std::fs::read_to_string(lost.join("problem.json")).unwrap();
     let samples = std::fs::read_to_string(lost.join("samples.csv")).unwrap();

@@ -169,7 +169,16 @@ fn analytic_a_contact_that_opens_breaks_away_at_its_limit() {
 #[test]
 fn published_hairers_oscillator_switches_when_it_should() {
     let known = [
-        "0.5628", "2.0352", "2.6281", "3.7272", "4.6849", "5.6180", "6.7194", "7.5513", "8.7437",
+        "0.5628053252453",
+        "2.0352004340435",
+        "2.6281267558097",
+        "3.7271965227420",
+        "4.6848821753725",
+        "5.6179464655653",
+        "6.7193536862180",
+        "7.5513518942033",
+        "8.7436750797238",
+        "9.5042427407817",
     ];
     for (found, known) in times("08-hairer").iter().zip(known) {
         begins(found, known);
@@ -229,7 +238,7 @@ fn published_leines_belt_and_its_regularised_cousins() {
     let problem = "10-belt-leine";
     begins(&summary(problem, "slip"), "4.295999525480154883");
     begins(&summary(problem, "period"), "12.00103129483057865");
-    begins(&summary(problem, "largest_position"), "1.133944676441656840");
+    begins(&summary(problem, "largest_position"), "1.1339446764416568");
     begins(&summary("11-belt-tanh", "period"), "11.90059994");
     begins(&summary("12-belt-arctan", "period"), "11.29815066");
 }
