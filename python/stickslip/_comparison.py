@@ -123,7 +123,7 @@ def compare(
         stickslip.compare(reference, time=t, phi1=v, theta_dot=n, units={"theta_dot": "rpm"})
         stickslip.compare(reference, events={"time": times, "kind": kinds})
 
-    :param reference: a run, or the path of a result file; certified or not.
+    :param reference: a run, or the path of a result file, certified or not, or of a problem of the benchmark set.
     :param units: units of arrays that are not in SI.
     :param events: events that the candidate states, instead of finding them by its relative velocity: columns ``time`` (s) and
         ``kind``, or a file.
