@@ -1,9 +1,10 @@
-"""Dry friction as a hybrid system, for codes that locate events: which right-hand side holds, and what follows an event.
+"""Dry friction as a hybrid system, for codes that locate events: what holds in a mode, and what follows an event.
 
-The mode is slip, stick, open (no normal force) or smooth (a contact without stick); the sign of the relative velocity belongs to
-it, so that no right-hand side has a jump. Every guard is positive in its mode and ends it as it falls through zero. A code gives
-`integrate(mode, parameters, t0, t1, y0, times)`, which returns the time and state at t1 or at the first event before, the
-number of the guard that has fallen (or None), and the states at those of the given times that it has passed.
+The mode is slip, stick, open (no normal force) or smooth (a contact without stick); the sign of the relative velocity
+belongs to it, so that no right-hand side has a jump. Every guard is positive in its mode and ends it as it falls
+through zero. A code gives `integrate(mode, parameters, t0, t1, y0, times)`, which returns the time and state at t1 or
+at the first event before, the number of the guard that has fallen (or None), and the states at those of the given
+times that it has passed.
 """
 from problem import TINY, Unsupported
 
@@ -30,7 +31,7 @@ def right_hand_side(problem, mode, t, y, p, lib):
 def at_rest(problem, t, y):
     """The mode after the relative velocity has become zero, and its sign."""
     p = problem.parameters(t)
-    if problem.smooth:                      # where v_rel turns to, by a step of Euler that shows higher derivatives as well
+    if problem.smooth:                      # where v_rel turns to, after a step of Euler: its derivative may be zero
         p[0] = 1.0
         h = 1e-6 * problem.time_scale
         there = [a + h * b for a, b in zip(y, problem.rate("smooth", t, y, p))]

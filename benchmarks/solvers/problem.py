@@ -1,7 +1,7 @@
 """What all adapters share: a problem read from its problem.json, its equations, and the writing of a submission.
 
-The equations are written once, with + - * / and the functions of a namespace `lib` alone, so that NumPy, JAX, CasADi and
-symbolic expressions may all go through them. Nothing here integrates anything.
+The equations are written once, with + - * / and the functions of a namespace `lib` alone, so that NumPy, JAX, CasADi
+and symbolic expressions may all go through them. Nothing here integrates anything.
 """
 import argparse
 import bisect
@@ -16,8 +16,9 @@ TINY = 1e-14
 # What a column of the set is in terms of the state, as a linear combination.
 MEANING = {
     "engine_speed": {"speed1_0": 1}, "vehicle_speed": {"speed2_0": 1}, "engine_angle": {"angle1": 1},
-    "vehicle_angle": {"angle2": 1}, "twist": {"twist1_0": 1}, "bit_speed": {"speed1_0": 1}, "top_drive_speed": {"speed1_1": 1},
-    "hub_twist": {"twist1_0": 1}, "tyre_twist": {"twist1_1": 1}, "caliper_angle": {"twist2_0": 1},
+    "vehicle_angle": {"angle2": 1}, "twist": {"twist1_0": 1}, "bit_speed": {"speed1_0": 1},
+    "top_drive_speed": {"speed1_1": 1}, "hub_twist": {"twist1_0": 1}, "tyre_twist": {"twist1_1": 1},
+    "caliper_angle": {"twist2_0": 1},
     "disc_speed": {"speed1_0": 1}, "wheel_speed": {"speed1_1": 1}, "caliper_speed": {"speed2_0": 1},
     "stretch": {"twist1_0": 1}, "rotor_twist": {"twist1_0": 1}, "rotor_twist_rate": {"speed1_1": 1, "speed1_0": -1},
     "stator_twist": {"twist2_0": 1}, "stator_twist_rate": {"speed2_0": 1}, "disk_speed": {"speed1_1": 1},
@@ -78,7 +79,8 @@ def coefficient(law, x, lib=Numbers):
     if kind == "hyperbolic":
         return high + (low - high) / (1 + x / law["scale"])
     if kind in ("stribeck", "lugre"):
-        fall = (x / law["scale"]) * (x / law["scale"]) if law["exponent"] == 2 else (x / law["scale"]) ** law["exponent"]
+        r = x / law["scale"]
+        fall = r * r if law["exponent"] == 2 else r ** law["exponent"]
         return high + (low - high) * lib.exp(-fall) + (law.get("viscous", 0.0) * x if kind == "stribeck" else 0.0)
     raise Unsupported(f"the law {kind} is unknown to these adapters")
 
@@ -86,7 +88,7 @@ def coefficient(law, x, lib=Numbers):
 class Problem:
     def __init__(self, folder):
         self.folder = pathlib.Path(folder)
-        self.__dict__.update(json.loads((self.folder / "problem.json").read_text()))
+        self.__dict__.update(json.loads((self.folder / "problem.json").read_text(encoding="utf-8")))
         s = self.system
         self.first, self.second, self.friction, self.radius = s["first"], s["second"], s["friction"], s["radius"]
         self.law, self.kicks = self.friction["law"], {k["time"]: k["relative_velocity"] for k in s["kicks"]}
@@ -100,23 +102,29 @@ class Problem:
         self.grid_times = sorted(set(self.grid_times))
         self._equations()
 
+    def chains(self):
+        """Number, sign in the relative velocity, chain, and its initial twists and speeds."""
+        start = self.system["initial"]
+        yield "1", 1, self.first, start["first_twist"], start["first_speed"]
+        yield "2", -1, self.second, start["second_twist"], start["second_speed"]
+
     def _equations(self):
         """y' = A y + B u(t) + d T with the torque T of friction; v_rel = g y + g0."""
-        initial, self.state, self.y0, self.rows, self.inputs = self.system["initial"], [], [], {}, {}
+        self.state, self.y0, self.rows, self.inputs = [], [], {}, {}
         self.torque, self.gradient, self.g0 = {}, {}, 0.0
-        for c, chain, sign in (("1", self.first, 1), ("2", self.second, -1)):
-            J, K, D, name = chain["inertia"], chain["stiffness"], chain["damping"], {"1": "first", "2": "second"}[c]
+        for c, sign, chain, twists, speeds in self.chains():
+            J, K, D = chain["inertia"], chain["stiffness"], chain["damping"]
             drive = chain.get("speed", {"kind": "constant", "value": 0.0})
             if not J:                       # the surface is itself the end
                 if drive["kind"] != "constant":
                     raise Unsupported("a driven surface whose speed varies is not written in these adapters")
                 self.g0 += sign * drive["value"]
                 continue
-            for i, w in enumerate(initial[name + "_speed"]):
+            for i, w in enumerate(speeds):
                 self._add(f"speed{c}_{i}", w, {f"speed{c}_{i}": -chain["viscous"][i] / J[i]})
             if "force" in chain:
                 self.inputs[f"speed{c}_{chain['force_on']}"] = [(1 / J[chain["force_on"]], chain["force"])]
-            for i, u in enumerate(initial[name + "_twist"]):
+            for i, u in enumerate(twists):
                 inner, outer, tw = f"speed{c}_{i}", f"speed{c}_{i + 1}", f"twist{c}_{i}"
                 self._add(tw, u, {inner: -sign, **({outer: sign} if i + 1 < len(J) else {})})
                 rate = dict(self.rows[tw])
@@ -159,7 +167,7 @@ class Problem:
         self.y0.append(float(start))
         self.rows[name] = row
 
-    # The right-hand sides. p = [s, intercept and slope of every piecewise linear signal]: what is constant in a piece of a run.
+    # The right-hand sides. p = [s, intercept and slope of every piecewise linear signal]: constant in a piece of a run.
     def parameters(self, t, s=0.0):
         return [float(s)] + [float(x) for q in self.lines for x in line(q, t)]
 
@@ -208,7 +216,7 @@ class Problem:
         return self.static * self.radius * self.normal_force(t, y, p, lib)
 
     def rate(self, mode, t, y, p, lib=Numbers):
-        """The derivative of the state in the mode slip, stick, open or smooth; p[0] is the sign of the relative velocity."""
+        """The derivative of the state in the mode slip, stick, open or smooth; p[0] is the sign of v_rel."""
         f = self.free(t, y, p, lib)
         if mode == "open":
             return f
@@ -229,6 +237,31 @@ class Problem:
             f[i] = f[i] + x * torque
         return f
 
+    def from_bodies(self, at):
+        """The state from name -> (place, speed) of the inertias, and of driven ends as end1 or end2."""
+        def one(name):
+            if name in at:
+                return at[name][1]
+            c, i = name[5], int(name[7:] or 0)
+            inner = at[f"speed{c}_{i}"][0]
+            outer = at.get(f"speed{c}_{i + 1}", at.get("end" + c, (0.0, 0.0)))[0]
+            return inner if name.startswith("angle") else outer - inner if c == "1" else inner - outer
+        return [one(name) for name in self.state]
+
+    def dense_times(self):
+        """The times of the grid, and between them as many as the motion needs wherever the grid itself resolves it."""
+        times, per = set(self.grid_times) | {0.0, self.end_time}, 4000 if self.smooth else 1000
+        for g in self.grid:
+            if g["step"] <= self.time_scale:
+                count = math.ceil(g["step"] * per / self.time_scale) * round((g["to"] - g["from"]) / g["step"])
+                count = min(count, 50000)
+                times |= {g["from"] + (g["to"] - g["from"]) * i / count for i in range(count)}
+        return sorted(t for t in times if t <= self.end_time)
+
+    def opens(self):
+        """Whether the contact opens, as far as the load is a signal."""
+        return self.load["kind"] != "axial" and any(value(self.load, t) < 0 for t in self.grid_times)
+
     def row(self, y):
         return [sum(a * y[i] for i, a in o) for o in self.out]
 
@@ -245,10 +278,12 @@ class Problem:
 class Mass:
     """m x'' = force(t) - k x - c x' + friction against a belt; v_rel = sign (x' - belt)."""
     def __init__(self, problem, chain, sign):
-        self.m, self.sign, self.force = chain["inertia"][0], sign, chain.get("force", {"kind": "constant", "value": 0.0})
+        self.m, self.sign = chain["inertia"][0], sign
+        self.force = chain.get("force", {"kind": "constant", "value": 0.0})
         self.k, self.c = (chain["stiffness"] or [0.0])[0], (chain["damping"] or [0.0])[0] + chain["viscous"][0]
         self.belt, self.load, self.problem = -sign * problem.g0, problem.load, problem
         self.x0, self.v0 = problem.row(problem.y0)
+        self.end_time = problem.end_time
         self.kicks = {t: sign * dv for t, dv in problem.kicks.items()}
 
     def applied(self, t, x, v):
@@ -256,13 +291,13 @@ class Mass:
         return value(self.force, t) - self.k * x - self.c * v
 
     def limit(self, t, speed, rest):
-        """The largest force of friction, at rest where the speed is at most `rest`: for codes that take a number each step."""
+        """The largest force of friction, at rest up to the speed `rest`: for codes that take a number each step."""
         q, speed = self.problem.friction, abs(speed)
         mu = self.problem.static if speed <= rest else coefficient(q, speed)
         return mu * max(0.0, value(self.load, t))
 
-    def stepped(self, dt, step, most=100000):
-        """Rows of a run with equal steps; step(t, dv) makes one from t, after a jump dv, and returns position and speed."""
+    def stepped(self, dt, step, most=50000):
+        """Rows of a run with equal steps; step(t, dv) makes one, after a jump dv, and returns position and speed."""
         count = round(self.problem.end_time / dt)
         every, rows, kicks = -(-count // most), [[0.0, self.x0, self.v0]], sorted(self.kicks.items())
         for i in range(count):
@@ -280,15 +315,26 @@ class Mass:
             raise Unsupported(varying or "the normal force is the weight, which does not vary")
         return self.load["value"]
 
-    def one_coefficient(self, reason="no friction law beyond Coulomb, and one coefficient"):
+    def one_coefficient(self):
         q = self.problem.friction
         if self.problem.smooth or q["law"] != "coulomb" or q["static"] != q["kinetic"]:
-            raise Unsupported(reason)
+            raise Unsupported("one coefficient of friction: no static one above the kinetic, and no law of the speed")
         return q["kinetic"]
 
+    def two_coefficients(self):
+        q = self.problem.friction
+        if self.problem.smooth or q["law"] != "coulomb":
+            raise Unsupported("no friction law beyond Coulomb")
+        return q["static"], q["kinetic"]
 
-def main(solve, solver, version, settings):
-    """solve(problem, options) -> (rows [time, columns...], events [(time, kind)] or None); settings: name -> options."""
+
+def main(solve, solver, version, settings, compiles=False):
+    """The command line of an adapter.
+
+    solve(problem, options) returns rows [time, columns...] and events [(time, kind)], or None for these; settings has
+    options by name. A run is timed twice, so that the second one is without compilation; one that takes long, and
+    compiles nothing, is run once.
+    """
     arguments = argparse.ArgumentParser(description=solver)
     arguments.add_argument("folder")
     arguments.add_argument("output")
@@ -299,7 +345,7 @@ def main(solve, solver, version, settings):
         start = time.perf_counter()
         rows, events = solve(problem, options)
         first = again = time.perf_counter() - start
-        if first < 20:                      # what has run that long was hardly compilation
+        if first < (60 if compiles else 5):
             start = time.perf_counter()
             rows, events = solve(problem, options)
             again = time.perf_counter() - start

@@ -1,6 +1,8 @@
 """SciPy's solve_ivp with an event for every end of a mode: the reference for times.
 
 class: events
+table: default
+figure: coarse fine
 One right-hand side for each mode (hybrid.py), DOP853, terminal events with a direction, restarts after each.
 """
 import numpy as np
