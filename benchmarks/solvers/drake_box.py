@@ -8,7 +8,6 @@ With a belt, the frame goes with the belt, and a growing force moves the referen
 the kinetic coefficient only; the continuous one has Stribeck's curve, with a speed of stiction.
 """
 import importlib.metadata
-import math
 
 import numpy as np
 from pydrake.geometry import HalfSpace, Sphere
@@ -21,9 +20,10 @@ from pydrake.systems.primitives import Adder, ConstantVectorSource, Integrator, 
 
 import problem as shared
 
-SETTINGS = {name: {"time_step": 0.001, "discrete_contact_approximation": name} for name in ("lagged", "sap", "tamsi")}
-SETTINGS["continuous"] = {"time_step": 0.0, "stiction_tolerance": 1e-4, "integrator": "radau3", "accuracy": 1e-5}
-SETTINGS["fine"] = {"time_step": 0.0, "stiction_tolerance": 1e-5, "integrator": "radau3", "accuracy": 1e-7}
+STEP = {"time_step": 0.001, "threshold": 1e-4}
+SETTINGS = {name: {**STEP, "discrete_contact_approximation": name} for name in ("lagged", "sap", "tamsi")}
+for name, speed, accuracy in ("continuous", 1e-4, 1e-5), ("fine", 1e-5, 1e-6):
+    SETTINGS[name] = {"time_step": 0.0, "stiction_tolerance": speed, "integrator": "radau3", "accuracy": accuracy}
 
 
 def sources(builder, mass):
@@ -32,7 +32,7 @@ def sources(builder, mass):
     for s in shared.parts(mass.force):
         found.append(builder.AddSystem(ConstantVectorSource([s["value"] if s["kind"] == "constant" else s["mean"]])))
         if s["kind"] == "harmonic":
-            phase = s["phase"] + (math.pi / 2 if s["shape"] == "cosine" else 0.0)
+            phase = s["phase"] + (np.pi / 2 if s["shape"] == "cosine" else 0.0)
             found.append(builder.AddSystem(Sine(s["amplitude"], s["angular_frequency"], phase, 1)))
     ports = [f.get_output_port(0) for f in found]
     if mass.belt:
@@ -45,7 +45,7 @@ def sources(builder, mass):
 
 def built(mass, options, friction, weight, forces):
     builder = DiagramBuilder()
-    config = {k: v for k, v in options.items() if k not in ("integrator", "accuracy")}
+    config = {k: v for k, v in options.items() if k not in ("integrator", "accuracy", "threshold")}
     plant, _ = AddMultibodyPlant(MultibodyPlantConfig(contact_model="point", **config), builder)
     plant.mutable_gravity_field().set_gravity_vector([0, 0, -weight / mass.m])
     carriage = plant.AddRigidBody("carriage", SpatialInertia.Zero())

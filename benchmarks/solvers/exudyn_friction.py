@@ -15,9 +15,9 @@ import exudyn.itemInterface as item
 import problem as shared
 
 # step: in parts of the time scale; sticking: frequency of the mass on the bristles, times the step
-SETTINGS = {"bristle": {"step": 1e-4, "sticking": 0.3, "zone": 0.0},
-            "zone": {"step": 1e-4, "sticking": 0.0, "zone": 1e-4},
-            "narrow": {"step": 2e-5, "sticking": 0.0, "zone": 1e-5}}
+SETTINGS = {"bristle": {"step": 1e-4, "sticking": 0.3, "zone": 0.0, "threshold": 1e-3},
+            "zone": {"step": 1e-4, "sticking": 0.0, "zone": 1e-4, "threshold": 1e-4},
+            "narrow": {"step": 2e-5, "sticking": 0.0, "zone": 1e-5, "threshold": 1e-5}}
 HEAVY = 1e12
 
 

@@ -10,12 +10,14 @@ import mujoco
 
 import problem as shared
 
-SOFT = {"solref": "0.02 1", "solimp": "0.9 0.95 0.001", "cone": "pyramidal", "impratio": 1}     # as they come
+SOFT = {"solref": "0.02 1", "solimp": "0.9 0.95 0.001", "cone": "pyramidal", "impratio": 1,     # as they come
+        "threshold": 1e-3}
 
 
 def rigid(dt):
     # the documentation asks for a time constant of at least two steps; with two the box trembles, with four it does not
-    return {"dt": dt, "solref": f"{4 * dt:g} 1", "solimp": "0.9999 0.9999 0.001", "cone": "elliptic", "impratio": 10}
+    return {"dt": dt, "solref": f"{4 * dt:g} 1", "solimp": "0.9999 0.9999 0.001", "cone": "elliptic",
+            "impratio": 10, "threshold": 0.1 * dt}
 
 
 SETTINGS = {"default": {"dt": 0.002, **SOFT}, "rigid": rigid(0.0005), "rigid-fine": rigid(0.0001)}

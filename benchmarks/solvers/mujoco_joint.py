@@ -14,11 +14,13 @@ import problem as shared
 
 
 def rigid(dt):
-    return {"dt": dt, "solref": f"{2 * dt:g} 1", "solimp": "0.9999 0.9999 0.001", "rest": 0.1 * dt}
+    return {"dt": dt, "solref": f"{2 * dt:g} 1", "solimp": "0.9999 0.9999 0.001", "rest": 0.1 * dt,
+            "threshold": 1e-3 * dt}
 
 
 # rest: the speed up to which the static coefficient holds; the joint creeps a little while it sticks
-SETTINGS = {"default": {"dt": 0.002, "solref": "0.02 1", "solimp": "0.9 0.95 0.001", "rest": 1e-3},     # as they come
+SETTINGS = {"default": {"dt": 0.002, "solref": "0.02 1", "solimp": "0.9 0.95 0.001", "rest": 1e-3,
+                        "threshold": 1e-3},      # as they come
             "rigid": rigid(0.0005), "rigid-fine": rigid(0.0001)}
 
 MODEL = """

@@ -10,8 +10,9 @@ import importlib.metadata
 import problem as shared
 
 # kf: slope of the friction of the semi-implicit solver near rest; iterations as in the examples of Newton
-SETTINGS = {"xpbd": {"dt": 1 / 240, "solver": "SolverXPBD", "iterations": 10},
-            "semi-implicit": {"dt": 0.001, "solver": "SolverSemiImplicit", "ke": 1e4, "kd": 200.0, "kf": 1000.0}}
+SETTINGS = {"xpbd": {"dt": 1 / 240, "solver": "SolverXPBD", "iterations": 10, "threshold": 1e-3},
+            "semi-implicit": {"dt": 0.001, "solver": "SolverSemiImplicit", "ke": 1e4, "kd": 200.0, "kf": 1000.0,
+                              "threshold": 1e-3}}
 MOST_STEPS = 13000
 
 

@@ -12,7 +12,7 @@ import pybullet
 
 import problem as shared
 
-SETTINGS = {"default": {"dt": 1 / 240}, "fine": {"dt": 0.0005}}
+SETTINGS = {"default": {"dt": 1 / 240, "threshold": 1e-4}, "fine": {"dt": 0.0005, "threshold": 1e-4}}
 
 
 def solve(problem, options):

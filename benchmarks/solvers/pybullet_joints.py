@@ -14,7 +14,8 @@ import pybullet
 import problem as shared
 
 # rest: the speed up to which the static coefficient holds
-SETTINGS = {"default": {"dt": 0.001, "rest": 1e-6}, "fine": {"dt": 0.0001, "rest": 1e-6}}
+SETTINGS = {"default": {"dt": 0.001, "rest": 1e-6, "threshold": 1e-6},
+            "fine": {"dt": 0.0001, "rest": 1e-6, "threshold": 1e-6}}
 
 
 def solve(problem, options):

@@ -126,7 +126,8 @@ def make_runs(options):
             place = options.results / name / setting
             kept, output = place / (folder.name + ".json"), place / (folder.name + ".csv")
             sources = [HERE / s for s in (name + ".py", *SHARED)] + [folder / s for s in ("problem.json", "events.csv")]
-            entry = {"class": kind, "adapter": name, "setting": setting, "problem": folder.name, "key": digest(*sources)}
+            entry = {"class": kind, "adapter": name, "setting": setting, "problem": folder.name}
+            entry["key"] = digest(*sources)
             old = json.loads(kept.read_text(encoding="utf-8")) if kept.exists() and not options.again else {}
             if old.get("key") == entry["key"] and old["status"] != "skipped":
                 results.append(old)

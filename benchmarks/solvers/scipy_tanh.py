@@ -16,8 +16,9 @@ from scipy.integrate import solve_ivp
 
 import problem as shared
 
-SETTINGS = {"default": {"eps": 1e-4, "rtol": 1e-8}, "wide": {"eps": 1e-3, "rtol": 1e-8},
-            "narrow": {"eps": 1e-5, "rtol": 1e-8}}
+SETTINGS = {"default": {"eps": 1e-4, "rtol": 1e-8, "threshold": 5e-4},
+            "wide": {"eps": 1e-3, "rtol": 1e-8, "threshold": 5e-3},
+            "narrow": {"eps": 1e-5, "rtol": 1e-8, "threshold": 5e-5}}
 
 
 def solve(problem, options):
