@@ -26,6 +26,7 @@
 //! | `study` | study files: what sweeps, calibrations and work-precision studies have in common |
 //! | [`oracle`] | the model solved independently, by Taylor series with up to 611 digits |
 //! | [`analysis`] | what is computed from a run: statistics, growth, certificates, sensitivities |
+//! | [`cycle`] | periodic motions: found by Newton's method, with their multipliers |
 //! | [`compare`] | the result of any solver compared with a reference |
 //! | [`export`] | tables of results as CSV, NPZ, MAT and Parquet; benchmark packages (feature `cli`) |
 //! | [`sweep`] | many runs: studies over axes, critical curves |
@@ -39,6 +40,7 @@ pub mod case;
 #[cfg(feature = "cli")]
 pub mod cli;
 pub mod compare;
+pub mod cycle;
 #[cfg(feature = "cli")]
 pub mod export;
 pub mod friction;

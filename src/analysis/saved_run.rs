@@ -2,7 +2,7 @@
 
 use super::recorded::{Recorded, case_of_repetition, recorded};
 use crate::case::Case;
-use crate::results::{Header, Overwrite, ResultError, ResultWriter, SavedRows};
+use crate::results::{Addition, Header, Overwrite, ResultError, ResultWriter, SavedRows, Status};
 use crate::simulation::Progress;
 use crate::workers::go_on_unless;
 use std::ops::ControlFlow;
@@ -32,6 +32,7 @@ pub struct SavedRun<'a> {
     inputs: &'a [PathBuf],
     keeps_events: bool,
     witness: bool,
+    additions: &'a [Addition],
     stop: Option<&'a AtomicBool>,
     control: Option<Box<dyn FnMut(Progress) -> ControlFlow<()> + 'a>>,
 }
@@ -60,6 +61,7 @@ impl<'a> SavedRun<'a> {
             inputs: &[],
             keeps_events: false,
             witness: false,
+            additions: &[],
             stop: None,
             control: None,
         }
@@ -99,6 +101,12 @@ impl<'a> SavedRun<'a> {
     /// settings, if these help.
     pub fn witness(mut self, wanted: bool) -> Self {
         self.witness = wanted;
+        self
+    }
+
+    /// What the file has of a complete run beside it.
+    pub fn additions(mut self, additions: &'a [Addition]) -> Self {
+        self.additions = additions;
         self
     }
 
@@ -151,6 +159,10 @@ impl<'a> SavedRun<'a> {
             Some(witness) => writer.add(&witness.additions()),
             None => Ok(()),
         };
+        let said = said.and_then(|()| match run.status {
+            Status::Complete => writer.add(self.additions),
+            _ => Ok(()),
+        });
         let finished = said.and_then(|()| writer.finish(run.status.clone(), &run.table, run.wall_time));
         let (file, unsaved) = match finished {
             Ok(file) => (file, None),

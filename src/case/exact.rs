@@ -91,6 +91,7 @@ impl Exact<'_> {
                     stiffness: self.number("friction.bristle_stiffness", bristles.stiffness)?,
                     damping: self.number("friction.bristle_damping", bristles.damping)?,
                     viscous: self.number("friction.viscous", bristles.viscous)?,
+                    deflection: self.number("friction.bristle_deflection", bristles.deflection)?,
                 }),
             },
             breakaway: self.breakaway()?,

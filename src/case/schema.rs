@@ -287,6 +287,7 @@ pub(super) fn keys_of_law(law: &str) -> &'static [&'static str] {
             "exponent",
             "bristle_stiffness",
             "bristle_damping",
+            "bristle_deflection",
             "viscous",
         ],
         _ => FrictionLaw::keys_of(law),
@@ -397,6 +398,7 @@ fn friction_law(case: &mut Case) -> Place<'_> {
                 stiffness: f64::NAN,
                 damping: 0.0,
                 viscous: 0.0,
+                deflection: 0.0,
             });
         }
     })
@@ -567,6 +569,9 @@ keys! { |case, index|
     "friction.bristle_damping", General, of_law("0"), Number(D::FrictionDecay, NotNegative)
         => bristles(case).map(|bristles| at(&mut bristles.damping)),
         "sigma_1, damping of bristles over the normal force";
+    "friction.bristle_deflection", General, of_law("0"), Number(D::Angle, Any)
+        => bristles(case).map(|bristles| at(&mut bristles.deflection)),
+        "z, deflection of the bristles at t = 0";
     "friction.viscous", Both, of_law("0"), Number(D::FrictionDecay, NotNegative)
         => match bristles(case).is_some() {
             true => bristles(case).map(|bristles| at(&mut bristles.viscous)),

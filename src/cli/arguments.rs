@@ -118,6 +118,8 @@ pub(super) enum Command {
     Export(ExportOptions),
     /// Natural frequencies, damping and loss of stability of a case.
     Modes(ModesOptions),
+    /// Find the periodic motion of a case, stable or not, with its multipliers.
+    Cycle(CycleOptions),
     /// Methods by tolerances against a reference: error, work, time.
     WorkPrecision(WorkPrecisionOptions),
     /// Print a built-in case or study to start from.
@@ -141,6 +143,7 @@ impl Command {
             Command::Calibrate(o) => &[("-o", o.output.as_ref()), ("--case", o.case.as_ref())],
             Command::Plot(o) => &[("-o", Some(&o.output)), ("--html", o.html.as_ref())],
             Command::Modes(o) => &[("--figure", o.figure.as_ref())],
+            Command::Cycle(o) => &[("-o", o.output.as_ref())],
             Command::WorkPrecision(o) => &[("-o", o.output.as_ref()), ("--figure", o.figure.as_ref())],
             Command::Export(o) if o.benchmark => &[("-o", Some(&o.output))],
             Command::Man(o) => &[("DIR", Some(&o.folder))],
@@ -433,6 +436,38 @@ pub(super) struct ModesOptions {
     pub figure: Option<PathBuf>,
     /// Replace any file, not only this program's figure.
     #[arg(long, requires = "figure")]
+    pub force: bool,
+}
+
+/// Where the search for a cycle starts.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub(super) enum SearchFrom {
+    End,
+    Initial,
+}
+
+#[derive(Debug, Args)]
+pub(super) struct CycleOptions {
+    /// A TOML file, a built-in case, or a result.
+    #[arg(value_name = "CASE", add = cases_and_results())]
+    pub case: String,
+    /// Result file with one period [default: CASE.cycle.h5].
+    #[arg(short, long, value_name = "FILE")]
+    pub output: Option<PathBuf>,
+    /// Start from the end of the run (end) or from [initial] of the case (initial), as beside an unstable cycle.
+    #[arg(long, value_enum, value_name = "WHERE", default_value_t = SearchFrom::End, hide_possible_values = true)]
+    pub from: SearchFrom,
+    /// Look for a period of about this length, s [default: what fits best].
+    #[arg(long, value_name = "S", value_parser = positive, conflicts_with = "periods")]
+    pub period: Option<f64>,
+    /// Look for a period of so many periods of the drives, or turns of an autonomous motion [default: what fits best].
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=crate::cycle::LONGEST as i64))]
+    pub periods: Option<u32>,
+    /// Override a key, such as rotor.speed=0.3.
+    #[arg(long = "set", value_name = "KEY=VALUE", add = keys())]
+    pub set: Vec<String>,
+    /// Replace any file, not only a result of this program.
+    #[arg(long)]
     pub force: bool,
 }
 

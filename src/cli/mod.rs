@@ -3,7 +3,7 @@
 //! | module | what it is |
 //! |---|---|
 //! | `arguments`, `candidates`, `builtins` | options; words that a shell proposes; built-in cases and studies |
-//! | `run`, `certify`, `certify_report`, `compare`, `modes`, `work_precision` | commands that compute or judge a result |
+//! | `run`, `certify`, `certify_report`, `compare`, `cycle`, `modes`, `work_precision` | commands that compute or judge a result |
 //! | `sweep`, `merge`, `calibrate` | commands of studies |
 //! | `plot`, `plot_studies`, `export`, `inspect`, `check`, `case_command` | commands that read files |
 //! | `completions`, `man` | completions and manual pages |
@@ -38,6 +38,7 @@ mod certify_report;
 mod check;
 mod compare;
 mod completions;
+mod cycle;
 mod export;
 mod failure;
 mod input;
@@ -181,6 +182,7 @@ fn dispatch(command: Command, common: &Common) -> Result<End, CommandError> {
         Command::Plot(options) => plot::plot(&options, common),
         Command::Export(options) => export::export(&options, common),
         Command::Modes(options) => modes::modes(&options, common),
+        Command::Cycle(options) => cycle::cycle(&options, common),
         Command::WorkPrecision(options) => work_precision::work_precision(&options, common),
         Command::Case(options) => case_command::case(&options, common),
         Command::Completions(options) => completions::completions(&options, common),

@@ -74,8 +74,6 @@ pub(crate) struct MovedCopy<D, R> {
     pub weight: f64,
     /// The sum of these weights times value over the copies is zero of whatever has one slope.
     pub bend: f64,
-    /// Where the run starts.
-    pub start: Vec<f64>,
 }
 
 struct Moved<D, R> {
@@ -84,9 +82,11 @@ struct Moved<D, R> {
     next: Option<f64>,
 }
 
-/// A number that is moved.
+/// A number that is moved: one of the case, or with no copies one that the initial state alone depends on.
 pub(crate) struct MovedNumber<D, R> {
     pub copies: Vec<MovedCopy<D, R>>,
+    /// d(initial state)/d(number), of the components that the motion depends on.
+    pub start: DVector<f64>,
     /// Whether the equations of the copies are others than those of the run.
     pub in_equations: bool,
     /// Its value, where its rounding counts.
@@ -187,7 +187,7 @@ pub(crate) struct Carried<D: Dynamics, R: Rules<D>> {
     /// The last event, s, and how far it moves by each column.
     last: Option<(f64, Vec<f64>)>,
     rounding: Rounding,
-    /// Of the run, s.
+    /// Of the last event that can follow, s: derivatives of events need not be carried beyond.
     end: f64,
     /// Of every event so far.
     passages: Vec<Passage>,
@@ -216,7 +216,8 @@ fn fastest(jacobian: &DMatrix<f64>) -> f64 {
 
 impl<D: Dynamics, R: Rules<D>> Carried<D, R> {
     /// Of a run of `dynamics` by the numbers that are moved in each of `numbers`; the motion depends on the first `moving`
-    /// components of its state, and it ends at `end` (s).
+    /// components of its state. Where the last step ends at `end` (s) or later, it is left out: no event follows. With an infinite
+    /// `end`, derivatives of the last state are known, too.
     pub(crate) fn new(
         dynamics: Arc<D>,
         measures: Box<dyn Measures<D::Location, R::Kind>>,
@@ -225,15 +226,11 @@ impl<D: Dynamics, R: Rules<D>> Carried<D, R> {
         numbers: Vec<MovedNumber<D, R>>,
     ) -> Self {
         let count = numbers.len();
-        let column = |number: MovedNumber<D, R>| {
-            let copies = number.copies;
-            let slope = DVector::from_fn(moving, |k, _| copies.iter().map(|of| of.weight * of.start[k]).sum());
-            Column {
-                copies: copies.into_iter().map(|of| Moved { of, next: None }).collect(),
-                in_equations: number.in_equations,
-                rounded: number.rounded,
-                slope,
-            }
+        let column = |number: MovedNumber<D, R>| Column {
+            copies: number.copies.into_iter().map(|of| Moved { of, next: None }).collect(),
+            in_equations: number.in_equations,
+            rounded: number.rounded,
+            slope: number.start,
         };
         let mut columns: Vec<_> = numbers.into_iter().map(column).collect();
         columns.extend((0..count + 2 * moving).map(|_| Column {
@@ -265,6 +262,11 @@ impl<D: Dynamics, R: Rules<D>> Carried<D, R> {
     /// What small changes do to every event, in the order of the run.
     pub(crate) fn into_passages(self) -> Vec<Passage> {
         self.passages
+    }
+
+    /// d(state)/d(number) where the run stands: a column for each number.
+    pub(crate) fn slopes(&self) -> DMatrix<f64> {
+        self.deviations(0..self.numbers)
     }
 
     /// The columns of unit deviations since the last event.

@@ -525,6 +525,7 @@ impl SystemEquations {
                 stiffness,
                 damping,
                 viscous,
+                ..
             }) => {
                 next += 1;
                 Engagement::Bristles(*stiffness, *damping, *viscous, next - 1)

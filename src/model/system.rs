@@ -126,6 +126,8 @@ pub struct Bristles<T = f64> {
     pub damping: T,
     /// sigma_2, s/rad.
     pub viscous: T,
+    /// z at t = 0, rad.
+    pub deflection: T,
 }
 
 /// The state at t = 0.

@@ -11,7 +11,7 @@ use super::number::Number;
 use super::report::{OracleEvent, OracleReport, OracleState};
 use super::scales::{Scales, scales};
 use super::{GUARD_BITS, OracleError, OracleOptions, steps};
-use crate::model::system::{ExactSystem, KickSide, Pressing};
+use crate::model::system::{ContactLaw, ExactSystem, KickSide, Pressing};
 use crate::model::{BreakawayTest, KickTime, Mode};
 use crate::record::EventKind;
 use guards::{Fired, Guard};
@@ -174,7 +174,10 @@ impl<const N: usize> Run<N> {
                 // They follow from the speeds of the ends, which the run knows.
                 chains: Default::default(),
                 axial: actuation.is_some().then(|| [Float::zero(); 2]),
-                deflection: Float::zero(),
+                deflection: match &exact.contact {
+                    ContactLaw::Bristles(bristles) => number(&bristles.deflection),
+                    _ => Float::zero(),
+                },
             },
             scales,
             courses,

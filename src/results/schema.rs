@@ -55,6 +55,8 @@ pub mod group {
     pub const SENSITIVITY: &str = "sensitivity";
     /// Only where a witness ran beside the run.
     pub(crate) const WITNESS: &str = "witness";
+    /// Only in the file of one period of a cycle.
+    pub const CYCLE: &str = "cycle";
     pub(crate) const INPUT: &str = "input";
     pub(crate) const META: &str = "meta";
     pub(crate) const RUNS: &str = "runs";

@@ -349,7 +349,7 @@ impl SystemDynamics {
     }
 
     /// The rates of what acts from outside, by the same names.
-    fn outside_rates(&self, location: &SystemLocation, t: f64) -> Outside {
+    pub(super) fn outside_rates(&self, location: &SystemLocation, t: f64) -> Outside {
         let mut series = OutsideSeries::<_, 4>::new();
         let ringing = self.excitation.ringing_in_doubles();
         self.excitation.series(ringing, location.stretch, t, 1.0, &mut series);

@@ -14,6 +14,7 @@
 //! | `ensemble` | runs side by side |
 //! | `course` | the motion from a known state on, within one mode |
 //! | `variation` | what numbers of a case do to its events |
+//! | `shot` | the motion over a time from a state, with its derivatives |
 //! | `portrait` | one period of a motion, densely |
 //! | `readings`, `state_readings` | what is recorded of a state |
 //! | `observer`, `sampling`, `follower` | when it is recorded |
@@ -42,6 +43,7 @@ mod rules;
 mod runge_kutta;
 pub mod sampling;
 mod series;
+mod shot;
 mod simulate;
 mod state_readings;
 mod variation;
@@ -53,6 +55,8 @@ pub use excitation::Excitation;
 pub(crate) use options::FORESEEN_STEPS;
 pub(crate) use plan::single_method;
 pub(crate) use portrait::{PortraitPoint, Section, portrait, position_of};
+pub use shot::Border;
+pub(crate) use shot::{Margin, Peak, Phase, Shot, ShotError, Wanted, moving_state, shoot, stated_start};
 pub use simulate::natural_period;
 pub(crate) use simulate::{Problem, further, simulate, simulate_from, solver_settings};
 pub use state_readings::Further;

@@ -81,6 +81,14 @@ pub(super) fn shown(dynamics: &SystemDynamics) -> Option<(&Side, &'static str, u
     }
 }
 
+/// The position that a portrait shows, and its rate; `None` where that is the slip displacement.
+pub(super) fn position(dynamics: &SystemDynamics, y: &[f64]) -> Option<(f64, f64)> {
+    let (side, _, shafts, sign) = shown(dynamics)?;
+    Some((0..shafts).fold((0.0, 0.0), |(x, v), i| {
+        (x + sign * side.twist(i, y), v + sign * side.twist_rate(i, y))
+    }))
+}
+
 /// What [`Portrait::of`] is of a case.
 pub(crate) fn position_of(system: &System) -> &'static str {
     shown(&SystemDynamics::new(system, 0.0)).map_or("slip", |shown| shown.1)
@@ -96,12 +104,7 @@ impl Points<'_> {
         } else {
             system.relative_velocity(&outside, y)
         };
-        let (position, velocity) = match shown(self.dynamics) {
-            Some((side, _, shafts, sign)) => (0..shafts).fold((0.0, 0.0), |(x, v), i| {
-                (x + sign * side.twist(i, y), v + sign * side.twist_rate(i, y))
-            }),
-            None => (y[system.slip], w),
-        };
+        let (position, velocity) = position(self.dynamics, y).unwrap_or((y[system.slip], w));
         let relative_acceleration = if stuck {
             0.0
         } else {

@@ -10,8 +10,8 @@ use super::report::{Progress, RunFailure, RunReport};
 use super::rules::SystemRules;
 use super::state_readings::{self, Further, StateReadings};
 use crate::hybrid::Start;
-use crate::model::equations::{Side, SystemEquations};
-use crate::model::system::System;
+use crate::model::equations::{Engagement, Side, SystemEquations};
+use crate::model::system::{ContactLaw, System};
 use crate::model::{BreakawayTest, Mode};
 use crate::record::{Event, EventDigest, NoRecorder, Recorder};
 use std::f64::consts::TAU;
@@ -71,7 +71,7 @@ pub(crate) fn solver_settings(system: &System, solver: &SolverOptions) -> [Solve
 
 /// The state at t = 0.
 pub(super) fn start(system: &System, dynamics: &SystemDynamics) -> Vec<f64> {
-    let initial = &system.initial;
+    let (initial, contact) = (&system.initial, &system.contact);
     let system = &dynamics.system;
     let mut y = vec![0.0; system.dimension];
     let outside = dynamics.excitation.at(dynamics.excitation.stretch(0.0), 0.0);
@@ -98,6 +98,9 @@ pub(super) fn start(system: &System, dynamics: &SystemDynamics) -> Vec<f64> {
         if let (Some(index), Some(&speed)) = (side.speed, speeds.last()) {
             y[index] = speed;
         }
+    }
+    if let (Engagement::Bristles(.., at), ContactLaw::Bristles(bristles)) = (system.engagement, contact) {
+        y[at] = bristles.deflection;
     }
     if system.rotor.speed.is_none() && system.stator.speed.is_none() {
         let twists = |side: &Side| -> f64 { (0..side.shafts()).map(|i| side.sign * side.twist(i, &y)).sum() };

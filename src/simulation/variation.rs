@@ -46,13 +46,13 @@ pub(crate) struct Variation {
 }
 
 /// Twists count by the frequencies of their inertias on their shafts; growth counts from a loss of stability on.
-struct Contact {
+pub(super) struct Contact {
     dynamics: Arc<SystemDynamics>,
     weights: Vec<f64>,
 }
 
 impl Contact {
-    fn new(dynamics: &Arc<SystemDynamics>) -> Contact {
+    pub(super) fn new(dynamics: &Arc<SystemDynamics>) -> Contact {
         let system = &dynamics.system;
         let mut weights = vec![1.0; system.mechanical()];
         for side in [&system.rotor, &system.stator] {
@@ -113,7 +113,7 @@ impl Measures<SystemLocation, EventKind> for Contact {
 }
 
 /// Whether two cases have the same equations, and differ in what happens in between at most.
-fn alike_between_events(one: &System, other: &System) -> bool {
+pub(super) fn alike_between_events(one: &System, other: &System) -> bool {
     let other = System {
         kicks: one.kicks.clone(),
         initial: one.initial.clone(),
@@ -144,6 +144,7 @@ pub(crate) fn variation(
     let mut columns = Vec::with_capacity(numbers.len());
     for (moved, alike) in numbers.iter().zip(&mut alike) {
         let mut copies = Vec::with_capacity(moved.copies.len());
+        let mut slope = DVector::zeros(dynamics.system.mechanical());
         let in_equations = moved
             .copies
             .iter()
@@ -151,16 +152,19 @@ pub(crate) fn variation(
         for moved in &moved.copies {
             let (dynamics, rules, begins) = prepared((&moved.system, moved.threshold));
             *alike &= begins.location.mode == start.location.mode;
+            for (slope, state) in slope.iter_mut().zip(&begins.state) {
+                *slope += moved.weight * state;
+            }
             copies.push(MovedCopy {
                 dynamics,
                 rules: rules.resolving_all(),
                 weight: moved.weight,
                 bend: moved.bend,
-                start: begins.state,
             });
         }
         columns.push(MovedNumber {
             copies,
+            start: slope,
             in_equations,
             rounded: moved.rounded,
         });

@@ -549,6 +549,7 @@ fn belts() -> Vec<System> {
             stiffness: 10.0,
             damping: 0.3,
             viscous: 0.1,
+            deflection: 0.0,
         }),
     ] {
         let mut belt = belt(falling());

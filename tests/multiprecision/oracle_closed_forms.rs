@@ -87,6 +87,7 @@ fn bristles(stiffness: &str, damping: &str, viscous: &str) -> ContactLaw<Real> {
         stiffness: r(stiffness),
         damping: r(damping),
         viscous: r(viscous),
+        deflection: BigRational::default(),
     })
 }
 

@@ -1,0 +1,195 @@
+//! `stickslip cycle`.
+
+use super::arguments::{Common, CycleOptions, SearchFrom};
+use super::input::{Given, interrupt_flag, output_of, overrides, overwrite};
+use super::{CommandError, End, interrupted, tell, terminal};
+use crate::analysis::SavedRun;
+use crate::case::{Motion, WrittenCase};
+use crate::cycle::{CycleError, Family, From, Multiplier, MultiplierKind, Orbit, Search, find};
+use std::sync::atomic::Ordering;
+
+/// Finds the periodic motion of a case, stores one period of it, and reports it.
+pub(super) fn cycle(options: &CycleOptions, common: &Common) -> Result<End, CommandError> {
+    let given = Given::read(&options.case)?;
+    let changes = overrides(&options.set, None)?;
+    let written = WrittenCase::read(&given.source, &changes)?;
+    let path = output_of(&given.source, options.output.as_deref(), ".cycle.h5")?;
+    crate::results::check_target(&path, overwrite(options.force), &given.files)?;
+    let stop = interrupt_flag()?;
+    let stopped = || stop.load(Ordering::Relaxed);
+    let search = Search {
+        from: match options.from {
+            SearchFrom::End => From::End,
+            SearchFrom::Initial => From::Initial,
+        },
+        periods: options.periods,
+        period: options.period,
+    };
+    let found = Family::new(written, &[]).and_then(|family| {
+        let orbit = find(&family, &[], &search, &stopped)?;
+        let case = orbit.case(&family)?;
+        Ok((family, orbit, case))
+    });
+    let (family, orbit, case) = match found {
+        Err(CycleError::Interrupted) => return interrupted(common, " before a cycle was found; nothing was written"),
+        other => other.map_err(|error| cycle_error(&error))?,
+    };
+    let additions = orbit.additions(&family, &given.text, &options.set);
+    let saved = SavedRun::new(&case, &path)
+        .text(&case.resolved())
+        .overwrite(overwrite(options.force))
+        .inputs(&given.files)
+        .additions(&additions)
+        .stop(&stop)
+        .start()?;
+    if let Some(error) = &saved.unsaved {
+        return Err(CommandError::computation(error));
+    }
+    if let Some(failure) = &saved.run.failure {
+        return Err(CommandError::computation(failure));
+    }
+    let file = saved.file.display().to_string();
+    let event = |event: &crate::cycle::OrbitEvent| {
+        document! { time: event.time, kind: event.kind, mode_after: event.mode_after }
+    };
+    let multiplier = |one: &Multiplier| document! { real: one.real, imaginary: one.imaginary, kind: one.kind.name() };
+    let document = || {
+        document! {
+            status: "complete",
+            file: &file,
+            case: given.source.label(),
+            title: &family.case().title,
+            // s.
+            period: orbit.period,
+            // Relative.
+            error: orbit.error,
+            iterations: orbit.iterations,
+            amplitude: orbit.amplitude(),
+            position: [orbit.position.0, orbit.position.1],
+            relative_velocity: [orbit.relative_velocity.0, orbit.relative_velocity.1],
+            sticks: orbit.sticks,
+            stability: orbit.stability.name(),
+            multipliers: orbit.multipliers.iter().map(multiplier).collect::<Vec<_>>(),
+            // Times since the start of the file, s.
+            events: in_file(&orbit, &case).iter().map(event).collect::<Vec<_>>();
+            optional:
+            // Periods of the drives in it.
+            multiple: orbit.multiple,
+            // s.
+            shortest_stick: orbit.stick_durations.map(|both| both.0),
+            longest_stick: orbit.stick_durations.map(|both| both.1),
+            nearest: orbit.nearest.map(|nearest| document! {
+                border: nearest.border.name(),
+                distance: nearest.distance,
+            }),
+        }
+    };
+    tell(common, document, || report(&family, &orbit, &case, &file))?;
+    Ok(End::Done)
+}
+
+/// What went wrong is the case where it has no cycle, and else the search.
+pub(super) fn cycle_error(error: &CycleError) -> CommandError {
+    match error {
+        CycleError::NotPeriodic(_) | CycleError::NoCase(_) => CommandError::input(error),
+        _ => CommandError::computation(error),
+    }
+}
+
+/// The events by their times in the file, whose start is at phase zero of the drives.
+fn in_file(orbit: &Orbit, case: &crate::case::Case) -> Vec<crate::cycle::OrbitEvent> {
+    let shift = match orbit.multiple {
+        Some(multiple) => orbit.time - orbit.period / f64::from(multiple),
+        None => 0.0,
+    };
+    let end = case.output.end_time;
+    let mut events = orbit.events.clone();
+    for event in &mut events {
+        event.time = (event.time + shift).rem_euclid(end);
+    }
+    events.sort_by(|a, b| a.time.total_cmp(&b.time));
+    events
+}
+
+/// A multiplier in words.
+fn words(one: &Multiplier) -> String {
+    let value = match one.imaginary {
+        0.0 => format!("{:.12}", one.real),
+        imaginary => format!(
+            "{:.12} {} {:.12} i",
+            one.real,
+            if imaginary < 0.0 { '-' } else { '+' },
+            imaginary.abs()
+        ),
+    };
+    match one.kind {
+        MultiplierKind::Free => value,
+        MultiplierKind::Along => "1 (along the motion)".to_owned(),
+        MultiplierKind::Stick => "0 (exactly: a stick)".to_owned(),
+    }
+}
+
+fn report(family: &Family, orbit: &Orbit, case: &crate::case::Case, file: &str) -> String {
+    let [angle, speed] = match family.case().motion() {
+        Motion::Rotation => ["rad", "rad/s"],
+        Motion::Translation => ["m", "m/s"],
+    };
+    let mut rows = vec![
+        (
+            "period",
+            format!(
+                "{:.15} s{}",
+                orbit.period,
+                match orbit.multiple {
+                    Some(1) => ", that of the drive".to_owned(),
+                    Some(multiple) => format!(", {multiple} periods of the drive"),
+                    None => String::new(),
+                }
+            ),
+        ),
+        ("stability", orbit.stability.name().to_owned()),
+    ];
+    for (index, one) in orbit.multipliers.iter().enumerate() {
+        rows.push((if index == 0 { "multipliers" } else { "" }, words(one)));
+    }
+    if orbit.position.1 >= orbit.position.0 {
+        rows.push(("amplitude", format!("{:.14} {angle}", orbit.amplitude())));
+        rows.push((
+            "position",
+            format!("{:.14} to {:.14} {angle}", orbit.position.0, orbit.position.1),
+        ));
+    }
+    let (least, largest) = orbit.relative_velocity;
+    if largest >= least {
+        rows.push(("relative velocity", format!("{least:.12} to {largest:.12} {speed}")));
+    }
+    let events = in_file(orbit, case);
+    for (index, event) in events.iter().enumerate() {
+        let name = if index == 0 { "events" } else { "" };
+        rows.push((name, format!("{:.15} s {}", event.time, event.kind)));
+    }
+    if events.is_empty() {
+        rows.push(("events", "none".to_owned()));
+    }
+    if let Some((shortest, longest)) = orbit.stick_durations {
+        rows.push(("sticks", format!("{}, {shortest:.9} to {longest:.9} s", orbit.sticks)));
+    }
+    if let Some(nearest) = orbit.nearest {
+        rows.push((
+            "nearest change",
+            format!("{:.6e} (relative) to: {}", nearest.distance, nearest.border.words()),
+        ));
+    }
+    rows.push((
+        "Newton's method",
+        format!(
+            "{} iterations, the last step {:.1e} of the motion's size",
+            orbit.iterations, orbit.error
+        ),
+    ));
+    format!(
+        "{}: periodic motion\n\n{}\n{file}\n",
+        family.case().title,
+        terminal::pairs(rows)
+    )
+}

@@ -1,0 +1,350 @@
+//! The search for a periodic motion: a guess from a run or from a stated state, then Newton's method.
+
+use super::equations::{Guess, Shooting};
+use super::error::CycleError;
+use super::family::{Family, Member};
+use super::newton::{NoSolution, solve};
+use super::orbit::Orbit;
+use crate::model::Mode;
+use crate::record::{Event, Recorder, RecorderError, Sample};
+use crate::run::Run;
+use crate::simulation::{Method, OutputOptions, Peak, Shot, SolverOptions, Wanted, moving_state, shoot, stated_start};
+use nalgebra::DVector;
+
+/// Most turns, or periods of the drives, in a period that is looked for.
+pub const LONGEST: usize = 64;
+
+/// The first return that is this near, relative, or as near as this multiple of the nearest, is that of the guess.
+const NEAR: f64 = 1e-4;
+const AS_NEAR: f64 = 4.0;
+
+/// A motion repeats itself within its period if it comes back to this share of its size.
+const SAME: f64 = 1e-7;
+
+/// Parts of the time of the run over which returns are looked for, the shortest first.
+const PARTS: [f64; 3] = [1.0 / 16.0, 1.0 / 4.0, 1.0];
+
+/// Where a search starts.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum From {
+    /// At the end of the run of the case.
+    #[default]
+    End,
+    /// At the initial state of the case.
+    Initial,
+}
+
+/// What is looked for.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct Search {
+    /// Where it starts.
+    pub from: From,
+    /// Periods of the drives, or turns of an autonomous motion, in one of the motion; `None`: what fits best.
+    pub periods: Option<u32>,
+    /// s; `None`: what fits best.
+    pub period: Option<f64>,
+}
+
+/// The last state that a run records.
+#[derive(Default)]
+struct Last {
+    further: Vec<f64>,
+    time: f64,
+    mode: Option<Mode>,
+}
+
+impl Recorder for Last {
+    fn further(&mut self, values: &[f64]) -> Result<(), RecorderError> {
+        self.further.clear();
+        self.further.extend_from_slice(values);
+        Ok(())
+    }
+
+    fn sample(&mut self, sample: &Sample) -> Result<(), RecorderError> {
+        (self.time, self.mode) = (sample.time, Some(sample.mode));
+        Ok(())
+    }
+
+    fn event(&mut self, _: &Event) -> Result<(), RecorderError> {
+        Ok(())
+    }
+
+    fn stores_motion(&self) -> bool {
+        false
+    }
+}
+
+/// The periodic motion of a family at these values of its numbers.
+///
+/// # Errors
+/// What was tried, and how far it came.
+pub fn find(family: &Family, values: &[f64], search: &Search, stop: &dyn Fn() -> bool) -> Result<Orbit, CycleError> {
+    let member = family.at(values, false)?;
+    let (time, state) = starting_point(family, values, search, stop)?;
+    let horizon = family.case().output.end_time;
+    let guess = match member.period {
+        Some(period) => stroboscopic(&member, (time, state), period, search, stop)?,
+        None => autonomous(&member, (time, state), horizon, search, stop)?,
+    };
+    let (mut guess, multiple) = guess;
+    guess.values = values.to_vec();
+    let guess = in_slip(&member, &guess, stop)?;
+    let orbit = closed(family, multiple, &guess, stop)?;
+    shortest(family, orbit, multiple, stop)
+}
+
+fn starting_point(
+    family: &Family,
+    values: &[f64],
+    search: &Search,
+    stop: &dyn Fn() -> bool,
+) -> Result<(f64, DVector<f64>), CycleError> {
+    let case = family.case_at(values)?;
+    if search.from == From::Initial {
+        return Ok((0.0, stated_start(&family.at(values, false)?.system)));
+    }
+    let solver = SolverOptions {
+        method: Method::Series,
+        max_step: None,
+        fixed_step: None,
+        max_steps: None,
+        ..case.solver.clone()
+    };
+    let output = OutputOptions::at_the_ends(case.output.end_time);
+    let mut last = Last::default();
+    let run = Run::of_system(&case.system, case.threshold, &solver, &output);
+    let report = run.record(&mut last).stop(stop).start();
+    let report = report.map_err(|failure| CycleError::Run(failure.to_string()))?;
+    if report.interrupted {
+        return Err(CycleError::Interrupted);
+    }
+    Ok((last.time, moving_state(&case.system, &last.further)))
+}
+
+fn motion(
+    member: &Member,
+    from: (f64, &DVector<f64>),
+    time: f64,
+    extrema: bool,
+    stop: &dyn Fn() -> bool,
+) -> Result<Shot, CycleError> {
+    let wanted = Wanted {
+        derivatives: None,
+        extrema,
+        stop,
+    };
+    Ok(shoot((&member.system, member.threshold), from, time, wanted)?)
+}
+
+/// How far two states are from each other, by the sizes of the components.
+fn apart(a: &DVector<f64>, b: &DVector<f64>, sizes: &[f64]) -> f64 {
+    let pairs = a.iter().zip(b.iter()).zip(sizes);
+    pairs
+        .map(|((a, b), size)| if *size > 0.0 { (a - b).abs() / size } else { 0.0 })
+        .fold(0.0, f64::max)
+}
+
+/// The number of returns after which the motion is first near to where it was.
+fn first_near(distances: &[f64]) -> usize {
+    let least = distances.iter().copied().fold(f64::INFINITY, f64::min);
+    let bound = NEAR.max(AS_NEAR * least);
+    distances.iter().position(|distance| *distance <= bound).unwrap_or(0) + 1
+}
+
+fn stroboscopic(
+    member: &Member,
+    (time, state): (f64, DVector<f64>),
+    period: f64,
+    search: &Search,
+    stop: &dyn Fn() -> bool,
+) -> Result<(Guess, u32), CycleError> {
+    let guess = |multiple: u32| Guess {
+        time,
+        state: state.clone(),
+        period: f64::from(multiple) * period,
+        values: Vec::new(),
+    };
+    let asked = search
+        .periods
+        .or(search.period.map(|asked| (asked / period).round().max(1.0) as u32));
+    if let Some(multiple) = asked {
+        return Ok((guess(multiple), multiple));
+    }
+    let (mut distances, mut now) = (Vec::new(), state.clone());
+    let mut sizes = vec![0.0f64; state.len()];
+    for k in 0..LONGEST {
+        let shot = motion(member, (time + k as f64 * period, &now), period, false, stop)?;
+        for (size, other) in sizes.iter_mut().zip(&shot.sizes) {
+            *size = size.max(*other);
+        }
+        now = shot.end;
+        distances.push(apart(&now, &state, &sizes));
+        if distances[k] <= NEAR {
+            break;
+        }
+    }
+    let multiple = first_near(&distances) as u32;
+    Ok((guess(multiple), multiple))
+}
+
+fn autonomous(
+    member: &Member,
+    (time, state): (f64, DVector<f64>),
+    horizon: f64,
+    search: &Search,
+    stop: &dyn Fn() -> bool,
+) -> Result<(Guess, u32), CycleError> {
+    let mut found = None;
+    for part in PARTS {
+        let shot = motion(member, (time, &state), part * horizon, true, stop)?;
+        let enough = shot.peaks.len() > 2;
+        let long = search.period.is_none_or(|period| part * horizon > 2.0 * period);
+        found = Some((part * horizon, shot));
+        if enough && long {
+            break;
+        }
+    }
+    let Some((span, shot)) = found else {
+        return Err(CycleError::Interrupted);
+    };
+    let peaks: &[Peak] = &shot.peaks;
+    if peaks.len() < 2 {
+        let sticks = shot.phases.iter().all(|phase| phase.mode == Mode::Stick);
+        return Err(match sticks {
+            true => CycleError::Sticks { from: time, time: span },
+            false => CycleError::NoReturn {
+                from: time,
+                time: span,
+                found: peaks.len(),
+            },
+        });
+    }
+    // Beside an unstable cycle the motion is nearest to it at first, beside a stable one at last.
+    let ordered: Vec<&Peak> = match search.from {
+        From::Initial => peaks.iter().collect(),
+        From::End => peaks.iter().rev().collect(),
+    };
+    let first = ordered[0];
+    let returns: Vec<&&Peak> = ordered[1..].iter().take(LONGEST).collect();
+    let distances: Vec<f64> = returns
+        .iter()
+        .map(|peak| apart(&peak.state, &first.state, &shot.sizes))
+        .collect();
+    let turns = match (search.periods, search.period) {
+        (Some(asked), _) => (asked as usize).min(returns.len()),
+        (None, Some(period)) => {
+            let off = |peak: &&&Peak| ((peak.time - first.time).abs() - period).abs();
+            let best = returns
+                .iter()
+                .enumerate()
+                .min_by(|a, b| off(&a.1).total_cmp(&off(&b.1)));
+            best.map_or(1, |best| best.0 + 1)
+        }
+        (None, None) => first_near(&distances),
+    };
+    let other = returns[turns - 1];
+    let begins = if first.time < other.time { first } else { *other };
+    let guess = Guess {
+        time: 0.0,
+        state: begins.state.clone(),
+        period: (first.time - other.time).abs(),
+        values: Vec::new(),
+    };
+    Ok((guess, 1))
+}
+
+/// The same motion from the middle of its longest slip, away from all events.
+pub(crate) fn in_slip(member: &Member, guess: &Guess, stop: &dyn Fn() -> bool) -> Result<Guess, CycleError> {
+    let shot = motion(member, (guess.time, &guess.state), guess.period, false, stop)?;
+    let slips = shot
+        .phases
+        .iter()
+        .filter(|phase| !matches!(phase.mode, Mode::Stick | Mode::Separated));
+    let longest = slips.max_by(|a, b| (a.to - a.from).total_cmp(&(b.to - b.from)));
+    let Some(longest) = longest else {
+        return Err(CycleError::Sticks {
+            from: guess.time,
+            time: guess.period,
+        });
+    };
+    let shift = 0.5 * (longest.from + longest.to) - guess.time;
+    let state = motion(member, (guess.time, &guess.state), shift, false, stop)?.end;
+    // The phase of drives comes back after every period of them.
+    let time = match member.period {
+        Some(period) => (guess.time + shift).rem_euclid(period),
+        None => 0.0,
+    };
+    Ok(Guess {
+        time,
+        state,
+        ..guess.clone()
+    })
+}
+
+/// The cycle that Newton's method comes to.
+pub(crate) fn closed(
+    family: &Family,
+    multiple: u32,
+    guess: &Guess,
+    stop: &dyn Fn() -> bool,
+) -> Result<Orbit, CycleError> {
+    let member = family.at(&guess.values, false)?;
+    let shot = motion(&member, (guess.time, &guess.state), guess.period, false, stop)?;
+    let scales: Vec<f64> = guess
+        .values
+        .iter()
+        .map(|value| if *value == 0.0 { 1.0 } else { value.abs() })
+        .collect();
+    let mut shooting = Shooting::new(family, multiple, guess, (&shot.sizes, &shot.start_rates), &scales, stop);
+    let start = shooting.unknowns(guess);
+    let held = shooting.held();
+    let solution = solve(&mut shooting, &start, &held).map_err(|none| match none {
+        NoSolution::Failed(error) => error,
+        NoSolution::Diverged {
+            iterations,
+            residual,
+            first,
+        } => CycleError::Diverged {
+            period: guess.period,
+            iterations,
+            residual,
+            first,
+        },
+    })?;
+    let found = shooting.guess(&solution.x)?;
+    let mut orbit = Orbit::describe(family, &found, (solution.error, solution.iterations), stop)?;
+    orbit.multiple = (!family.is_autonomous()).then_some(multiple);
+    let swings = orbit.relative_velocity.1 - orbit.relative_velocity.0;
+    if swings.is_nan() && family.is_autonomous() {
+        return Err(CycleError::Collapsed { period: guess.period });
+    }
+    Ok(orbit)
+}
+
+/// The cycle over its shortest period.
+fn shortest(family: &Family, orbit: Orbit, multiple: u32, stop: &dyn Fn() -> bool) -> Result<Orbit, CycleError> {
+    let member = family.at(&orbit.values, false)?;
+    let most = match orbit.multiple {
+        Some(multiple) => multiple as usize,
+        None => LONGEST,
+    };
+    for parts in (2..=most).rev() {
+        if orbit.multiple.is_some_and(|multiple| multiple as usize % parts != 0) {
+            continue;
+        }
+        let guess = orbit.guess();
+        let part = guess.period / parts as f64;
+        let shot = motion(&member, (guess.time, &guess.state), part, false, stop)?;
+        if apart(&shot.end, &guess.state, &orbit.sizes) > SAME {
+            continue;
+        }
+        let shorter = Guess { period: part, ..guess };
+        return closed(
+            family,
+            multiple / orbit.multiple.map_or(1, |_| parts as u32),
+            &shorter,
+            stop,
+        );
+    }
+    Ok(orbit)
+}

@@ -1,0 +1,144 @@
+//! Newton's method for equations with more unknowns than equations: on a plane, to the nearest solution on it.
+
+use super::error::CycleError;
+use nalgebra::{DMatrix, DVector};
+
+/// Equations in scaled unknowns, of which each is of the order of 1.
+pub(crate) trait Equations {
+    /// Residuals, of the order of 1 where they are large, and their derivatives by the unknowns.
+    ///
+    /// # Errors
+    /// Where there is none, as the motion cannot be followed there.
+    fn evaluate(&mut self, x: &DVector<f64>) -> Result<(DVector<f64>, DMatrix<f64>), CycleError>;
+}
+
+/// A solution.
+#[derive(Debug, Clone)]
+pub(crate) struct Solution {
+    pub x: DVector<f64>,
+    /// There.
+    pub jacobian: DMatrix<f64>,
+    /// Of the last step: how far the solution may be off.
+    pub error: f64,
+    pub iterations: usize,
+}
+
+/// Why there is no solution.
+#[derive(Debug)]
+pub(crate) enum NoSolution {
+    /// After so many iterations; the residual of the best point and of the first.
+    Diverged {
+        iterations: usize,
+        residual: f64,
+        first: f64,
+    },
+    /// At the first point.
+    Failed(CycleError),
+}
+
+const MOST_ITERATIONS: usize = 40;
+const MOST_HALVINGS: usize = 10;
+
+/// Steps below this are in the domain where the method converges quadratically,
+const NEAR: f64 = 1e-6;
+
+/// and with the last one below this there is a solution.
+const SOLVED: f64 = 1e-9;
+
+/// Singular values below this share of the largest are zero: along them nothing is moved.
+const NEUTRAL: f64 = 1e-13;
+
+/// The solution with `plane` (x - start) = 0, a row for each unknown more than equations.
+pub(crate) fn solve(
+    equations: &mut dyn Equations,
+    start: &DVector<f64>,
+    plane: &DMatrix<f64>,
+) -> Result<Solution, NoSolution> {
+    let mut x = start.clone();
+    let (mut residual, mut jacobian) = equations.evaluate(&x).map_err(NoSolution::Failed)?;
+    let first = residual.amax();
+    let mut last = f64::INFINITY;
+    for iterations in 1..=MOST_ITERATIONS {
+        let diverged = |residual: &DVector<f64>| NoSolution::Diverged {
+            iterations,
+            residual: residual.amax(),
+            first,
+        };
+        let Some(step) = step(&jacobian, &residual, plane, &(&x - start)) else {
+            return Err(diverged(&residual));
+        };
+        let length = step.amax();
+        // Rounding decides from here on.
+        if length <= SOLVED && (length <= 4.0 * f64::EPSILON || length >= 0.25 * last) {
+            return Ok(Solution {
+                x,
+                jacobian,
+                error: length,
+                iterations,
+            });
+        }
+        last = length;
+        let mut share = 1.0;
+        let mut halvings = 0;
+        loop {
+            let next = &x + &step * share;
+            match equations.evaluate(&next) {
+                Ok((found, slopes)) if length < NEAR || found.amax() < (1.0 - 1e-3 * share) * residual.amax() => {
+                    (x, residual, jacobian) = (next, found, slopes);
+                    break;
+                }
+                Err(CycleError::Interrupted) => return Err(NoSolution::Failed(CycleError::Interrupted)),
+                _ if halvings == MOST_HALVINGS => return Err(diverged(&residual)),
+                _ => {
+                    share /= 2.0;
+                    halvings += 1;
+                }
+            }
+        }
+    }
+    Err(NoSolution::Diverged {
+        iterations: MOST_ITERATIONS,
+        residual: residual.amax(),
+        first,
+    })
+}
+
+fn step(
+    jacobian: &DMatrix<f64>,
+    residual: &DVector<f64>,
+    plane: &DMatrix<f64>,
+    moved: &DVector<f64>,
+) -> Option<DVector<f64>> {
+    let (rows, more) = (jacobian.nrows(), plane.nrows());
+    let mut matrix = DMatrix::zeros(rows + more, jacobian.ncols());
+    matrix.rows_mut(0, rows).copy_from(jacobian);
+    matrix.rows_mut(rows, more).copy_from(plane);
+    let mut right = DVector::zeros(rows + more);
+    right.rows_mut(0, rows).copy_from(&-residual);
+    right.rows_mut(rows, more).copy_from(&-(plane * moved));
+    if !matrix.iter().chain(right.iter()).all(|x| x.is_finite()) {
+        return None;
+    }
+    let svd = matrix.svd(true, true);
+    let largest = svd.singular_values.max();
+    svd.solve(&right, NEUTRAL * largest).ok()
+}
+
+/// The direction along which equations with one unknown more than equations stay solved, of length 1, on the side of `before`.
+pub(crate) fn tangent(jacobian: &DMatrix<f64>, before: &DVector<f64>) -> Option<DVector<f64>> {
+    if !jacobian.iter().all(|x| x.is_finite()) {
+        return None;
+    }
+    // A square matrix has a whole basis.
+    let columns = jacobian.ncols();
+    let mut square = DMatrix::zeros(columns, columns);
+    square.rows_mut(0, jacobian.nrows()).copy_from(jacobian);
+    let svd = square.svd(false, true);
+    let (index, _) = svd.singular_values.argmin();
+    let direction = svd.v_t?.row(index).transpose();
+    Some(if direction.dot(before) < 0.0 {
+        -direction
+    } else {
+        direction
+    })
+}
