@@ -30,6 +30,7 @@
 //! | [`compare`] | the result of any solver compared with a reference |
 //! | [`export`] | tables of results as CSV, NPZ, MAT and Parquet; benchmark packages (feature `cli`) |
 //! | [`sweep`] | many runs: studies over axes, critical curves |
+//! | [`continuation`] | branches of steady sliding and of cycles, and their special points |
 //! | [`calibrate`] | parameters that reproduce measured numbers |
 //! | [`plot`] | figures: the paper's, and any channel, as SVG and PNG; the interactive page of a run (feature `plot`) |
 //! | [`cli`] | arguments to validated options to a call (feature `cli`) |
@@ -40,6 +41,7 @@ pub mod case;
 #[cfg(feature = "cli")]
 pub mod cli;
 pub mod compare;
+pub mod continuation;
 pub mod cycle;
 #[cfg(feature = "cli")]
 pub mod export;

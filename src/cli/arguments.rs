@@ -120,6 +120,8 @@ pub(super) enum Command {
     Modes(ModesOptions),
     /// Find the periodic motion of a case, stable or not, with its multipliers.
     Cycle(CycleOptions),
+    /// Follow branches of cycles and of steady sliding as a number varies, with their special points.
+    Continue(ContinueOptions),
     /// Methods by tolerances against a reference: error, work, time.
     WorkPrecision(WorkPrecisionOptions),
     /// Print a built-in case or study to start from.
@@ -144,6 +146,7 @@ impl Command {
             Command::Plot(o) => &[("-o", Some(&o.output)), ("--html", o.html.as_ref())],
             Command::Modes(o) => &[("--figure", o.figure.as_ref())],
             Command::Cycle(o) => &[("-o", o.output.as_ref())],
+            Command::Continue(o) => &[("-o", o.output.as_ref())],
             Command::WorkPrecision(o) => &[("-o", o.output.as_ref()), ("--figure", o.figure.as_ref())],
             Command::Export(o) if o.benchmark => &[("-o", Some(&o.output))],
             Command::Man(o) => &[("DIR", Some(&o.folder))],
@@ -467,6 +470,28 @@ pub(super) struct CycleOptions {
     #[arg(long = "set", value_name = "KEY=VALUE", add = keys())]
     pub set: Vec<String>,
     /// Replace any file, not only a result of this program.
+    #[arg(long)]
+    pub force: bool,
+}
+
+#[derive(Debug, Args)]
+pub(super) struct ContinueOptions {
+    /// A TOML file, or a built-in study.
+    #[arg(value_name = "STUDY", default_value = crate::continuation::CONTINUATIONS[0].name, add = studies("continue"))]
+    pub study: String,
+    /// Result file [default: STUDY.h5].
+    #[arg(short, long, value_name = "FILE")]
+    pub output: Option<PathBuf>,
+    /// Go on with what an interrupted continuation has left.
+    #[arg(long, conflicts_with = "force")]
+    pub resume: bool,
+    /// Override a key of the base case, such as stator.damping.0=2.
+    #[arg(long = "set", value_name = "KEY=VALUE", add = keys())]
+    pub set: Vec<String>,
+    /// Exit with 1 if a branch could not be followed.
+    #[arg(long)]
+    pub strict: bool,
+    /// Replace any file, and start anew.
     #[arg(long)]
     pub force: bool,
 }

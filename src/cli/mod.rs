@@ -4,7 +4,7 @@
 //! |---|---|
 //! | `arguments`, `candidates`, `builtins` | options; words that a shell proposes; built-in cases and studies |
 //! | `run`, `certify`, `certify_report`, `compare`, `cycle`, `modes`, `work_precision` | commands that compute or judge a result |
-//! | `sweep`, `merge`, `calibrate` | commands of studies |
+//! | `sweep`, `merge`, `calibrate`, `continuation` | commands of studies |
 //! | `plot`, `plot_studies`, `export`, `inspect`, `check`, `case_command` | commands that read files |
 //! | `completions`, `man` | completions and manual pages |
 //! | `input`, `terminal`, `progress`, `failure`, `ranks` | what commands share |
@@ -38,6 +38,7 @@ mod certify_report;
 mod check;
 mod compare;
 mod completions;
+mod continuation;
 mod cycle;
 mod export;
 mod failure;
@@ -183,6 +184,7 @@ fn dispatch(command: Command, common: &Common) -> Result<End, CommandError> {
         Command::Export(options) => export::export(&options, common),
         Command::Modes(options) => modes::modes(&options, common),
         Command::Cycle(options) => cycle::cycle(&options, common),
+        Command::Continue(options) => continuation::continuation(&options, common),
         Command::WorkPrecision(options) => work_precision::work_precision(&options, common),
         Command::Case(options) => case_command::case(&options, common),
         Command::Completions(options) => completions::completions(&options, common),

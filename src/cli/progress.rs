@@ -3,6 +3,7 @@
 use super::arguments::{Common, ProgressChoice};
 use super::captured;
 use crate::compare::{CompareProgress, CompareStage};
+use crate::continuation::ContinuationProgress;
 use crate::oracle::OracleProgress;
 use crate::simulation::Progress;
 use crate::sweep::SweepProgress;
@@ -98,6 +99,26 @@ impl Bar {
             failed => format!(", {failed} failed"),
         };
         bar.set_message(format!("{}{more} points{failed}", progress.total));
+    }
+
+    /// Of a continuation, whose end is not known beforehand.
+    pub(super) fn of_branches(common: &Common) -> Self {
+        Bar(bar(common, 1, "{spinner} {msg}  {elapsed}"))
+    }
+
+    /// The branches and points of a continuation.
+    pub(super) fn branches(&self, progress: ContinuationProgress) {
+        captured::progress(progress.points as u64, progress.points as u64);
+        if self.0.is_hidden() {
+            return;
+        }
+        self.0.tick();
+        self.0.set_message(format!(
+            "branch {}, {} points, at {:.9}",
+            progress.branches.saturating_sub(1),
+            progress.points,
+            progress.value
+        ));
     }
 
     /// The share that is done, with what is said of it.

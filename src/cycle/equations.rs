@@ -6,6 +6,20 @@ use super::newton::Equations;
 use crate::simulation::{Shot, Wanted, shoot};
 use nalgebra::{DMatrix, DVector};
 
+/// Of the largest speed of a motion, the least that a component counts with, as a speed.
+const LEAST_SHARE: f64 = 0.05;
+
+/// What a component of the state is measured with: its own size, but not less than a share of the largest when all are speeds.
+pub(crate) fn scales(sizes: &[f64], weights: &[f64]) -> Vec<f64> {
+    let pairs = || sizes.iter().zip(weights);
+    let largest = pairs().map(|(size, weight)| size * weight).fold(0.0, f64::max);
+    let scale = |(size, weight): (&f64, &f64)| match size.max(LEAST_SHARE * largest / weight) {
+        scale if scale > 0.0 => scale,
+        _ => 1.0,
+    };
+    pairs().map(scale).collect()
+}
+
 /// A periodic motion, from a point of it.
 #[derive(Debug, Clone)]
 pub(crate) struct Guess {
@@ -47,7 +61,7 @@ impl<'a> Shooting<'a> {
         scales: &[f64],
         stop: &'a dyn Fn() -> bool,
     ) -> Shooting<'a> {
-        let mut scale: Vec<f64> = sizes.iter().map(|&size| if size > 0.0 { size } else { 1.0 }).collect();
+        let mut scale = sizes.to_vec();
         let flow = DVector::from_fn(scale.len(), |k, _| rates[k] / scale[k]);
         if family.is_autonomous() {
             scale.push(guess.period);
@@ -67,6 +81,11 @@ impl<'a> Shooting<'a> {
 
     fn moving(&self) -> usize {
         self.anchor.len()
+    }
+
+    /// The phase is that of the plane across this direction, instead of that of the flow.
+    pub fn across(&mut self, direction: &DVector<f64>) {
+        self.flow = direction.component_div(&self.scale.rows(0, self.moving())).normalize();
     }
 
     /// The scaled unknowns of a guess.
@@ -96,7 +115,7 @@ impl<'a> Shooting<'a> {
 
     /// The plane on which the numbers that vary are held.
     pub fn held(&self) -> DMatrix<f64> {
-        let (varying, all) = (self.family.keys().len(), self.scale.len());
+        let (varying, all) = (self.family.numbers(), self.scale.len());
         DMatrix::from_fn(varying, all, |i, j| f64::from(j == all - varying + i))
     }
 }

@@ -66,6 +66,9 @@ pub enum CycleError {
         /// Of the guess, s.
         period: f64,
     },
+    /// Sliding in the other sense, or none.
+    #[error("there is no steady sliding in this sense")]
+    NoSteadySliding,
     /// It was asked to end.
     #[error("interrupted")]
     Interrupted,

@@ -14,8 +14,8 @@ const WIDTH: f64 = 1.0 / 131_072.0;
 #[derive(Debug, Clone)]
 pub struct Family {
     written: WrittenCase,
-    /// Paths of the numbers that vary.
-    keys: Vec<String>,
+    /// Of each number that varies the paths that take its value.
+    keys: Vec<Vec<String>>,
     /// Turns of the first harmonic in the common period of the drives.
     turns: Option<u32>,
 }
@@ -35,11 +35,11 @@ pub(crate) struct Member {
 }
 
 impl Family {
-    /// Of a case, and the paths of the numbers that vary.
+    /// Of a case, and of each number that varies the paths that take its value.
     ///
     /// # Errors
     /// Where the case has no periodic motion in the long run.
-    pub fn new(written: WrittenCase, keys: &[String]) -> Result<Family, CycleError> {
+    pub fn new(written: WrittenCase, keys: &[Vec<String>]) -> Result<Family, CycleError> {
         let system = in_the_long_run(&written.case().system);
         if twice_resistance(&system).is_some() {
             return Err(NotPeriodic::Stops.into());
@@ -56,14 +56,17 @@ impl Family {
         self.turns.is_none()
     }
 
-    /// Turns of the first harmonic in the common period of the drives.
-    pub(crate) fn turns(&self) -> Option<u32> {
-        self.turns
+    /// How many numbers vary.
+    pub fn numbers(&self) -> usize {
+        self.keys.len()
     }
 
-    /// Paths of the numbers that vary.
-    pub fn keys(&self) -> &[String] {
-        &self.keys
+    /// Every path with its value.
+    pub fn changes(&self, values: &[f64]) -> Vec<(&str, f64)> {
+        let pairs = self.keys.iter().zip(values);
+        pairs
+            .flat_map(|(paths, value)| paths.iter().map(|path| (path.as_str(), *value)))
+            .collect()
     }
 
     /// The case as it is written.
@@ -76,12 +79,7 @@ impl Family {
     /// # Errors
     /// If that is no valid case.
     pub fn case_at(&self, values: &[f64]) -> Result<Case, CycleError> {
-        let changes: Vec<(&str, f64)> = self
-            .keys
-            .iter()
-            .map(String::as_str)
-            .zip(values.iter().copied())
-            .collect();
+        let changes = self.changes(values);
         let found = match changes.is_empty() {
             true => Ok(self.case().clone()),
             false => self.written.with_all(&changes),
@@ -93,11 +91,7 @@ impl Family {
         let case = self.case();
         let found = match values.is_empty() {
             true => Some((case.system.clone(), case.threshold)),
-            false => {
-                let paths = self.keys.iter().map(String::as_str);
-                self.written
-                    .moved_all(&paths.zip(values.iter().copied()).collect::<Vec<_>>())
-            }
+            false => self.written.moved_all(&self.changes(values)),
         };
         found.map(|(system, threshold)| (in_the_long_run(&system), threshold))
     }
@@ -112,11 +106,8 @@ impl Family {
     /// If there is no valid case.
     pub(crate) fn at(&self, values: &[f64], derivatives: bool) -> Result<Member, CycleError> {
         let none = || {
-            let numbers = self
-                .keys
-                .iter()
-                .zip(values)
-                .map(|(key, value)| format!("{key} = {value:?}"));
+            let changes = self.changes(values);
+            let numbers = changes.iter().map(|(key, value)| format!("{key} = {value:?}"));
             CycleError::NoCase(format!("no valid case has {}", numbers.collect::<Vec<_>>().join(", ")))
         };
         if values.iter().any(|value| !value.is_finite()) {

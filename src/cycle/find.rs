@@ -1,6 +1,6 @@
 //! The search for a periodic motion: a guess from a run or from a stated state, then Newton's method.
 
-use super::equations::{Guess, Shooting};
+use super::equations::{Guess, Shooting, scales as sizes};
 use super::error::CycleError;
 use super::family::{Family, Member};
 use super::newton::{NoSolution, solve};
@@ -8,7 +8,9 @@ use super::orbit::Orbit;
 use crate::model::Mode;
 use crate::record::{Event, Recorder, RecorderError, Sample};
 use crate::run::Run;
-use crate::simulation::{Method, OutputOptions, Peak, Shot, SolverOptions, Wanted, moving_state, shoot, stated_start};
+use crate::simulation::{
+    Method, OutputOptions, Peak, Shot, SolverOptions, Wanted, moving_state, shoot, stated_start, weights,
+};
 use nalgebra::DVector;
 
 /// Most turns, or periods of the drives, in a period that is looked for.
@@ -20,6 +22,12 @@ const AS_NEAR: f64 = 4.0;
 
 /// A motion repeats itself within its period if it comes back to this share of its size.
 const SAME: f64 = 1e-7;
+
+/// Sliding is steady if the relative velocity varies by less than this share.
+const STEADY: f64 = 1e-9;
+
+/// So often the run is followed for its length again, if no cycle is found from its end.
+const FURTHER: u32 = 3;
 
 /// Parts of the time of the run over which returns are looked for, the shortest first.
 const PARTS: [f64; 3] = [1.0 / 16.0, 1.0 / 4.0, 1.0];
@@ -80,17 +88,31 @@ impl Recorder for Last {
 /// What was tried, and how far it came.
 pub fn find(family: &Family, values: &[f64], search: &Search, stop: &dyn Fn() -> bool) -> Result<Orbit, CycleError> {
     let member = family.at(values, false)?;
-    let (time, state) = starting_point(family, values, search, stop)?;
+    let (mut time, mut state) = starting_point(family, values, search, stop)?;
     let horizon = family.case().output.end_time;
-    let guess = match member.period {
-        Some(period) => stroboscopic(&member, (time, state), period, search, stop)?,
-        None => autonomous(&member, (time, state), horizon, search, stop)?,
+    let mut further = match search.from {
+        From::End => FURTHER,
+        From::Initial => 0,
     };
-    let (mut guess, multiple) = guess;
-    guess.values = values.to_vec();
-    let guess = in_slip(&member, &guess, stop)?;
-    let orbit = closed(family, multiple, &guess, stop)?;
-    shortest(family, orbit, multiple, stop)
+    loop {
+        let guess = match member.period {
+            Some(period) => stroboscopic(&member, (time, state.clone()), period, search, stop)?,
+            None => autonomous(&member, (time, state.clone()), horizon, search, stop)?,
+        };
+        let (mut guess, multiple) = guess;
+        guess.values = values.to_vec();
+        let guess = in_slip(&member, &guess, stop)?;
+        match closed(family, multiple, &guess, stop) {
+            Ok(orbit) => return shortest(family, orbit, multiple, stop),
+            // What has not died out by the end of the run may have later.
+            Err(CycleError::Diverged { .. }) if further > 0 => {
+                further -= 1;
+                state = motion(&member, (time, &state), horizon, false, stop)?.end;
+                time += horizon;
+            }
+            Err(error) => return Err(error),
+        }
+    }
 }
 
 fn starting_point(
@@ -207,7 +229,10 @@ fn autonomous(
     let Some((span, shot)) = found else {
         return Err(CycleError::Interrupted);
     };
-    let peaks: &[Peak] = &shot.peaks;
+    let (least, largest) = shot.relative_velocity;
+    // Of steady sliding, rounding has maxima.
+    let swings = largest - least > STEADY * least.abs().max(largest.abs());
+    let peaks: &[Peak] = if swings { &shot.peaks } else { &[] };
     if peaks.len() < 2 {
         let sticks = shot.phases.iter().all(|phase| phase.mode == Mode::Stick);
         return Err(match sticks {
@@ -255,30 +280,38 @@ fn autonomous(
 
 /// The same motion from the middle of its longest slip, away from all events.
 pub(crate) fn in_slip(member: &Member, guess: &Guess, stop: &dyn Fn() -> bool) -> Result<Guess, CycleError> {
+    let shift = to_slip(member, guess, stop)?;
+    let state = motion(member, (guess.time, &guess.state), shift, false, stop)?.end;
+    Ok(Guess {
+        time: later(member, guess, shift),
+        state,
+        ..guess.clone()
+    })
+}
+
+/// How long it is from the start of a motion to the middle of its longest slip, s.
+pub(crate) fn to_slip(member: &Member, guess: &Guess, stop: &dyn Fn() -> bool) -> Result<f64, CycleError> {
     let shot = motion(member, (guess.time, &guess.state), guess.period, false, stop)?;
     let slips = shot
         .phases
         .iter()
         .filter(|phase| !matches!(phase.mode, Mode::Stick | Mode::Separated));
     let longest = slips.max_by(|a, b| (a.to - a.from).total_cmp(&(b.to - b.from)));
-    let Some(longest) = longest else {
-        return Err(CycleError::Sticks {
+    match longest {
+        Some(longest) => Ok(0.5 * (longest.from + longest.to) - guess.time),
+        None => Err(CycleError::Sticks {
             from: guess.time,
             time: guess.period,
-        });
-    };
-    let shift = 0.5 * (longest.from + longest.to) - guess.time;
-    let state = motion(member, (guess.time, &guess.state), shift, false, stop)?.end;
-    // The phase of drives comes back after every period of them.
-    let time = match member.period {
+        }),
+    }
+}
+
+/// A time after the start of a motion, as the phase of the drives, which comes back after every period of them; s.
+pub(crate) fn later(member: &Member, guess: &Guess, shift: f64) -> f64 {
+    match member.period {
         Some(period) => (guess.time + shift).rem_euclid(period),
         None => 0.0,
-    };
-    Ok(Guess {
-        time,
-        state,
-        ..guess.clone()
-    })
+    }
 }
 
 /// The cycle that Newton's method comes to.
@@ -295,7 +328,8 @@ pub(crate) fn closed(
         .iter()
         .map(|value| if *value == 0.0 { 1.0 } else { value.abs() })
         .collect();
-    let mut shooting = Shooting::new(family, multiple, guess, (&shot.sizes, &shot.start_rates), &scales, stop);
+    let sizes = sizes(&shot.sizes, &weights(&member.system));
+    let mut shooting = Shooting::new(family, multiple, guess, (&sizes, &shot.start_rates), &scales, stop);
     let start = shooting.unknowns(guess);
     let held = shooting.held();
     let solution = solve(&mut shooting, &start, &held).map_err(|none| match none {
@@ -314,8 +348,8 @@ pub(crate) fn closed(
     let found = shooting.guess(&solution.x)?;
     let mut orbit = Orbit::describe(family, &found, (solution.error, solution.iterations), stop)?;
     orbit.multiple = (!family.is_autonomous()).then_some(multiple);
-    let swings = orbit.relative_velocity.1 - orbit.relative_velocity.0;
-    if swings.is_nan() && family.is_autonomous() {
+    let (least, largest) = orbit.relative_velocity;
+    if family.is_autonomous() && largest - least <= STEADY * least.abs().max(largest.abs()) {
         return Err(CycleError::Collapsed { period: guess.period });
     }
     Ok(orbit)

@@ -24,8 +24,12 @@ mod orbit;
 mod saved;
 
 pub use crate::simulation::Border;
+pub(crate) use equations::{Guess, Shooting, scales};
 pub use error::CycleError;
 pub use family::Family;
 pub use find::{From, LONGEST, Search, find};
+pub(crate) use find::{later, to_slip};
 pub use forcing::NotPeriodic;
+pub(crate) use newton::{Equations, NoSolution, Solution, solve, tangent};
+pub(crate) use orbit::word;
 pub use orbit::{Multiplier, MultiplierKind, NEUTRAL, Nearest, Orbit, OrbitEvent, Stability};

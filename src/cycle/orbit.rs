@@ -145,9 +145,10 @@ pub struct Orbit {
     pub(crate) word: Vec<u8>,
     pub(crate) values: Vec<f64>,
     pub(crate) sizes: Vec<f64>,
-    pub(crate) rates: DVector<f64>,
     /// d(end)/d(start).
     pub(crate) by_state: DMatrix<f64>,
+    /// How far the start of the period is from its nearest events, as a share of the longest slip; infinite without events.
+    pub(crate) clearance: f64,
 }
 
 impl Orbit {
@@ -211,30 +212,6 @@ impl Orbit {
         });
         let durations = stick_durations(&shot.phases);
         let nearest = shot.margins.iter().min_by(|a, b| a.distance.total_cmp(&b.distance));
-        let peaks = shot.peaks.iter().map(|peak| peak.relative_velocity);
-        let rest = if shot.phases.iter().any(|phase| phase.mode == Mode::Stick) {
-            0.0
-        } else {
-            f64::NAN
-        };
-        let touches = shot.margins.iter().filter(|margin| margin.border == Border::Touch);
-        let senses = shot
-            .phases
-            .iter()
-            .map(|phase| f64::from(phase.mode.sense()))
-            .find(|sense| *sense != 0.0);
-        let least = touches.map(|margin| margin.distance * senses.unwrap_or(1.0));
-        let reverses = shot
-            .events
-            .iter()
-            .any(|event| event.kind == crate::record::EventKind::Reversal);
-        let zero = if reverses { 0.0 } else { f64::NAN };
-        let all = peaks.chain(least).chain([rest, zero]);
-        let relative_velocity = all
-            .filter(|value| value.is_finite())
-            .fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), value| {
-                (low.min(value), high.max(value))
-            });
         Ok(Orbit {
             period: guess.period,
             multiple: None,
@@ -246,7 +223,7 @@ impl Orbit {
             multipliers,
             events: events.collect(),
             position: shot.position,
-            relative_velocity,
+            relative_velocity: shot.relative_velocity,
             sticks: durations.len(),
             stick_durations: durations.iter().copied().fold(None, |known: Option<(f64, f64)>, one| {
                 let (low, high) = known.unwrap_or((one, one));
@@ -260,7 +237,7 @@ impl Orbit {
             word: word(&shot),
             values: guess.values.clone(),
             sizes: shot.sizes,
-            rates: shot.start_rates,
+            clearance: clearance(&shot.phases),
             by_state: shot.by_state,
             margins: shot.margins,
         })
@@ -270,7 +247,9 @@ impl Orbit {
 /// The modes of a motion in order of time, from the first of the longest phase on, so that it does not depend on where the period
 /// starts within a phase.
 pub(crate) fn word(shot: &Shot) -> Vec<u8> {
-    let events = shot.events.iter().filter(|event| event.kind.in_event_sequence());
+    // Crossings of a threshold change nothing.
+    let events = shot.events.iter().filter(|event| event.mode_after != Mode::Engaged);
+    let events = events.filter(|event| event.kind.in_event_sequence());
     let mut word: Vec<u8> = events.map(|event| event.mode_after.code() as u8).collect();
     // A cyclic word: the rotation that is least.
     let rotations = (0..word.len().max(1)).map(|k| {
@@ -282,6 +261,18 @@ pub(crate) fn word(shot: &Shot) -> Vec<u8> {
         word = least;
     }
     word
+}
+
+/// See [`Orbit::clearance`].
+fn clearance(phases: &[Phase]) -> f64 {
+    let (Some(first), Some(last), true) = (phases.first(), phases.last(), phases.len() > 1) else {
+        return f64::INFINITY;
+    };
+    let slips = phases
+        .iter()
+        .filter(|phase| !matches!(phase.mode, Mode::Stick | Mode::Separated));
+    let longest = slips.map(|phase| phase.to - phase.from).fold(0.0, f64::max);
+    (first.to - first.from).min(last.to - last.from) / longest
 }
 
 /// How long sticks last in a period; one that the period cuts is whole.

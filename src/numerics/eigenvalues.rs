@@ -32,6 +32,21 @@ pub(crate) fn eigenvalues(matrix: &DMatrix<f64>) -> Vec<Complex<f64>> {
     vec![Complex::new(f64::NAN, f64::NAN); rows]
 }
 
+/// An eigenvector of a square matrix to an eigenvalue, of length 1; `None` if entries are not finite.
+pub(crate) fn null_vector(matrix: &DMatrix<f64>, value: Complex<f64>) -> Option<DVector<Complex<f64>>> {
+    if !matrix.iter().all(|entry| entry.is_finite()) {
+        return None;
+    }
+    let n = matrix.nrows();
+    let shifted = DMatrix::from_fn(n, n, |i, j| {
+        let own = if i == j { value } else { Complex::new(0.0, 0.0) };
+        Complex::new(matrix[(i, j)], 0.0) - own
+    });
+    let svd = shifted.svd(false, true);
+    let (index, _) = svd.singular_values.argmin();
+    Some(svd.v_t?.row(index).adjoint())
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -139,6 +139,9 @@ fn another_kind(format: &str) -> &'static str {
     if format == super::schema::SWEEP_FORMAT {
         "holds the many runs of a sweep, not the result of one; `stickslip inspect` lists it, `stickslip plot` draws it, \
          and with trajectory = true in [keep] a study leaves a result file of each run"
+    } else if format == super::schema::CONTINUATION_FORMAT {
+        "holds the branches of a continuation, not the result of a run; `stickslip inspect` lists it, `stickslip plot` draws it, and \
+         `stickslip cycle FILE --branch B --point K` runs a cycle of it"
     } else {
         "holds a work-precision study, not the result of a run; `stickslip inspect` lists it, `stickslip plot` draws it, and \
          `stickslip run` writes results"

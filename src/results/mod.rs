@@ -9,7 +9,7 @@
 //! | `schema` | names, units, descriptions and codes |
 //! | `writer`, `rows`, `table`, `packed`, `values`, `attributes` | a run written as it is computed: rows, tables, chunks, columns, attributes |
 //! | `header`, `stick_slip`, `certificate` | what a file says beside its rows |
-//! | `sweep`, `work_precision` | the files of studies |
+//! | `sweep`, `work_precision`, `continuation` | the files of studies |
 //! | `kept` | the rows of a run in memory |
 //! | `target`, `lock`, `disk` | where a file goes, who writes it, files on the disk |
 //! | `reader`, `dense`, `contents` | reading tables, polynomials, and what a file holds |
@@ -23,6 +23,7 @@ mod certificate;
 mod check;
 mod checksums;
 mod contents;
+mod continuation;
 mod dense;
 pub(crate) mod disk;
 mod error;
@@ -50,6 +51,7 @@ pub(crate) use attributes::quantity;
 pub use certificate::{Addition, serve_if_asked, write_certified};
 pub use check::{CheckReport, Problem, check, check_sound, open_sound};
 pub use contents::{AttributeInfo, Contents, FlagInfo, VariableInfo};
+pub(crate) use continuation::{ContinuationFile, StoredContinuation};
 pub use dense::{DenseOutput, Side};
 pub(crate) use disk::{folder_of, is_hdf5};
 pub use error::{Reason, ResultError};

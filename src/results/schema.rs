@@ -15,7 +15,15 @@ pub const FORMAT: &str = "stickslip-result";
 /// Root attribute `format` of a work-precision study.
 pub(crate) const WORK_PRECISION_FORMAT: &str = "stickslip-work-precision";
 /// Every format that this program writes.
-pub(crate) const FORMATS: [&str; 4] = [FORMAT, WORK_PRECISION_FORMAT, SWEEP_FORMAT, SWEEP_SHARD_FORMAT];
+pub(crate) const FORMATS: [&str; 5] = [
+    FORMAT,
+    WORK_PRECISION_FORMAT,
+    SWEEP_FORMAT,
+    SWEEP_SHARD_FORMAT,
+    CONTINUATION_FORMAT,
+];
+/// Root attribute `format` of the file of a continuation.
+pub(crate) const CONTINUATION_FORMAT: &str = "stickslip-continuation";
 /// Root attribute `format` of every sweep file.
 pub(crate) const SWEEP_FORMAT: &str = "stickslip-sweep";
 /// Root attribute `format` of the file of a shard of a sweep.

@@ -56,7 +56,10 @@ pub(crate) use options::FORESEEN_STEPS;
 pub(crate) use plan::single_method;
 pub(crate) use portrait::{PortraitPoint, Section, portrait, position_of};
 pub use shot::Border;
-pub(crate) use shot::{Margin, Peak, Phase, Shot, ShotError, Wanted, moving_state, shoot, stated_start};
+pub(crate) use shot::{
+    Margin, Peak, Phase, Shot, ShotError, Sliding, Wanted, moving_state, shoot, sliding, state_of_parts, stated_start,
+    weights,
+};
 pub use simulate::natural_period;
 pub(crate) use simulate::{Problem, further, simulate, simulate_from, solver_settings};
 pub use state_readings::Further;

@@ -128,10 +128,6 @@ pub(crate) struct Peak {
 /// The motion over a time. States are what the motion depends on: twists, rates, the speeds of free chains, bristles.
 #[derive(Debug, Clone)]
 pub(crate) struct Shot {
-    /// Mode at the start.
-    pub mode: Mode,
-    /// Mode at the end.
-    pub mode_at_end: Mode,
     /// State at the end.
     pub end: DVector<f64>,
     /// d(state)/dt at the start, 1/s.
@@ -152,6 +148,8 @@ pub(crate) struct Shot {
     pub margins: Vec<Margin>,
     /// Least and largest position, as a portrait has it, if extrema were asked for.
     pub position: (f64, f64),
+    /// Least and largest omega_r, rad/s, if extrema were asked for.
+    pub relative_velocity: (f64, f64),
 }
 
 /// Why there is no motion over the time.
@@ -188,6 +186,24 @@ pub(crate) fn stated_start(system: &System) -> DVector<f64> {
     DVector::from_column_slice(&y[..dynamics.system.mechanical()])
 }
 
+/// What the motion depends on where the shafts have these twists, rotor first, and nothing but two rigid trains turns, at these speeds.
+pub(crate) fn state_of_parts(system: &System, (rotor, stator): (&[f64], &[f64]), speeds: (f64, f64)) -> DVector<f64> {
+    let equations = SystemDynamics::new(system, 0.0).system;
+    let mut y = vec![0.0; equations.mechanical()];
+    for (side, twists, speed) in [
+        (&equations.rotor, rotor, speeds.0),
+        (&equations.stator, stator, speeds.1),
+    ] {
+        for (i, twist) in twists.iter().enumerate() {
+            y[side.twists + 2 * i] = *twist;
+        }
+        if let Some(index) = side.speed {
+            y[index] = speed;
+        }
+    }
+    DVector::from_vec(y)
+}
+
 /// What is recorded on the way.
 struct Tape<'a> {
     dynamics: &'a SystemDynamics,
@@ -205,6 +221,8 @@ struct Tape<'a> {
     rates: [Option<f64>; 3],
     /// Least and largest position.
     position: (f64, f64),
+    /// Least and largest omega_r.
+    speed: (f64, f64),
 }
 
 /// A curve whose extrema are looked for.
@@ -225,6 +243,17 @@ impl Curve {
 impl Tape<'_> {
     fn moving(&self) -> usize {
         self.dynamics.system.mechanical()
+    }
+
+    fn see_speed(&mut self, location: &SystemLocation, t: f64, y: &[f64]) {
+        let w = match location.mode {
+            Mode::Stick => 0.0,
+            _ => self
+                .dynamics
+                .system
+                .relative_velocity(&self.dynamics.outside(location, t), y),
+        };
+        self.speed = (self.speed.0.min(w), self.speed.1.max(w));
     }
 
     fn see(&mut self, y: &[f64]) {
@@ -303,6 +332,7 @@ impl Tape<'_> {
             for (index, which) in Curve::ALL.into_iter().enumerate() {
                 at(t, &mut y)?;
                 self.see(&y);
+                self.see_speed(location, t, &y);
                 let Some((value, rate)) = self.curve(which, location, t, &y) else {
                     continue;
                 };
@@ -340,6 +370,7 @@ impl Tape<'_> {
             return;
         };
         self.reach(which, distance);
+        self.see_speed(location, time, y);
         let border = match (which, location.mode) {
             (Curve::Force, Mode::Separated) => Border::Closing,
             (Curve::Force, _) => Border::Opening,
@@ -568,6 +599,7 @@ pub(crate) fn shoot(
         force: (excitation.largest_force(), changing),
         rates: [None; 3],
         position: (f64::INFINITY, f64::NEG_INFINITY),
+        speed: (f64::INFINITY, f64::NEG_INFINITY),
     };
     tape.see(&start.state);
     tape.enter(from, start.location.mode);
@@ -576,7 +608,7 @@ pub(crate) fn shoot(
         dynamics.rhs(location, t, y, &mut rates);
         DVector::from_column_slice(&rates[..n])
     };
-    let (mode, start_rates) = (start.location.mode, rates(&start.location, from, &start.state));
+    let start_rates = rates(&start.location, from, &start.state);
     let limits = Limits {
         max_events: MOST_EVENTS,
         chatter_count: super::CHATTER_COUNT,
@@ -605,8 +637,6 @@ pub(crate) fn shoot(
     };
     let slopes = slopes.unwrap_or_else(|| DMatrix::zeros(n, n));
     Ok(Shot {
-        mode,
-        mode_at_end: location.mode,
         end_rates: rates(&location, end_time, &end),
         end: DVector::from_column_slice(&end[..n]),
         start_rates,
@@ -618,5 +648,56 @@ pub(crate) fn shoot(
         peaks: tape.peaks,
         margins: tape.margins,
         position: tape.position,
+        relative_velocity: tape.speed,
     })
+}
+
+/// What each component of the state is multiplied by to be a speed: twists by the frequency of their inertia on the shaft alone.
+pub(crate) fn weights(system: &System) -> Vec<f64> {
+    let dynamics = Arc::new(SystemDynamics::new(system, 0.0));
+    use crate::hybrid::Measures as _;
+    Contact::new(&dynamics).weights().to_vec()
+}
+
+/// Sliding in one sense at a state, without events.
+pub(crate) struct Sliding {
+    /// d(state)/dt, 1/s.
+    pub rates: DVector<f64>,
+    /// Its derivatives by the state.
+    pub jacobian: DMatrix<f64>,
+    /// omega_r, rad/s.
+    pub relative_velocity: f64,
+    /// As a portrait has it; NaN of a slip displacement.
+    pub position: f64,
+    /// F_n over its largest.
+    pub force: f64,
+}
+
+/// Sliding with a sense at a state of a system that nothing drives by the clock.
+pub(crate) fn sliding((system, threshold): (&System, f64), sense: i8, state: &DVector<f64>) -> Sliding {
+    let dynamics = SystemDynamics::new(system, threshold);
+    let n = state.len();
+    let mut y = vec![0.0; dynamics.system.dimension];
+    y[..n].copy_from_slice(state.as_slice());
+    let mode = match (dynamics.is_engaged(), sense < 0) {
+        (true, _) => Mode::Engaged,
+        (false, false) => Mode::SlipForward,
+        (false, true) => Mode::SlipBackward,
+    };
+    let mut location = SystemLocation::new(mode, 0);
+    location.sense = sense;
+    let outside = dynamics.outside(&location, 0.0);
+    let relative_velocity = dynamics.system.relative_velocity(&outside, &y);
+    location.piece = dynamics.system.piece_of(relative_velocity);
+    let mut rates = vec![0.0; y.len()];
+    dynamics.rhs(&location, 0.0, &y, &mut rates);
+    let mut jacobian = DMatrix::zeros(y.len(), y.len());
+    dynamics.jacobian(&location, 0.0, &y, jacobian.as_view_mut());
+    Sliding {
+        rates: DVector::from_column_slice(&rates[..n]),
+        jacobian: jacobian.view((0, 0), (n, n)).into_owned(),
+        relative_velocity,
+        position: position(&dynamics, &y).map_or(f64::NAN, |position| position.0),
+        force: outside.normal_force / dynamics.excitation.largest_force(),
+    }
 }

@@ -1,0 +1,654 @@
+//! From a study to its branches: the first ones, those that start at their special points, and curves of special points.
+
+use super::curve::{CurvePoint, CurveSteps, trace};
+use super::follow::{EndReason, Follower, Found, Mark, Station, Steps};
+use super::manifold::{Manifold, Measured, What};
+use super::special::{Special, critical_pair};
+use super::study::ContinuationStudy;
+use crate::analysis::stability::SystemModes;
+use crate::cycle::{CycleError, Family, Guess, Stability, find, solve};
+use crate::numerics::eigenvalues::null_vector;
+use crate::sweep::{Journal, JournalError, Outcome};
+use nalgebra::{Complex, DMatrix, DVector};
+use std::collections::VecDeque;
+use std::f64::consts::TAU;
+
+/// More branches than this are not begun.
+const MOST_BRANCHES: usize = 64;
+
+/// Special points of one kind are the same if their numbers agree to this share of the range.
+const SAME: f64 = 1e-7;
+
+/// A special point lies on a curve that was traced through another one if it is this near to it, as a share of the range.
+const ON_CURVE: f64 = 2e-3;
+
+/// The first step on a branch that is born, over the longest.
+const FIRST_STEP: f64 = 0.3;
+
+/// Numbers of the journal: of each branch, and of curves.
+const OF_BRANCH: u64 = 1 << 32;
+const OF_CURVES: u64 = 1 << 62;
+
+/// Points of a curve in one direction, at most.
+const CURVE_POINTS: usize = 400;
+
+/// A point of a branch.
+#[derive(Debug, Clone)]
+pub struct BranchPoint {
+    /// Of the number that varies, SI.
+    pub value: f64,
+    /// s; of steady sliding NaN, but at a Hopf point that of the cycles that are born.
+    pub period: f64,
+    /// Least and largest position.
+    pub position: (f64, f64),
+    /// Least and largest omega_r.
+    pub relative_velocity: (f64, f64),
+    /// What becomes of small disturbances.
+    pub stability: Stability,
+    /// Multipliers with magnitude above 1, or eigenvalues with positive real part.
+    pub unstable: usize,
+    /// Real and imaginary parts of multipliers, or of eigenvalues (1/s); the most unstable first.
+    pub spectrum: Vec<(f64, f64)>,
+    /// Sticks in a period.
+    pub sticks: usize,
+    /// s; NaN: none.
+    pub shortest_stick: f64,
+    /// The relative distance of the nearest other sequence of events; NaN: none is near.
+    pub margin: f64,
+    /// The events of a period in words.
+    pub sequence: String,
+    /// What the point is special for.
+    pub special: Option<Special>,
+    /// Phase of the drives at the start of the period, s.
+    pub time: f64,
+    /// State at the start of the period.
+    pub state: Vec<f64>,
+}
+
+impl BranchPoint {
+    fn new(measured: &Measured, special: Option<Special>) -> BranchPoint {
+        let guess = &measured.guess;
+        let born = match special {
+            Some(Special::Hopf) => critical_pair(Special::Hopf, &measured.spectrum).map(|pair| TAU / pair.im),
+            _ => None,
+        };
+        BranchPoint {
+            value: guess.values[0],
+            period: born.unwrap_or(guess.period),
+            position: measured.position,
+            relative_velocity: measured.relative_velocity,
+            stability: measured.stability,
+            unstable: measured.unstable,
+            spectrum: measured.spectrum.iter().map(|one| (one.re, one.im)).collect(),
+            sticks: measured.sticks,
+            shortest_stick: measured.shortest_stick,
+            margin: measured.nearest.map_or(f64::NAN, |nearest| nearest.1),
+            sequence: measured.sequence.clone(),
+            special,
+            time: guess.time,
+            state: guess.state.as_slice().to_vec(),
+        }
+    }
+}
+
+/// A branch.
+#[derive(Debug, Clone)]
+pub struct Branch {
+    /// Steady sliding, or cycles.
+    pub steady: bool,
+    /// Periods of the drives in one of its cycles; `None` of an autonomous system.
+    pub multiple: Option<u32>,
+    /// The branch and the point at which it is born.
+    pub parent: Option<(usize, usize)>,
+    /// In order, from its start.
+    pub points: Vec<BranchPoint>,
+    /// Why it ends.
+    pub end: EndReason,
+}
+
+/// A curve of special points in two numbers.
+#[derive(Debug, Clone)]
+pub struct SpecialCurve {
+    /// Of which kind.
+    pub special: Special,
+    /// In order.
+    pub points: Vec<CurvePoint>,
+}
+
+/// What a study comes to.
+#[derive(Debug, Clone, Default)]
+pub struct Explored {
+    /// In the order in which they were followed.
+    pub branches: Vec<Branch>,
+    /// In two numbers.
+    pub curves: Vec<SpecialCurve>,
+    /// It was asked to end before it was complete.
+    pub interrupted: bool,
+    /// What could not be done, in words.
+    pub remarks: Vec<String>,
+}
+
+impl Explored {
+    /// How many points there are.
+    pub fn points(&self) -> usize {
+        let curves = self.curves.iter().map(|curve| curve.points.len());
+        self.branches.iter().map(|branch| branch.points.len()).sum::<usize>() + curves.sum::<usize>()
+    }
+}
+
+/// Why there are no branches.
+#[derive(Debug, thiserror::Error)]
+pub enum ExploreError {
+    /// No start was found.
+    #[error("{0}")]
+    NoStart(CycleError),
+    /// The case cannot be followed.
+    #[error("{0}")]
+    Case(CycleError),
+    /// There is no steady sliding to start from.
+    #[error(
+        "there is no steady sliding to follow: no relative velocity balances what drives the case, or a harmonic drives it; follow \
+         cycles instead (branch.of = \"cycle\")"
+    )]
+    NotSteady,
+    /// Of the journal.
+    #[error(transparent)]
+    Journal(#[from] JournalError),
+}
+
+/// A branch to be followed.
+struct Job {
+    what: What,
+    guess: Guess,
+    /// In physical units; `None`: in which the number rises, or falls.
+    direction: Option<DVector<f64>>,
+    up: bool,
+    parent: Option<(usize, usize)>,
+    /// The point at which it is born.
+    birth: Option<Box<BranchPoint>>,
+}
+
+/// Follows what a study asks for. `told` hears of every point.
+pub(crate) struct Explorer<'a> {
+    pub study: &'a ContinuationStudy,
+    pub family: &'a Family,
+    pub journal: &'a mut Journal,
+    pub stop: &'a dyn Fn() -> bool,
+    pub told: &'a mut dyn FnMut(&Explored),
+}
+
+impl Explorer<'_> {
+    pub fn explore(&mut self) -> Result<Explored, ExploreError> {
+        let mut explored = Explored::default();
+        let mut jobs = match self.starts() {
+            Err(ExploreError::NoStart(CycleError::Interrupted)) => {
+                explored.interrupted = true;
+                return Ok(explored);
+            }
+            other => other?,
+        };
+        let mut known: Vec<(Special, f64, f64)> = Vec::new();
+        let mut specials: Vec<(Special, What, Guess)> = Vec::new();
+        while let Some(job) = jobs.pop_front() {
+            if explored.branches.len() >= MOST_BRANCHES {
+                explored.remarks.push(format!(
+                    "more than {MOST_BRANCHES} branches: the others were not followed"
+                ));
+                break;
+            }
+            let index = explored.branches.len();
+            match self.branch(index, job, &mut explored, &mut known, &mut specials, &mut jobs) {
+                Err(ExploreError::NoStart(CycleError::Interrupted)) => {
+                    explored.interrupted = true;
+                    return Ok(explored);
+                }
+                other => other?,
+            }
+        }
+        if !self.study.curves.is_empty() && self.study.axes.len() > 1 {
+            match self.curves(&specials, &mut explored) {
+                Err(ExploreError::NoStart(CycleError::Interrupted)) => explored.interrupted = true,
+                other => other?,
+            }
+        }
+        Ok(explored)
+    }
+
+    fn widths(&self) -> Vec<f64> {
+        (0..1)
+            .map(|axis| self.study.range(axis))
+            .map(|(low, high)| high - low)
+            .collect()
+    }
+
+    fn starts(&self) -> Result<VecDeque<Job>, ExploreError> {
+        let key = &self.study.axes[0].keys[0];
+        let case = self.family.case();
+        let own = case.number(key);
+        let own = own.map_err(|error| ExploreError::Case(CycleError::NoCase(error.to_string())))?;
+        let mut jobs = VecDeque::new();
+        let mut both = |what: What, guess: &Guess| {
+            for (up, wanted) in [(true, self.study.directions.0), (false, self.study.directions.1)] {
+                if wanted {
+                    jobs.push_back(Job {
+                        what,
+                        guess: guess.clone(),
+                        direction: None,
+                        up,
+                        parent: None,
+                        birth: None,
+                    });
+                }
+            }
+        };
+        if self.study.steady {
+            let (guess, sense) = self.steady(own)?;
+            both(What::Steady(sense), &guess);
+        }
+        if self.study.cycle {
+            let orbit = find(self.family, &[own], &self.study.search, self.stop).map_err(ExploreError::NoStart)?;
+            both(What::Cycles(orbit.multiple.unwrap_or(1)), &orbit.guess());
+        }
+        Ok(jobs)
+    }
+
+    /// Steady sliding at a value of the number that varies.
+    fn steady(&self, value: f64) -> Result<(Guess, i8), ExploreError> {
+        if !self.family.is_autonomous() {
+            return Err(ExploreError::NotSteady);
+        }
+        let member = self.family.at(&[value], false).map_err(ExploreError::Case)?;
+        let modes = SystemModes::of_case(&member.system);
+        let point = modes
+            .operating_points
+            .iter()
+            .find(|point| point.steady)
+            .ok_or(ExploreError::NotSteady)?;
+        let state = crate::simulation::state_of_parts(
+            &member.system,
+            (&point.rotor_twist, &point.stator_twist),
+            (point.rotor_speed.unwrap_or(0.0), point.stator_speed.unwrap_or(0.0)),
+        );
+        let sense = if point.relative_velocity < 0.0 { -1 } else { 1 };
+        let widths = self.widths();
+        let manifold = Manifold {
+            family: self.family,
+            what: What::Steady(sense),
+            widths: &widths,
+            stop: self.stop,
+        };
+        let guess = Guess {
+            time: 0.0,
+            state,
+            period: f64::NAN,
+            values: vec![value],
+        };
+        let mut local = manifold.local(&guess).map_err(ExploreError::Case)?;
+        let x = local.unknowns(&guess);
+        let mut held = DMatrix::zeros(1, x.len());
+        held[x.len() - 1] = 1.0;
+        let solution = solve(&mut local, &x, &held).map_err(|_| ExploreError::NotSteady)?;
+        let guess = local.guess(&solution.x).map_err(ExploreError::Case)?;
+        Ok((guess, sense))
+    }
+
+    fn branch(
+        &mut self,
+        index: usize,
+        job: Job,
+        explored: &mut Explored,
+        known: &mut Vec<(Special, f64, f64)>,
+        specials: &mut Vec<(Special, What, Guess)>,
+        jobs: &mut VecDeque<Job>,
+    ) -> Result<(), ExploreError> {
+        let widths = self.widths();
+        let manifold = Manifold {
+            family: self.family,
+            what: job.what,
+            widths: &widths,
+            stop: self.stop,
+        };
+        let steps = Steps {
+            range: self.study.range(0),
+            longest: self.study.step,
+            most: self.study.points,
+        };
+        let guess = match (&job.birth, &job.direction) {
+            (Some(_), Some(direction)) => match born(manifold, &job.guess, direction, FIRST_STEP * steps.longest) {
+                Ok(guess) => guess,
+                Err(CycleError::Interrupted) => return Err(ExploreError::NoStart(CycleError::Interrupted)),
+                Err(error) => {
+                    let value = job.guess.values[0];
+                    explored
+                        .remarks
+                        .push(format!("the branch that is born at {value:.9} was not found: {error}"));
+                    return Ok(());
+                }
+            },
+            _ => job.guess.clone(),
+        };
+        let follower = Follower::new(manifold, &steps, &guess, job.direction.as_ref(), job.up);
+        let mut follower = follower.map_err(ExploreError::NoStart)?;
+        let mut branch = Branch {
+            steady: matches!(job.what, What::Steady(_)),
+            multiple: match job.what {
+                What::Cycles(multiple) if !self.family.is_autonomous() => Some(multiple),
+                _ => None,
+            },
+            parent: job.parent,
+            points: job.birth.into_iter().map(|birth| *birth).collect(),
+            end: EndReason::Points,
+        };
+        branch.points.push(BranchPoint::new(&follower.current().measured, None));
+        explored.branches.push(branch);
+        let mut number = index as u64 * OF_BRANCH;
+        loop {
+            let found = match self.recorded(number, &mut follower)? {
+                Some(found) => found,
+                None => {
+                    let found = match follower.advance() {
+                        Err(CycleError::Interrupted) => return Err(ExploreError::NoStart(CycleError::Interrupted)),
+                        Err(error) => {
+                            explored.remarks.push(format!("branch {index} ends: {error}"));
+                            vec![Found::End(EndReason::Lost)]
+                        }
+                        Ok(found) => found,
+                    };
+                    let marks = found.iter().map(|found| follower.mark(found));
+                    let outcomes = marks.zip(number..).map(|(mark, number)| Outcome {
+                        number,
+                        result: Ok(flat(&mark)),
+                        events: Vec::new(),
+                    });
+                    self.journal.append(&outcomes.collect::<Vec<_>>())?;
+                    found
+                }
+            };
+            number += found.len() as u64;
+            let mut ended = false;
+            for one in &found {
+                let branch = &mut explored.branches[index];
+                match one {
+                    Found::Point(station) => branch.points.push(BranchPoint::new(&station.measured, None)),
+                    Found::Special(special, station) => {
+                        branch.points.push(BranchPoint::new(&station.measured, Some(*special)));
+                        let at = (index, branch.points.len() - 1);
+                        let birth = branch.points[at.1].clone();
+                        self.special(*special, station, job.what, (at, birth), known, specials, jobs);
+                    }
+                    Found::End(reason) => {
+                        branch.end = *reason;
+                        ended = true;
+                    }
+                }
+            }
+            (self.told)(explored);
+            if ended {
+                return Ok(());
+            }
+        }
+    }
+
+    /// What the journal has from a number on, up to the next point or end; none where it is not whole.
+    fn recorded(&mut self, number: u64, follower: &mut Follower<'_>) -> Result<Option<Vec<Found>>, ExploreError> {
+        let mut marks = Vec::new();
+        for number in number.. {
+            let Some(outcome) = self.journal.read(number)? else {
+                return Ok(None);
+            };
+            let Some(mark) = outcome.result.ok().and_then(|values| unflat(&values)) else {
+                return Ok(None);
+            };
+            let closes = mark.special.is_none();
+            // Before an end there may be a last point.
+            let last_point = closes && mark.end.is_none() && self.journal.holds(number + 1);
+            let ends_next = last_point
+                && self.journal.read(number + 1)?.is_some_and(|next| {
+                    next.result
+                        .ok()
+                        .and_then(|values| unflat(&values))
+                        .is_some_and(|next| next.end.is_some())
+                });
+            marks.push(mark);
+            if closes && !ends_next {
+                break;
+            }
+        }
+        let found = marks.iter().map(|mark| follower.resume(mark));
+        let found = found.collect::<Result<Vec<_>, _>>().map_err(ExploreError::NoStart)?;
+        Ok(Some(found))
+    }
+
+    /// Takes note of a special point, and of the branch that starts there.
+    #[expect(clippy::too_many_arguments, reason = "lists that grow on the way")]
+    fn special(
+        &self,
+        special: Special,
+        station: &Station,
+        what: What,
+        (at, birth): ((usize, usize), BranchPoint),
+        known: &mut Vec<(Special, f64, f64)>,
+        specials: &mut Vec<(Special, What, Guess)>,
+        jobs: &mut VecDeque<Job>,
+    ) {
+        let guess = &station.measured.guess;
+        let width = self.widths()[0];
+        let period = if guess.period.is_nan() { 0.0 } else { guess.period };
+        let same = |other: &(Special, f64, f64)| {
+            other.0 == special
+                && (other.1 - guess.values[0]).abs() <= SAME * width
+                && (other.2 - period).abs() <= 1e-5 * period
+        };
+        if known.iter().any(same) {
+            return;
+        }
+        known.push((special, guess.values[0], period));
+        specials.push((special, what, guess.clone()));
+        if !self.study.follow.contains(&special) {
+            return;
+        }
+        let birth = Some(Box::new(birth));
+        match (special, what) {
+            (Special::Hopf, What::Steady(_)) => {
+                let matrix = &station.measured.matrix;
+                let Some(pair) = critical_pair(special, &station.measured.spectrum) else {
+                    return;
+                };
+                let Some(vector) = null_vector(matrix, Complex::new(0.0, pair.im)) else {
+                    return;
+                };
+                let n = guess.state.len();
+                // The state, the period of an autonomous motion, and the number.
+                let mut direction = DVector::zeros(n + 2);
+                direction.rows_mut(0, n).copy_from(&vector.map(|one| one.re));
+                jobs.push_back(Job {
+                    what: What::Cycles(1),
+                    guess: Guess {
+                        period: TAU / pair.im,
+                        ..guess.clone()
+                    },
+                    direction: Some(direction),
+                    up: true,
+                    parent: Some(at),
+                    birth,
+                });
+            }
+            (Special::Flip, What::Cycles(multiple)) => {
+                let Some(vector) = null_vector(&station.measured.matrix, Complex::new(-1.0, 0.0)) else {
+                    return;
+                };
+                let (n, all) = (guess.state.len(), station.direction.len());
+                let mut direction = DVector::zeros(all);
+                direction.rows_mut(0, n).copy_from(&vector.map(|one| one.re));
+                jobs.push_back(Job {
+                    what: What::Cycles(2 * multiple),
+                    guess: Guess {
+                        period: 2.0 * guess.period,
+                        ..guess.clone()
+                    },
+                    direction: Some(direction),
+                    up: true,
+                    parent: Some(at),
+                    birth,
+                });
+            }
+            _ => {}
+        }
+    }
+
+    fn curves(&mut self, specials: &[(Special, What, Guess)], explored: &mut Explored) -> Result<(), ExploreError> {
+        let written = self.study.written();
+        let written = written.map_err(|error| ExploreError::Case(CycleError::NoCase(error.to_string())))?;
+        let second = written.case().number(&self.study.axes[1].keys[0]);
+        let second = second.map_err(|error| ExploreError::Case(CycleError::NoCase(error.to_string())))?;
+        let keys: Vec<Vec<String>> = self.study.axes.iter().map(|axis| axis.keys.clone()).collect();
+        let family = Family::new(written, &keys).map_err(ExploreError::Case)?;
+        let ranges = [self.study.range(0), self.study.range(1)];
+        let widths = ranges.map(|(low, high)| high - low);
+        let steps = CurveSteps {
+            ranges,
+            longest: self.study.step,
+            most: CURVE_POINTS,
+        };
+        let wanted = specials.iter().filter(|one| self.study.curves.contains(&one.0));
+        for (index, (special, what, guess)) in wanted.enumerate() {
+            let on = |point: &CurvePoint| {
+                (point.values[0] - guess.values[0]).abs() <= ON_CURVE * widths[0]
+                    && (point.values[1] - second).abs() <= ON_CURVE * widths[1]
+            };
+            let traced = explored.curves.iter().filter(|curve| curve.special == *special);
+            if traced.flat_map(|curve| &curve.points).any(on) {
+                continue;
+            }
+            let number = OF_CURVES + index as u64;
+            let recorded = self.journal.read(number)?.and_then(|outcome| outcome.result.ok());
+            let points = match recorded {
+                Some(values) => values
+                    .chunks_exact(3)
+                    .map(|three| CurvePoint {
+                        values: [three[0], three[1]],
+                        period: three[2],
+                    })
+                    .collect(),
+                None => {
+                    let manifold = Manifold {
+                        family: &family,
+                        what: *what,
+                        widths: &widths,
+                        stop: self.stop,
+                    };
+                    let start = Guess {
+                        values: vec![guess.values[0], second],
+                        ..guess.clone()
+                    };
+                    let points = match trace(manifold, *special, &start, &steps) {
+                        Err(CycleError::Interrupted) => return Err(ExploreError::NoStart(CycleError::Interrupted)),
+                        Err(error) => {
+                            let words = special.name();
+                            explored
+                                .remarks
+                                .push(format!("no curve of {word}: {error}", word = words));
+                            continue;
+                        }
+                        Ok(points) => points,
+                    };
+                    let values = points
+                        .iter()
+                        .flat_map(|point| [point.values[0], point.values[1], point.period]);
+                    self.journal.append(&[Outcome {
+                        number,
+                        result: Ok(values.collect()),
+                        events: Vec::new(),
+                    }])?;
+                    points
+                }
+            };
+            if points.is_empty() {
+                let value = guess.values[0];
+                explored
+                    .remarks
+                    .push(format!("no curve of {} was found from {value:.9} on", special.name()));
+                continue;
+            }
+            explored.curves.push(SpecialCurve {
+                special: *special,
+                points,
+            });
+            (self.told)(explored);
+        }
+        Ok(())
+    }
+}
+
+/// The first point of a branch that is born at a special point, a step away from it.
+fn born(manifold: Manifold<'_>, guess: &Guess, direction: &DVector<f64>, step: f64) -> Result<Guess, CycleError> {
+    let n = guess.state.len();
+    // Sizes of the motion are those of the special point, which may be at rest.
+    let local = manifold.local(guess)?;
+    let scale = local.scale().rows(0, n).into_owned();
+    let scaled = direction.rows(0, n).component_div(&scale);
+    let moved = Guess {
+        state: &guess.state + direction.rows(0, n) * (step / scaled.norm()),
+        ..guess.clone()
+    };
+    let mut local = manifold.local(&moved)?;
+    let x = local.unknowns(&moved);
+    let mut plane = DMatrix::zeros(1, x.len());
+    for k in 0..n {
+        plane[k] = direction[k] / local.scale()[k];
+    }
+    let plane = &plane / plane.norm();
+    match solve(&mut local, &x, &plane) {
+        Ok(solution) => local.guess(&solution.x),
+        Err(crate::cycle::NoSolution::Failed(error)) => Err(error),
+        Err(crate::cycle::NoSolution::Diverged {
+            iterations,
+            residual,
+            first,
+        }) => Err(CycleError::Diverged {
+            period: guess.period,
+            iterations,
+            residual,
+            first,
+        }),
+    }
+}
+
+/// A mark as numbers of a journal.
+fn flat(mark: &Mark) -> Vec<f64> {
+    let code = |code: Option<f64>| code.unwrap_or(-1.0);
+    let end = mark
+        .end
+        .and_then(|end| EndReason::ALL.iter().position(|one| *one == end));
+    let mut all = vec![
+        code(mark.special.map(f64::from)),
+        code(end.map(|end| end as f64)),
+        mark.time,
+        mark.period,
+        mark.step,
+        mark.state.len() as f64,
+        mark.values.len() as f64,
+    ];
+    all.extend(mark.state.iter().chain(&mark.values).chain(&mark.direction));
+    all
+}
+
+/// What [`flat`] made; `None` for anything else.
+fn unflat(all: &[f64]) -> Option<Mark> {
+    let (head, rest) = all.split_at_checked(7)?;
+    let (state, rest) = rest.split_at_checked(head[5] as usize)?;
+    let (values, direction) = rest.split_at_checked(head[6] as usize)?;
+    Some(Mark {
+        special: (head[0] >= 0.0).then_some(head[0] as i8),
+        end: match head[1] {
+            code if code >= 0.0 => Some(*EndReason::ALL.get(code as usize)?),
+            _ => None,
+        },
+        time: head[2],
+        period: head[3],
+        step: head[4],
+        state: state.to_vec(),
+        values: values.to_vec(),
+        direction: direction.to_vec(),
+    })
+}

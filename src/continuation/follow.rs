@@ -1,0 +1,687 @@
+//! A branch by pseudo-arclength: from point to point, past folds, through changes of the sequence of events, with its special points.
+
+use super::manifold::{Local, Manifold, Measured, What};
+use super::special::{Special, Tests, tests};
+use crate::cycle::{CycleError, Equations as _, Guess, NoSolution, Solution, solve, tangent};
+use nalgebra::{DMatrix, DVector};
+use serde::{Deserialize, Serialize};
+
+/// The shortest step, over the longest.
+const SHORTEST: f64 = 1e-7;
+
+/// The least cosine between the directions of successive points; below a better one steps are not made longer.
+const LEAST_COSINE: f64 = 0.85;
+const GOOD_COSINE: f64 = 0.985;
+
+/// A step is made longer after at most so many iterations, and shorter after more than the second number.
+const FEW_ITERATIONS: usize = 6;
+const MANY_ITERATIONS: usize = 9;
+
+/// A solution is no farther from where it was expected than this many steps.
+const FARTHEST: f64 = 1.5;
+
+/// Halvings of a step in the search for a special point, and the share of the step at which it ends.
+const MOST_HALVINGS: usize = 60;
+const LOCATED: f64 = 1e-14;
+
+/// A border is where its relative distance is below this at the last point before it.
+const AT_BORDER: f64 = 1e-4;
+
+/// Shares of the longest step by which a point beyond a border is sought.
+const BEYOND: [f64; 4] = [1e-6, 1e-5, 1e-4, 1e-3];
+
+/// A motion that has jumped beyond a border misses itself by more than this many times the step.
+const JUMPED: f64 = 50.0;
+
+/// Cycles have shrunk to steady sliding where omega_r varies by less than this share of what it once did on the branch.
+const SHRUNK: f64 = 2e-3;
+
+/// A period this many times that of the first point is taken for infinite.
+const INFINITE: f64 = 1e3;
+
+/// Why a branch ends.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+pub enum EndReason {
+    /// At an end of the range.
+    Range,
+    /// It has as many points as were asked for.
+    Points,
+    /// It has come back to its start.
+    Closed,
+    /// The cycles have shrunk to steady sliding.
+    Shrunk,
+    /// The period grows without bounds.
+    Infinite,
+    /// The motion jumps where the sequence of events changes: no branch goes on there.
+    Jump,
+    /// No solution is found beyond.
+    Lost,
+}
+
+impl EndReason {
+    /// All of them, in the order of their codes in files.
+    pub const ALL: [EndReason; 7] = [
+        EndReason::Range,
+        EndReason::Points,
+        EndReason::Closed,
+        EndReason::Shrunk,
+        EndReason::Infinite,
+        EndReason::Jump,
+        EndReason::Lost,
+    ];
+
+    /// As a word in files.
+    pub fn name(self) -> &'static str {
+        match self {
+            EndReason::Range => "range",
+            EndReason::Points => "points",
+            EndReason::Closed => "closed",
+            EndReason::Shrunk => "shrunk",
+            EndReason::Infinite => "infinite",
+            EndReason::Jump => "jump",
+            EndReason::Lost => "lost",
+        }
+    }
+
+    /// In words.
+    pub fn words(self) -> &'static str {
+        match self {
+            EndReason::Range => "at the end of the range",
+            EndReason::Points => "after as many points as were asked for",
+            EndReason::Closed => "back at its start",
+            EndReason::Shrunk => "the cycles shrink to steady sliding",
+            EndReason::Infinite => "the period grows without bounds",
+            EndReason::Jump => "the motion jumps where the sequence of events changes",
+            EndReason::Lost => "no solution was found beyond",
+        }
+    }
+}
+
+/// How a branch is followed.
+#[derive(Debug, Clone)]
+pub(crate) struct Steps {
+    /// Of the number that varies, in its SI unit.
+    pub range: (f64, f64),
+    /// The longest step, as a share of the range and of the size of the motion together.
+    pub longest: f64,
+    /// Points of a branch.
+    pub most: usize,
+}
+
+/// A point, with the direction of the branch, in physical units.
+#[derive(Debug, Clone)]
+pub(crate) struct Station {
+    pub measured: Measured,
+    pub direction: DVector<f64>,
+    pub tests: Tests,
+}
+
+/// What is found on the way, in order.
+#[derive(Debug, Clone)]
+pub(crate) enum Found {
+    Point(Box<Station>),
+    Special(Special, Box<Station>),
+    End(EndReason),
+}
+
+/// Where the branch stands, for whoever goes on later.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub(crate) struct Mark {
+    pub special: Option<i8>,
+    pub end: Option<EndReason>,
+    pub time: f64,
+    pub state: Vec<f64>,
+    pub period: f64,
+    pub values: Vec<f64>,
+    pub direction: Vec<f64>,
+    pub step: f64,
+}
+
+/// A branch that is being followed.
+pub(crate) struct Follower<'a> {
+    manifold: Manifold<'a>,
+    steps: &'a Steps,
+    current: Station,
+    step: f64,
+    first: Guess,
+    swing: f64,
+    points: usize,
+}
+
+fn scaled(local: &Local<'_>, direction: &DVector<f64>) -> DVector<f64> {
+    direction.component_div(local.scale()).normalize()
+}
+
+fn row(direction: &DVector<f64>) -> DMatrix<f64> {
+    DMatrix::from_row_slice(1, direction.len(), direction.as_slice())
+}
+
+/// A trial: the solution on the plane across a direction, at a distance along it.
+struct Trial {
+    solution: Solution,
+    station: Station,
+}
+
+impl<'a> Follower<'a> {
+    /// From a solution, in the direction in which the number that varies rises (`up`) or falls, or in a given one.
+    pub fn new(
+        manifold: Manifold<'a>,
+        steps: &'a Steps,
+        guess: &Guess,
+        direction: Option<&DVector<f64>>,
+        up: bool,
+    ) -> Result<Follower<'a>, CycleError> {
+        let mut local = manifold.local(guess)?;
+        let x = local.unknowns(guess);
+        let (_, jacobian) = local.evaluate(&x)?;
+        let mut along = DVector::zeros(x.len());
+        along[x.len() - 1] = if up { 1.0 } else { -1.0 };
+        let along = match direction {
+            Some(direction) => scaled(&local, direction),
+            None => along,
+        };
+        let found = tangent(&jacobian, &along).ok_or(CycleError::NoSteadySliding)?;
+        let measured = manifold.measure(guess)?;
+        let swing = measured.relative_velocity.1 - measured.relative_velocity.0;
+        let current = Station {
+            tests: tests(manifold.what, &measured, &found, &jacobian),
+            direction: found.component_mul(local.scale()),
+            measured,
+        };
+        Ok(Follower {
+            manifold,
+            steps,
+            current,
+            step: 0.1 * steps.longest,
+            first: guess.clone(),
+            swing,
+            points: 0,
+        })
+    }
+
+    /// Where it stands.
+    pub fn current(&self) -> &Station {
+        &self.current
+    }
+
+    /// The mark from which [`Self::resume`] goes on.
+    pub fn mark(&self, found: &Found) -> Mark {
+        let (station, special, end) = match found {
+            Found::Point(station) => (&**station, None, None),
+            Found::Special(special, station) => (&**station, Some(special.code()), None),
+            Found::End(reason) => (&self.current, None, Some(*reason)),
+        };
+        let guess = &station.measured.guess;
+        Mark {
+            special,
+            end,
+            time: guess.time,
+            state: guess.state.as_slice().to_vec(),
+            period: guess.period,
+            values: guess.values.clone(),
+            direction: station.direction.as_slice().to_vec(),
+            step: self.step,
+        }
+    }
+
+    /// What a mark says was found, from where the branch then goes on.
+    pub fn resume(&mut self, mark: &Mark) -> Result<Found, CycleError> {
+        if let Some(reason) = mark.end {
+            return Ok(Found::End(reason));
+        }
+        let guess = Guess {
+            time: mark.time,
+            state: DVector::from_column_slice(&mark.state),
+            period: mark.period,
+            values: mark.values.clone(),
+        };
+        let measured = self.manifold.measure(&guess)?;
+        let mut local = self.manifold.local(&guess)?;
+        let (_, jacobian) = local.evaluate(&local.unknowns(&guess))?;
+        let direction = DVector::from_column_slice(&mark.direction);
+        let station = Station {
+            tests: tests(self.manifold.what, &measured, &scaled(&local, &direction), &jacobian),
+            measured,
+            direction,
+        };
+        match mark.special.and_then(|code| Special::ALL.get(code as usize)) {
+            Some(&special) => Ok(Found::Special(special, Box::new(station))),
+            None => {
+                self.accept(station.clone());
+                self.step = mark.step;
+                Ok(Found::Point(Box::new(station)))
+            }
+        }
+    }
+
+    fn accept(&mut self, station: Station) {
+        let (least, largest) = station.measured.relative_velocity;
+        self.swing = self.swing.max(largest - least);
+        self.points += 1;
+        self.current = station;
+    }
+
+    /// The next points and special points; the last of a branch is its end.
+    pub fn advance(&mut self) -> Result<Vec<Found>, CycleError> {
+        if self.points >= self.steps.most {
+            return Ok(vec![Found::End(EndReason::Points)]);
+        }
+        let mut local = self.manifold.local(&self.current.measured.guess)?;
+        let x = local.unknowns(&self.current.measured.guess);
+        let along = scaled(&local, &self.current.direction);
+        let shortest = SHORTEST * self.steps.longest;
+        loop {
+            let trial = match self.trial(&mut local, (&x, &along), self.step) {
+                Ok(trial) => trial,
+                Err(CycleError::Interrupted) => return Err(CycleError::Interrupted),
+                Err(_) => None,
+            };
+            let Some(trial) = trial else {
+                if self.step > 1e-3 * self.steps.longest {
+                    self.step /= 2.0;
+                    continue;
+                }
+                return self.blocked(&mut local, (&x, &along), self.step);
+            };
+            let next = trial.station;
+            if next.measured.word != self.current.measured.word {
+                return self.border(&mut local, (&x, &along), self.step);
+            }
+            let cosine = scaled(&local, &next.direction).dot(&along);
+            log::debug!(
+                "at {:?}: step {:.2e}, cosine {cosine:.6}, {} iterations, distance {:.2e}, along {:?}, next {:?}",
+                next.measured.guess.values,
+                self.step,
+                trial.solution.iterations,
+                (&trial.solution.x - &x).norm(),
+                along.as_slice(),
+                scaled(&local, &next.direction).as_slice()
+            );
+            if cosine < LEAST_COSINE && self.step > 10.0 * shortest {
+                self.step /= 2.0;
+                continue;
+            }
+            if let Some(end) = self.ends(&mut local, &next)? {
+                return Ok(end);
+            }
+            let mut found = self.between(&mut local, (&x, &along), self.step, &next)?;
+            if cosine > GOOD_COSINE && trial.solution.iterations <= FEW_ITERATIONS {
+                self.step = (1.5 * self.step).min(self.steps.longest);
+            } else if cosine < LEAST_COSINE.max(0.95) || trial.solution.iterations > MANY_ITERATIONS {
+                self.step = (0.7 * self.step).max(shortest);
+            }
+            found.push(self.take(next)?);
+            return Ok(found);
+        }
+    }
+
+    /// Takes a point as the one that the branch goes on from.
+    fn take(&mut self, station: Station) -> Result<Found, CycleError> {
+        let (measured, direction) = self.manifold.away_from_events(station.measured, station.direction)?;
+        let station = Station {
+            measured,
+            direction,
+            tests: station.tests,
+        };
+        self.accept(station.clone());
+        Ok(Found::Point(Box::new(station)))
+    }
+
+    /// The solution at a distance along a direction; none where Newton's method goes elsewhere.
+    fn trial(
+        &self,
+        local: &mut Local<'a>,
+        (x, along): (&DVector<f64>, &DVector<f64>),
+        step: f64,
+    ) -> Result<Option<Trial>, CycleError> {
+        let expected = x + along * step;
+        let solution = match solve(local, &expected, &row(along)) {
+            Ok(solution) => solution,
+            Err(NoSolution::Failed(error)) => return Err(error),
+            Err(NoSolution::Diverged { .. }) => return Ok(None),
+        };
+        if (&solution.x - &expected).norm() > FARTHEST * step.max(1e-9) {
+            return Ok(None);
+        }
+        self.measured(local, solution, along).map(Some)
+    }
+
+    fn measured(&self, local: &Local<'a>, solution: Solution, along: &DVector<f64>) -> Result<Trial, CycleError> {
+        let guess = local.guess(&solution.x)?;
+        let measured = self.manifold.measure(&guess)?;
+        let direction = tangent(&solution.jacobian, along).ok_or(CycleError::NoSteadySliding)?;
+        let station = Station {
+            tests: tests(self.manifold.what, &measured, &direction, &solution.jacobian),
+            direction: direction.component_mul(local.scale()),
+            measured,
+        };
+        Ok(Trial { solution, station })
+    }
+
+    fn value(&self, station: &Station) -> f64 {
+        station.measured.guess.values[station.measured.guess.values.len() - 1]
+    }
+
+    /// What ends the branch with this point, if something does.
+    fn ends(&mut self, local: &mut Local<'a>, next: &Station) -> Result<Option<Vec<Found>>, CycleError> {
+        let (low, high) = self.steps.range;
+        let value = self.value(next);
+        if !(low..=high).contains(&value) {
+            let bound = if value < low { low } else { high };
+            // On the plane where the number has its last value.
+            let from = &self.current.measured.guess;
+            let (start, end) = (local.unknowns(from), local.unknowns(&next.measured.guess));
+            let share = (bound - self.value(&self.current)) / (value - self.value(&self.current));
+            let mut at = &start + (end - &start) * share;
+            let last = at.len() - 1;
+            at[last] = bound / local.scale()[last];
+            let mut plane = DVector::zeros(at.len());
+            plane[last] = 1.0;
+            let mut found = Vec::new();
+            if let Ok(solution) = solve(local, &at, &row(&plane)) {
+                let along = scaled(local, &next.direction);
+                let station = self.measured(local, solution, &along)?.station;
+                found.push(Found::Point(Box::new(station)));
+            }
+            found.push(Found::End(EndReason::Range));
+            return Ok(Some(found));
+        }
+        if let What::Cycles(_) = self.manifold.what {
+            let (least, largest) = next.measured.relative_velocity;
+            let before = self.current.measured.relative_velocity.1 - self.current.measured.relative_velocity.0;
+            let shrinks = largest - least < before;
+            if self.manifold.family.is_autonomous() && shrinks {
+                if largest - least < SHRUNK * self.swing {
+                    return Ok(Some(vec![
+                        Found::Point(Box::new(next.clone())),
+                        Found::End(EndReason::Shrunk),
+                    ]));
+                }
+                // The next step would go through.
+                let slope = (before - (largest - least)) / self.step;
+                self.step = self.step.min(0.6 * (largest - least) / slope);
+            }
+            if next.measured.guess.period > INFINITE * self.first.period {
+                return Ok(Some(vec![
+                    Found::Point(Box::new(next.clone())),
+                    Found::End(EndReason::Infinite),
+                ]));
+            }
+        }
+        if self.points > 8 && self.returns(local, next) {
+            return Ok(Some(vec![
+                Found::Point(Box::new(next.clone())),
+                Found::End(EndReason::Closed),
+            ]));
+        }
+        Ok(None)
+    }
+
+    /// Whether the first point lies between the last and this one.
+    fn returns(&self, local: &Local<'a>, next: &Station) -> bool {
+        let number = self.value(next);
+        let first = self.first.values[self.first.values.len() - 1];
+        let between = (first - self.value(&self.current)) * (first - number) <= 0.0;
+        let near = |a: f64, b: f64, size: f64| (a - b).abs() <= 3.0 * self.step * size;
+        let width = local.scale()[local.scale().len() - 1];
+        let same_period = self.first.period.is_nan()
+            || (self.first.period - next.measured.guess.period).abs() <= 0.02 * self.first.period;
+        between && near(first, number, width) && same_period && {
+            let swing = next.measured.relative_velocity.1 - next.measured.relative_velocity.0;
+            (swing - self.first_swing()).abs() <= 0.02 * self.swing
+        }
+    }
+
+    fn first_swing(&self) -> f64 {
+        match self.manifold.measure(&self.first) {
+            Ok(measured) => measured.relative_velocity.1 - measured.relative_velocity.0,
+            Err(_) => f64::NAN,
+        }
+    }
+
+    /// The special points of smooth kinds between the current point and the next.
+    fn between(
+        &self,
+        local: &mut Local<'a>,
+        (x, along): (&DVector<f64>, &DVector<f64>),
+        step: f64,
+        next: &Station,
+    ) -> Result<Vec<Found>, CycleError> {
+        let mut found = Vec::new();
+        for special in self.current.tests.passed(&next.tests, self.manifold.what) {
+            let located = self.located(local, (x, along), step, special, next)?;
+            if let Some((share, station)) = located {
+                found.push((share, special, station));
+            }
+        }
+        // A fold is no crossing of branches.
+        let folds = found.iter().any(|one| one.1 == Special::Fold);
+        found.retain(|one| !(folds && one.1 == Special::BranchPoint));
+        found.sort_by(|a, b| a.0.total_cmp(&b.0));
+        Ok(found
+            .into_iter()
+            .map(|(_, special, station)| Found::Special(special, Box::new(station)))
+            .collect())
+    }
+
+    /// A special point by regula falsi (Illinois).
+    fn located(
+        &self,
+        local: &mut Local<'a>,
+        at: (&DVector<f64>, &DVector<f64>),
+        step: f64,
+        special: Special,
+        next: &Station,
+    ) -> Result<Option<(f64, Station)>, CycleError> {
+        let value = |station: &Station| station.tests.value(special, &station.measured);
+        let (mut low, mut high) = ((0.0, value(&self.current)), (step, value(next)));
+        let mut best = next.clone();
+        if !(low.1 * high.1 < 0.0) {
+            // A pair that became real on the way: where the count changes.
+            return self.halved(local, at, step, special);
+        }
+        let mut side = 0;
+        for _ in 0..MOST_HALVINGS {
+            let share = (low.0 * high.1 - high.0 * low.1) / (high.1 - low.1);
+            let share = if share.is_finite() {
+                share
+            } else {
+                0.5 * (low.0 + high.0)
+            };
+            let Some(trial) = self.trial_near(local, at, share, step)? else {
+                return Ok(None);
+            };
+            let found = value(&trial.station);
+            best = trial.station;
+            if found == 0.0 || (high.0 - low.0).abs() <= LOCATED * step || found.abs() <= 1e-15 {
+                return Ok(Some((share, best)));
+            }
+            let before = if found * low.1 > 0.0 { low.0 } else { high.0 };
+            if found * low.1 > 0.0 {
+                low = (share, found);
+                if side == -1 {
+                    high.1 /= 2.0;
+                }
+                side = -1;
+            } else {
+                high = (share, found);
+                if side == 1 {
+                    low.1 /= 2.0;
+                }
+                side = 1;
+            }
+            if (share - before).abs() <= 1e-13 * step {
+                return Ok(Some((share, best)));
+            }
+        }
+        Ok(Some((0.5 * (low.0 + high.0), best)))
+    }
+
+    fn halved(
+        &self,
+        local: &mut Local<'a>,
+        at: (&DVector<f64>, &DVector<f64>),
+        step: f64,
+        special: Special,
+    ) -> Result<Option<(f64, Station)>, CycleError> {
+        let (mut low, mut high, mut best) = (0.0, step, None);
+        for _ in 0..MOST_HALVINGS {
+            let middle = 0.5 * (low + high);
+            if high - low <= LOCATED * step {
+                break;
+            }
+            let Some(trial) = self.trial_near(local, at, middle, step)? else {
+                return Ok(None);
+            };
+            let passed = self.current.tests.passed(&trial.station.tests, self.manifold.what);
+            if passed.contains(&special) {
+                high = middle;
+                best = Some(trial.station);
+            } else {
+                low = middle;
+            }
+        }
+        // Two multipliers that meet and part are no bifurcation.
+        Ok(best
+            .filter(|station| station.tests.value(special, &station.measured).abs() < 1e-6)
+            .map(|best| (high, best)))
+    }
+
+    /// A trial that may be as far off as one of the whole step.
+    fn trial_near(
+        &self,
+        local: &mut Local<'a>,
+        (x, along): (&DVector<f64>, &DVector<f64>),
+        share: f64,
+        step: f64,
+    ) -> Result<Option<Trial>, CycleError> {
+        let expected = x + along * share;
+        let solution = match solve(local, &expected, &row(along)) {
+            Ok(solution) => solution,
+            Err(NoSolution::Failed(CycleError::Interrupted)) => return Err(CycleError::Interrupted),
+            Err(_) => return Ok(None),
+        };
+        if (&solution.x - &expected).norm() > FARTHEST * step {
+            return Ok(None);
+        }
+        self.measured(local, solution, along).map(Some)
+    }
+
+    /// No solution at the end of a step: it may be that the branch turns at a border.
+    fn blocked(
+        &mut self,
+        local: &mut Local<'a>,
+        at: (&DVector<f64>, &DVector<f64>),
+        step: f64,
+    ) -> Result<Vec<Found>, CycleError> {
+        self.border(local, at, step)
+    }
+
+    /// The sequence of events is another at the end of a step, or there is no solution: to the border, and beyond.
+    fn border(
+        &mut self,
+        local: &mut Local<'a>,
+        at: (&DVector<f64>, &DVector<f64>),
+        step: f64,
+    ) -> Result<Vec<Found>, CycleError> {
+        let word = self.current.measured.word.clone();
+        let (mut low, mut high) = (0.0, step);
+        let (mut last, mut first): (Option<Trial>, Option<Trial>) = (None, None);
+        for _ in 0..MOST_HALVINGS {
+            let middle = 0.5 * (low + high);
+            if high - low <= LOCATED * step || middle <= low || middle >= high {
+                break;
+            }
+            match self.trial_near(local, at, middle, step) {
+                Err(CycleError::Interrupted) => return Err(CycleError::Interrupted),
+                Ok(Some(trial)) if trial.station.measured.word == word => {
+                    low = middle;
+                    last = Some(trial);
+                }
+                Ok(Some(trial)) => {
+                    high = middle;
+                    first = Some(trial);
+                }
+                Ok(None) | Err(_) => {
+                    high = middle;
+                    first = None;
+                }
+            }
+        }
+        let station = last
+            .as_ref()
+            .map_or_else(|| self.current.clone(), |trial| trial.station.clone());
+        let before = self.border_of(&station, first.as_ref());
+        let mut found = Vec::new();
+        let Some(border) = before else {
+            self.accept(station.clone());
+            if low > 0.0 {
+                found.push(Found::Point(Box::new(station)));
+            }
+            found.push(Found::End(EndReason::Lost));
+            return Ok(found);
+        };
+        found.extend(self.between(local, at, low, &station)?);
+        found.push(Found::Special(Special::Border(border), Box::new(station.clone())));
+        let edge = local.unknowns(&station.measured.guess);
+        let beyond = match first {
+            // The branch goes on, if it does not jump.
+            Some(first) if (&first.solution.x - &edge).norm() <= 1e-5 + 1e3 * (high - low) => Some(first.station),
+            _ => self.folded(local, &edge, at.1, &word)?,
+        };
+        match beyond {
+            Some(station) => {
+                self.step = 0.02 * self.steps.longest;
+                found.push(self.take(station)?);
+            }
+            None => found.push(Found::End(EndReason::Jump)),
+        }
+        Ok(found)
+    }
+
+    /// Which border it is: of the last point before it, or of the first one beyond.
+    fn border_of(&self, station: &Station, beyond: Option<&Trial>) -> Option<crate::cycle::Border> {
+        let near = |station: &Station| station.measured.nearest.filter(|nearest| nearest.1.abs() < AT_BORDER);
+        near(station)
+            .or(beyond.and_then(|trial| near(&trial.station)))
+            .map(|nearest| nearest.0)
+    }
+
+    /// The first point beyond a border at which the branch turns back.
+    fn folded(
+        &self,
+        local: &mut Local<'a>,
+        edge: &DVector<f64>,
+        along: &DVector<f64>,
+        word: &[u8],
+    ) -> Result<Option<Station>, CycleError> {
+        for share in BEYOND {
+            let outside = edge + along * (share * self.steps.longest);
+            let Ok((residual, jacobian)) = local.evaluate(&outside) else {
+                continue;
+            };
+            let there = local.last().map(crate::cycle::word);
+            if there.is_none_or(|there| there == word) || residual.amax() > JUMPED * share * self.steps.longest {
+                continue;
+            }
+            let Some(direction) = tangent(&jacobian, along) else {
+                continue;
+            };
+            for sign in [1.0, -1.0] {
+                let direction = &direction * sign;
+                for step in [1e-2, 1e-3, 1e-1] {
+                    let step = step * self.steps.longest;
+                    let trial = match self.trial(local, (edge, &direction), step) {
+                        Err(CycleError::Interrupted) => return Err(CycleError::Interrupted),
+                        Ok(Some(trial)) => trial,
+                        Ok(None) | Err(_) => continue,
+                    };
+                    if trial.station.measured.word != word {
+                        return Ok(Some(trial.station));
+                    }
+                }
+            }
+        }
+        Ok(None)
+    }
+}

@@ -1,0 +1,310 @@
+//! What is followed: steady sliding or cycles, as equations about a point, and what is measured there.
+
+use crate::cycle::{Border, CycleError, Equations, Family, Guess, Orbit, Shooting, Stability, later, scales, to_slip};
+use crate::numerics::eigenvalues::eigenvalues;
+use crate::simulation::{Shot, Wanted, shoot, sliding, weights};
+use nalgebra::{Complex, DMatrix, DVector};
+
+/// Steady sliding is lost or regained where the real part of an eigenvalue leaves this share of the fastest eigenvalue.
+const ROUNDING: f64 = 1e-11;
+
+/// A start nearer to an event than this share of the longest slip is moved to the middle of that.
+const CLEARANCE: f64 = 0.2;
+
+/// What is followed.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) enum What {
+    /// Steady sliding in this sense.
+    Steady(i8),
+    /// Cycles, over so many periods of the drives.
+    Cycles(u32),
+}
+
+/// What is followed, of which family, over which ranges.
+#[derive(Clone, Copy)]
+pub(crate) struct Manifold<'a> {
+    pub family: &'a Family,
+    pub what: What,
+    /// Width of the range of each number.
+    pub widths: &'a [f64],
+    pub stop: &'a dyn Fn() -> bool,
+}
+
+/// What is known at a point.
+#[derive(Debug, Clone)]
+pub(crate) struct Measured {
+    pub guess: Guess,
+    /// Multipliers of a cycle without that along it, or eigenvalues of steady sliding, 1/s; the most unstable first.
+    pub spectrum: Vec<Complex<f64>>,
+    /// How many of them grow.
+    pub unstable: usize,
+    pub stability: Stability,
+    pub position: (f64, f64),
+    pub relative_velocity: (f64, f64),
+    pub sticks: usize,
+    pub shortest_stick: f64,
+    /// The nearest other sequence of events, and its relative distance.
+    pub nearest: Option<(Border, f64)>,
+    /// Every border that is near, with its relative distance.
+    pub margins: Vec<(Border, f64)>,
+    /// Sequences of events are the same if their words are.
+    pub word: Vec<u8>,
+    pub sequence: String,
+    /// See `Orbit::clearance`.
+    pub clearance: f64,
+    /// d(end)/d(start) of a cycle; the Jacobian of steady sliding.
+    pub matrix: DMatrix<f64>,
+}
+
+/// The equations about a point.
+pub(crate) enum Local<'a> {
+    Steady(SteadySliding<'a>),
+    Cycles(Box<Shooting<'a>>),
+}
+
+impl Local<'_> {
+    pub fn scale(&self) -> &DVector<f64> {
+        match self {
+            Local::Steady(steady) => &steady.scale,
+            Local::Cycles(shooting) => &shooting.scale,
+        }
+    }
+
+    pub fn unknowns(&self, guess: &Guess) -> DVector<f64> {
+        match self {
+            Local::Steady(steady) => {
+                let all: Vec<f64> = guess.state.iter().chain(&guess.values).copied().collect();
+                DVector::from_vec(all).component_div(&steady.scale)
+            }
+            Local::Cycles(shooting) => shooting.unknowns(guess),
+        }
+    }
+
+    pub fn guess(&self, x: &DVector<f64>) -> Result<Guess, CycleError> {
+        match self {
+            Local::Steady(steady) => Ok(steady.guess(x)),
+            Local::Cycles(shooting) => shooting.guess(x),
+        }
+    }
+
+    /// The motion of the last evaluation.
+    pub fn last(&self) -> Option<&Shot> {
+        match self {
+            Local::Steady(_) => None,
+            Local::Cycles(shooting) => shooting.last.as_ref(),
+        }
+    }
+}
+
+impl Equations for Local<'_> {
+    fn evaluate(&mut self, x: &DVector<f64>) -> Result<(DVector<f64>, DMatrix<f64>), CycleError> {
+        match self {
+            Local::Steady(steady) => steady.evaluate(x),
+            Local::Cycles(shooting) => shooting.evaluate(x),
+        }
+    }
+}
+
+/// d(state)/dt = 0 of sliding in one sense.
+pub(crate) struct SteadySliding<'a> {
+    family: &'a Family,
+    sense: i8,
+    moving: usize,
+    scale: DVector<f64>,
+    /// The fastest rate, 1/s.
+    fastest: f64,
+}
+
+impl SteadySliding<'_> {
+    fn guess(&self, x: &DVector<f64>) -> Guess {
+        let u = x.component_mul(&self.scale);
+        Guess {
+            time: 0.0,
+            state: u.rows(0, self.moving).into_owned(),
+            period: f64::NAN,
+            values: u.as_slice()[self.moving..].to_vec(),
+        }
+    }
+}
+
+impl Equations for SteadySliding<'_> {
+    fn evaluate(&mut self, x: &DVector<f64>) -> Result<(DVector<f64>, DMatrix<f64>), CycleError> {
+        let guess = self.guess(x);
+        let member = self.family.at(&guess.values, true)?;
+        let n = self.moving;
+        let here = sliding((&member.system, member.threshold), self.sense, &guess.state);
+        if here.relative_velocity * f64::from(self.sense) <= 0.0 {
+            return Err(CycleError::NoSteadySliding);
+        }
+        let row = |i: usize| 1.0 / (self.scale[i] * self.fastest);
+        let residual = DVector::from_fn(n, |i, _| here.rates[i] * row(i));
+        let mut jacobian = DMatrix::zeros(n, x.len());
+        for i in 0..n {
+            for j in 0..n {
+                jacobian[(i, j)] = here.jacobian[(i, j)] * self.scale[j] * row(i);
+            }
+        }
+        for (number, moved) in member.moved.iter().enumerate() {
+            let column = n + number;
+            for copy in &moved.copies {
+                let other = sliding((&copy.system, copy.threshold), self.sense, &guess.state);
+                for i in 0..n {
+                    jacobian[(i, column)] += copy.weight * other.rates[i] * self.scale[column] * row(i);
+                }
+            }
+        }
+        Ok((residual, jacobian))
+    }
+}
+
+impl<'a> Manifold<'a> {
+    /// The equations about a point.
+    pub fn local(&self, guess: &Guess) -> Result<Local<'a>, CycleError> {
+        let member = self.family.at(&guess.values, false)?;
+        let weights = weights(&member.system);
+        match self.what {
+            What::Steady(sense) => {
+                let here = sliding((&member.system, member.threshold), sense, &guess.state);
+                let sizes: Vec<f64> = guess.state.iter().map(|y| y.abs()).collect();
+                let speed = here.relative_velocity.abs();
+                let mut scale: Vec<f64> = scales(&sizes, &weights);
+                for (scale, weight) in scale.iter_mut().zip(&weights) {
+                    *scale = scale.max(0.05 * speed / weight);
+                }
+                let n = scale.len();
+                let scaled = DMatrix::from_fn(n, n, |i, j| here.jacobian[(i, j)] * scale[j] / scale[i]);
+                scale.extend(self.widths);
+                Ok(Local::Steady(SteadySliding {
+                    family: self.family,
+                    sense,
+                    moving: n,
+                    scale: DVector::from_vec(scale),
+                    fastest: scaled.amax(),
+                }))
+            }
+            What::Cycles(multiple) => {
+                let wanted = Wanted {
+                    derivatives: None,
+                    extrema: false,
+                    stop: self.stop,
+                };
+                let system = (&member.system, member.threshold);
+                let shot = shoot(system, (guess.time, &guess.state), guess.period, wanted)?;
+                let sizes = scales(&shot.sizes, &weights);
+                let about = (&sizes[..], &shot.start_rates);
+                Ok(Local::Cycles(Box::new(Shooting::new(
+                    self.family,
+                    multiple,
+                    guess,
+                    about,
+                    self.widths,
+                    self.stop,
+                ))))
+            }
+        }
+    }
+
+    /// What is to be said of a solution.
+    pub fn measure(&self, guess: &Guess) -> Result<Measured, CycleError> {
+        match self.what {
+            What::Cycles(_) => {
+                let orbit = Orbit::describe(self.family, guess, (0.0, 0), self.stop)?;
+                let spectrum: Vec<Complex<f64>> = orbit
+                    .multipliers
+                    .iter()
+                    .filter(|one| one.kind != crate::cycle::MultiplierKind::Along)
+                    .map(|one| Complex::new(one.real, one.imaginary))
+                    .collect();
+                Ok(Measured {
+                    guess: guess.clone(),
+                    unstable: spectrum
+                        .iter()
+                        .filter(|one| one.norm() > 1.0 + crate::cycle::NEUTRAL)
+                        .count(),
+                    spectrum,
+                    stability: orbit.stability,
+                    position: orbit.position,
+                    relative_velocity: orbit.relative_velocity,
+                    sticks: orbit.sticks,
+                    shortest_stick: orbit.stick_durations.map_or(f64::NAN, |both| both.0),
+                    nearest: orbit.nearest.map(|nearest| (nearest.border, nearest.distance)),
+                    sequence: orbit.sequence(),
+                    margins: orbit
+                        .margins
+                        .iter()
+                        .map(|margin| (margin.border, margin.distance))
+                        .collect(),
+                    word: orbit.word,
+                    clearance: orbit.clearance,
+                    matrix: orbit.by_state,
+                })
+            }
+            What::Steady(sense) => {
+                let member = self.family.at(&guess.values, false)?;
+                let here = sliding((&member.system, member.threshold), sense, &guess.state);
+                let mut spectrum = eigenvalues(&here.jacobian);
+                spectrum.sort_by(|a, b| b.re.total_cmp(&a.re).then(b.im.total_cmp(&a.im)));
+                let fastest = spectrum.iter().map(|one| one.norm()).fold(0.0, f64::max);
+                let unstable = spectrum.iter().filter(|one| one.re > ROUNDING * fastest).count();
+                let neutral = spectrum.first().is_some_and(|one| one.re >= -ROUNDING * fastest);
+                Ok(Measured {
+                    guess: guess.clone(),
+                    unstable,
+                    stability: match (unstable, neutral) {
+                        (1.., _) => Stability::Unstable,
+                        (0, true) => Stability::Neutral,
+                        (0, false) => Stability::Stable,
+                    },
+                    spectrum,
+                    position: (here.position, here.position),
+                    relative_velocity: (here.relative_velocity, here.relative_velocity),
+                    sticks: 0,
+                    shortest_stick: f64::NAN,
+                    nearest: None,
+                    margins: Vec::new(),
+                    word: Vec::new(),
+                    sequence: String::new(),
+                    clearance: f64::INFINITY,
+                    matrix: here.jacobian,
+                })
+            }
+        }
+    }
+
+    /// A point of a cycle and the direction of its branch, from the middle of the longest slip where the start has come near to an
+    /// event.
+    pub fn away_from_events(
+        &self,
+        measured: Measured,
+        direction: DVector<f64>,
+    ) -> Result<(Measured, DVector<f64>), CycleError> {
+        let What::Cycles(_) = self.what else {
+            return Ok((measured, direction));
+        };
+        if measured.clearance >= CLEARANCE {
+            return Ok((measured, direction));
+        }
+        let guess = &measured.guess;
+        let member = self.family.at(&guess.values, true)?;
+        let shift = to_slip(&member, guess, self.stop)?;
+        let wanted = Wanted {
+            derivatives: Some(&member.moved),
+            extrema: false,
+            stop: self.stop,
+        };
+        let system = (&member.system, member.threshold);
+        let shot = shoot(system, (guess.time, &guess.state), shift, wanted)?;
+        let n = guess.state.len();
+        let numbers = direction.len() - guess.values.len();
+        let mut carried = direction.clone();
+        let state =
+            &shot.by_state * direction.rows(0, n) + &shot.by_number * direction.rows(numbers, guess.values.len());
+        carried.rows_mut(0, n).copy_from(&state);
+        let measured = self.measure(&Guess {
+            time: later(&member, guess, shift),
+            state: shot.end,
+            ..guess.clone()
+        })?;
+        Ok((measured, carried))
+    }
+}

@@ -1,0 +1,161 @@
+//! The file of a continuation: branches, their points, and curves of special points; small, so written whole at the end.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use super::attributes::{write_attributes, write_input, write_root};
+use super::certificate::Addition;
+use super::source::Source;
+use super::table::{LibraryVersion, create_file, create_group};
+use super::target::{self, Reservation};
+use super::{AttributeValue, Reason, ResultError, Status, schema};
+
+/// The study as given, in /input.
+const INPUT_STUDY: &str = "study";
+/// The base case as given, in /input.
+const INPUT_CASE: &str = "case";
+/// What the study sets in it, in /input.
+const INPUT_SETTINGS: &str = "settings";
+
+/// What the file of a continuation holds.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub(crate) struct ContinuationFile {
+    /// Root attribute `title`.
+    pub title: String,
+    /// Root attribute `source`.
+    pub source: String,
+    /// Root attribute `history`.
+    pub history: String,
+    /// The study's TOML text as given.
+    pub study: String,
+    /// The text of the base case.
+    pub case: String,
+    /// What is set in it, KEY=VALUE in each line.
+    pub settings: String,
+    /// Attributes of /meta.
+    pub meta: Vec<(String, AttributeValue)>,
+    /// /branches, /points and /curves.
+    pub groups: Vec<Addition>,
+}
+
+impl ContinuationFile {
+    /// Writes the file where a place is reserved: under its name if the study is complete, else as its partial file. Returns where it
+    /// is.
+    ///
+    /// # Errors
+    /// Any failure to write.
+    pub fn write(&self, place: &Reservation, status: &Status) -> Result<PathBuf, ResultError> {
+        let made = place.lock.sibling();
+        let target = match status {
+            Status::Complete => &place.path,
+            _ => &place.partial,
+        };
+        target::check_replaceable(target, place.overwrite)?;
+        let written = self
+            .store(&made, status)
+            .map_err(|error| ResultError::write(target, false, &error))
+            .and_then(|()| target::save(&made))
+            .and_then(|()| target::rename(&made, target, place.overwrite));
+        if written.is_err() {
+            let _ = fs::remove_file(&made);
+        }
+        written.map(|()| target.to_owned())
+    }
+
+    fn store(&self, path: &Path, status: &Status) -> hdf5::Result<()> {
+        let file = create_file(path, LibraryVersion::Earliest)?;
+        let texts = [
+            (schema::root::CONVENTIONS, schema::CONVENTIONS),
+            (schema::root::TITLE, &self.title),
+            (schema::root::SOURCE, &self.source),
+            (schema::root::HISTORY, &self.history),
+            (schema::root::FORMAT, schema::CONTINUATION_FORMAT),
+            (schema::root::STATUS, status.name()),
+        ];
+        write_root(&file, &texts)?;
+        self.groups.iter().try_for_each(|group| group.write(&file))?;
+        let input = create_group(&file, schema::group::INPUT)?;
+        write_input(&input, INPUT_STUDY, &self.study, "the study as it was given (TOML)")?;
+        write_input(&input, INPUT_CASE, &self.case, "the base case as it was given (TOML)")?;
+        write_input(
+            &input,
+            INPUT_SETTINGS,
+            &self.settings,
+            "what is set in it, KEY=VALUE in each line",
+        )?;
+        write_attributes(&create_group(&file, schema::group::META)?, &self.meta)?;
+        super::checksums::write(&file, &super::checksums::Known::default())?;
+        file.flush()
+    }
+}
+
+/// The branches that a file holds, as columns by name.
+#[derive(Debug)]
+pub(crate) struct StoredContinuation {
+    source: Source,
+}
+
+impl StoredContinuation {
+    /// Whether the file at `path` is one of a continuation.
+    pub fn is_one(path: &Path) -> bool {
+        let format = Source::open_known(path).and_then(|source| source.text_attribute("", schema::root::FORMAT));
+        matches!(format, Ok(Some(format)) if format == schema::CONTINUATION_FORMAT)
+    }
+
+    /// Opens a file of a continuation.
+    ///
+    /// # Errors
+    /// A file that is not there, of another kind, of a newer version of the program, or damaged.
+    pub fn open(path: &Path) -> Result<StoredContinuation, ResultError> {
+        let source = Source::open_known(path)?;
+        let found = source.text_attribute("", schema::root::FORMAT)?;
+        if found.as_deref() != Some(schema::CONTINUATION_FORMAT) {
+            return Err(Reason::NotAResult(found).of(path));
+        }
+        Ok(StoredContinuation { source })
+    }
+
+    /// Root attribute `title`.
+    pub fn title(&self) -> Result<String, ResultError> {
+        Ok(self.source.text_attribute("", schema::root::TITLE)?.unwrap_or_default())
+    }
+
+    /// A text attribute of a group.
+    pub fn text_attribute(&self, group: &str, name: &str) -> Result<Option<String>, ResultError> {
+        self.source.text_attribute(group, name)
+    }
+
+    /// A text of /input.
+    pub fn input(&self, name: &str) -> Result<String, ResultError> {
+        Ok(self.source.text(&format!("input/{name}"))?.unwrap_or_default())
+    }
+
+    /// All values of a variable, the last dimension fastest; none where the file has no such variable.
+    pub fn column(&self, path: &str) -> Result<Option<Vec<f64>>, ResultError> {
+        let Some(info) = self.source.dataset(path)? else {
+            return Ok(None);
+        };
+        let whole: Vec<_> = info.shape.iter().map(|&length| 0..length).collect();
+        self.source.read(path, &whole).map(Some)
+    }
+
+    /// Names of the variables of a group.
+    pub fn members(&self, group: &str) -> Result<Vec<String>, ResultError> {
+        Ok(self
+            .source
+            .members(group)?
+            .into_iter()
+            .map(|member| member.name)
+            .collect())
+    }
+
+    /// The words behind the codes of a variable.
+    pub fn words(&self, path: &str) -> Result<Vec<(i64, String)>, ResultError> {
+        Ok(self.source.described(path)?.flags)
+    }
+
+    /// The unit of a variable.
+    pub fn unit(&self, path: &str) -> Result<String, ResultError> {
+        Ok(self.source.described(path)?.units.unwrap_or_default())
+    }
+}
