@@ -54,6 +54,11 @@ pub(super) fn certify(options: &CertifyOptions, common: &Common) -> Result<End, 
         )));
     }
     let given = Given::read(&options.case).map_err(without_case)?;
+    if let Origin::Result(path) = &given.source.origin
+        && super::certify_cycle::is_one(path)
+    {
+        return super::certify_cycle::certify(path, options, common);
+    }
     let set = options.budget.over(&options.set);
     let changes = overrides(&set, None)?;
     let case = &Case::read(&given.source, &changes).map_err(|error| without_case(error.into()))?;

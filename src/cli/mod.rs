@@ -3,7 +3,7 @@
 //! | module | what it is |
 //! |---|---|
 //! | `arguments`, `candidates`, `builtins` | options; words that a shell proposes; built-in cases and studies |
-//! | `run`, `certify`, `certify_report`, `compare`, `cycle`, `modes`, `work_precision` | commands that compute or judge a result |
+//! | `run`, `certify`, `certify_report`, `certify_cycle`, `compare`, `cycle`, `modes`, `work_precision` | commands that compute or judge a result |
 //! | `sweep`, `merge`, `calibrate`, `continuation` | commands of studies |
 //! | `plot`, `plot_studies`, `export`, `inspect`, `check`, `case_command` | commands that read files |
 //! | `completions`, `man` | completions and manual pages |
@@ -34,6 +34,7 @@ mod capture;
 mod captured;
 mod case_command;
 mod certify;
+mod certify_cycle;
 mod certify_report;
 mod check;
 mod compare;

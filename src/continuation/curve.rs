@@ -6,10 +6,13 @@ use crate::cycle::{Border, CycleError, Equations, Guess, NoSolution, solve, tang
 use nalgebra::{DMatrix, DVector};
 
 /// Moves of scaled unknowns for the derivatives of the condition.
-const MOVE: f64 = 2e-6;
+const MOVE: f64 = 4e-7;
 
-/// Borders are followed at this relative distance and at half of it, and extrapolated to zero: beyond, the distance is none.
-const DISTANCE: f64 = 1e-5;
+/// Borders are followed at this relative distance, and extrapolated to zero from it and from these shares of it: beyond a border there
+/// is no distance.
+const DISTANCE: f64 = 6e-5;
+const SHARES: [f64; 3] = [1.0, 0.5, 0.25];
+const WEIGHTS: [f64; 3] = [1.0 / 3.0, -2.0, 8.0 / 3.0];
 
 /// Steps as of a branch: the shortest over the longest, and the least cosine of successive directions.
 const SHORTEST: f64 = 1e-5;
@@ -43,6 +46,11 @@ fn null_vectors(matrix: &DMatrix<f64>) -> Option<(DVector<f64>, DVector<f64>)> {
 }
 
 impl Conditioned<'_> {
+    /// How many equations there are, with the condition.
+    fn equations(&self) -> usize {
+        self.local.scale().len() - self.manifold.widths.len() + 1
+    }
+
     /// The matrix that is singular at a fold, a flip; none of others.
     fn singular(&self, jacobian: &DMatrix<f64>) -> Option<DMatrix<f64>> {
         let rows = jacobian.nrows();
@@ -125,6 +133,57 @@ impl Equations for Conditioned<'_> {
     }
 }
 
+/// Where a border is that is near to a solution, by the relative distance on its regular side, extrapolated to zero. `None` where it is
+/// not found.
+///
+/// # Errors
+/// An interruption.
+pub(crate) fn border_point(
+    manifold: Manifold<'_>,
+    border: Border,
+    near: &Guess,
+) -> Result<Option<(Guess, Measured)>, CycleError> {
+    let special = Special::Border(border);
+    let mut found: Vec<Guess> = Vec::new();
+    for share in SHARES {
+        let last = found.last().unwrap_or(near);
+        let mut equations = match at(manifold, special, last, share * DISTANCE) {
+            Err(CycleError::Interrupted) => return Err(CycleError::Interrupted),
+            Err(_) => return Ok(None),
+            Ok(equations) => equations,
+        };
+        let x = equations.local.unknowns(last);
+        // As many equations as unknowns, but for the numbers beyond the first, which are held.
+        let held = equations.local.unknowns(last).len() - equations.equations();
+        let plane = DMatrix::from_fn(held, x.len(), |i, j| f64::from(j == x.len() - held + i));
+        match solve(&mut equations, &x, &plane) {
+            Ok(solution) => found.push(equations.local.guess(&solution.x)?),
+            Err(NoSolution::Failed(CycleError::Interrupted)) => return Err(CycleError::Interrupted),
+            Err(error) => {
+                log::debug!("{border:?} at {:?}: {error:?}", last.values);
+                return Ok(None);
+            }
+        }
+    }
+    let line = |of: &dyn Fn(&Guess) -> f64| {
+        found
+            .iter()
+            .zip(WEIGHTS)
+            .map(|(guess, weight)| weight * of(guess))
+            .sum::<f64>()
+    };
+    let nearest = &found[SHARES.len() - 1];
+    let guess = Guess {
+        time: nearest.time,
+        state: DVector::from_fn(nearest.state.len(), |k, _| line(&|guess| guess.state[k])),
+        period: line(&|guess| guess.period),
+        values: (0..nearest.values.len())
+            .map(|k| line(&|guess| guess.values[k]))
+            .collect(),
+    };
+    Ok(Some((guess, manifold.measure(nearest)?)))
+}
+
 /// How a curve is followed.
 pub(crate) struct CurveSteps {
     pub ranges: [(f64, f64); 2],
@@ -190,17 +249,12 @@ fn point(manifold: Manifold<'_>, special: Special, guess: &Guess) -> Result<Curv
         values: [guess.values[0], guess.values[1]],
         period,
     };
-    if let Special::Border(_) = special {
-        // The same second number at half the distance.
-        let mut nearer = at(manifold, special, guess, DISTANCE / 2.0)?;
-        let x = nearer.local.unknowns(guess);
-        let mut held = DVector::zeros(x.len());
-        held[x.len() - 1] = 1.0;
-        if let Some((x, _)) = solved(&mut nearer, &x, &held)? {
-            let half = nearer.local.guess(&x)?;
-            found.values[0] = 2.0 * half.values[0] - guess.values[0];
-            found.period = 2.0 * half.period - guess.period;
-        }
+    // The same second number at the border itself.
+    if let Special::Border(border) = special
+        && let Some((edge, _)) = border_point(manifold, border, guess)?
+    {
+        found.values = [edge.values[0], edge.values[1]];
+        found.period = edge.period;
     }
     Ok(found)
 }

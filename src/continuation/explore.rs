@@ -1,7 +1,8 @@
 //! From a study to its branches: the first ones, those that start at their special points, and curves of special points.
 
 use super::curve::{CurvePoint, CurveSteps, trace};
-use super::follow::{EndReason, Follower, Found, Mark, Station, Steps};
+use super::ending::EndReason;
+use super::follow::{Follower, Found, Mark, Station, Steps};
 use super::manifold::{Manifold, Measured, What};
 use super::special::{Special, critical_pair};
 use super::study::ContinuationStudy;
@@ -301,6 +302,21 @@ impl Explorer<'_> {
         specials: &mut Vec<(Special, What, Guess)>,
         jobs: &mut VecDeque<Job>,
     ) -> Result<(), ExploreError> {
+        let born_at = |point: &BranchPoint| {
+            let birth = job.birth.as_ref().filter(|birth| birth.special == Some(Special::Hopf));
+            birth.is_some_and(|birth| (birth.value - point.value).abs() <= SAME * self.widths()[0])
+        };
+        let ends_there = |branch: &Branch| {
+            let last = branch
+                .points
+                .last()
+                .filter(|point| point.special == Some(Special::Hopf));
+            branch.end == EndReason::Shrunk && last.is_some_and(born_at)
+        };
+        if explored.branches.iter().any(ends_there) {
+            // It has been followed from its other end.
+            return Ok(());
+        }
         let widths = self.widths();
         let manifold = Manifold {
             family: self.family,
@@ -443,7 +459,12 @@ impl Explorer<'_> {
             return;
         }
         known.push((special, guess.values[0], period));
-        specials.push((special, what, guess.clone()));
+        let on = match special {
+            Special::Hopf if birth.relative_velocity.1 < 0.0 => What::Steady(-1),
+            Special::Hopf => What::Steady(1),
+            _ => what,
+        };
+        specials.push((special, on, guess.clone()));
         if !self.study.follow.contains(&special) {
             return;
         }

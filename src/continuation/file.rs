@@ -1,7 +1,7 @@
 //! What the file of a continuation holds, and how it is read back.
 
+use super::ending::EndReason;
 use super::explore::{Branch, BranchPoint, Explored};
-use super::follow::EndReason;
 use super::special::Special;
 use super::study::ContinuationStudy;
 use crate::case::{Motion, quantity::Dimension};

@@ -1,5 +1,6 @@
 //! A branch by pseudo-arclength: from point to point, past folds, through changes of the sequence of events, with its special points.
 
+use super::ending::{EndReason, hopf_near};
 use super::manifold::{Local, Manifold, Measured, What};
 use super::special::{Special, Tests, tests};
 use crate::cycle::{CycleError, Equations as _, Guess, NoSolution, Solution, solve, tangent};
@@ -21,81 +22,19 @@ const MANY_ITERATIONS: usize = 9;
 const FARTHEST: f64 = 1.5;
 
 /// Halvings of a step in the search for a special point, and the share of the step at which it ends.
-const MOST_HALVINGS: usize = 60;
-const LOCATED: f64 = 1e-14;
+pub(super) const MOST_HALVINGS: usize = 60;
+pub(super) const LOCATED: f64 = 1e-14;
 
-/// A border is where its relative distance is below this at the last point before it.
-const AT_BORDER: f64 = 1e-4;
+/// A step that fails is halved down to this share of the longest; then a border is looked for.
+const SHORT: f64 = 1e-3;
 
-/// Shares of the longest step by which a point beyond a border is sought.
-const BEYOND: [f64; 4] = [1e-6, 1e-5, 1e-4, 1e-3];
-
-/// A motion that has jumped beyond a border misses itself by more than this many times the step.
-const JUMPED: f64 = 50.0;
-
-/// Cycles have shrunk to steady sliding where omega_r varies by less than this share of what it once did on the branch.
-const SHRUNK: f64 = 2e-3;
+/// Cycles have shrunk to steady sliding where omega_r varies by less than this share of what it once did on the branch; where a step
+/// fails, by less than the second.
+const SHRUNK: f64 = 0.02;
+const SMALL: f64 = 0.1;
 
 /// A period this many times that of the first point is taken for infinite.
 const INFINITE: f64 = 1e3;
-
-/// Why a branch ends.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
-pub enum EndReason {
-    /// At an end of the range.
-    Range,
-    /// It has as many points as were asked for.
-    Points,
-    /// It has come back to its start.
-    Closed,
-    /// The cycles have shrunk to steady sliding.
-    Shrunk,
-    /// The period grows without bounds.
-    Infinite,
-    /// The motion jumps where the sequence of events changes: no branch goes on there.
-    Jump,
-    /// No solution is found beyond.
-    Lost,
-}
-
-impl EndReason {
-    /// All of them, in the order of their codes in files.
-    pub const ALL: [EndReason; 7] = [
-        EndReason::Range,
-        EndReason::Points,
-        EndReason::Closed,
-        EndReason::Shrunk,
-        EndReason::Infinite,
-        EndReason::Jump,
-        EndReason::Lost,
-    ];
-
-    /// As a word in files.
-    pub fn name(self) -> &'static str {
-        match self {
-            EndReason::Range => "range",
-            EndReason::Points => "points",
-            EndReason::Closed => "closed",
-            EndReason::Shrunk => "shrunk",
-            EndReason::Infinite => "infinite",
-            EndReason::Jump => "jump",
-            EndReason::Lost => "lost",
-        }
-    }
-
-    /// In words.
-    pub fn words(self) -> &'static str {
-        match self {
-            EndReason::Range => "at the end of the range",
-            EndReason::Points => "after as many points as were asked for",
-            EndReason::Closed => "back at its start",
-            EndReason::Shrunk => "the cycles shrink to steady sliding",
-            EndReason::Infinite => "the period grows without bounds",
-            EndReason::Jump => "the motion jumps where the sequence of events changes",
-            EndReason::Lost => "no solution was found beyond",
-        }
-    }
-}
 
 /// How a branch is followed.
 #[derive(Debug, Clone)]
@@ -139,27 +78,27 @@ pub(crate) struct Mark {
 
 /// A branch that is being followed.
 pub(crate) struct Follower<'a> {
-    manifold: Manifold<'a>,
-    steps: &'a Steps,
-    current: Station,
-    step: f64,
+    pub(super) manifold: Manifold<'a>,
+    pub(super) steps: &'a Steps,
+    pub(super) current: Station,
+    pub(super) step: f64,
     first: Guess,
     swing: f64,
     points: usize,
 }
 
-fn scaled(local: &Local<'_>, direction: &DVector<f64>) -> DVector<f64> {
+pub(super) fn scaled(local: &Local<'_>, direction: &DVector<f64>) -> DVector<f64> {
     direction.component_div(local.scale()).normalize()
 }
 
-fn row(direction: &DVector<f64>) -> DMatrix<f64> {
+pub(super) fn row(direction: &DVector<f64>) -> DMatrix<f64> {
     DMatrix::from_row_slice(1, direction.len(), direction.as_slice())
 }
 
 /// A trial: the solution on the plane across a direction, at a distance along it.
-struct Trial {
-    solution: Solution,
-    station: Station,
+pub(super) struct Trial {
+    pub solution: Solution,
+    pub station: Station,
 }
 
 impl<'a> Follower<'a> {
@@ -254,7 +193,7 @@ impl<'a> Follower<'a> {
         }
     }
 
-    fn accept(&mut self, station: Station) {
+    pub(super) fn accept(&mut self, station: Station) {
         let (least, largest) = station.measured.relative_velocity;
         self.swing = self.swing.max(largest - least);
         self.points += 1;
@@ -277,11 +216,15 @@ impl<'a> Follower<'a> {
                 Err(_) => None,
             };
             let Some(trial) = trial else {
-                if self.step > 1e-3 * self.steps.longest {
+                let small = Self::swing_of(&self.current) < SMALL * self.swing;
+                if small && self.manifold.family.is_autonomous() && matches!(self.manifold.what, What::Cycles(_)) {
+                    return self.shrunk();
+                }
+                if self.step > SHORT * self.steps.longest {
                     self.step /= 2.0;
                     continue;
                 }
-                return self.blocked(&mut local, (&x, &along), self.step);
+                return self.border(&mut local, (&x, &along), self.step);
             };
             let next = trial.station;
             if next.measured.word != self.current.measured.word {
@@ -310,13 +253,38 @@ impl<'a> Follower<'a> {
             } else if cosine < LEAST_COSINE.max(0.95) || trial.solution.iterations > MANY_ITERATIONS {
                 self.step = (0.7 * self.step).max(shortest);
             }
+            self.slow_before_rest(&next);
             found.push(self.take(next)?);
             return Ok(found);
         }
     }
 
+    /// How much omega_r varies at a point.
+    fn swing_of(station: &Station) -> f64 {
+        station.measured.relative_velocity.1 - station.measured.relative_velocity.0
+    }
+
+    /// Makes the next step so short that cycles which shrink do not come out on the other side of steady sliding.
+    fn slow_before_rest(&mut self, next: &Station) {
+        let (before, now) = (Self::swing_of(&self.current), Self::swing_of(next));
+        if matches!(self.manifold.what, What::Cycles(_)) && self.manifold.family.is_autonomous() && now < before {
+            let slope = (before - now) / self.step;
+            self.step = self.step.min(0.5 * now / slope);
+        }
+    }
+
+    /// The end of cycles that have shrunk to steady sliding, with the Hopf point there.
+    fn shrunk(&self) -> Result<Vec<Found>, CycleError> {
+        let mut found = Vec::new();
+        if let Some(station) = hopf_near(self.manifold, &self.current)? {
+            found.push(Found::Special(Special::Hopf, Box::new(station)));
+        }
+        found.push(Found::End(EndReason::Shrunk));
+        Ok(found)
+    }
+
     /// Takes a point as the one that the branch goes on from.
-    fn take(&mut self, station: Station) -> Result<Found, CycleError> {
+    pub(super) fn take(&mut self, station: Station) -> Result<Found, CycleError> {
         let (measured, direction) = self.manifold.away_from_events(station.measured, station.direction)?;
         let station = Station {
             measured,
@@ -328,7 +296,7 @@ impl<'a> Follower<'a> {
     }
 
     /// The solution at a distance along a direction; none where Newton's method goes elsewhere.
-    fn trial(
+    pub(super) fn trial(
         &self,
         local: &mut Local<'a>,
         (x, along): (&DVector<f64>, &DVector<f64>),
@@ -388,18 +356,9 @@ impl<'a> Follower<'a> {
         }
         if let What::Cycles(_) = self.manifold.what {
             let (least, largest) = next.measured.relative_velocity;
-            let before = self.current.measured.relative_velocity.1 - self.current.measured.relative_velocity.0;
-            let shrinks = largest - least < before;
+            let shrinks = largest - least < Self::swing_of(&self.current).min(SHRUNK * self.swing);
             if self.manifold.family.is_autonomous() && shrinks {
-                if largest - least < SHRUNK * self.swing {
-                    return Ok(Some(vec![
-                        Found::Point(Box::new(next.clone())),
-                        Found::End(EndReason::Shrunk),
-                    ]));
-                }
-                // The next step would go through.
-                let slope = (before - (largest - least)) / self.step;
-                self.step = self.step.min(0.6 * (largest - least) / slope);
+                return self.shrunk().map(Some);
             }
             if next.measured.guess.period > INFINITE * self.first.period {
                 return Ok(Some(vec![
@@ -440,7 +399,7 @@ impl<'a> Follower<'a> {
     }
 
     /// The special points of smooth kinds between the current point and the next.
-    fn between(
+    pub(super) fn between(
         &self,
         local: &mut Local<'a>,
         (x, along): (&DVector<f64>, &DVector<f64>),
@@ -548,7 +507,7 @@ impl<'a> Follower<'a> {
     }
 
     /// A trial that may be as far off as one of the whole step.
-    fn trial_near(
+    pub(super) fn trial_near(
         &self,
         local: &mut Local<'a>,
         (x, along): (&DVector<f64>, &DVector<f64>),
@@ -565,123 +524,5 @@ impl<'a> Follower<'a> {
             return Ok(None);
         }
         self.measured(local, solution, along).map(Some)
-    }
-
-    /// No solution at the end of a step: it may be that the branch turns at a border.
-    fn blocked(
-        &mut self,
-        local: &mut Local<'a>,
-        at: (&DVector<f64>, &DVector<f64>),
-        step: f64,
-    ) -> Result<Vec<Found>, CycleError> {
-        self.border(local, at, step)
-    }
-
-    /// The sequence of events is another at the end of a step, or there is no solution: to the border, and beyond.
-    fn border(
-        &mut self,
-        local: &mut Local<'a>,
-        at: (&DVector<f64>, &DVector<f64>),
-        step: f64,
-    ) -> Result<Vec<Found>, CycleError> {
-        let word = self.current.measured.word.clone();
-        let (mut low, mut high) = (0.0, step);
-        let (mut last, mut first): (Option<Trial>, Option<Trial>) = (None, None);
-        for _ in 0..MOST_HALVINGS {
-            let middle = 0.5 * (low + high);
-            if high - low <= LOCATED * step || middle <= low || middle >= high {
-                break;
-            }
-            match self.trial_near(local, at, middle, step) {
-                Err(CycleError::Interrupted) => return Err(CycleError::Interrupted),
-                Ok(Some(trial)) if trial.station.measured.word == word => {
-                    low = middle;
-                    last = Some(trial);
-                }
-                Ok(Some(trial)) => {
-                    high = middle;
-                    first = Some(trial);
-                }
-                Ok(None) | Err(_) => {
-                    high = middle;
-                    first = None;
-                }
-            }
-        }
-        let station = last
-            .as_ref()
-            .map_or_else(|| self.current.clone(), |trial| trial.station.clone());
-        let before = self.border_of(&station, first.as_ref());
-        let mut found = Vec::new();
-        let Some(border) = before else {
-            self.accept(station.clone());
-            if low > 0.0 {
-                found.push(Found::Point(Box::new(station)));
-            }
-            found.push(Found::End(EndReason::Lost));
-            return Ok(found);
-        };
-        found.extend(self.between(local, at, low, &station)?);
-        found.push(Found::Special(Special::Border(border), Box::new(station.clone())));
-        let edge = local.unknowns(&station.measured.guess);
-        let beyond = match first {
-            // The branch goes on, if it does not jump.
-            Some(first) if (&first.solution.x - &edge).norm() <= 1e-5 + 1e3 * (high - low) => Some(first.station),
-            _ => self.folded(local, &edge, at.1, &word)?,
-        };
-        match beyond {
-            Some(station) => {
-                self.step = 0.02 * self.steps.longest;
-                found.push(self.take(station)?);
-            }
-            None => found.push(Found::End(EndReason::Jump)),
-        }
-        Ok(found)
-    }
-
-    /// Which border it is: of the last point before it, or of the first one beyond.
-    fn border_of(&self, station: &Station, beyond: Option<&Trial>) -> Option<crate::cycle::Border> {
-        let near = |station: &Station| station.measured.nearest.filter(|nearest| nearest.1.abs() < AT_BORDER);
-        near(station)
-            .or(beyond.and_then(|trial| near(&trial.station)))
-            .map(|nearest| nearest.0)
-    }
-
-    /// The first point beyond a border at which the branch turns back.
-    fn folded(
-        &self,
-        local: &mut Local<'a>,
-        edge: &DVector<f64>,
-        along: &DVector<f64>,
-        word: &[u8],
-    ) -> Result<Option<Station>, CycleError> {
-        for share in BEYOND {
-            let outside = edge + along * (share * self.steps.longest);
-            let Ok((residual, jacobian)) = local.evaluate(&outside) else {
-                continue;
-            };
-            let there = local.last().map(crate::cycle::word);
-            if there.is_none_or(|there| there == word) || residual.amax() > JUMPED * share * self.steps.longest {
-                continue;
-            }
-            let Some(direction) = tangent(&jacobian, along) else {
-                continue;
-            };
-            for sign in [1.0, -1.0] {
-                let direction = &direction * sign;
-                for step in [1e-2, 1e-3, 1e-1] {
-                    let step = step * self.steps.longest;
-                    let trial = match self.trial(local, (edge, &direction), step) {
-                        Err(CycleError::Interrupted) => return Err(CycleError::Interrupted),
-                        Ok(Some(trial)) => trial,
-                        Ok(None) | Err(_) => continue,
-                    };
-                    if trial.station.measured.word != word {
-                        return Ok(Some(trial.station));
-                    }
-                }
-            }
-        }
-        Ok(None)
     }
 }

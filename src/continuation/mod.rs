@@ -10,11 +10,15 @@
 //! | `manifold` | what is followed: equations about a point, and what is measured there |
 //! | `special` | what points are special for, and what changes its sign there |
 //! | `follow` | a branch, from point to point |
+//! | `border` | where the sequence of events changes, and beyond |
+//! | `ending` | why branches end; cycles that shrink to steady sliding |
 //! | `curve` | special points in two numbers |
 //! | `explore` | all branches of a study |
 //! | `run`, `file` | from a study to its file, and back |
 
+mod border;
 mod curve;
+mod ending;
 mod explore;
 mod file;
 mod follow;
@@ -24,9 +28,9 @@ mod special;
 mod study;
 
 pub use curve::CurvePoint;
+pub use ending::EndReason;
 pub use explore::{Branch, BranchPoint, ExploreError, Explored, SpecialCurve};
 pub use file::Stored;
-pub use follow::EndReason;
 pub use run::{Continuation, ContinuationError, ContinuationProgress, ContinuationReport};
 pub use special::Special;
 pub use study::{CONTINUATIONS, ContinuationStudy};

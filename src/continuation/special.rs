@@ -118,6 +118,15 @@ fn bordered(jacobian: &DMatrix<f64>, direction: &DVector<f64>) -> f64 {
 }
 
 impl Tests {
+    /// With the direction turned round.
+    pub fn turned(self) -> Tests {
+        Tests {
+            fold: -self.fold,
+            branch: -self.branch,
+            ..self
+        }
+    }
+
     /// What is passed between here and there.
     pub fn passed(&self, there: &Tests, what: What) -> Vec<Special> {
         let mut found = Vec::new();

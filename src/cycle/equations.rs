@@ -83,11 +83,6 @@ impl<'a> Shooting<'a> {
         self.anchor.len()
     }
 
-    /// The phase is that of the plane across this direction, instead of that of the flow.
-    pub fn across(&mut self, direction: &DVector<f64>) {
-        self.flow = direction.component_div(&self.scale.rows(0, self.moving())).normalize();
-    }
-
     /// The scaled unknowns of a guess.
     pub fn unknowns(&self, guess: &Guess) -> DVector<f64> {
         let period = self.family.is_autonomous().then_some(&guess.period);

@@ -56,6 +56,11 @@ impl Family {
         self.turns.is_none()
     }
 
+    /// Turns of the first harmonic in the common period of the drives.
+    pub(crate) fn turns(&self) -> Option<u32> {
+        self.turns
+    }
+
     /// How many numbers vary.
     pub fn numbers(&self) -> usize {
         self.keys.len()

@@ -23,6 +23,9 @@ const AS_NEAR: f64 = 4.0;
 /// A motion repeats itself within its period if it comes back to this share of its size.
 const SAME: f64 = 1e-7;
 
+/// The contact is at rest if the relative velocity varies by less than this share of the largest speed of the guess.
+const AT_REST: f64 = 1e-8;
+
 /// Sliding is steady if the relative velocity varies by less than this share.
 const STEADY: f64 = 1e-9;
 
@@ -349,7 +352,11 @@ pub(crate) fn closed(
     let mut orbit = Orbit::describe(family, &found, (solution.error, solution.iterations), stop)?;
     orbit.multiple = (!family.is_autonomous()).then_some(multiple);
     let (least, largest) = orbit.relative_velocity;
-    if family.is_autonomous() && largest - least <= STEADY * least.abs().max(largest.abs()) {
+    let weights = weights(&member.system);
+    let size = shot.sizes.iter().zip(&weights).map(|(size, weight)| size * weight);
+    let size = size.fold(0.0, f64::max);
+    let steady = family.is_autonomous() && largest - least <= STEADY * least.abs().max(largest.abs());
+    if steady || largest - least <= AT_REST * size {
         return Err(CycleError::Collapsed { period: guess.period });
     }
     Ok(orbit)

@@ -12,8 +12,10 @@
 //! | `find` | the search, from a run or a stated state |
 //! | `orbit` | what is said of a cycle: multipliers, events, margins |
 //! | `saved` | a cycle as a case, and what its file says of it |
+//! | `certify` | a cycle by the independent oracle, with digits that are known to be true |
 //! | `error` | why there is none |
 
+mod certify;
 mod equations;
 mod error;
 mod family;
@@ -24,6 +26,7 @@ mod orbit;
 mod saved;
 
 pub use crate::simulation::Border;
+pub use certify::{CycleCertificate, Enclosed, NotCertified, certify};
 pub(crate) use equations::{Guess, Shooting, scales};
 pub use error::CycleError;
 pub use family::Family;
@@ -33,3 +36,4 @@ pub use forcing::NotPeriodic;
 pub(crate) use newton::{Equations, NoSolution, Solution, solve, tangent};
 pub(crate) use orbit::word;
 pub use orbit::{Multiplier, MultiplierKind, NEUTRAL, Nearest, Orbit, OrbitEvent, Stability};
+pub use saved::{CycleFileError, Origin, from_file};

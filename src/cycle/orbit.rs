@@ -211,7 +211,18 @@ impl Orbit {
             mode_after: event.mode_after.name(),
         });
         let durations = stick_durations(&shot.phases);
-        let nearest = shot.margins.iter().min_by(|a, b| a.distance.total_cmp(&b.distance));
+        // A touch is measured by the largest speed.
+        let (least, largest) = shot.relative_velocity;
+        let fastest = least.abs().max(largest.abs());
+        let margins = shot.margins.iter().map(|margin| match margin.border {
+            Border::Touch => Margin {
+                distance: margin.distance / fastest,
+                ..*margin
+            },
+            _ => *margin,
+        });
+        let margins: Vec<Margin> = margins.collect();
+        let nearest = margins.iter().min_by(|a, b| a.distance.total_cmp(&b.distance));
         Ok(Orbit {
             period: guess.period,
             multiple: None,
@@ -239,7 +250,7 @@ impl Orbit {
             sizes: shot.sizes,
             clearance: clearance(&shot.phases),
             by_state: shot.by_state,
-            margins: shot.margins,
+            margins,
         })
     }
 }

@@ -1,13 +1,15 @@
 //! A cycle as a case, whose run over one period is a result like any other, and what the file says of it beside.
 
+use super::equations::Guess;
 use super::error::CycleError;
 use super::family::Family;
+use super::find::{closed, in_slip};
 use super::orbit::{MultiplierKind, Orbit};
-use crate::case::Case;
+use crate::case::{Case, CaseError, CaseSource, Override, WrittenCase};
 use crate::model::equations::{Engagement, Side, SystemEquations};
 use crate::model::system::{ContactLaw, Initial, Pressing};
-use crate::results::{Addition, Column, quantity, schema::group};
-use crate::simulation::{Excitation, Following, Method, OutputOptions, SolverOptions, Wanted, shoot};
+use crate::results::{Addition, Column, Reason, ResultError, ResultFile, quantity, schema::group};
+use crate::simulation::{Excitation, Following, Method, OutputOptions, SolverOptions, Wanted, shoot, stated_start};
 use nalgebra::DVector;
 
 /// Samples of a period.
@@ -166,4 +168,65 @@ impl Orbit {
         cycle.text("overrides", "what was set in it, KEY=VALUE in each line", set);
         vec![cycle]
     }
+}
+
+/// A cycle that a file holds, found again: its family and the case it came from.
+///
+/// # Errors
+/// Of the file, or of the search.
+pub fn from_file(file: &ResultFile, stop: &dyn Fn() -> bool) -> Result<(Family, Orbit, Origin), CycleFileError> {
+    let text = |name: &str| {
+        let found = file.text_variable(group::CYCLE, name)?;
+        found.ok_or_else(|| Reason::Missing(format!("/cycle/{name}")).of(file.path()))
+    };
+    let source = CaseSource {
+        text: text("source")?,
+        origin: crate::case::Origin::Result(file.path().to_owned()),
+    };
+    let changes: Result<Vec<Override>, CaseError> = text("overrides")?
+        .lines()
+        .filter(|line| !line.is_empty())
+        .map(Override::parse)
+        .collect();
+    let changes = changes?;
+    let written = WrittenCase::read(&source, &changes)?;
+    let family = Family::new(written, &[])?;
+    let stored = Case::read(&CaseSource::result(file.path(), file.resolved()?), &[])?;
+    let added = file.added_group(group::CYCLE, 0)?;
+    let multiple = added.and_then(|added| {
+        let found = added.attributes.into_iter().find(|attribute| attribute.0 == "multiple");
+        found.and_then(|attribute| attribute.1.number())
+    });
+    let guess = Guess {
+        time: 0.0,
+        state: stated_start(&stored.system),
+        period: stored.output.end_time,
+        values: Vec::new(),
+    };
+    let member = family.at(&[], false)?;
+    let guess = in_slip(&member, &guess, stop)?;
+    let multiple = multiple.filter(|multiple| *multiple >= 1.0).unwrap_or(1.0);
+    let orbit = closed(&family, multiple as u32, &guess, stop)?;
+    Ok((family, orbit, Origin { source, changes }))
+}
+
+/// The case that a cycle is of.
+#[derive(Debug, Clone)]
+pub struct Origin {
+    /// As it was given.
+    pub source: CaseSource,
+    /// What was set in it.
+    pub changes: Vec<Override>,
+}
+
+/// Why the cycle of a file is not there.
+#[derive(Debug, thiserror::Error)]
+#[expect(missing_docs, reason = "each variant is described by its message")]
+pub enum CycleFileError {
+    #[error(transparent)]
+    File(#[from] ResultError),
+    #[error(transparent)]
+    Case(#[from] CaseError),
+    #[error(transparent)]
+    Cycle(#[from] CycleError),
 }

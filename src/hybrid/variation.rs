@@ -469,10 +469,11 @@ fn extent(d: &DVector<f64>, sizes: &[f64]) -> f64 {
     if most > 0.0 { 1.0 / most } else { 1.0 }
 }
 
-/// The state that transitions lead to, if they are of these kinds.
-fn state_after<K: PartialEq, L>(transitions: &[Transition<K, L>], kinds: &[Option<K>]) -> Option<Vec<f64>> {
-    let same = transitions.len() == kinds.len() && transitions.iter().zip(kinds).all(|(one, kind)| one.kind == *kind);
-    transitions.last().filter(|_| same).map(|last| last.state.clone())
+/// The state that so many transitions lead to. Where a copy decides otherwise about what the contact does at rest, as it may beside a
+/// border of two sequences of events, it makes the same state of its surfaces.
+fn state_after<K, L>(transitions: &[Transition<K, L>], count: usize) -> Option<Vec<f64>> {
+    let last = transitions.last().filter(|_| transitions.len() == count);
+    last.map(|last| last.state.clone())
 }
 
 /// The rules of a run, which carry the derivatives over each event.
@@ -572,7 +573,7 @@ where
             };
             column.slope = own;
             for copy in &mut column.copies {
-                let state = state_after(&of_copy(copy), &kinds);
+                let state = state_after(&of_copy(copy), kinds.len());
                 for (k, slope) in column.slope.iter_mut().enumerate() {
                     *slope += copy.of.weight * state.as_ref().map_or(f64::NAN, |state| state[k]);
                 }
@@ -646,7 +647,6 @@ where
 
     fn at_time_event(&mut self, location: &D::Location, t: f64, y: &[f64]) -> Vec<Transition<R::Kind, D::Location>> {
         let transitions = self.own.at_time_event(location, t, y);
-        let kinds: Vec<_> = transitions.iter().map(|one| one.kind).collect();
         if transitions.is_empty() {
             // A search for the next instant goes on, and so do those of the copies.
             self.maps.at_time_event(location, t, y);
@@ -675,7 +675,7 @@ where
             true,
             |_, column, _| column.shift_of_time(t),
             // The time is a number's, and moves with the copies.
-            |_, y| state_after(&maps.clone().at_time_event(location, t, y), &kinds),
+            |_, y| state_after(&maps.clone().at_time_event(location, t, y), transitions.len()),
             |moved| match moved.next {
                 Some(next) => moved.of.rules.at_time_event(location, next, y),
                 None => Vec::new(),
@@ -694,7 +694,6 @@ where
         let transitions = self.own.at_guards(location, t, y, fired);
         let maps = self.maps.clone();
         self.maps.at_guards(location, t, y, fired);
-        let kinds: Vec<_> = transitions.iter().map(|one| one.kind).collect();
         let event = Instant {
             location,
             t,
@@ -713,7 +712,7 @@ where
                 let by_number = column.sum(|moved| Some(carried.guard(&moved.of.dynamics, location, t, y, guard)));
                 -(by_state + by_number) / carried.guard_rate(location, t, y, before, guard)
             },
-            |t, y| state_after(&maps.clone().at_guards(location, t, y, fired), &kinds),
+            |t, y| state_after(&maps.clone().at_guards(location, t, y, fired), transitions.len()),
             |moved| moved.of.rules.at_guards(location, t, y, fired),
         );
         transitions

@@ -61,7 +61,7 @@ impl std::fmt::Display for AttributeValue {
 
 impl AttributeValue {
     /// The number, or the first of several.
-    pub(super) fn number(&self) -> Option<f64> {
+    pub(crate) fn number(&self) -> Option<f64> {
         match self {
             AttributeValue::Number(number) => Some(*number),
             AttributeValue::Numbers(list) => list.first().copied(),

@@ -65,6 +65,8 @@ pub mod group {
     pub(crate) const WITNESS: &str = "witness";
     /// Only in the file of one period of a cycle.
     pub const CYCLE: &str = "cycle";
+    /// Only in the certified file of a cycle.
+    pub const CYCLE_CERTIFICATE: &str = "cycle_certificate";
     pub(crate) const INPUT: &str = "input";
     pub(crate) const META: &str = "meta";
     pub(crate) const RUNS: &str = "runs";

@@ -15,6 +15,7 @@
 //! | `course` | the motion from a known state on, within one mode |
 //! | `variation` | what numbers of a case do to its events |
 //! | `shot` | the motion over a time from a state, with its derivatives |
+//! | `sliding` | states that a motion starts from, and sliding at a state |
 //! | `portrait` | one period of a motion, densely |
 //! | `readings`, `state_readings` | what is recorded of a state |
 //! | `observer`, `sampling`, `follower` | when it is recorded |
@@ -45,6 +46,7 @@ pub mod sampling;
 mod series;
 mod shot;
 mod simulate;
+mod sliding;
 mod state_readings;
 mod variation;
 
@@ -56,12 +58,10 @@ pub(crate) use options::FORESEEN_STEPS;
 pub(crate) use plan::single_method;
 pub(crate) use portrait::{PortraitPoint, Section, portrait, position_of};
 pub use shot::Border;
-pub(crate) use shot::{
-    Margin, Peak, Phase, Shot, ShotError, Sliding, Wanted, moving_state, shoot, sliding, state_of_parts, stated_start,
-    weights,
-};
+pub(crate) use shot::{Margin, Peak, Phase, Shot, ShotError, Wanted, shoot};
 pub use simulate::natural_period;
 pub(crate) use simulate::{Problem, further, simulate, simulate_from, solver_settings};
+pub(crate) use sliding::{moving_state, sliding, state_of_parts, stated_start, weights};
 pub use state_readings::Further;
 pub(crate) use variation::{MovedCases, MovedSystem, variation};
 

@@ -4,5 +4,6 @@
 mod common;
 
 mod benchmark_set;
+mod cycles;
 mod figures;
 mod problems;

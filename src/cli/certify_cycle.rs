@@ -1,0 +1,114 @@
+//! `stickslip certify` of a file that holds one period of a cycle.
+
+use super::arguments::{CertifyOptions, Common};
+use super::cycle::cycle_error;
+use super::input::{interrupt_flag, output_of, overwrite};
+use super::{CommandError, End, interrupted, tell, terminal};
+use crate::case::{Case, CaseSource};
+use crate::cycle::{CycleError, CycleFileError, Enclosed, NotCertified, certify as by_oracle, from_file};
+use crate::oracle;
+use crate::results::{ResultFile, check_target, schema::group, write_certified};
+use std::ops::ControlFlow;
+use std::path::Path;
+use std::sync::atomic::Ordering;
+
+/// Digits of period and events, if nothing else is asked for.
+const DIGITS: u32 = 25;
+
+/// Whether a result file holds a cycle.
+pub(super) fn is_one(path: &Path) -> bool {
+    let file = ResultFile::open(path);
+    file.is_ok_and(|file| matches!(file.added_group(group::CYCLE, 0), Ok(Some(_))))
+}
+
+/// Certifies the cycle of a file, and writes a copy with the certificate.
+pub(super) fn certify(path: &Path, options: &CertifyOptions, common: &Common) -> Result<End, CommandError> {
+    if !options.set.is_empty() {
+        return Err(CommandError::input(
+            "--set changes a case, but the file of a cycle is what it is: find the cycle of the changed case with stickslip cycle \
+             --set, and certify that",
+        ));
+    }
+    if options.figure.is_some() {
+        return Err(CommandError::input(
+            "--figure draws the first stick of sliding that slows down by itself, and a cycle has none; leave it out",
+        ));
+    }
+    let digits = options.digits.unwrap_or(DIGITS);
+    let most = oracle::DIGITS.end() - 20;
+    if !(1..=most).contains(&digits) {
+        return Err(CommandError::input(format!(
+            "--digits {digits}: from 1 to {most} digits can be asked for"
+        )));
+    }
+    let files = [path.to_owned()];
+    let source = CaseSource::result(path, String::new());
+    let target = output_of(&source, options.output.as_deref(), ".certified.h5")?;
+    check_target(&target, overwrite(options.force), &files)?;
+    let stop = interrupt_flag()?;
+    let stopped = || stop.load(Ordering::Relaxed);
+    let file = ResultFile::open(path)?;
+    let found = from_file(&file, &stopped);
+    drop(file);
+    let (family, orbit, origin) = match found {
+        Err(CycleFileError::Cycle(CycleError::Interrupted)) => {
+            return interrupted(common, " before the cycle was found; no certificate was written");
+        }
+        Err(CycleFileError::Cycle(error)) => return Err(cycle_error(&error)),
+        Err(CycleFileError::File(error)) => return Err(error.into()),
+        Err(CycleFileError::Case(error)) => return Err(error.into()),
+        Ok(found) => found,
+    };
+    let exact = Case::exact(&origin.source, &origin.changes)?;
+    let mut told = |computed: u32, corrections: usize| {
+        log::info!("oracle with {computed} digits, correction {corrections}");
+        match stopped() {
+            true => ControlFlow::Break(()),
+            false => ControlFlow::Continue(()),
+        }
+    };
+    let certificate = match by_oracle(&family, &orbit, &exact, digits, &mut told) {
+        Err(NotCertified::Cycle(CycleError::Interrupted)) => {
+            return interrupted(common, " while the oracle computed; no certificate was written");
+        }
+        other => other.map_err(CommandError::computation)?,
+    };
+    write_certified(path, &target, overwrite(options.force), &certificate.additions())?;
+    let number = |one: &Enclosed| document! { value: one.value, decimal: one.decimal.clone(), uncertainty: one.error };
+    let document = || {
+        document! {
+            status: "complete",
+            file: target.display().to_string(),
+            title: &family.case().title,
+            digits_computed: certificate.digits_computed,
+            corrections: certificate.corrections,
+            contraction: certificate.contraction,
+            period: number(&certificate.period),
+            events: certificate.events.iter().map(|(time, kind)| document! {
+                kind: *kind,
+                time: number(time),
+            }).collect::<Vec<_>>(),
+        }
+    };
+    tell(common, document, || {
+        let mut rows = vec![vec![
+            "period".to_owned(),
+            certificate.period.decimal.clone(),
+            format!("{:.1e}", certificate.period.error),
+        ]];
+        let events = certificate.events.iter();
+        rows.extend(
+            events.map(|(time, kind)| vec![(*kind).to_owned(), time.decimal.clone(), format!("{:.1e}", time.error)]),
+        );
+        format!(
+            "{}: the cycle is certified\n\n{}\noracle with {} digits; {} corrections, the last one {:.0e} of the one before\n{}\n",
+            family.case().title,
+            terminal::lines(&["", "s", "uncertainty, s"], rows, []),
+            certificate.digits_computed,
+            certificate.corrections,
+            certificate.contraction,
+            target.display()
+        )
+    })?;
+    Ok(End::Done)
+}

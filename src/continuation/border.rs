@@ -1,0 +1,191 @@
+//! A branch at a border, where the sequence of events changes: the border located, and the branch beyond it.
+
+use super::curve::border_point;
+use super::ending::EndReason;
+use super::follow::{Follower, Found, LOCATED, MOST_HALVINGS, Station, Trial, scaled};
+use super::manifold::{Local, Measured};
+use super::special::Special;
+use crate::cycle::{Border, CycleError, Equations as _, tangent};
+use nalgebra::DVector;
+
+/// A border is where its relative distance is below this at the last point before it; that of a stick without length goes with the
+/// square root of the way to it.
+const AT_BORDER: f64 = 1e-4;
+const AT_LANDING: f64 = 2e-3;
+
+/// Shares of the longest step by which a point beyond a border is sought.
+const BEYOND: [f64; 4] = [1e-6, 1e-5, 1e-4, 1e-3];
+
+/// A motion that has jumped beyond a border misses itself by more than this many times the step.
+const JUMPED: f64 = 50.0;
+
+impl<'a> Follower<'a> {
+    /// The sequence of events is another at the end of a step, or there is no solution: to the border, and beyond.
+    pub(super) fn border(
+        &mut self,
+        local: &mut Local<'a>,
+        at: (&DVector<f64>, &DVector<f64>),
+        step: f64,
+    ) -> Result<Vec<Found>, CycleError> {
+        let word = self.current.measured.word.clone();
+        let (mut low, mut high) = (0.0, step);
+        let (mut last, mut first): (Option<Trial>, Option<Trial>) = (None, None);
+        for _ in 0..MOST_HALVINGS {
+            let middle = 0.5 * (low + high);
+            if high - low <= LOCATED * step || middle <= low || middle >= high {
+                break;
+            }
+            match self.trial_near(local, at, middle, step) {
+                Err(CycleError::Interrupted) => return Err(CycleError::Interrupted),
+                Ok(Some(trial)) if trial.station.measured.word == word => {
+                    low = middle;
+                    last = Some(trial);
+                }
+                Ok(Some(trial)) => {
+                    high = middle;
+                    first = Some(trial);
+                }
+                Ok(None) | Err(_) => {
+                    high = middle;
+                    first = None;
+                }
+            }
+        }
+        let station = last
+            .as_ref()
+            .map_or_else(|| self.current.clone(), |trial| trial.station.clone());
+        let before = self.border_of(&station, first.as_ref());
+        let mut found = Vec::new();
+        let Some(border) = before else {
+            self.accept(station.clone());
+            if low > 0.0 {
+                found.push(Found::Point(Box::new(station)));
+            }
+            found.push(Found::End(EndReason::Lost));
+            return Ok(found);
+        };
+        found.extend(self.between(local, at, low, &station)?);
+        let edge = local.unknowns(&station.measured.guess);
+        let beyond = match first {
+            // The branch goes on, if it does not jump.
+            Some(first) if (&first.solution.x - &edge).norm() <= 1e-5 + 1e3 * (high - low) => Some(first.station),
+            _ => self.folded(local, &edge, at.1, &word)?,
+        };
+        let beyond = beyond.map(|station| self.away(station)).transpose()?;
+        let farther = beyond
+            .as_ref()
+            .map(|(station, farther)| farther.as_ref().unwrap_or(station));
+        let (border, edge) = self.sharpened(border, station, farther)?;
+        found.push(Found::Special(Special::Border(border), Box::new(edge)));
+        match beyond {
+            Some((station, _)) => {
+                self.step = 0.02 * self.steps.longest;
+                found.push(self.take(station)?);
+            }
+            None => found.push(Found::End(EndReason::Jump)),
+        }
+        Ok(found)
+    }
+
+    /// A point just beyond a border, with the direction that leads away from it, and a point farther on.
+    fn away(&self, station: Station) -> Result<(Station, Option<Station>), CycleError> {
+        let guess = &station.measured.guess;
+        let mut local = self.manifold.local(guess)?;
+        let x = local.unknowns(guess);
+        let along = scaled(&local, &station.direction);
+        let distance = |station: &Station| station.measured.nearest.map_or(f64::INFINITY, |nearest| nearest.1);
+        for step in [1e-2, 1e-3] {
+            for sign in [1.0, -1.0] {
+                let trial = match self.trial(&mut local, (&x, &(&along * sign)), step * self.steps.longest) {
+                    Err(CycleError::Interrupted) => return Err(CycleError::Interrupted),
+                    Ok(Some(trial)) => trial.station,
+                    Ok(None) | Err(_) => continue,
+                };
+                if trial.measured.word == station.measured.word && distance(&trial) > distance(&station) {
+                    let station = match sign < 0.0 {
+                        true => Station {
+                            direction: -&station.direction,
+                            tests: station.tests.turned(),
+                            ..station
+                        },
+                        false => station,
+                    };
+                    return Ok((station, Some(trial)));
+                }
+            }
+        }
+        Ok((station, None))
+    }
+
+    /// A border from the side on which its distance is regular: that of a stick without length is not. It is looked for from a point
+    /// at some distance, the current one or one `farther` beyond.
+    fn sharpened(
+        &self,
+        border: Border,
+        edge: Station,
+        farther: Option<&Station>,
+    ) -> Result<(Border, Station), CycleError> {
+        let (border, near) = match (border, farther) {
+            (Border::Landing, Some(farther)) => match farther.measured.nearest {
+                Some((other, _)) => (other, &farther.measured.guess),
+                None => return Ok((border, edge)),
+            },
+            _ => (border, &self.current.measured.guess),
+        };
+        let Some((guess, measured)) = border_point(self.manifold, border, near)? else {
+            return Ok((border, edge));
+        };
+        let measured = Measured { guess, ..measured };
+        Ok((border, Station { measured, ..edge }))
+    }
+
+    /// Which border it is: of the last point before it, or of the first one beyond.
+    fn border_of(&self, station: &Station, beyond: Option<&Trial>) -> Option<Border> {
+        let at = |(border, distance): &(Border, f64)| match border {
+            Border::Landing => distance.abs() < AT_LANDING,
+            _ => distance.abs() < AT_BORDER,
+        };
+        let near = |station: &Station| station.measured.nearest.filter(at);
+        near(station)
+            .or(beyond.and_then(|trial| near(&trial.station)))
+            .map(|nearest| nearest.0)
+    }
+
+    /// The first point beyond a border at which the branch turns back.
+    fn folded(
+        &self,
+        local: &mut Local<'a>,
+        edge: &DVector<f64>,
+        along: &DVector<f64>,
+        word: &[u8],
+    ) -> Result<Option<Station>, CycleError> {
+        for share in BEYOND {
+            let outside = edge + along * (share * self.steps.longest);
+            let Ok((residual, jacobian)) = local.evaluate(&outside) else {
+                continue;
+            };
+            let there = local.last().map(crate::cycle::word);
+            if there.is_none_or(|there| there == word) || residual.amax() > JUMPED * share * self.steps.longest {
+                continue;
+            }
+            let Some(direction) = tangent(&jacobian, along) else {
+                continue;
+            };
+            for sign in [1.0, -1.0] {
+                let direction = &direction * sign;
+                for step in [1e-2, 1e-3, 1e-1] {
+                    let step = step * self.steps.longest;
+                    let trial = match self.trial(local, (edge, &direction), step) {
+                        Err(CycleError::Interrupted) => return Err(CycleError::Interrupted),
+                        Ok(Some(trial)) => trial,
+                        Ok(None) | Err(_) => continue,
+                    };
+                    if trial.station.measured.word != word {
+                        return Ok(Some(trial.station));
+                    }
+                }
+            }
+        }
+        Ok(None)
+    }
+}

@@ -1,0 +1,571 @@
+//! Periodic motions and their branches, held against closed forms, published numbers, and numbers of an independent code with 34 and
+//! more digits.
+
+use crate::common::cases::{parsed, source};
+use std::path::PathBuf;
+use stickslip::case::{Case, CaseSource, WrittenCase};
+use stickslip::continuation::{Continuation, ContinuationStudy, Explored, Special, Stored};
+use stickslip::cycle::{Border, CycleError, Family, From, MultiplierKind, Orbit, Search, Stability, certify, find};
+use stickslip::sweep::StudySource;
+
+/// A mass on a spring and a belt or the ground, under a harmonic force.
+fn forced(belt: &str, damping: f64, force: f64, omega: f64, friction: &str) -> String {
+    format!(
+        "motion = 'translation'\n[rotor]\n{belt}\n[stator]\ninertia = 1.0\nstiffness = 1.0\ndamping = {damping:?}\nend = 'fixed'\n\
+         torque = {{ profile = 'cosine', amplitude = {force:?}, angular_frequency = {omega:?} }}\n[contact]\nnormal_force = 1.0\n\
+         [friction]\n{friction}\n[output]\nend_time = 300.0\n"
+    )
+}
+
+/// The oscillator of di Bernardo, Kowalczyk and Nordmark, Sliding bifurcations: a novel mechanism for the sudden onset of chaos in dry
+/// friction oscillators, International Journal of Bifurcation and Chaos 13 (2003) 2935.
+fn driven_on_a_belt(omega: f64) -> String {
+    let law = "law = 'polynomial'\nbreakaway = 1.5\nlow_speed = 1.5\nlinear = -1.5\nquadratic = 0.0\ncubic = 0.45\nvalid_below = 20.0";
+    forced("end = 'driven'\nspeed = 1.0", 0.0, 0.1, omega, law)
+}
+
+/// A mass on a belt with a Stribeck law that rises again.
+const STRIBECK: &str = "motion = 'translation'\n[rotor]\nend = 'driven'\nspeed = 0.3\n[stator]\ninertia = 1.0\nstiffness = 1.0\n\
+                        damping = 0.03\nend = 'fixed'\n[contact]\nnormal_force = 1.0\n[friction]\nlaw = 'stribeck'\nbreakaway = 0.3\n\
+                        low_speed = 0.3\nhigh_speed = 0.25\nscale = 0.5\nexponent = 2\nviscous = 0.018\n[output]\nend_time = 400.0\n";
+
+fn family(source: &CaseSource, settings: &[&str]) -> Family {
+    Family::new(WrittenCase::read(source, &parsed(settings)).unwrap(), &[]).unwrap()
+}
+
+fn cycle_of(source: &CaseSource, settings: &[&str], search: &Search) -> Orbit {
+    find(&family(source, settings), &[], search, &|| false).unwrap()
+}
+
+fn found(source: &CaseSource, settings: &[&str]) -> Orbit {
+    cycle_of(source, settings, &Search::default())
+}
+
+fn built_in(name: &str) -> CaseSource {
+    CaseSource::built_in(name).unwrap()
+}
+
+#[track_caller]
+fn near(value: f64, expected: f64, relative: f64) {
+    assert!(
+        (value - expected).abs() <= relative * expected.abs(),
+        "{value:?} and {expected:?}"
+    );
+}
+
+/// The free multipliers, the largest first.
+fn free(orbit: &Orbit) -> Vec<(f64, f64)> {
+    let free = orbit.multipliers.iter().filter(|one| one.kind == MultiplierKind::Free);
+    free.map(|one| (one.real, one.imaginary)).collect()
+}
+
+#[test]
+fn analytic_leine_s_belt_has_its_period_and_a_multiplier_of_zero() {
+    let orbit = found(&built_in("belt-leine"), &[]);
+    near(orbit.period, 12.00103129483057865, 4e-16);
+    near(orbit.position.1, 1.133944676441656840, 1e-15);
+    near(
+        orbit.amplitude(),
+        0.5 * (1.13394467644165684 + 0.55543269006023160632),
+        1e-14,
+    );
+    let kinds: Vec<_> = orbit.multipliers.iter().map(|one| one.kind).collect();
+    assert_eq!(kinds, [MultiplierKind::Along, MultiplierKind::Stick]);
+    assert_eq!(orbit.stability, Stability::Stable);
+    near(orbit.stick_durations.unwrap().0, 7.7050317693504237635, 1e-13);
+}
+
+#[test]
+fn analytic_coulomb_oscillator_in_closed_form() {
+    let text = forced(
+        "end = 'fixed'",
+        0.1,
+        1.5,
+        0.9,
+        "law = 'coulomb'\nbreakaway = 1.1\nkinetic = 1.0",
+    );
+    let orbit = found(&source(&text), &[]);
+    near(orbit.amplitude(), 2.420236350574373275776, 1e-14);
+    let multipliers = free(&orbit);
+    near(multipliers[0].0, 0.5693655370136599360085709, 1e-9);
+    near(multipliers[1].0, 0.08723318751421357289310, 1e-8);
+    let nearest = orbit.nearest.unwrap();
+    assert_eq!(nearest.border, Border::Reversal);
+    near(nearest.distance, 0.748919086052795381935982, 1e-12);
+}
+
+/// Den Hartog's motions without stops: amplitudes in the case file; with damping, and where a stick is about to be born, by his
+/// closed form.
+#[test]
+fn published_den_hartog_amplitudes_and_the_birth_of_a_stick() {
+    for (beta, q, amplitude) in [
+        (2.0, 0.3, 0.2976761849915291949),
+        (0.8, 0.4, 2.501787881002204763),
+        (1.5, 0.5, 0.5537749241945383235),
+        (0.6, 0.3, 1.535601809280865189),
+    ] {
+        let settings = [
+            format!("stator.torque.angular_frequency={beta}"),
+            format!("friction.kinetic={q}"),
+            format!("friction.breakaway={q}"),
+        ];
+        // From the motion at rest, whose transient dies out by friction.
+        let text = forced(
+            "end = 'fixed'",
+            0.0,
+            1.0,
+            beta,
+            &format!("law = 'coulomb'\nbreakaway = {q:?}\nkinetic = {q:?}"),
+        );
+        let orbit = found(&source(&text), &[]);
+        near(orbit.amplitude(), amplitude, 1e-11);
+        drop(settings);
+    }
+    let beta = 0.8;
+    let on = |q: f64| {
+        forced(
+            "end = 'fixed'",
+            0.1 * 2.0,
+            1.0,
+            beta,
+            &format!("law = 'coulomb'\nbreakaway = {q:?}\nkinetic = {q:?}"),
+        )
+    };
+    let text = on(0.6);
+    let study = format!(
+        "case = 'case.toml'\n[[axis]]\nkey = ['friction.kinetic', 'friction.breakaway']\nfrom = 0.6\nto = 0.7\n[branch]\ndirection = 'up'\n"
+    );
+    let explored = explored(&text, &study);
+    let birth = special_points(&explored, Special::Border(Border::Reversal));
+    near(birth[0].0, 0.65406263174059063322, 1e-10);
+}
+
+/// Two stops a period: closed forms of the stuck position and of the multiplier.
+#[test]
+fn analytic_two_stops_a_period() {
+    for (beta, damping, q, multiplier) in [
+        (0.8, 0.0, 0.9, 0.129515591640702166),
+        (0.8, 0.2, 0.8, 0.502217266241197081),
+        (0.5, 0.2, 0.8, 0.204990087586162205),
+    ] {
+        let text = forced(
+            "end = 'fixed'",
+            damping,
+            1.0,
+            beta,
+            &format!("law = 'coulomb'\nbreakaway = {q:?}\nkinetic = {q:?}"),
+        );
+        let orbit = found(&source(&text), &[]);
+        near(free(&orbit)[0].0, multiplier, 1e-8);
+        assert_eq!(orbit.sticks, 2);
+        assert_eq!(orbit.multipliers.last().unwrap().kind, MultiplierKind::Stick);
+    }
+}
+
+/// Multipliers against central differences of the oracle's map over a period.
+#[test]
+fn multiprecision_multipliers_are_those_of_differences_of_the_oracle() {
+    use num_rational::BigRational;
+    use stickslip::oracle::{OracleOptions, run};
+    let text = forced(
+        "end = 'fixed'",
+        0.1,
+        1.5,
+        0.9,
+        "law = 'coulomb'\nbreakaway = 1.1\nkinetic = 1.0",
+    );
+    let orbit = found(&source(&text), &[]);
+    let case = orbit.case(&family(&source(&text), &[])).unwrap();
+    let exact = Case::exact(&source(&case.resolved()), &[]).unwrap();
+    let end = BigRational::from_float(orbit.period).unwrap();
+    let h = BigRational::new(1.into(), num_bigint::BigInt::from(10).pow(12));
+    let after = |k: usize, sign: i64| -> [f64; 2] {
+        let mut system = exact.system.clone();
+        let moved = &h * BigRational::from_integer(sign.into());
+        match k {
+            0 => system.initial.stator_twist[0] += moved,
+            _ => system.initial.stator_speed[0] += moved,
+        }
+        let options = OracleOptions {
+            digits: 40,
+            end_time: end.clone(),
+            sample_times: vec![end.clone()],
+            ..OracleOptions::default()
+        };
+        let report = run(&system, &options, &mut |_| std::ops::ControlFlow::Continue(())).unwrap();
+        let state = &report.samples[0].1;
+        // Differences are taken in doubles of the distance from the exact start.
+        let from = |number: &stickslip::oracle::Number, value: f64| {
+            let own = number.to_rational().unwrap() - BigRational::from_float(value).unwrap();
+            let scaled = own / &h;
+            stickslip::oracle::decimal(&scaled, 20).parse::<f64>().unwrap()
+        };
+        [
+            from(&state.stator_twist[0], case.system.initial.stator_twist[0]),
+            from(&state.stator_speed[0], case.system.initial.stator_speed[0]),
+        ]
+    };
+    let column = |k: usize| {
+        let (forth, back) = (after(k, 1), after(k, -1));
+        [(forth[0] - back[0]) / 2.0, (forth[1] - back[1]) / 2.0]
+    };
+    let (a, b) = (column(0), column(1));
+    let (trace, determinant) = (a[0] + b[1], a[0] * b[1] - a[1] * b[0]);
+    let root = (trace * trace / 4.0 - determinant).sqrt();
+    let multipliers = free(&orbit);
+    near(multipliers[0].0, trace / 2.0 + root, 1e-8);
+    near(multipliers[1].0, trace / 2.0 - root, 1e-8);
+}
+
+#[test]
+fn multiprecision_cycles_are_certified_by_the_oracle() {
+    for (name, settings, period, digits) in [
+        ("belt-leine", &[] as &[&str], "12.001031294830578647", 20),
+        ("belt-exponential", &[], "0.658854627094458685941", 20),
+        ("block", &[], "6.283185307179586476925286766559", 20),
+    ] {
+        let source = built_in(name);
+        let family = family(&source, settings);
+        let orbit = find(&family, &[], &Search::default(), &|| false).unwrap();
+        let exact = Case::exact(&source, &parsed(settings)).unwrap();
+        let mut go_on = |_, _| std::ops::ControlFlow::Continue(());
+        let certificate = certify(&family, &orbit, &exact, digits, &mut go_on).unwrap();
+        let known = period.len().min(certificate.period.decimal.len()) - 2;
+        assert!(known >= 18, "{name}: {}", certificate.period.decimal);
+        assert_eq!(certificate.period.decimal[..known], period[..known], "{name}");
+        assert!(certificate.contraction < 1e-6);
+        assert!(certificate.events.iter().all(|event| event.0.error < 1e-19));
+        near(certificate.period.value, orbit.period, 1e-15);
+    }
+}
+
+#[test]
+fn property_a_case_without_a_cycle_says_why() {
+    let stops = Family::new(WrittenCase::read(&built_in("paper"), &[]).unwrap(), &[]);
+    assert!(matches!(stops, Err(CycleError::NotPeriodic(_))));
+    let sticks = find(&family(&built_in("clutch"), &[]), &[], &Search::default(), &|| false);
+    assert!(matches!(sticks, Err(CycleError::Sticks { .. })));
+    let steady = family(
+        &built_in("belt-exponential"),
+        &["rotor.speed=1.0", "output.end_time=100"],
+    );
+    let steady = find(&steady, &[], &Search::default(), &|| false);
+    assert!(steady.is_err(), "{steady:?}");
+    let initial = Search {
+        from: From::Initial,
+        ..Search::default()
+    };
+    let stopped = find(&family(&built_in("belt-leine"), &[]), &[], &initial, &|| true);
+    assert!(matches!(stopped, Err(CycleError::Interrupted)));
+}
+
+/// Follows a study whose base case has this text.
+fn explored(case: &str, study: &str) -> Explored {
+    let folder = tempfile::tempdir().unwrap();
+    std::fs::write(folder.path().join("case.toml"), case).unwrap();
+    let path: PathBuf = folder.path().join("study.toml");
+    std::fs::write(&path, study).unwrap();
+    let study = ContinuationStudy::parse(StudySource::find(path.to_str().unwrap(), &[]).unwrap(), &[]).unwrap();
+    let file = folder.path().join("study.h5");
+    let report = Continuation::new(&study, &file).start().unwrap();
+    let stored = Stored::read(&file).unwrap();
+    let points =
+        |branches: &[stickslip::continuation::Branch]| branches.iter().map(|one| one.points.len()).sum::<usize>();
+    assert_eq!(points(&stored.branches), points(&report.explored.branches));
+    report.explored
+}
+
+/// Value and period of every special point of a kind.
+fn special_points(explored: &Explored, special: Special) -> Vec<(f64, f64)> {
+    let points = explored.branches.iter().flat_map(|branch| &branch.points);
+    points
+        .filter(|point| point.special == Some(special))
+        .map(|point| (point.value, point.period))
+        .collect()
+}
+
+/// The Hopf point in closed form; the unstable slip cycles between it and their graze, which is where the stick-slip cycles end, too.
+#[test]
+fn analytic_exponential_belt_from_its_hopf_point_to_the_graze() {
+    let case = built_in("belt-exponential").text;
+    let explored = explored(
+        &case,
+        "case = 'case.toml'\n[[axis]]\nkey = 'rotor.speed'\nfrom = 0.25\nto = 1.0\n[branch]\nof = ['steady', 'cycle']\n",
+    );
+    let hopf = special_points(&explored, Special::Hopf);
+    assert!(!hopf.is_empty());
+    for (value, period) in &hopf {
+        near(*value, 10f64.ln() / 5.0, 1e-12);
+        near(*period, std::f64::consts::TAU / 10.0, 1e-12);
+    }
+    let graze = special_points(&explored, Special::Border(Border::Touch));
+    assert_eq!(graze.len(), 1, "{graze:?}");
+    near(graze[0].0, 0.7346403888831704046747, 1e-10);
+    near(graze[0].1, 0.63040137310520261244, 1e-10);
+    // Between the two, of the unstable cycles: amplitude 0.0501 m and multiplier 1.4927501228788784728 at 0.6 m/s.
+    let cycles = explored
+        .branches
+        .iter()
+        .filter(|branch| !branch.steady)
+        .flat_map(|branch| &branch.points);
+    let slips: Vec<_> = cycles
+        .filter(|point| point.sticks == 0 && point.special.is_none())
+        .collect();
+    assert!(slips.iter().any(|point| point.value > 0.46 && point.value < 0.73));
+    for point in &slips {
+        assert!(point.value > 0.4605 && point.value < 0.73465);
+        assert_eq!(point.stability, Stability::Unstable);
+    }
+}
+
+#[test]
+fn multiprecision_unstable_cycles_of_the_exponential_belt() {
+    for (speed, period, amplitude, multiplier) in [
+        (
+            0.5,
+            0.6287088412229251977,
+            0.02557353412307150631,
+            1.1281068718477718163,
+        ),
+        (
+            0.6,
+            0.62953347935030078691,
+            0.050104746359047572889,
+            1.4927501228788784728,
+        ),
+        (
+            0.7,
+            0.63019756507428232106,
+            0.068222066521048315825,
+            1.926392884739667982,
+        ),
+    ] {
+        // At the largest position, where the mass stands still.
+        let largest = [
+            0.048210843397187978695,
+            0.074205939607171986861,
+            0.093636407615575982705,
+        ];
+        let at = largest[[0.5, 0.6, 0.7].iter().position(|one| *one == speed).unwrap()];
+        let settings = [
+            format!("rotor.speed={speed}"),
+            format!("initial.stator_twist={at}"),
+            "initial.stator_speed=0.0".to_owned(),
+        ];
+        let settings: Vec<&str> = settings.iter().map(String::as_str).collect();
+        let search = Search {
+            from: From::Initial,
+            ..Search::default()
+        };
+        let orbit = cycle_of(&built_in("belt-exponential"), &settings, &search);
+        near(orbit.period, period, 1e-13);
+        near(orbit.amplitude(), amplitude, 1e-12);
+        near(free(&orbit)[0].0, multiplier, 1e-9);
+        assert_eq!(orbit.stability, Stability::Unstable);
+    }
+}
+
+/// The onset of chaos at 1.7077997 rad/s that the paper prints, where the cycle of four periods grazes; the flip it comes from.
+#[test]
+fn published_sliding_bifurcations_of_the_driven_oscillator() {
+    let explored = explored(
+        &driven_on_a_belt(1.73),
+        "case = 'case.toml'\n[set]\noutput.end_time = 1500.0\n[[axis]]\nkey = 'stator.torque.angular_frequency'\nfrom = 1.66\n\
+         to = 1.75\n[branch]\nperiods = 2\n",
+    );
+    let flips = special_points(&explored, Special::Flip);
+    assert!(
+        flips
+            .iter()
+            .any(|flip| (flip.0 / 1.712981036226938974 - 1.0).abs() < 1e-10),
+        "{flips:?}"
+    );
+    let grazes = special_points(&explored, Special::Border(Border::Touch));
+    for expected in [1.707799714885060333, 1.667690998105967954] {
+        let nearest = grazes
+            .iter()
+            .map(|graze| (graze.0 / expected - 1.0).abs())
+            .fold(1.0, f64::min);
+        assert!(nearest < 1e-10, "{expected}: {grazes:?}");
+    }
+    // As printed, to its last digit.
+    assert!(grazes.iter().any(|graze| (graze.0 - 1.7077997).abs() < 5e-8));
+    let folds = special_points(&explored, Special::Fold);
+    assert!(
+        folds
+            .iter()
+            .any(|fold| (fold.0 / 1.683440572495729398 - 1.0).abs() < 1e-10),
+        "{folds:?}"
+    );
+}
+
+#[test]
+fn multiprecision_fold_of_cycles_of_a_stribeck_belt() {
+    let explored = explored(
+        STRIBECK,
+        "case = 'case.toml'\n[[axis]]\nkey = 'rotor.speed'\nfrom = 0.1\nto = 0.7\n[branch]\nof = 'steady'\n",
+    );
+    let hopf = special_points(&explored, Special::Hopf);
+    for expected in [0.1281470464342835018786, 0.6498581240542824170201] {
+        assert!(
+            hopf.iter().any(|one| (one.0 / expected - 1.0).abs() < 1e-10),
+            "{hopf:?}"
+        );
+    }
+    let folds = special_points(&explored, Special::Fold);
+    assert!(
+        folds
+            .iter()
+            .any(|fold| (fold.0 / 0.65552910037991793708 - 1.0).abs() < 1e-10),
+        "{folds:?}"
+    );
+    let grazes = special_points(&explored, Special::Border(Border::Touch));
+    for expected in [0.13625536578851913192, 0.57920612967726124473] {
+        let nearest = grazes
+            .iter()
+            .map(|graze| (graze.0 / expected - 1.0).abs())
+            .fold(1.0, f64::min);
+        assert!(nearest < 1e-10, "{expected}: {grazes:?}");
+    }
+}
+
+#[test]
+fn multiprecision_torus_of_a_forced_belt() {
+    let explored = explored(
+        &built_in("belt-exponential").text,
+        "case = 'case.toml'\n[set]\nrotor.speed = 0.6\ninitial.stator_speed = 0.0\noutput.end_time = 100.0\n\
+         stator.torque = { profile = 'cosine', amplitude = 2.0, angular_frequency = 14.0 }\n[[axis]]\n\
+         key = 'stator.torque.amplitude'\nfrom = 1.0\nto = 3.0\n[branch]\n",
+    );
+    let torus = special_points(&explored, Special::Torus);
+    assert_eq!(torus.len(), 1, "{torus:?}");
+    near(torus[0].0, 2.492679910954482739, 1e-10);
+}
+
+/// The curve of Hopf points in closed form, c = alpha (mu_s - mu_d) F_n exp(-alpha v), and that of grazes through its known point.
+#[test]
+fn analytic_curves_in_two_numbers() {
+    let explored = explored(
+        &built_in("belt-exponential").text,
+        "case = 'case.toml'\n[[axis]]\nkey = 'rotor.speed'\nfrom = 0.3\nto = 1.0\n[[axis]]\nkey = 'stator.damping.0'\nfrom = 0.5\n\
+         to = 2.0\n[branch]\nof = ['steady', 'cycle']\ndirection = 'up'\ncurves = ['hopf', 'touch']\nstep = 0.1\n",
+    );
+    let curve = |special: Special| explored.curves.iter().find(|curve| curve.special == special).unwrap();
+    let hopf = curve(Special::Hopf);
+    assert!(hopf.points.len() > 10);
+    for point in &hopf.points {
+        near(point.values[1], 10.0 * (-5.0 * point.values[0]).exp(), 1e-9);
+    }
+    let touch = curve(Special::Border(Border::Touch));
+    assert!(touch.points.len() > 10);
+    let at_one = touch
+        .points
+        .iter()
+        .min_by(|a, b| (a.values[1] - 1.0).abs().total_cmp(&(b.values[1] - 1.0).abs()))
+        .unwrap();
+    near(at_one.values[0], 0.7346403888831704, 1e-9);
+}
+
+/// On a branch, every stable cycle is where a long run ends.
+#[test]
+fn property_stable_points_of_a_branch_are_where_long_runs_end() {
+    let text = built_in("belt-exponential").text;
+    let explored = explored(
+        &text,
+        "case = 'case.toml'\n[[axis]]\nkey = 'rotor.speed'\nfrom = 0.15\nto = 0.6\n[branch]\nof = 'cycle'\n",
+    );
+    let points = explored.branches.iter().flat_map(|branch| &branch.points);
+    let stable: Vec<_> = points
+        .filter(|point| point.stability == Stability::Stable && point.special.is_none())
+        .collect();
+    assert!(stable.len() > 10);
+    for point in stable.iter().step_by(7) {
+        let settings = [
+            format!("rotor.speed={:?}", point.value),
+            "output.end_time=60".to_owned(),
+        ];
+        let settings: Vec<&str> = settings.iter().map(String::as_str).collect();
+        let orbit = found(&source(&text), &settings);
+        near(orbit.period, point.period, 1e-11);
+        near(orbit.amplitude(), (point.position.1 - point.position.0) / 2.0, 1e-9);
+    }
+}
+
+/// Interrupted anywhere and resumed, a study gives the file that it gives at once.
+#[test]
+fn property_a_resumed_study_gives_the_same_branches() {
+    use std::sync::atomic::{AtomicBool, Ordering};
+    let text = "case = 'belt-exponential'\n[[axis]]\nkey = 'rotor.speed'\nfrom = 0.4\nto = 0.8\n[branch]\nof = ['steady', 'cycle']\n";
+    let study = ContinuationStudy::parse(StudySource::text("resumed", text), &[]).unwrap();
+    let folder = tempfile::tempdir().unwrap();
+    let path = |name: &str| folder.path().join(name);
+    let whole = Continuation::new(&study, &path("whole.h5")).start().unwrap();
+    let all = whole.explored.points();
+    for after in [3, all / 2, all - 4] {
+        let name = format!("cut-{after}.h5");
+        let stop = AtomicBool::new(false);
+        let file = path(&name);
+        let cut = Continuation::new(&study, &file).stop(&stop).progress(|progress| {
+            if progress.points >= after {
+                stop.store(true, Ordering::Relaxed);
+            }
+        });
+        let cut = cut.start().unwrap();
+        assert!(cut.explored.interrupted && cut.explored.points() < all);
+        let refused = Continuation::new(&study, &path(&name)).start();
+        assert!(refused.is_err(), "a journal is there");
+        Continuation::new(&study, &path(&name)).resume(true).start().unwrap();
+        assert!(!path(&name).with_extension("journal").exists());
+        let (one, other) = (
+            Stored::read(&path(&name)).unwrap(),
+            Stored::read(&path("whole.h5")).unwrap(),
+        );
+        assert_eq!(
+            format!("{:?}", one.branches),
+            format!("{:?}", other.branches),
+            "{after}"
+        );
+    }
+}
+
+#[test]
+fn property_wrong_studies_are_refused_with_line_and_remedy() {
+    for (text, said) in [
+        ("case = 'belt-exponential'\n", "the number that varies"),
+        (
+            "case = 'belt-exponential'\n[[axis]]\nkey = 'rotor.speed'\nfrom = 1.0\nto = 2.0\n",
+            "outside the range",
+        ),
+        (
+            "case = 'belt-exponential'\n[[axis]]\nkey = 'rotor.sped'\nfrom = 0.1\nto = 2.0\n",
+            "rotor.speed",
+        ),
+        (
+            "case = 'belt-exponential'\n[[axis]]\nkey = 'rotor.speed'\nvalues = [0.1, 0.2]\n",
+            "over a range",
+        ),
+        (
+            "case = 'belt-exponential'\n[[axis]]\nkey = 'rotor.speed'\nfrom = 0.1\nto = 2.0\n[branch]\ncurves = ['hopf']\n",
+            "second [[axis]]",
+        ),
+        (
+            "case = 'belt-exponential'\n[[axis]]\nkey = 'rotor.speed'\nfrom = 0.1\nto = 2.0\n[branch]\nof = 'cycels'\n",
+            "\"cycle\"",
+        ),
+    ] {
+        let error = ContinuationStudy::parse(StudySource::text("wrong", text), &[])
+            .unwrap_err()
+            .to_string();
+        assert!(error.contains(said), "{error}");
+    }
+    let paper = "case = 'paper'\n[[axis]]\nkey = 'friction.decay'\nfrom = 1.0\nto = 9.0\n";
+    let study = ContinuationStudy::parse(StudySource::text("paper", paper), &[]).unwrap();
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("paper.h5");
+    assert!(Continuation::new(&study, &file).start().is_err());
+    assert_eq!(
+        std::fs::read_dir(folder.path()).unwrap().count(),
+        0,
+        "nothing is left behind"
+    );
+}
