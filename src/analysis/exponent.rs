@@ -64,7 +64,7 @@ pub enum Neighbours {
     Part,
     /// They stay beside each other, as those of a quasi-periodic motion do.
     Stay,
-    /// They come together: there is a periodic motion.
+    /// They come together: the motion comes to a period, or follows a forcing that has none.
     Meet,
 }
 
@@ -269,4 +269,48 @@ pub(super) fn exponent(system: &System, threshold: f64, end: &Section, section: 
     let states: Vec<_> = states.found.into_iter().filter(closed).collect();
     let grown = motions.growth(&states);
     (grown.len() >= INTERVALS.1).then(|| mean(&grown[grown.len() / TURNING..]))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::case::{Case, CaseSource, Origin};
+
+    /// The exponent of a mass on a belt that never comes to its speed, forced by two harmonics without a common period: that of the
+    /// linear oscillator x'' + c x' + x = 0.
+    fn of_linear_oscillator(damping: f64) -> Exponent {
+        let harmonic = |omega: f64| format!("{{ profile = \"sine\", amplitude = 0.1, angular_frequency = {omega:?} }}");
+        let text = format!(
+            "motion = \"translation\"\nrotor = {{ end = \"driven\", speed = 5.0 }}\ncontact = {{ normal_force = 1.0 }}\n\
+             friction = {{ law = \"coulomb\", breakaway = 0.3, kinetic = 0.3 }}\noutput = {{ end_time = 2000.0 }}\n[stator]\n\
+             inertia = 1.0\nstiffness = 1.0\ndamping = {damping:?}\nend = \"fixed\"\n\
+             torque = {{ profile = \"sum\", signals = [{}, {}] }}\n",
+            harmonic(0.5),
+            harmonic(0.5f64.sqrt())
+        );
+        let origin = Origin::File("case.toml".into());
+        let case = Case::read(&CaseSource { text, origin }, &[]).unwrap();
+        let end = Section {
+            time: 2000.0,
+            mode: Mode::SlipForward,
+            sense: 1,
+            further: vec![0.3, 0.1, 0.1],
+        };
+        exponent(&case.system, case.threshold, &end, None).unwrap()
+    }
+
+    #[test]
+    fn analytic_a_damped_oscillator_has_half_its_damping_as_exponent() {
+        let found = of_linear_oscillator(0.1);
+        assert!((found.value + 0.05).abs() < 1e-4, "{found:?}");
+        assert!(found.uncertainty < 1e-3, "{found:?}");
+        assert_eq!(found.neighbours(), Neighbours::Meet);
+    }
+
+    #[test]
+    fn analytic_a_motion_on_a_torus_has_no_exponent() {
+        let found = of_linear_oscillator(0.0);
+        assert!(found.value.abs() < 1e-4, "{found:?}");
+        assert_eq!(found.neighbours(), Neighbours::Stay);
+    }
 }

@@ -211,19 +211,15 @@ fn known(value: f64, uncertainty: f64) -> String {
     }
 }
 
-/// What is said of a motion that has no period.
-fn without_a_period(exponent: Option<&Exponent>) -> String {
-    let none = format!("no period of at most {LONGEST_PERIOD} breakaways and reversals found");
-    let Some(exponent) = exponent else {
-        return none;
-    };
+/// What the largest exponent says of a motion that has no period.
+fn of_exponent(exponent: &Exponent) -> String {
     // Two digits of the uncertainty.
     let places = decimals(exponent.uncertainty, 12) + 2;
     let number = format!("{:.places$} +- {:.places$} 1/s", exponent.value, exponent.uncertainty);
     match exponent.neighbours() {
         Neighbours::Part => format!("chaotic: largest exponent {number}"),
         Neighbours::Stay => format!("not periodic; largest exponent {number}, compatible with zero (quasi-periodic?)"),
-        Neighbours::Meet => format!("{none}; largest exponent {number}: neighbouring motions meet"),
+        Neighbours::Meet => format!("no period found; largest exponent {number}: neighbouring motions meet"),
     }
 }
 
@@ -288,9 +284,18 @@ fn of_motion(motion: Motion, summary: &Summary) -> Vec<HeadlineRow> {
         }
         Some(Outcome::Stuck { since }) => row(
             "motion",
-            format!("no period found; in stick from {since:.9} s to the end of the run"),
+            match summary.exponent.as_ref().map(of_exponent) {
+                None => format!("no period found; in stick from {since:.9} s to the end of the run"),
+                Some(found) => format!("{found}; in stick from {since:.9} s to the end of the run"),
+            },
         ),
-        Some(Outcome::NotPeriodic) => row("motion", without_a_period(summary.exponent.as_ref())),
+        Some(Outcome::NotPeriodic) => row(
+            "motion",
+            summary.exponent.as_ref().map_or_else(
+                || format!("no period of at most {LONGEST_PERIOD} breakaways and reversals found"),
+                of_exponent,
+            ),
+        ),
         Some(Outcome::Steady { mode, constant: false }) => row("motion", format!("no event: mode {mode} all the time")),
         Some(Outcome::Steady { mode, constant: true }) => {
             row("motion", format!("steady sliding, all states constant: mode {mode}"));

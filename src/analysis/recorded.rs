@@ -4,7 +4,6 @@ use super::Summary;
 use super::attractor::Recurrence;
 use super::exponent::exponent;
 use super::repetition::repetition;
-use super::summary::Outcome;
 use super::warning::{Warning, warnings};
 use super::witness::{Witness, witness};
 use crate::case::Case;
@@ -45,11 +44,7 @@ pub struct Recorded {
 impl Recorded {
     /// Computes the largest Lyapunov exponent, which takes up to a second, if the motion of the case has no period.
     pub(super) fn find_exponent(&mut self, case: &Case) {
-        let Some((end, section)) = self
-            .end
-            .take()
-            .filter(|_| self.summary.outcome == Some(Outcome::NotPeriodic))
-        else {
+        let Some((end, section)) = self.end.take().filter(|_| self.summary.goes_on()) else {
             return;
         };
         self.summary.exponent = exponent(&case.system, case.threshold, &end, section);

@@ -198,6 +198,17 @@ impl Summary {
         }
     }
 
+    /// Whether the motion has no period and does not stop: a stick at the end is no longer than others before.
+    pub(super) fn goes_on(&self) -> bool {
+        match self.outcome {
+            Some(Outcome::NotPeriodic) => true,
+            Some(Outcome::Stuck { since }) => self
+                .stick_duration_range
+                .is_some_and(|(_, longest)| self.end - since <= longest),
+            _ => false,
+        }
+    }
+
     /// The attractor, if the motion has come to one.
     pub fn attractor(&self) -> Option<&Attractor> {
         match &self.outcome {
