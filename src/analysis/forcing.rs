@@ -76,8 +76,8 @@ fn ratio(x: f64) -> Option<(u64, u64)> {
         let whole = rest.floor();
         (before, now) = (now, (whole * now.0 + before.0, whole * now.1 + before.1));
         let (numerator, denominator): (f64, f64) = now;
-        // Also of what is no number.
-        if !(numerator.max(denominator) <= LARGEST_WHOLE) {
+        let largest = numerator.max(denominator);
+        if largest.is_nan() || largest > LARGEST_WHOLE {
             return None;
         }
         if numerator > 0.0 && (x * denominator - numerator).abs() <= SAME_RATIO * numerator {

@@ -42,7 +42,7 @@ pub(super) fn sections(
             return Some(step);
         }
         let length = course.expand(mode, time, &y, end - time);
-        if !(length > 0.0) || time + length <= time {
+        if length.is_nan() || time + length <= time {
             return None;
         }
         sizes = larger(sizes, sizes_of(&course.further_of(mode, time, &y), hits.groups()));
