@@ -1,41 +1,28 @@
 //! Whether a motion repeats itself.
 //!
 //! Every breakaway and every reversal is a section of the motion. A period is the time between two sections of one kind, at
-//! most [`LONGEST_PERIOD`] sections apart, whose states agree, and by which every harmonic that drives the trains has gone through
+//! most [`LONGEST_PERIOD`](super::section::LONGEST_PERIOD) sections apart, whose states agree, and by which every harmonic that drives the trains has gone through
 //! whole turns. It is looked for anew after a kick and after a corner of a signal. Sliding that slows down by itself repeats nothing.
+//!
+//! Where these events have no period, the states after whole periods of the forcing are sections, and where nothing forces the
+//! trains and the contact has no more events, the least relative velocities are.
 
+use super::forcing::{common_period, harmonics};
+use super::section::{Hit, Hits, Repetition, Sizes, larger, sizes_of};
 use super::sequence::Sequence;
+use super::smooth;
 use crate::model::Mode;
 use crate::model::margin::twice_resistance;
 use crate::model::system::System;
 use crate::record::{Cycle, Event, EventKind, Piece, Recorder, RecorderError, Sample, Segment};
-use crate::signal::{Drive, Frequency};
 use crate::simulation::{PortraitPoint, Section, further, portrait};
 use serde::Serialize;
-use std::collections::VecDeque;
-use std::f64::consts::TAU;
 
-/// Two successive cycles are the same if all twists, twist rates and speeds at their begin differ by less than this share of
-/// the largest that the sections have seen, and the two periods by this share.
-pub const RECURRENCE_TOLERANCE: f64 = 1e-6;
+/// Strobes in a period of the forcing. The first of them is a section; the others tell how large the motion is.
+const PHASES: u64 = 8;
 
-/// How far from the periodic motion a run may be, by the pace at which its cycles come together, to count as periodic.
-const LARGEST_DISTANCE: f64 = 1e-4;
-
-/// A pace beyond which cycles are not seen to come together.
-const SLOWEST_PACE: f64 = 0.9999;
-
-/// Of states, what rounding leaves between two cycles that are the same.
-const ROUNDING: f64 = 1e-14;
-
-/// The most sections in a period that are looked for.
-pub const LONGEST_PERIOD: usize = 64;
-
-/// Turns that a harmonic may miss in a period, beyond what the period itself is uncertain by.
-const WHOLE_TURNS: f64 = 1e-9;
-
-/// Frequencies have a ratio of whole numbers if they have it to this share: the rounding of a few digits.
-const SAME_RATIO: f64 = 1e-12;
+/// From how much of the end time on a motion without events is gone through again, the shortest stretch last.
+const MARKS: [f64; 4] = [1.0 / 2.0, 3.0 / 4.0, 15.0 / 16.0, 63.0 / 64.0];
 
 /// What a motion repeats; times in s.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -44,8 +31,10 @@ pub struct Attractor {
     pub period: f64,
     /// Sticks that begin in a period.
     pub sticks: u64,
-    /// Sections (breakaways and reversals) in a period.
+    /// Sections in a period: breakaways and reversals, periods of the forcing, or least relative velocities.
     pub sections: usize,
+    /// Periods of the forcing in a period, where these are the sections.
+    pub forcing_periods: Option<u64>,
     /// By how much the last two cycles differ, relative: of states and of periods the larger.
     pub agreement: f64,
     /// How far the last cycle is from the periodic motion, relative, by the pace at which the last three come together: the
@@ -71,16 +60,42 @@ pub struct Extremes {
     pub relative_velocity: (f64, f64),
 }
 
-/// One section.
+/// The state at the phases of the forcing.
 #[derive(Debug, Clone)]
-struct Hit {
-    section: Section,
-    kind: EventKind,
-    /// Sticks before it.
-    sticks: u64,
+struct Strobes {
+    hits: Hits,
+    /// Of the harmonics that act, s.
+    period: Option<f64>,
+    /// The number of the next strobe.
+    next: u64,
+    /// Since the last section.
+    sizes: Sizes,
 }
 
-/// Looks for the attractor in the events of a run, keeps their sequence, and passes the run on.
+impl Strobes {
+    /// When the next one is, s; infinite without one.
+    fn time(&self) -> f64 {
+        let time = |period: f64| self.next as f64 * (period / PHASES as f64);
+        self.period.map_or(f64::INFINITY, time)
+    }
+
+    /// Starts anew at a time (s).
+    fn begin(&mut self, time: f64) {
+        self.hits.clear();
+        self.sizes = Sizes::default();
+        self.period = common_period(self.hits.harmonics().iter().filter(|harmonic| harmonic.acts_at(time)));
+        self.next = match self.period {
+            Some(period) => (time / period * PHASES as f64).ceil() as u64,
+            None => 0,
+        };
+        // Rounded down by a hair.
+        if self.time() < time {
+            self.next += 1;
+        }
+    }
+}
+
+/// Looks for the attractor in a run, keeps the sequence of its events, and passes the run on.
 pub(super) struct Recurrence<'a> {
     inner: &'a mut dyn Recorder,
     /// The report of the run keeps the events whether or not `inner` stores them.
@@ -90,156 +105,86 @@ pub(super) struct Recurrence<'a> {
     /// The motion comes to a stop.
     stops: bool,
     further: Vec<f64>,
-    hits: VecDeque<Hit>,
-    /// Of each component, what it is measured with: the angles, the speeds, or the bristles.
-    groups: Vec<usize>,
+    /// Breakaways and reversals.
+    hits: Hits,
     /// What the contact did last.
     mode: Mode,
     sticks: u64,
-    /// Of the harmonics that drive the trains: angular frequency (rad/s), and from when to when they act (s).
-    frequencies: Vec<(f64, f64, f64)>,
-    /// Sections in a period as known so far, and since when.
-    known: Option<(usize, f64)>,
+    /// When the stick began in which the motion is, s.
+    stuck_since: f64,
+    strobes: Strobes,
+    /// The end of a run of which more than the events is looked at, s.
+    end_time: Option<f64>,
+    /// When the motion is to be marked, s, the last first.
+    next_marks: Vec<f64>,
+    /// The state at these times, since the last event.
+    marks: Vec<Section>,
+    /// The state at the last sample.
+    last: Option<Section>,
 }
 
-fn frequencies<'d>(drives: impl IntoIterator<Item = &'d Drive>) -> Vec<(f64, f64, f64)> {
-    fn of(drive: &Drive, found: &mut Vec<(f64, f64, f64)>) {
-        match drive {
-            Drive::Wave(wave) if wave.amplitude != 0.0 => {
-                let omega = match wave.frequency {
-                    Frequency::Cycles(f) => TAU * f,
-                    Frequency::Angular(omega) => omega,
-                };
-                let (from, to) = (wave.from.unwrap_or(0.0), wave.to.unwrap_or(f64::INFINITY));
-                found.push((omega, from, to));
-            }
-            Drive::Sum(parts) => parts.iter().for_each(|part| of(part, found)),
-            Drive::Wave(_) | Drive::Value(_) | Drive::Linear(_) => {}
-        }
+/// The sense of a mode, in which an engaged contact goes on where it rests.
+fn sense(mode: Mode, relative_velocity: f64) -> i8 {
+    match mode {
+        Mode::Engaged if relative_velocity < 0.0 => -1,
+        Mode::Engaged => 1,
+        mode => mode.sense(),
     }
-    let mut found = Vec::new();
-    drives.into_iter().for_each(|drive| of(drive, &mut found));
-    found
 }
 
 impl<'a> Recurrence<'a> {
-    pub fn new(trains: &System, inner: &'a mut dyn Recorder, keeps_events: bool) -> Self {
+    /// Of a run to `end` (s): without one, only its events are looked at.
+    pub fn new(trains: &System, inner: &'a mut dyn Recorder, keeps_events: bool, end: Option<f64>) -> Self {
+        let stops = twice_resistance(trains).is_some();
+        let groups: Vec<usize> = further(trains)
+            .iter()
+            .map(|one| match one.name.as_str() {
+                "bristle_deflection" => 2,
+                _ => usize::from(one.is_rate),
+            })
+            .collect();
+        let hits = Hits::new(groups, harmonics(trains));
+        let mut strobes = Strobes {
+            hits: hits.clone(),
+            period: None,
+            next: 0,
+            sizes: Sizes::default(),
+        };
+        let end = end.filter(|_| !stops);
+        if end.is_some() {
+            strobes.begin(0.0);
+        }
         Recurrence {
             inner,
             keeps_events,
             sequence: Sequence::default(),
-            stops: twice_resistance(trains).is_some(),
+            stops,
             further: Vec::new(),
-            hits: VecDeque::new(),
-            groups: further(trains)
-                .iter()
-                .map(|one| match one.name.as_str() {
-                    "bristle_deflection" => 2,
-                    _ => usize::from(one.is_rate),
-                })
-                .collect(),
+            hits,
             mode: Mode::Separated,
             sticks: 0,
-            frequencies: frequencies(trains.drives()),
-            known: None,
+            stuck_since: 0.0,
+            strobes,
+            end_time: end,
+            next_marks: end.map_or_else(Vec::new, |end| MARKS.iter().rev().map(|share| share * end).collect()),
+            marks: Vec::new(),
+            last: None,
         }
-    }
-
-    /// The largest angle, speed and deflection of the last sections.
-    fn sizes(&self, sections: usize) -> [f64; 3] {
-        let mut sizes = [0.0f64; 3];
-        for hit in self.hits.iter().rev().take(2 * sections + 1) {
-            for (value, &group) in hit.section.further.iter().zip(&self.groups) {
-                sizes[group] = sizes[group].max(value.abs());
-            }
-        }
-        sizes
-    }
-
-    /// How far the sections `a` and `b` are from each other, relative.
-    fn distance(&self, a: &Section, b: &Section, sizes: &[f64; 3]) -> f64 {
-        let pairs = a.further.iter().zip(&b.further).zip(&self.groups);
-        let distances = pairs.map(|((a, b), &group)| match sizes[group] {
-            size if size > 0.0 => (a - b).abs() / size,
-            _ => 0.0,
-        });
-        distances.fold(0.0, f64::max)
-    }
-
-    /// The period of `sections` sections that ends at the last, how well it agrees with the one before, and how far from the
-    /// periodic motion it is.
-    fn repeats(&self, sections: usize) -> Option<(f64, f64, f64)> {
-        let from_last = |back: usize| self.hits.len().checked_sub(1 + back).map(|index| &self.hits[index]);
-        let (last, one, two) = (from_last(0)?, from_last(sections)?, from_last(2 * sections)?);
-        let same = |a: &Hit| {
-            a.kind == last.kind && a.section.mode == last.section.mode && a.section.sense == last.section.sense
-        };
-        if !same(one) || !same(two) {
-            return None;
-        }
-        let period = last.section.time - one.section.time;
-        let before = one.section.time - two.section.time;
-        if period <= 0.0 {
-            return None;
-        }
-        let sizes = self.sizes(sections);
-        let (now, earlier) = (
-            self.distance(&last.section, &one.section, &sizes),
-            self.distance(&one.section, &two.section, &sizes),
-        );
-        let agreement = now.max((period - before).abs() / period);
-        // Cycles that come together by a factor are off by the rest of the geometric series.
-        let pace = if now <= ROUNDING {
-            0.0
-        } else {
-            (now / earlier).min(SLOWEST_PACE)
-        };
-        let distance = agreement.max(ROUNDING) / (1.0 - pace);
-        // Whole turns of each, as near as the periods agree; and of all of them by one period, to the rounding of their ratios.
-        let acting: Vec<(f64, f64)> = self
-            .frequencies
-            .iter()
-            .filter(|wave| wave.1 <= last.section.time && last.section.time < wave.2)
-            .map(|&(omega, ..)| (omega, (omega * period / TAU).round()))
-            .collect();
-        let near = |&(omega, turns): &(f64, f64)| {
-            (omega * period / TAU - turns).abs() <= WHOLE_TURNS + 3.0 * turns * agreement && turns > 0.0
-        };
-        let (reference, of_reference) = acting.first().copied().unwrap_or((1.0, 1.0));
-        let alike = |&(omega, turns): &(f64, f64)| {
-            (omega * of_reference - turns * reference).abs() <= SAME_RATIO * omega * of_reference
-        };
-        let whole = acting.iter().all(near) && acting.iter().all(alike);
-        let repeats = whole && agreement <= RECURRENCE_TOLERANCE && distance <= LARGEST_DISTANCE;
-        repeats.then_some((period, agreement, distance))
     }
 
     fn hit(&mut self, event: &Event) {
         let values = &self.further[self.further.len() / 2..];
-        let sense = match event.mode_after {
-            Mode::Engaged if event.after.relative_velocity < 0.0 => -1,
-            Mode::Engaged => 1,
-            mode => mode.sense(),
-        };
-        self.hits.push_back(Hit {
+        self.hits.push(Hit {
             section: Section {
                 time: event.time,
                 mode: event.mode_after,
-                sense,
+                sense: sense(event.mode_after, event.after.relative_velocity),
                 further: values.to_vec(),
             },
-            kind: event.kind,
+            kind: Some(event.kind),
             sticks: self.sticks,
+            sizes: sizes_of(values, self.hits.groups()),
         });
-        if self.hits.len() > 2 * LONGEST_PERIOD + 1 {
-            self.hits.pop_front();
-        }
-        self.known = match self.known {
-            Some((sections, since)) if self.repeats(sections).is_some() => Some((sections, since)),
-            _ => (1..=LONGEST_PERIOD)
-                .find(|&sections| self.repeats(sections).is_some())
-                .map(|sections| (sections, event.time)),
-        };
     }
 
     /// When the contact last changed what it did, s, and what it did at the end.
@@ -247,24 +192,100 @@ impl<'a> Recurrence<'a> {
         (self.sequence.last().map(|event| event.1), self.mode)
     }
 
+    /// The state at the end of the run; `None` of a run that did not come there, or whose rows do not have all of the state.
+    pub fn last_state(&self) -> Option<&Section> {
+        let whole = |last: &&Section| last.further.len() == self.hits.groups().len();
+        self.last
+            .as_ref()
+            .filter(|last| self.end_time == Some(last.time))
+            .filter(whole)
+    }
+
+    /// How often the motion passes a section, as far as it is known: the mean time between breakaways and reversals, s.
+    pub fn mean_interval(&self) -> Option<f64> {
+        self.hits.mean_interval()
+    }
+
+    /// The attractor that the events of the run have come to by its end, if they have.
+    pub fn attractor_of_events(&self, trains: &System, threshold: f64) -> Option<Attractor> {
+        Some(attractor(&self.hits.repetition()?, trains, threshold))
+    }
+
     /// The attractor that the run has come to by its end, if it has.
     pub fn attractor(&self, trains: &System, threshold: f64) -> Option<Attractor> {
-        let (known, since) = self.known?;
-        // Several periods may come near to themselves before one does.
-        let sections = (1..=known).find(|&sections| self.repeats(sections).is_some())?;
-        let (period, agreement, distance) = self.repeats(sections)?;
-        let last = self.hits.back()?;
-        let first = &self.hits[self.hits.len() - 1 - sections];
-        let around = portrait(trains, threshold, &first.section, period).ok();
+        self.attractor_of_events(trains, threshold)
+            .or_else(|| self.attractor_of_forcing(trains, threshold))
+            .or_else(|| self.attractor_without_events(trains, threshold))
+    }
+
+    fn attractor_of_forcing(&self, trains: &System, threshold: f64) -> Option<Attractor> {
+        let repetition = self.strobes.hits.repetition()?;
+        let [first, last] = repetition.ends;
+        // A contact that has stuck all the time is stuck.
+        if last.section.mode == Mode::Stick && self.stuck_since <= first.section.time {
+            return None;
+        }
         Some(Attractor {
-            period,
-            sticks: last.sticks - first.sticks,
-            sections,
-            agreement,
-            distance,
-            since,
-            extremes: around.map(|portrait| Extremes::new(portrait.of, &portrait.points)),
+            forcing_periods: Some(repetition.sections as u64),
+            period: self.strobes.period? * repetition.sections as f64,
+            ..attractor(&repetition, trains, threshold)
         })
+    }
+
+    /// Nothing forces the motion at its end, and the contact is closed and does not stick.
+    fn end_by_itself(&self) -> Option<&Section> {
+        let end = self.last_state()?;
+        let slides = !matches!(end.mode, Mode::Stick | Mode::Separated);
+        let forced = self.hits.harmonics().iter().any(|harmonic| harmonic.acts_at(end.time));
+        (slides && !forced).then_some(end)
+    }
+
+    fn attractor_without_events(&self, trains: &System, threshold: f64) -> Option<Attractor> {
+        let end = self.end_by_itself()?;
+        if self.is_steady(trains, threshold) {
+            return None;
+        }
+        let mut found = None;
+        // Steps of the stretch before, which is a part of the next.
+        let mut per_second = 0.0;
+        for mark in self.marks.iter().rev() {
+            let span = end.time - mark.time;
+            if per_second * span > smooth::MOST_STEPS as f64 {
+                break;
+            }
+            let mut hits = Hits::new(self.hits.groups().to_vec(), Vec::new());
+            let Some(steps) = smooth::sections(trains, threshold, mark, end.time, self.sticks, &mut hits) else {
+                break;
+            };
+            per_second = steps as f64 / span;
+            // The longest stretch tells since when.
+            if hits.repetition().is_some() {
+                found = Some(hits);
+            }
+        }
+        Some(attractor(&found?.repetition()?, trains, threshold))
+    }
+
+    /// Whether the contact slides at the end of the run while all states stay as they are.
+    pub fn is_steady(&self, trains: &System, threshold: f64) -> bool {
+        let ends = self.end_by_itself().zip(self.marks.last());
+        ends.is_some_and(|(end, mark)| smooth::is_steady(trains, threshold, [mark, end], self.hits.groups()))
+    }
+}
+
+/// The attractor of a motion that repeats itself.
+fn attractor(repetition: &Repetition<'_>, trains: &System, threshold: f64) -> Attractor {
+    let [first, last] = repetition.ends;
+    let around = portrait(trains, threshold, &first.section, repetition.period).ok();
+    Attractor {
+        period: repetition.period,
+        sticks: last.sticks - first.sticks,
+        sections: repetition.sections,
+        forcing_periods: None,
+        agreement: repetition.agreement,
+        distance: repetition.distance,
+        since: repetition.since,
+        extremes: around.map(|portrait| Extremes::new(portrait.of, &portrait.points)),
     }
 }
 
@@ -320,6 +341,18 @@ impl Recorder for Recurrence<'_> {
 
     fn sample(&mut self, sample: &Sample) -> Result<(), RecorderError> {
         self.mode = sample.mode;
+        if self.end_time.is_some() {
+            let section = self.last.get_or_insert_with(|| Section {
+                time: 0.0,
+                mode: sample.mode,
+                sense: 0,
+                further: Vec::new(),
+            });
+            section.time = sample.time;
+            section.mode = sample.mode;
+            section.sense = sense(sample.mode, sample.state.relative_velocity);
+            section.further.clone_from(&self.further);
+        }
         self.inner.sample(sample)
     }
 
@@ -327,14 +360,53 @@ impl Recorder for Recurrence<'_> {
         self.sequence.event(event)?;
         match event.kind {
             EventKind::Slip | EventKind::Reversal if !self.stops => self.hit(event),
-            EventKind::Stick => self.sticks += 1,
+            EventKind::Stick => {
+                self.sticks += 1;
+                self.stuck_since = event.time;
+            }
             EventKind::Kick | EventKind::Corner => {
                 self.hits.clear();
-                self.known = None;
+                if self.end_time.is_some() {
+                    self.strobes.begin(event.time);
+                }
             }
             _ => {}
         }
+        self.marks.clear();
         self.inner.event(event)
+    }
+
+    fn next_strobe(&self) -> f64 {
+        let mark = self.next_marks.last().copied().unwrap_or(f64::INFINITY);
+        self.strobes.time().min(mark)
+    }
+
+    fn strobe(&mut self, time: f64, mode: Mode, relative_velocity: f64) -> Result<(), RecorderError> {
+        let section = Section {
+            time,
+            mode,
+            sense: sense(mode, relative_velocity),
+            further: self.further.clone(),
+        };
+        if self.next_marks.pop_if(|mark| *mark <= time).is_some() {
+            self.marks.push(section.clone());
+        }
+        let strobes = &mut self.strobes;
+        if time < strobes.time() {
+            return Ok(());
+        }
+        strobes.sizes = larger(strobes.sizes, sizes_of(&self.further, strobes.hits.groups()));
+        let begins = strobes.next.is_multiple_of(PHASES);
+        strobes.next += 1;
+        if begins {
+            strobes.hits.push(Hit {
+                section,
+                kind: None,
+                sticks: self.sticks,
+                sizes: std::mem::take(&mut strobes.sizes),
+            });
+        }
+        Ok(())
     }
 
     fn segment(&mut self, segment: &Segment) -> Result<(), RecorderError> {

@@ -1,6 +1,8 @@
 //! The main numbers of a run in words, each beside the paper's.
 
-use super::attractor::{Attractor, Extremes, LONGEST_PERIOD};
+use super::attractor::{Attractor, Extremes};
+use super::exponent::{Exponent, Neighbours};
+use super::section::LONGEST_PERIOD;
 use super::summary::{Outcome, Summary, TURNOVER, residual_row, share_of};
 use crate::case::{Case, CaseSource, Motion, builtin};
 use crate::record::{CycleStatistics, Event, EventDigest, EventKind};
@@ -101,6 +103,7 @@ fn summary_of_file(
         period,
         sticks: of_table("attractor_sticks").unwrap_or(0.0) as u64,
         sections: 0,
+        forcing_periods: of_table("attractor_forcing_periods").map(|periods| periods as u64),
         agreement: of_table("attractor_agreement").unwrap_or(f64::NAN),
         distance: of_table("attractor_distance").unwrap_or(f64::NAN),
         since: of_table("attractor_since").unwrap_or(f64::NAN),
@@ -112,7 +115,15 @@ fn summary_of_file(
         }),
     });
     let mode = last.last().map_or("", |last| last.mode.name());
-    Ok(summary.with_statics(case).coming_to(attractor, mode))
+    let constant = of_table("steady_sliding").is_some_and(|steady| steady != 0.0);
+    let exponent = of_table("lyapunov_exponent").zip(of_table("lyapunov_uncertainty"));
+    let exponent = exponent.map(|(value, uncertainty)| Exponent {
+        value,
+        uncertainty,
+        time: None,
+    });
+    let summary = Summary { exponent, ..summary };
+    Ok(summary.with_statics(case).coming_to(attractor, mode, constant))
 }
 
 /// When sliding that slows down by itself lost its stability, s.
@@ -200,6 +211,18 @@ fn known(value: f64, uncertainty: f64) -> String {
     }
 }
 
+/// What the largest exponent says of a motion that has no period.
+fn of_exponent(exponent: &Exponent) -> String {
+    // Two digits of the uncertainty.
+    let places = decimals(exponent.uncertainty, 12) + 2;
+    let number = format!("{:.places$} +- {:.places$} 1/s", exponent.value, exponent.uncertainty);
+    match exponent.neighbours() {
+        Neighbours::Part => format!("chaotic: largest exponent {number}"),
+        Neighbours::Stay => format!("not periodic; largest exponent {number}, compatible with zero (quasi-periodic?)"),
+        Neighbours::Meet => format!("no period found; largest exponent {number}: neighbouring motions meet"),
+    }
+}
+
 /// The lines of a motion that may repeat itself.
 fn of_motion(motion: Motion, summary: &Summary) -> Vec<HeadlineRow> {
     let (angle, speed) = units(motion);
@@ -218,6 +241,7 @@ fn of_motion(motion: Motion, summary: &Summary) -> Vec<HeadlineRow> {
             distance,
             since,
             extremes,
+            forcing_periods,
             ..
         })) => {
             let known = |value: f64, size: f64| known(value, size * distance);
@@ -226,7 +250,12 @@ fn of_motion(motion: Motion, summary: &Summary) -> Vec<HeadlineRow> {
                 format!("{} to {}", known(least, size), known(most, size))
             };
             row("motion", format!("periodic since {since:.6} s"));
-            row("period", format!("{} s", known(*period, *period)));
+            let of_forcing = match forcing_periods {
+                None => String::new(),
+                Some(1) => ", that of the forcing".to_owned(),
+                Some(periods) => format!(", {periods} of the forcing"),
+            };
+            row("period", format!("{} s{of_forcing}", known(*period, *period)));
             // Without a stick, a bounce across the threshold is one as well.
             let crossings = "falls below the threshold in a period";
             let name = summary.stick_threshold.map_or("sticks in a period", |_| crossings);
@@ -255,13 +284,22 @@ fn of_motion(motion: Motion, summary: &Summary) -> Vec<HeadlineRow> {
         }
         Some(Outcome::Stuck { since }) => row(
             "motion",
-            format!("no period found; in stick from {since:.9} s to the end of the run"),
+            match summary.exponent.as_ref().map(of_exponent) {
+                None => format!("no period found; in stick from {since:.9} s to the end of the run"),
+                Some(found) => format!("{found}; in stick from {since:.9} s to the end of the run"),
+            },
         ),
         Some(Outcome::NotPeriodic) => row(
             "motion",
-            format!("no period of at most {LONGEST_PERIOD} breakaways and reversals found"),
+            summary.exponent.as_ref().map_or_else(
+                || format!("no period of at most {LONGEST_PERIOD} breakaways and reversals found"),
+                of_exponent,
+            ),
         ),
-        Some(Outcome::Steady { mode }) => row("motion", format!("no event: mode {mode} all the time")),
+        Some(Outcome::Steady { mode, constant: false }) => row("motion", format!("no event: mode {mode} all the time")),
+        Some(Outcome::Steady { mode, constant: true }) => {
+            row("motion", format!("steady sliding, all states constant: mode {mode}"));
+        }
         None => {}
     }
     if let Some(threshold) = summary.stick_threshold {

@@ -137,6 +137,7 @@ impl<'a> KeptRun<'a> {
             run.repeated(why);
             case = finer;
         }
+        run.find_exponent(&case);
         KeptReport {
             rows,
             end: KeptReportEnd { run, header, case },

@@ -3,7 +3,9 @@
 //! | module | what it is |
 //! |---|---|
 //! | `recorded`, `saved_run`, `kept_run` | a run into a recorder, into its file, or into memory, with its summary |
-//! | `summary`, `attractor`, `headline` | main numbers and outcome; whether the motion repeats; the same in words |
+//! | `summary`, `headline` | main numbers and outcome; the same in words |
+//! | `attractor`, `section`, `smooth`, `forcing` | whether the motion repeats: by its events, by the period of what forces it, without either |
+//! | `exponent` | the largest Lyapunov exponent of a motion that does not |
 //! | `warning`, `witness`, `sequence` | what to know before a result is used; the same case by another method |
 //! | `finer`, `repetition` | a run again with finer settings, where its witness does not agree |
 //! | `certification` | the certificate of a result and its sensitivities, by the modules below |
@@ -23,7 +25,9 @@ mod certification;
 mod deadline;
 pub mod distribution;
 pub mod exact;
+mod exponent;
 mod finer;
+pub(crate) mod forcing;
 pub mod headline;
 mod kept_run;
 pub mod ladder;
@@ -31,8 +35,10 @@ pub mod linearised;
 mod recorded;
 mod repetition;
 mod saved_run;
+mod section;
 pub mod sensitivity;
 mod sequence;
+mod smooth;
 pub mod stability;
 pub mod summary;
 pub mod truth;
@@ -42,15 +48,17 @@ pub mod witness;
 pub mod work_precision;
 
 pub use crate::record::{Cycle, CycleStatistics};
-pub use attractor::{Attractor, Extremes, LONGEST_PERIOD, RECURRENCE_TOLERANCE};
+pub use attractor::{Attractor, Extremes};
 pub use certificate::{Certificate, certify};
 pub use certification::{Certified, Certify, Stage, Written};
 pub use deadline::Deadline;
+pub use exponent::{Exponent, Neighbours};
 pub use headline::{HeadlineRow, headline};
 pub use kept_run::{KeptReport, KeptReportEnd, KeptRun};
 pub use recorded::Recorded;
 pub(crate) use recorded::recorded;
 pub use saved_run::{SavedReport, SavedRun};
+pub use section::{LONGEST_PERIOD, RECURRENCE_TOLERANCE};
 pub use stability::Growth;
 pub use stability::Modes;
 pub use summary::{Outcome, Summary};

@@ -2,6 +2,7 @@
 
 use super::Summary;
 use super::attractor::Recurrence;
+use super::exponent::exponent;
 use super::repetition::repetition;
 use super::warning::{Warning, warnings};
 use super::witness::{Witness, witness};
@@ -10,7 +11,7 @@ use crate::record::Recorder;
 use crate::results::{Status, StickSlipTable};
 use crate::run::Run;
 use crate::simulation::ensemble::Seat;
-use crate::simulation::{Progress, RunFailure, RunReport, SolverOptions};
+use crate::simulation::{Progress, RunFailure, RunReport, Section, SolverOptions};
 use std::ops::ControlFlow;
 use std::sync::Arc;
 use std::time::Instant;
@@ -36,9 +37,20 @@ pub struct Recorded {
     pub table: StickSlipTable,
     /// Of the run, without its witness, s.
     pub wall_time: f64,
+    /// The state at the end of a complete run, and the time between its sections, s.
+    end: Option<(Section, Option<f64>)>,
 }
 
 impl Recorded {
+    /// Computes the largest Lyapunov exponent, which takes up to a second, if the motion of the case has no period.
+    pub(super) fn find_exponent(&mut self, case: &Case) {
+        let Some((end, section)) = self.end.take().filter(|_| self.summary.goes_on()) else {
+            return;
+        };
+        self.summary.exponent = exponent(&case.system, case.threshold, &end, section);
+        self.table = self.summary.table(case);
+    }
+
     /// Says in the witness that the run is a repetition, and why.
     pub(crate) fn repeated(&mut self, why: String) {
         if let Some(witness) = &mut self.witness {
@@ -58,7 +70,7 @@ pub(crate) fn recorded(
     control: &mut dyn FnMut(Progress) -> ControlFlow<()>,
 ) -> Recorded {
     let clock = Instant::now();
-    let mut recurrence = Recurrence::new(&case.system, recorder, keeps_events);
+    let mut recurrence = Recurrence::new(&case.system, recorder, keeps_events, Some(case.output.end_time));
     let run = Run::new(case).record(&mut recurrence).control(control).seated(seat);
     let (report, failure) = match run.start() {
         Ok(report) => (report, None),
@@ -82,7 +94,9 @@ pub(crate) fn recorded(
         .and_then(|stop| witness(case, &recurrence.sequence, noise, stop));
     let mut warnings = warnings(case, &summary);
     warnings.extend(witness.as_ref().and_then(Witness::warning));
+    let end = recurrence.last_state().filter(|_| status == Status::Complete);
     Recorded {
+        end: end.map(|end| (end.clone(), recurrence.mean_interval())),
         solver: case.solver.clone(),
         table: summary.table(case),
         status,

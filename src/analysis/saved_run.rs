@@ -154,6 +154,7 @@ impl<'a> SavedRun<'a> {
             );
             run.repeated(why);
         }
+        run.find_exponent(case);
         let saved = writer.saved();
         let said = match &run.witness {
             Some(witness) => writer.add(&witness.additions()),

@@ -301,7 +301,7 @@ fn run(case: &Case, max_steps: Option<usize>, stop: &dyn Fn() -> bool) -> Result
     let output = OutputOptions::at_the_ends(case.output.end_time);
     let (trains, threshold) = (&case.system, case.threshold);
     let mut times = Times::default();
-    let mut recurrence = Recurrence::new(trains, &mut times, false);
+    let mut recurrence = Recurrence::new(trains, &mut times, false, None);
     let ended = Run::new(case)
         .solver(&solver)
         .output(&output)
@@ -314,7 +314,7 @@ fn run(case: &Case, max_steps: Option<usize>, stop: &dyn Fn() -> bool) -> Result
         Ok(report) if report.interrupted => return Err(NoRun::Interrupted),
         Ok(report) => report,
     };
-    let attractor = recurrence.attractor(trains, threshold);
+    let attractor = recurrence.attractor_of_events(trains, threshold);
     Ok(Outrun {
         steps: report.work.iter().map(|work| work.steps as usize).sum(),
         events: times.0,

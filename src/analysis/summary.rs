@@ -2,6 +2,7 @@
 
 use super::Growth;
 use super::attractor::{Attractor, Recurrence};
+use super::exponent::Exponent;
 use crate::case::{Case, Motion};
 use crate::model::margin::twice_resistance;
 use crate::model::system::{ContactLaw, Pressing, System};
@@ -24,10 +25,12 @@ pub enum Outcome {
     },
     /// No period was found by the end of the run.
     NotPeriodic,
-    /// There was no event of the contact.
+    /// There was no event of the contact, or none any more of one that slides steadily at the end.
     Steady {
-        /// What the contact does all the time: the name of the mode.
+        /// What the contact does: the name of the mode.
         mode: &'static str,
+        /// All states are constant at the end of the run.
+        constant: bool,
     },
 }
 
@@ -95,6 +98,8 @@ pub struct Summary {
     pub interrupted: bool,
     /// Periodic, stuck, or neither; sliding that slows down by itself is never periodic.
     pub outcome: Option<Outcome>,
+    /// The largest Lyapunov exponent of a motion without a period, if it was computed.
+    pub exponent: Option<Exponent>,
     /// Speed (rad/s) below which a contact without stick counts as stuck; `None` of one that sticks.
     pub stick_threshold: Option<f64>,
     /// One row for each solver.
@@ -135,13 +140,14 @@ impl Summary {
     /// Of a run whose sections `recurrence` has seen.
     pub(super) fn of_motion(case: &Case, report: &RunReport, recurrence: &Recurrence<'_>) -> Summary {
         let attractor = recurrence.attractor(&case.system, case.threshold);
+        let steady = attractor.is_none() && recurrence.is_steady(&case.system, case.threshold);
         let (last_event_time, mode) = recurrence.end();
         Summary {
             last_event_time,
             ..Summary::of_run(&case.system, report)
         }
         .with_statics(case)
-        .coming_to(attractor, mode.name())
+        .coming_to(attractor, mode.name(), steady)
     }
 
     /// With what follows from the case alone.
@@ -159,12 +165,13 @@ impl Summary {
         }
     }
 
-    /// With the attractor that the motion has come to, or what else it has, with the contact in this mode at the end.
-    pub(super) fn coming_to(mut self, attractor: Option<Attractor>, mode: &'static str) -> Summary {
+    /// With the attractor that the motion has come to, or what else it has, with the contact in this mode at the end; all states
+    /// are then constant or not.
+    pub(super) fn coming_to(mut self, attractor: Option<Attractor>, mode: &'static str, constant: bool) -> Summary {
         self.outcome = Some(match (attractor, self.final_stick_time) {
             (Some(attractor), _) => Outcome::Periodic(attractor),
             (None, Some(since)) if self.stick_threshold.is_none() => Outcome::Stuck { since },
-            (None, _) if self.events == 0 => Outcome::Steady { mode },
+            (None, _) if self.events == 0 || constant => Outcome::Steady { mode, constant },
             _ => Outcome::NotPeriodic,
         });
         self
@@ -188,6 +195,17 @@ impl Summary {
             last_period: stick_slip.last_period(),
             stick_slip,
             ..Summary::default()
+        }
+    }
+
+    /// Whether the motion has no period and does not stop: a stick at the end is no longer than others before.
+    pub(super) fn goes_on(&self) -> bool {
+        match self.outcome {
+            Some(Outcome::NotPeriodic) => true,
+            Some(Outcome::Stuck { since }) => self
+                .stick_duration_range
+                .is_some_and(|(_, longest)| self.end - since <= longest),
+            _ => false,
         }
     }
 
@@ -256,6 +274,10 @@ impl Summary {
         let velocity = extremes.map(|extremes| extremes.relative_velocity);
         let (least, largest) = (|bounds: (f64, f64)| bounds.0, |bounds: (f64, f64)| bounds.1);
         let threshold = "speed below which a contact without stick counts as stuck; NaN of one that sticks";
+        let steady = "1 if the contact slides at the end while all states are constant; else 0";
+        let is_steady = matches!(self.outcome, Some(Outcome::Steady { constant: true, .. }));
+        let exponent = "largest Lyapunov exponent of a motion without a period, NaN where it was not computed";
+        let uncertainty = "standard error of lyapunov_exponent";
         let period = "period of the motion that the run has come to, NaN where it does not repeat itself";
         let distance =
             "relative distance of the last cycle from the periodic motion, by the pace at which cycles come together";
@@ -268,6 +290,12 @@ impl Summary {
                 "1",
                 of(|a| a.sticks as f64),
                 "sticks in a period of that motion",
+            ),
+            (
+                "forcing_periods",
+                "1",
+                attractor.and_then(|a| a.forcing_periods).map(|periods| periods as f64),
+                "periods of the forcing in a period, where these are its sections",
             ),
             (
                 "agreement",
@@ -310,7 +338,17 @@ impl Summary {
         ]
         .into_iter()
         .map(|(name, unit, value, description)| Extra::new(&format!("attractor_{name}"), unit, description, value))
-        .chain([Extra::new("stick_threshold", speed, threshold, self.stick_threshold)])
+        .chain([
+            Extra::new("steady_sliding", "1", steady, Some(f64::from(u8::from(is_steady)))),
+            Extra::new("lyapunov_exponent", "s-1", exponent, self.exponent.map(|e| e.value)),
+            Extra::new(
+                "lyapunov_uncertainty",
+                "s-1",
+                uncertainty,
+                self.exponent.map(|e| e.uncertainty),
+            ),
+            Extra::new("stick_threshold", speed, threshold, self.stick_threshold),
+        ])
         .collect()
     }
 }

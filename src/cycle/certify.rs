@@ -247,7 +247,7 @@ pub fn certify(
     let solver = jacobian.lu();
     let mut period = match (exact_turn(&exact.system, &pi), orbit.multiple) {
         (Some(turn), Some(multiple)) => {
-            turn * BigRational::from_integer((family.turns().unwrap_or(1) * multiple).into())
+            turn * BigRational::from_integer((family.turns().unwrap_or(1) * u64::from(multiple)).into())
         }
         _ => rational(orbit.period),
     };

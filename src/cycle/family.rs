@@ -17,7 +17,7 @@ pub struct Family {
     /// Of each number that varies the paths that take its value.
     keys: Vec<Vec<String>>,
     /// Turns of the first harmonic in the common period of the drives.
-    turns: Option<u32>,
+    turns: Option<u64>,
 }
 
 /// A member of a family.
@@ -57,7 +57,7 @@ impl Family {
     }
 
     /// Turns of the first harmonic in the common period of the drives.
-    pub(crate) fn turns(&self) -> Option<u32> {
+    pub(crate) fn turns(&self) -> Option<u64> {
         self.turns
     }
 

@@ -1,14 +1,9 @@
 //! A case as it is in the long run: its signals at their final values, its drives with a common period.
 
+use crate::analysis::forcing::{self, harmonics};
 use crate::model::system::{End, Pressing, System, Torque, Train};
 use crate::signal::{Drive, Frequency, Signal, Wave};
 use std::f64::consts::TAU;
-
-/// Turns of a harmonic in a common period, at most.
-const MOST_TURNS: u32 = 64;
-
-/// Frequencies have a ratio of whole numbers if they have it to this share: the rounding of a few digits.
-const SAME_RATIO: f64 = 1e-12;
 
 /// Why a case has no periodic motion in the long run, or none that is looked for.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
@@ -21,8 +16,8 @@ pub enum NotPeriodic {
     Stops,
     /// Two harmonics without a common period.
     #[error(
-        "the harmonics that drive it have no common period of at most {MOST_TURNS} turns, so that no motion repeats; take \
-         frequencies whose ratio is that of small whole numbers"
+        "the harmonics that drive it have no common period, so that no motion repeats; take frequencies whose ratio is that of whole \
+         numbers of at most 1000"
     )]
     NoCommonPeriod,
 }
@@ -80,54 +75,35 @@ pub(crate) fn in_the_long_run<T: Clone, L: Clone>(system: &System<T, L>) -> Syst
     }
 }
 
-fn harmonics<'d>(drive: &'d Drive, found: &mut Vec<&'d Wave>) {
-    match drive {
-        Drive::Wave(wave) if wave.amplitude != 0.0 => found.push(wave),
-        Drive::Sum(terms) => terms.iter().for_each(|term| harmonics(term, found)),
-        Drive::Wave(_) | Drive::Value(_) | Drive::Linear(_) => {}
-    }
-}
-
 /// How often the first harmonic turns in the common period of all; `None` of a system in the long run that nothing harmonic drives.
 ///
 /// # Errors
 /// Where there is no common period.
-pub(crate) fn common_turns(system: &System) -> Result<Option<u32>, NotPeriodic> {
-    let mut waves = Vec::new();
-    system
-        .drives()
-        .into_iter()
-        .for_each(|drive| harmonics(drive, &mut waves));
-    let Some(first) = waves.first().map(|wave| wave.angular_frequency().abs()) else {
-        return Ok(None);
-    };
-    let whole = |turns: u32| {
-        waves.iter().all(|wave| {
-            let others = f64::from(turns) * wave.angular_frequency().abs() / first;
-            others.round() >= 1.0 && (others - others.round()).abs() <= SAME_RATIO * others
-        })
-    };
-    match (1..=MOST_TURNS).find(|turns| whole(*turns)) {
-        Some(turns) => Ok(Some(turns)),
-        None => Err(NotPeriodic::NoCommonPeriod),
+pub(crate) fn common_turns(system: &System) -> Result<Option<u64>, NotPeriodic> {
+    let all = harmonics(system);
+    match all.is_empty() {
+        true => Ok(None),
+        false => forcing::common_turns(&all).map(Some).ok_or(NotPeriodic::NoCommonPeriod),
     }
 }
 
-/// The frequency of the first harmonic that drives a system in the long run.
-pub(crate) fn first_frequency(system: &System) -> Option<Frequency> {
-    let mut waves = Vec::new();
-    system
-        .drives()
-        .into_iter()
-        .for_each(|drive| harmonics(drive, &mut waves));
-    waves.first().map(|wave| wave.frequency)
-}
-
 /// The time of so many turns of the first harmonic that drives a system, s.
-pub(crate) fn period_of(system: &System, turns: u32) -> Option<f64> {
-    let turn = match first_frequency(system)? {
+pub(crate) fn period_of(system: &System, turns: u64) -> Option<f64> {
+    let turn = match first_wave(system)?.frequency {
+        // Without the rounding of 2 pi.
         Frequency::Cycles(frequency) => 1.0 / frequency.abs(),
         Frequency::Angular(omega) => TAU / omega.abs(),
     };
-    Some(f64::from(turns) * turn)
+    Some(turns as f64 * turn)
+}
+
+fn first_wave(system: &System) -> Option<&Wave> {
+    fn of(drive: &Drive) -> Option<&Wave> {
+        match drive {
+            Drive::Wave(wave) if wave.amplitude != 0.0 => Some(wave),
+            Drive::Sum(terms) => terms.iter().find_map(of),
+            _ => None,
+        }
+    }
+    system.drives().into_iter().find_map(of)
 }

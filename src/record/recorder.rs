@@ -2,6 +2,7 @@
 
 use super::digest::Cycle;
 use super::rows::{Event, Piece, Sample, Segment};
+use crate::model::Mode;
 
 /// A recorder failed (a full disk, for example); the run stops and says so.
 pub type RecorderError = Box<dyn std::error::Error + Send + Sync>;
@@ -31,6 +32,15 @@ pub trait Recorder {
     }
     /// A cycle of stick-slip, after the event that completes it.
     fn cycle(&mut self, _cycle: &Cycle) -> Result<(), RecorderError> {
+        Ok(())
+    }
+    /// When (s) the state is wanted next, besides the samples; infinite where it is not. Asked before every step: it moves on with
+    /// [`Self::strobe`].
+    fn next_strobe(&self) -> f64 {
+        f64::INFINITY
+    }
+    /// The state at that time has been handed over by [`Self::further`]: this is the time (s), the mode, and omega_r (rad/s).
+    fn strobe(&mut self, _time: f64, _mode: Mode, _relative_velocity: f64) -> Result<(), RecorderError> {
         Ok(())
     }
     /// Whether the events can be read where the recorder puts them; the report of the run then leaves them out, so that

@@ -227,6 +227,37 @@ impl Course {
         y
     }
 
+    /// The state that has these further values, all that [`further_names`] lists; slip, losses and work are zero.
+    pub fn state_of(&self, further: &[f64]) -> Vec<f64> {
+        state_of(&self.dynamics, further)
+    }
+
+    /// These values of a state.
+    pub fn further_of(&self, mode: Mode, t: f64, y: &[f64]) -> Vec<f64> {
+        let mut values = Vec::new();
+        self.readings(true)
+            .further(t, &self.place(mode, t, y, true), y, &mut values);
+        values
+    }
+
+    /// How far a state is from one that stays as it is, rad/s: the largest rate of a twist or a bristle, or change of a speed over
+    /// the unit of time of the fastest motion.
+    pub fn unrest(&mut self, mode: Mode, t: f64, y: &[f64]) -> f64 {
+        self.fill(mode, t, y, 2, true);
+        let (system, unit) = (self.system(), self.expansion.unit);
+        let mut units = vec![1.0; system.dimension];
+        for rate in system.twist_rates() {
+            units[rate - 1] = unit;
+        }
+        if let Engagement::Bristles(.., at) = system.engagement {
+            units[at] = unit;
+        }
+        let moving = self.expansion.state[..system.mechanical()].iter().zip(&units);
+        moving
+            .map(|(series, unit)| (series[1] / unit).abs())
+            .fold(0.0, f64::max)
+    }
+
     fn place(&self, mode: Mode, t: f64, y: &[f64], forward: bool) -> SystemLocation {
         let excitation = &self.dynamics.excitation;
         // At a corner, the stretch that begins or the one that ends.
@@ -438,6 +469,12 @@ impl Course {
     /// The state of the expansion after `step` (s).
     pub fn after(&self, step: f64, y: &mut [f64]) {
         self.expansion.at(step / self.expansion.unit, y);
+    }
+
+    /// omega_r of the expansion after `step` (s), rad/s.
+    pub fn relative_velocity(&self, step: f64) -> f64 {
+        let known = &self.expansion.relative_velocity[..self.expansion.terms];
+        taylor::value(known, step / self.expansion.unit)
     }
 
     /// A quantity by powers of the share of `step` (s) that has passed, and how many of them count.

@@ -63,7 +63,7 @@ pub use simulate::natural_period;
 pub(crate) use simulate::{Problem, further, simulate, simulate_from, solver_settings};
 pub(crate) use sliding::{moving_state, sliding, state_of_parts, stated_start, weights};
 pub use state_readings::Further;
-pub(crate) use variation::{MovedCases, MovedSystem, variation};
+pub(crate) use variation::{MovedCases, MovedSystem, deviation_weights, variation};
 
 pub use options::{Around, Following, Method, OutputOptions, OutputWindow, SolverOptions};
 pub use report::{Grazing, Progress, RunFailure, RunReport, SolverWork};

@@ -184,6 +184,15 @@ impl<'a, R: Readings> Recording<'a, R> {
         self.recorder.sample(&sample)
     }
 
+    /// Hands over a state that no row has: nothing of the record depends on it.
+    fn strobe(&mut self, t: f64, location: &R::Place, y: &[f64]) -> Result<(), ObserverError> {
+        let (state, _) = self.readings.read(t, location, y);
+        self.further.clear();
+        self.readings.further(t, location, y, &mut self.further);
+        self.recorder.further(&self.further)?;
+        self.recorder.strobe(t, location.mode(), state.relative_velocity)
+    }
+
     /// Records a segment at `location` from `span.0` to `span.1` (s), with what it cost.
     pub(super) fn end_segment(
         &mut self,
@@ -244,10 +253,17 @@ impl<'a, R: Readings> Recording<'a, R> {
 impl<R: Readings> Observer<R::Place, EventKind> for Recording<'_, R> {
     fn next_sample_time(&self) -> f64 {
         let around = self.around.as_ref().map_or(f64::INFINITY, |around| around.next);
-        self.times.next.min(around)
+        self.times.next.min(around).min(self.recorder.next_strobe())
     }
 
     fn sample(&mut self, t: f64, location: &R::Place, y: &[f64]) -> Result<(), ObserverError> {
+        if t == self.recorder.next_strobe() {
+            self.strobe(t, location, y)?;
+            let around = self.around.as_ref().map_or(f64::INFINITY, |around| around.next);
+            if t < self.times.next.min(around) {
+                return Ok(());
+            }
+        }
         if t == self.times.next {
             self.times.advance();
         }

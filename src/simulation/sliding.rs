@@ -2,12 +2,11 @@
 
 use super::dynamics::{SystemDynamics, SystemLocation};
 use super::portrait::{position, state_of};
-use super::variation::Contact;
-use crate::hybrid::{Dynamics as _, Measures as _};
+use super::variation::deviation_weights;
+use crate::hybrid::Dynamics as _;
 use crate::model::Mode;
 use crate::model::system::System;
 use nalgebra::{DMatrix, DVector};
-use std::sync::Arc;
 
 /// What the motion depends on in a state of which a recorder got these further values.
 pub(crate) fn moving_state(system: &System, further: &[f64]) -> DVector<f64> {
@@ -41,10 +40,9 @@ pub(crate) fn state_of_parts(system: &System, (rotor, stator): (&[f64], &[f64]),
     DVector::from_vec(y)
 }
 
-/// What each component of the state is multiplied by to be a speed: twists by the frequency of their inertia on the shaft alone.
+/// What each component of the state is multiplied by to be a speed.
 pub(crate) fn weights(system: &System) -> Vec<f64> {
-    let dynamics = Arc::new(SystemDynamics::new(system, 0.0));
-    Contact::new(&dynamics).weights().to_vec()
+    deviation_weights(&SystemDynamics::new(system, 0.0).system)
 }
 
 /// Sliding in one sense at a state, without events.

@@ -7,7 +7,7 @@ use crate::hybrid::{
     Carried, CarryingRules, Measures, MovedCopy, MovedNumber, Passage, Replaced, RunError, Transition,
 };
 use crate::model::Mode;
-use crate::model::equations::Outside;
+use crate::model::equations::{Outside, SystemEquations};
 use crate::model::slow_manifold::{Slip, has_slow_manifold, on_slow_manifold, slow_momenta};
 use crate::model::system::System;
 use crate::record::{EventDigest, EventKind, Recorder};
@@ -45,7 +45,19 @@ pub(crate) struct Variation {
     pub alike: Vec<bool>,
 }
 
-/// Twists count by the frequencies of their inertias on their shafts; growth counts from a loss of stability on.
+/// What each component of a deviation is multiplied by to compare with the others: twists by the frequencies of their inertias on
+/// their shafts, rad/s.
+pub(crate) fn deviation_weights(system: &SystemEquations) -> Vec<f64> {
+    let mut weights = vec![1.0; system.mechanical()];
+    for side in [&system.rotor, &system.stator] {
+        for i in 0..side.shafts() {
+            weights[side.twists + 2 * i] = side.own_frequency(i);
+        }
+    }
+    weights
+}
+
+/// Deviations are compared by [`deviation_weights`]; growth counts from a loss of stability on.
 pub(super) struct Contact {
     dynamics: Arc<SystemDynamics>,
     weights: Vec<f64>,
@@ -53,16 +65,9 @@ pub(super) struct Contact {
 
 impl Contact {
     pub(super) fn new(dynamics: &Arc<SystemDynamics>) -> Contact {
-        let system = &dynamics.system;
-        let mut weights = vec![1.0; system.mechanical()];
-        for side in [&system.rotor, &system.stator] {
-            for i in 0..side.shafts() {
-                weights[side.twists + 2 * i] = side.own_frequency(i);
-            }
-        }
         Contact {
             dynamics: dynamics.clone(),
-            weights,
+            weights: deviation_weights(&dynamics.system),
         }
     }
 }

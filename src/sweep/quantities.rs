@@ -124,7 +124,7 @@ fn motion(summary: &Summary) -> Option<f64> {
         summary::Outcome::Periodic(_) => 0.0,
         summary::Outcome::Stuck { .. } => STUCK,
         summary::Outcome::NotPeriodic => NOT_PERIODIC,
-        summary::Outcome::Steady { mode } => match *mode {
+        summary::Outcome::Steady { mode, .. } => match *mode {
             "stick" => 4.0,
             "separated" => 5.0,
             "engaged" => 6.0,

@@ -3,6 +3,7 @@
 #[path = "../common/mod.rs"]
 mod common;
 
+mod attractors;
 mod belts_and_clutches;
 mod boundary;
 mod calibrate;

@@ -125,7 +125,9 @@ contact.normal_force = 10
 #[test]
 fn results_what_a_run_of_trains_does_not_have_is_absent() {
     let folder = Folder::new();
-    let study = "case = \"belt-coulomb\"\n[[axis]]\nkey = \"rotor.speed\"\nvalues = [0.1, 0.2]\n";
+    // Its damping keeps the slip from being a free oscillation.
+    let study =
+        "case = \"belt-coulomb\"\n[set]\nstator.damping = 0.5\n[[axis]]\nkey = \"rotor.speed\"\nvalues = [0.1, 0.2]\n";
     folder.write("slip.toml", study);
     folder.json("sweep slip.toml");
     let file = folder.sweep_file("slip.h5");
@@ -260,7 +262,7 @@ fn regression_groan_over_the_speed_holds_for_single_runs() {
     assert_eq!((&report["failed"], &report["unfinished"]), (&0.into(), &0.into()));
     let file = folder.sweep_file("groan.h5");
     let numbers = |name: &str| file.numbers(name).unwrap();
-    assert_eq!(numbers("motion"), [0.0, 0.0, 2.0]);
+    assert_eq!(numbers("motion"), [0.0, 0.0, 3.0]);
     assert_eq!(numbers("attractor_sticks"), [2.0, 1.0, -1.0]);
     assert_eq!(file.attribute("attractor_amplitude", "units").as_deref(), Some("rad"));
     assert_eq!(numbers("stick_count")[2], 0.0);
