@@ -19,6 +19,21 @@ const BEYOND: [f64; 4] = [1e-6, 1e-5, 1e-4, 1e-3];
 /// A motion that has jumped beyond a border misses itself by more than this many times the step.
 const JUMPED: f64 = 50.0;
 
+/// A trial in words, for the log.
+fn told(trial: &Result<Option<Trial>, CycleError>) -> String {
+    match trial {
+        Ok(Some(trial)) => {
+            let measured = &trial.station.measured;
+            format!(
+                "{:?}, {}, {:?}",
+                measured.guess.values, measured.sequence, measured.nearest
+            )
+        }
+        Ok(None) => "no solution".to_owned(),
+        Err(error) => error.to_string(),
+    }
+}
+
 impl<'a> Follower<'a> {
     /// The sequence of events is another at the end of a step, or there is no solution: to the border, and beyond.
     pub(super) fn border(
@@ -35,7 +50,9 @@ impl<'a> Follower<'a> {
             if high - low <= LOCATED * step || middle <= low || middle >= high {
                 break;
             }
-            match self.trial_near(local, at, middle, step) {
+            let trial = self.trial_near(local, at, middle, step);
+            log::debug!("border at {middle:.17e}: {}", told(&trial));
+            match trial {
                 Err(CycleError::Interrupted) => return Err(CycleError::Interrupted),
                 Ok(Some(trial)) if trial.station.measured.word == word => {
                     low = middle;
@@ -72,13 +89,12 @@ impl<'a> Follower<'a> {
             _ => self.folded(local, &edge, at.1, &word)?,
         };
         let beyond = beyond.map(|station| self.away(station)).transpose()?;
-        let farther = beyond
-            .as_ref()
-            .map(|(station, farther)| farther.as_ref().unwrap_or(station));
-        let (border, edge) = self.sharpened(border, station, farther)?;
+        // So near to a border derivatives are good for little: the branch goes on from a point at some distance, if there is one.
+        let beyond = beyond.map(|(station, farther)| farther.unwrap_or(station));
+        let (border, edge) = self.sharpened(border, station, beyond.as_ref())?;
         found.push(Found::Special(Special::Border(border), Box::new(edge)));
         match beyond {
-            Some((station, _)) => {
+            Some(station) => {
                 self.step = 0.02 * self.steps.longest;
                 found.push(self.take(station)?);
             }
@@ -94,9 +110,16 @@ impl<'a> Follower<'a> {
         let x = local.unknowns(guess);
         let along = scaled(&local, &station.direction);
         let distance = |station: &Station| station.measured.nearest.map_or(f64::INFINITY, |nearest| nearest.1);
-        for step in [1e-2, 1e-3] {
+        for step in [1e-2, 1e-3, 1e-4, 1e-5] {
             for sign in [1.0, -1.0] {
-                let trial = match self.trial(&mut local, (&x, &(&along * sign)), step * self.steps.longest) {
+                let trial = self.trial(&mut local, (&x, &(&along * sign)), step * self.steps.longest);
+                log::debug!(
+                    "away by {:.1e}: {}, from {:?}",
+                    sign * step,
+                    told(&trial),
+                    station.measured.nearest
+                );
+                let trial = match trial {
                     Err(CycleError::Interrupted) => return Err(CycleError::Interrupted),
                     Ok(Some(trial)) => trial.station,
                     Ok(None) | Err(_) => continue,
@@ -125,18 +148,17 @@ impl<'a> Follower<'a> {
         edge: Station,
         farther: Option<&Station>,
     ) -> Result<(Border, Station), CycleError> {
-        let (border, near) = match (border, farther) {
-            (Border::Landing, Some(farther)) => match farther.measured.nearest {
-                Some((other, _)) => (other, &farther.measured.guess),
-                None => return Ok((border, edge)),
-            },
-            _ => (border, &self.current.measured.guess),
-        };
-        let Some((guess, measured)) = border_point(self.manifold, border, near)? else {
-            return Ok((border, edge));
-        };
-        let measured = Measured { guess, ..measured };
-        Ok((border, Station { measured, ..edge }))
+        let own = (border != Border::Landing).then_some((border, &self.current.measured.guess));
+        let others = farther.and_then(|farther| Some((farther.measured.nearest?.0, &farther.measured.guess)));
+        for (border, near) in own.into_iter().chain(others) {
+            if border != Border::Landing
+                && let Some((guess, measured)) = border_point(self.manifold, border, near)?
+            {
+                let measured = Measured { guess, ..measured };
+                return Ok((border, Station { measured, ..edge }));
+            }
+        }
+        Ok((border, edge))
     }
 
     /// Which border it is: of the last point before it, or of the first one beyond.

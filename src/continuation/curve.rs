@@ -6,12 +6,12 @@ use crate::cycle::{Border, CycleError, Equations, Guess, NoSolution, solve, tang
 use nalgebra::{DMatrix, DVector};
 
 /// Moves of scaled unknowns for the derivatives of the condition.
-const MOVE: f64 = 4e-7;
+const MOVE: f64 = 2e-7;
 
 /// Borders are followed at this relative distance, and extrapolated to zero from it and from these shares of it: beyond a border there
 /// is no distance.
 const DISTANCE: f64 = 6e-5;
-const SHARES: [f64; 3] = [1.0, 0.5, 0.25];
+const SHARES: [f64; 3] = [2.0, 1.0, 0.5];
 const WEIGHTS: [f64; 3] = [1.0 / 3.0, -2.0, 8.0 / 3.0];
 
 /// Steps as of a branch: the shortest over the longest, and the least cosine of successive directions.
@@ -175,7 +175,8 @@ pub(crate) fn border_point(
     let nearest = &found[SHARES.len() - 1];
     let guess = Guess {
         time: nearest.time,
-        state: DVector::from_fn(nearest.state.len(), |k, _| line(&|guess| guess.state[k])),
+        // On the side where there is a distance: a curve can start from it.
+        state: nearest.state.clone(),
         period: line(&|guess| guess.period),
         values: (0..nearest.values.len())
             .map(|k| line(&|guess| guess.values[k]))

@@ -13,6 +13,7 @@ use crate::sweep::{Journal, JournalError, Outcome};
 use nalgebra::{Complex, DMatrix, DVector};
 use std::collections::VecDeque;
 use std::f64::consts::TAU;
+use std::time::{Duration, Instant};
 
 /// More branches than this are not begun.
 const MOST_BRANCHES: usize = 64;
@@ -29,6 +30,9 @@ const FIRST_STEP: f64 = 0.3;
 /// Numbers of the journal: of each branch, and of curves.
 const OF_BRANCH: u64 = 1 << 32;
 const OF_CURVES: u64 = 1 << 62;
+
+/// The disk has the points that are older than this.
+const BETWEEN_WRITES: Duration = Duration::from_secs(1);
 
 /// Points of a curve in one direction, at most.
 const CURVE_POINTS: usize = 400;
@@ -174,12 +178,27 @@ pub(crate) struct Explorer<'a> {
     pub study: &'a ContinuationStudy,
     pub family: &'a Family,
     pub journal: &'a mut Journal,
+    /// What is not in the journal yet, and when it last was written to.
+    pub waiting: (Vec<Outcome>, Instant),
     pub stop: &'a dyn Fn() -> bool,
     pub told: &'a mut dyn FnMut(&Explored),
 }
 
 impl Explorer<'_> {
+    /// Puts into the journal what waits for it.
+    fn write(&mut self) -> Result<(), ExploreError> {
+        self.journal.append(&std::mem::take(&mut self.waiting.0))?;
+        self.waiting.1 = Instant::now();
+        Ok(())
+    }
+
     pub fn explore(&mut self) -> Result<Explored, ExploreError> {
+        let explored = self.follow_all();
+        self.write()?;
+        explored
+    }
+
+    fn follow_all(&mut self) -> Result<Explored, ExploreError> {
         let mut explored = Explored::default();
         let mut jobs = match self.starts() {
             Err(ExploreError::NoStart(CycleError::Interrupted)) => {
@@ -376,7 +395,10 @@ impl Explorer<'_> {
                         result: Ok(flat(&mark)),
                         events: Vec::new(),
                     });
-                    self.journal.append(&outcomes.collect::<Vec<_>>())?;
+                    self.waiting.0.extend(outcomes);
+                    if self.waiting.1.elapsed() >= BETWEEN_WRITES {
+                        self.write()?;
+                    }
                     found
                 }
             };
@@ -576,11 +598,12 @@ impl Explorer<'_> {
                     let values = points
                         .iter()
                         .flat_map(|point| [point.values[0], point.values[1], point.period]);
-                    self.journal.append(&[Outcome {
+                    self.waiting.0.push(Outcome {
                         number,
                         result: Ok(values.collect()),
                         events: Vec::new(),
-                    }])?;
+                    });
+                    self.write()?;
                     points
                 }
             };

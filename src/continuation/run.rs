@@ -9,6 +9,7 @@ use crate::results::{Overwrite, Reservation, ResultError, Status};
 use crate::sweep::{Existing, Journal, JournalError, journal_path};
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::Instant;
 
 /// A continuation that is being prepared; [`Continuation::start`] follows the branches into its file.
 #[must_use = "nothing is computed before `start`"]
@@ -129,6 +130,7 @@ impl<'a> Continuation<'a> {
             study,
             family: &family,
             journal: &mut journal,
+            waiting: (Vec::new(), Instant::now()),
             stop: &stop,
             told: &mut told,
         };

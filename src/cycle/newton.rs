@@ -36,8 +36,10 @@ pub(crate) enum NoSolution {
     Failed(CycleError),
 }
 
-const MOST_ITERATIONS: usize = 40;
-const MOST_HALVINGS: usize = 10;
+const MOST_ITERATIONS: usize = 25;
+
+/// Of steps, in all.
+const MOST_HALVINGS: usize = 15;
 
 /// Steps below this are in the domain where the method converges quadratically,
 const NEAR: f64 = 1e-6;
@@ -58,6 +60,7 @@ pub(crate) fn solve(
     let (mut residual, mut jacobian) = equations.evaluate(&x).map_err(NoSolution::Failed)?;
     let first = residual.amax();
     let mut last = f64::INFINITY;
+    let mut halvings = 0;
     for iterations in 1..=MOST_ITERATIONS {
         let diverged = |residual: &DVector<f64>| NoSolution::Diverged {
             iterations,
@@ -79,7 +82,6 @@ pub(crate) fn solve(
         }
         last = length;
         let mut share = 1.0;
-        let mut halvings = 0;
         loop {
             let next = &x + &step * share;
             match equations.evaluate(&next) {
@@ -88,7 +90,7 @@ pub(crate) fn solve(
                     break;
                 }
                 Err(CycleError::Interrupted) => return Err(NoSolution::Failed(CycleError::Interrupted)),
-                _ if halvings == MOST_HALVINGS => return Err(diverged(&residual)),
+                _ if halvings >= MOST_HALVINGS => return Err(diverged(&residual)),
                 _ => {
                     share /= 2.0;
                     halvings += 1;

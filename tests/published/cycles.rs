@@ -472,7 +472,7 @@ fn property_stable_points_of_a_branch_are_where_long_runs_end() {
     let text = built_in("belt-exponential").text;
     let explored = explored(
         &text,
-        "case = 'case.toml'\n[[axis]]\nkey = 'rotor.speed'\nfrom = 0.15\nto = 0.6\n[branch]\nof = 'cycle'\n",
+        "case = 'case.toml'\n[[axis]]\nkey = 'rotor.speed'\nfrom = 0.15\nto = 0.45\n[branch]\nof = 'cycle'\n",
     );
     let points = explored.branches.iter().flat_map(|branch| &branch.points);
     let stable: Vec<_> = points
@@ -495,7 +495,7 @@ fn property_stable_points_of_a_branch_are_where_long_runs_end() {
 #[test]
 fn property_a_resumed_study_gives_the_same_branches() {
     use std::sync::atomic::{AtomicBool, Ordering};
-    let text = "case = 'belt-exponential'\n[[axis]]\nkey = 'rotor.speed'\nfrom = 0.4\nto = 0.8\n[branch]\nof = ['steady', 'cycle']\n";
+    let text = "case = 'belt-exponential'\n[[axis]]\nkey = 'rotor.speed'\nfrom = 0.25\nto = 0.8\n[branch]\nof = ['steady', 'cycle']\n";
     let study = ContinuationStudy::parse(StudySource::text("resumed", text), &[]).unwrap();
     let folder = tempfile::tempdir().unwrap();
     let path = |name: &str| folder.path().join(name);
