@@ -17,8 +17,8 @@ use plotters::coord::Shift;
 use plotters::coord::types::RangedCoordf64;
 use plotters::drawing::DrawingAreaErrorKind;
 use plotters::prelude::{
-    Cartesian2d, ChartBuilder, ChartContext, Circle, DrawingArea, IntoDrawingArea, LabelAreaPosition, PathElement,
-    Polygon, Rectangle, SVGBackend, TRANSPARENT, WHITE,
+    Cartesian2d, ChartBuilder, ChartContext, Circle, IntoDrawingArea, LabelAreaPosition, PathElement, Polygon,
+    Rectangle, SVGBackend, TRANSPARENT, WHITE,
 };
 use plotters::style::text_anchor::{HPos, Pos, VPos};
 use plotters::style::{Color, IntoFont, RGBAColor, RGBColor, TextStyle};

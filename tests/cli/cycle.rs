@@ -41,7 +41,10 @@ fn cli_wrong_points_of_branches() {
     let count = stored.branches.len();
     let steady = stored.branches.iter().position(|branch| branch.steady).unwrap();
     let points = stored.branches[steady].points.len();
-    folder.refused("cycle belt.h5", &[format!("holds {count} branches; choose a point with --branch")]);
+    folder.refused(
+        "cycle belt.h5",
+        &[format!("holds {count} branches; choose a point with --branch")],
+    );
     folder.refused(
         &format!("cycle belt.h5 --branch {count} --point 0"),
         &[format!("has no branch {count}; there are {count}")],
@@ -54,7 +57,10 @@ fn cli_wrong_points_of_branches() {
         &format!("cycle belt.h5 --branch {steady} --point 0"),
         "steady sliding & stickslip modes belt-exponential --set rotor.speed=",
     );
-    folder.refused("cycle belt-exponential --branch 0 --point 0", "is not the file of a continuation");
+    folder.refused(
+        "cycle belt-exponential --branch 0 --point 0",
+        "is not the file of a continuation",
+    );
     folder.refused("cycle belt.h5 --branch 0", "--point");
     folder.refused("cycle belt.h5 --branch 0 --point 0 --periods 2", "--periods");
     assert_eq!(folder.names(), ["belt.h5", "belt.toml"]);

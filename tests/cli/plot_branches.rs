@@ -111,9 +111,15 @@ fn cli_a_diagram_is_chosen_by_its_quantity() {
     says(&folder.ok("plot --list"), "branches & special-points & continuation");
     let stdout = folder.ok("plot belt.h5 --only branches-growth_rate -o rate.pdf --json");
     assert_eq!(json(&stdout)["files"][0]["figure"], "branches-growth_rate");
-    folder.refused("plot belt.h5 --quantity amplitud", "no quantity \"amplitud\" & did you mean amplitude? & period");
+    folder.refused(
+        "plot belt.h5 --quantity amplitud",
+        "no quantity \"amplitud\" & did you mean amplitude? & period",
+    );
     folder.refused("plot belt.h5 --only map", "has no figure map & branches-amplitude");
-    folder.refused("plot belt.h5 --axes rotor.speed rotor.speed", "leave out --axes and --at");
+    folder.refused(
+        "plot belt.h5 --axes rotor.speed rotor.speed",
+        "leave out --axes and --at",
+    );
     folder.refused("plot belt.h5 belt.h5", "drawn by itself");
     folder.refused("plot belt.h5 --channel theta", "no channels");
 }

@@ -33,6 +33,21 @@ pub(super) fn pieces(branch: &Branch, stability: Stability, of: Value) -> Vec<Ve
     pieces
 }
 
+/// The same with pieces that start in one point, as the two directions of a branch do, made one: a broken line has one rhythm there.
+pub(super) fn joined(pieces: Vec<Vec<(f64, f64)>>) -> Vec<Vec<(f64, f64)>> {
+    let mut found: Vec<Vec<(f64, f64)>> = Vec::new();
+    for piece in pieces {
+        match found.iter_mut().find(|other| other.first() == piece.first()) {
+            Some(other) => {
+                other.reverse();
+                other.extend(piece.into_iter().skip(1));
+            }
+            None => found.push(piece),
+        }
+    }
+    found
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -107,5 +122,15 @@ mod tests {
         let of: Value = |_, point| if point.value == 2.0 { f64::NAN } else { point.value };
         let found = pieces(&all, Stability::Stable, of);
         assert_eq!(found, [vec![(0.0, 0.0), (1.0, 1.0)], vec![(3.0, 3.0), (4.0, 4.0)]]);
+    }
+
+    /// Both directions from one start are a line from end to end.
+    #[test]
+    fn analytic_two_directions_are_one_line() {
+        let up = vec![(1.0, 0.0), (2.0, 0.0)];
+        let down = vec![(1.0, 0.0), (0.5, 0.0), (0.0, 0.0)];
+        let apart = vec![(1.0, 3.0), (2.0, 3.0)];
+        let found = joined(vec![up, down, apart.clone()]);
+        assert_eq!(found, [vec![(2.0, 0.0), (1.0, 0.0), (0.5, 0.0), (0.0, 0.0)], apart]);
     }
 }

@@ -169,7 +169,7 @@ impl<'a> Branches<'a> {
                     values.collect::<Vec<_>>()
                 });
                 let label = format!("{what}, {}", stability.name());
-                curves.push(Curve::pieces(&label, color, pieces.collect()).styled(style));
+                curves.push(Curve::pieces(&label, color, lines::joined(pieces.collect())).styled(style));
             }
         }
         for special in Special::ALL {
