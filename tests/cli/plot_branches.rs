@@ -140,6 +140,40 @@ fn analytic_growth_rates_are_those_of_the_mass() {
     assert!(count > 5, "{count}");
 }
 
+/// In the plane of belt speed and damping steady sliding loses its stability on the line v = ln(10/c)/5.
+#[test]
+fn analytic_the_curve_of_hopf_points_is_the_closed_form() {
+    let folder = Folder::new();
+    let study = STUDY
+        .replace(
+            "[branch]",
+            "[[axis]]\nkey = \"stator.damping.0\"\nfrom = 0.6\nto = 2\n[branch]\ncurves = [\"hopf\"]",
+        )
+        .replace("of = [\"steady\", \"cycle\"]", "of = \"steady\"");
+    folder.write("two.toml", study);
+    folder.ok("continue two.toml -q");
+    let names: Vec<String> = Branches::read(&folder.path("two.h5"))
+        .unwrap()
+        .figures(&[])
+        .unwrap()
+        .into_iter()
+        .map(|figure| figure.name)
+        .collect();
+    assert_eq!(names, ["branches-position", "branches-growth_rate", "special-points"]);
+    let drawn = figure(&folder.path("two.h5"), "special-points");
+    let [curve] = curves(&drawn) else { panic!("one curve") };
+    assert_eq!(curve.label, "Hopf");
+    let (mut least, mut largest) = (f64::INFINITY, 0.0f64);
+    for (speed, damping) in curve.points() {
+        assert!((speed - (10.0 / damping).ln() / 5.0).abs() < 1e-9, "{speed} {damping}");
+        (least, largest) = (least.min(damping), largest.max(damping));
+    }
+    assert!(least < 0.61 && largest > 1.99, "{least} {largest}");
+    folder.ok("plot two.h5 --only special-points -o plane.svg");
+    let svg = std::fs::read_to_string(folder.path("plane.svg")).unwrap();
+    says(&svg, "stator damping & N s/m");
+}
+
 /// The page has every point, and the command of a click computes it.
 #[test]
 fn cli_the_page_of_branches_has_the_points_and_their_commands() {
