@@ -2,7 +2,7 @@
 
 use super::arguments::{Common, CycleOptions, SearchFrom};
 use super::input::{Given, interrupt_flag, output_of, overrides, overwrite};
-use super::{CommandError, End, interrupted, tell, terminal};
+use super::{CommandError, End, interrupted, print, print_json, terminal, wants_json, wants_text};
 use crate::analysis::SavedRun;
 use crate::case::{CaseSource, Motion, WrittenCase};
 use crate::continuation::Stored;
@@ -181,7 +181,12 @@ pub(super) fn cycle(options: &CycleOptions, common: &Common) -> Result<End, Comm
             }),
         }
     };
-    tell(common, document, || report(&family, &orbit, &case, &file))?;
+    if wants_json(common) {
+        print_json(&document())?;
+    }
+    if wants_text(common) {
+        print(&report(&family, &orbit, &case, &file))?;
+    }
     Ok(End::Done)
 }
 
