@@ -9,7 +9,7 @@ use stickslip::plot::branches::{Branches, quantity};
 use stickslip::plot::figure::{Curve, CurveStyle, Figure};
 
 /// The belt speed at which steady sliding of belt-exponential has no damping: ln(10)/5 m/s.
-const HOPF: f64 = 0.460_517_018_598_809_14;
+const HOPF: f64 = 0.460_517_018_598_809_1;
 
 /// Few points, in a second or so.
 pub const STUDY: &str = "title = \"Branches of a belt\"\ncase = \"belt-exponential\"\n[[axis]]\nkey = \"rotor.speed\"\n\
