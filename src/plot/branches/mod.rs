@@ -180,8 +180,7 @@ impl<'a> Branches<'a> {
                 .flat_map(|branch| places(branch, special, quantity));
             curves.push(Curve::line(words, color, points.collect()).styled(CurveStyle::Marks(shape)));
         }
-        let y = Axis::new(quantity.words, quantity.unit(stored));
-        let panel = Panel::new(self.number(), y, drawn(curves));
+        let panel = Panel::new(self.number(), quantity.axis(stored), drawn(curves));
         let name = format!("{BRANCHES}-{}", quantity.name);
         Figure::new(name, self.title(quantity.words), vec![panel])
     }

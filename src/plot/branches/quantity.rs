@@ -1,6 +1,7 @@
 //! What can be drawn of the points of a branch.
 
 use crate::continuation::{Branch, BranchPoint, Stored};
+use crate::plot::figure::Axis;
 
 /// A value of a point of a branch; NaN where it has none.
 pub type Value = fn(&Branch, &BranchPoint) -> f64;
@@ -10,8 +11,10 @@ pub type Value = fn(&Branch, &BranchPoint) -> f64;
 pub struct Quantity {
     /// As `--quantity` takes it.
     pub name: &'static str,
-    /// At its axis.
+    /// In titles and lists.
     pub words: &'static str,
+    /// At its axis, where there is less room.
+    name_at_axis: &'static str,
     measure: Measure,
     /// Its value, or the lower one of two.
     pub low: Value,
@@ -41,6 +44,16 @@ impl Quantity {
         }
     }
 
+    /// The axis of a drawing.
+    pub(in crate::plot) fn axis(&self, stored: &Stored) -> Axis {
+        let axis = Axis::new(self.name_at_axis, self.unit(stored));
+        match (self.measure, stored.speed.starts_with("rad")) {
+            (Measure::Speed, true) => axis.with_symbol("ωᵣ"),
+            (Measure::Speed, false) => axis.with_symbol("vᵣ"),
+            _ => axis,
+        }
+    }
+
     /// Its one value, or both.
     pub fn sides(&self) -> impl Iterator<Item = Value> + use<> {
         [Some(self.low), self.high].into_iter().flatten()
@@ -51,16 +64,31 @@ const fn one(name: &'static str, words: &'static str, measure: Measure, of: Valu
     Quantity {
         name,
         words,
+        name_at_axis: words,
         measure,
         low: of,
         high: None,
     }
 }
 
-const fn both(name: &'static str, words: &'static str, measure: Measure, low: Value, high: Value) -> Quantity {
+/// Least and largest value.
+const fn both(
+    name: &'static str,
+    words: &'static str,
+    name_at_axis: &'static str,
+    measure: Measure,
+    (low, high): (Value, Value),
+) -> Quantity {
     Quantity {
         high: Some(high),
-        ..one(name, words, measure, low)
+        ..one(name, words, measure, low).shorter(name_at_axis)
+    }
+}
+
+impl Quantity {
+    /// With a shorter name at its axis.
+    const fn shorter(self, name_at_axis: &'static str) -> Quantity {
+        Quantity { name_at_axis, ..self }
     }
 }
 
@@ -107,9 +135,9 @@ pub const QUANTITIES: &[Quantity] = &[
     both(
         "position",
         "least and largest position",
+        "position",
         Measure::Position,
-        least_position,
-        largest_position,
+        (least_position, largest_position),
     ),
     one("least_position", "least position", Measure::Position, least_position),
     one(
@@ -121,9 +149,9 @@ pub const QUANTITIES: &[Quantity] = &[
     both(
         "relative_velocity",
         "least and largest relative velocity",
+        "relative velocity",
         Measure::Speed,
-        least_velocity,
-        largest_velocity,
+        (least_velocity, largest_velocity),
     ),
     one(
         "least_relative_velocity",
@@ -160,11 +188,13 @@ pub const QUANTITIES: &[Quantity] = &[
         "duration of the shortest stick",
         Measure::Time,
         |_, point| point.shortest_stick,
-    ),
+    )
+    .shorter("shortest stick"),
     one(
         "margin",
         "distance of another sequence of events",
         Measure::Number,
         |_, point| point.margin,
-    ),
+    )
+    .shorter("margin"),
 ];
