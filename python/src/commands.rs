@@ -1,4 +1,4 @@
-//! Commands of the program in this process: certify, compare, sweep, modes.
+//! Commands of the program in this process: certify, compare, sweep, modes, cycle, continue.
 
 use crate::errors::of_command;
 use crate::waiting::interruptible;

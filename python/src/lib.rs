@@ -1,6 +1,7 @@
 //! The part of the Python module that is Rust: runs, result files and commands of the library, as arrays and texts. What users
 //! see is made of it in `stickslip/*.py`.
 
+mod branches;
 mod commands;
 mod errors;
 mod run;
@@ -19,6 +20,8 @@ fn _native(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_function(wrap_pyfunction!(run::resolve, module)?)?;
     module.add_function(wrap_pyfunction!(study::is_study, module)?)?;
     module.add_function(wrap_pyfunction!(study::read_study, module)?)?;
+    module.add_function(wrap_pyfunction!(branches::is_continuation, module)?)?;
+    module.add_function(wrap_pyfunction!(branches::read_continuation, module)?)?;
     module.add_function(wrap_pyfunction!(commands::command, module)?)?;
     module.add_function(wrap_pyfunction!(commands::cases, module)?)?;
     Ok(())

@@ -9,8 +9,10 @@ All numbers are in SI and radians. What the columns are is in docs/result-file.m
 """
 
 from ._case import Case, cases
+from ._branches import continue_
 from ._certificate import Certificate, certify
 from ._comparison import Comparison, compare
+from ._cycle import Cycle, cycle
 from ._errors import CaseError, FileError, InputError, RunError, StickslipError, StickslipWarning
 from ._modes import Modes, modes
 from ._native import __version__
@@ -23,6 +25,7 @@ __all__ = [
     "CaseError",
     "Certificate",
     "Comparison",
+    "Cycle",
     "FileError",
     "InputError",
     "Modes",
@@ -34,6 +37,8 @@ __all__ = [
     "cases",
     "certify",
     "compare",
+    "continue_",
+    "cycle",
     "modes",
     "open",
     "run",

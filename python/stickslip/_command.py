@@ -24,6 +24,10 @@ ARGUMENTS = {
     "--map": "mapping",
     "--column": "columns",
     "--events": "events",
+    "--period": "period",
+    "--periods": "periods",
+    "--branch": "branch",
+    "--point": "point",
     "--time-offset": "time_offset",
     "--velocity-tolerance": "velocity_tolerance",
     "--hysteresis": "hysteresis",
@@ -34,6 +38,7 @@ ARGUMENTS = {
 SHELL = re.compile(r"(stickslip [a-z][^;`\n]*)")
 """A command to be typed, which stays as it is."""
 
+START = re.compile(r"--from (end|initial)")
 SETTING = re.compile(r"--(set|column) (?:'([\w.]+)=([^']*)'|([\w.]+)(?:=([^\s;,]*[^\s;,.:]))?)")
 OPTION = re.compile(r"(?<![\w-])(--[a-z][a-z-]*|-o)(?:[ =]([0-9][^\s;,:]*))?(?![\w-])")
 
@@ -58,7 +63,7 @@ def _option(found: re.Match[str]) -> str:
 def in_python(text: str) -> str:
     """A message of the program with the arguments of this module in place of its options; commands to be typed stay."""
     parts = SHELL.split(text)
-    parts[::2] = [OPTION.sub(_option, SETTING.sub(_setting, part)) for part in parts[::2]]
+    parts[::2] = [OPTION.sub(_option, SETTING.sub(_setting, START.sub(r'start="\1"', part))) for part in parts[::2]]
     return "".join(parts)
 
 

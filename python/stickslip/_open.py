@@ -6,6 +6,7 @@ import os
 from typing import TYPE_CHECKING
 
 from . import _native
+from ._branches import is_continuation, read_continuation
 from ._case import PathLike
 from ._errors import FileError
 from ._run import Run, identity
@@ -16,7 +17,7 @@ if TYPE_CHECKING:
 
 
 def open(path: PathLike) -> Run | xarray.Dataset:  # noqa: A001
-    """Opens a file of the program: a result, certified or not, as a :class:`Run`; a sweep as a dataset.
+    """Opens a file of the program: a result, certified or not, as a :class:`Run`; a sweep or a continuation as a dataset.
 
     Columns are read when they are asked for.
 
@@ -27,6 +28,8 @@ def open(path: PathLike) -> Run | xarray.Dataset:  # noqa: A001
     try:
         if is_sweep(name):
             return read_sweep(name)
+        if is_continuation(name):
+            return read_continuation(name)
         opened = Run(_native.open_result(name))
     except FileError as error:
         # By the name that was given.

@@ -61,9 +61,10 @@ def read_sweep(path: PathLike) -> xarray.Dataset:
     return dataset.set_coords([name for name in axes if name in variables])
 
 
-def _study(
+def study_of(
     axes: Mapping[str, Any], case: CaseLike, overrides: Overrides, others: Mapping[str, Any], folder: Path
 ) -> str:
+    """The text of a study over axes; a case that is a text stands beside it."""
     kind, text = source(case)
     if kind == "text":
         (folder / "case.toml").write_text(text, encoding="utf-8")
@@ -137,7 +138,7 @@ def sweep(
         folder = Path(name)
         changes: Overrides = overrides
         if isinstance(study, Mapping):
-            text = _study(study, "paper" if case is None else case, overrides, {"keep": keep, "sample": sample}, folder)
+            text = study_of(study, "paper" if case is None else case, overrides, {"keep": keep, "sample": sample}, folder)
             changes = None
         elif case is not None or keep is not None or sample is not None:
             raise InputError("case, keep and sample go with axes; a study says them itself")

@@ -22,3 +22,7 @@ counted: list[int] = []
 stickslip.sweep("paper-decay", output="map.h5", resume=True, progress=lambda done, total: counted.append(done))
 stickslip.sweep("paper-decay", progress=True)
 names: list[str] = [case.name for case in stickslip.cases()]
+cycle: stickslip.Cycle = stickslip.cycle("belt-exponential", {"rotor.speed": 0.3}, start="end")
+multipliers: NDArray[np.complex128] = cycle.multipliers
+period: float = cycle.period
+stickslip.continue_({"rotor.speed": {"from": 0.2, "to": 0.8}}, "belt-exponential", of=("steady", "cycle"), output="b.h5")

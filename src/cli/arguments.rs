@@ -118,9 +118,9 @@ pub(super) enum Command {
     Export(ExportOptions),
     /// Natural frequencies, damping and loss of stability of a case.
     Modes(ModesOptions),
-    /// Find the periodic motion of a case, stable or not, with its multipliers.
+    /// Find the periodic motion of a case, with its multipliers.
     Cycle(CycleOptions),
-    /// Follow branches of cycles and of steady sliding as a number varies, with their special points.
+    /// Follow cycles and steady sliding as a number of a case varies.
     Continue(ContinueOptions),
     /// Methods by tolerances against a reference: error, work, time.
     WorkPrecision(WorkPrecisionOptions),
@@ -451,12 +451,18 @@ pub(super) enum SearchFrom {
 
 #[derive(Debug, Args)]
 pub(super) struct CycleOptions {
-    /// A TOML file, a built-in case, or a result.
+    /// A TOML file, a built-in case, a result, or a file of branches.
     #[arg(value_name = "CASE", add = cases_and_results())]
     pub case: String,
     /// Result file with one period [default: CASE.cycle.h5].
     #[arg(short, long, value_name = "FILE")]
     pub output: Option<PathBuf>,
+    /// Of a file of branches: the cycle of a point of this one.
+    #[arg(long, value_name = "B", requires = "point", conflicts_with_all = ["from", "period", "periods"])]
+    pub branch: Option<usize>,
+    /// Of a file of branches: this point of the branch.
+    #[arg(long, value_name = "K", requires = "branch")]
+    pub point: Option<usize>,
     /// Start from the end of the run (end) or from [initial] of the case (initial), as beside an unstable cycle.
     #[arg(long, value_enum, value_name = "WHERE", default_value_t = SearchFrom::End, hide_possible_values = true)]
     pub from: SearchFrom,
@@ -579,7 +585,7 @@ pub(super) struct PlotOptions {
     /// Draw variable B against variable A.
     #[arg(long, num_args = 2, value_names = ["A", "B"], add = channels())]
     pub phase: Vec<String>,
-    /// Of a sweep: draw this variable; may be repeated.
+    /// Of a sweep or branches: draw this; may be repeated.
     #[arg(long = "quantity", value_name = "NAME", add = quantities())]
     pub quantities: Vec<String>,
     /// Of a sweep: the axes of a map, by key.

@@ -3,7 +3,7 @@
 use super::builtins;
 use crate::case::{schema, train_keys};
 use crate::compare::{Channel, Requirement};
-use crate::plot::{catalogue, certified, portraits, studies as study_figures};
+use crate::plot::{branches, catalogue, certified, portraits, studies as study_figures};
 use crate::results::schema as columns_of;
 use crate::simulation::Method;
 use crate::sweep::QUANTITIES;
@@ -126,7 +126,8 @@ pub(super) fn figures() -> ArgValueCandidates {
             .chain(portraits::ENTRIES)
             .chain(certified::ENTRIES);
         let of_runs = of_runs.map(|entry| (entry.name, entry.title));
-        let of_studies = study_figures::ENTRIES.iter().map(|entry| (entry.name, entry.title));
+        let of_studies = study_figures::ENTRIES.iter().chain(&branches::ENTRIES);
+        let of_studies = of_studies.map(|entry| (entry.name, entry.title));
         of_runs
             .chain(of_studies)
             .map(|(name, title)| candidate(name, title))
@@ -134,10 +135,13 @@ pub(super) fn figures() -> ArgValueCandidates {
     })
 }
 
-/// What a sweep keeps of its runs.
+/// What a sweep keeps of its runs, and a continuation of its points.
 pub(super) fn quantities() -> ArgValueCandidates {
     ArgValueCandidates::new(|| {
-        let all = QUANTITIES.iter();
-        all.map(|one| candidate(one.name, one.description)).collect()
+        let all = QUANTITIES.iter().map(|one| (one.name, one.description));
+        let of_branches = branches::quantity::QUANTITIES.iter().map(|one| (one.name, one.words));
+        all.chain(of_branches)
+            .map(|(name, about)| candidate(name, about))
+            .collect()
     })
 }

@@ -2,31 +2,128 @@
 
 use super::arguments::{Common, CycleOptions, SearchFrom};
 use super::input::{Given, interrupt_flag, output_of, overrides, overwrite};
-use super::{CommandError, End, interrupted, tell, terminal};
+use super::{CommandError, End, interrupted, print, print_json, terminal, wants_json, wants_text};
 use crate::analysis::SavedRun;
-use crate::case::{Motion, WrittenCase};
-use crate::cycle::{CycleError, Family, From, Multiplier, MultiplierKind, Orbit, Search, find};
+use crate::case::{CaseSource, Motion, WrittenCase};
+use crate::continuation::Stored;
+use crate::cycle::{CycleError, Family, From, Multiplier, MultiplierKind, Orbit, Search, find, refine};
+use crate::results::{check_sound, is_hdf5};
+use std::path::Path;
 use std::sync::atomic::Ordering;
+
+/// What is looked for, and where the search starts.
+enum Task {
+    /// A case.
+    Search(Search),
+    /// A point of a branch: periods of the drives in its period, time (s), state and period (s).
+    Refine(u32, (f64, Vec<f64>, f64)),
+}
+
+/// A case with what is set in it, and the cycle that is looked for.
+struct Wanted {
+    given: Given,
+    /// KEY=VALUE.
+    set: Vec<String>,
+    task: Task,
+    /// What the name of the case goes on with in that of the result.
+    suffix: String,
+}
+
+impl Wanted {
+    fn of(options: &CycleOptions) -> Result<Wanted, CommandError> {
+        let path = Path::new(&options.case);
+        match (options.branch.zip(options.point), is_hdf5(path) && Stored::is_one(path)) {
+            (place, true) => of_branch(path, place, options),
+            (Some(_), false) => Err(CommandError::input(format!(
+                "{}: is not the file of a continuation; --branch and --point choose a point of one, which stickslip continue writes",
+                options.case
+            ))),
+            (None, false) => Ok(Wanted {
+                given: Given::read(&options.case)?,
+                set: options.set.clone(),
+                task: Task::Search(Search {
+                    from: match options.from {
+                        SearchFrom::End => From::End,
+                        SearchFrom::Initial => From::Initial,
+                    },
+                    periods: options.periods,
+                    period: options.period,
+                }),
+                suffix: ".cycle.h5".to_owned(),
+            }),
+        }
+    }
+}
+
+/// The point of a branch, from the file of a continuation.
+fn of_branch(path: &Path, place: Option<(usize, usize)>, options: &CycleOptions) -> Result<Wanted, CommandError> {
+    check_sound(path)?;
+    let file = Stored::read(path)?;
+    let refused = |why: String| Err(CommandError::input(format!("{}: {why}", path.display())));
+    let count = file.branches.len();
+    let Some((number, index)) = place else {
+        return refused(format!(
+            "holds {count} branches; choose a point with --branch B and --point K, both counted from 0"
+        ));
+    };
+    let Some(branch) = file.branches.get(number) else {
+        return refused(format!("has no branch {number}; there are {count}, counted from 0"));
+    };
+    let Some(point) = branch.points.get(index) else {
+        let count = branch.points.len();
+        return refused(format!(
+            "branch {number} has no point {index}; there are {count}, counted from 0"
+        ));
+    };
+    let (text, settings) = &file.case;
+    let numbers = file.number.1.iter().map(|key| format!("{key}={:?}", point.value));
+    if branch.steady {
+        let key = numbers.collect::<Vec<_>>().join(" --set ");
+        let command = file.modes_command.as_deref().unwrap_or("stickslip modes CASE");
+        return refused(format!(
+            "branch {number} is of steady sliding, which has no period; {command} --set {key} describes it"
+        ));
+    }
+    let set = settings
+        .iter()
+        .cloned()
+        .chain(numbers)
+        .chain(options.set.iter().cloned());
+    Ok(Wanted {
+        set: set.collect(),
+        given: Given {
+            source: CaseSource::result(path, text.clone()),
+            text: text.clone(),
+            files: vec![path.to_owned()],
+        },
+        task: Task::Refine(
+            branch.multiple.unwrap_or(1),
+            (point.time, point.state.clone(), point.period),
+        ),
+        suffix: format!("-{number}-{index}.cycle.h5"),
+    })
+}
 
 /// Finds the periodic motion of a case, stores one period of it, and reports it.
 pub(super) fn cycle(options: &CycleOptions, common: &Common) -> Result<End, CommandError> {
-    let given = Given::read(&options.case)?;
-    let changes = overrides(&options.set, None)?;
-    let written = WrittenCase::read(&given.source, &changes)?;
-    let path = output_of(&given.source, options.output.as_deref(), ".cycle.h5")?;
+    let Wanted {
+        given,
+        set,
+        task,
+        suffix,
+    } = Wanted::of(options)?;
+    let written = WrittenCase::read(&given.source, &overrides(&set, None)?)?;
+    let path = output_of(&given.source, options.output.as_deref(), &suffix)?;
     crate::results::check_target(&path, overwrite(options.force), &given.files)?;
     let stop = interrupt_flag()?;
     let stopped = || stop.load(Ordering::Relaxed);
-    let search = Search {
-        from: match options.from {
-            SearchFrom::End => From::End,
-            SearchFrom::Initial => From::Initial,
-        },
-        periods: options.periods,
-        period: options.period,
-    };
     let found = Family::new(written, &[]).and_then(|family| {
-        let orbit = find(&family, &[], &search, &stopped)?;
+        let orbit = match &task {
+            Task::Search(search) => find(&family, &[], search, &stopped)?,
+            Task::Refine(multiple, (time, state, period)) => {
+                refine(&family, &[], *multiple, (*time, state, *period), &stopped)?
+            }
+        };
         let case = orbit.case(&family)?;
         Ok((family, orbit, case))
     });
@@ -34,7 +131,7 @@ pub(super) fn cycle(options: &CycleOptions, common: &Common) -> Result<End, Comm
         Err(CycleError::Interrupted) => return interrupted(common, " before a cycle was found; nothing was written"),
         other => other.map_err(|error| cycle_error(&error))?,
     };
-    let additions = orbit.additions(&family, &given.text, &options.set);
+    let additions = orbit.additions(&family, &given.text, &set);
     let saved = SavedRun::new(&case, &path)
         .text(&case.resolved())
         .overwrite(overwrite(options.force))
@@ -84,7 +181,12 @@ pub(super) fn cycle(options: &CycleOptions, common: &Common) -> Result<End, Comm
             }),
         }
     };
-    tell(common, document, || report(&family, &orbit, &case, &file))?;
+    if wants_json(common) {
+        print_json(&document())?;
+    }
+    if wants_text(common) {
+        print(&report(&family, &orbit, &case, &file))?;
+    }
     Ok(End::Done)
 }
 

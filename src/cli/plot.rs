@@ -7,6 +7,7 @@ use super::{CommandError, End, complain, print, print_json, tell, terminal};
 use crate::analysis::advice::capitalised;
 use crate::case::Motion;
 use crate::compare::{Mapping, Reference};
+use crate::plot::branches::{self, Branches};
 use crate::plot::catalogue::{self, ENTRIES, in_words_of};
 use crate::plot::comparison::Beside;
 use crate::plot::entry::{Entry, Subject};
@@ -108,8 +109,8 @@ fn one_kind(runs: &[Run]) -> Result<(), CommandError> {
 }
 
 /// What `plot` draws, for files that are none of it.
-const CAN_DRAW: &str = "plot draws the results of `stickslip run` and `certify`, sweeps (also merged ones), calibrations and \
-                        work-precision studies";
+const CAN_DRAW: &str = "plot draws the results of `stickslip run` and `certify`, sweeps (also merged ones), calibrations, \
+                        work-precision studies and continuations";
 
 /// Why a file is not drawn.
 fn refusal(path: &Path, why: &str) -> CommandError {
@@ -142,6 +143,14 @@ fn of_many_runs(options: &PlotOptions) -> Result<Option<Chosen>, CommandError> {
         }
         return match &kind {
             Kind::Sweep(file) => Ok(Some(plot_studies::of_sweep(file, &choice, &options.only)?)),
+            Kind::Branches if choice.axes.is_some() || !choice.at.is_empty() => refused(
+                "branches, whose points lie on curves over one number; leave out --axes and --at, and choose with --quantity",
+            ),
+            Kind::Branches => Ok(Some(plot_studies::of_branches(
+                path,
+                &choice.quantities,
+                &options.only,
+            )?)),
             _ if !choice.is_empty() => refused(
                 "a work-precision study, of which one figure is drawn; leave out --quantity, \
                                                 --axes and --at",
@@ -158,7 +167,7 @@ fn of_many_runs(options: &PlotOptions) -> Result<Option<Chosen>, CommandError> {
         .map(|path| format!("{}: ", path.display()))
         .unwrap_or_default();
     Err(CommandError::input(format!(
-        "{file}--quantity, --axes and --at are for the file of a sweep; of a run draw a channel with --channel NAME"
+        "{file}--quantity, --axes and --at are for the file of a sweep or continuation; of a run draw a channel with --channel NAME"
     )))
 }
 
@@ -220,9 +229,18 @@ fn html(options: &PlotOptions, path: &Path, common: &Common) -> Result<End, Comm
     for file in &options.files {
         let why = match plot_studies::kind(file)? {
             Kind::Run if options.quantities.is_empty() => continue,
-            Kind::Run => "--quantity is for the page of a sweep; leave it out, the page of a run has all channels",
+            Kind::Run => {
+                "--quantity is for the page of a sweep or continuation; leave it out, the page of a run has all channels"
+            }
             Kind::WorkPrecision => "a work-precision study has no page; leave out --html to draw its figure",
-            Kind::Sweep(_) if options.files.len() > 1 => "a sweep has a page of its own; give one file",
+            Kind::Sweep(_) | Kind::Branches if options.files.len() > 1 => {
+                "a sweep or a continuation has a page of its own; give one file"
+            }
+            Kind::Branches => {
+                let branches = Branches::read(file)?;
+                let page = branches::page::write(&branches, &options.quantities, path, options.force)?;
+                return finish_page(path, &page, common);
+            }
             Kind::Sweep(sweep) => {
                 let page = studies::page::write(&sweep, &options.quantities, path, options.force)?;
                 return finish_page(path, &page, common);
@@ -301,6 +319,7 @@ fn all_listed() -> Vec<Listed> {
     let of_runs = of_runs.map(|(e, of)| listed(e.name, e.title, e.paper_figure, of));
     let of_studies = studies::ENTRIES
         .iter()
+        .chain(&branches::ENTRIES)
         .map(|e| listed(e.name, e.title, e.paper_figure, e.of));
     let title = "Error against work, by method";
     let last = listed(work_precision::NAME, title, None, "work-precision study");
@@ -320,6 +339,7 @@ fn listed_of(path: &Path, options: &PlotOptions) -> Result<Vec<Listed>, CommandE
         }
         Kind::Sweep(file) => (plot_studies::of_sweep(&file, &choice, &[])?, "sweep"),
         Kind::WorkPrecision => (plot_studies::of_work_precision(path)?, "work-precision study"),
+        Kind::Branches => (plot_studies::all_of_branches(path)?, "continuation"),
     };
     let figures = drawn.figures.iter();
     Ok(figures.map(|f| listed(&f.name, &f.title, f.paper_figure, of)).collect())

@@ -1,9 +1,11 @@
-//! `stickslip plot` of files that hold many runs: sweeps, calibrations, work-precision studies.
+//! `stickslip plot` of files that hold many runs: sweeps, calibrations, work-precision studies, continuations.
 
 use super::arguments::PlotOptions;
 use super::terminal;
 use crate::analysis::distribution::{Distribution, PERCENTILES};
-use crate::plot::studies::{self, Choice, ENTRIES, StudyQuantity};
+use crate::continuation::Stored;
+use crate::plot::branches::{self, Branches};
+use crate::plot::studies::{self, Choice, StudyQuantity};
 use crate::plot::{Figure, PlotError, work_precision};
 use crate::results::{Reason, ResultFile, SweepFile, WorkPrecisionFile, check_sound};
 use serde::Serialize;
@@ -17,6 +19,8 @@ pub(super) enum Kind {
     Sweep(SweepFile),
     /// Methods by tolerances.
     WorkPrecision,
+    /// Branches of a continuation.
+    Branches,
 }
 
 /// What there is to draw, and what a run does not have.
@@ -54,6 +58,7 @@ pub(super) fn kind(path: &Path) -> Result<Kind, PlotError> {
         Ok(file) => Kind::Sweep(file),
         Err(error) if matches!(error.reason, Reason::OnlyAShard) => return Err(error.into()),
         Err(_) if WorkPrecisionFile::is_one(path) => Kind::WorkPrecision,
+        Err(_) if Stored::is_one(path) => Kind::Branches,
         // Whoever draws it says what it is.
         Err(_) if ResultFile::open(path).is_err() => return Ok(Kind::Run),
         Err(_) => Kind::Run,
@@ -77,27 +82,48 @@ pub(super) fn choice(options: &PlotOptions) -> Result<Choice, String> {
 
 /// The figures of a sweep or a calibration: those of the names that are asked for, or all.
 pub(super) fn of_sweep(file: &SweepFile, choice: &Choice, only: &[String]) -> Result<Chosen, PlotError> {
-    let mut figures = studies::figures(file, choice)?;
-    if !only.is_empty() {
-        figures.retain(|figure| only.iter().any(|name| is_named(figure, name)));
-        if figures.is_empty() {
-            let known = studies::figures(file, choice)?;
-            let known: Vec<String> = known.into_iter().map(|figure| figure.name).collect();
-            return Err(PlotError::Study {
-                path: file.path().to_owned(),
-                why: format!("has no figure {}; there are {}", only.join(", "), known.join(", ")),
-            });
-        }
-    }
+    let figures = named(studies::figures(file, choice)?, only, file.path())?;
     let mut chosen = Chosen::of(figures);
     chosen.distributions = studies::distributions(file, choice)?;
     Ok(chosen)
 }
 
+/// The figures of a continuation: of the quantities or names that are asked for, or the most important ones.
+pub(super) fn of_branches(path: &Path, quantities: &[String], only: &[String]) -> Result<Chosen, PlotError> {
+    let file = Branches::read(path)?;
+    let figures = match (quantities, only) {
+        ([], [_, ..]) => file.all()?,
+        _ => file.figures(quantities)?,
+    };
+    Ok(Chosen::of(named(figures, only, path)?))
+}
+
+/// All figures of a continuation.
+pub(super) fn all_of_branches(path: &Path) -> Result<Chosen, PlotError> {
+    Ok(Chosen::of(Branches::read(path)?.all()?))
+}
+
+/// The figures of these names, or all.
+fn named(mut figures: Vec<Figure>, only: &[String], path: &Path) -> Result<Vec<Figure>, PlotError> {
+    if only.is_empty() {
+        return Ok(figures);
+    }
+    let known: Vec<String> = figures.iter().map(|figure| figure.name.clone()).collect();
+    figures.retain(|figure| only.iter().any(|name| is_named(figure, name)));
+    match figures.is_empty() {
+        true => Err(PlotError::Study {
+            path: path.to_owned(),
+            why: format!("has no figure {}; there are {}", only.join(", "), known.join(", ")),
+        }),
+        false => Ok(figures),
+    }
+}
+
 /// By its whole name, the name of its kind, or its number in the paper.
 fn is_named(figure: &Figure, name: &str) -> bool {
     let of_kind = figure.name.strip_prefix(name).is_some_and(|rest| rest.starts_with('-'));
-    let entry = ENTRIES.iter().any(|entry| entry.name == name);
+    let mut entries = studies::ENTRIES.iter().chain(&branches::ENTRIES);
+    let entry = entries.any(|entry| entry.name == name);
     let number = figure.paper_figure.map(|number| number.to_string());
     figure.name == name || entry && of_kind || number.as_deref() == Some(name)
 }

@@ -7,11 +7,16 @@ use super::study::ContinuationStudy;
 use crate::case::{Motion, quantity::Dimension};
 use crate::cycle::Stability;
 use crate::provenance;
-use crate::results::{Addition, AttributeValue, Column, ContinuationFile, ResultError, StoredContinuation};
+use crate::quote::in_shell;
+use crate::results::schema::META_POINT_COMMAND;
+use crate::results::{Addition, AttributeValue, Column, ContinuationFile, ResultError, Status, StoredContinuation};
 use std::path::Path;
 
 /// The longest list of sequences of events that has codes.
 const MOST_SEQUENCES: usize = 127;
+
+/// A longer command is not kept: an attribute takes 64 kB with all others of its group.
+const LONGEST_COMMAND: usize = 32_768;
 
 const STABILITIES: [Stability; 3] = [Stability::Stable, Stability::Unstable, Stability::Neutral];
 
@@ -23,6 +28,7 @@ fn flags<'a>(words: impl IntoIterator<Item = &'a str>) -> Vec<(i64, String)> {
 pub(crate) fn contents(study: &ContinuationStudy, motion: Motion, explored: &Explored) -> ContinuationFile {
     let mut meta: Vec<(String, AttributeValue)> = provenance::build();
     meta.push(("study_digest".to_owned(), AttributeValue::Text(study.digest())));
+    meta.extend(modes_command(study));
     let settings: Vec<String> = study.settings.iter().map(crate::case::Override::argument).collect();
     ContinuationFile {
         title: study.title.clone(),
@@ -38,6 +44,15 @@ pub(crate) fn contents(study: &ContinuationStudy, motion: Motion, explored: &Exp
             curves(study, explored),
         ],
     }
+}
+
+/// The command that describes steady sliding at a point, but for the value of the number; none that is too long for an attribute.
+fn modes_command(study: &ContinuationStudy) -> Option<(String, AttributeValue)> {
+    let mut command = format!("stickslip modes {}", in_shell(&study.source.named(&study.base)));
+    for setting in &study.settings {
+        command += &format!(" --set {}", in_shell(&setting.argument()));
+    }
+    (command.len() < LONGEST_COMMAND).then(|| (META_POINT_COMMAND.to_owned(), AttributeValue::Text(command)))
 }
 
 fn branches(explored: &Explored) -> Addition {
@@ -264,6 +279,10 @@ fn curves(study: &ContinuationStudy, explored: &Explored) -> Addition {
 pub struct Stored {
     /// Of the study.
     pub title: String,
+    /// Whether the study came to its end.
+    pub complete: bool,
+    /// `stickslip modes` of the case, but for the value of the number; `None` of a file that has none.
+    pub modes_command: Option<String>,
     /// Name of the number that varies, its keys, and its unit.
     pub number: (String, Vec<String>, String),
     /// Its description, with that of a second number, if there are curves.
@@ -276,6 +295,8 @@ pub struct Stored {
     pub case: (String, Vec<String>),
     /// Unit of positions.
     pub angle: String,
+    /// Unit of relative velocities.
+    pub speed: String,
 }
 
 impl Stored {
@@ -367,6 +388,8 @@ impl Stored {
         let settings = file.input("settings")?;
         Ok(Stored {
             title: file.title()?,
+            complete: file.status()? == Status::Complete.name(),
+            modes_command: file.text_attribute("meta", META_POINT_COMMAND)?,
             number: (
                 number.clone(),
                 keys.split(' ').map(str::to_owned).collect(),
@@ -377,6 +400,7 @@ impl Stored {
             curves,
             case: (file.input("case")?, settings.lines().map(str::to_owned).collect()),
             angle: file.unit("points/amplitude")?,
+            speed: file.unit("points/largest_relative_velocity")?,
         })
     }
 }

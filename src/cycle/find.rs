@@ -317,6 +317,27 @@ pub(crate) fn later(member: &Member, guess: &Guess, shift: f64) -> f64 {
     }
 }
 
+/// The periodic motion that Newton's method comes to from a known point of it: a time (s, the phase of the drives), the state there and
+/// the period (s). `multiple`: periods of the drives in it, 1 of an autonomous system.
+///
+/// # Errors
+/// Newton's method finds none from there.
+pub fn refine(
+    family: &Family,
+    values: &[f64],
+    multiple: u32,
+    (time, state, period): (f64, &[f64], f64),
+    stop: &dyn Fn() -> bool,
+) -> Result<Orbit, CycleError> {
+    let guess = Guess {
+        time,
+        state: DVector::from_column_slice(state),
+        period,
+        values: values.to_vec(),
+    };
+    closed(family, multiple, &guess, stop)
+}
+
 /// The cycle that Newton's method comes to.
 pub(crate) fn closed(
     family: &Family,

@@ -30,7 +30,7 @@ pub use certify::{CycleCertificate, Enclosed, NotCertified, certify};
 pub(crate) use equations::{Guess, Shooting, scales};
 pub use error::CycleError;
 pub use family::Family;
-pub use find::{From, LONGEST, Search, find};
+pub use find::{From, LONGEST, Search, find, refine};
 pub(crate) use find::{later, to_slip};
 pub use forcing::NotPeriodic;
 pub(crate) use newton::{Equations, NoSolution, Solution, solve, tangent};

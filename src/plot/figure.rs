@@ -139,18 +139,75 @@ pub enum CurveStyle {
     Thin,
     /// A broken line.
     Dashed,
+    /// A line of dots.
+    Dotted,
     /// Filled circles.
     Points,
     /// Open circles.
     OpenPoints,
     /// Small filled circles, for many.
     Dots,
+    /// Marks of a shape.
+    Marks(Shape),
+}
+
+/// A mark that its outline tells from the others, also without colours.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Shape {
+    /// Filled.
+    Disk,
+    /// Filled.
+    Square,
+    /// Filled.
+    Triangle,
+    /// Filled.
+    Diamond,
+    /// Two lines across each other.
+    Cross,
+    /// An upright cross.
+    Plus,
+    /// Open.
+    Circle,
+    /// Open.
+    Box,
+    /// Open, upright.
+    Tent,
+    /// Open, upside down.
+    Funnel,
+    /// Open.
+    Kite,
+}
+
+impl Shape {
+    /// Its corners over its radius, y downwards; `None` of a circle. Of crosses two lines.
+    pub(super) fn corners(self) -> Option<&'static [(f64, f64)]> {
+        Some(match self {
+            Shape::Disk | Shape::Circle => return None,
+            Shape::Square | Shape::Box => &[(-0.9, -0.9), (0.9, -0.9), (0.9, 0.9), (-0.9, 0.9)],
+            Shape::Triangle | Shape::Tent => &[(0.0, -1.2), (1.1, 0.8), (-1.1, 0.8)],
+            Shape::Funnel => &[(0.0, 1.2), (1.1, -0.8), (-1.1, -0.8)],
+            Shape::Diamond | Shape::Kite => &[(0.0, -1.3), (1.3, 0.0), (0.0, 1.3), (-1.3, 0.0)],
+            Shape::Cross => &[(-1.0, -1.0), (1.0, 1.0), (-1.0, 1.0), (1.0, -1.0)],
+            Shape::Plus => &[(-1.3, 0.0), (1.3, 0.0), (0.0, -1.3), (0.0, 1.3)],
+        })
+    }
+
+    /// Whether it consists of lines alone.
+    pub(super) fn is_cross(self) -> bool {
+        matches!(self, Shape::Cross | Shape::Plus)
+    }
+
+    /// Whether it is filled.
+    pub(super) fn is_filled(self) -> bool {
+        matches!(self, Shape::Disk | Shape::Square | Shape::Triangle | Shape::Diamond)
+    }
 }
 
 impl CurveStyle {
     /// Whether it joins its points.
     pub(super) fn is_line(self) -> bool {
-        matches!(self, CurveStyle::Solid | CurveStyle::Thin | CurveStyle::Dashed)
+        use CurveStyle::{Dashed, Dotted, Solid, Thin};
+        matches!(self, Solid | Thin | Dashed | Dotted)
     }
 
     /// Of that many points: `few` up to a limit, dots beyond it.

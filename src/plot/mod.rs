@@ -11,10 +11,12 @@
 //! | `catalogue`, `entry`, `portraits`, `law`, `own` | the figures of a run; figures of any channel |
 //! | `certified`, `comparison`, `critical`, `modes`, `onset`, `work_precision` | figures of other results |
 //! | `studies` | figures and page of many runs |
-//! | `svg`, `raster`, `vector` | a figure as SVG; from that PNG, PDF and EPS |
+//! | `branches` | figures and page of a continuation |
+//! | `svg`, `ink`, `raster`, `vector` | a figure as SVG, and its lines and marks; from that PNG, PDF and EPS |
 //! | `page`, `html` | the interactive page of a run |
 //! | `target`, `signature`, `error` | where figures and pages go; how they are recognised; why there is none |
 
+pub mod branches;
 pub mod catalogue;
 pub mod certified;
 pub mod colors;
@@ -26,6 +28,7 @@ pub mod error;
 pub mod figure;
 pub mod font;
 mod html;
+mod ink;
 pub mod labels;
 mod law;
 mod marks;
@@ -49,6 +52,6 @@ pub mod vector;
 pub mod work_precision;
 
 pub use error::PlotError;
-pub use figure::{Axis, Curve, CurveStyle, Figure, Panel};
+pub use figure::{Axis, Curve, CurveStyle, Figure, Panel, Shape};
 pub use run::Run;
 pub use style::Layout;

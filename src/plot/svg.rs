@@ -6,22 +6,22 @@ use super::error::PlotError;
 use super::figure::{Area, Axis, Cell, ColorKey, Curve, CurveStyle, Figure, Map, Panel};
 use super::font::{self, text_width, wrapped_title};
 use super::html::escaped;
+use super::ink::{Sheet, draw_cell, draw_piece, stroke};
 use super::marks::marks;
 use super::scale::Scale;
 use super::signature;
 use super::style::*;
 use super::typeset;
 use crate::record::EventKind;
+use plotters::coord::Shift;
 use plotters::coord::types::RangedCoordf64;
-use plotters::coord::{CoordTranslate, Shift};
 use plotters::drawing::DrawingAreaErrorKind;
-use plotters::element::DashedPathElement;
 use plotters::prelude::{
-    Cartesian2d, ChartBuilder, ChartContext, Circle, DrawingArea, IntoDrawingArea, LabelAreaPosition, PathElement,
-    Polygon, Rectangle, SVGBackend, TRANSPARENT, WHITE,
+    Cartesian2d, ChartBuilder, ChartContext, Circle, IntoDrawingArea, LabelAreaPosition, PathElement, Polygon,
+    Rectangle, SVGBackend, TRANSPARENT, WHITE,
 };
 use plotters::style::text_anchor::{HPos, Pos, VPos};
-use plotters::style::{Color, IntoFont, RGBAColor, RGBColor, ShapeStyle, TextStyle};
+use plotters::style::{Color, IntoFont, RGBAColor, RGBColor, TextStyle};
 
 /// Free border, drawing units.
 const MARGIN: f64 = 150.0;
@@ -46,8 +46,6 @@ const LEAST_HEIGHT: f64 = 1300.0;
 /// Room above the largest and below the least value, as a share of the range.
 const HEADROOM: f64 = 0.05;
 
-/// Where elements are drawn, in coordinates of the kind `C`.
-type Sheet<'a, C> = DrawingArea<SVGBackend<'a>, C>;
 /// In drawing units.
 type Ground<'a> = Sheet<'a, Shift>;
 /// In what is shown at the axes.
@@ -377,10 +375,6 @@ fn legend_rows(entries: &[(String, Swatch)], width: f64) -> Vec<Vec<(f64, String
     rows
 }
 
-fn stroke(color: RGBColor, width: u32) -> ShapeStyle {
-    color.stroke_width(width)
-}
-
 fn text_style(size: f64, pos: Pos) -> TextStyle<'static> {
     // The library divides by 1.24 what it is told.
     (font::FAMILIES, size * 1.24).into_font().color(&BLACK).pos(pos)
@@ -404,6 +398,9 @@ fn draw_legend(area: &Ground, row: &[(f64, String, Swatch)], y: f64) -> Result<(
             Swatch::Curve(color, CurveStyle::OpenPoints) => {
                 area.draw(&Circle::new((center, middle), POINT_RADIUS, stroke(color, THIN_STROKE)))?;
             }
+            Swatch::Curve(color, style @ CurveStyle::Marks(_)) => {
+                draw_piece(area, vec![(center, middle)], color, style)?
+            }
             Swatch::Curve(color, _) => draw_piece(area, vec![(center, middle)], color, CurveStyle::Points)?,
             Swatch::Ground(color, opacity) => area.draw(&Rectangle::new(corners, color.mix(opacity).filled()))?,
             Swatch::Event(color) => {
@@ -416,48 +413,6 @@ fn draw_legend(area: &Ground, row: &[(f64, String, Swatch)], y: f64) -> Result<(
             }
         }
         write(area, name, LABEL_SIZE, (x + SWATCH + SWATCH_GAP, y))?;
-    }
-    Ok(())
-}
-
-/// A line, or a circle at each of its points.
-fn draw_piece<C: CoordTranslate<From: Clone + 'static>>(
-    area: &Sheet<C>,
-    points: Vec<C::From>,
-    color: RGBColor,
-    style: CurveStyle,
-) -> Result<(), PlotError> {
-    let line = stroke(color, CURVE_STROKE);
-    let (radius, circle) = match style {
-        CurveStyle::Solid => return Ok(area.draw(&PathElement::new(points, line))?),
-        CurveStyle::Thin => return Ok(area.draw(&PathElement::new(points, stroke(color, CURVE_STROKE / 2)))?),
-        CurveStyle::Dashed => return Ok(area.draw(&DashedPathElement::new(points, 90, 60, line))?),
-        CurveStyle::Points => (POINT_RADIUS, color.filled()),
-        CurveStyle::OpenPoints => (POINT_RADIUS, stroke(color, THIN_STROKE + 4)),
-        CurveStyle::Dots => (DOT_RADIUS, color.filled()),
-    };
-    for point in points {
-        area.draw(&Circle::new(point, radius, circle))?;
-    }
-    Ok(())
-}
-
-/// A cell without a value: grey, crossed out where the run failed, struck through where there is none. It does not depend on colour.
-fn draw_cell<X: Copy + 'static, C: CoordTranslate<From = (X, X)>>(
-    area: &Sheet<C>,
-    cell: Cell,
-    corners: [(X, X); 2],
-) -> Result<(), PlotError> {
-    let [(left, low), (right, high)] = corners;
-    let (up, down) = ([(left, low), (right, high)], [(left, high), (right, low)]);
-    let (ground, lines) = match cell {
-        Cell::Failed => (WHITE, &[up, down][..]),
-        Cell::Missing => (WHITE, &[up][..]),
-        Cell::Nothing | Cell::Value(_) => (NOTHING, &[][..]),
-    };
-    area.draw(&Rectangle::new(corners, ground.filled()))?;
-    for line in lines {
-        area.draw(&PathElement::new(*line, stroke(BLACK, THIN_STROKE)))?;
     }
     Ok(())
 }

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 
 use super::attributes::{write_attributes, write_input, write_root};
 use super::certificate::Addition;
-use super::source::Source;
+use super::source::{Holds, Source};
 use super::table::{LibraryVersion, create_file, create_group};
 use super::target::{self, Reservation};
 use super::{AttributeValue, Reason, ResultError, Status, schema};
@@ -89,9 +89,33 @@ impl ContinuationFile {
     }
 }
 
+/// A variable of /branches, /points or /curves.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ContinuationColumn {
+    /// Without a slash.
+    pub group: &'static str,
+    /// Of the variable.
+    pub name: String,
+    /// One or two lengths.
+    pub shape: Vec<usize>,
+    /// The last dimension fastest.
+    pub values: Vec<f64>,
+    /// UDUNITS; "1" of a pure number.
+    pub units: String,
+    /// What it is.
+    pub long_name: String,
+    /// What its codes mean; empty where it has none.
+    pub flags: Vec<(i64, String)>,
+    /// Whether its values are whole numbers.
+    pub whole: bool,
+}
+
+/// Groups of branches, in their order.
+const GROUPS: [&str; 3] = ["branches", "points", "curves"];
+
 /// The branches that a file holds, as columns by name.
 #[derive(Debug)]
-pub(crate) struct StoredContinuation {
+pub struct StoredContinuation {
     source: Source,
 }
 
@@ -116,21 +140,72 @@ impl StoredContinuation {
     }
 
     /// Root attribute `title`.
+    ///
+    /// # Errors
+    /// A damaged file.
     pub fn title(&self) -> Result<String, ResultError> {
         Ok(self.source.text_attribute("", schema::root::TITLE)?.unwrap_or_default())
     }
 
+    /// Root attribute `status`: complete, or interrupted.
+    ///
+    /// # Errors
+    /// A damaged file.
+    pub fn status(&self) -> Result<String, ResultError> {
+        Ok(self
+            .source
+            .text_attribute("", schema::root::STATUS)?
+            .unwrap_or_default())
+    }
+
+    /// Every variable of /branches, /points and /curves.
+    ///
+    /// # Errors
+    /// A damaged file.
+    pub fn columns(&self) -> Result<Vec<ContinuationColumn>, ResultError> {
+        let mut found = Vec::new();
+        for group in GROUPS {
+            for name in self.members(group)? {
+                let path = format!("{group}/{name}");
+                let Some(info) = self.source.dataset(&path)? else {
+                    continue;
+                };
+                let described = self.source.described(&path)?;
+                found.push(ContinuationColumn {
+                    group,
+                    values: self.column(&path)?.unwrap_or_default(),
+                    shape: info.shape,
+                    units: described.units.unwrap_or_else(|| "1".to_owned()),
+                    long_name: described.long_name.unwrap_or_default(),
+                    flags: described.flags,
+                    whole: matches!(info.holds, Holds::Integers(_)),
+                    name,
+                });
+            }
+        }
+        Ok(found)
+    }
+
     /// A text attribute of a group.
+    ///
+    /// # Errors
+    /// A damaged file.
     pub fn text_attribute(&self, group: &str, name: &str) -> Result<Option<String>, ResultError> {
         self.source.text_attribute(group, name)
     }
 
     /// A text of /input.
+    ///
+    /// # Errors
+    /// A damaged file.
     pub fn input(&self, name: &str) -> Result<String, ResultError> {
         Ok(self.source.text(&format!("input/{name}"))?.unwrap_or_default())
     }
 
     /// All values of a variable, the last dimension fastest; none where the file has no such variable.
+    ///
+    /// # Errors
+    /// A damaged file.
     pub fn column(&self, path: &str) -> Result<Option<Vec<f64>>, ResultError> {
         let Some(info) = self.source.dataset(path)? else {
             return Ok(None);
@@ -140,6 +215,9 @@ impl StoredContinuation {
     }
 
     /// Names of the variables of a group.
+    ///
+    /// # Errors
+    /// A damaged file.
     pub fn members(&self, group: &str) -> Result<Vec<String>, ResultError> {
         Ok(self
             .source
@@ -150,11 +228,17 @@ impl StoredContinuation {
     }
 
     /// The words behind the codes of a variable.
+    ///
+    /// # Errors
+    /// A damaged file.
     pub fn words(&self, path: &str) -> Result<Vec<(i64, String)>, ResultError> {
         Ok(self.source.described(path)?.flags)
     }
 
     /// The unit of a variable.
+    ///
+    /// # Errors
+    /// A damaged file.
     pub fn unit(&self, path: &str) -> Result<String, ResultError> {
         Ok(self.source.described(path)?.units.unwrap_or_default())
     }

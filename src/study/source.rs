@@ -1,7 +1,7 @@
 //! The text of a study and where it is from.
 
 use crate::case::builtin::{self, BuiltIn};
-use crate::case::{CaseError, toml_text};
+use crate::case::{CaseError, CaseSource, Origin, toml_text};
 use std::path::{MAIN_SEPARATOR, Path, PathBuf};
 
 /// The text of a study, and where it is from.
@@ -56,5 +56,18 @@ impl StudySource {
     pub(crate) fn folder(&self) -> PathBuf {
         let folder = self.path.as_ref().and_then(|path| path.parent());
         folder.map_or_else(PathBuf::new, Path::to_owned)
+    }
+
+    /// A base case as an argument of a command: a built-in name, or a file relative to the folder of the study.
+    pub(crate) fn named(&self, base: &CaseSource) -> String {
+        let folder = self.folder();
+        match &base.origin {
+            Origin::BuiltIn(name) => name.clone(),
+            // No study has its base case from there.
+            Origin::StandardInput | Origin::Text => "-".to_owned(),
+            Origin::File(path) | Origin::Result(path) => {
+                path.strip_prefix(&folder).unwrap_or(path).display().to_string()
+            }
+        }
     }
 }

@@ -6,7 +6,7 @@ use super::quantities::asked_for;
 use super::sampling::{self, MOST_SOBOL_AXES, MOST_SOBOL_POINTS, SampleMethod};
 use crate::case::builtin::{BuiltIn, built_in};
 use crate::case::document::{self, Node, Value};
-use crate::case::{Case, CaseError, CaseKeys, CaseSource, METHOD, Origin, Override, Setting, Words};
+use crate::case::{Case, CaseError, CaseKeys, CaseSource, METHOD, Override, Setting, Words};
 use crate::model::system::System;
 use crate::quote::in_shell;
 use crate::results::SweepLayout;
@@ -260,16 +260,7 @@ impl Study {
     ///
     /// What only says how long a run may take is left out, and the tolerance, too, where the method is an axis.
     pub fn point_command(&self) -> String {
-        let folder = self.source.folder();
-        let base = match &self.base.origin {
-            Origin::BuiltIn(name) => name.clone(),
-            // No study has its base case from there.
-            Origin::StandardInput | Origin::Text => "-".to_owned(),
-            Origin::File(path) | Origin::Result(path) => {
-                path.strip_prefix(&folder).unwrap_or(path).display().to_string()
-            }
-        };
-        let mut arguments = vec![base];
+        let mut arguments = vec![self.source.named(&self.base)];
         let settings = self.settings.iter().filter(|setting| setting.key() != WALL_TIME);
         arguments.extend(settings.flat_map(|setting| ["--set".to_owned(), setting.argument()]));
         let by_axis = self.axes.iter().any(|axis| axis.keys.iter().any(|key| key == METHOD));

@@ -4,6 +4,7 @@ use crate::common::cli::Folder;
 use proptest::prelude::*;
 use resvg::usvg;
 use stickslip::case::builtin::TRAINS;
+use stickslip::plot::branches::Branches;
 use stickslip::plot::catalogue::{self, ENTRIES, ExponentialFit};
 use stickslip::plot::decimate::{MinMax, Portrait};
 use stickslip::plot::entry::Subject;
@@ -360,6 +361,12 @@ fn property_figures_of_studies_are_readable() {
     folder.ok("calibrate two.toml -q -j 1");
     let file = folder.sweep_file("two.h5");
     let mut figures = studies::figures(&file, &Choice::default()).unwrap();
+    let study = "title = \"branches\"\ncase = \"belt-exponential\"\n[branch]\nof = [\"steady\", \"cycle\"]\npoints = 12\n\
+                 step = 0.1\ncurves = [\"hopf\"]\n[[axis]]\nkey = \"rotor.speed\"\nfrom = 0.25\nto = 0.6\n[[axis]]\n\
+                 key = \"stator.damping.0\"\nfrom = 0.6\nto = 2\n";
+    folder.write("branches.toml", study);
+    folder.ok("continue branches.toml -q");
+    figures.extend(Branches::read(&folder.path("branches.h5")).unwrap().all().unwrap());
     folder.ok("certify belt-coulomb -q");
     let runs = [Run::open(&folder.path("belt-coulomb.certified.h5")).unwrap()];
     let subject = Subject::new(&runs).unwrap();

@@ -19,7 +19,10 @@ const MESSAGES: usize = 2_000;
 const COLORS: usize = 64;
 
 const TEMPLATE: &str = include_str!("study.html");
-const STYLE: &str = include_str!("study.css");
+/// Style of the pages of studies and of branches.
+pub(in crate::plot) const STYLE: &str = include_str!("study.css");
+/// What their scripts share.
+pub(in crate::plot) const COMMON: &str = include_str!("common.js");
 const SCRIPT: &str = include_str!("study.js");
 
 /// What a page holds.
@@ -114,7 +117,11 @@ pub fn write(file: &SweepFile, quantities: &[String], path: &Path, force: bool) 
     let page = html::page(
         TEMPLATE,
         document.title,
-        &[("style", STYLE), ("data", &data), ("script", SCRIPT)],
+        &[
+            ("style", STYLE),
+            ("data", &data),
+            ("script", &format!("{COMMON}\n{SCRIPT}")),
+        ],
     );
     target::write(path, Product::Page, &[page.as_bytes()])?;
     Ok(StudyPage {

@@ -1,27 +1,12 @@
 // The points of a study over two of its axes, in the colours of a quantity.
 
-const byId = id => document.getElementById(id);
-const study = JSON.parse(byId("study-data").textContent);
-
-function bytesOf(text) {
-  const binary = atob(text);
-  const bytes = new Uint8Array(binary.length);
-  for (let i = 0; i < binary.length; i++) bytes[i] = binary.charCodeAt(i);
-  return bytes;
-}
-const doubles = text => new Float64Array(bytesOf(text).buffer);
-
 const status = bytesOf(study.status);
 for (const column of [...study.axes, ...study.quantities]) column.values = doubles(column.values);
 for (const axis of study.axes) axis.levels = Float64Array.from(new Set(axis.values)).sort();
 const failures = new Map(study.failures);
 const COMPLETE = 0, FAILED = 1;
 
-// Words for a variable and its values.
-const words = name => name.replaceAll("_", " ");
-const unitOf = column => (column.units && column.units !== "1" ? ` ${column.units}` : "");
-const exact = value => String(value);
-const rounded = value => (Number.isInteger(value) && Math.abs(value) < 1e9 ? String(value) : String(Number(value.toPrecision(9))));
+// Values of a point in words.
 const axisValue = (axis, value, show = rounded) => (axis.words.length ? axis.words[value] : show(value) + unitOf(axis));
 function quantityValue(quantity, point, show = rounded) {
   const value = quantity.values[point];
@@ -153,24 +138,6 @@ function colorOf(point) {
   return study.colors[Math.min(Math.floor(share * study.colors.length), study.colors.length - 1)];
 }
 
-const css = name => getComputedStyle(document.documentElement).getPropertyValue(name);
-
-// Round values between two ends: 1, 2 or 5 times a power of ten; on a logarithmic axis powers of ten where there are two.
-function ticks(low, high, logarithmic, count) {
-  if (logarithmic) {
-    const first = Math.ceil(low / Math.LN10 - 1e-9), last = Math.floor(high / Math.LN10 + 1e-9);
-    if (last > first) {
-      const step = Math.ceil((last - first) / count);
-      return Array.from({ length: Math.floor((last - first) / step) + 1 }, (_, i) => [(first + i * step) * Math.LN10, `1e${first + i * step}`]);
-    }
-    return ticks(Math.exp(low), Math.exp(high), false, count).map(([at, text]) => [Math.log(at), text]);
-  }
-  const wish = (high - low) / count, power = 10 ** Math.floor(Math.log10(wish));
-  const step = [1, 2, 5, 10].map(k => k * power).find(step => step >= wish * 0.999);
-  const found = [];
-  for (let k = Math.ceil(low / step - 1e-9); k * step <= high + 1e-9 * step; k++) found.push([k * step, rounded(k * step)]);
-  return found;
-}
 
 function draw() {
   const ratio = window.devicePixelRatio || 1, width = canvas.clientWidth, height = canvas.clientHeight;
@@ -350,8 +317,6 @@ function hover(point) {
   byId("readout").textContent = parts.join("; ");
 }
 
-// As a POSIX shell takes it.
-const inShell = text => (/^[A-Za-z0-9_./=:,+-]+$/.test(text) ? text : `'${text.replaceAll("'", "'\\''")}'`);
 // A word as TOML, true and false as they are.
 const inToml = word => (word === "true" || word === "false" ? word : JSON.stringify(word));
 
@@ -385,16 +350,6 @@ function select(point) {
   const message = status[point] === FAILED ? failures.get(point) || "This run failed." : "";
   byId("failure").hidden = !message;
   byId("failure").textContent = message;
-  const row = (name, value, title) => {
-    const line = document.createElement("tr"), cells = [name, value].map(text => {
-      const cell = line.appendChild(document.createElement("td"));
-      cell.textContent = text;
-      return cell;
-    });
-    cells[1].className = "number";
-    line.title = title;
-    return line;
-  };
   byId("values").replaceChildren(
     ...study.axes.map(axis => row(words(axis.name), axisValue(axis, axis.values[point], exact), axis.long_name)),
     ...(status[point] === COMPLETE ? study.quantities.map(quantity => row(words(quantity.name), quantityValue(quantity, point, exact), quantity.long_name)) : []),
@@ -424,15 +379,6 @@ canvas.addEventListener("keydown", event => {
     if (along > 0.5 && along + 8 * off < best) [best, found] = [along + 8 * off, point];
   }
   select(found);
-});
-byId("copy").addEventListener("click", async () => {
-  try {
-    await navigator.clipboard.writeText(byId("command").textContent);
-    byId("copied").textContent = "copied";
-  } catch {
-    getSelection().selectAllChildren(byId("command"));
-    byId("copied").textContent = "marked: copy it with the keyboard";
-  }
 });
 new ResizeObserver(draw).observe(byId("plot"));
 matchMedia("(prefers-color-scheme: dark)").addEventListener("change", draw);

@@ -1,0 +1,167 @@
+"""Branches of cycles and of steady sliding as a number varies, as a dataset."""
+
+from __future__ import annotations
+
+import json
+import os
+import tempfile
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from . import _native
+from ._case import CaseLike, Overrides, PathLike, is_hdf5, settings
+from ._command import command
+from ._errors import InputError
+from ._sweep import study_of
+
+if TYPE_CHECKING:
+    import xarray
+
+DIMENSIONS = {"points": "point", "branches": "branches", "curves": "curve_point"}
+"""Of each group of the file."""
+
+SECOND = {"state": "component", "real": "value", "imaginary": "value"}
+"""The second dimension of the variables of points that have one."""
+
+
+def is_continuation(path: str) -> bool:
+    """Whether a file is one of a continuation."""
+    return is_hdf5(Path(path)) and _native.is_continuation(path)
+
+
+def _name(group: str, name: str) -> str:
+    """Of a variable of a group in the dataset, where those of points go without a prefix."""
+    prefix = {"points": "", "branches": "branch_", "curves": "curve_"}[group]
+    return name if name.startswith(prefix.rstrip("_")) else prefix + name
+
+
+def read_continuation(path: PathLike) -> xarray.Dataset:
+    """The points of the file of a continuation as a dataset, with the number that varies as a coordinate."""
+    import xarray
+
+    file = _native.read_continuation(os.fspath(path))
+    variables: dict[str, xarray.Variable] = {}
+    for column in file["columns"]:
+        group, name = column["group"], column["name"]
+        if name in (DIMENSIONS[group], "branch" if group == "branches" else "", *SECOND.values()):
+            # Of a dimension its number alone.
+            continue
+        attributes: dict[str, Any] = {"units": column["units"], "long_name": column["long_name"]}
+        values = column["values"]
+        if column["flags"]:
+            attributes["flag_values"] = np.array([code for code, _ in column["flags"]])
+            attributes["flag_meanings"] = " ".join(word for _, word in column["flags"])
+        if column["whole"]:
+            values = values.astype(np.int64)
+        if group == "points" and name == file["number"]:
+            attributes["keys"] = file["keys"]
+        dimensions = [DIMENSIONS[group]]
+        if len(column["shape"]) > 1:
+            dimensions.append(SECOND[name])
+        known = {"real": "multiplier_real", "imaginary": "multiplier_imaginary"}.get(name, name)
+        variables[_name(group, known)] = xarray.Variable(dimensions, values.reshape(column["shape"]), attributes)
+    dataset = xarray.Dataset(variables, attrs={"title": file["title"], "status": file["status"], "number": file["number"]})
+    for dimension, length in dict(dataset.sizes).items():
+        dataset.coords[dimension] = np.arange(length)
+    return dataset.set_coords([name for name in ("branch", file["number"]) if name in variables])
+
+
+def continue_(
+    study: PathLike | Mapping[str, Any],
+    case: CaseLike | None = None,
+    overrides: Overrides = None,
+    *,
+    of: Sequence[str] = ("cycle",),
+    start: str | None = None,
+    period: float | None = None,
+    periods: int | None = None,
+    direction: str | None = None,
+    points: int | None = None,
+    step: float | None = None,
+    follow: Sequence[str] | None = None,
+    curves: Sequence[str] | None = None,
+    output: PathLike | None = None,
+    replace: bool = False,
+    resume: bool = False,
+) -> xarray.Dataset:
+    """Follows branches of cycles and of steady sliding as a number of a case varies.
+
+        branches = stickslip.continue_({"rotor.speed": {"from": 0.1, "to": 1.5}}, "belt-exponential", of=("steady", "cycle"))
+        branches.isel(point=branches["branch"] == 0)["amplitude"]
+
+    The dataset has a value for each ``point``, with ``branch`` and the number that varies as coordinates; ``branch_what``,
+    ``branch_end`` and others for each of the ``branches``; and ``curve_...`` for each ``curve_point`` of special points in two
+    numbers. Multipliers are in ``multiplier_real`` and ``multiplier_imaginary``; codes have ``flag_meanings``.
+
+    :param study: a dotted key of the case with its range, ``{"from": ..., "to": ...}``, and a second one for ``curves``; or the name
+        of a built-in study, the path of a study file, or its TOML text.
+    :param case: of a range, the base case, as :func:`run` takes it; where the number has its value there, branches start.
+    :param overrides: keys set in the base case.
+    :param of: what is followed: ``"cycle"``, ``"steady"``, or both.
+    :param start: ``"end"`` looks for the first cycle from the end of the run, ``"initial"`` from the initial state of the case.
+    :param period: of the first cycle, s, about.
+    :param periods: of the drives, or turns, in a period of the first cycle.
+    :param direction: ``"both"``, ``"up"`` or ``"down"``.
+    :param points: of a branch in one direction, at most.
+    :param step: the longest step, as a share of the range.
+    :param follow: kinds of special points whose branches are followed: ``"hopf"``, ``"flip"``.
+    :param curves: kinds of special points that are followed in two numbers.
+    :param output: the file, which :func:`open` opens again; without it none is kept.
+    :param replace: replace any file there, and start anew.
+    :param resume: go on with what an interrupted continuation into ``output`` has left.
+    :raises InputError: a study that is none.
+    :raises RunError: no first cycle was found.
+    """
+    import xarray  # noqa: F401  (said before anything is computed)
+
+    if resume and output is None:
+        raise InputError("resume=True goes on with the file of an interrupted continuation: name it with output=")
+    if resume and replace:
+        raise InputError("resume=True goes on with an output, and replace=True starts it anew; leave one of them out")
+    more = {
+        "from": start,
+        "period": period,
+        "periods": periods,
+        "direction": direction,
+        "points": points,
+        "step": step,
+        "follow": None if follow is None else list(follow),
+        "curves": None if curves is None else list(curves),
+    }
+    branch = {name: value for name, value in more.items() if value is not None}
+    with tempfile.TemporaryDirectory(prefix="stickslip-") as name:
+        folder = Path(name)
+        changes: Overrides = overrides
+        if isinstance(study, Mapping):
+            if case is None:
+                raise InputError("a range is of a case: name it, as stickslip.run takes it")
+            text = study_of(study, case, overrides, {"branch": {"of": list(of), **branch}}, folder)
+            changes = None
+        elif case is not None or branch or tuple(of) != ("cycle",):
+            raise InputError("case, of, start and what else is said of branches go with a range; a study says them itself")
+        else:
+            text = os.fspath(study)
+        if isinstance(study, Mapping) or "\n" in text:
+            (folder / "study.toml").write_text(text, encoding="utf-8")
+            text = os.fspath(folder / "study.toml")
+        elif text.startswith("-"):
+            text = os.path.abspath(text)
+        file = folder / "branches.h5" if output is None else Path(output)
+        arguments = ["continue", text, "-o", os.path.abspath(file)]
+        arguments += [f"--set={setting}" for setting in settings(changes)]
+        if replace:
+            arguments.append("--force")
+        if resume:
+            arguments.append("--resume")
+        known_as = {os.fspath(folder / "study.toml"): "the study", os.fspath(folder / "case.toml"): "the case"}
+        if output is None:
+            known_as[os.fspath(file)] = "the continuation (keep it with output=)"
+        _, document, _, _ = command(arguments, known_as, keeps=False)
+        dataset = read_continuation(file)
+        remarks = json.loads(document or "{}").get("remarks")
+        if remarks:
+            dataset.attrs["remarks"] = remarks
+        return dataset

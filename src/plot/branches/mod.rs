@@ -1,0 +1,215 @@
+//! Figures of a continuation: a quantity along its branches, and special points in the plane of two numbers.
+//!
+//! | module | what it is |
+//! |---|---|
+//! | [`quantity`] | what can be drawn of a point |
+//! | `lines` | the lines of a branch: where they are broken |
+//! | `marks` | how special points are marked |
+//! | [`page`] | the interactive page |
+
+mod lines;
+mod marks;
+pub mod page;
+pub mod quantity;
+
+use super::error::{PlotError, hint};
+use super::figure::{Axis, Curve, CurveStyle, Figure, Panel, drawn};
+use super::studies::StudyEntry;
+use super::studies::data::drawn_axis;
+use super::style::{BLACK, BLUE, line_color};
+use crate::continuation::{Branch, Special, Stored};
+use crate::cycle::Stability;
+use quantity::{QUANTITIES, Quantity};
+use std::path::Path;
+
+/// With which the names of the figures of quantities begin.
+const BRANCHES: &str = "branches";
+/// Name of the figure of curves.
+const SPECIAL_POINTS: &str = "special-points";
+
+/// The figures that a file can have.
+pub const ENTRIES: [StudyEntry; 2] = [
+    StudyEntry {
+        name: BRANCHES,
+        title: "A quantity along branches, over the number that varies",
+        of: "continuation",
+        paper_figure: None,
+    },
+    StudyEntry {
+        name: SPECIAL_POINTS,
+        title: "Special points in the plane of two numbers",
+        of: "continuation in two numbers",
+        paper_figure: None,
+    },
+];
+
+/// What is drawn if nothing is asked for: of cycles, and of steady sliding alone.
+const OF_CYCLES: [&str; 3] = ["amplitude", "relative_velocity", "period"];
+const OF_STEADY: [&str; 2] = ["position", "growth_rate"];
+
+/// Stabilities in the order of their codes on a page, each with the line that it has.
+const STYLES: [(Stability, CurveStyle); 3] = [
+    (Stability::Stable, CurveStyle::Solid),
+    (Stability::Unstable, CurveStyle::Dashed),
+    (Stability::Neutral, CurveStyle::Dotted),
+];
+
+/// The file of a continuation, with its path.
+#[derive(Debug)]
+pub struct Branches<'a> {
+    /// Of the file.
+    pub path: &'a Path,
+    /// What it holds.
+    pub stored: Stored,
+}
+
+impl<'a> Branches<'a> {
+    /// Reads the file at `path`.
+    ///
+    /// # Errors
+    /// A file of another kind, of a newer version of the program, or damaged.
+    pub fn read(path: &'a Path) -> Result<Branches<'a>, PlotError> {
+        Ok(Branches {
+            path,
+            stored: Stored::read(path)?,
+        })
+    }
+
+    /// A quantity by its name.
+    ///
+    /// # Errors
+    /// No branch has it; the error lists the others.
+    pub fn quantity(&self, name: &str) -> Result<&'static Quantity, PlotError> {
+        let known: Vec<&str> = self.known().map(|quantity| quantity.name).collect();
+        let found = self.known().find(|quantity| quantity.name == name);
+        found.ok_or_else(|| PlotError::NotInStudy {
+            path: self.path.to_owned(),
+            what: "quantity",
+            name: name.to_owned(),
+            hint: hint(name, known.iter().copied()),
+            known: known.join(", "),
+        })
+    }
+
+    /// The quantities that a point has.
+    fn known(&self) -> impl Iterator<Item = &'static Quantity> {
+        let has = |quantity: &&'static Quantity| {
+            let mut points = self
+                .stored
+                .branches
+                .iter()
+                .flat_map(|branch| branch.points.iter().map(move |point| (branch, point)));
+            points.any(|(branch, point)| (quantity.low)(branch, point).is_finite())
+        };
+        QUANTITIES.iter().filter(has)
+    }
+
+    /// The quantities that are drawn if nothing is asked for.
+    fn of_interest(&self) -> Vec<&'static Quantity> {
+        let cycles = self.stored.branches.iter().any(|branch| !branch.steady);
+        let names: &[&str] = if cycles { &OF_CYCLES } else { &OF_STEADY };
+        self.known().filter(|quantity| names.contains(&quantity.name)).collect()
+    }
+
+    /// The figures of these quantities; of none those of the most important ones, and of curves of special points.
+    ///
+    /// # Errors
+    /// A quantity that the file does not have; nothing to draw.
+    pub fn figures(&self, quantities: &[String]) -> Result<Vec<Figure>, PlotError> {
+        let chosen = match quantities {
+            [] => self.of_interest(),
+            names => names.iter().map(|name| self.quantity(name)).collect::<Result<_, _>>()?,
+        };
+        let mut figures: Vec<Figure> = chosen.into_iter().map(|quantity| self.figure(quantity)).collect();
+        if quantities.is_empty() {
+            figures.extend(self.plane());
+        }
+        match figures.is_empty() {
+            true => Err(PlotError::Study {
+                path: self.path.to_owned(),
+                why: "has no points; there is nothing to draw".to_owned(),
+            }),
+            false => Ok(figures),
+        }
+    }
+
+    /// The figures of all quantities that its points have, and of curves of special points.
+    ///
+    /// # Errors
+    /// Nothing to draw.
+    pub fn all(&self) -> Result<Vec<Figure>, PlotError> {
+        let names: Vec<String> = self.known().map(|quantity| quantity.name.to_owned()).collect();
+        let mut figures = self.figures(&names)?;
+        if !names.is_empty() {
+            figures.extend(self.plane());
+        }
+        Ok(figures)
+    }
+
+    /// The number that varies.
+    fn number(&self) -> Axis {
+        let (name, _, unit) = &self.stored.number;
+        drawn_axis(name, unit, "")
+    }
+
+    fn title(&self, what: &str) -> String {
+        let incomplete = if self.stored.complete { "" } else { " (incomplete)" };
+        format!("{}{incomplete}: {what}", self.stored.title)
+    }
+
+    /// A quantity along all branches. Lines are full where they are stable, broken where they are unstable, and dotted between.
+    pub fn figure(&self, quantity: &Quantity) -> Figure {
+        let stored = &self.stored;
+        let mut curves = Vec::new();
+        for (steady, what, color) in [(true, "steady sliding", BLACK), (false, "cycles", BLUE)] {
+            for (stability, style) in STYLES {
+                let branches = stored.branches.iter().filter(|branch| branch.steady == steady);
+                let pieces = branches.flat_map(|branch| {
+                    let values = quantity.sides().flat_map(|of| lines::pieces(branch, stability, of));
+                    values.collect::<Vec<_>>()
+                });
+                let label = format!("{what}, {}", stability.name());
+                curves.push(Curve::pieces(&label, color, lines::joined(pieces.collect())).styled(style));
+            }
+        }
+        for special in Special::ALL {
+            let (words, color, shape) = marks::mark(special);
+            let points = stored
+                .branches
+                .iter()
+                .flat_map(|branch| places(branch, special, quantity));
+            curves.push(Curve::line(words, color, points.collect()).styled(CurveStyle::Marks(shape)));
+        }
+        let panel = Panel::new(self.number(), quantity.axis(stored), drawn(curves));
+        let name = format!("{BRANCHES}-{}", quantity.name);
+        Figure::new(name, self.title(quantity.words), vec![panel])
+    }
+
+    /// Curves of special points; `None` if the file has none.
+    pub fn plane(&self) -> Option<Figure> {
+        let stored = &self.stored;
+        let (name, unit) = stored.second.as_ref()?;
+        let kinds = Special::ALL.iter().enumerate().map(|(number, special)| {
+            let of_kind = stored.curves.iter().filter(|curve| curve.0 == *special);
+            let pieces = of_kind.map(|curve| curve.1.iter().map(|&[x, y]| (x, y)).collect());
+            Curve::pieces(marks::mark(*special).0, line_color(number), pieces.collect())
+        });
+        let curves = drawn(kinds);
+        if curves.is_empty() {
+            return None;
+        }
+        let panel = Panel::new(self.number(), drawn_axis(name, unit, ""), curves);
+        Some(Figure::new(
+            SPECIAL_POINTS,
+            self.title("special points in two numbers"),
+            vec![panel],
+        ))
+    }
+}
+
+/// Where the special points of one kind stand on a branch.
+fn places(branch: &Branch, special: Special, quantity: &Quantity) -> Vec<(f64, f64)> {
+    let own = branch.points.iter().filter(|point| point.special == Some(special));
+    let places = own.flat_map(|point| quantity.sides().map(move |of| (point.value, of(branch, point))));
+    places.filter(|place| place.1.is_finite()).collect()
+}

@@ -1,0 +1,99 @@
+//! What a drawing is made of: lines, points, marks, cells.
+
+use super::error::PlotError;
+use super::figure::{Cell, CurveStyle, Shape};
+use super::style::*;
+use plotters::coord::CoordTranslate;
+use plotters::element::DashedPathElement;
+use plotters::prelude::{Circle, DrawingArea, EmptyElement, PathElement, Polygon, Rectangle, SVGBackend, WHITE};
+use plotters::style::{Color, RGBColor, ShapeStyle};
+
+/// Where elements are drawn, in coordinates of the kind `C`.
+pub(super) type Sheet<'a, C> = DrawingArea<SVGBackend<'a>, C>;
+
+/// A line of this colour and width.
+pub(super) fn stroke(color: RGBColor, width: u32) -> ShapeStyle {
+    color.stroke_width(width)
+}
+
+/// A line, or a circle at each of its points.
+pub(super) fn draw_piece<C: CoordTranslate<From: Clone + 'static>>(
+    area: &Sheet<C>,
+    points: Vec<C::From>,
+    color: RGBColor,
+    style: CurveStyle,
+) -> Result<(), PlotError> {
+    let line = stroke(color, CURVE_STROKE);
+    let (radius, circle) = match style {
+        CurveStyle::Solid => return Ok(area.draw(&PathElement::new(points, line))?),
+        CurveStyle::Thin => return Ok(area.draw(&PathElement::new(points, stroke(color, CURVE_STROKE / 2)))?),
+        CurveStyle::Dashed => return Ok(area.draw(&DashedPathElement::new(points, 90, 60, line))?),
+        CurveStyle::Dotted => return Ok(area.draw(&DashedPathElement::new(points, 24, 56, line))?),
+        CurveStyle::Marks(shape) => {
+            return points
+                .into_iter()
+                .try_for_each(|point| draw_mark(area, point, color, shape));
+        }
+        CurveStyle::Points => (POINT_RADIUS, color.filled()),
+        CurveStyle::OpenPoints => (POINT_RADIUS, stroke(color, THIN_STROKE + 4)),
+        CurveStyle::Dots => (DOT_RADIUS, color.filled()),
+    };
+    for point in points {
+        area.draw(&Circle::new(point, radius, circle))?;
+    }
+    Ok(())
+}
+
+/// A mark, white within where it is open, so that it shows on a line.
+fn draw_mark<C: CoordTranslate<From: Clone + 'static>>(
+    area: &Sheet<C>,
+    point: C::From,
+    color: RGBColor,
+    shape: Shape,
+) -> Result<(), PlotError> {
+    let edge = stroke(color, THIN_STROKE + 6);
+    let inner = if shape.is_filled() {
+        color.filled()
+    } else {
+        WHITE.filled()
+    };
+    let Some(corners) = shape.corners() else {
+        let radius = POINT_RADIUS + THIN_STROKE;
+        area.draw(&Circle::new(point.clone(), radius, inner))?;
+        return Ok(area.draw(&Circle::new(point, radius, edge))?);
+    };
+    let radius = f64::from(POINT_RADIUS + THIN_STROKE);
+    let places = corners
+        .iter()
+        .map(|(x, y)| ((x * radius).round() as i32, (y * radius).round() as i32));
+    let mut places: Vec<(i32, i32)> = places.collect();
+    if shape.is_cross() {
+        for line in places.chunks(2) {
+            area.draw(&(EmptyElement::at(point.clone()) + PathElement::new(line.to_vec(), edge)))?;
+        }
+        return Ok(());
+    }
+    area.draw(&(EmptyElement::at(point.clone()) + Polygon::new(places.clone(), inner)))?;
+    places.push(places[0]);
+    Ok(area.draw(&(EmptyElement::at(point) + PathElement::new(places, edge)))?)
+}
+
+/// A cell without a value: grey, crossed out where the run failed, struck through where there is none. It does not depend on colour.
+pub(super) fn draw_cell<X: Copy + 'static, C: CoordTranslate<From = (X, X)>>(
+    area: &Sheet<C>,
+    cell: Cell,
+    corners: [(X, X); 2],
+) -> Result<(), PlotError> {
+    let [(left, low), (right, high)] = corners;
+    let (up, down) = ([(left, low), (right, high)], [(left, high), (right, low)]);
+    let (ground, lines) = match cell {
+        Cell::Failed => (WHITE, &[up, down][..]),
+        Cell::Missing => (WHITE, &[up][..]),
+        Cell::Nothing | Cell::Value(_) => (NOTHING, &[][..]),
+    };
+    area.draw(&Rectangle::new(corners, ground.filled()))?;
+    for line in lines {
+        area.draw(&PathElement::new(*line, stroke(BLACK, THIN_STROKE)))?;
+    }
+    Ok(())
+}

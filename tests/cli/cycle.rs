@@ -1,0 +1,81 @@
+//! `stickslip cycle` from a point of a branch.
+
+use crate::common::cli::{Folder, says};
+use crate::plot_branches::with_branches;
+use stickslip::continuation::Stored;
+
+/// A cycle that is found from a point of its branch is the one that the file has there.
+#[test]
+fn cli_a_point_of_a_branch_is_its_cycle() {
+    let folder = with_branches();
+    let stored = Stored::read(&folder.path("belt.h5")).unwrap();
+    let (number, branch) = stored
+        .branches
+        .iter()
+        .enumerate()
+        .find(|(_, branch)| !branch.steady && branch.points.len() > 2)
+        .unwrap();
+    let point = &branch.points[1];
+    let found = folder.json(&format!("cycle belt.h5 --branch {number} --point 1"));
+    let close = |name: &str, expected: f64| {
+        let value = found[name].as_f64().unwrap();
+        assert!((value / expected - 1.0).abs() < 1e-9, "{name}: {value} {expected}");
+    };
+    close("period", point.period);
+    close("amplitude", (point.position.1 - point.position.0) / 2.0);
+    assert_eq!(found["stability"], point.stability.name());
+    // It is named after the file and the point, and its case has the number of the point.
+    let name = format!("belt-{number}-1.cycle.h5");
+    assert_eq!(found["file"], name.as_str());
+    let end = folder.result(&name).resolved().unwrap();
+    says(&end, &[format!("{:?}", point.value)]);
+    // Newton's method starts on the cycle.
+    assert!(found["iterations"].as_u64().unwrap() <= 2, "{found}");
+}
+
+/// What is no point of a branch of cycles says what there is.
+#[test]
+fn cli_wrong_points_of_branches() {
+    let folder = with_branches();
+    let stored = Stored::read(&folder.path("belt.h5")).unwrap();
+    let count = stored.branches.len();
+    let steady = stored.branches.iter().position(|branch| branch.steady).unwrap();
+    let points = stored.branches[steady].points.len();
+    folder.refused(
+        "cycle belt.h5",
+        &[format!("holds {count} branches; choose a point with --branch")],
+    );
+    folder.refused(
+        &format!("cycle belt.h5 --branch {count} --point 0"),
+        &[format!("has no branch {count}; there are {count}")],
+    );
+    folder.refused(
+        &format!("cycle belt.h5 --branch {steady} --point {points}"),
+        &[format!("branch {steady} has no point {points}; there are {points}")],
+    );
+    folder.refused(
+        &format!("cycle belt.h5 --branch {steady} --point 0"),
+        "steady sliding & stickslip modes belt-exponential --set rotor.speed=",
+    );
+    folder.refused(
+        "cycle belt-exponential --branch 0 --point 0",
+        "is not the file of a continuation",
+    );
+    folder.refused("cycle belt.h5 --branch 0", "--point");
+    folder.refused("cycle belt.h5 --branch 0 --point 0 --periods 2", "--periods");
+    assert_eq!(folder.names(), ["belt.h5", "belt.toml"]);
+}
+
+/// An input is not replaced by the cycle.
+#[test]
+fn cli_the_file_of_branches_is_not_replaced() {
+    let folder: Folder = with_branches();
+    let before = folder.read("belt.h5");
+    let stored = Stored::read(&folder.path("belt.h5")).unwrap();
+    let cycles = stored.branches.iter().position(|branch| !branch.steady).unwrap();
+    folder.refused(
+        &format!("cycle belt.h5 --branch {cycles} --point 0 -o belt.h5 --force"),
+        "belt.h5",
+    );
+    assert!(folder.read("belt.h5") == before);
+}

@@ -1,0 +1,211 @@
+//! `stickslip plot` of the file of a continuation: the diagrams and the page have what the file has.
+
+use crate::common::cli::{Folder, json, says};
+use crate::common::page::{codes, doubles};
+use std::path::Path;
+use stickslip::continuation::{Special, Stored};
+use stickslip::cycle::Stability;
+use stickslip::plot::branches::{Branches, quantity};
+use stickslip::plot::figure::{Curve, CurveStyle, Figure};
+
+/// The belt speed at which steady sliding of belt-exponential has no damping: ln(10)/5 m/s.
+const HOPF: f64 = 0.460_517_018_598_809_1;
+
+/// Few points, in a second or so.
+pub const STUDY: &str = "title = \"Branches of a belt\"\ncase = \"belt-exponential\"\n[[axis]]\nkey = \"rotor.speed\"\n\
+                         from = 0.25\nto = 0.6\n[branch]\nof = [\"steady\", \"cycle\"]\npoints = 20\nstep = 0.1\nfollow = []\n";
+
+/// A folder with `belt.h5`.
+pub fn with_branches() -> Folder {
+    let folder = Folder::new();
+    folder.write("belt.toml", STUDY);
+    folder.ok("continue belt.toml -q");
+    folder
+}
+
+fn figure(path: &Path, name: &str) -> Figure {
+    let figures = Branches::read(path).unwrap().all().unwrap();
+    let named = figures.iter().find(|figure| figure.name == name);
+    named.unwrap_or_else(|| panic!("{name}")).clone()
+}
+
+fn curves(figure: &Figure) -> &[Curve] {
+    &figure.panels[0].curves
+}
+
+/// Every pair of neighbouring points of the file is in one line, of the kind of motion and the stability that it has, and nothing
+/// else is drawn.
+#[test]
+fn cli_a_diagram_has_the_branches_of_the_file() {
+    let folder = with_branches();
+    let names: Vec<String> = folder.json("plot belt.h5")["files"]
+        .as_array()
+        .unwrap()
+        .iter()
+        .map(|file| file["figure"].as_str().unwrap().to_owned())
+        .collect();
+    for name in ["branches-amplitude", "branches-relative_velocity", "branches-period"] {
+        assert!(names.iter().any(|one| one == name), "{names:?}");
+    }
+    assert!(folder.path("figures/branches-amplitude.png").exists());
+    let path = folder.path("belt.h5");
+    let stored = Stored::read(&path).unwrap();
+    let drawn = figure(&path, "branches-amplitude");
+    let links = |curve: &Curve| -> usize { curve.pieces.iter().map(|piece| piece.len() - 1).sum() };
+    let lines = || curves(&drawn).iter().filter(|curve| curve.label.contains(", "));
+    let expected: usize = stored.branches.iter().map(|branch| branch.points.len() - 1).sum();
+    assert_eq!(lines().map(links).sum::<usize>(), expected);
+    for curve in lines() {
+        let (what, stability) = curve.label.split_once(", ").unwrap();
+        let style = match stability {
+            "stable" => CurveStyle::Solid,
+            "unstable" => CurveStyle::Dashed,
+            _ => CurveStyle::Dotted,
+        };
+        assert_eq!(curve.style, style, "{}", curve.label);
+        let of_kind = stored
+            .branches
+            .iter()
+            .filter(|branch| branch.steady == (what == "steady sliding"));
+        let points: Vec<_> = of_kind.flat_map(|branch| &branch.points).collect();
+        for (x, y) in curve.points() {
+            let found = points
+                .iter()
+                .find(|point| point.value == x && (point.position.1 - point.position.0) / 2.0 == y);
+            let point = found.unwrap_or_else(|| panic!("{x} {y} is in the file"));
+            let changes = point.special.is_some() || point.stability == Stability::Neutral;
+            assert!(changes || point.stability.name() == stability, "{x}: {stability}");
+        }
+    }
+}
+
+/// Steady sliding is unstable below the Hopf point and stable above it: both lines end there, and its mark stands there.
+#[test]
+fn analytic_lines_are_broken_at_the_hopf_point() {
+    let folder = with_branches();
+    let drawn = figure(&folder.path("belt.h5"), "branches-position");
+    let curve = |label: &str| {
+        let found = curves(&drawn).iter().find(|curve| curve.label == label);
+        found.unwrap_or_else(|| panic!("{label}"))
+    };
+    let xs = |label: &str| curve(label).points().map(|point| point.0).collect::<Vec<_>>();
+    let largest = xs("steady sliding, unstable").into_iter().fold(0.0, f64::max);
+    let least = xs("steady sliding, stable").into_iter().fold(f64::INFINITY, f64::min);
+    assert!((largest - HOPF).abs() < 1e-9 && least == largest, "{largest} {least}");
+    let marks = xs("Hopf");
+    assert!(marks.iter().all(|x| *x == largest) && !marks.is_empty(), "{marks:?}");
+    assert!(matches!(curve("Hopf").style, CurveStyle::Marks(_)));
+    folder.ok("plot belt.h5 --quantity position -o position.svg --width 120 --no-title");
+    let svg = std::fs::read_to_string(folder.path("position.svg")).unwrap();
+    says(&svg, "Hopf & steady sliding, unstable & cycles, stable & rotor speed");
+}
+
+/// A line for each quantity that the points have; unknown names say what there is, and options of sweeps are refused.
+#[test]
+fn cli_a_diagram_is_chosen_by_its_quantity() {
+    let folder = with_branches();
+    let listed = folder.ok("plot belt.h5 --list");
+    for one in quantity::QUANTITIES.iter().filter(|one| one.name != "margin") {
+        says(&listed, &[format!("branches-{}", one.name)]);
+    }
+    says(&folder.ok("plot --list"), "branches & special-points & continuation");
+    let stdout = folder.ok("plot belt.h5 --only branches-growth_rate -o rate.pdf --json");
+    assert_eq!(json(&stdout)["files"][0]["figure"], "branches-growth_rate");
+    folder.refused(
+        "plot belt.h5 --quantity amplitud",
+        "no quantity \"amplitud\" & did you mean amplitude? & period",
+    );
+    folder.refused("plot belt.h5 --only map", "has no figure map & branches-amplitude");
+    folder.refused(
+        "plot belt.h5 --axes rotor.speed rotor.speed",
+        "leave out --axes and --at",
+    );
+    folder.refused("plot belt.h5 belt.h5", "drawn by itself");
+    folder.refused("plot belt.h5 --channel theta", "no channels");
+}
+
+/// The growth rate of steady sliding is half of what its damping lacks, (alpha (mu_s - mu_d) F_n exp(-alpha v) - c)/2 over the mass
+/// of 1 kg.
+#[test]
+fn analytic_growth_rates_are_those_of_the_mass() {
+    let folder = with_branches();
+    let drawn = figure(&folder.path("belt.h5"), "branches-growth_rate");
+    let of_steady = curves(&drawn).iter().filter(|curve| curve.label.starts_with("steady"));
+    let mut count = 0;
+    for (speed, rate) in of_steady.flat_map(Curve::points) {
+        let expected = 0.5 * (10.0 * (-5.0 * speed).exp() - 1.0);
+        assert!((rate - expected).abs() < 1e-9, "{speed}: {rate} {expected}");
+        count += 1;
+    }
+    assert!(count > 5, "{count}");
+}
+
+/// In the plane of belt speed and damping steady sliding loses its stability on the line v = ln(10/c)/5.
+#[test]
+fn analytic_the_curve_of_hopf_points_is_the_closed_form() {
+    let folder = Folder::new();
+    let study = STUDY
+        .replace(
+            "[branch]",
+            "[[axis]]\nkey = \"stator.damping.0\"\nfrom = 0.6\nto = 2\n[branch]\ncurves = [\"hopf\"]",
+        )
+        .replace("of = [\"steady\", \"cycle\"]", "of = \"steady\"");
+    folder.write("two.toml", study);
+    folder.ok("continue two.toml -q");
+    let names: Vec<String> = Branches::read(&folder.path("two.h5"))
+        .unwrap()
+        .figures(&[])
+        .unwrap()
+        .into_iter()
+        .map(|figure| figure.name)
+        .collect();
+    assert_eq!(names, ["branches-position", "branches-growth_rate", "special-points"]);
+    let drawn = figure(&folder.path("two.h5"), "special-points");
+    let [curve] = curves(&drawn) else { panic!("one curve") };
+    assert_eq!(curve.label, "Hopf");
+    let (mut least, mut largest) = (f64::INFINITY, 0.0f64);
+    for (speed, damping) in curve.points() {
+        assert!((speed - (10.0 / damping).ln() / 5.0).abs() < 1e-9, "{speed} {damping}");
+        (least, largest) = (least.min(damping), largest.max(damping));
+    }
+    assert!(least < 0.61 && largest > 1.99, "{least} {largest}");
+    folder.ok("plot two.h5 --only special-points -o plane.svg");
+    let svg = std::fs::read_to_string(folder.path("plane.svg")).unwrap();
+    says(&svg, "stator damping & N s/m");
+}
+
+/// The page has every point, and the command of a click computes it.
+#[test]
+fn cli_the_page_of_branches_has_the_points_and_their_commands() {
+    let folder = with_branches();
+    folder.ok("plot belt.h5 --html belt.html");
+    let page = std::fs::read_to_string(folder.path("belt.html")).unwrap();
+    assert!(!page.contains("http://") && !page.contains("src="), "nothing is loaded");
+    let data = page.split("id=\"study-data\">").nth(1).unwrap();
+    let data = json(data.split("</script>").next().unwrap());
+    let stored = Stored::read(&folder.path("belt.h5")).unwrap();
+    let points: Vec<_> = stored.branches.iter().flat_map(|branch| &branch.points).collect();
+    let values: Vec<f64> = points.iter().map(|point| point.value).collect();
+    assert_eq!(doubles(&data["number"]["values"]), values);
+    let specials: Vec<i8> = points
+        .iter()
+        .map(|point| point.special.map_or(-1, Special::code))
+        .collect();
+    assert_eq!(codes(&data["special"]), specials);
+    let links = codes(&data["links"]);
+    for (branch, own) in stored.branches.iter().zip(data["branches"].as_array().unwrap()) {
+        let first = own["first"].as_u64().unwrap() as usize;
+        assert_eq!(own["points"], branch.points.len());
+        assert_eq!(links[first + branch.points.len() - 1], -1);
+        assert_eq!(values[first], branch.points[0].value);
+    }
+    // As the page puts it together.
+    let modes = data["modes"].as_str().unwrap().strip_prefix("stickslip ").unwrap();
+    let speed = values[0];
+    let said = folder.json(&format!("{modes} --set rotor.speed={speed:?}"));
+    assert_eq!(said["title"], "Damped mass on a belt, exponential friction");
+    // Earlier pages are replaced, other files are not; one quantity alone is the first that is shown.
+    folder.ok("plot belt.h5 --html belt.html --quantity period");
+    folder.write("mine.html", "mine");
+    folder.refused("plot belt.h5 --html mine.html", "--force");
+}
