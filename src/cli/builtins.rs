@@ -4,6 +4,7 @@ use super::CommandError;
 use crate::analysis::work_precision;
 use crate::calibrate::{CALIBRATIONS, CalibrationStudy};
 use crate::case::{Case, CaseSource, builtin};
+use crate::continuation::{CONTINUATIONS, ContinuationStudy};
 use crate::sweep::{STUDIES, Study, StudySource};
 use serde::Serialize;
 
@@ -43,6 +44,11 @@ pub(super) fn listed() -> Result<Vec<Listed>, CommandError> {
         let source = StudySource::text(study.name, study.text);
         let title = CalibrationStudy::parse(source, &[])?.runs.title;
         add(study.name, "study", "calibrate", title);
+    }
+    for study in CONTINUATIONS {
+        let source = StudySource::text(study.name, study.text);
+        let title = ContinuationStudy::parse(source, &[])?.title;
+        add(study.name, "study", "continue", title);
     }
     for study in work_precision::STUDIES {
         let source = StudySource::text(study.name, study.text);

@@ -5,12 +5,17 @@ use super::{CommandError, End, builtins, print, print_json, terminal};
 use crate::analysis::work_precision;
 use crate::calibrate::CALIBRATIONS;
 use crate::case::{CaseSource, Origin};
+use crate::continuation::CONTINUATIONS;
 use crate::sweep::STUDIES;
 
 /// Prints a built-in case or study, or lists them.
 pub(super) fn case(options: &CaseOptions, common: &Common) -> Result<End, CommandError> {
     if let Some(name) = &options.name {
-        let studies = STUDIES.iter().chain(CALIBRATIONS).chain(work_precision::STUDIES);
+        let studies = STUDIES
+            .iter()
+            .chain(CALIBRATIONS)
+            .chain(CONTINUATIONS)
+            .chain(work_precision::STUDIES);
         let source = match studies.into_iter().find(|study| study.name == name) {
             Some(study) => CaseSource {
                 text: study.text.to_owned(),

@@ -2,9 +2,10 @@
 
 use super::curve::border_point;
 use super::ending::EndReason;
-use super::follow::{Follower, Found, LOCATED, MOST_HALVINGS, Station, Trial, scaled};
+use super::follow::{Follower, Found, LOCATED, MOST_HALVINGS};
 use super::manifold::{Local, Measured};
 use super::special::Special;
+use super::station::{Station, Trial, scaled};
 use crate::cycle::{Border, CycleError, Equations as _, tangent};
 use nalgebra::DVector;
 
@@ -12,6 +13,9 @@ use nalgebra::DVector;
 /// square root of the way to it.
 const AT_BORDER: f64 = 1e-4;
 const AT_LANDING: f64 = 2e-3;
+
+/// A border whose relative distance is below this at the last point before it is known there.
+const EXACT: f64 = 1e-12;
 
 /// Shares of the longest step by which a point beyond a border is sought.
 const BEYOND: [f64; 4] = [1e-6, 1e-5, 1e-4, 1e-3];
@@ -148,6 +152,9 @@ impl<'a> Follower<'a> {
         edge: Station,
         farther: Option<&Station>,
     ) -> Result<(Border, Station), CycleError> {
+        if border != Border::Landing && edge.measured.nearest.is_some_and(|nearest| nearest.1.abs() < EXACT) {
+            return Ok((border, edge));
+        }
         let own = (border != Border::Landing).then_some((border, &self.current.measured.guess));
         let others = farther.and_then(|farther| Some((farther.measured.nearest?.0, &farther.measured.guess)));
         for (border, near) in own.into_iter().chain(others) {

@@ -223,12 +223,15 @@ fn level(special: Special) -> f64 {
     }
 }
 
+/// Scaled unknowns that solve the equations, and the derivatives there.
+type Solved = (DVector<f64>, DMatrix<f64>);
+
 /// A point of the curve near a guess, with the second number held, or another plane.
 fn solved(
     equations: &mut Conditioned<'_>,
     x: &DVector<f64>,
     plane: &DVector<f64>,
-) -> Result<Option<(DVector<f64>, DMatrix<f64>)>, CycleError> {
+) -> Result<Option<Solved>, CycleError> {
     let plane = DMatrix::from_row_slice(1, plane.len(), plane.as_slice());
     match solve(equations, x, &plane) {
         Ok(solution) => Ok(Some((solution.x, solution.jacobian))),

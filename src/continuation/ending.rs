@@ -1,8 +1,8 @@
 //! Why branches end, and the Hopf point at which cycles have shrunk to steady sliding.
 
-use super::follow::{Station, row};
 use super::manifold::{Manifold, What};
 use super::special::{Special, critical_pair, tests};
+use super::station::{Station, row};
 use crate::cycle::{CycleError, Guess, solve, tangent};
 use nalgebra::DVector;
 use serde::{Deserialize, Serialize};

@@ -2,9 +2,10 @@
 
 use super::curve::{CurvePoint, CurveSteps, trace};
 use super::ending::EndReason;
-use super::follow::{Follower, Found, Mark, Station, Steps};
+use super::follow::{Follower, Found, Mark, Steps};
 use super::manifold::{Manifold, Measured, What};
 use super::special::{Special, critical_pair};
+use super::station::Station;
 use super::study::ContinuationStudy;
 use crate::analysis::stability::SystemModes;
 use crate::cycle::{CycleError, Family, Guess, Stability, find, solve};
@@ -20,6 +21,9 @@ const MOST_BRANCHES: usize = 64;
 
 /// Special points of one kind are the same if their numbers agree to this share of the range.
 const SAME: f64 = 1e-7;
+
+/// Borders that are passed one after the other are the same if their numbers agree to this share of the range.
+const SAME_BORDER: f64 = 1e-8;
 
 /// A special point lies on a curve that was traced through another one if it is this near to it, as a share of the range.
 const ON_CURVE: f64 = 2e-3;
@@ -408,6 +412,8 @@ impl Explorer<'_> {
                 let branch = &mut explored.branches[index];
                 match one {
                     Found::Point(station) => branch.points.push(BranchPoint::new(&station.measured, None)),
+                    // Two events of a symmetric motion change at once.
+                    Found::Special(special, station) if again(branch, *special, station, self.study.range(0)) => {}
                     Found::Special(special, station) => {
                         branch.points.push(BranchPoint::new(&station.measured, Some(*special)));
                         let at = (index, branch.points.len() - 1);
@@ -622,6 +628,15 @@ impl Explorer<'_> {
         }
         Ok(())
     }
+}
+
+/// Whether one of the last points of a branch is special in the same way, at the same number.
+fn again(branch: &Branch, special: Special, station: &Station, (low, high): (f64, f64)) -> bool {
+    let value = station.measured.guess.values[0];
+    let same = |point: &BranchPoint| {
+        point.special == Some(special) && (point.value - value).abs() <= SAME_BORDER * (high - low)
+    };
+    matches!(special, Special::Border(_)) && branch.points.iter().rev().take(3).any(same)
 }
 
 /// The first point of a branch that is born at a special point, a step away from it.

@@ -1,10 +1,11 @@
 //! A branch by pseudo-arclength: from point to point, past folds, through changes of the sequence of events, with its special points.
 
 use super::ending::{EndReason, hopf_near};
-use super::manifold::{Local, Manifold, Measured, What};
-use super::special::{Special, Tests, tests};
+use super::manifold::{Local, Manifold, What};
+use super::special::{Special, tests};
+use super::station::{Station, Trial, row, scaled};
 use crate::cycle::{CycleError, Equations as _, Guess, NoSolution, Solution, solve, tangent};
-use nalgebra::{DMatrix, DVector};
+use nalgebra::DVector;
 use serde::{Deserialize, Serialize};
 
 /// The shortest step, over the longest.
@@ -47,14 +48,6 @@ pub(crate) struct Steps {
     pub most: usize,
 }
 
-/// A point, with the direction of the branch, in physical units.
-#[derive(Debug, Clone)]
-pub(crate) struct Station {
-    pub measured: Measured,
-    pub direction: DVector<f64>,
-    pub tests: Tests,
-}
-
 /// What is found on the way, in order.
 #[derive(Debug, Clone)]
 pub(crate) enum Found {
@@ -85,20 +78,6 @@ pub(crate) struct Follower<'a> {
     first: Guess,
     swing: f64,
     points: usize,
-}
-
-pub(super) fn scaled(local: &Local<'_>, direction: &DVector<f64>) -> DVector<f64> {
-    direction.component_div(local.scale()).normalize()
-}
-
-pub(super) fn row(direction: &DVector<f64>) -> DMatrix<f64> {
-    DMatrix::from_row_slice(1, direction.len(), direction.as_slice())
-}
-
-/// A trial: the solution on the plane across a direction, at a distance along it.
-pub(super) struct Trial {
-    pub solution: Solution,
-    pub station: Station,
 }
 
 impl<'a> Follower<'a> {
@@ -174,12 +153,22 @@ impl<'a> Follower<'a> {
             period: mark.period,
             values: mark.values.clone(),
         };
-        let measured = self.manifold.measure(&guess)?;
-        let mut local = self.manifold.local(&guess)?;
+        // Cycles end in steady sliding.
+        let what = match (self.manifold.what, guess.period.is_nan()) {
+            (What::Cycles(_), true) => What::Steady(if self.current.measured.relative_velocity.1 > 0.0 {
+                1
+            } else {
+                -1
+            }),
+            (what, _) => what,
+        };
+        let manifold = Manifold { what, ..self.manifold };
+        let measured = manifold.measure(&guess)?;
+        let mut local = manifold.local(&guess)?;
         let (_, jacobian) = local.evaluate(&local.unknowns(&guess))?;
         let direction = DVector::from_column_slice(&mark.direction);
         let station = Station {
-            tests: tests(self.manifold.what, &measured, &scaled(&local, &direction), &jacobian),
+            tests: tests(what, &measured, &scaled(&local, &direction), &jacobian),
             measured,
             direction,
         };
@@ -435,7 +424,7 @@ impl<'a> Follower<'a> {
         let value = |station: &Station| station.tests.value(special, &station.measured);
         let (mut low, mut high) = ((0.0, value(&self.current)), (step, value(next)));
         let mut best = next.clone();
-        if !(low.1 * high.1 < 0.0) {
+        if (low.1 * high.1).partial_cmp(&0.0) != Some(std::cmp::Ordering::Less) {
             // A pair that became real on the way: where the count changes.
             return self.halved(local, at, step, special);
         }

@@ -9,6 +9,7 @@
 //! | `study` | the study file |
 //! | `manifold` | what is followed: equations about a point, and what is measured there |
 //! | `special` | what points are special for, and what changes its sign there |
+//! | `station` | a point of a branch, and a trial of the next one |
 //! | `follow` | a branch, from point to point |
 //! | `border` | where the sequence of events changes, and beyond |
 //! | `ending` | why branches end; cycles that shrink to steady sliding |
@@ -25,6 +26,7 @@ mod follow;
 mod manifold;
 mod run;
 mod special;
+mod station;
 mod study;
 
 pub use curve::CurvePoint;

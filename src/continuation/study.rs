@@ -113,6 +113,13 @@ impl ContinuationStudy {
             return Err(reader.into_error());
         }
         let start = study.start()?;
+        // One number stands for a list of one.
+        for key in study.axes.iter_mut().flat_map(|axis| &mut axis.keys) {
+            let first = format!("{key}.0");
+            if start.number(key).is_err() && start.number(&first).is_ok() {
+                *key = first;
+            }
+        }
         for axis in &study.axes {
             let range = axis
                 .range

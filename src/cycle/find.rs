@@ -261,11 +261,8 @@ fn autonomous(
     let turns = match (search.periods, search.period) {
         (Some(asked), _) => (asked as usize).min(returns.len()),
         (None, Some(period)) => {
-            let off = |peak: &&&Peak| ((peak.time - first.time).abs() - period).abs();
-            let best = returns
-                .iter()
-                .enumerate()
-                .min_by(|a, b| off(&a.1).total_cmp(&off(&b.1)));
+            let off = |peak: &&Peak| ((peak.time - first.time).abs() - period).abs();
+            let best = returns.iter().enumerate().min_by(|a, b| off(a.1).total_cmp(&off(b.1)));
             best.map_or(1, |best| best.0 + 1)
         }
         (None, None) => first_near(&distances),
@@ -391,7 +388,10 @@ fn shortest(family: &Family, orbit: Orbit, multiple: u32, stop: &dyn Fn() -> boo
         None => LONGEST,
     };
     for parts in (2..=most).rev() {
-        if orbit.multiple.is_some_and(|multiple| multiple as usize % parts != 0) {
+        if orbit
+            .multiple
+            .is_some_and(|multiple| !(multiple as usize).is_multiple_of(parts))
+        {
             continue;
         }
         let guess = orbit.guess();

@@ -2,7 +2,7 @@
 
 use crate::analysis::forcing::{self, harmonics};
 use crate::model::system::{End, Pressing, System, Torque, Train};
-use crate::signal::{Drive, Frequency, Signal, Wave};
+use crate::signal::{Drive, Frequency, Wave};
 use std::f64::consts::TAU;
 
 /// Why a case has no periodic motion in the long run, or none that is looked for.
@@ -22,17 +22,10 @@ pub enum NotPeriodic {
     NoCommonPeriod,
 }
 
-fn last<T: Clone>(signal: &Signal<T>) -> Option<T> {
-    match signal {
-        Signal::Ramp(ramp) => Some(ramp.value.clone()),
-        Signal::Table(table) => table.value.last().cloned(),
-    }
-}
-
 fn settled<T: Clone>(drive: &Drive<T>) -> Drive<T> {
     match drive {
         Drive::Value(value) => Drive::Value(value.clone()),
-        Drive::Linear(signal) => last(signal).map_or_else(|| drive.clone(), Drive::Value),
+        Drive::Linear(signal) => signal.final_value().map_or_else(|| drive.clone(), Drive::Value),
         // A harmonic that ends leaves its mean.
         Drive::Wave(wave) if wave.to.is_some() => Drive::Value(wave.mean.clone()),
         Drive::Wave(wave) => Drive::Wave(Wave {
@@ -61,7 +54,7 @@ fn settled_train<T: Clone>(train: &Train<T>) -> Train<T> {
 pub(crate) fn in_the_long_run<T: Clone, L: Clone>(system: &System<T, L>) -> System<T, L> {
     let pressing = match &system.pressing {
         Pressing::Force(force) => Pressing::Force(settled(force)),
-        Pressing::Axial { actuation, .. } => match last(actuation) {
+        Pressing::Axial { actuation, .. } => match actuation.final_value() {
             Some(force) => Pressing::Force(Drive::Value(force)),
             None => system.pressing.clone(),
         },

@@ -44,8 +44,11 @@ const MOST_HALVINGS: usize = 15;
 /// Steps below this are in the domain where the method converges quadratically,
 const NEAR: f64 = 1e-6;
 
-/// and with the last one below this there is a solution.
+/// and a step below the first is rounding. Where steps stay longer, there is a solution if they are below the second, and so many
+/// have not become shorter.
+const EXACT: f64 = 2e-14;
 const SOLVED: f64 = 1e-9;
+const STUCK: u32 = 2;
 
 /// Singular values below this share of the largest are zero: along them nothing is moved.
 const NEUTRAL: f64 = 1e-13;
@@ -59,7 +62,7 @@ pub(crate) fn solve(
     let mut x = start.clone();
     let (mut residual, mut jacobian) = equations.evaluate(&x).map_err(NoSolution::Failed)?;
     let first = residual.amax();
-    let mut last = f64::INFINITY;
+    let (mut shortest, mut stuck) = (f64::INFINITY, 0);
     let mut halvings = 0;
     for iterations in 1..=MOST_ITERATIONS {
         let diverged = |residual: &DVector<f64>| NoSolution::Diverged {
@@ -71,8 +74,10 @@ pub(crate) fn solve(
             return Err(diverged(&residual));
         };
         let length = step.amax();
-        // Rounding decides from here on.
-        if length <= SOLVED && (length <= 4.0 * f64::EPSILON || length >= 0.25 * last) {
+        // Rounding decides where steps no longer become shorter.
+        stuck = if length > 0.5 * shortest { stuck + 1 } else { 0 };
+        shortest = shortest.min(length);
+        if length <= EXACT || length <= SOLVED && stuck >= STUCK {
             return Ok(Solution {
                 x,
                 jacobian,
@@ -80,7 +85,6 @@ pub(crate) fn solve(
                 iterations,
             });
         }
-        last = length;
         let mut share = 1.0;
         loop {
             let next = &x + &step * share;

@@ -104,6 +104,16 @@ profiles! {
     Table
 }
 
+impl<T: Clone> Signal<T> {
+    /// What it holds in the end; `None` of a table without points.
+    pub(crate) fn final_value(&self) -> Option<T> {
+        match self {
+            Signal::Ramp(ramp) => Some(ramp.value.clone()),
+            Signal::Table(table) => table.value.last().cloned(),
+        }
+    }
+}
+
 impl<T> Signal<T> {
     /// Its numbers if it is a ramp: for data that know no other profile.
     pub(crate) fn as_ramp(&self) -> Option<&Ramp<T>> {
