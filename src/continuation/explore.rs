@@ -685,18 +685,26 @@ fn flat(mark: &Mark) -> Vec<f64> {
         mark.time,
         mark.period,
         mark.step,
+        mark.measured.0,
         mark.state.len() as f64,
         mark.values.len() as f64,
     ];
-    all.extend(mark.state.iter().chain(&mark.values).chain(&mark.direction));
+    all.extend(
+        mark.state
+            .iter()
+            .chain(&mark.values)
+            .chain(&mark.measured.1)
+            .chain(&mark.direction),
+    );
     all
 }
 
 /// What [`flat`] made; `None` for anything else.
 fn unflat(all: &[f64]) -> Option<Mark> {
-    let (head, rest) = all.split_at_checked(7)?;
-    let (state, rest) = rest.split_at_checked(head[5] as usize)?;
-    let (values, direction) = rest.split_at_checked(head[6] as usize)?;
+    let (head, rest) = all.split_at_checked(8)?;
+    let (state, rest) = rest.split_at_checked(head[6] as usize)?;
+    let (values, rest) = rest.split_at_checked(head[7] as usize)?;
+    let (measured, direction) = rest.split_at_checked(head[7] as usize)?;
     Some(Mark {
         special: (head[0] >= 0.0).then_some(head[0] as i8),
         end: match head[1] {
@@ -709,5 +717,6 @@ fn unflat(all: &[f64]) -> Option<Mark> {
         state: state.to_vec(),
         values: values.to_vec(),
         direction: direction.to_vec(),
+        measured: (head[5], measured.to_vec()),
     })
 }

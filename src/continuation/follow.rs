@@ -67,6 +67,8 @@ pub(crate) struct Mark {
     pub values: Vec<f64>,
     pub direction: Vec<f64>,
     pub step: f64,
+    /// See [`Measured::at`](super::manifold::Measured::at).
+    pub measured: (f64, Vec<f64>),
 }
 
 /// A branch that is being followed.
@@ -139,6 +141,7 @@ impl<'a> Follower<'a> {
             values: guess.values.clone(),
             direction: station.direction.as_slice().to_vec(),
             step: self.step,
+            measured: station.measured.at.clone(),
         }
     }
 
@@ -163,7 +166,14 @@ impl<'a> Follower<'a> {
             (what, _) => what,
         };
         let manifold = Manifold { what, ..self.manifold };
-        let measured = manifold.measure(&guess)?;
+        let (period, values) = mark.measured.clone();
+        let beside = Guess {
+            period,
+            values,
+            ..guess.clone()
+        };
+        let mut measured = manifold.measure(&beside)?;
+        measured.guess = guess.clone();
         let mut local = manifold.local(&guess)?;
         let (_, jacobian) = local.evaluate(&local.unknowns(&guess))?;
         let direction = DVector::from_column_slice(&mark.direction);

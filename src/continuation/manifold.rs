@@ -34,6 +34,8 @@ pub(crate) struct Manifold<'a> {
 #[derive(Debug, Clone)]
 pub(crate) struct Measured {
     pub guess: Guess,
+    /// Period and numbers at which it was measured: of a border beside it.
+    pub at: (f64, Vec<f64>),
     /// Multipliers of a cycle without that along it, or eigenvalues of steady sliding, 1/s; the most unstable first.
     pub spectrum: Vec<Complex<f64>>,
     /// How many of them grow.
@@ -217,6 +219,7 @@ impl<'a> Manifold<'a> {
                     .collect();
                 Ok(Measured {
                     guess: guess.clone(),
+                    at: (guess.period, guess.values.clone()),
                     unstable: spectrum
                         .iter()
                         .filter(|one| one.norm() > 1.0 + crate::cycle::NEUTRAL)
@@ -249,6 +252,7 @@ impl<'a> Manifold<'a> {
                 let neutral = spectrum.first().is_some_and(|one| one.re >= -ROUNDING * fastest);
                 Ok(Measured {
                     guess: guess.clone(),
+                    at: (guess.period, guess.values.clone()),
                     unstable,
                     stability: match (unstable, neutral) {
                         (1.., _) => Stability::Unstable,

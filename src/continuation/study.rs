@@ -10,7 +10,7 @@ use sha2::{Digest, Sha256};
 use std::path::PathBuf;
 
 /// Every built-in study: the files of `data/studies`.
-pub const CONTINUATIONS: &[BuiltIn] = built_in!["studies": "belt-branches"];
+pub const CONTINUATIONS: &[BuiltIn] = built_in!["studies": "belt-branches", "sliding-bifurcations"];
 
 /// Points of a branch in one direction, if the study does not say how many.
 const DEFAULT_POINTS: u64 = 400;

@@ -46,7 +46,7 @@ const NEAR: f64 = 1e-6;
 
 /// and a step below the first is rounding. Where steps stay longer, there is a solution if they are below the second, and so many
 /// have not become shorter.
-const EXACT: f64 = 2e-14;
+const EXACT: f64 = 1e-14;
 const SOLVED: f64 = 1e-9;
 const STUCK: u32 = 2;
 
@@ -79,7 +79,7 @@ pub(crate) fn solve(
         shortest = shortest.min(length);
         if length <= EXACT || length <= SOLVED && stuck >= STUCK {
             return Ok(Solution {
-                x,
+                x: &x + &step,
                 jacobian,
                 error: length,
                 iterations,

@@ -21,8 +21,13 @@ use std::sync::{Arc, Mutex, PoisonError};
 /// Relative tolerance of the series.
 const RTOL: f64 = 1e-14;
 
-/// Events and steps after which a motion is given up.
+/// Events after which a motion is given up.
 const MOST_EVENTS: usize = 20_000;
+
+/// With derivatives, of a period, fewer: where a stick has no length, rounding can make thousands of them.
+const MOST_EVENTS_OF_PERIOD: usize = 500;
+
+/// Steps after which a motion is given up.
 const MOST_STEPS: u64 = 2_000_000;
 
 /// Points of a step at which extrema are looked for. A step is some radians of the fastest motion at most.
@@ -589,7 +594,10 @@ pub(crate) fn shoot(
     };
     let start_rates = rates(&start.location, from, &start.state);
     let limits = Limits {
-        max_events: MOST_EVENTS,
+        max_events: match wanted.derivatives {
+            Some(_) => MOST_EVENTS_OF_PERIOD,
+            None => MOST_EVENTS,
+        },
         chatter_count: super::CHATTER_COUNT,
         max_steps: Some(MOST_STEPS),
         foreseen_steps: None,

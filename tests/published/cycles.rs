@@ -362,7 +362,7 @@ fn multiprecision_unstable_cycles_of_the_exponential_belt() {
     }
 }
 
-/// The onset of chaos at 1.7077997 rad/s that the paper prints, where the cycle of four periods grazes; the flip it comes from.
+/// The onset of chaos, quoted as 1.7077997 rad/s, where the cycle of four periods grazes; the flip it comes from.
 #[test]
 fn published_sliding_bifurcations_of_the_driven_oscillator() {
     let explored = explored(
@@ -385,7 +385,7 @@ fn published_sliding_bifurcations_of_the_driven_oscillator() {
             .fold(1.0, f64::min);
         assert!(nearest < 1e-10, "{expected}: {grazes:?}");
     }
-    // As printed, to its last digit.
+    // As quoted, to its last digit.
     assert!(grazes.iter().any(|graze| (graze.0 - 1.7077997).abs() < 5e-8));
     let folds = special_points(&explored, Special::Fold);
     assert!(
@@ -517,11 +517,17 @@ fn property_a_resumed_study_gives_the_same_branches() {
             Stored::read(&path(&name)).unwrap(),
             Stored::read(&path("whole.h5")).unwrap(),
         );
-        assert_eq!(
-            format!("{:?}", one.branches),
-            format!("{:?}", other.branches),
-            "{after}"
-        );
+        for (branch, (one, other)) in one.branches.iter().zip(&other.branches).enumerate() {
+            for (point, (one, other)) in one.points.iter().zip(&other.points).enumerate() {
+                assert_eq!(
+                    format!("{one:?}"),
+                    format!("{other:?}"),
+                    "{after}: branch {branch}, point {point}"
+                );
+            }
+            assert_eq!(one.points.len(), other.points.len());
+        }
+        assert_eq!(one.branches.len(), other.branches.len());
     }
 }
 

@@ -165,7 +165,12 @@ impl<'a> Branches<'a> {
             for (stability, style) in STYLES {
                 let branches = stored.branches.iter().filter(|branch| branch.steady == steady);
                 let pieces = branches.flat_map(|branch| {
-                    let values = quantity.sides().flat_map(|of| lines::pieces(branch, stability, of));
+                    // Of steady sliding least and largest are one; a broken line drawn twice would look full.
+                    let sides = if steady { 1 } else { usize::MAX };
+                    let values = quantity
+                        .sides()
+                        .take(sides)
+                        .flat_map(|of| lines::pieces(branch, stability, of));
                     values.collect::<Vec<_>>()
                 });
                 let label = format!("{what}, {}", stability.name());
