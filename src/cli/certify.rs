@@ -37,6 +37,10 @@ fn oracle_decides(case: &Case) -> bool {
 /// Certifies a result: reports it, and writes a copy with the certificate.
 pub(super) fn certify(options: &CertifyOptions, common: &Common) -> Result<End, CommandError> {
     let clock = Instant::now();
+    let path = Path::new(&options.case);
+    if path.is_file() && super::certify_cycle::is_one(path) {
+        return super::certify_cycle::certify(path, options, common);
+    }
     let of_oracle = *oracle::DIGITS.end();
     let (most, remedy) = match options.oracle {
         true => (
@@ -54,11 +58,6 @@ pub(super) fn certify(options: &CertifyOptions, common: &Common) -> Result<End, 
         )));
     }
     let given = Given::read(&options.case).map_err(without_case)?;
-    if let Origin::Result(path) = &given.source.origin
-        && super::certify_cycle::is_one(path)
-    {
-        return super::certify_cycle::certify(path, options, common);
-    }
     let set = options.budget.over(&options.set);
     let changes = overrides(&set, None)?;
     let case = &Case::read(&given.source, &changes).map_err(|error| without_case(error.into()))?;

@@ -6,7 +6,7 @@ use super::input::{interrupt_flag, output_of, overwrite};
 use super::{CommandError, End, interrupted, tell, terminal};
 use crate::case::{Case, CaseSource};
 use crate::cycle::{CycleError, CycleFileError, Enclosed, NotCertified, certify as by_oracle, from_file};
-use crate::oracle;
+use crate::oracle::{self, OracleError};
 use crate::results::{ResultFile, check_target, schema::group, write_certified};
 use std::ops::ControlFlow;
 use std::path::Path;
@@ -61,14 +61,14 @@ pub(super) fn certify(path: &Path, options: &CertifyOptions, common: &Common) ->
     };
     let exact = Case::exact(&origin.source, &origin.changes)?;
     let mut told = |computed: u32, corrections: usize| {
-        log::info!("oracle with {computed} digits, correction {corrections}");
+        log::debug!("oracle with {computed} digits, correction {corrections}");
         match stopped() {
             true => ControlFlow::Break(()),
             false => ControlFlow::Continue(()),
         }
     };
-    let certificate = match by_oracle(&family, &orbit, &exact, digits, &mut told) {
-        Err(NotCertified::Cycle(CycleError::Interrupted)) => {
+    let certificate = match by_oracle(&family, &orbit, &exact, digits, origin.periods_before, &mut told) {
+        Err(NotCertified::Cycle(CycleError::Interrupted) | NotCertified::Oracle(OracleError::Interrupted(_))) => {
             return interrupted(common, " while the oracle computed; no certificate was written");
         }
         other => other.map_err(CommandError::computation)?,

@@ -5,7 +5,7 @@ use super::input::{Given, interrupt_flag, output_of, overrides, overwrite};
 use super::{CommandError, End, interrupted, print, print_json, terminal, wants_json, wants_text};
 use crate::analysis::SavedRun;
 use crate::case::{CaseSource, Motion, WrittenCase};
-use crate::continuation::Stored;
+use crate::continuation::{Special, Stored};
 use crate::cycle::{CycleError, Family, From, Multiplier, MultiplierKind, Orbit, Search, find, refine};
 use crate::results::{check_sound, is_hdf5};
 use std::path::Path;
@@ -77,6 +77,11 @@ fn of_branch(path: &Path, place: Option<(usize, usize)>, options: &CycleOptions)
     };
     let (text, settings) = &file.case;
     let numbers = file.number.1.iter().map(|key| format!("{key}={:?}", point.value));
+    if point.special == Some(Special::Hopf) && !branch.steady {
+        return refused(format!(
+            "point {index} of branch {number} is the Hopf point, where the cycles have no size; take its neighbour"
+        ));
+    }
     if branch.steady {
         let key = numbers.collect::<Vec<_>>().join(" --set ");
         let command = file.modes_command.as_deref().unwrap_or("stickslip modes CASE");
@@ -213,10 +218,15 @@ fn in_file(orbit: &Orbit, case: &crate::case::Case) -> Vec<crate::cycle::OrbitEv
     events
 }
 
+/// A number without the sign of a zero to twelve decimals.
+fn plain(value: f64) -> f64 {
+    if value.abs() < 5e-13 { 0.0 } else { value }
+}
+
 /// A multiplier in words.
 fn words(one: &Multiplier) -> String {
     let value = match one.imaginary {
-        0.0 => format!("{:.12}", one.real),
+        0.0 => format!("{:.12}", plain(one.real)),
         imaginary => format!(
             "{:.12} {} {:.12} i",
             one.real,
@@ -261,7 +271,7 @@ fn report(family: &Family, orbit: &Orbit, case: &crate::case::Case, file: &str) 
             format!("{:.14} to {:.14} {angle}", orbit.position.0, orbit.position.1),
         ));
     }
-    let (least, largest) = orbit.relative_velocity;
+    let (least, largest) = (plain(orbit.relative_velocity.0), plain(orbit.relative_velocity.1));
     if largest >= least {
         rows.push(("relative velocity", format!("{least:.12} to {largest:.12} {speed}")));
     }

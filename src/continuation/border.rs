@@ -18,7 +18,7 @@ const AT_LANDING: f64 = 2e-3;
 const EXACT: f64 = 1e-12;
 
 /// Shares of the longest step by which a point beyond a border is sought.
-const BEYOND: [f64; 4] = [1e-6, 1e-5, 1e-4, 1e-3];
+const BEYOND: [f64; 6] = [1e-6, 1e-5, 1e-4, 1e-3, 1e-2, 1e-1];
 
 /// A motion that has jumped beyond a border misses itself by more than this many times the step.
 const JUMPED: f64 = 50.0;
@@ -87,14 +87,17 @@ impl<'a> Follower<'a> {
         };
         found.extend(self.between(local, at, low, &station)?);
         let edge = local.unknowns(&station.measured.guess);
-        let beyond = match first {
-            // The branch goes on, if it does not jump.
-            Some(first) if (&first.solution.x - &edge).norm() <= 1e-5 + 1e3 * (high - low) => Some(first.station),
-            _ => self.folded(local, &edge, at.1, &word)?,
-        };
-        let beyond = beyond.map(|station| self.away(station)).transpose()?;
-        // So near to a border derivatives are good for little: the branch goes on from a point at some distance, if there is one.
-        let beyond = beyond.map(|(station, farther)| farther.unwrap_or(station));
+        let mut beyond = None;
+        // The branch goes on, if it does not jump. So near to a border derivatives are good for little: it goes on from a point at some
+        // distance, if there is one.
+        let mut at_border = None;
+        if let Some(first) = first.filter(|first| (&first.solution.x - &edge).norm() <= 1e-5 + 1e3 * (high - low)) {
+            let (station, farther) = self.away(first.station)?;
+            (at_border, beyond) = (Some(station), farther);
+        }
+        if beyond.is_none() {
+            beyond = self.folded(local, &edge, at.1, &word)?.or(at_border);
+        }
         let (border, edge) = self.sharpened(border, station, beyond.as_ref())?;
         found.push(Found::Special(Special::Border(border), Box::new(edge)));
         match beyond {
@@ -159,7 +162,7 @@ impl<'a> Follower<'a> {
         let others = farther.and_then(|farther| Some((farther.measured.nearest?.0, &farther.measured.guess)));
         for (border, near) in own.into_iter().chain(others) {
             if border != Border::Landing
-                && let Some((guess, measured)) = border_point(self.manifold, border, near)?
+                && let Some((guess, measured)) = border_point(self.manifold, border, near, None)?
             {
                 let measured = Measured { guess, ..measured };
                 return Ok((border, Station { measured, ..edge }));

@@ -46,11 +46,6 @@ fn null_vectors(matrix: &DMatrix<f64>) -> Option<(DVector<f64>, DVector<f64>)> {
 }
 
 impl Conditioned<'_> {
-    /// How many equations there are, with the condition.
-    fn equations(&self) -> usize {
-        self.local.scale().len() - self.manifold.widths.len() + 1
-    }
-
     /// The matrix that is singular at a fold, a flip; none of others.
     fn singular(&self, jacobian: &DMatrix<f64>) -> Option<DMatrix<f64>> {
         let rows = jacobian.nrows();
@@ -142,6 +137,7 @@ pub(crate) fn border_point(
     manifold: Manifold<'_>,
     border: Border,
     near: &Guess,
+    held: Option<usize>,
 ) -> Result<Option<(Guess, Measured)>, CycleError> {
     let special = Special::Border(border);
     let mut found: Vec<Guess> = Vec::new();
@@ -153,9 +149,12 @@ pub(crate) fn border_point(
             Ok(equations) => equations,
         };
         let x = equations.local.unknowns(last);
-        // As many equations as unknowns, but for the numbers beyond the first, which are held.
-        let held = equations.local.unknowns(last).len() - equations.equations();
-        let plane = DMatrix::from_fn(held, x.len(), |i, j| f64::from(j == x.len() - held + i));
+        // As many equations as unknowns, but for a number that is held.
+        let numbers = manifold.widths.len();
+        let plane = match held {
+            Some(number) => DMatrix::from_fn(1, x.len(), |_, j| f64::from(j == x.len() - numbers + number)),
+            None => DMatrix::zeros(0, x.len()),
+        };
         match solve(&mut equations, &x, &plane) {
             Ok(solution) => found.push(equations.local.guess(&solution.x)?),
             Err(NoSolution::Failed(CycleError::Interrupted)) => return Err(CycleError::Interrupted),
@@ -241,7 +240,7 @@ fn solved(
 }
 
 /// What is stored of a point: of a border, extrapolated to it.
-fn point(manifold: Manifold<'_>, special: Special, guess: &Guess) -> Result<CurvePoint, CycleError> {
+fn point(manifold: Manifold<'_>, special: Special, guess: &Guess, held: usize) -> Result<CurvePoint, CycleError> {
     let measured = manifold.measure(guess)?;
     let period = match special {
         Special::Hopf => {
@@ -253,9 +252,9 @@ fn point(manifold: Manifold<'_>, special: Special, guess: &Guess) -> Result<Curv
         values: [guess.values[0], guess.values[1]],
         period,
     };
-    // The same second number at the border itself.
+    // At the border itself, with one of the numbers as it is.
     if let Special::Border(border) = special
-        && let Some((edge, _)) = border_point(manifold, border, guess)?
+        && let Some((edge, _)) = border_point(manifold, border, guess, Some(held))?
     {
         found.values = [edge.values[0], edge.values[1]];
         found.period = edge.period;
@@ -282,7 +281,7 @@ fn one_way(
     };
     let mut guess = equations.local.guess(&x)?;
     direction = direction.component_mul(equations.local.scale());
-    let mut points = vec![point(manifold, special, &guess)?];
+    let mut points = vec![point(manifold, special, &guess, 1)?];
     let mut step = 0.2 * steps.longest;
     while points.len() < steps.most {
         let mut equations = at(manifold, special, &guess, level(special))?;
@@ -315,11 +314,11 @@ fn one_way(
             let mut held = DVector::zeros(x.len());
             held[index] = 1.0;
             if let Some((last, _)) = solved(&mut equations, &last, &held)? {
-                points.push(point(manifold, special, &equations.local.guess(&last)?)?);
+                points.push(point(manifold, special, &equations.local.guess(&last)?, k)?);
             }
             break;
         }
-        points.push(point(manifold, special, &reached)?);
+        points.push(point(manifold, special, &reached, 1)?);
         direction = turned.component_mul(equations.local.scale());
         let moved = match manifold.what {
             What::Cycles(_) => manifold.away_from_events(manifold.measure(&reached)?, direction)?,

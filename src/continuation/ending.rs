@@ -30,11 +30,13 @@ pub enum EndReason {
     Jump,
     /// No solution is found beyond.
     Lost,
+    /// It was being followed as the study was interrupted.
+    Interrupted,
 }
 
 impl EndReason {
     /// All of them, in the order of their codes in files.
-    pub const ALL: [EndReason; 7] = [
+    pub const ALL: [EndReason; 8] = [
         EndReason::Range,
         EndReason::Points,
         EndReason::Closed,
@@ -42,6 +44,7 @@ impl EndReason {
         EndReason::Infinite,
         EndReason::Jump,
         EndReason::Lost,
+        EndReason::Interrupted,
     ];
 
     /// As a word in files.
@@ -54,6 +57,7 @@ impl EndReason {
             EndReason::Infinite => "infinite",
             EndReason::Jump => "jump",
             EndReason::Lost => "lost",
+            EndReason::Interrupted => "interrupted",
         }
     }
 
@@ -67,6 +71,7 @@ impl EndReason {
             EndReason::Infinite => "the period grows without bounds",
             EndReason::Jump => "the motion jumps where the sequence of events changes",
             EndReason::Lost => "no solution was found beyond",
+            EndReason::Interrupted => "interrupted",
         }
     }
 }

@@ -100,6 +100,20 @@ impl BranchPoint {
     }
 }
 
+impl BranchPoint {
+    /// A point at which cycles are born, as one of theirs: where they have no size, the free multiplier is 1.
+    fn on_cycles(self) -> BranchPoint {
+        match self.special {
+            Some(Special::Hopf) => BranchPoint {
+                spectrum: vec![(1.0, 0.0)],
+                unstable: 0,
+                ..self
+            },
+            _ => self,
+        }
+    }
+}
+
 /// A branch.
 #[derive(Debug, Clone)]
 pub struct Branch {
@@ -204,7 +218,7 @@ impl Explorer<'_> {
 
     fn follow_all(&mut self) -> Result<Explored, ExploreError> {
         let mut explored = Explored::default();
-        let mut jobs = match self.starts() {
+        let mut jobs = match self.starts(&mut explored) {
             Err(ExploreError::NoStart(CycleError::Interrupted)) => {
                 explored.interrupted = true;
                 return Ok(explored);
@@ -245,7 +259,7 @@ impl Explorer<'_> {
             .collect()
     }
 
-    fn starts(&self) -> Result<VecDeque<Job>, ExploreError> {
+    fn starts(&self, explored: &mut Explored) -> Result<VecDeque<Job>, ExploreError> {
         let key = &self.study.axes[0].keys[0];
         let case = self.family.case();
         let own = case.number(key);
@@ -265,14 +279,29 @@ impl Explorer<'_> {
                 }
             }
         };
+        let mut why = Vec::new();
         if self.study.steady {
-            let (guess, sense) = self.steady(own)?;
-            both(What::Steady(sense), &guess);
+            match self.steady(own) {
+                Ok((guess, sense)) => both(What::Steady(sense), &guess),
+                Err(error) => why.push(error),
+            }
         }
         if self.study.cycle {
-            let orbit = find(self.family, &[own], &self.study.search, self.stop).map_err(ExploreError::NoStart)?;
-            both(What::Cycles(orbit.multiple.unwrap_or(1)), &orbit.guess());
+            match find(self.family, &[own], &self.study.search, self.stop) {
+                Ok(orbit) => both(What::Cycles(orbit.multiple.unwrap_or(1)), &orbit.guess()),
+                Err(CycleError::Interrupted) => return Err(ExploreError::NoStart(CycleError::Interrupted)),
+                Err(error) => why.push(ExploreError::NoStart(error)),
+            }
         }
+        // What can be followed is.
+        if jobs.is_empty()
+            && let Some(error) = why.pop()
+        {
+            return Err(error);
+        }
+        explored
+            .remarks
+            .extend(why.iter().map(|error| format!("not followed: {error}")));
         Ok(jobs)
     }
 
@@ -367,7 +396,17 @@ impl Explorer<'_> {
             _ => job.guess.clone(),
         };
         let follower = Follower::new(manifold, &steps, &guess, job.direction.as_ref(), job.up);
-        let mut follower = follower.map_err(ExploreError::NoStart)?;
+        let mut follower = match follower {
+            Ok(follower) => follower,
+            Err(CycleError::Interrupted) => return Err(ExploreError::NoStart(CycleError::Interrupted)),
+            Err(error) => {
+                let value = guess.values[0];
+                explored
+                    .remarks
+                    .push(format!("the branch from {value:.9} on was not followed: {error}"));
+                return Ok(());
+            }
+        };
         let mut branch = Branch {
             steady: matches!(job.what, What::Steady(_)),
             multiple: match job.what {
@@ -375,8 +414,8 @@ impl Explorer<'_> {
                 _ => None,
             },
             parent: job.parent,
-            points: job.birth.into_iter().map(|birth| *birth).collect(),
-            end: EndReason::Points,
+            points: job.birth.into_iter().map(|birth| birth.on_cycles()).collect(),
+            end: EndReason::Interrupted,
         };
         branch.points.push(BranchPoint::new(&follower.current().measured, None));
         explored.branches.push(branch);
@@ -415,14 +454,24 @@ impl Explorer<'_> {
                     // Two events of a symmetric motion change at once.
                     Found::Special(special, station) if again(branch, *special, station, self.study.range(0)) => {}
                     Found::Special(special, station) => {
-                        branch.points.push(BranchPoint::new(&station.measured, Some(*special)));
+                        let birth = BranchPoint::new(&station.measured, Some(*special));
+                        let on_branch = match branch.steady {
+                            true => birth.clone(),
+                            false => birth.clone().on_cycles(),
+                        };
+                        branch.points.push(on_branch);
                         let at = (index, branch.points.len() - 1);
-                        let birth = branch.points[at.1].clone();
                         self.special(*special, station, job.what, (at, birth), known, specials, jobs);
                     }
                     Found::End(reason) => {
                         branch.end = *reason;
                         ended = true;
+                        if *reason == EndReason::Lost {
+                            let value = branch.points.last().map_or(f64::NAN, |point| point.value);
+                            explored.remarks.push(format!(
+                                "branch {index} is lost at {value:.9}: no solution was found beyond; try a smaller branch.step"
+                            ));
+                        }
                     }
                 }
             }

@@ -209,7 +209,10 @@ fn points(study: &ContinuationStudy, motion: Motion, explored: &Explored) -> Add
             found.min(MOST_SEQUENCES) as i8
         })
         .collect();
-    sequences.truncate(MOST_SEQUENCES);
+    if sequences.len() > MOST_SEQUENCES {
+        sequences.truncate(MOST_SEQUENCES);
+        sequences.push("other".to_owned());
+    }
     let words = flags(sequences.iter().map(String::as_str));
     add(Column::codes("sequence", "events of a period", codes, words));
     let about = "phase of the drives where the state is";

@@ -78,6 +78,8 @@ pub(crate) struct Follower<'a> {
     pub(super) current: Station,
     pub(super) step: f64,
     first: Guess,
+    /// How much omega_r varies at the first point, and at most so far.
+    first_swing: f64,
     swing: f64,
     points: usize,
 }
@@ -114,6 +116,7 @@ impl<'a> Follower<'a> {
             current,
             step: 0.1 * steps.longest,
             first: guess.clone(),
+            first_swing: swing,
             swing,
             points: 0,
         })
@@ -225,17 +228,30 @@ impl<'a> Follower<'a> {
                 }
                 return self.border(&mut local, (&x, &along), self.step);
             };
-            let next = trial.station;
+            let Trial { solution, station } = trial;
+            let (next, step, is_last) = match self.outside(&station) {
+                None => (station, self.step, false),
+                Some(bound) => match self.clipped(&mut local, &station, bound)? {
+                    Some((share, clipped)) => (clipped, share * self.step, true),
+                    None => return Ok(vec![Found::End(EndReason::Range)]),
+                },
+            };
             if next.measured.word != self.current.measured.word {
-                return self.border(&mut local, (&x, &along), self.step);
+                return self.border(&mut local, (&x, &along), step);
+            }
+            if is_last {
+                let mut found = self.between(&mut local, (&x, &along), step, &next)?;
+                found.push(Found::Point(Box::new(next)));
+                found.push(Found::End(EndReason::Range));
+                return Ok(found);
             }
             let cosine = scaled(&local, &next.direction).dot(&along);
             log::debug!(
                 "at {:?}: step {:.2e}, cosine {cosine:.6}, {} iterations, distance {:.2e}, along {:?}, next {:?}",
                 next.measured.guess.values,
                 self.step,
-                trial.solution.iterations,
-                (&trial.solution.x - &x).norm(),
+                solution.iterations,
+                (&solution.x - &x).norm(),
                 along.as_slice(),
                 scaled(&local, &next.direction).as_slice()
             );
@@ -247,9 +263,9 @@ impl<'a> Follower<'a> {
                 return Ok(end);
             }
             let mut found = self.between(&mut local, (&x, &along), self.step, &next)?;
-            if cosine > GOOD_COSINE && trial.solution.iterations <= FEW_ITERATIONS {
+            if cosine > GOOD_COSINE && solution.iterations <= FEW_ITERATIONS {
                 self.step = (1.5 * self.step).min(self.steps.longest);
-            } else if cosine < LEAST_COSINE.max(0.95) || trial.solution.iterations > MANY_ITERATIONS {
+            } else if cosine < LEAST_COSINE.max(0.95) || solution.iterations > MANY_ITERATIONS {
                 self.step = (0.7 * self.step).max(shortest);
             }
             self.slow_before_rest(&next);
@@ -329,30 +345,40 @@ impl<'a> Follower<'a> {
         station.measured.guess.values[station.measured.guess.values.len() - 1]
     }
 
+    /// The end of the range that a point lies beyond.
+    fn outside(&self, station: &Station) -> Option<f64> {
+        let (low, high) = self.steps.range;
+        let value = self.value(station);
+        (!(low..=high).contains(&value)).then_some(if value < low { low } else { high })
+    }
+
+    /// The point at an end of the range before one beyond it, and its share of the step.
+    fn clipped(&self, local: &mut Local<'a>, next: &Station, bound: f64) -> Result<Option<(f64, Station)>, CycleError> {
+        let (before, after) = (self.value(&self.current), self.value(next));
+        let share = (bound - before) / (after - before);
+        let (start, end) = (
+            local.unknowns(&self.current.measured.guess),
+            local.unknowns(&next.measured.guess),
+        );
+        let along = scaled(local, &self.current.direction);
+        let mut at = &start + (end - &start) * share;
+        let last = at.len() - 1;
+        at[last] = bound / local.scale()[last];
+        let mut plane = DVector::zeros(at.len());
+        plane[last] = 1.0;
+        match solve(local, &at, &row(&plane)) {
+            Ok(solution) => {
+                let share = along.dot(&(&solution.x - &start)) / self.step;
+                let station = self.measured(local, solution, &along)?.station;
+                Ok(Some((share.clamp(0.0, 1.0), station)))
+            }
+            Err(NoSolution::Failed(CycleError::Interrupted)) => Err(CycleError::Interrupted),
+            Err(_) => Ok(None),
+        }
+    }
+
     /// What ends the branch with this point, if something does.
     fn ends(&mut self, local: &mut Local<'a>, next: &Station) -> Result<Option<Vec<Found>>, CycleError> {
-        let (low, high) = self.steps.range;
-        let value = self.value(next);
-        if !(low..=high).contains(&value) {
-            let bound = if value < low { low } else { high };
-            // On the plane where the number has its last value.
-            let from = &self.current.measured.guess;
-            let (start, end) = (local.unknowns(from), local.unknowns(&next.measured.guess));
-            let share = (bound - self.value(&self.current)) / (value - self.value(&self.current));
-            let mut at = &start + (end - &start) * share;
-            let last = at.len() - 1;
-            at[last] = bound / local.scale()[last];
-            let mut plane = DVector::zeros(at.len());
-            plane[last] = 1.0;
-            let mut found = Vec::new();
-            if let Ok(solution) = solve(local, &at, &row(&plane)) {
-                let along = scaled(local, &next.direction);
-                let station = self.measured(local, solution, &along)?.station;
-                found.push(Found::Point(Box::new(station)));
-            }
-            found.push(Found::End(EndReason::Range));
-            return Ok(Some(found));
-        }
         if let What::Cycles(_) = self.manifold.what {
             let (least, largest) = next.measured.relative_velocity;
             let shrinks = largest - least < Self::swing_of(&self.current).min(SHRUNK * self.swing);
@@ -384,17 +410,15 @@ impl<'a> Follower<'a> {
         let width = local.scale()[local.scale().len() - 1];
         let same_period = self.first.period.is_nan()
             || (self.first.period - next.measured.guess.period).abs() <= 0.02 * self.first.period;
-        between && near(first, number, width) && same_period && {
-            let swing = next.measured.relative_velocity.1 - next.measured.relative_velocity.0;
-            (swing - self.first_swing()).abs() <= 0.02 * self.swing
-        }
-    }
-
-    fn first_swing(&self) -> f64 {
-        match self.manifold.measure(&self.first) {
-            Ok(measured) => measured.relative_velocity.1 - measured.relative_velocity.0,
-            Err(_) => f64::NAN,
-        }
+        let swing = Self::swing_of(next);
+        let same_state = match self.manifold.what {
+            What::Cycles(_) => (swing - self.first_swing).abs() <= 0.02 * self.swing,
+            What::Steady(_) => {
+                let apart = local.unknowns(&self.first) - local.unknowns(&next.measured.guess);
+                apart.norm() <= 3.0 * self.step
+            }
+        };
+        between && near(first, number, width) && same_period && same_state
     }
 
     /// The special points of smooth kinds between the current point and the next.

@@ -5,7 +5,7 @@ use super::file::contents;
 use super::study::ContinuationStudy;
 use crate::case::CaseError;
 use crate::cycle::{CycleError, Family};
-use crate::results::{Overwrite, Reservation, ResultError, Status};
+use crate::results::{Overwrite, Reservation, ResultError, Status, partial_path};
 use crate::sweep::{Existing, Journal, JournalError, journal_path};
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -151,6 +151,8 @@ impl<'a> Continuation<'a> {
         let file = contents(study, motion, &explored).write(&place, &status)?;
         drop(journal);
         if !explored.interrupted {
+            // What an interruption has left.
+            let _ = std::fs::remove_file(partial_path(self.path));
             let _ = std::fs::remove_file(&at);
         }
         Ok(ContinuationReport { file, explored })

@@ -135,7 +135,14 @@ impl ContinuationStudy {
                 );
                 return Err(CaseError::one(study.source.label(), &axis.keys[0], message));
             }
-            own?;
+            if own.is_err() {
+                let key = &axis.keys[0];
+                let message = format!(
+                    "the case has no number there from which a branch could start: write one in the case or in [set], or name a number \
+                     inside, such as {key}.0 of a list or {key}.value of a signal"
+                );
+                return Err(CaseError::one(study.source.label(), key, message));
+            }
         }
         Ok(study)
     }

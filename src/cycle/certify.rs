@@ -181,7 +181,9 @@ fn stated(state: &OracleState) -> Vec<BigRational> {
     all.map(|number| number.to_rational().unwrap_or_default()).collect()
 }
 
-/// Corrects a cycle by the oracle until so many digits of period and events are true. `told` hears of every run; `Break` ends it.
+/// Corrects a cycle by the oracle until so many digits of period and events are true. The file of the cycle starts at a phase zero of the
+/// drives, so many of their periods before that from which the time of the orbit counts; that of an autonomous cycle starts where the orbit
+/// does. `told` hears of every run; `Break` ends it.
 ///
 /// # Errors
 /// Where the corrections do not shrink, the oracle's motion has other events, or a run fails.
@@ -190,6 +192,7 @@ pub fn certify(
     orbit: &Orbit,
     exact: &ExactCase,
     digits: u32,
+    periods_before: u32,
     told: &mut dyn FnMut(u32, usize) -> ControlFlow<()>,
 ) -> Result<CycleCertificate, NotCertified> {
     let pi = pi();
@@ -244,8 +247,17 @@ pub fn certify(
             jacobian[(size, i)] = flow[i];
         }
     }
+    let sizes: Vec<f64> = (0..size)
+        .map(|i| {
+            let parts = (0..n).map(|j| change[(i, j)].abs() * orbit.sizes[j]);
+            match parts.fold(0.0, f64::max) {
+                0.0 => 1.0,
+                size => size,
+            }
+        })
+        .collect();
     let solver = jacobian.lu();
-    let mut period = match (exact_turn(&exact.system, &pi), orbit.multiple) {
+    let mut period = match (exact_turn(&system, &pi), orbit.multiple) {
         (Some(turn), Some(multiple)) => {
             turn * BigRational::from_integer((family.turns().unwrap_or(1) * u64::from(multiple)).into())
         }
@@ -261,12 +273,13 @@ pub fn certify(
         if told(computed, corrections).is_break() {
             return Err(CycleError::Interrupted.into());
         }
-        let report = run(&system, &x, &period, computed)?;
+        let mut go_on = |_| told(computed, corrections);
+        let report = run((&system, &exact.threshold), &x, &period, computed, &mut go_on)?;
         let kinds: Vec<&str> = sequence(&report).map(|event| event.kind.name()).collect();
         if kinds != expected {
             return Err(NotCertified::OtherEvents {
-                found: kinds.join(", "),
-                expected: expected.join(", "),
+                found: listed(&kinds),
+                expected: listed(&expected),
             });
         }
         let Some((_, end)) = report.samples.last() else {
@@ -281,10 +294,8 @@ pub fn certify(
             }
         }
         let step = solver.solve(&right).ok_or(NotCertified::Neutral)?;
-        let length = step
-            .iter()
-            .zip(own.iter().chain([&orbit.period]))
-            .map(|(step, size)| step.abs() / if *size == 0.0 { 1.0 } else { size.abs() });
+        let length = step.iter().zip(sizes.iter().chain([&orbit.period]));
+        let length = length.map(|(step, size)| step.abs() / size);
         let length = length.fold(0.0, f64::max);
         let small = length <= 10f64.powi(-(digits as i32) - 1);
         if before.is_finite() && before > 0.0 {
@@ -320,11 +331,8 @@ pub fn certify(
             let events = sequence(&report).zip(&moved).map(|(event, moved)| {
                 let mut time = event.time.to_rational().unwrap_or_default();
                 if forced {
-                    // The file starts at the next phase zero.
-                    time = time + &phase - &turn;
-                    if time.is_negative() {
-                        time += &period;
-                    }
+                    time = time + &phase + &turn * BigRational::from_integer(periods_before.into());
+                    time -= (&time / &period).floor() * &period;
                 }
                 (enclosed(&time, SAFETY * moved * contraction), event.kind.name())
             });
@@ -360,6 +368,13 @@ pub fn certify(
     })
 }
 
+fn listed(kinds: &[&str]) -> String {
+    match kinds {
+        [] => "none".to_owned(),
+        kinds => kinds.join(", "),
+    }
+}
+
 fn rounded(value: &BigRational, bits: usize) -> BigRational {
     let scale = BigRational::from_integer(BigInt::one() << bits);
     (value * &scale).round() / scale
@@ -377,10 +392,11 @@ fn differences(one: &OracleReport, other: &OracleReport) -> Vec<f64> {
 
 /// The oracle's motion from what a case states, over a period.
 fn run(
-    system: &ExactSystem,
+    (system, threshold): (&ExactSystem, &Option<BigRational>),
     x: &[BigRational],
     period: &BigRational,
     digits: u32,
+    control: &mut dyn FnMut(f64) -> ControlFlow<()>,
 ) -> Result<OracleReport, OracleError> {
     let mut system = system.clone();
     let mut values = x.iter().cloned();
@@ -401,9 +417,10 @@ fn run(
         end_time: period.clone(),
         sample_times: vec![period.clone()],
         stability: false,
+        threshold: threshold.clone(),
         ..OracleOptions::default()
     };
-    oracle::run(&system, &options, &mut |_| ControlFlow::Continue(()))
+    oracle::run(&system, &options, control)
 }
 
 impl CycleCertificate {
@@ -453,6 +470,12 @@ impl CycleCertificate {
             Column::numbers("exact_uncertainty", "s", about, errors),
         );
         let decimals: Vec<&str> = self.events.iter().map(|event| event.0.decimal.as_str()).collect();
+        let kinds: Vec<&str> = self.events.iter().map(|event| event.1).collect();
+        group.text(
+            "kinds",
+            "what happens at the events, one in each line",
+            kinds.join("\n"),
+        );
         group.text("decimals", "times of the events as decimals, s", decimals.join("\n"));
         vec![group]
     }

@@ -57,6 +57,15 @@ pub enum CycleError {
         /// Of the guess, relative.
         first: f64,
     },
+    /// A motion that closes, but is no isolated cycle.
+    #[error(
+        "the motion closes over {period:.9} s, but is no cycle of its own: its derivatives are singular or missing, as of a contact that \
+         sticks, of a motion among others like it, or where two events coincide. Change a number of the case a little"
+    )]
+    Degenerate {
+        /// s.
+        period: f64,
+    },
     /// Newton's method found a motion without a period.
     #[error(
         "Newton's method came to rest: the periodic motion from a period of {period:.9} s shrank to steady sliding or to a stick. \

@@ -9,7 +9,7 @@ use crate::model::Mode;
 use crate::record::{Event, Recorder, RecorderError, Sample};
 use crate::run::Run;
 use crate::simulation::{
-    Method, OutputOptions, Peak, Shot, SolverOptions, Wanted, moving_state, shoot, stated_start, weights,
+    Method, OutputOptions, Peak, Phase, Shot, SolverOptions, Wanted, moving_state, shoot, stated_start, weights,
 };
 use nalgebra::DVector;
 
@@ -26,8 +26,14 @@ const SAME: f64 = 1e-7;
 /// The contact is at rest if the relative velocity varies by less than this share of the largest speed of the guess.
 const AT_REST: f64 = 1e-8;
 
+/// A maximum of the relative velocity counts as a turn if it is at least this share of the largest.
+const TURN: f64 = 1e-3;
+
 /// Sliding is steady if the relative velocity varies by less than this share.
 const STEADY: f64 = 1e-9;
+
+/// A motion that misses itself by no more than this closes.
+const ROUNDING: f64 = 1e-12;
 
 /// So often the run is followed for its length again, if no cycle is found from its end.
 const FURTHER: u32 = 3;
@@ -98,22 +104,29 @@ pub fn find(family: &Family, values: &[f64], search: &Search, stop: &dyn Fn() ->
         From::Initial => 0,
     };
     loop {
-        let guess = match member.period {
-            Some(period) => stroboscopic(&member, (time, state.clone()), period, search, stop)?,
-            None => autonomous(&member, (time, state.clone()), horizon, search, stop)?,
-        };
-        let (mut guess, multiple) = guess;
-        guess.values = values.to_vec();
-        let guess = in_slip(&member, &guess, stop)?;
-        match closed(family, multiple, &guess, stop) {
-            Ok(orbit) => return shortest(family, orbit, multiple, stop),
+        let attempt = (|| {
+            let (mut guess, multiple) = match member.period {
+                Some(period) => stroboscopic(&member, (time, state.clone()), period, search, stop)?,
+                None => autonomous(&member, (time, state.clone()), horizon, search, stop)?,
+            };
+            guess.values = values.to_vec();
+            let guess = in_slip(&member, &guess, stop)?;
+            let orbit = closed(family, multiple, &guess, stop)?;
+            shortest(family, orbit, multiple, stop)
+        })();
+        match attempt {
             // What has not died out by the end of the run may have later.
-            Err(CycleError::Diverged { .. }) if further > 0 => {
+            Err(
+                CycleError::Diverged { .. }
+                | CycleError::Sticks { .. }
+                | CycleError::NoReturn { .. }
+                | CycleError::Collapsed { .. },
+            ) if further > 0 => {
                 further -= 1;
                 state = motion(&member, (time, &state), horizon, false, stop)?.end;
                 time += horizon;
             }
-            Err(error) => return Err(error),
+            other => return other,
         }
     }
 }
@@ -235,7 +248,9 @@ fn autonomous(
     let (least, largest) = shot.relative_velocity;
     // Of steady sliding, rounding has maxima.
     let swings = largest - least > STEADY * least.abs().max(largest.abs());
-    let peaks: &[Peak] = if swings { &shot.peaks } else { &[] };
+    // Small ones, as of what rings after a slip, are no turns.
+    let turns = |peak: &&Peak| swings && peak.relative_velocity.abs() >= TURN * least.abs().max(largest.abs());
+    let peaks: Vec<&Peak> = shot.peaks.iter().filter(turns).collect();
     if peaks.len() < 2 {
         let sticks = shot.phases.iter().all(|phase| phase.mode == Mode::Stick);
         return Err(match sticks {
@@ -249,8 +264,8 @@ fn autonomous(
     }
     // Beside an unstable cycle the motion is nearest to it at first, beside a stable one at last.
     let ordered: Vec<&Peak> = match search.from {
-        From::Initial => peaks.iter().collect(),
-        From::End => peaks.iter().rev().collect(),
+        From::Initial => peaks.clone(),
+        From::End => peaks.iter().rev().copied().collect(),
     };
     let first = ordered[0];
     let returns: Vec<&&Peak> = ordered[1..].iter().take(LONGEST).collect();
@@ -289,16 +304,27 @@ pub(crate) fn in_slip(member: &Member, guess: &Guess, stop: &dyn Fn() -> bool) -
     })
 }
 
-/// How long it is from the start of a motion to the middle of its longest slip, s.
+/// How long it is from the start of a motion to the middle of its longest slip, s. One that the period cuts is whole.
 pub(crate) fn to_slip(member: &Member, guess: &Guess, stop: &dyn Fn() -> bool) -> Result<f64, CycleError> {
     let shot = motion(member, (guess.time, &guess.state), guess.period, false, stop)?;
-    let slips = shot
+    let slides = |phase: &&Phase| !matches!(phase.mode, Mode::Stick | Mode::Separated);
+    let mut slips: Vec<(f64, f64)> = shot
         .phases
         .iter()
-        .filter(|phase| !matches!(phase.mode, Mode::Stick | Mode::Separated));
-    let longest = slips.max_by(|a, b| (a.to - a.from).total_cmp(&(b.to - b.from)));
+        .filter(slides)
+        .map(|phase| (phase.from, phase.to))
+        .collect();
+    if let (Some(first), Some(last), true) = (shot.phases.first(), shot.phases.last(), shot.phases.len() > 1)
+        && first.mode == last.mode
+        && slides(&first)
+    {
+        let whole = (last.from - guess.period, first.to);
+        slips.pop();
+        slips[0] = whole;
+    }
+    let longest = slips.into_iter().max_by(|a, b| (a.1 - a.0).total_cmp(&(b.1 - b.0)));
     match longest {
-        Some(longest) => Ok(0.5 * (longest.from + longest.to) - guess.time),
+        Some((from, to)) => Ok((0.5 * (from + to) - guess.time).rem_euclid(guess.period)),
         None => Err(CycleError::Sticks {
             from: guess.time,
             time: guess.period,
@@ -359,12 +385,13 @@ pub(crate) fn closed(
             iterations,
             residual,
             first,
-        } => CycleError::Diverged {
+        } if residual > ROUNDING => CycleError::Diverged {
             period: guess.period,
             iterations,
             residual,
             first,
         },
+        NoSolution::Diverged { .. } => CycleError::Degenerate { period: guess.period },
     })?;
     let found = shooting.guess(&solution.x)?;
     let mut orbit = Orbit::describe(family, &found, (solution.error, solution.iterations), stop)?;

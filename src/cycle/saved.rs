@@ -3,7 +3,7 @@
 use super::equations::Guess;
 use super::error::CycleError;
 use super::family::Family;
-use super::find::{closed, in_slip};
+use super::find::{closed, in_slip, to_slip};
 use super::orbit::{MultiplierKind, Orbit};
 use crate::case::{Case, CaseError, CaseSource, Override, WrittenCase};
 use crate::model::equations::{Engagement, Side, SystemEquations};
@@ -75,6 +75,14 @@ impl Orbit {
             ..SolverOptions::default()
         };
         Ok(case)
+    }
+
+    /// Whole periods of the drives between the start of [`Self::case`] and that from which [`Self::time`] counts, modulo the period.
+    pub fn periods_before(&self) -> u32 {
+        match self.multiple {
+            Some(multiple) if self.time > 0.0 => multiple - 1,
+            _ => 0,
+        }
     }
 
     /// The group /cycle of the file of a period.
@@ -203,11 +211,23 @@ pub fn from_file(file: &ResultFile, stop: &dyn Fn() -> bool) -> Result<(Family, 
         period: stored.output.end_time,
         values: Vec::new(),
     };
-    let member = family.at(&[], false)?;
-    let guess = in_slip(&member, &guess, stop)?;
     let multiple = multiple.filter(|multiple| *multiple >= 1.0).unwrap_or(1.0);
+    let member = family.at(&[], false)?;
+    // An autonomous motion starts in the middle of a slip already.
+    let (guess, periods_before) = match member.period {
+        None => (guess, 0),
+        Some(period) => {
+            let shift = to_slip(&member, &guess, stop)?;
+            (in_slip(&member, &guess, stop)?, (shift / period).floor() as u32)
+        }
+    };
     let orbit = closed(&family, multiple as u32, &guess, stop)?;
-    Ok((family, orbit, Origin { source, changes }))
+    let origin = Origin {
+        source,
+        changes,
+        periods_before,
+    };
+    Ok((family, orbit, origin))
 }
 
 /// The case that a cycle is of.
@@ -217,6 +237,8 @@ pub struct Origin {
     pub source: CaseSource,
     /// What was set in it.
     pub changes: Vec<Override>,
+    /// Whole periods of the drives between the start of the file and that from which the time of the orbit counts.
+    pub periods_before: u32,
 }
 
 /// Why the cycle of a file is not there.

@@ -80,6 +80,18 @@ struct Moved<D, R> {
     of: MovedCopy<D, R>,
     /// Its next time event.
     next: Option<f64>,
+    /// Its last one, s, which may be later than that of the run.
+    last: f64,
+}
+
+impl<D, R> Moved<D, R> {
+    fn new(of: MovedCopy<D, R>) -> Self {
+        Moved {
+            of,
+            next: None,
+            last: f64::NEG_INFINITY,
+        }
+    }
 }
 
 /// A number that is moved: one of the case, or with no copies one that the initial state alone depends on.
@@ -183,6 +195,8 @@ pub(crate) struct Carried<D: Dynamics, R: Rules<D>> {
     /// since growth counts.
     columns: Vec<Column<D, R>>,
     numbers: usize,
+    /// The copies come to the events of the run, or there is no derivative.
+    same_events: bool,
     growing: bool,
     /// The last event, s, and how far it moves by each column.
     last: Option<(f64, Vec<f64>)>,
@@ -227,7 +241,7 @@ impl<D: Dynamics, R: Rules<D>> Carried<D, R> {
     ) -> Self {
         let count = numbers.len();
         let column = |number: MovedNumber<D, R>| Column {
-            copies: number.copies.into_iter().map(|of| Moved { of, next: None }).collect(),
+            copies: number.copies.into_iter().map(Moved::new).collect(),
             in_equations: number.in_equations,
             rounded: number.rounded,
             slope: number.start,
@@ -242,6 +256,7 @@ impl<D: Dynamics, R: Rules<D>> Carried<D, R> {
         let mut carried = Carried {
             columns,
             numbers: count,
+            same_events: true,
             growing: false,
             last: None,
             rounding: Rounding::new(moving),
@@ -257,6 +272,14 @@ impl<D: Dynamics, R: Rules<D>> Carried<D, R> {
         };
         carried.restart(carried.since());
         carried
+    }
+
+    /// The same where copies may decide otherwise about what the contact does at rest.
+    pub(crate) fn beside_borders(self) -> Self {
+        Carried {
+            same_events: false,
+            ..self
+        }
     }
 
     /// What small changes do to every event, in the order of the run.
@@ -469,11 +492,17 @@ fn extent(d: &DVector<f64>, sizes: &[f64]) -> f64 {
     if most > 0.0 { 1.0 / most } else { 1.0 }
 }
 
-/// The state that so many transitions lead to. Where a copy decides otherwise about what the contact does at rest, as it may beside a
-/// border of two sequences of events, it makes the same state of its surfaces.
-fn state_after<K, L>(transitions: &[Transition<K, L>], count: usize) -> Option<Vec<f64>> {
-    let last = transitions.last().filter(|_| transitions.len() == count);
-    last.map(|last| last.state.clone())
+/// The state that transitions lead to, if they are as many as these, and of the same kinds where the copies are to come to the events of
+/// the run. Where that is not asked, a copy may decide otherwise about what the contact does at rest, as it does beside a border of two
+/// sequences of events: it makes the same state of its surfaces.
+fn state_after<K: PartialEq, L>(
+    transitions: &[Transition<K, L>],
+    kinds: &[Option<K>],
+    same_events: bool,
+) -> Option<Vec<f64>> {
+    let alike = |(one, kind): (&Transition<K, L>, &Option<K>)| one.kind == *kind;
+    let same = transitions.len() == kinds.len() && (!same_events || transitions.iter().zip(kinds).all(alike));
+    transitions.last().filter(|_| same).map(|last| last.state.clone())
 }
 
 /// The rules of a run, which carry the derivatives over each event.
@@ -573,7 +602,7 @@ where
             };
             column.slope = own;
             for copy in &mut column.copies {
-                let state = state_after(&of_copy(copy), kinds.len());
+                let state = state_after(&of_copy(copy), &kinds, self.same_events);
                 for (k, slope) in column.slope.iter_mut().enumerate() {
                     *slope += copy.of.weight * state.as_ref().map_or(f64::NAN, |state| state[k]);
                 }
@@ -638,7 +667,7 @@ where
         let mut carried = locked(&self.carried);
         for column in &mut carried.columns {
             for moved in &mut column.copies {
-                moved.next = moved.of.rules.next_time_event(location, t);
+                moved.next = moved.of.rules.next_time_event(location, t.max(moved.last));
             }
         }
         self.maps.next_time_event(location, t);
@@ -661,6 +690,8 @@ where
             // Another solver, or other steps, which the copies do not ask for.
             return transitions;
         }
+        let kinds: Vec<_> = transitions.iter().map(|one| one.kind).collect();
+        let same_events = locked(&self.carried).same_events;
         let maps = self.maps.clone();
         self.maps.at_time_event(location, t, y);
         let event = Instant {
@@ -675,9 +706,12 @@ where
             true,
             |_, column, _| column.shift_of_time(t),
             // The time is a number's, and moves with the copies.
-            |_, y| state_after(&maps.clone().at_time_event(location, t, y), transitions.len()),
+            |_, y| state_after(&maps.clone().at_time_event(location, t, y), &kinds, same_events),
             |moved| match moved.next {
-                Some(next) => moved.of.rules.at_time_event(location, next, y),
+                Some(next) => {
+                    moved.last = next;
+                    moved.of.rules.at_time_event(location, next, y)
+                }
                 None => Vec::new(),
             },
         );
@@ -692,6 +726,8 @@ where
         fired: Fired,
     ) -> Vec<Transition<R::Kind, D::Location>> {
         let transitions = self.own.at_guards(location, t, y, fired);
+        let kinds: Vec<_> = transitions.iter().map(|one| one.kind).collect();
+        let same_events = locked(&self.carried).same_events;
         let maps = self.maps.clone();
         self.maps.at_guards(location, t, y, fired);
         let event = Instant {
@@ -712,7 +748,7 @@ where
                 let by_number = column.sum(|moved| Some(carried.guard(&moved.of.dynamics, location, t, y, guard)));
                 -(by_state + by_number) / carried.guard_rate(location, t, y, before, guard)
             },
-            |t, y| state_after(&maps.clone().at_guards(location, t, y, fired), transitions.len()),
+            |t, y| state_after(&maps.clone().at_guards(location, t, y, fired), &kinds, same_events),
             |moved| moved.of.rules.at_guards(location, t, y, fired),
         );
         transitions

@@ -266,7 +266,7 @@ impl Tape<'_> {
             return (1.0 - sense * torque / limit, rate);
         }
         let w = system.relative_velocity(&outside, y);
-        let sense = if location.mode == Mode::Engaged {
+        let sense = if location.sense == 0 || location.mode == Mode::Engaged {
             w.signum()
         } else {
             location.sign()
@@ -285,7 +285,7 @@ impl Tape<'_> {
     /// A curve with its rate; `None` where it is not watched.
     fn curve(&self, which: Curve, location: &SystemLocation, t: f64, y: &[f64]) -> Option<(f64, f64)> {
         match which {
-            Curve::Contact => (location.mode != Mode::Separated).then(|| self.watched(location, t, y)),
+            Curve::Contact => Some(self.watched(location, t, y)),
             Curve::Force => self.force.1.then(|| self.distance_of_force(location, t)),
             Curve::Position => position(self.dynamics, y),
         }
@@ -364,7 +364,9 @@ impl Tape<'_> {
                     state: DVector::from_column_slice(&y[..self.moving()]),
                 });
             }
-            Curve::Contact | Curve::Force if is_least && !(engaged && which == Curve::Contact) => {
+            Curve::Contact | Curve::Force
+                if is_least && (which == Curve::Force || slides || location.mode == Mode::Stick) =>
+            {
                 self.margins.push(Margin { border, time, distance });
             }
             _ => {}
@@ -610,7 +612,7 @@ pub(crate) fn shoot(
         Some(moved) => {
             let columns = numbers((system, (from, end_time)), (&dynamics, &start), moved, &solver);
             let measures = Box::new(Contact::new(&dynamics));
-            let carried = Carried::new(dynamics.clone(), measures, n, f64::INFINITY, columns);
+            let carried = Carried::new(dynamics.clone(), measures, n, f64::INFINITY, columns).beside_borders();
             let carried = Arc::new(Mutex::new(carried));
             let mut rules = CarryingRules::new(rules.clone(), rules.resolving_all(), carried.clone());
             let finish = hybrid::run(&dynamics, &mut rules, start, end_time, limits, &mut tape);

@@ -48,7 +48,7 @@ pub(super) fn rank_journals(path: &Path) -> io::Result<Vec<PathBuf>> {
 #[expect(missing_docs, reason = "each variant is described by its message")]
 pub enum JournalError {
     #[error(
-        "{path}: holds {points} points of an interrupted sweep; --resume goes on with it, --force throws it away and starts anew"
+        "{path}: holds {points} points of an interrupted study; --resume goes on with it, --force throws it away and starts anew"
     )]
     Unfinished { path: PathBuf, points: u64 },
     #[error(

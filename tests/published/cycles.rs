@@ -226,7 +226,21 @@ fn multiprecision_cycles_are_certified_by_the_oracle() {
         let orbit = find(&family, &[], &Search::default(), &|| false).unwrap();
         let exact = Case::exact(&source, &parsed(settings)).unwrap();
         let mut go_on = |_, _| std::ops::ControlFlow::Continue(());
-        let certificate = certify(&family, &orbit, &exact, digits, &mut go_on).unwrap();
+        let certificate = certify(&family, &orbit, &exact, digits, orbit.periods_before(), &mut go_on).unwrap();
+        // The file of the cycle has its events at these times.
+        let case = orbit.case(&family).unwrap();
+        let mut kept = stickslip::record::MemoryRecorder::default();
+        stickslip::Run::new(&case).record(&mut kept).start().unwrap();
+        let own = kept.events.iter().filter(|event| event.kind.in_event_sequence());
+        for ((time, kind), event) in certificate.events.iter().zip(own) {
+            assert_eq!(*kind, event.kind.name(), "{name}");
+            assert!(
+                (time.value - event.time).abs() < 1e-10,
+                "{name}: {} and {}",
+                time.decimal,
+                event.time
+            );
+        }
         let known = period.len().min(certificate.period.decimal.len()) - 2;
         assert!(known >= 18, "{name}: {}", certificate.period.decimal);
         assert_eq!(certificate.period.decimal[..known], period[..known], "{name}");
