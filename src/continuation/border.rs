@@ -1,6 +1,6 @@
 //! A branch at a border, where the sequence of events changes: the border located, and the branch beyond it.
 
-use super::curve::border_point;
+use super::curve::{DISTANCE, border_point};
 use super::ending::EndReason;
 use super::follow::{Follower, Found, LOCATED, MOST_HALVINGS};
 use super::manifold::{Local, Measured};
@@ -85,7 +85,16 @@ impl<'a> Follower<'a> {
             found.push(Found::End(EndReason::Lost));
             return Ok(found);
         };
-        found.extend(self.between(local, at, low, &station)?);
+        // What the derivatives say at the border itself is no special point.
+        let (low_end, high_end) = self.steps.range;
+        let value = station.measured.guess.values[0];
+        let apart = |one: &Found| match one {
+            Found::Special(_, special) => {
+                (special.measured.guess.values[0] - value).abs() > AT_BORDER * 1e-2 * (high_end - low_end)
+            }
+            _ => true,
+        };
+        found.extend(self.between(local, at, low, &station)?.into_iter().filter(apart));
         let edge = local.unknowns(&station.measured.guess);
         let mut beyond = None;
         // The branch goes on, if it does not jump. So near to a border derivatives are good for little: it goes on from a point at some
@@ -158,7 +167,17 @@ impl<'a> Follower<'a> {
         if border != Border::Landing && edge.measured.nearest.is_some_and(|nearest| nearest.1.abs() < EXACT) {
             return Ok((border, edge));
         }
-        let own = (border != Border::Landing).then_some((border, &self.current.measured.guess));
+        // A point at some distance from it, with the same events.
+        let apart = |station: &&Station| {
+            let measured = &station.measured;
+            let far = measured
+                .nearest
+                .is_some_and(|nearest| nearest.0 == border && nearest.1 > 4.0 * DISTANCE);
+            far && measured.word == self.current.measured.word
+        };
+        let near = std::iter::once(&self.current).chain(&self.before).find(apart);
+        let near = near.unwrap_or(&self.current);
+        let own = (border != Border::Landing).then_some((border, &near.measured.guess));
         let others = farther.and_then(|farther| Some((farther.measured.nearest?.0, &farther.measured.guess)));
         for (border, near) in own.into_iter().chain(others) {
             if border != Border::Landing

@@ -10,7 +10,7 @@ const MOVE: f64 = 2e-7;
 
 /// Borders are followed at this relative distance, and extrapolated to zero from it and from these shares of it: beyond a border there
 /// is no distance.
-const DISTANCE: f64 = 6e-5;
+pub(super) const DISTANCE: f64 = 6e-5;
 const SHARES: [f64; 3] = [2.0, 1.0, 0.5];
 const WEIGHTS: [f64; 3] = [1.0 / 3.0, -2.0, 8.0 / 3.0];
 

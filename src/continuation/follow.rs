@@ -7,6 +7,7 @@ use super::station::{Station, Trial, row, scaled};
 use crate::cycle::{CycleError, Equations as _, Guess, NoSolution, Solution, solve, tangent};
 use nalgebra::DVector;
 use serde::{Deserialize, Serialize};
+use std::collections::VecDeque;
 
 /// The shortest step, over the longest.
 const SHORTEST: f64 = 1e-7;
@@ -25,6 +26,9 @@ const FARTHEST: f64 = 1.5;
 /// Halvings of a step in the search for a special point, and the share of the step at which it ends.
 pub(super) const MOST_HALVINGS: usize = 60;
 pub(super) const LOCATED: f64 = 1e-14;
+
+/// Points before the current one that are kept: from one of them a border can be looked for at some distance.
+const KEPT: usize = 40;
 
 /// A step that fails is halved down to this share of the longest; then a border is looked for.
 const SHORT: f64 = 1e-3;
@@ -76,6 +80,8 @@ pub(crate) struct Follower<'a> {
     pub(super) manifold: Manifold<'a>,
     pub(super) steps: &'a Steps,
     pub(super) current: Station,
+    /// The last points before it.
+    pub(super) before: VecDeque<Station>,
     pub(super) step: f64,
     first: Guess,
     /// How much omega_r varies at the first point, and at most so far.
@@ -114,6 +120,7 @@ impl<'a> Follower<'a> {
             manifold,
             steps,
             current,
+            before: VecDeque::new(),
             step: 0.1 * steps.longest,
             first: guess.clone(),
             first_swing: swing,
@@ -199,7 +206,8 @@ impl<'a> Follower<'a> {
         let (least, largest) = station.measured.relative_velocity;
         self.swing = self.swing.max(largest - least);
         self.points += 1;
-        self.current = station;
+        self.before.push_front(std::mem::replace(&mut self.current, station));
+        self.before.truncate(KEPT);
     }
 
     /// The next points and special points; the last of a branch is its end.

@@ -24,11 +24,15 @@ const RTOL: f64 = 1e-14;
 /// Events after which a motion is given up.
 const MOST_EVENTS: usize = 20_000;
 
-/// With derivatives, of a period, fewer: where a stick has no length, rounding can make thousands of them.
-const MOST_EVENTS_OF_PERIOD: usize = 500;
-
 /// Steps after which a motion is given up.
 const MOST_STEPS: u64 = 2_000_000;
+
+/// The same with derivatives, of a period: where a stick has no length, rounding can make thousands of both.
+const MOST_EVENTS_OF_PERIOD: usize = 500;
+const MOST_STEPS_OF_PERIOD: u64 = 20_000;
+
+/// Segments in a row without a length, at most: beside a border rounding can make any number of them.
+const MOST_IDLE: u32 = 50;
 
 /// Points of a step at which extrema are looked for. A step is some radians of the fastest motion at most.
 const POINTS_OF_STEP: usize = 12;
@@ -199,6 +203,8 @@ struct Tape<'a> {
     position: (f64, f64),
     /// Least and largest omega_r.
     speed: (f64, f64),
+    /// Segments in a row without a length.
+    idle: u32,
 }
 
 /// A curve whose extrema are looked for.
@@ -473,8 +479,13 @@ impl Observer<SystemLocation, EventKind> for Tape<'_> {
         Ok(())
     }
 
-    fn segment(&mut self, _: &SegmentReport<SystemLocation>) -> Result<(), ObserverError> {
-        Ok(())
+    fn segment(&mut self, report: &SegmentReport<SystemLocation>) -> Result<(), ObserverError> {
+        let moves = report.end - report.start > 4.0 * f64::EPSILON * report.end.abs();
+        self.idle = if moves { 0 } else { self.idle + 1 };
+        match self.idle > MOST_IDLE {
+            true => Err(format!("the motion stands still at t = {:.12} s", report.end).into()),
+            false => Ok(()),
+        }
     }
 
     fn progress(&mut self, _: f64, _: &SystemLocation) -> ControlFlow<()> {
@@ -586,6 +597,7 @@ pub(crate) fn shoot(
         rates: [None; 3],
         position: (f64::INFINITY, f64::NEG_INFINITY),
         speed: (f64::INFINITY, f64::NEG_INFINITY),
+        idle: 0,
     };
     tape.see(&start.state);
     tape.enter(from, start.location.mode);
@@ -595,13 +607,14 @@ pub(crate) fn shoot(
         DVector::from_column_slice(&rates[..n])
     };
     let start_rates = rates(&start.location, from, &start.state);
+    let (max_events, max_steps) = match wanted.derivatives {
+        Some(_) => (MOST_EVENTS_OF_PERIOD, MOST_STEPS_OF_PERIOD),
+        None => (MOST_EVENTS, MOST_STEPS),
+    };
     let limits = Limits {
-        max_events: match wanted.derivatives {
-            Some(_) => MOST_EVENTS_OF_PERIOD,
-            None => MOST_EVENTS,
-        },
+        max_events,
         chatter_count: super::CHATTER_COUNT,
-        max_steps: Some(MOST_STEPS),
+        max_steps: Some(max_steps),
         foreseen_steps: None,
     };
     let (finish, slopes) = match wanted.derivatives {
