@@ -32,11 +32,13 @@ pub enum EndReason {
     Lost,
     /// It was being followed as the study was interrupted.
     Interrupted,
+    /// The cycles fall back on ones of half their period.
+    Halved,
 }
 
 impl EndReason {
     /// All of them, in the order of their codes in files.
-    pub const ALL: [EndReason; 8] = [
+    pub const ALL: [EndReason; 9] = [
         EndReason::Range,
         EndReason::Points,
         EndReason::Closed,
@@ -45,6 +47,7 @@ impl EndReason {
         EndReason::Jump,
         EndReason::Lost,
         EndReason::Interrupted,
+        EndReason::Halved,
     ];
 
     /// As a word in files.
@@ -58,6 +61,7 @@ impl EndReason {
             EndReason::Jump => "jump",
             EndReason::Lost => "lost",
             EndReason::Interrupted => "interrupted",
+            EndReason::Halved => "halved",
         }
     }
 
@@ -72,6 +76,7 @@ impl EndReason {
             EndReason::Jump => "the motion jumps where the sequence of events changes",
             EndReason::Lost => "no solution was found beyond",
             EndReason::Interrupted => "interrupted",
+            EndReason::Halved => "the cycles fall back on ones of half their period",
         }
     }
 }

@@ -87,6 +87,8 @@ pub(crate) struct Follower<'a> {
     /// How much omega_r varies at the first point, and at most so far.
     first_swing: f64,
     swing: f64,
+    /// Of cycles of a doubled period, how far the motion is from itself after half of it: before, now, and at most.
+    halves: [f64; 3],
     points: usize,
 }
 
@@ -125,6 +127,7 @@ impl<'a> Follower<'a> {
             first: guess.clone(),
             first_swing: swing,
             swing,
+            halves: [0.0; 3],
             points: 0,
         })
     }
@@ -206,6 +209,8 @@ impl<'a> Follower<'a> {
         let (least, largest) = station.measured.relative_velocity;
         self.swing = self.swing.max(largest - least);
         self.points += 1;
+        let now = self.manifold.half_way(&station.measured);
+        self.halves = [self.halves[1], now, self.halves[2].max(now)];
         self.before.push_front(std::mem::replace(&mut self.current, station));
         self.before.truncate(KEPT);
     }
@@ -214,6 +219,10 @@ impl<'a> Follower<'a> {
     pub fn advance(&mut self) -> Result<Vec<Found>, CycleError> {
         if self.points >= self.steps.most {
             return Ok(vec![Found::End(EndReason::Points)]);
+        }
+        let [before, now, most] = self.halves;
+        if now < before && now < SMALL * most {
+            return Ok(vec![Found::End(EndReason::Halved)]);
         }
         let mut local = self.manifold.local(&self.current.measured.guess)?;
         let x = local.unknowns(&self.current.measured.guess);

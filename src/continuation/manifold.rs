@@ -275,6 +275,32 @@ impl<'a> Manifold<'a> {
         }
     }
 
+    /// How far a cycle of an even number of periods is from itself after half of its period, relative to its size; 0 of others.
+    pub fn half_way(&self, measured: &Measured) -> f64 {
+        let What::Cycles(multiple) = self.what else { return 0.0 };
+        if !multiple.is_multiple_of(2) {
+            return 0.0;
+        }
+        let guess = &measured.guess;
+        let Ok(member) = self.family.at(&guess.values, false) else {
+            return 0.0;
+        };
+        let wanted = Wanted {
+            derivatives: None,
+            extrema: false,
+            stop: self.stop,
+        };
+        let system = (&member.system, member.threshold);
+        let Ok(half) = shoot(system, (guess.time, &guess.state), guess.period / 2.0, wanted) else {
+            return 0.0;
+        };
+        let sizes = scales(&half.sizes, &weights(&member.system));
+        let apart = half.end.iter().zip(guess.state.iter()).zip(&sizes);
+        apart
+            .map(|((end, start), size)| ((end - start) / size).abs())
+            .fold(0.0, f64::max)
+    }
+
     /// A point of a cycle and the direction of its branch, from the middle of the longest slip where the start has come near to an
     /// event.
     pub fn away_from_events(
