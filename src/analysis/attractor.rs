@@ -235,7 +235,7 @@ impl<'a> Recurrence<'a> {
     /// Nothing forces the motion at its end, and the contact is closed and does not stick.
     fn end_by_itself(&self) -> Option<&Section> {
         let end = self.last_state()?;
-        let slides = !matches!(end.mode, Mode::Stick | Mode::Separated);
+        let slides = end.mode.slides();
         let forced = self.hits.harmonics().iter().any(|harmonic| harmonic.acts_at(end.time));
         (slides && !forced).then_some(end)
     }

@@ -5,7 +5,6 @@ use super::special::{Special, critical_pair, tests};
 use super::station::{Station, row};
 use crate::cycle::{CycleError, Guess, solve, tangent};
 use nalgebra::DVector;
-use serde::{Deserialize, Serialize};
 
 /// Iterations of the secant method for the Hopf point where cycles have shrunk.
 const MOST_SECANTS: usize = 40;
@@ -14,7 +13,7 @@ const MOST_SECANTS: usize = 40;
 const LOCATED: f64 = 1e-12;
 
 /// Why a branch ends.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum EndReason {
     /// At an end of the range.
     Range,

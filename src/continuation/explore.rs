@@ -253,10 +253,8 @@ impl Explorer<'_> {
     }
 
     fn widths(&self) -> Vec<f64> {
-        (0..1)
-            .map(|axis| self.study.range(axis))
-            .map(|(low, high)| high - low)
-            .collect()
+        let (low, high) = self.study.range(0);
+        vec![high - low]
     }
 
     fn starts(&self, explored: &mut Explored) -> Result<VecDeque<Job>, ExploreError> {
@@ -708,17 +706,7 @@ fn born(manifold: Manifold<'_>, guess: &Guess, direction: &DVector<f64>, step: f
     let plane = &plane / plane.norm();
     match solve(&mut local, &x, &plane) {
         Ok(solution) => local.guess(&solution.x),
-        Err(crate::cycle::NoSolution::Failed(error)) => Err(error),
-        Err(crate::cycle::NoSolution::Diverged {
-            iterations,
-            residual,
-            first,
-        }) => Err(CycleError::Diverged {
-            period: guess.period,
-            iterations,
-            residual,
-            first,
-        }),
+        Err(none) => Err(none.into_error(guess.period)),
     }
 }
 

@@ -6,7 +6,6 @@ use super::special::{Special, tests};
 use super::station::{Station, Trial, row, scaled};
 use crate::cycle::{CycleError, Equations as _, Guess, NoSolution, Solution, solve, tangent};
 use nalgebra::DVector;
-use serde::{Deserialize, Serialize};
 use std::collections::VecDeque;
 
 /// The shortest step, over the longest.
@@ -61,7 +60,7 @@ pub(crate) enum Found {
 }
 
 /// Where the branch stands, for whoever goes on later.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Mark {
     pub special: Option<i8>,
     pub end: Option<EndReason>,
@@ -331,19 +330,10 @@ impl<'a> Follower<'a> {
     pub(super) fn trial(
         &self,
         local: &mut Local<'a>,
-        (x, along): (&DVector<f64>, &DVector<f64>),
+        at: (&DVector<f64>, &DVector<f64>),
         step: f64,
     ) -> Result<Option<Trial>, CycleError> {
-        let expected = x + along * step;
-        let solution = match solve(local, &expected, &row(along)) {
-            Ok(solution) => solution,
-            Err(NoSolution::Failed(error)) => return Err(error),
-            Err(NoSolution::Diverged { .. }) => return Ok(None),
-        };
-        if (&solution.x - &expected).norm() > FARTHEST * step.max(1e-9) {
-            return Ok(None);
-        }
-        self.measured(local, solution, along).map(Some)
+        self.trial_near(local, at, step, step.max(1e-9))
     }
 
     fn measured(&self, local: &Local<'a>, solution: Solution, along: &DVector<f64>) -> Result<Trial, CycleError> {

@@ -1,6 +1,8 @@
 //! What is followed: steady sliding or cycles, as equations about a point, and what is measured there.
 
-use crate::cycle::{Border, CycleError, Equations, Family, Guess, Orbit, Shooting, Stability, later, scales, to_slip};
+use crate::cycle::{
+    Border, CycleError, Equations, Family, Guess, Orbit, Shooting, Stability, apart, later, motion, scales, to_slip,
+};
 use crate::numerics::eigenvalues::eigenvalues;
 use crate::simulation::{Shot, Wanted, shoot, sliding, weights};
 use nalgebra::{Complex, DMatrix, DVector};
@@ -185,13 +187,7 @@ impl<'a> Manifold<'a> {
                 }))
             }
             What::Cycles(multiple) => {
-                let wanted = Wanted {
-                    derivatives: None,
-                    extrema: false,
-                    stop: self.stop,
-                };
-                let system = (&member.system, member.threshold);
-                let shot = shoot(system, (guess.time, &guess.state), guess.period, wanted)?;
+                let shot = motion(&member, (guess.time, &guess.state), guess.period, false, self.stop)?;
                 let sizes = scales(&shot.sizes, &weights);
                 let about = (&sizes[..], &shot.start_rates);
                 Ok(Local::Cycles(Box::new(Shooting::new(
@@ -285,20 +281,10 @@ impl<'a> Manifold<'a> {
         let Ok(member) = self.family.at(&guess.values, false) else {
             return 0.0;
         };
-        let wanted = Wanted {
-            derivatives: None,
-            extrema: false,
-            stop: self.stop,
-        };
-        let system = (&member.system, member.threshold);
-        let Ok(half) = shoot(system, (guess.time, &guess.state), guess.period / 2.0, wanted) else {
-            return 0.0;
-        };
-        let sizes = scales(&half.sizes, &weights(&member.system));
-        let apart = half.end.iter().zip(guess.state.iter()).zip(&sizes);
-        apart
-            .map(|((end, start), size)| ((end - start) / size).abs())
-            .fold(0.0, f64::max)
+        let from = (guess.time, &guess.state);
+        motion(&member, from, guess.period / 2.0, false, self.stop).map_or(0.0, |half| {
+            apart(&half.end, &guess.state, &scales(&half.sizes, &weights(&member.system)))
+        })
     }
 
     /// A point of a cycle and the direction of its branch, from the middle of the longest slip where the start has come near to an

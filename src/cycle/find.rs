@@ -9,7 +9,7 @@ use crate::model::Mode;
 use crate::record::{Event, Recorder, RecorderError, Sample};
 use crate::run::Run;
 use crate::simulation::{
-    Method, OutputOptions, Peak, Phase, Shot, SolverOptions, Wanted, moving_state, shoot, stated_start, weights,
+    Method, OutputOptions, Peak, Shot, SolverOptions, Wanted, moving_state, shoot, stated_start, weights,
 };
 use nalgebra::DVector;
 
@@ -159,7 +159,8 @@ fn starting_point(
     Ok((last.time, moving_state(&case.system, &last.further)))
 }
 
-fn motion(
+/// A motion without derivatives; `extrema`: with its peaks and margins.
+pub(crate) fn motion(
     member: &Member,
     from: (f64, &DVector<f64>),
     time: f64,
@@ -175,7 +176,7 @@ fn motion(
 }
 
 /// How far two states are from each other, by the sizes of the components.
-fn apart(a: &DVector<f64>, b: &DVector<f64>, sizes: &[f64]) -> f64 {
+pub(crate) fn apart(a: &DVector<f64>, b: &DVector<f64>, sizes: &[f64]) -> f64 {
     let pairs = a.iter().zip(b.iter()).zip(sizes);
     pairs
         .map(|((a, b), size)| if *size > 0.0 { (a - b).abs() / size } else { 0.0 })
@@ -307,16 +308,15 @@ pub(crate) fn in_slip(member: &Member, guess: &Guess, stop: &dyn Fn() -> bool) -
 /// How long it is from the start of a motion to the middle of its longest slip, s. One that the period cuts is whole.
 pub(crate) fn to_slip(member: &Member, guess: &Guess, stop: &dyn Fn() -> bool) -> Result<f64, CycleError> {
     let shot = motion(member, (guess.time, &guess.state), guess.period, false, stop)?;
-    let slides = |phase: &&Phase| !matches!(phase.mode, Mode::Stick | Mode::Separated);
     let mut slips: Vec<(f64, f64)> = shot
         .phases
         .iter()
-        .filter(slides)
+        .filter(|phase| phase.mode.slides())
         .map(|phase| (phase.from, phase.to))
         .collect();
     if let (Some(first), Some(last), true) = (shot.phases.first(), shot.phases.last(), shot.phases.len() > 1)
         && first.mode == last.mode
-        && slides(&first)
+        && first.mode.slides()
     {
         let whole = (last.from - guess.period, first.to);
         slips.pop();
@@ -380,18 +380,10 @@ pub(crate) fn closed(
     let start = shooting.unknowns(guess);
     let held = shooting.held();
     let solution = solve(&mut shooting, &start, &held).map_err(|none| match none {
-        NoSolution::Failed(error) => error,
-        NoSolution::Diverged {
-            iterations,
-            residual,
-            first,
-        } if residual > ROUNDING => CycleError::Diverged {
-            period: guess.period,
-            iterations,
-            residual,
-            first,
-        },
-        NoSolution::Diverged { .. } => CycleError::Degenerate { period: guess.period },
+        NoSolution::Diverged { residual, .. } if residual <= ROUNDING => {
+            CycleError::Degenerate { period: guess.period }
+        }
+        other => other.into_error(guess.period),
     })?;
     let found = shooting.guess(&solution.x)?;
     let mut orbit = Orbit::describe(family, &found, (solution.error, solution.iterations), stop)?;

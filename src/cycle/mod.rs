@@ -31,7 +31,7 @@ pub(crate) use equations::{Guess, Shooting, scales};
 pub use error::CycleError;
 pub use family::Family;
 pub use find::{From, LONGEST, Search, find, refine};
-pub(crate) use find::{later, to_slip};
+pub(crate) use find::{apart, later, motion, to_slip};
 pub use forcing::NotPeriodic;
 pub(crate) use newton::{Equations, NoSolution, Solution, solve, tangent};
 pub(crate) use orbit::word;

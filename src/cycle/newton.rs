@@ -36,6 +36,25 @@ pub(crate) enum NoSolution {
     Failed(CycleError),
 }
 
+impl NoSolution {
+    /// The error of a search whose start had this period, s.
+    pub fn into_error(self, period: f64) -> CycleError {
+        match self {
+            NoSolution::Failed(error) => error,
+            NoSolution::Diverged {
+                iterations,
+                residual,
+                first,
+            } => CycleError::Diverged {
+                period,
+                iterations,
+                residual,
+                first,
+            },
+        }
+    }
+}
+
 const MOST_ITERATIONS: usize = 25;
 
 /// Of steps, in all.

@@ -279,9 +279,7 @@ fn clearance(phases: &[Phase]) -> f64 {
     let (Some(first), Some(last), true) = (phases.first(), phases.last(), phases.len() > 1) else {
         return f64::INFINITY;
     };
-    let slips = phases
-        .iter()
-        .filter(|phase| !matches!(phase.mode, Mode::Stick | Mode::Separated));
+    let slips = phases.iter().filter(|phase| phase.mode.slides());
     let longest = slips.map(|phase| phase.to - phase.from).fold(0.0, f64::max);
     (first.to - first.from).min(last.to - last.from) / longest
 }

@@ -3,13 +3,14 @@
 use super::equations::Guess;
 use super::error::CycleError;
 use super::family::Family;
+use super::find::motion;
 use super::find::{closed, in_slip, to_slip};
 use super::orbit::{MultiplierKind, Orbit};
 use crate::case::{Case, CaseError, CaseSource, Override, WrittenCase};
 use crate::model::equations::{Engagement, Side, SystemEquations};
 use crate::model::system::{ContactLaw, Initial, Pressing};
 use crate::results::{Addition, Column, Reason, ResultError, ResultFile, quantity, schema::group};
-use crate::simulation::{Excitation, Following, Method, OutputOptions, SolverOptions, Wanted, shoot, stated_start};
+use crate::simulation::{Excitation, Following, Method, OutputOptions, SolverOptions, stated_start};
 use nalgebra::DVector;
 
 /// Samples of a period.
@@ -28,13 +29,8 @@ impl Orbit {
         if let Some(period) = member.period
             && self.time > 0.0
         {
-            let wanted = Wanted {
-                derivatives: None,
-                extrema: false,
-                stop: &|| false,
-            };
             let rest = period - self.time;
-            state = shoot((&member.system, member.threshold), (self.time, &state), rest, wanted)?.end;
+            state = motion(&member, (self.time, &state), rest, false, &|| false)?.end;
         }
         let given = family.case_at(&self.values)?;
         let mut case = match given.system.pressing {

@@ -161,6 +161,11 @@ impl Mode {
         }
     }
 
+    /// Whether the parts slide on each other: an engaged contact always may.
+    pub fn slides(self) -> bool {
+        !matches!(self, Mode::Stick | Mode::Separated)
+    }
+
     /// Sign of the relative velocity in slip, 0 otherwise.
     pub fn sense(self) -> i8 {
         match self {

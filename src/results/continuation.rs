@@ -1,14 +1,13 @@
 //! The file of a continuation: branches, their points, and curves of special points; small, so written whole at the end.
 
-use std::fs;
 use std::path::{Path, PathBuf};
 
 use super::attributes::{write_attributes, write_input, write_root};
 use super::certificate::Addition;
 use super::source::{Holds, Source};
 use super::table::{LibraryVersion, create_file, create_group};
-use super::target::{self, Reservation};
-use super::{AttributeValue, Reason, ResultError, Status, schema};
+use super::target::Reservation;
+use super::{AttributeValue, ResultError, Status, schema};
 
 /// The study as given, in /input.
 const INPUT_STUDY: &str = "study";
@@ -45,21 +44,7 @@ impl ContinuationFile {
     /// # Errors
     /// Any failure to write.
     pub fn write(&self, place: &Reservation, status: &Status) -> Result<PathBuf, ResultError> {
-        let made = place.lock.sibling();
-        let target = match status {
-            Status::Complete => &place.path,
-            _ => &place.partial,
-        };
-        target::check_replaceable(target, place.overwrite)?;
-        let written = self
-            .store(&made, status)
-            .map_err(|error| ResultError::write(target, false, &error))
-            .and_then(|()| target::save(&made))
-            .and_then(|()| target::rename(&made, target, place.overwrite));
-        if written.is_err() {
-            let _ = fs::remove_file(&made);
-        }
-        written.map(|()| target.to_owned())
+        place.put(status, |made| self.store(made, status))
     }
 
     fn store(&self, path: &Path, status: &Status) -> hdf5::Result<()> {
@@ -122,8 +107,7 @@ pub struct StoredContinuation {
 impl StoredContinuation {
     /// Whether the file at `path` is one of a continuation.
     pub fn is_one(path: &Path) -> bool {
-        let format = Source::open_known(path).and_then(|source| source.text_attribute("", schema::root::FORMAT));
-        matches!(format, Ok(Some(format)) if format == schema::CONTINUATION_FORMAT)
+        Source::open_format(path, schema::CONTINUATION_FORMAT).is_ok()
     }
 
     /// Opens a file of a continuation.
@@ -131,12 +115,9 @@ impl StoredContinuation {
     /// # Errors
     /// A file that is not there, of another kind, of a newer version of the program, or damaged.
     pub fn open(path: &Path) -> Result<StoredContinuation, ResultError> {
-        let source = Source::open_known(path)?;
-        let found = source.text_attribute("", schema::root::FORMAT)?;
-        if found.as_deref() != Some(schema::CONTINUATION_FORMAT) {
-            return Err(Reason::NotAResult(found).of(path));
-        }
-        Ok(StoredContinuation { source })
+        Ok(StoredContinuation {
+            source: Source::open_format(path, schema::CONTINUATION_FORMAT)?,
+        })
     }
 
     /// Root attribute `title`.

@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use super::disk::{Obstacle, folder_of, has_hdf5_signature, in_the_way, misplaced};
 use super::lock::WriteLock;
 use super::source::Source;
-use super::{Reason, ResultError};
+use super::{Reason, ResultError, Status};
 use super::{schema, seal};
 
 /// What a run may replace.
@@ -46,6 +46,32 @@ impl Reservation {
             overwrite,
             lock,
         })
+    }
+
+    /// Stores a file that is written whole: under its name if what it holds is complete, else as the partial file. It is made
+    /// under a name of the lock's, so that half of it is never seen. Returns where it is.
+    ///
+    /// # Errors
+    /// Any failure to write; an earlier file is then as it was.
+    pub(super) fn put(
+        &self,
+        status: &Status,
+        store: impl FnOnce(&Path) -> hdf5::Result<()>,
+    ) -> Result<PathBuf, ResultError> {
+        let made = self.lock.sibling();
+        let target = match status {
+            Status::Complete => &self.path,
+            _ => &self.partial,
+        };
+        check_replaceable(target, self.overwrite)?;
+        let written = store(&made)
+            .map_err(|error| ResultError::write(target, false, &error))
+            .and_then(|()| save(&made))
+            .and_then(|()| rename(&made, target, self.overwrite));
+        if written.is_err() {
+            let _ = fs::remove_file(&made);
+        }
+        written.map(|()| target.to_owned())
     }
 }
 

@@ -1,13 +1,12 @@
 //! The file of a work-precision study: small, so written whole at the end.
 
-use std::fs;
 use std::path::{Path, PathBuf};
 
 use super::attributes::{quantity, write_attribute, write_attributes, write_input, write_root};
 use super::source::Source;
 use super::table::{LibraryVersion, TableWriter, create_file, create_group};
-use super::target::{self, Reservation};
-use super::{AttributeValue, Reason, ResultError, Status, schema};
+use super::target::Reservation;
+use super::{AttributeValue, ResultError, Status, schema};
 
 /// A row of /runs without its index, in the order of its variables; NaN where there is no value. The method is an index into
 /// [`WorkPrecisionFile::methods`].
@@ -47,27 +46,12 @@ impl WorkPrecisionFile {
     /// # Errors
     /// Any failure to write.
     pub fn write(&self, place: &Reservation, status: &Status) -> Result<PathBuf, ResultError> {
-        let made = place.lock.sibling();
-        let target = match status {
-            Status::Complete => &place.path,
-            _ => &place.partial,
-        };
-        target::check_replaceable(target, place.overwrite)?;
-        let written = self
-            .store(&made, status)
-            .map_err(|error| ResultError::write(target, false, &error))
-            .and_then(|()| target::save(&made))
-            .and_then(|()| target::rename(&made, target, place.overwrite));
-        if written.is_err() {
-            let _ = fs::remove_file(&made);
-        }
-        written.map(|()| target.to_owned())
+        place.put(status, |made| self.store(made, status))
     }
 
     /// Whether the file at `path` is one of a work-precision study.
     pub fn is_one(path: &Path) -> bool {
-        let format = Source::open_known(path).and_then(|source| source.text_attribute("", schema::root::FORMAT));
-        matches!(format, Ok(Some(format)) if format == schema::WORK_PRECISION_FORMAT)
+        Source::open_format(path, schema::WORK_PRECISION_FORMAT).is_ok()
     }
 
     /// Reads what a figure of it needs: title, methods, runs, description of the reference and uncertainties.
@@ -75,11 +59,7 @@ impl WorkPrecisionFile {
     /// # Errors
     /// A file that is not there, of another kind, of a newer version of the program, or damaged.
     pub fn read(path: &Path) -> Result<WorkPrecisionFile, ResultError> {
-        let source = Source::open_known(path)?;
-        let found = source.text_attribute("", schema::root::FORMAT)?;
-        if found.as_deref() != Some(schema::WORK_PRECISION_FORMAT) {
-            return Err(Reason::NotAResult(found).of(path));
-        }
+        let source = Source::open_format(path, schema::WORK_PRECISION_FORMAT)?;
         let methods = source.described("runs/method")?.flags.into_iter().map(|flag| flag.1);
         let column = |name: &str| -> Result<Vec<f64>, ResultError> {
             let variable = format!("runs/{name}");

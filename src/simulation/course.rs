@@ -263,7 +263,7 @@ impl Course {
         // At a corner, the stretch that begins or the one that ends.
         let stretch = excitation.stretch(if forward { t } else { t.next_down() });
         let mut location = SystemLocation::new(mode, stretch);
-        if !matches!(mode, Mode::Stick | Mode::Separated) {
+        if mode.slides() {
             if mode == Mode::Engaged {
                 location.sense = self.dynamics.side(&location, t, y);
             }
@@ -430,7 +430,7 @@ impl Course {
         }
         let mut step = taylor::step(terms - 1, |n| shares[terms - 1 - n]) * unit;
         step = step.min(longest);
-        if !matches!(mode, Mode::Stick | Mode::Separated) {
+        if mode.slides() {
             step = self.expansion.within_law(system, &self.location, step);
             step = self.within_piece(step);
         }

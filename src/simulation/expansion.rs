@@ -681,7 +681,7 @@ impl Expansion {
 
     /// The longest time of at most `longest` (s) over which friction may be taken from its Taylor coefficients.
     pub(super) fn within_law(&self, system: &SystemEquations, location: &SystemLocation, longest: f64) -> f64 {
-        if matches!(location.mode, Mode::Stick | Mode::Separated) {
+        if !location.mode.slides() {
             return longest;
         }
         let w = &self.relative_velocity;

@@ -11,6 +11,7 @@ use crate::hybrid::{
     SegmentReport, Start, StateAt,
 };
 use crate::model::Mode;
+use crate::model::equations::SystemEquations;
 use crate::model::system::{Pressing, System};
 use crate::record::EventKind;
 use crate::signal::Drive;
@@ -311,10 +312,10 @@ impl Tape<'_> {
                 POINTS_OF_STEP => to,
                 k => from + (to - from) * k as f64 / POINTS_OF_STEP as f64,
             };
+            at(t, &mut y)?;
+            self.see(&y);
+            self.see_speed(location, t, &y);
             for (index, which) in Curve::ALL.into_iter().enumerate() {
-                at(t, &mut y)?;
-                self.see(&y);
-                self.see_speed(location, t, &y);
                 let Some((value, rate)) = self.curve(which, location, t, &y) else {
                     continue;
                 };
@@ -331,6 +332,7 @@ impl Tape<'_> {
                     })?;
                     at(zero, &mut y)?;
                     self.extremum(which, (location, zero, &y), last < 0.0);
+                    at(t, &mut y)?;
                 }
                 if rate != 0.0 && !begins {
                     self.rates[index] = Some(rate);
@@ -576,7 +578,7 @@ pub(crate) fn shoot(
         ..SolverOptions::default()
     };
     let end_time = from + time;
-    let dimension = SystemDynamics::new(system, threshold).system.dimension;
+    let dimension = SystemEquations::new(system).dimension;
     let mut y = vec![0.0; dimension];
     y[..state.len()].copy_from_slice(state.as_slice());
     let (dynamics, mut rules, start) = prepared((system, threshold), Some((from, &y)), &solver, end_time);

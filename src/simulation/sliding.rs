@@ -5,6 +5,7 @@ use super::portrait::{position, state_of};
 use super::variation::deviation_weights;
 use crate::hybrid::Dynamics as _;
 use crate::model::Mode;
+use crate::model::equations::SystemEquations;
 use crate::model::system::System;
 use nalgebra::{DMatrix, DVector};
 
@@ -24,7 +25,7 @@ pub(crate) fn stated_start(system: &System) -> DVector<f64> {
 
 /// What the motion depends on where the shafts have these twists, rotor first, and nothing but two rigid trains turns, at these speeds.
 pub(crate) fn state_of_parts(system: &System, (rotor, stator): (&[f64], &[f64]), speeds: (f64, f64)) -> DVector<f64> {
-    let equations = SystemDynamics::new(system, 0.0).system;
+    let equations = SystemEquations::new(system);
     let mut y = vec![0.0; equations.mechanical()];
     for (side, twists, speed) in [
         (&equations.rotor, rotor, speeds.0),
@@ -42,7 +43,7 @@ pub(crate) fn state_of_parts(system: &System, (rotor, stator): (&[f64], &[f64]),
 
 /// What each component of the state is multiplied by to be a speed.
 pub(crate) fn weights(system: &System) -> Vec<f64> {
-    deviation_weights(&SystemDynamics::new(system, 0.0).system)
+    deviation_weights(&SystemEquations::new(system))
 }
 
 /// Sliding in one sense at a state, without events.

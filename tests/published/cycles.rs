@@ -295,6 +295,17 @@ fn special_points(explored: &Explored, special: Special) -> Vec<(f64, f64)> {
         .collect()
 }
 
+/// Each expected value of the first number is found, to the ten digits that a special point is held to.
+fn assert_special_points(explored: &Explored, special: Special, expected: &[f64]) {
+    let found = special_points(explored, special);
+    for expected in expected {
+        assert!(
+            found.iter().any(|point| (point.0 / expected - 1.0).abs() < 1e-10),
+            "{special:?} at {expected}: {found:?}"
+        );
+    }
+}
+
 /// The Hopf point in closed form; the unstable slip cycles between it and their graze, which is where the stick-slip cycles end, too.
 #[test]
 fn analytic_exponential_belt_from_its_hopf_point_to_the_graze() {
@@ -384,30 +395,13 @@ fn published_sliding_bifurcations_of_the_driven_oscillator() {
         "case = 'case.toml'\n[set]\noutput.end_time = 1500.0\n[[axis]]\nkey = 'stator.torque.angular_frequency'\nfrom = 1.66\n\
          to = 1.75\n[branch]\nperiods = 2\n",
     );
-    let flips = special_points(&explored, Special::Flip);
-    assert!(
-        flips
-            .iter()
-            .any(|flip| (flip.0 / 1.712981036226938974 - 1.0).abs() < 1e-10),
-        "{flips:?}"
-    );
-    let grazes = special_points(&explored, Special::Border(Border::Touch));
-    for expected in [1.707799714885060333, 1.667690998105967954] {
-        let nearest = grazes
-            .iter()
-            .map(|graze| (graze.0 / expected - 1.0).abs())
-            .fold(1.0, f64::min);
-        assert!(nearest < 1e-10, "{expected}: {grazes:?}");
-    }
+    assert_special_points(&explored, Special::Flip, &[1.712981036226938974]);
+    let graze = Special::Border(Border::Touch);
+    assert_special_points(&explored, graze, &[1.707799714885060333, 1.667690998105967954]);
     // As quoted, to its last digit.
+    let grazes = special_points(&explored, graze);
     assert!(grazes.iter().any(|graze| (graze.0 - 1.7077997).abs() < 5e-8));
-    let folds = special_points(&explored, Special::Fold);
-    assert!(
-        folds
-            .iter()
-            .any(|fold| (fold.0 / 1.683440572495729398 - 1.0).abs() < 1e-10),
-        "{folds:?}"
-    );
+    assert_special_points(&explored, Special::Fold, &[1.683440572495729398]);
 }
 
 #[test]
@@ -416,28 +410,11 @@ fn multiprecision_fold_of_cycles_of_a_stribeck_belt() {
         STRIBECK,
         "case = 'case.toml'\n[[axis]]\nkey = 'rotor.speed'\nfrom = 0.1\nto = 0.7\n[branch]\nof = 'steady'\n",
     );
-    let hopf = special_points(&explored, Special::Hopf);
-    for expected in [0.1281470464342835018786, 0.6498581240542824170201] {
-        assert!(
-            hopf.iter().any(|one| (one.0 / expected - 1.0).abs() < 1e-10),
-            "{hopf:?}"
-        );
-    }
-    let folds = special_points(&explored, Special::Fold);
-    assert!(
-        folds
-            .iter()
-            .any(|fold| (fold.0 / 0.65552910037991793708 - 1.0).abs() < 1e-10),
-        "{folds:?}"
-    );
-    let grazes = special_points(&explored, Special::Border(Border::Touch));
-    for expected in [0.13625536578851913192, 0.57920612967726124473] {
-        let nearest = grazes
-            .iter()
-            .map(|graze| (graze.0 / expected - 1.0).abs())
-            .fold(1.0, f64::min);
-        assert!(nearest < 1e-10, "{expected}: {grazes:?}");
-    }
+    let hopf = [0.1281470464342835018786, 0.6498581240542824170201];
+    assert_special_points(&explored, Special::Hopf, &hopf);
+    assert_special_points(&explored, Special::Fold, &[0.65552910037991793708]);
+    let grazes = [0.13625536578851913192, 0.57920612967726124473];
+    assert_special_points(&explored, Special::Border(Border::Touch), &grazes);
 }
 
 #[test]

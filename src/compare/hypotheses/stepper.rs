@@ -168,7 +168,7 @@ impl Motion<'_> {
         }
         let mut sense = f64::from(self.mode.sense());
         let mut piece = 0;
-        if !matches!(self.mode, Mode::Stick | Mode::Separated) {
+        if self.mode.slides() {
             let w = system.relative_velocity(&outside, y);
             piece = system.piece_of(w);
             if self.mode == Mode::Engaged {

@@ -270,6 +270,16 @@ impl Source {
         }
     }
 
+    /// The same of one of the program's files, which is of this format.
+    pub(super) fn open_format(path: &Path, format: &str) -> Result<Source, ResultError> {
+        let source = Self::open_known(path)?;
+        let found = source.text_attribute("", schema::root::FORMAT)?;
+        match found.as_deref() == Some(format) {
+            true => Ok(source),
+            false => Err(Reason::NotAResult(found).of(path)),
+        }
+    }
+
     /// As [`Self::open`] with so many bytes kept of each variable: of a compressed chunk beyond HDF5's own choice every block of
     /// rows is unpacked again.
     pub(super) fn open_with(path: &Path, chunk_cache: Option<usize>) -> Result<Source, ResultError> {
