@@ -58,7 +58,11 @@ wait_for() {
   done
   complain "$what"
 }
-is_gone() { [[ -z $(squeue --noheader --jobs="$1" 2>/dev/null) ]]; }
+# A controller that does not answer in time is no sign that the job has ended. (%F is the number of a whole array.)
+is_gone() {
+  local queue
+  queue=$(squeue --noheader --format=%F) && ! grep -qx "$1" <<<"$queue"
+}
 has_points() { [[ $(stat --format=%s "$1" 2>/dev/null || echo 0) -gt 20000 ]]; }
 restarted() { [[ $(scontrol show job "$1" | sed -n 's/.*Restarts=\([0-9]*\).*/\1/p' | head -n 1) -ge 1 ]]; }
 
