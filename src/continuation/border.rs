@@ -9,10 +9,10 @@ use super::station::{Station, Trial, scaled};
 use crate::cycle::{Border, CycleError, Equations as _, tangent};
 use nalgebra::DVector;
 
-/// A border is where its relative distance is below this at the last point before it; that of a stick without length goes with the
-/// square root of the way to it.
+/// A border is where its relative distance is below this at the last point before it; that of what vanishes goes with a root of the
+/// way to it.
 const AT_BORDER: f64 = 1e-4;
-const AT_LANDING: f64 = 2e-3;
+const AT_VANISHING: f64 = 2e-3;
 
 /// A border whose relative distance is below this at the last point before it is known there.
 const EXACT: f64 = 1e-12;
@@ -156,15 +156,15 @@ impl<'a> Follower<'a> {
         Ok((station, None))
     }
 
-    /// A border from the side on which its distance is regular: that of a stick without length is not. It is looked for from a point
-    /// at some distance, the current one or one `farther` beyond.
+    /// A border from the side on which its distance is regular. It is looked for from a point at some distance, the current one or one
+    /// `farther` beyond.
     fn sharpened(
         &self,
         border: Border,
         edge: Station,
         farther: Option<&Station>,
     ) -> Result<(Border, Station), CycleError> {
-        if border != Border::Landing && edge.measured.nearest.is_some_and(|nearest| nearest.1.abs() < EXACT) {
+        if border.is_regular() && edge.measured.nearest.is_some_and(|nearest| nearest.1.abs() < EXACT) {
             return Ok((border, edge));
         }
         // A point at some distance from it, with the same events.
@@ -177,10 +177,10 @@ impl<'a> Follower<'a> {
         };
         let near = std::iter::once(&self.current).chain(&self.before).find(apart);
         let near = near.unwrap_or(&self.current);
-        let own = (border != Border::Landing).then_some((border, &near.measured.guess));
+        let own = border.is_regular().then_some((border, &near.measured.guess));
         let others = farther.and_then(|farther| Some((farther.measured.nearest?.0, &farther.measured.guess)));
         for (border, near) in own.into_iter().chain(others) {
-            if border != Border::Landing
+            if border.is_regular()
                 && let Some((guess, measured)) = border_point(self.manifold, border, near, None)?
             {
                 let measured = Measured { guess, ..measured };
@@ -190,16 +190,16 @@ impl<'a> Follower<'a> {
         Ok((border, edge))
     }
 
-    /// Which border it is: of the last point before it, or of the first one beyond.
+    /// Which border it is: of the last point before it, or of the first one beyond; of its two names the regular one.
     fn border_of(&self, station: &Station, beyond: Option<&Trial>) -> Option<Border> {
-        let at = |(border, distance): &(Border, f64)| match border {
-            Border::Landing => distance.abs() < AT_LANDING,
-            _ => distance.abs() < AT_BORDER,
+        let at = |&(border, distance): &(Border, f64)| match border.is_regular() {
+            true => distance.abs() < AT_BORDER,
+            false => distance.abs() < AT_VANISHING,
         };
-        let near = |station: &Station| station.measured.nearest.filter(at);
-        near(station)
-            .or(beyond.and_then(|trial| near(&trial.station)))
-            .map(|nearest| nearest.0)
+        let near = |station: &Station| station.measured.nearest.filter(at).map(|nearest| nearest.0);
+        let both = [near(station), beyond.and_then(|trial| near(&trial.station))];
+        let mut known = both.into_iter().flatten();
+        known.clone().find(|border| border.is_regular()).or(known.next())
     }
 
     /// The first point beyond a border at which the branch turns back.

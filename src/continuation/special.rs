@@ -23,7 +23,7 @@ pub enum Special {
 
 impl Special {
     /// All of them, in the order of their codes in files.
-    pub const ALL: [Special; 11] = [
+    pub const ALL: [Special; 13] = [
         Special::Hopf,
         Special::Fold,
         Special::Flip,
@@ -35,6 +35,8 @@ impl Special {
         Special::Border(Border::Reversal),
         Special::Border(Border::Opening),
         Special::Border(Border::Closing),
+        Special::Border(Border::Slip),
+        Special::Border(Border::Separation),
     ];
 
     /// As a word in studies, files and figures.

@@ -221,7 +221,7 @@ impl Orbit {
             },
             _ => *margin,
         });
-        let margins: Vec<Margin> = margins.collect();
+        let margins: Vec<Margin> = margins.chain(vanishing(&shot.phases)).collect();
         let nearest = margins.iter().min_by(|a, b| a.distance.total_cmp(&b.distance));
         Ok(Orbit {
             period: guess.period,
@@ -284,6 +284,30 @@ fn clearance(phases: &[Phase]) -> f64 {
     (first.to - first.from).min(last.to - last.from) / longest
 }
 
+/// How far slips and separations are from having no length. The largest slip of a period does not vanish.
+fn vanishing(phases: &[Phase]) -> Vec<Margin> {
+    let mut phases = phases.to_vec();
+    // What the period cuts is whole.
+    if phases.len() > 1
+        && phases[0].mode == phases[phases.len() - 1].mode
+        && let Some(last) = phases.pop()
+    {
+        phases[0].depth = phases[0].depth.max(last.depth);
+    }
+    let slips = phases.iter().filter(|phase| phase.mode.slides());
+    let largest = slips.map(|phase| phase.depth).fold(0.0, f64::max);
+    let margin = |phase: &Phase| {
+        let (border, distance) = match phase.mode {
+            Mode::Separated => (Border::Separation, phase.depth),
+            mode if mode.slides() => (Border::Slip, phase.depth / largest),
+            _ => return None,
+        };
+        let time = phase.from;
+        (border == Border::Separation || distance < 1.0).then_some(Margin { border, time, distance })
+    };
+    phases.iter().filter_map(margin).collect()
+}
+
 /// How long sticks last in a period; one that the period cuts is whole.
 fn stick_durations(phases: &[Phase]) -> Vec<f64> {
     let mut found: Vec<f64> = phases
@@ -344,4 +368,24 @@ fn across(matrix: &DMatrix<f64>, direction: &DVector<f64>) -> DMatrix<f64> {
     mirror -= &normal * normal.transpose() * (2.0 / length);
     let turned = &mirror * matrix * &mirror;
     turned.view((1, 1), (n - 1, n - 1)).into_owned()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn property_what_vanishes_is_measured_by_the_largest_slip_and_force() {
+        let phase = |mode, from: f64, to: f64, depth: f64| Phase { mode, from, to, depth };
+        let found = vanishing(&[
+            phase(Mode::SlipForward, 0.0, 1.0, 2.0),
+            phase(Mode::Stick, 1.0, 2.0, 0.0),
+            phase(Mode::SlipBackward, 2.0, 3.0, 1.0),
+            phase(Mode::Separated, 3.0, 4.0, 0.125),
+            phase(Mode::SlipForward, 4.0, 5.0, 4.0),
+        ]);
+        let found: Vec<_> = found.iter().map(|one| (one.border, one.time, one.distance)).collect();
+        // The slip that the period cuts is the largest one, and has no margin.
+        assert_eq!(found, [(Border::Slip, 2.0, 0.25), (Border::Separation, 3.0, 0.125)]);
+    }
 }

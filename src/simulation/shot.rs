@@ -60,17 +60,23 @@ pub enum Border {
     Opening,
     /// A separation closes before its end. The distance is that of F_n from zero over the largest.
     Closing,
+    /// A slip ends as it begins. The distance is its largest |omega_r| over that of the period.
+    Slip,
+    /// A separation ends as it begins. The distance is the least F_n, below zero, over the largest.
+    Separation,
 }
 
 impl Border {
     /// All of them, in the order of their codes in files.
-    pub const ALL: [Border; 6] = [
+    pub const ALL: [Border; 8] = [
         Border::Touch,
         Border::Breakaway,
         Border::Landing,
         Border::Reversal,
         Border::Opening,
         Border::Closing,
+        Border::Slip,
+        Border::Separation,
     ];
 
     /// As a word in files.
@@ -82,6 +88,8 @@ impl Border {
             Border::Reversal => "reversal",
             Border::Opening => "opening",
             Border::Closing => "closing",
+            Border::Slip => "slip",
+            Border::Separation => "separation",
         }
     }
 
@@ -94,7 +102,14 @@ impl Border {
             Border::Reversal => "a reversal begins to stick",
             Border::Opening => "loss of contact",
             Border::Closing => "an open contact closes within",
+            Border::Slip => "a slip has no length: it ends as it begins",
+            Border::Separation => "a separation has no length: it ends as it begins",
         }
+    }
+
+    /// Whether its distance goes to zero as the way to it. That of what vanishes goes as a root of the way, with slopes that grow.
+    pub(crate) fn is_regular(self) -> bool {
+        !matches!(self, Border::Landing | Border::Slip | Border::Separation)
     }
 }
 
@@ -116,6 +131,9 @@ pub(crate) struct Phase {
     pub from: f64,
     /// s.
     pub to: f64,
+    /// The largest |omega_r| of a slip; how far F_n is below zero in a separation, at most, over the largest F_n. 0 of others, and
+    /// if extrema were not asked for.
+    pub depth: f64,
 }
 
 /// An event of a motion.
@@ -250,7 +268,12 @@ impl Tape<'_> {
             last.to = t;
         }
         let to = self.end_time;
-        self.phases.push(Phase { mode, from: t, to });
+        self.phases.push(Phase {
+            mode,
+            from: t,
+            to,
+            depth: 0.0,
+        });
         self.rates = [None; 3];
     }
 
@@ -319,7 +342,7 @@ impl Tape<'_> {
                 let Some((value, rate)) = self.curve(which, location, t, &y) else {
                     continue;
                 };
-                self.reach(which, value);
+                self.reach(which, location.mode, value);
                 // A phase may begin or end at rest, where a rate has no sign.
                 let begins = self.phases.last().is_some_and(|phase| phase.from == t);
                 if let Some(last) = self.rates[index]
@@ -343,9 +366,17 @@ impl Tape<'_> {
         Ok(())
     }
 
-    fn reach(&mut self, which: Curve, value: f64) {
-        if which == Curve::Position {
-            self.position = (self.position.0.min(value), self.position.1.max(value));
+    fn reach(&mut self, which: Curve, mode: Mode, value: f64) {
+        let is_deep = match which {
+            Curve::Position => {
+                self.position = (self.position.0.min(value), self.position.1.max(value));
+                false
+            }
+            Curve::Contact => mode.slides(),
+            Curve::Force => mode == Mode::Separated,
+        };
+        if is_deep && let Some(phase) = self.phases.last_mut() {
+            phase.depth = phase.depth.max(value);
         }
     }
 
@@ -353,7 +384,7 @@ impl Tape<'_> {
         let Some((distance, _)) = self.curve(which, location, time, y) else {
             return;
         };
-        self.reach(which, distance);
+        self.reach(which, location.mode, distance);
         self.see_speed(location, time, y);
         let border = match (which, location.mode) {
             (Curve::Force, Mode::Separated) => Border::Closing,

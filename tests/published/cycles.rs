@@ -99,6 +99,15 @@ fn analytic_coulomb_oscillator_in_closed_form() {
     near(nearest.distance, 0.748919086052795381935982, 1e-12);
 }
 
+/// A separation is as far from vanishing as the force is negative.
+#[test]
+fn analytic_a_separation_is_measured_by_the_force() {
+    let force = "contact.normal_force={profile='cosine', mean=9.5, amplitude=10, angular_frequency=3}";
+    let nearest = found(&built_in("belt-coulomb"), &[force]).nearest.unwrap();
+    assert_eq!(nearest.border, Border::Separation);
+    near(nearest.distance, 0.5 / 19.5, 1e-12);
+}
+
 /// Den Hartog's motions without stops: amplitudes in the case file; with damping, and where a stick is about to be born, by his
 /// closed form.
 #[test]

@@ -21,6 +21,8 @@ pub(super) fn mark(special: Special) -> (&'static str, RGBColor, Shape) {
         Special::Border(Border::Reversal) => border("reversal sticks", Shape::Funnel),
         Special::Border(Border::Opening) => border("loss of contact", Shape::Kite),
         Special::Border(Border::Closing) => border("contact closes within", Shape::Plus),
+        Special::Border(Border::Slip) => border("slip without length", Shape::Pennant),
+        Special::Border(Border::Separation) => border("separation without length", Shape::Hexagon),
     }
 }
 
