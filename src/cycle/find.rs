@@ -226,6 +226,15 @@ fn stroboscopic(
     Ok((guess(multiple), multiple))
 }
 
+/// The maxima of |omega_r| that count as turns: neither what rings after a slip nor, in steady sliding, rounding.
+fn turns(shot: &Shot) -> impl Iterator<Item = &Peak> {
+    let (least, largest) = shot.relative_velocity;
+    let size = least.abs().max(largest.abs());
+    let swings = largest - least > STEADY * size;
+    let is_turn = move |peak: &&Peak| swings && peak.relative_velocity.abs() >= TURN * size;
+    shot.peaks.iter().filter(is_turn)
+}
+
 fn autonomous(
     member: &Member,
     (time, state): (f64, DVector<f64>),
@@ -236,7 +245,7 @@ fn autonomous(
     let mut found = None;
     for part in PARTS {
         let shot = motion(member, (time, &state), part * horizon, true, stop)?;
-        let enough = shot.peaks.len() > 2;
+        let enough = turns(&shot).count() > 2;
         let long = search.period.is_none_or(|period| part * horizon > 2.0 * period);
         found = Some((part * horizon, shot));
         if enough && long {
@@ -246,12 +255,7 @@ fn autonomous(
     let Some((span, shot)) = found else {
         return Err(CycleError::Interrupted);
     };
-    let (least, largest) = shot.relative_velocity;
-    // Of steady sliding, rounding has maxima.
-    let swings = largest - least > STEADY * least.abs().max(largest.abs());
-    // Small ones, as of what rings after a slip, are no turns.
-    let turns = |peak: &&Peak| swings && peak.relative_velocity.abs() >= TURN * least.abs().max(largest.abs());
-    let peaks: Vec<&Peak> = shot.peaks.iter().filter(turns).collect();
+    let peaks: Vec<&Peak> = turns(&shot).collect();
     if peaks.len() < 2 {
         let sticks = shot.phases.iter().all(|phase| phase.mode == Mode::Stick);
         return Err(match sticks {

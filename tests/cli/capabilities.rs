@@ -48,7 +48,7 @@ const SUBJECTS: [Subject; 16] = [
 const LONGEST_CELL: usize = 40;
 
 /// The tables of the page: a marker, and the columns.
-const TABLES: [(&str, &[&str]); 5] = [
+const TABLES: [(&str, &[&str]); 6] = [
     ("runs", &["series", "cvode", "cvode-bdf", "erk", "esdirk", "paper"]),
     ("truth", &["true to the oracle", "error bands", "sensitivities"]),
     (
@@ -66,6 +66,7 @@ const TABLES: [(&str, &[&str]); 5] = [
             "boundary",
         ],
     ),
+    ("cycles", &["cycle", "events of a period", "multipliers"]),
     ("pictures", &["figures", "page", "columns of an export"]),
 ];
 
@@ -268,6 +269,21 @@ impl Trial {
         self.cell("boundary", cell);
     }
 
+    fn cycles(&mut self) {
+        let found = self.document(&["cycle", self.subject.case, "-o", "cycle.h5"]);
+        let cells = match found {
+            Ok(found) => {
+                let count = |key: &str| found[key].as_array().unwrap().len().to_string();
+                let stability = found["stability"].as_str().unwrap().to_owned();
+                [stability, count("events"), count("multipliers")]
+            }
+            Err(reason) => [reason, "-".to_owned(), "-".to_owned()],
+        };
+        for (column, cell) in ["cycle", "events of a period", "multipliers"].into_iter().zip(cells) {
+            self.cell(column, cell);
+        }
+    }
+
     fn pictures(&mut self) {
         let figures = self
             .document(&["plot", "series.h5", "-o", "figures", "--format", "svg"])
@@ -370,6 +386,7 @@ fn regression_what_works_for_which_case_is_as_the_manual_says() {
         trial.truth();
         trial.stability();
         trial.studies();
+        trial.cycles();
         trial.pictures();
         trial.cells
     };

@@ -24,6 +24,14 @@ impl Random {
     }
 }
 
+/// How many random brakes the long tests take: twenty, or what `STICKSLIP_BRAKES` says.
+pub fn how_many() -> u64 {
+    std::env::var("STICKSLIP_BRAKES").map_or(20, |text| {
+        text.parse()
+            .unwrap_or_else(|_| panic!("STICKSLIP_BRAKES = {text:?} is no number"))
+    })
+}
+
 /// A brake around that of the paper, from a lower speed so that the run is short. Every fifth has no kick.
 pub fn random_brake(index: u64) -> Vec<Override> {
     let mut random = Random(index);

@@ -2,7 +2,7 @@
 
 use crate::common::cases::{parsed, recorded};
 use crate::common::disks;
-use crate::common::random_brakes::random_brake;
+use crate::common::random_brakes::{how_many, random_brake};
 use num_rational::BigRational;
 use num_traits::Zero;
 use std::ops::ControlFlow;
@@ -406,7 +406,7 @@ fn multiprecision_bands_cover_the_errors_of_paper_si() {
 fn multiprecision_bands_cover_the_errors_of_random_brakes() {
     let source = CaseSource::built_in("paper-si").unwrap();
     let mut found = Found::default();
-    for index in 0..20 {
+    for index in 0..how_many() {
         let before = found.uncovered.len();
         check(&format!("set {index}"), &source, &dense(index), &mut found);
         let new: Vec<&String> = found.uncovered[before..].iter().take(5).collect();

@@ -1,7 +1,7 @@
 //! Certified uncertainties against true errors, by the oracle.
 
 use crate::common::cases::recorded;
-use crate::common::random_brakes::{difference, exact_events, random_brake};
+use crate::common::random_brakes::{difference, exact_events, how_many, random_brake};
 use stickslip::analysis::Certify;
 use stickslip::analysis::advice::shortfall;
 use stickslip::analysis::certificate::{Certificate, Verdict, certify};
@@ -153,7 +153,7 @@ fn multiprecision_certified_uncertainties_cover_the_errors_of_other_brakes() {
 #[test]
 #[ignore = "takes a minute or two"]
 fn multiprecision_certified_uncertainties_cover_the_errors_of_twenty_brakes() {
-    random_sets(0..20);
+    random_sets(0..how_many());
 }
 
 /// What the ladder says of a short brake is true. What it is made to say here is not: a bound that is too small, and events

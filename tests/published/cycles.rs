@@ -80,6 +80,14 @@ fn analytic_leine_s_belt_has_its_period_and_a_multiplier_of_zero() {
     near(orbit.stick_durations.unwrap().0, 7.7050317693504237635, 1e-13);
 }
 
+/// Bristles make small maxima of the relative velocity, which are no turns. The period is that of the attractor of a run.
+#[test]
+fn property_bristles_do_not_hide_the_return() {
+    let orbit = found(&built_in("lugre-slider"), &[]);
+    near(orbit.period, 6.362719821066, 1e-12);
+    assert_eq!(orbit.stability, Stability::Stable);
+}
+
 #[test]
 fn analytic_coulomb_oscillator_in_closed_form() {
     let text = forced(
