@@ -179,6 +179,18 @@ pub enum ExploreError {
     Journal(#[from] JournalError),
 }
 
+/// Why branches are followed no further.
+enum Halt {
+    Interrupted,
+    Failed(ExploreError),
+}
+
+impl<E: Into<ExploreError>> From<E> for Halt {
+    fn from(error: E) -> Halt {
+        Halt::Failed(error.into())
+    }
+}
+
 /// A branch to be followed.
 struct Job {
     what: What,
@@ -211,20 +223,19 @@ impl Explorer<'_> {
     }
 
     pub fn explore(&mut self) -> Result<Explored, ExploreError> {
-        let explored = self.follow_all();
+        let mut explored = Explored::default();
+        let ended = self.follow_all(&mut explored);
         self.write()?;
-        explored
+        match ended {
+            Ok(()) => {}
+            Err(Halt::Interrupted) => explored.interrupted = true,
+            Err(Halt::Failed(error)) => return Err(error),
+        }
+        Ok(explored)
     }
 
-    fn follow_all(&mut self) -> Result<Explored, ExploreError> {
-        let mut explored = Explored::default();
-        let mut jobs = match self.starts(&mut explored) {
-            Err(ExploreError::NoStart(CycleError::Interrupted)) => {
-                explored.interrupted = true;
-                return Ok(explored);
-            }
-            other => other?,
-        };
+    fn follow_all(&mut self, explored: &mut Explored) -> Result<(), Halt> {
+        let mut jobs = self.starts(explored)?;
         let mut known: Vec<(Special, f64, f64)> = Vec::new();
         let mut specials: Vec<(Special, What, Guess)> = Vec::new();
         while let Some(job) = jobs.pop_front() {
@@ -235,21 +246,12 @@ impl Explorer<'_> {
                 break;
             }
             let index = explored.branches.len();
-            match self.branch(index, job, &mut explored, &mut known, &mut specials, &mut jobs) {
-                Err(ExploreError::NoStart(CycleError::Interrupted)) => {
-                    explored.interrupted = true;
-                    return Ok(explored);
-                }
-                other => other?,
-            }
+            self.branch(index, job, explored, &mut known, &mut specials, &mut jobs)?;
         }
         if !self.study.curves.is_empty() && self.study.axes.len() > 1 {
-            match self.curves(&specials, &mut explored) {
-                Err(ExploreError::NoStart(CycleError::Interrupted)) => explored.interrupted = true,
-                other => other?,
-            }
+            self.curves(&specials, explored)?;
         }
-        Ok(explored)
+        Ok(())
     }
 
     fn widths(&self) -> Vec<f64> {
@@ -257,7 +259,7 @@ impl Explorer<'_> {
         vec![high - low]
     }
 
-    fn starts(&self, explored: &mut Explored) -> Result<VecDeque<Job>, ExploreError> {
+    fn starts(&self, explored: &mut Explored) -> Result<VecDeque<Job>, Halt> {
         let key = &self.study.axes[0].keys[0];
         let case = self.family.case();
         let own = case.number(key);
@@ -287,7 +289,7 @@ impl Explorer<'_> {
         if self.study.cycle {
             match find(self.family, &[own], &self.study.search, self.stop) {
                 Ok(orbit) => both(What::Cycles(orbit.multiple.unwrap_or(1)), &orbit.guess()),
-                Err(CycleError::Interrupted) => return Err(ExploreError::NoStart(CycleError::Interrupted)),
+                Err(CycleError::Interrupted) => return Err(Halt::Interrupted),
                 Err(error) => why.push(ExploreError::NoStart(error)),
             }
         }
@@ -295,7 +297,7 @@ impl Explorer<'_> {
         if jobs.is_empty()
             && let Some(error) = why.pop()
         {
-            return Err(error);
+            return Err(error.into());
         }
         explored
             .remarks
@@ -351,7 +353,7 @@ impl Explorer<'_> {
         known: &mut Vec<(Special, f64, f64)>,
         specials: &mut Vec<(Special, What, Guess)>,
         jobs: &mut VecDeque<Job>,
-    ) -> Result<(), ExploreError> {
+    ) -> Result<(), Halt> {
         let born_at = |point: &BranchPoint| {
             let birth = job.birth.as_ref().filter(|birth| birth.special == Some(Special::Hopf));
             birth.is_some_and(|birth| (birth.value - point.value).abs() <= SAME * self.widths()[0])
@@ -382,7 +384,7 @@ impl Explorer<'_> {
         let guess = match (&job.birth, &job.direction) {
             (Some(_), Some(direction)) => match born(manifold, &job.guess, direction, FIRST_STEP * steps.longest) {
                 Ok(guess) => guess,
-                Err(CycleError::Interrupted) => return Err(ExploreError::NoStart(CycleError::Interrupted)),
+                Err(CycleError::Interrupted) => return Err(Halt::Interrupted),
                 Err(error) => {
                     let value = job.guess.values[0];
                     explored
@@ -396,7 +398,7 @@ impl Explorer<'_> {
         let follower = Follower::new(manifold, &steps, &guess, job.direction.as_ref(), job.up);
         let mut follower = match follower {
             Ok(follower) => follower,
-            Err(CycleError::Interrupted) => return Err(ExploreError::NoStart(CycleError::Interrupted)),
+            Err(CycleError::Interrupted) => return Err(Halt::Interrupted),
             Err(error) => {
                 let value = guess.values[0];
                 explored
@@ -423,7 +425,7 @@ impl Explorer<'_> {
                 Some(found) => found,
                 None => {
                     let found = match follower.advance() {
-                        Err(CycleError::Interrupted) => return Err(ExploreError::NoStart(CycleError::Interrupted)),
+                        Err(CycleError::Interrupted) => return Err(Halt::Interrupted),
                         Err(error) => {
                             explored.remarks.push(format!("branch {index} ends: {error}"));
                             vec![Found::End(EndReason::Lost)]
@@ -481,7 +483,7 @@ impl Explorer<'_> {
     }
 
     /// What the journal has from a number on, up to the next point or end; none where it is not whole.
-    fn recorded(&mut self, number: u64, follower: &mut Follower<'_>) -> Result<Option<Vec<Found>>, ExploreError> {
+    fn recorded(&mut self, number: u64, follower: &mut Follower<'_>) -> Result<Option<Vec<Found>>, Halt> {
         let mut marks = Vec::new();
         for number in number.. {
             let Some(outcome) = self.journal.read(number)? else {
@@ -506,7 +508,10 @@ impl Explorer<'_> {
             }
         }
         let found = marks.iter().map(|mark| follower.resume(mark));
-        let found = found.collect::<Result<Vec<_>, _>>().map_err(ExploreError::NoStart)?;
+        let found = found.collect::<Result<Vec<_>, _>>().map_err(|error| match error {
+            CycleError::Interrupted => Halt::Interrupted,
+            error => Halt::Failed(ExploreError::Case(error)),
+        })?;
         Ok(Some(found))
     }
 
@@ -592,7 +597,7 @@ impl Explorer<'_> {
         }
     }
 
-    fn curves(&mut self, specials: &[(Special, What, Guess)], explored: &mut Explored) -> Result<(), ExploreError> {
+    fn curves(&mut self, specials: &[(Special, What, Guess)], explored: &mut Explored) -> Result<(), Halt> {
         let written = self.study.written();
         let written = written.map_err(|error| ExploreError::Case(CycleError::NoCase(error.to_string())))?;
         let second = written.case().number(&self.study.axes[1].keys[0]);
@@ -638,7 +643,7 @@ impl Explorer<'_> {
                         ..guess.clone()
                     };
                     let points = match trace(manifold, *special, &start, &steps) {
-                        Err(CycleError::Interrupted) => return Err(ExploreError::NoStart(CycleError::Interrupted)),
+                        Err(CycleError::Interrupted) => return Err(Halt::Interrupted),
                         Err(error) => {
                             let words = special.name();
                             explored
