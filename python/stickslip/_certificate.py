@@ -37,6 +37,14 @@ def digits_of(time: float, uncertainty: float | None) -> int:
     return min(max(math.floor(math.log10(time / uncertainty)), 0), MOST_DIGITS)
 
 
+def _as_of_a_run(row: dict[str, Any]) -> dict[str, Any]:
+    """An event of the certificate of a run, or of that of a cycle, whose times are decimals with their own uncertainty."""
+    time = row["time"]
+    if not isinstance(time, dict):
+        return row
+    return {**row, "time": time["value"], "uncertainty": time["uncertainty"], "verdict": "converged"}
+
+
 class Certificate:
     """What ``stickslip certify`` finds out about a run. ``print(certificate)`` shows its report.
 
@@ -67,8 +75,9 @@ class Certificate:
     def events(self) -> NDArray[np.void]:
         """Every event: ``time`` (s), ``kind``, ``uncertainty`` (s, how far from the exact solution it can be; NaN unless it is
         converged), ``digits`` (significant decimal digits of the time that are true), ``verdict`` (in words), ``true_error`` (s,
-        own less exact; NaN without the oracle)."""
-        rows = self.document.get("events", [])
+        own less exact; NaN without the oracle). Of a cycle, times count from the start of its period, and each is converged; every
+        true digit is in ``document``."""
+        rows = [_as_of_a_run(row) for row in self.document.get("events", [])]
 
         def number(value: float | None) -> float:
             return math.nan if value is None else value

@@ -31,6 +31,15 @@ def test_analytic_stick_slip_of_the_belt(tmp_path):
     assert cycle.path is None
 
 
+def test_property_a_certified_cycle_has_its_events():
+    certificate = stickslip.certify(stickslip.cycle("belt-leine").run, digits=25)
+    assert certificate.converged and certificate.digits >= 15
+    assert certificate.events["kind"].tolist() == ["stick", "slip"]
+    assert np.all(certificate.events["uncertainty"] < 1e-20)
+    assert certificate.document["period"]["decimal"].startswith("12.0010312948305786469047")
+    assert "converged" in repr(certificate)
+
+
 def test_property_an_output_is_kept(tmp_path):
     file = tmp_path / "one.h5"
     cycle = stickslip.cycle("belt-exponential", {"rotor.speed": 0.25}, period=0.75, output=file)

@@ -183,6 +183,8 @@ pub(super) fn cycle(options: &CycleOptions, common: &Common) -> Result<End, Comm
             nearest: orbit.nearest.map(|nearest| document! {
                 border: nearest.border.name(),
                 distance: nearest.distance,
+                // Since the start of the period, s.
+                time: nearest.time,
             }),
         }
     };
@@ -289,7 +291,12 @@ fn report(family: &Family, orbit: &Orbit, case: &crate::case::Case, file: &str) 
     if let Some(nearest) = orbit.nearest {
         rows.push((
             "nearest change",
-            format!("{:.6e} (relative) to: {}", nearest.distance, nearest.border.words()),
+            format!(
+                "{:.6e} (relative) at {:.6} s, to: {}",
+                nearest.distance,
+                nearest.time,
+                nearest.border.words()
+            ),
         ));
     }
     rows.push((

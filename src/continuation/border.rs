@@ -125,7 +125,6 @@ impl<'a> Follower<'a> {
         let mut local = self.manifold.local(guess)?;
         let x = local.unknowns(guess);
         let along = scaled(&local, &station.direction);
-        let distance = |station: &Station| station.measured.nearest.map_or(f64::INFINITY, |nearest| nearest.1);
         for step in [1e-2, 1e-3, 1e-4, 1e-5] {
             for sign in [1.0, -1.0] {
                 let trial = self.trial(&mut local, (&x, &(&along * sign)), step * self.steps.longest);
@@ -140,7 +139,8 @@ impl<'a> Follower<'a> {
                     Ok(Some(trial)) => trial.station,
                     Ok(None) | Err(_) => continue,
                 };
-                if trial.measured.word == station.measured.word && distance(&trial) > distance(&station) {
+                // A step that leads back over the border has the other events.
+                if trial.measured.word == station.measured.word {
                     let station = match sign < 0.0 {
                         true => Station {
                             direction: -&station.direction,

@@ -11,8 +11,19 @@ const MOVE: f64 = 2e-7;
 /// Borders are followed at this relative distance, and extrapolated to zero from it and from these shares of it: beyond a border there
 /// is no distance.
 pub(super) const DISTANCE: f64 = 6e-5;
-const SHARES: [f64; 3] = [2.0, 1.0, 0.5];
-const WEIGHTS: [f64; 3] = [1.0 / 3.0, -2.0, 8.0 / 3.0];
+const SHARES: [f64; 4] = [2.0, 1.0, 0.5, 0.25];
+/// The last of them may be too near for derivatives.
+const LEAST_SHARES: usize = 3;
+
+/// The weights of the values at the first distances in the polynomial through them at zero.
+fn weights(count: usize) -> Vec<f64> {
+    let nodes = &SHARES[..count];
+    let weight = |own: &f64| {
+        let others = nodes.iter().filter(|other| *other != own);
+        others.map(|other| other / (other - own)).product()
+    };
+    nodes.iter().map(weight).collect()
+}
 
 /// Steps as of a branch: the shortest over the longest, and the least cosine of successive directions.
 const SHORTEST: f64 = 1e-5;
@@ -97,6 +108,7 @@ fn value(special: Special, measured: &Measured) -> Option<f64> {
     }
 }
 
+/// The least relative distance from borders of one kind.
 fn nearest(measured: &Measured, border: Border) -> Option<f64> {
     let distances = measured.margins.iter().filter(|margin| margin.0 == border);
     distances.map(|margin| margin.1).min_by(f64::total_cmp)
@@ -145,7 +157,7 @@ pub(crate) fn border_point(
         let last = found.last().unwrap_or(near);
         let mut equations = match at(manifold, special, last, share * DISTANCE) {
             Err(CycleError::Interrupted) => return Err(CycleError::Interrupted),
-            Err(_) => return Ok(None),
+            Err(_) => break,
             Ok(equations) => equations,
         };
         let x = equations.local.unknowns(last);
@@ -160,18 +172,22 @@ pub(crate) fn border_point(
             Err(NoSolution::Failed(CycleError::Interrupted)) => return Err(CycleError::Interrupted),
             Err(error) => {
                 log::debug!("{border:?} at {:?}: {error:?}", last.values);
-                return Ok(None);
+                break;
             }
         }
     }
+    if found.len() < LEAST_SHARES {
+        return Ok(None);
+    }
+    let weights = weights(found.len());
     let line = |of: &dyn Fn(&Guess) -> f64| {
         found
             .iter()
-            .zip(WEIGHTS)
+            .zip(&weights)
             .map(|(guess, weight)| weight * of(guess))
             .sum::<f64>()
     };
-    let nearest = &found[SHARES.len() - 1];
+    let nearest = &found[found.len() - 1];
     let guess = Guess {
         time: nearest.time,
         // On the side where there is a distance: a curve can start from it.

@@ -31,12 +31,18 @@ const ON_CURVE: f64 = 2e-3;
 /// The first step on a branch that is born, over the longest.
 const FIRST_STEP: f64 = 0.3;
 
+/// By how much its period may differ there, relative.
+const OTHER_PERIOD: f64 = 0.2;
+
 /// Numbers of the journal: of each branch, and of curves.
 const OF_BRANCH: u64 = 1 << 32;
 const OF_CURVES: u64 = 1 << 62;
 
 /// The disk has the points that are older than this.
 const BETWEEN_WRITES: Duration = Duration::from_secs(1);
+
+/// Points on each side of a border from which its curve is looked for.
+const BESIDE: usize = 4;
 
 /// Points of a curve in one direction, at most.
 const CURVE_POINTS: usize = 400;
@@ -110,6 +116,25 @@ impl BranchPoint {
                 ..self
             },
             _ => self,
+        }
+    }
+}
+
+impl BranchPoint {
+    /// A point at which cycles are born, as the first of theirs.
+    fn of_the_born(self) -> BranchPoint {
+        match self.special {
+            Some(Special::Flip) => BranchPoint {
+                period: 2.0 * self.period,
+                // Over two periods multipliers are squares.
+                spectrum: self
+                    .spectrum
+                    .iter()
+                    .map(|&(re, im)| (re * re - im * im, 2.0 * re * im))
+                    .collect(),
+                ..self
+            },
+            _ => self.on_cycles(),
         }
     }
 }
@@ -203,6 +228,15 @@ struct Job {
     birth: Option<Box<BranchPoint>>,
 }
 
+/// A special point, from which a curve may be traced.
+struct SpecialStart {
+    special: Special,
+    what: What,
+    guess: Guess,
+    /// Its branch, and its place there.
+    at: (usize, usize),
+}
+
 /// Follows what a study asks for. `told` hears of every point.
 pub(crate) struct Explorer<'a> {
     pub study: &'a ContinuationStudy,
@@ -237,7 +271,7 @@ impl Explorer<'_> {
     fn follow_all(&mut self, explored: &mut Explored) -> Result<(), Halt> {
         let mut jobs = self.starts(explored)?;
         let mut known: Vec<(Special, f64, f64)> = Vec::new();
-        let mut specials: Vec<(Special, What, Guess)> = Vec::new();
+        let mut specials: Vec<SpecialStart> = Vec::new();
         while let Some(job) = jobs.pop_front() {
             if explored.branches.len() >= MOST_BRANCHES {
                 explored.remarks.push(format!(
@@ -351,7 +385,7 @@ impl Explorer<'_> {
         job: Job,
         explored: &mut Explored,
         known: &mut Vec<(Special, f64, f64)>,
-        specials: &mut Vec<(Special, What, Guess)>,
+        specials: &mut Vec<SpecialStart>,
         jobs: &mut VecDeque<Job>,
     ) -> Result<(), Halt> {
         let born_at = |point: &BranchPoint| {
@@ -382,7 +416,7 @@ impl Explorer<'_> {
             most: self.study.points,
         };
         let guess = match (&job.birth, &job.direction) {
-            (Some(_), Some(direction)) => match born(manifold, &job.guess, direction, FIRST_STEP * steps.longest) {
+            (Some(_), Some(direction)) => match born(manifold, &job.guess, direction, &steps) {
                 Ok(guess) => guess,
                 Err(CycleError::Interrupted) => return Err(Halt::Interrupted),
                 Err(error) => {
@@ -414,7 +448,7 @@ impl Explorer<'_> {
                 _ => None,
             },
             parent: job.parent,
-            points: job.birth.into_iter().map(|birth| birth.on_cycles()).collect(),
+            points: job.birth.into_iter().map(|birth| birth.of_the_born()).collect(),
             end: EndReason::Interrupted,
         };
         branch.points.push(BranchPoint::new(&follower.current().measured, None));
@@ -468,9 +502,13 @@ impl Explorer<'_> {
                         ended = true;
                         if *reason == EndReason::Lost {
                             let value = branch.points.last().map_or(f64::NAN, |point| point.value);
-                            explored.remarks.push(format!(
-                                "branch {index} is lost at {value:.9}: no solution was found beyond; try a smaller branch.step"
-                            ));
+                            let why = match follower.failure() {
+                                Some(why) => format!("no solution was found beyond: {why}"),
+                                None => "no solution was found beyond; try a smaller branch.step".to_owned(),
+                            };
+                            explored
+                                .remarks
+                                .push(format!("branch {index} is lost at {value:.9}: {why}"));
                         }
                     }
                 }
@@ -524,7 +562,7 @@ impl Explorer<'_> {
         what: What,
         (at, birth): ((usize, usize), BranchPoint),
         known: &mut Vec<(Special, f64, f64)>,
-        specials: &mut Vec<(Special, What, Guess)>,
+        specials: &mut Vec<SpecialStart>,
         jobs: &mut VecDeque<Job>,
     ) {
         let guess = &station.measured.guess;
@@ -544,7 +582,12 @@ impl Explorer<'_> {
             Special::Hopf => What::Steady(1),
             _ => what,
         };
-        specials.push((special, on, guess.clone()));
+        specials.push(SpecialStart {
+            special,
+            what: on,
+            guess: guess.clone(),
+            at,
+        });
         if !self.study.follow.contains(&special) {
             return;
         }
@@ -597,7 +640,7 @@ impl Explorer<'_> {
         }
     }
 
-    fn curves(&mut self, specials: &[(Special, What, Guess)], explored: &mut Explored) -> Result<(), Halt> {
+    fn curves(&mut self, specials: &[SpecialStart], explored: &mut Explored) -> Result<(), Halt> {
         let written = self.study.written();
         let written = written.map_err(|error| ExploreError::Case(CycleError::NoCase(error.to_string())))?;
         let second = written.case().number(&self.study.axes[1].keys[0]);
@@ -611,8 +654,16 @@ impl Explorer<'_> {
             longest: self.study.step,
             most: CURVE_POINTS,
         };
-        let wanted = specials.iter().filter(|one| self.study.curves.contains(&one.0));
-        for (index, (special, what, guess)) in wanted.enumerate() {
+        for kind in &self.study.curves {
+            if !specials.iter().any(|one| one.special == *kind) {
+                let word = kind.name();
+                let message = format!("no curve of {word}: no branch has such a point");
+                explored.remarks.push(message);
+            }
+        }
+        let wanted = specials.iter().filter(|one| self.study.curves.contains(&one.special));
+        for (index, one) in wanted.enumerate() {
+            let SpecialStart { special, guess, .. } = one;
             let on = |point: &CurvePoint| {
                 (point.values[0] - guess.values[0]).abs() <= ON_CURVE * widths[0]
                     && (point.values[1] - second).abs() <= ON_CURVE * widths[1]
@@ -634,25 +685,25 @@ impl Explorer<'_> {
                 None => {
                     let manifold = Manifold {
                         family: &family,
-                        what: *what,
+                        what: one.what,
                         widths: &widths,
                         stop: self.stop,
                     };
-                    let start = Guess {
-                        values: vec![guess.values[0], second],
-                        ..guess.clone()
-                    };
-                    let points = match trace(manifold, *special, &start, &steps) {
-                        Err(CycleError::Interrupted) => return Err(Halt::Interrupted),
-                        Err(error) => {
-                            let words = special.name();
-                            explored
-                                .remarks
-                                .push(format!("no curve of {word}: {error}", word = words));
-                            continue;
+                    let mut points = Vec::new();
+                    for values in starts_beside(one, &explored.branches[one.at.0]) {
+                        let start = Guess {
+                            values: vec![values.values[0], second],
+                            ..values
+                        };
+                        match trace(manifold, *special, &start, &steps) {
+                            Err(CycleError::Interrupted) => return Err(Halt::Interrupted),
+                            Err(error) => log::debug!("a curve of {}: {error}", special.name()),
+                            Ok(found) => points = found,
                         }
-                        Ok(points) => points,
-                    };
+                        if !points.is_empty() {
+                            break;
+                        }
+                    }
                     let values = points
                         .iter()
                         .flat_map(|point| [point.values[0], point.values[1], point.period]);
@@ -682,6 +733,25 @@ impl Explorer<'_> {
     }
 }
 
+/// Where a curve of special points may start, in order: the point itself, or, as there is no distance beyond a border, the points of its
+/// branch beside it.
+fn starts_beside(one: &SpecialStart, branch: &Branch) -> Vec<Guess> {
+    let mut starts = vec![one.guess.clone()];
+    if !matches!(one.special, Special::Border(_)) {
+        return starts;
+    }
+    let place = one.at.1;
+    let beside = (1..=BESIDE).flat_map(|k| [place.checked_sub(k), Some(place + k)]);
+    let points = beside.flatten().filter_map(|k| branch.points.get(k));
+    starts.extend(points.filter(|point| point.special.is_none()).map(|point| Guess {
+        time: point.time,
+        state: DVector::from_column_slice(&point.state),
+        period: point.period,
+        values: vec![point.value],
+    }));
+    starts
+}
+
 /// Whether one of the last points of a branch is special in the same way, at the same number.
 fn again(branch: &Branch, special: Special, station: &Station, (low, high): (f64, f64)) -> bool {
     let value = station.measured.guess.values[0];
@@ -692,7 +762,19 @@ fn again(branch: &Branch, special: Special, station: &Station, (low, high): (f64
 }
 
 /// The first point of a branch that is born at a special point, a step away from it.
-fn born(manifold: Manifold<'_>, guess: &Guess, direction: &DVector<f64>, step: f64) -> Result<Guess, CycleError> {
+fn born(manifold: Manifold<'_>, guess: &Guess, direction: &DVector<f64>, steps: &Steps) -> Result<Guess, CycleError> {
+    let found = born_at(manifold, guess, direction, FIRST_STEP * steps.longest)?;
+    let (low, high) = steps.range;
+    let moved = (found.values[0] - guess.values[0]).abs();
+    // Over no time at all every motion closes.
+    let same_period = (found.period / guess.period - 1.0).abs() <= OTHER_PERIOD;
+    match same_period && moved <= steps.longest * (high - low) {
+        true => Ok(found),
+        false => Err(CycleError::Collapsed { period: guess.period }),
+    }
+}
+
+fn born_at(manifold: Manifold<'_>, guess: &Guess, direction: &DVector<f64>, step: f64) -> Result<Guess, CycleError> {
     let n = guess.state.len();
     // Sizes of the motion are those of the special point, which may be at rest.
     let local = manifold.local(guess)?;

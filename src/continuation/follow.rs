@@ -89,6 +89,8 @@ pub(crate) struct Follower<'a> {
     /// Of cycles of a doubled period, how far the motion is from itself after half of it: before, now, and at most.
     halves: [f64; 3],
     points: usize,
+    /// Why the last trial failed, in words.
+    failure: Option<String>,
 }
 
 impl<'a> Follower<'a> {
@@ -128,7 +130,13 @@ impl<'a> Follower<'a> {
             swing,
             halves: [0.0; 3],
             points: 0,
+            failure: None,
         })
+    }
+
+    /// Why there is no solution beyond, if the motion or the case has a reason.
+    pub fn failure(&self) -> Option<&str> {
+        self.failure.as_deref()
     }
 
     /// Where it stands.
@@ -233,6 +241,7 @@ impl<'a> Follower<'a> {
                 Err(CycleError::Interrupted) => return Err(CycleError::Interrupted),
                 Err(_) => None,
             };
+            self.failure = None;
             let Some(trial) = trial else {
                 let small = Self::swing_of(&self.current) < SMALL * self.swing;
                 if small && self.manifold.family.is_autonomous() && matches!(self.manifold.what, What::Cycles(_)) {
@@ -242,6 +251,8 @@ impl<'a> Follower<'a> {
                     self.step /= 2.0;
                     continue;
                 }
+                let beyond = local.evaluate(&(&x + &along * self.step));
+                self.failure = beyond.err().map(|error| error.to_string());
                 return self.border(&mut local, (&x, &along), self.step);
             };
             let Trial { solution, station } = trial;
@@ -389,7 +400,17 @@ impl<'a> Follower<'a> {
         if let What::Cycles(_) = self.manifold.what {
             let (least, largest) = next.measured.relative_velocity;
             let shrinks = largest - least < Self::swing_of(&self.current).min(SHRUNK * self.swing);
-            if self.manifold.family.is_autonomous() && shrinks {
+            // A step may have led through no size to the mirror image, where the number turns back.
+            let turns = || {
+                self.current
+                    .tests
+                    .passed(&next.tests, self.manifold.what)
+                    .contains(&Special::Fold)
+            };
+            let mirrored = || Self::swing_of(next) < SMALL * self.swing && turns();
+            if self.manifold.family.is_autonomous()
+                && (shrinks || mirrored() && hopf_near(self.manifold, &self.current)?.is_some())
+            {
                 return self.shrunk().map(Some);
             }
             if next.measured.guess.period > INFINITE * self.first.period {

@@ -264,7 +264,6 @@ pub fn certify(
         _ => rational(orbit.period),
     };
     let mut x: Vec<BigRational> = own.iter().map(|value| rational(*value)).collect();
-    let anchor = x.clone();
     let computed = digits + SPARE_DIGITS;
     let (mut before, mut ratio): (f64, f64) = (f64::INFINITY, f64::NAN);
     let mut last: Option<OracleReport> = None;
@@ -286,12 +285,10 @@ pub fn certify(
             return Err(NotCertified::Neutral);
         };
         let end = stated(end);
+        // Every step lies in the plane across the flow.
         let mut right = DVector::zeros(rows);
         for i in 0..size {
             right[i] = -nearest_double(&(&end[i] - &x[i]));
-            if !forced {
-                right[size] -= flow[i] * nearest_double(&(&x[i] - &anchor[i]));
-            }
         }
         let step = solver.solve(&right).ok_or(NotCertified::Neutral)?;
         let length = step.iter().zip(sizes.iter().chain([&orbit.period]));

@@ -16,8 +16,8 @@ pub struct Family {
     written: WrittenCase,
     /// Of each number that varies the paths that take its value.
     keys: Vec<Vec<String>>,
-    /// Turns of the first harmonic in the common period of the drives.
-    turns: Option<u64>,
+    /// How many harmonics drive it, and turns of the first in the common period of all.
+    turns: Option<(usize, u64)>,
 }
 
 /// A member of a family.
@@ -58,7 +58,7 @@ impl Family {
 
     /// Turns of the first harmonic in the common period of the drives.
     pub(crate) fn turns(&self) -> Option<u64> {
-        self.turns
+        self.turns.map(|(_, turns)| turns)
     }
 
     /// How many numbers vary.
@@ -102,23 +102,37 @@ impl Family {
     }
 
     fn period(&self, system: &System) -> Option<f64> {
-        period_of(system, self.turns?)
+        period_of(system, self.turns()?)
+    }
+
+    /// The drives of a member are as many, with as many turns in their common period, as those of the case itself.
+    fn check_turns(&self, system: &System, keys: &[String]) -> Result<(), CycleError> {
+        if common_turns(system).ok() == Some(self.turns) {
+            return Ok(());
+        }
+        let number = keys.join(", ");
+        Err(NotPeriodic::OtherPeriod { number }.into())
     }
 
     /// The member with these values.
     ///
     /// # Errors
-    /// If there is no valid case.
+    /// If there is no valid case, or its drives have another common period.
     pub(crate) fn at(&self, values: &[f64], derivatives: bool) -> Result<Member, CycleError> {
         let none = || {
             let changes = self.changes(values);
             let numbers = changes.iter().map(|(key, value)| format!("{key} = {value:?}"));
-            CycleError::NoCase(format!("no valid case has {}", numbers.collect::<Vec<_>>().join(", ")))
+            let numbers = numbers.collect::<Vec<_>>().join(", ");
+            match self.case_at(values) {
+                Err(CycleError::NoCase(why)) => CycleError::NoCase(format!("no valid case has {numbers}: {why}")),
+                _ => CycleError::NoCase(format!("no valid case has {numbers}")),
+            }
         };
         if values.iter().any(|value| !value.is_finite()) {
             return Err(none());
         }
         let (system, threshold) = self.system_at(values).ok_or_else(none)?;
+        self.check_turns(&system, &self.keys.concat())?;
         let period = self.period(&system);
         let (mut moved, mut period_slopes) = (Vec::new(), Vec::new());
         for number in (0..values.len()).filter(|_| derivatives) {
@@ -144,6 +158,9 @@ impl Family {
             let one_sided = |side: f64| all(&[(0.0, -1.5 * side), (side, 2.0 * side), (2.0 * side, -0.5 * side)]);
             let found = central.or_else(|| one_sided(1.0)).or_else(|| one_sided(-1.0));
             let copies: Vec<MovedSystem> = found.ok_or_else(none)?;
+            for copy in &copies {
+                self.check_turns(&copy.system, &self.keys[number])?;
+            }
             let slope = copies
                 .iter()
                 .filter_map(|copy| Some(copy.weight * self.period(&copy.system)?));

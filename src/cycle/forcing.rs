@@ -20,6 +20,15 @@ pub enum NotPeriodic {
          numbers of at most 1000"
     )]
     NoCommonPeriod,
+    /// A number changes the ratio of the drives' periods.
+    #[error(
+        "the harmonics that drive it have another common period, or none, as soon as {number} moves: it is the frequency of one of \
+         several, or an amplitude that is zero. Vary another number, or start where no amplitude is zero"
+    )]
+    OtherPeriod {
+        /// The paths of the number.
+        number: String,
+    },
 }
 
 fn settled<T: Clone>(drive: &Drive<T>) -> Drive<T> {
@@ -68,16 +77,18 @@ pub(crate) fn in_the_long_run<T: Clone, L: Clone>(system: &System<T, L>) -> Syst
     }
 }
 
-/// How often the first harmonic turns in the common period of all; `None` of a system in the long run that nothing harmonic drives.
+/// How many harmonics drive a system in the long run, and how often the first of them turns in the common period of all; `None` of one
+/// that nothing harmonic drives.
 ///
 /// # Errors
 /// Where there is no common period.
-pub(crate) fn common_turns(system: &System) -> Result<Option<u64>, NotPeriodic> {
+pub(crate) fn common_turns(system: &System) -> Result<Option<(usize, u64)>, NotPeriodic> {
     let all = harmonics(system);
-    match all.is_empty() {
-        true => Ok(None),
-        false => forcing::common_turns(&all).map(Some).ok_or(NotPeriodic::NoCommonPeriod),
+    if all.is_empty() {
+        return Ok(None);
     }
+    let turns = forcing::common_turns(&all).ok_or(NotPeriodic::NoCommonPeriod)?;
+    Ok(Some((all.len(), turns)))
 }
 
 /// The time of so many turns of the first harmonic that drives a system, s.

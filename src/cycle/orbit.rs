@@ -12,6 +12,9 @@ use serde::Serialize;
 /// A multiplier within this of the unit circle is on it.
 pub const NEUTRAL: f64 = 1e-8;
 
+/// A slip whose largest speed is at least this share of that of the period is one of the largest.
+const ALIKE: f64 = 1.0 - 1e-6;
+
 /// Why a multiplier has its value.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "kebab-case")]
@@ -303,7 +306,8 @@ fn vanishing(phases: &[Phase]) -> Vec<Margin> {
             _ => return None,
         };
         let time = phase.from;
-        (border == Border::Separation || distance < 1.0).then_some(Margin { border, time, distance })
+        // Of two alike the largest is either.
+        (border == Border::Separation || distance < ALIKE).then_some(Margin { border, time, distance })
     };
     phases.iter().filter_map(margin).collect()
 }

@@ -41,6 +41,9 @@ const POINTS_OF_STEP: usize = 12;
 /// Of a step, where the sizes of the components are seen without that.
 const POINTS_OF_SIZES: [f64; 3] = [0.25, 0.5, 0.75];
 
+/// A slip begins at rest if its speed is below this share of the largest so far; a stick at its limit, if that is as near.
+const AT_REST: f64 = 1e-9;
+
 /// Halvings of the interval of an extremum.
 const HALVINGS: usize = 60;
 
@@ -177,7 +180,7 @@ pub(crate) struct Shot {
     pub peaks: Vec<Peak>,
     /// If they were asked for.
     pub margins: Vec<Margin>,
-    /// Least and largest position, as a portrait has it, if extrema were asked for.
+    /// Least and largest position, as a portrait has it, if extrema were asked for; NaN of a system without one.
     pub position: (f64, f64),
     /// Least and largest omega_r, rad/s, if extrema were asked for.
     pub relative_velocity: (f64, f64),
@@ -343,8 +346,11 @@ impl Tape<'_> {
                     continue;
                 };
                 self.reach(which, location.mode, value);
-                // A phase may begin or end at rest, where a rate has no sign.
+                // A slip may begin at rest, and a stick at its limit, where a rate has no sign.
                 let begins = self.phases.last().is_some_and(|phase| phase.from == t);
+                let fastest = self.speed.0.abs().max(self.speed.1.abs());
+                let size = if location.mode == Mode::Stick { 1.0 } else { fastest };
+                let at_rest = begins && which == Curve::Contact && value.abs() <= AT_REST * size;
                 if let Some(last) = self.rates[index]
                     && last * rate < 0.0
                     && t > before
@@ -357,7 +363,7 @@ impl Tape<'_> {
                     self.extremum(which, (location, zero, &y), last < 0.0);
                     at(t, &mut y)?;
                 }
-                if rate != 0.0 && !begins {
+                if rate != 0.0 && !at_rest {
                     self.rates[index] = Some(rate);
                 }
             }
@@ -682,7 +688,10 @@ pub(crate) fn shoot(
         sizes: tape.sizes,
         peaks: tape.peaks,
         margins: tape.margins,
-        position: tape.position,
+        position: match tape.position {
+            (least, largest) if least <= largest => (least, largest),
+            _ => (f64::NAN, f64::NAN),
+        },
         relative_velocity: tape.speed,
     })
 }

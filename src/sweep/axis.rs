@@ -226,15 +226,18 @@ fn read_range(reader: &mut Reader, node: &Node, keys: &[Slot], path: &str, sampl
             reader.refuse(node, &at("count"), message)
         }
         (Some(given), true) => {
-            let message = "how many points there are is the count of [sample]; remove it here";
+            let message = "this range is not divided into points; remove the count";
             reader.refuse(given, &at("count"), message)
         }
         (Some(given), false) => reader.whole_number(given, &at("count"), 1..=MOST_LEVELS),
     };
     let (from, to, spacing, count) = (from?, to?, spacing?, count?);
     if from == to && (sampled || count > 1) {
-        let message = format!("from and to are both {from:?}: give a list of one value instead");
-        return reader.refuse(node, path, message);
+        let remedy = match sampled {
+            true => "let them differ, or hold the number by [set] instead",
+            false => "give a list of one value instead",
+        };
+        return reader.refuse(node, &at("to"), format!("from and to are both {from:?}: {remedy}"));
     }
     if spacing == Spacing::Log && from * to <= 0.0 {
         let message = format!("a log axis needs both ends on one side of 0, but they are {from:?} and {to:?}");

@@ -143,7 +143,7 @@ fn cli_output_to_a_full_disk_is_an_error() {
             assert_cmd::Command::new("bash")
                 .args(["-c", &script])
                 .current_dir(folder.path("."))
-                .timeout(std::time::Duration::from_secs(60)),
+                .timeout(std::time::Duration::from_secs(300)),
             1,
         );
         says(&stderr, &["paper.partial.h5: ", "choose another folder"]);

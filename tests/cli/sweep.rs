@@ -215,7 +215,7 @@ fn cli_bad_studies_are_refused_with_file_line_and_key() {
     );
     says(
         &said("[keep]", "[sample]\nmethod = \"sobol\"\ncount = 8\n[keep]"),
-        &["bad.toml:13: axis.0.count: how many points there are is the count of [sample]"],
+        &["bad.toml:13: axis.0.count: this range is not divided into points; remove the count"],
     );
 }
 

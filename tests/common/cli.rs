@@ -47,13 +47,13 @@ impl Folder {
         names
     }
 
-    /// The program with these arguments, ended after a minute if it hangs.
+    /// The program with these arguments, ended after five minutes if it hangs: on a busy machine the longest take one.
     pub fn stickslip(&self, arguments: impl Arguments) -> Command {
         let mut command = Command::new(env!("CARGO_BIN_EXE_stickslip"));
         command
             .current_dir(self.0.path())
             .args(arguments.list())
-            .timeout(Duration::from_secs(60));
+            .timeout(Duration::from_secs(300));
         command
     }
 

@@ -251,9 +251,12 @@ function hover(place) {
   }
 }
 
+// Where cycles are born they have no size: the point is one of steady sliding.
+const isSteady = point => study.branches[branchOf[point]].steady || special[point] >= 0 && study.marks[special[point]].steady;
+
 function commandOf(point) {
   const branch = study.branches[branchOf[point]];
-  if (!branch.steady) return `stickslip cycle ${inShell(study.file)} --branch ${branchOf[point]} --point ${point - branch.first}`;
+  if (!isSteady(point)) return `stickslip cycle ${inShell(study.file)} --branch ${branchOf[point]} --point ${point - branch.first}`;
   return study.modes && [study.modes, ...study.number.keys.map(name => `--set ${inShell(`${name}=${exact(value[point])}`)}`)].join(" ");
 }
 
@@ -267,7 +270,7 @@ function select(point) {
   byId("copied").textContent = "";
   byId("command-hint").textContent = !command
     ? "The file does not say which case it is of."
-    : branch.steady
+    : isSteady(point)
       ? "Describes steady sliding there. A case in a file is named as the study names it: run the command in the study's folder."
       : "Finds the cycle from this point, and stores one period of it. Run the command in the folder of the file.";
   const spectrum = [];

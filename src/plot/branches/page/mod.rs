@@ -106,6 +106,8 @@ struct Marked {
     corners: Option<&'static [(f64, f64)]>,
     filled: bool,
     cross: bool,
+    /// Cycles have no size there.
+    steady: bool,
 }
 
 #[derive(Serialize)]
@@ -256,5 +258,6 @@ fn marked((number, special): (usize, Special)) -> Marked {
         corners: shape.corners(),
         filled: shape.is_filled(),
         cross: shape.is_cross(),
+        steady: special == Special::Hopf,
     }
 }
