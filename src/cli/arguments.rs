@@ -53,6 +53,11 @@ pub(super) struct Budget {
 }
 
 impl Budget {
+    /// Whether there is one.
+    pub fn is_given(&self) -> bool {
+        self.max_wall_time.is_some()
+    }
+
     /// The overrides of the case, with the budget as one of them.
     pub fn over(&self, set: &[String]) -> Vec<String> {
         let budget = self.max_wall_time.iter().map(|t| format!("solver.max_wall_time={t}"));

@@ -34,6 +34,11 @@ pub(super) fn certify(path: &Path, options: &CertifyOptions, common: &Common) ->
             "--figure draws the first stick of sliding that slows down by itself, and a cycle has none; leave it out",
         ));
     }
+    if options.budget.is_given() {
+        return Err(CommandError::input(
+            "--max-wall-time bounds runs, and the certificate of a cycle is made by the oracle; leave it out, or end the command by Ctrl-C",
+        ));
+    }
     let digits = options.digits.unwrap_or(DIGITS);
     let most = oracle::DIGITS.end() - 20;
     if !(1..=most).contains(&digits) {

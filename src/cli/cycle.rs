@@ -34,6 +34,9 @@ impl Wanted {
         let path = Path::new(&options.case);
         match (options.branch.zip(options.point), is_hdf5(path) && Stored::is_one(path)) {
             (place, true) => of_branch(path, place, options),
+            (Some(_), false) if !path.exists() => {
+                Err(CommandError::input(format!("{}: there is no such file", options.case)))
+            }
             (Some(_), false) => Err(CommandError::input(format!(
                 "{}: is not the file of a continuation; --branch and --point choose a point of one, which stickslip continue writes",
                 options.case

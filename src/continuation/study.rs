@@ -19,6 +19,9 @@ const MOST_POINTS: u64 = 100_000;
 /// The longest step, if the study gives none: a share of range and motion.
 const DEFAULT_STEP: f64 = 0.03;
 
+/// Tables of a case that are not in the equations.
+const NO_EQUATION: [&str; 4] = ["initial.", "output.", "perturbation.", "solver."];
+
 const STUDY_KEYS: &[&str] = &["title", "case", "set", "axis", "branch"];
 const BRANCH_KEYS: &[&str] = &[
     "of",
@@ -120,7 +123,17 @@ impl ContinuationStudy {
                 *key = first;
             }
         }
-        for axis in &study.axes {
+        for (index, axis) in study.axes.iter().enumerate() {
+            let key = &axis.keys[0];
+            let fails = |message: &str| Err(CaseError::one(study.source.label(), key, message));
+            if NO_EQUATION.iter().any(|table| key.starts_with(table)) {
+                return fails(
+                    "a periodic motion does not depend on it: name a number of the system or of what drives it",
+                );
+            }
+            if study.axes[..index].iter().any(|other| other.keys.contains(key)) {
+                return fails("is the number of the first [[axis]], too: name another one");
+            }
             let range = axis
                 .range
                 .map(|range| (range.from.min(range.to), range.from.max(range.to)));

@@ -41,6 +41,15 @@ pub enum CycleError {
         /// How many.
         found: usize,
     },
+    /// The motion comes to steady sliding.
+    #[error(
+        "the motion decays to steady sliding: after t = {from:.6} s the relative velocity varies by less and less. No cycle attracts it; \
+         for an unstable one start from a state beside that (--from initial, with [initial] there)"
+    )]
+    Decays {
+        /// s.
+        from: f64,
+    },
     /// Newton's method came to an end without a cycle.
     #[error(
         "Newton's method found no cycle: from a period of {period:.9} s, after {iterations} iterations, the motion misses itself by \

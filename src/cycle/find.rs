@@ -32,6 +32,9 @@ const TURN: f64 = 1e-3;
 /// Sliding is steady if the relative velocity varies by less than this share.
 const STEADY: f64 = 1e-9;
 
+/// What varies by less than this share may be on its way to steady sliding.
+const NEARLY_STEADY: f64 = 1e-3;
+
 /// A motion that misses itself by no more than this closes.
 const ROUNDING: f64 = 1e-12;
 
@@ -126,9 +129,30 @@ pub fn find(family: &Family, values: &[f64], search: &Search, stop: &dyn Fn() ->
                 state = motion(&member, (time, &state), horizon, false, stop)?.end;
                 time += horizon;
             }
+            Err(CycleError::Diverged { .. })
+                if search.from == From::End && decays(&member, (time, &state), horizon, stop)? =>
+            {
+                return Err(CycleError::Decays { from: time });
+            }
             other => return other,
         }
     }
+}
+
+/// Whether a motion comes to steady sliding: omega_r hardly varies any more, and less in the second half of a time than in the first.
+fn decays(
+    member: &Member,
+    (time, state): (f64, &DVector<f64>),
+    horizon: f64,
+    stop: &dyn Fn() -> bool,
+) -> Result<bool, CycleError> {
+    let half = horizon / 2.0;
+    let swing = |shot: &Shot| shot.relative_velocity.1 - shot.relative_velocity.0;
+    let first = motion(member, (time, state), half, true, stop)?;
+    let second = motion(member, (time + half, &first.end), half, true, stop)?;
+    let (least, largest) = first.relative_velocity;
+    let nearly_steady = member.period.is_none() && swing(&first) < NEARLY_STEADY * least.abs().min(largest.abs());
+    Ok(nearly_steady && swing(&second) < 0.9 * swing(&first))
 }
 
 fn starting_point(

@@ -292,6 +292,14 @@ fn property_a_case_without_a_cycle_says_why() {
     };
     let stopped = find(&family(&built_in("belt-leine"), &[]), &[], &initial, &|| true);
     assert!(matches!(stopped, Err(CycleError::Interrupted)));
+    // Fast belts damp every motion.
+    let sliding = find(
+        &family(&built_in("belt-exponential"), &["rotor.speed=0.8"]),
+        &[],
+        &Search::default(),
+        &|| false,
+    );
+    assert!(matches!(sliding, Err(CycleError::Decays { .. })), "{sliding:?}");
 }
 
 /// Follows a study whose base case has this text.
@@ -633,6 +641,19 @@ fn property_wrong_studies_are_refused_with_line_and_remedy() {
         (
             "case = 'belt-exponential'\n[[axis]]\nkey = 'rotor.speed'\nfrom = 0.1\nto = 2.0\n[branch]\nof = 'cycels'\n",
             "\"cycle\"",
+        ),
+        (
+            "case = 'belt-exponential'\n[[axis]]\nkey = 'initial.stator_speed.0'\nfrom = 0.0\nto = 2.0\n",
+            "does not depend on it",
+        ),
+        (
+            "case = 'belt-exponential'\n[[axis]]\nkey = 'rotor.speed'\nfrom = 0.1\nto = 2.0\n[[axis]]\nkey = 'rotor.speed'\nfrom = 0.1\n\
+             to = 2.0\n",
+            "name another one",
+        ),
+        (
+            "case = 'belt-exponential'\n[[axis]]\nkey = 'rotor.speed'\nfrom = 0.3\nto = 0.3\n",
+            "let them differ",
         ),
     ] {
         let error = ContinuationStudy::parse(StudySource::text("wrong", text), &[])
