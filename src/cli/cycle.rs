@@ -34,7 +34,7 @@ impl Wanted {
         let path = Path::new(&options.case);
         match (options.branch.zip(options.point), is_hdf5(path) && Stored::is_one(path)) {
             (place, true) => of_branch(path, place, options),
-            (Some(_), false) if !path.exists() => {
+            (Some(_), false) if path.extension().is_some() && !path.exists() => {
                 Err(CommandError::input(format!("{}: there is no such file", options.case)))
             }
             (Some(_), false) => Err(CommandError::input(format!(

@@ -260,7 +260,17 @@ impl<'a> Follower<'a> {
                 None => (station, self.step, false),
                 Some(bound) => match self.clipped(&mut local, &station, bound)? {
                     Some((share, clipped)) => (clipped, share * self.step, true),
-                    None => return Ok(vec![Found::End(EndReason::Range)]),
+                    None if self.step > SHORT * self.steps.longest => {
+                        self.step /= 2.0;
+                        continue;
+                    }
+                    None => {
+                        let mut end = solution.x.clone();
+                        let last = end.len() - 1;
+                        end[last] = bound / local.scale()[last];
+                        self.failure = local.evaluate(&end).err().map(|error| error.to_string());
+                        return Ok(vec![Found::End(EndReason::Lost)]);
+                    }
                 },
             };
             if next.measured.word != self.current.measured.word {
