@@ -177,12 +177,11 @@ impl<'a> Follower<'a> {
         };
         let near = std::iter::once(&self.current).chain(&self.before).find(apart);
         let near = near.unwrap_or(&self.current);
-        let own = border.is_regular().then_some((border, &near.measured.guess));
+        let own = (border, &near.measured.guess);
         let others = farther.and_then(|farther| Some((farther.measured.nearest?.0, &farther.measured.guess)));
-        for (border, near) in own.into_iter().chain(others) {
-            if border.is_regular()
-                && let Some((guess, measured)) = border_point(self.manifold, border, near, None)?
-            {
+        let sides = std::iter::once(own).chain(others);
+        for (border, near) in sides.filter(|side| side.0.is_regular()) {
+            if let Some((guess, measured)) = border_point(self.manifold, border, near, None)? {
                 let measured = Measured { guess, ..measured };
                 return Ok((border, Station { measured, ..edge }));
             }

@@ -104,9 +104,7 @@ impl BranchPoint {
             state: guess.state.as_slice().to_vec(),
         }
     }
-}
 
-impl BranchPoint {
     /// A point at which cycles are born, as one of theirs: where they have no size, the free multiplier is 1.
     fn on_cycles(self) -> BranchPoint {
         match self.special {
@@ -118,9 +116,7 @@ impl BranchPoint {
             _ => self,
         }
     }
-}
 
-impl BranchPoint {
     /// A point at which cycles are born, as the first of theirs.
     fn of_the_born(self) -> BranchPoint {
         match self.special {
@@ -656,8 +652,7 @@ impl Explorer<'_> {
         };
         for kind in &self.study.curves {
             if !specials.iter().any(|one| one.special == *kind) {
-                let word = kind.name();
-                let message = format!("no curve of {word}: no branch has such a point");
+                let message = format!("no curve of {}: no branch has such a point", kind.name());
                 explored.remarks.push(message);
             }
         }
@@ -690,11 +685,8 @@ impl Explorer<'_> {
                         stop: self.stop,
                     };
                     let mut points = Vec::new();
-                    for values in starts_beside(one, &explored.branches[one.at.0]) {
-                        let start = Guess {
-                            values: vec![values.values[0], second],
-                            ..values
-                        };
+                    for mut start in starts_beside(one, &explored.branches[one.at.0]) {
+                        start.values.push(second);
                         match trace(manifold, *special, &start, &steps) {
                             Err(CycleError::Interrupted) => return Err(Halt::Interrupted),
                             Err(error) => log::debug!("a curve of {}: {error}", special.name()),

@@ -134,27 +134,18 @@ impl ContinuationStudy {
             if study.axes[..index].iter().any(|other| other.keys.contains(key)) {
                 return fails("is the number of the first [[axis]], too: name another one");
             }
-            let range = axis
-                .range
-                .map(|range| (range.from.min(range.to), range.from.max(range.to)));
-            let own = start.number(&axis.keys[0]);
-            if let (Some((low, high)), Ok(own)) = (range, &own)
-                && !(low..=high).contains(own)
-            {
-                let message = format!(
-                    "the branch starts where the case is, at {own:?}, which is outside the range {low:?} to {high:?}: widen it, or \
-                     set {} in [set]",
-                    axis.keys[0]
-                );
-                return Err(CaseError::one(study.source.label(), &axis.keys[0], message));
-            }
-            if own.is_err() {
-                let key = &axis.keys[0];
-                let message = format!(
+            let Ok(own) = start.number(key) else {
+                return fails(&format!(
                     "the case has no number there from which a branch could start: write one in the case or in [set], or name a number \
                      inside, such as {key}.0 of a list or {key}.value of a signal"
-                );
-                return Err(CaseError::one(study.source.label(), key, message));
+                ));
+            };
+            let (low, high) = study.range(index);
+            if !(low..=high).contains(&own) {
+                return fails(&format!(
+                    "the branch starts where the case is, at {own:?}, which is outside the range {low:?} to {high:?}: widen it, or \
+                     set {key} in [set]"
+                ));
             }
         }
         Ok(study)

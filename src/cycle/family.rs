@@ -106,11 +106,11 @@ impl Family {
     }
 
     /// The drives of a member are as many, with as many turns in their common period, as those of the case itself.
-    fn check_turns(&self, system: &System, keys: &[String]) -> Result<(), CycleError> {
+    fn check_turns(&self, system: &System, keys: &[Vec<String>]) -> Result<(), CycleError> {
         if common_turns(system).ok() == Some(self.turns) {
             return Ok(());
         }
-        let number = keys.join(", ");
+        let number = keys.concat().join(", ");
         Err(NotPeriodic::OtherPeriod { number }.into())
     }
 
@@ -132,7 +132,7 @@ impl Family {
             return Err(none());
         }
         let (system, threshold) = self.system_at(values).ok_or_else(none)?;
-        self.check_turns(&system, &self.keys.concat())?;
+        self.check_turns(&system, &self.keys)?;
         let period = self.period(&system);
         let (mut moved, mut period_slopes) = (Vec::new(), Vec::new());
         for number in (0..values.len()).filter(|_| derivatives) {
@@ -159,7 +159,7 @@ impl Family {
             let found = central.or_else(|| one_sided(1.0)).or_else(|| one_sided(-1.0));
             let copies: Vec<MovedSystem> = found.ok_or_else(none)?;
             for copy in &copies {
-                self.check_turns(&copy.system, &self.keys[number])?;
+                self.check_turns(&copy.system, &self.keys[number..=number])?;
             }
             let slope = copies
                 .iter()

@@ -213,7 +213,8 @@ impl Orbit {
             kind: event.kind.name(),
             mode_after: event.mode_after.name(),
         });
-        let durations = stick_durations(&shot.phases);
+        let phases = whole(&shot.phases);
+        let durations = stick_durations(&phases);
         // A touch is measured by the largest speed.
         let (least, largest) = shot.relative_velocity;
         let fastest = least.abs().max(largest.abs());
@@ -224,7 +225,7 @@ impl Orbit {
             },
             _ => *margin,
         });
-        let margins: Vec<Margin> = margins.chain(vanishing(&shot.phases)).collect();
+        let margins: Vec<Margin> = margins.chain(vanishing(&phases)).collect();
         let nearest = margins.iter().min_by(|a, b| a.distance.total_cmp(&b.distance));
         Ok(Orbit {
             period: guess.period,
@@ -287,16 +288,21 @@ fn clearance(phases: &[Phase]) -> f64 {
     (first.to - first.from).min(last.to - last.from) / longest
 }
 
-/// How far slips and separations are from having no length. The largest slip of a period does not vanish.
-fn vanishing(phases: &[Phase]) -> Vec<Margin> {
+/// The phases of a period, of which the one that the period cuts is whole, and the first.
+fn whole(phases: &[Phase]) -> Vec<Phase> {
     let mut phases = phases.to_vec();
-    // What the period cuts is whole.
     if phases.len() > 1
         && phases[0].mode == phases[phases.len() - 1].mode
         && let Some(last) = phases.pop()
     {
+        phases[0].to += last.to - last.from;
         phases[0].depth = phases[0].depth.max(last.depth);
     }
+    phases
+}
+
+/// How far slips and separations are from having no length. The largest slip of a period does not vanish.
+fn vanishing(phases: &[Phase]) -> Vec<Margin> {
     let slips = phases.iter().filter(|phase| phase.mode.slides());
     let largest = slips.map(|phase| phase.depth).fold(0.0, f64::max);
     let margin = |phase: &Phase| {
@@ -312,20 +318,10 @@ fn vanishing(phases: &[Phase]) -> Vec<Margin> {
     phases.iter().filter_map(margin).collect()
 }
 
-/// How long sticks last in a period; one that the period cuts is whole.
+/// How long sticks last in a period.
 fn stick_durations(phases: &[Phase]) -> Vec<f64> {
-    let mut found: Vec<f64> = phases
-        .iter()
-        .filter(|phase| phase.mode == Mode::Stick)
-        .map(|phase| phase.to - phase.from)
-        .collect();
-    let cut = phases.len() > 1
-        && phases.first().is_some_and(|phase| phase.mode == Mode::Stick)
-        && phases.last().is_some_and(|phase| phase.mode == Mode::Stick);
-    if cut && let Some(last) = found.pop() {
-        found[0] += last;
-    }
-    found
+    let sticks = phases.iter().filter(|phase| phase.mode == Mode::Stick);
+    sticks.map(|phase| phase.to - phase.from).collect()
 }
 
 /// The multipliers of a motion over a period.
@@ -381,13 +377,13 @@ mod tests {
     #[test]
     fn property_what_vanishes_is_measured_by_the_largest_slip_and_force() {
         let phase = |mode, from: f64, to: f64, depth: f64| Phase { mode, from, to, depth };
-        let found = vanishing(&[
+        let found = vanishing(&whole(&[
             phase(Mode::SlipForward, 0.0, 1.0, 2.0),
             phase(Mode::Stick, 1.0, 2.0, 0.0),
             phase(Mode::SlipBackward, 2.0, 3.0, 1.0),
             phase(Mode::Separated, 3.0, 4.0, 0.125),
             phase(Mode::SlipForward, 4.0, 5.0, 4.0),
-        ]);
+        ]));
         let found: Vec<_> = found.iter().map(|one| (one.border, one.time, one.distance)).collect();
         // The slip that the period cuts is the largest one, and has no margin.
         assert_eq!(found, [(Border::Slip, 2.0, 0.25), (Border::Separation, 3.0, 0.125)]);

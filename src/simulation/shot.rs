@@ -373,16 +373,12 @@ impl Tape<'_> {
     }
 
     fn reach(&mut self, which: Curve, mode: Mode, value: f64) {
-        let is_deep = match which {
-            Curve::Position => {
-                self.position = (self.position.0.min(value), self.position.1.max(value));
-                false
-            }
-            Curve::Contact => mode.slides(),
-            Curve::Force => mode == Mode::Separated,
-        };
-        if is_deep && let Some(phase) = self.phases.last_mut() {
-            phase.depth = phase.depth.max(value);
+        let phase = self.phases.last_mut();
+        match (which, phase) {
+            (Curve::Position, _) => self.position = (self.position.0.min(value), self.position.1.max(value)),
+            (Curve::Contact, Some(phase)) if mode.slides() => phase.depth = phase.depth.max(value),
+            (Curve::Force, Some(phase)) if mode == Mode::Separated => phase.depth = phase.depth.max(value),
+            _ => {}
         }
     }
 

@@ -84,6 +84,7 @@ fn analytic_leine_s_belt_has_its_period_and_a_multiplier_of_zero() {
 #[test]
 fn property_bristles_do_not_hide_the_return() {
     let orbit = found(&built_in("lugre-slider"), &[]);
+    // As many digits as the report of a run has.
     near(orbit.period, 6.362719821066, 1e-12);
     assert_eq!(orbit.stability, Stability::Stable);
 }
@@ -118,6 +119,7 @@ fn analytic_a_separation_is_measured_by_the_force() {
     let force = "contact.normal_force={profile='cosine', mean=9.5, amplitude=10, angular_frequency=3}";
     let nearest = found(&built_in("belt-coulomb"), &[force]).nearest.unwrap();
     assert_eq!(nearest.border, Border::Separation);
+    // The extremum is where the rate is zero to rounding.
     near(nearest.distance, 0.5 / 19.5, 1e-12);
 }
 
@@ -442,6 +444,7 @@ fn published_sliding_bifurcations_of_the_driven_oscillator() {
         2.0 * explored.branches[branch].points[point].period,
         1e-15,
     );
+    // The multiplier is -1 to the 1e-8 within which one is called neutral.
     near(doubled.points[0].spectrum[0].0, 1.0, 1e-8);
     // As quoted, to its last digit.
     let grazes = special_points(&explored, graze);
@@ -510,6 +513,7 @@ fn analytic_the_curve_of_the_loss_of_contact() {
                  curves = ['opening', 'flip']\n";
     let explored = explored(text, study);
     let opening = Special::Border(Border::Opening);
+    // Special points are promised to 1e-10; this one is known at the border itself.
     near(special_points(&explored, opening)[0].0, 1.0, 1e-11);
     let curve = &explored.curves[0];
     assert_eq!((explored.curves.len(), curve.special), (1, opening));
