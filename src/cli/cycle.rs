@@ -186,8 +186,7 @@ pub(super) fn cycle(options: &CycleOptions, common: &Common) -> Result<End, Comm
             nearest: orbit.nearest.map(|nearest| document! {
                 border: nearest.border.name(),
                 distance: nearest.distance,
-                // Since the start of the period, s.
-                time: nearest.time,
+                time: time_in_file(&orbit, &case, nearest.time),
             }),
         }
     };
@@ -208,16 +207,20 @@ pub(super) fn cycle_error(error: &CycleError) -> CommandError {
     }
 }
 
-/// The events by their times in the file, whose start is at phase zero of the drives.
-fn in_file(orbit: &Orbit, case: &crate::case::Case) -> Vec<crate::cycle::OrbitEvent> {
+/// A time since the start of the period in the file, whose start is at phase zero of the drives.
+fn time_in_file(orbit: &Orbit, case: &crate::case::Case, time: f64) -> f64 {
     let shift = match orbit.multiple {
         Some(multiple) => orbit.time - orbit.period / f64::from(multiple),
         None => 0.0,
     };
-    let end = case.output.end_time;
+    (time + shift).rem_euclid(case.output.end_time)
+}
+
+/// The events by their times in the file.
+fn in_file(orbit: &Orbit, case: &crate::case::Case) -> Vec<crate::cycle::OrbitEvent> {
     let mut events = orbit.events.clone();
     for event in &mut events {
-        event.time = (event.time + shift).rem_euclid(end);
+        event.time = time_in_file(orbit, case, event.time);
     }
     events.sort_by(|a, b| a.time.total_cmp(&b.time));
     events
@@ -297,7 +300,7 @@ fn report(family: &Family, orbit: &Orbit, case: &crate::case::Case, file: &str) 
             format!(
                 "{:.6e} (relative) at {:.6} s, to: {}",
                 nearest.distance,
-                nearest.time,
+                time_in_file(orbit, case, nearest.time),
                 nearest.border.words()
             ),
         ));

@@ -1,4 +1,4 @@
-//! `stickslip cycle` from a point of a branch.
+//! `stickslip cycle`: from a point of a branch, and what it reports.
 
 use crate::common::cli::{Folder, says};
 use crate::plot_branches::with_branches;
@@ -31,6 +31,23 @@ fn cli_a_point_of_a_branch_is_its_cycle() {
     says(&end, &[format!("{:?}", point.value)]);
     // Newton's method starts on the cycle.
     assert!(found["iterations"].as_u64().unwrap() <= 2, "{found}");
+}
+
+/// The nearest change of the sequence of events has a time of the file, as the events have: here the separation that is the shallowest.
+#[test]
+fn cli_the_nearest_change_is_at_its_event() {
+    let force = "contact.normal_force={profile='cosine',mean=9.5,amplitude=10,angular_frequency=3}";
+    let folder = Folder::new();
+    let found = folder.json(&["cycle", "belt-coulomb", "--set", force]);
+    assert_eq!(found["nearest"]["border"], "separation", "{found}");
+    let time = found["nearest"]["time"].as_f64().unwrap();
+    let events = found["events"].as_array().unwrap().iter();
+    let mut separations = events.filter(|event| event["kind"] == "separation");
+    // The same number, but for the rounding of the shift.
+    assert!(
+        separations.any(|event| (event["time"].as_f64().unwrap() - time).abs() < 1e-12),
+        "{found}"
+    );
 }
 
 /// What is no point of a branch of cycles says what there is.
