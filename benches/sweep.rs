@@ -1,6 +1,6 @@
-//! Points of a critical curve: runs a second, what one costs by phase, and side by side with others over alone; how that and
-//! memory go with the number of points, and what writing takes. Seconds of the processor stand beside those of the clock,
-//! which other programs move. `STICKSLIP_BENCH_POINTS` is the largest number of points (default 1000; 100,000 takes minutes).
+//! Points of a critical curve: runs a second, what one costs by phase, how that and memory go with the number of points,
+//! and what writing takes. Seconds of the processor stand beside those of the clock, which other programs move.
+//! `STICKSLIP_BENCH_POINTS` is the largest number of points (default 1000; 100,000 takes minutes).
 
 use std::path::Path;
 use std::sync::atomic::AtomicBool;
@@ -8,7 +8,7 @@ use std::time::Instant;
 use stickslip::Run;
 use stickslip::record::{Event, EventKind, Recorder, RecorderError, Sample, Segment};
 use stickslip::sweep::{
-    Existing, Journal, Outcome, Study, StudySource, Sweep, journal_path, run_point, run_points, without_a_file,
+    Existing, Journal, Outcome, Study, StudySource, Sweep, journal_path, run_points, without_a_file,
 };
 
 /// Points on both sides of the critical curve, as its tracing asks for them.
@@ -121,24 +121,6 @@ fn computing(study: &Study, workers: usize, mut keep: impl FnMut(Vec<Outcome>)) 
     clock.stop()
 }
 
-/// Runs them one after the other, each alone.
-fn computing_alone(study: &Study) -> [f64; 2] {
-    let clock = Clock::start();
-    for number in 0..study.point_count().expect("a sample") {
-        let point = study.point(number).expect("a point");
-        let outcome = run_point(study, &point, &without_a_file, &|| false).expect("no storage");
-        std::hint::black_box(outcome);
-    }
-    clock.stop()
-}
-
-/// The median of five pairs: the processor time of the points side by side over that of the same alone.
-fn share_of_alone(study: &Study) -> f64 {
-    let mut shares = [(); 5].map(|()| computing(study, 1, |_| ())[1] / computing_alone(study)[1]);
-    shares.sort_by(f64::total_cmp);
-    shares[2]
-}
-
 /// The whole sweep, with its journal and its file; of what is in the journal already, the file alone.
 fn sweeping(study: &Study, workers: usize, path: &Path, resume: bool) -> [f64; 2] {
     let clock = Clock::start();
@@ -201,12 +183,6 @@ fn main() {
                 peak_memory()
             );
             if count == 1000 {
-                if method == "series" {
-                    println!(
-                        "{method}: side by side a run takes {:.3} of the processor time that it takes alone",
-                        share_of_alone(&study)
-                    );
-                }
                 let [by_clock, by_processor] = writing(&study, &groups);
                 println!(
                     "{method}: writing alone: {:.2} % of the time on two threads, {:.2} % of that of the processor",

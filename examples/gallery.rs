@@ -16,7 +16,7 @@ use stickslip::plot::catalogue::{self, ENTRIES};
 use stickslip::plot::entry::Subject;
 use stickslip::plot::style::COLUMN_WIDTH;
 use stickslip::plot::target::{self, Product};
-use stickslip::plot::{self, Figure, Run, modes, svg};
+use stickslip::plot::{self, Figure, Run, modes};
 use stickslip::results::schema::Extension;
 use stickslip::results::{Header, Overwrite, ResultWriter, Status, StickSlipTable};
 
@@ -71,7 +71,7 @@ fn save(figure: &Figure) -> Result<(), Box<dyn Error>> {
     target::write(
         &path,
         Product::Figure("-o"),
-        &[svg::svg(figure, COLUMN_WIDTH)?.as_bytes()],
+        &[plot::draw(figure, COLUMN_WIDTH)?.svg().as_bytes()],
     )?;
     println!("{}", path.display());
     Ok(())

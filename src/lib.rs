@@ -2,70 +2,61 @@
 //!
 //! Two chains of inertias and shafts touch at one contact with dry friction: a rotor that a stator brakes, a mass on a belt, a
 //! drill string on rock, a clutch. Near its stop the paper's brake sticks and slips dozens of times within milliseconds.
-//! The crate integrates such a system with SUNDIALS or by Taylor series, locates every switch, and stores the run in HDF5.
+//! The program integrates such a system with SUNDIALS or by Taylor series, locates every switch, and stores the run in HDF5.
 //!
-//! The layers, each of which knows only those before it:
+//! ```
+//! use stickslip::Run;
+//! use stickslip::case::{Case, CaseSource};
+//! use stickslip::record::MemoryRecorder;
 //!
-//! | module | what it is |
-//! |---|---|
-//! | `input` | reading texts within limits |
-//! | `quote` | what a message quotes of an input |
-//! | `workers` | the pool of threads for independent jobs |
-//! | [`numerics`] | Taylor series, polynomial roots, Radau IIA; no physics |
-//! | [`sundials`] | safe CVODE and ARKODE; no physics |
-//! | [`friction`] | the friction laws, behind one interface |
-//! | [`signal`] | what is applied from outside, as a function of time |
-//! | [`model`] | the equations: pure functions of parameters and state; no solver |
-//! | [`record`] | what a run is made of: samples, events, segments, and the recorder that takes them |
-//! | [`hybrid`] | the event automaton: modes, guards, transitions, engines; generic over the model |
-//! | [`simulation`] | a system run by the automaton: which engine where, samples, events |
-//! | [`results`] | the HDF5 files: schema, writer, reader |
-//! | [`case`] | the TOML case file: units, validation, overrides; the system that it describes, and the words for its places |
-//! | `provenance` | what a file says of the program, the machine and the command that made it |
-//! | [`run`](Run) | one run of a case: the front door |
-//! | `study` | study files: what sweeps, calibrations and work-precision studies have in common |
-//! | [`oracle`] | the model solved independently, by Taylor series with up to 611 digits |
-//! | [`analysis`] | what is computed from a run: statistics, growth, certificates, sensitivities |
-//! | [`cycle`] | periodic motions: found by Newton's method, with their multipliers |
-//! | [`compare`] | the result of any solver compared with a reference |
-//! | [`export`] | tables of results as CSV, NPZ, MAT and Parquet; benchmark packages (feature `cli`) |
-//! | [`sweep`] | many runs: studies over axes, critical curves |
-//! | [`continuation`] | branches of steady sliding and of cycles, and their special points |
-//! | [`calibrate`] | parameters that reproduce measured numbers |
-//! | [`plot`] | figures: the paper's, and any channel, as SVG and PNG; the interactive page of a run (feature `plot`) |
-//! | [`cli`] | arguments to validated options to a call (feature `cli`) |
+//! let case = Case::read(&CaseSource::built_in("paper-si")?, &[])?;
+//! let mut recorder = MemoryRecorder::default();
+//! let report = Run::new(&case).record(&mut recorder).start()?;
+//! assert_eq!(report.end, case.output.end_time);
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
+//!
+//! Five types begin a piece of work: [`Run`], [`SavedRun`], [`Certify`], [`Reference`] and [`Sweep`].
+//!
+//! # The crates
+//!
+//! This crate is the program and a facade: it hands on the modules of the crates below it. Each crate can be used by itself, and
+//! depends on those behind its arrow alone.
+//!
+//! | crate | question | depends on | modules here |
+//! |---|---|---|---|
+//! | `stickslip-system` | What are the equations? | | [`model`], [`friction`], [`signal`], [`record`], [`numerics`] |
+//! | `stickslip-engine` | How does it move? | -> `system` | [`simulation`], [`hybrid`], [`sundials`] |
+//! | `stickslip-oracle` | What is the truth? | -> `system` | [`oracle`] |
+//! | `stickslip-files` | How does it lie on disk? | -> `system` | [`results`] |
+//! | `stickslip-case` | What does the text say? | -> `engine` (options of a run) | [`case`] |
+//! | `stickslip-analysis` | What did it come to, which digits are true, what moves what, what repeats? | -> `engine`, `oracle`, `files`, `case` | [`analysis`], [`cycle`], [`continuation`], [`sweep`], [`calibrate`], [`provenance`] |
+//! | `stickslip-compare` | What is wrong with that other solver? | -> `engine`, `files`, `case` | [`compare`] |
+//! | `stickslip` | What does one see and type? | -> all | `plot` (feature `plot`), `export` and `cli` (feature `cli`) |
+//!
+//! It computes nothing itself, and reads no file but through the crates below it.
 
-pub mod analysis;
-pub mod calibrate;
-pub mod case;
 #[cfg(feature = "cli")]
 pub mod cli;
-pub mod compare;
-pub mod continuation;
-pub mod cycle;
 #[cfg(feature = "cli")]
 pub mod export;
-pub mod friction;
-pub mod hybrid;
-mod input;
-pub mod model;
-pub mod numerics;
-pub mod oracle;
 #[cfg(feature = "plot")]
 pub mod plot;
-mod provenance;
-mod quote;
-pub mod record;
-pub mod results;
-mod run;
-pub mod signal;
-pub mod simulation;
-mod study;
-pub mod sundials;
-pub mod sweep;
-mod workers;
 
-pub use analysis::{Certify, SavedRun};
-pub use compare::Reference;
-pub use run::Run;
-pub use sweep::Sweep;
+pub use stickslip_analysis::{analysis, calibrate, continuation, cycle, provenance, sweep};
+pub use stickslip_case as case;
+pub use stickslip_compare as compare;
+pub use stickslip_engine::{hybrid, simulation, sundials};
+pub use stickslip_files as results;
+pub use stickslip_oracle as oracle;
+pub use stickslip_system::{friction, model, numerics, record, signal};
+
+pub use stickslip_analysis::{Certify, SavedRun, Sweep};
+pub use stickslip_compare::Reference;
+pub use stickslip_engine::Run;
+
+/// States the commit of this build (`git rev-parse --short HEAD`, with `+dirty` after local changes) in the files that are written from
+/// now on: `program_commit` of /meta. The program and the Python module call it first. Without it, files say `unknown`.
+pub fn name_build() {
+    provenance::set_commit(env!("STICKSLIP_COMMIT"));
+}

@@ -8,8 +8,8 @@ use std::rc::Rc;
 use nalgebra::DMatrixViewMut;
 use stickslip::numerics::band::BandMut;
 use stickslip::sundials::{
-    CvodeOptions, Direction, ErkTable, EsdirkTable, Multistep, Nonlinear, OdeSystem, Outcome, Solver, SolverError,
-    Task, Tolerances,
+    CvodeOptions, Direction, ErkTable, Method, Multistep, Nonlinear, OdeSystem, Outcome, Solver, SolverError, Task,
+    Tolerances,
 };
 
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -169,7 +169,7 @@ fn main() {
             let system = Grenade::new(place, after, &alive);
             explode(Solver::new(system, ErkTable::Verner8s56, 0.0, &[1.0], &tolerances()).unwrap());
             let system = Grenade::new(place, after, &alive);
-            explode(Solver::new(system, EsdirkTable::Esdirk436L2sa6s34, 0.0, &[1.0], &tolerances()).unwrap());
+            explode(Solver::new(system, Method::ESDIRK, 0.0, &[1.0], &tolerances()).unwrap());
         }
     }
     let of_newton = [
@@ -184,7 +184,7 @@ fn main() {
         let system = Grenade::new(place, after, &alive);
         explode(cvode(system, Multistep::Bdf, Nonlinear::Newton));
         let system = Grenade::new(place, after, &alive);
-        explode(Solver::new(system, EsdirkTable::Esdirk436L2sa6s34, 0.0, &[1.0], &tolerances()).unwrap());
+        explode(Solver::new(system, Method::ESDIRK, 0.0, &[1.0], &tolerances()).unwrap());
     }
 
     // The dense output of degree 5 calls the right-hand side, too.

@@ -4,6 +4,8 @@
 mod branches;
 mod commands;
 mod errors;
+mod executor;
+mod probe;
 mod run;
 mod study;
 mod waiting;
@@ -13,6 +15,7 @@ use pyo3::prelude::*;
 /// Of this wheel; `stickslip/_native.pyi` says what there is.
 #[pymodule]
 fn _native(module: &Bound<'_, PyModule>) -> PyResult<()> {
+    stickslip::name_build();
     module.add("__version__", env!("CARGO_PKG_VERSION"))?;
     module.add_class::<run::Run>()?;
     module.add_function(wrap_pyfunction!(run::run, module)?)?;
@@ -22,6 +25,9 @@ fn _native(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_function(wrap_pyfunction!(study::read_study, module)?)?;
     module.add_function(wrap_pyfunction!(branches::is_continuation, module)?)?;
     module.add_function(wrap_pyfunction!(branches::read_continuation, module)?)?;
+    module.add_function(wrap_pyfunction!(probe::set_probe, module)?)?;
+    module.add_function(wrap_pyfunction!(probe::probe, module)?)?;
+    module.add_function(wrap_pyfunction!(executor::evaluate, module)?)?;
     module.add_function(wrap_pyfunction!(commands::command, module)?)?;
     module.add_function(wrap_pyfunction!(commands::cases, module)?)?;
     Ok(())

@@ -47,7 +47,7 @@ fn read(path: &Path) -> Result<Study, ResultError> {
 /// Whether a file is one of a sweep, sound or not.
 #[pyfunction]
 pub fn is_study(py: Python<'_>, path: PathBuf) -> bool {
-    py.detach(|| SweepFile::open(&path).is_ok())
+    py.detach(|| SweepFile::is_one(&path))
 }
 
 /// The points of a sweep file: whether they lie in a grid, its variables, and its failures.

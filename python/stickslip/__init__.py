@@ -8,6 +8,9 @@
 All numbers are in SI and radians. What the columns are is in docs/result-file.md, the manual of the module in docs/python.md.
 """
 
+import sys as _sys
+
+from . import _native, _probe
 from ._case import Case, cases
 from ._branches import continue_
 from ._certificate import Certificate, certify
@@ -19,6 +22,10 @@ from ._native import __version__
 from ._open import open
 from ._run import Run, run
 from ._sweep import sweep
+
+# An interpreter within another program does not know where one is. There files are read without a probe.
+if _sys.executable:
+    _native.set_probe(_probe.command(_native.__file__))
 
 __all__ = [
     "Case",

@@ -14,7 +14,7 @@ import numpy as np
 from . import _native
 from ._case import CaseLike, Overrides, PathLike, is_hdf5, settings
 from ._command import command
-from ._errors import InputError
+from ._errors import InputError, needs_xarray
 from ._sweep import study_of
 
 if TYPE_CHECKING:
@@ -40,6 +40,7 @@ def _name(group: str, name: str) -> str:
 
 def read_continuation(path: PathLike) -> xarray.Dataset:
     """The points of the file of a continuation as a dataset, with the number that varies as a coordinate."""
+    needs_xarray()
     import xarray
 
     file = _native.read_continuation(os.fspath(path))
@@ -115,8 +116,7 @@ def continue_(
     :raises InputError: a study that is none.
     :raises RunError: no first cycle was found.
     """
-    import xarray  # noqa: F401  (said before anything is computed)
-
+    needs_xarray()
     if resume and output is None:
         raise InputError("resume=True goes on with the file of an interrupted continuation: name it with output=")
     if resume and replace:

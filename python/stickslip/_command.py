@@ -31,6 +31,7 @@ ARGUMENTS = {
     "--time-offset": "time_offset",
     "--velocity-tolerance": "velocity_tolerance",
     "--hysteresis": "hysteresis",
+    "--max-wall-time": "max_wall_time",
     "--require": "require",
 }
 """Options of the program, and the arguments that they are here."""
@@ -68,10 +69,15 @@ def in_python(text: str) -> str:
 
 
 def command(
-    arguments: list[str], names: Mapping[str, str], *, keeps: bool = True, progress: Progress | None = None
+    arguments: list[str],
+    names: Mapping[str, str],
+    *,
+    keeps: bool = True,
+    progress: Progress | None = None,
+    tasks: object | None = None,
 ) -> tuple[str, str | None, list[str], str | None]:
     """A command of the program: its report, its JSON document, its messages, and why it fell short. The names of files are
-    replaced in all of them, the options of the program in all but the document."""
+    replaced in all of them, the options of the program in all but the document. ``tasks`` run the points of a sweep."""
 
     def named(text: str) -> str:
         for file, name in names.items():
@@ -79,7 +85,7 @@ def command(
         return text
 
     try:
-        text, document, messages, shortfall = _native.command(arguments, keeps, progress)
+        text, document, messages, shortfall = _native.command(arguments, keeps, progress, tasks)
     except StickslipError as error:
         raise type(error)(in_python(named(str(error)))) from None
     return (

@@ -112,6 +112,7 @@ def compare(
     time_offset: float | str | None = None,
     velocity_tolerance: float | str | None = None,
     hysteresis: float | None = None,
+    max_wall_time: float | str | None = None,
     require: Sequence[str] = (),
     **arrays: ArrayLike,
 ) -> Comparison:
@@ -131,6 +132,7 @@ def compare(
     :param time_offset: what is added to the candidate's times, s or with a unit, or ``"auto"``.
     :param velocity_tolerance: a relative velocity up to this counts as zero, rad/s or with a unit.
     :param hysteresis: a stick ends where the relative velocity exceeds this many tolerances.
+    :param max_wall_time: the search for causes ends after this wall time, s or with a unit; 10 min by default.
     :param require: requirements such as ``"onset<1e-6"``; what was not met is in ``comparison.shortfalls``.
     :raises InputError: a candidate that cannot be compared.
     """
@@ -173,6 +175,7 @@ def compare(
             "--time-offset": time_offset,
             "--velocity-tolerance": velocity_tolerance,
             "--hysteresis": hysteresis,
+            "--max-wall-time": max_wall_time,
         }
         arguments += [f"{option}={value}" for option, value in settings.items() if value is not None]
         arguments += [f"--column={channel}={column}" for channel, column in (columns or {}).items()]

@@ -25,6 +25,14 @@ class StickslipWarning(UserWarning):
     """What a reader of the numbers of a run has to know, such as that its onset is rounding; also in ``run.warnings``."""
 
 
+def needs_xarray() -> None:
+    """Says, before anything is computed, what to install where datasets are made."""
+    try:
+        import xarray  # noqa: F401
+    except ImportError as error:
+        raise InputError("datasets are those of xarray, which is not installed: pip install 'stickslip[xarray]'") from error
+
+
 class RunError(StickslipError, RuntimeError):
     """A computation that failed.
 

@@ -18,7 +18,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from . import _native
 from ._case import CaseLike, Overrides, PathLike, settings, source
-from ._errors import FileError, InputError, RunError, StickslipWarning
+from ._errors import FileError, InputError, RunError, StickslipWarning, needs_xarray
 
 if TYPE_CHECKING:
     import pandas
@@ -252,6 +252,7 @@ class Run:
     def to_xarray(self, group: str = "trajectory") -> xarray.Dataset:
         """A table as a dataset, as ``xarray.open_dataset(FILE, group=group)`` opens it: the dimension is ``time`` of the
         trajectory and ``event`` of the events, and every variable has ``units`` and ``long_name``. Nothing is copied."""
+        needs_xarray()
         import xarray
 
         table = self.table(group)

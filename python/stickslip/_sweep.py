@@ -16,7 +16,8 @@ import numpy as np
 from . import _native
 from ._case import CaseLike, Overrides, PathLike, is_hdf5, settings, source, toml
 from ._command import Progress, command
-from ._errors import InputError
+from ._errors import InputError, RunError, needs_xarray
+from ._executor import Executor, Tasks
 
 if TYPE_CHECKING:
     import xarray
@@ -31,6 +32,7 @@ def is_sweep(path: str) -> bool:
 
 def read_sweep(path: PathLike) -> xarray.Dataset:
     """The points of a sweep file as a dataset: the axes are coordinates, with units."""
+    needs_xarray()
     import xarray
 
     study = _native.read_study(os.fspath(path))
@@ -101,6 +103,7 @@ def sweep(
     keep: Mapping[str, Any] | None = None,
     sample: Mapping[str, Any] | None = None,
     jobs: int | None = None,
+    executor: Executor | None = None,
     output: PathLike | None = None,
     replace: bool = False,
     resume: bool = False,
@@ -118,6 +121,9 @@ def sweep(
     :param keep: of axes, ``{"events": True}`` to keep the events in ``output``.
     :param sample: of axes, ``{"method": "sobol", "count": 64, "seed": 1}`` for points that are no grid.
     :param jobs: threads; one for each processor without it.
+    :param executor: runs the points in other processes, instead of threads of this one: an executor of
+        :mod:`concurrent.futures`, of mpi4py.futures or of dask.distributed, whose workers have this module. The result is
+        the same.
     :param output: the sweep file, which :func:`open` opens again; without it none is kept.
     :param replace: replace any file there, and start anew.
     :param resume: go on with what an interrupted sweep into ``output`` has left; with nothing there it begins.
@@ -125,14 +131,16 @@ def sweep(
         thread that called this. An exception that it raises ends the sweep.
     :raises KeyboardInterrupt: Ctrl-C; with an ``output`` the points that are done are kept for ``resume=True``.
     :raises InputError: a study that is none.
-    :raises RunError: all points failed.
+    :raises RunError: all points failed, or the executor did.
     """
-    import xarray  # noqa: F401  (said before anything is computed)
-
+    needs_xarray()
     if resume and output is None:
         raise InputError("resume=True goes on with the file of an interrupted sweep: name it with output=")
     if resume and replace:
         raise InputError("resume=True goes on with an output, and replace=True starts it anew; leave one of them out")
+    if jobs is not None and executor is not None:
+        raise InputError("jobs is a number of threads, and an executor has workers of its own; leave one of them out")
+    tasks = None if executor is None else Tasks(executor)
 
     with tempfile.TemporaryDirectory(prefix="stickslip-") as name:
         folder = Path(name)
@@ -164,8 +172,15 @@ def sweep(
         known_as = {os.fspath(folder / "study.toml"): "the study", os.fspath(folder / "case.toml"): "the case"}
         if output is None:
             known_as[os.fspath(file)] = "the sweep (keep it with output=)"
+            known_as[os.fspath(file.with_suffix(".journal"))] = "a temporary journal (keep it with output=)"
         told = _count if progress is True else progress or None
-        _, document, warnings, _ = command(arguments, known_as, keeps=False, progress=told)
+        try:
+            _, document, warnings, _ = command(arguments, known_as, keeps=False, progress=told, tasks=tasks)
+        except RunError as error:
+            # Nothing is kept of what goes to a temporary file.
+            text = str(error) if output is not None else str(error).split(". What was computed is in")[0]
+            failure = None if tasks is None else tasks.failure
+            raise RunError(text) from failure
         dataset = read_sweep(file)
         report = json.loads(document or "{}")
         dataset.attrs["unfinished"] = report.get("unfinished") or 0

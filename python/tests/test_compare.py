@@ -35,7 +35,7 @@ def test_cli_arrays_are_compared_as_their_file(paper, tmp_path, program):
 def test_property_units_of_arrays(paper):
     window = (paper.time >= 6.97) & (paper.time <= 6.99)
     time, velocity = paper.time[window], paper.trajectory["relative_velocity"][window]
-    plain = stickslip.compare(paper, time=time, relative_velocity=velocity)
+    plain = stickslip.compare(paper, time=time, relative_velocity=velocity, max_wall_time="5 min")
     rpm = velocity * 60 / (2 * np.pi)
     other = stickslip.compare(paper, time=time, relative_velocity=rpm, units={"relative_velocity": "rpm"})
     # Without the unit the velocities are 9.5 times too large; with it they are what they were, to their rounding.
@@ -58,6 +58,8 @@ def test_property_events_alone(paper):
 def test_property_wrong_candidates(paper, tmp_path):
     with pytest.raises(stickslip.InputError, match="different lengths"):
         stickslip.compare(paper, time=[1.0, 2.0], relative_velocity=[1.0])
+    with pytest.raises(stickslip.InputError, match="max_wall_time"):
+        stickslip.compare(paper, time=[1.0, 2.0], relative_velocity=[1.0, 1.0], max_wall_time="soon")
     with pytest.raises(stickslip.InputError, match="no array time"):
         stickslip.compare(paper, relative_velocity=[1.0])
     with pytest.raises(stickslip.InputError, match="no candidate"):

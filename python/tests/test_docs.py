@@ -15,7 +15,7 @@ def test_property_the_manual_runs(tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
     blocks = re.findall(r"^```python\n(.*?)^```", MANUAL.read_text(encoding="utf-8"), re.S | re.M)
     assert len(blocks) >= 8
-    namespace: dict[str, object] = {}
+    namespace: dict[str, object] = {"__name__": "__main__"}
     for block in blocks:
         exec(compile(block, str(MANUAL), "exec"), namespace)
     printed = capsys.readouterr().out

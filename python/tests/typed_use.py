@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from concurrent.futures import ProcessPoolExecutor
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -21,6 +23,7 @@ if isinstance(opened, stickslip.Run):
 counted: list[int] = []
 stickslip.sweep("paper-decay", output="map.h5", resume=True, progress=lambda done, total: counted.append(done))
 stickslip.sweep("paper-decay", progress=True)
+stickslip.sweep("paper-decay", executor=ProcessPoolExecutor(2))
 names: list[str] = [case.name for case in stickslip.cases()]
 cycle: stickslip.Cycle = stickslip.cycle("belt-exponential", {"rotor.speed": 0.3}, start="end")
 multipliers: NDArray[np.complex128] = cycle.multipliers

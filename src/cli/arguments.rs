@@ -5,14 +5,16 @@ use super::candidates::{
 };
 use super::failure;
 use super::input::overrides;
-use crate::case::{CaseError, Override};
 use crate::export;
-use crate::provenance;
-use crate::simulation::Method;
-use crate::sweep::Shard;
+use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 use clap::{ArgAction, Args, CommandFactory, FromArgMatches, Parser, Subcommand, ValueEnum};
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
+use stickslip_analysis::provenance;
+use stickslip_analysis::sweep::Shard;
+use stickslip_case::quantity::{self, Dimension};
+use stickslip_case::{CaseError, Override};
+use stickslip_engine::simulation::Method;
 
 /// High-accuracy reference runs of friction-induced vibration, stored in HDF5.
 #[derive(Debug, Parser)]
@@ -68,7 +70,7 @@ impl Budget {
 /// How a study makes its runs.
 #[derive(Debug, Args)]
 pub(super) struct StudyRuns {
-    /// Threads [default: one for each processor; of a sweep in an MPI job one for each rank].
+    /// Threads [default: one for each processor].
     #[arg(short = 'j', long = "jobs", value_name = "N", value_parser = jobs)]
     pub jobs: Option<usize>,
     /// Integration method, the same as --set solver.method=M; series is the fastest [default of a calibration: series].
@@ -119,7 +121,7 @@ pub(super) enum Command {
         override_usage = "stickslip plot [OPTIONS] <FILE>...\n       stickslip plot <FILE> [FILE] --html <PAGE>\n       stickslip plot --list"
     )]
     Plot(PlotOptions),
-    /// Write a table of a result as CSV, NPZ, MAT or Parquet.
+    /// Write a table of a result as CSV, NPZ or MAT.
     Export(ExportOptions),
     /// Natural frequencies, damping and loss of stability of a case.
     Modes(ModesOptions),
@@ -169,7 +171,7 @@ impl Command {
 #[derive(Debug, Args)]
 pub(super) struct RunOptions {
     /// A TOML file, a built-in case, or a result to repeat.
-    #[arg(value_name = "CASE", default_value = crate::case::builtin::DEFAULT, add = cases_and_results())]
+    #[arg(value_name = "CASE", default_value = stickslip_case::builtin::DEFAULT, add = cases_and_results())]
     pub case: String,
     /// Result file [default: CASE.h5, or CASE.repeat.h5].
     #[arg(short, long, value_name = "FILE")]
@@ -198,8 +200,7 @@ pub(super) struct CompareOptions {
     /// The reference: a result file, or the folder of a problem of the benchmark set.
     #[arg(value_name = "REFERENCE", add = results())]
     pub reference: PathBuf,
-    /// Results to compare with it: result files, other HDF5, CSV or NPZ files, OpenRadioss T01, LS-DYNA binout, Abaqus XY reports,
-    /// tables of events.
+    /// Results to compare with it: result files, other HDF5, CSV or NPZ files, tables of events.
     #[arg(value_name = "CANDIDATE", required = true)]
     pub candidates: Vec<PathBuf>,
     /// A TOML file that says which column is which channel, and in which unit.
@@ -224,6 +225,9 @@ pub(super) struct CompareOptions {
     /// The comparison alone: no causes are looked for.
     #[arg(long)]
     pub quick: bool,
+    /// End the search for the causes of a candidate after this wall time, s or with a unit [default: 10 min].
+    #[arg(long, value_name = "T")]
+    pub max_wall_time: Option<String>,
     /// A requirement, such as 'onset<1e-6'; may be repeated. Exit status 1 if something falls short.
     #[arg(long, value_name = "METRIC<BOUND", add = requirements())]
     pub require: Vec<String>,
@@ -238,7 +242,7 @@ pub(super) struct CompareOptions {
 #[derive(Debug, Args)]
 pub(super) struct CertifyOptions {
     /// A TOML file, a built-in case, or a result file.
-    #[arg(value_name = "CASE|FILE", default_value = crate::case::builtin::DEFAULT, add = cases_and_results())]
+    #[arg(value_name = "CASE|FILE", default_value = stickslip_case::builtin::DEFAULT, add = cases_and_results())]
     pub case: String,
     /// The result with its certificate [default: NAME.certified.h5].
     #[arg(short, long, value_name = "FILE")]
@@ -252,7 +256,7 @@ pub(super) struct CertifyOptions {
     /// Solve the case by the multiprecision oracle too, and compare the result with its solution.
     #[arg(long)]
     pub oracle: bool,
-    /// Draw the first stick against the tolerance, with and without a kick (SVG, PNG, PDF, EPS).
+    /// Draw the first stick against the tolerance, with and without a kick (SVG, PNG, PDF).
     #[arg(long, value_name = "FILE")]
     pub figure: Option<PathBuf>,
     /// Override a key, such as solver.rtol=1e-12; for a case only.
@@ -279,9 +283,6 @@ pub(super) struct SweepOptions {
     /// Go on with what an interrupted sweep has left.
     #[arg(long, conflicts_with = "force")]
     pub resume: bool,
-    /// Share the points among the ranks of an MPI job [default: if a launcher has started several].
-    #[arg(long)]
-    pub mpi: bool,
     /// Exit with 1 if a point failed or ended too early.
     #[arg(long)]
     pub strict: bool,
@@ -290,6 +291,9 @@ pub(super) struct SweepOptions {
     /// Replace any file, and start anew.
     #[arg(long)]
     pub force: bool,
+    /// Removed; the error says so.
+    #[arg(long, hide = true)]
+    pub mpi: bool,
 }
 
 #[derive(Debug, Args)]
@@ -300,8 +304,8 @@ pub(super) struct MergeOptions {
     /// Sweep file.
     #[arg(short, long, value_name = "FILE")]
     pub output: PathBuf,
-    /// Leave the points in the shards: HDF5 virtual datasets over them.
-    #[arg(long = "virtual")]
+    /// Removed; the error says so.
+    #[arg(long = "virtual", hide = true)]
     pub by_reference: bool,
     /// Replace a file that exists.
     #[arg(long)]
@@ -311,7 +315,7 @@ pub(super) struct MergeOptions {
 #[derive(Debug, Args)]
 pub(super) struct CalibrateOptions {
     /// A TOML file, or a built-in study.
-    #[arg(value_name = "STUDY", default_value = crate::calibrate::CALIBRATIONS[0].name, add = studies("calibrate"))]
+    #[arg(value_name = "STUDY", default_value = stickslip_analysis::calibrate::CALIBRATIONS[0].name, add = studies("calibrate"))]
     pub study: String,
     /// Result file, with every run [default: STUDY.h5].
     #[arg(short, long, value_name = "FILE")]
@@ -362,10 +366,10 @@ pub(super) struct ExportOptions {
     /// The file to write; - for CSV on standard output.
     #[arg(short, long, value_name = "FILE")]
     pub output: PathBuf,
-    /// csv, npz, mat or parquet [default: the extension].
+    /// csv, npz or mat [default: the extension].
     #[arg(
         long,
-        value_enum,
+        value_parser = choice_but::<export::Format>("parquet", "pandas makes Parquet of CSV: pandas.read_csv(...).to_parquet(...)"),
         value_name = "F",
         hide_possible_values = true,
         conflicts_with = "benchmark"
@@ -377,14 +381,14 @@ pub(super) struct ExportOptions {
     /// Only these columns, such as phi1,normal_force.
     #[arg(long, value_name = "A,B", value_delimiter = ',', conflicts_with = "benchmark", add = channels())]
     pub channels: Vec<String>,
-    /// Only times from FROM to TO, s; either may be left out.
+    /// Only times FROM:TO, FROM: or :TO, s or with units.
     #[arg(long, value_name = "FROM:TO", value_parser = window, allow_hyphen_values = true, conflicts_with = "benchmark")]
     pub window: Option<(f64, f64)>,
-    /// Evaluate the trajectory at this rate, Hz.
-    #[arg(long, value_name = "HZ", value_parser = positive, allow_hyphen_values = true, conflicts_with_all = ["interval", "at", "benchmark"])]
+    /// Evaluate at this rate, Hz or with a unit.
+    #[arg(long, value_name = "F", value_parser = frequency, allow_hyphen_values = true, conflicts_with_all = ["interval", "at", "benchmark"])]
     pub rate: Option<f64>,
-    /// Evaluate the trajectory at this interval, s.
-    #[arg(long, value_name = "S", value_parser = positive, allow_hyphen_values = true, conflicts_with_all = ["at", "benchmark"])]
+    /// Evaluate at this interval, s or with a unit.
+    #[arg(long, value_name = "T", value_parser = duration, allow_hyphen_values = true, conflicts_with_all = ["at", "benchmark"])]
     pub interval: Option<f64>,
     /// Evaluate the trajectory at the times of a table, s.
     #[arg(long, value_name = "CSV", conflicts_with = "benchmark")]
@@ -403,24 +407,42 @@ pub(super) struct ExportOptions {
     pub force: bool,
 }
 
-fn positive(text: &str) -> Result<f64, String> {
-    match text.parse::<f64>() {
-        Ok(value) if value.is_finite() && value > 0.0 => Ok(value),
-        _ => Err("give a number greater than 0".to_owned()),
+/// A number in SI units, or a quantity with its unit.
+fn in_si(text: &str, dimension: Dimension) -> Result<f64, String> {
+    match text.trim().parse::<f64>() {
+        Ok(value) if value.is_finite() => Ok(value),
+        _ => quantity::parse(text, dimension).map_err(|_| {
+            let (name, unit, example) = (dimension.name(), dimension.unit(), dimension.example());
+            format!("give {name} in {unit}, or with its unit, such as \"{example}\"")
+        }),
     }
+}
+
+fn seconds(text: &str) -> Result<f64, String> {
+    in_si(text, Dimension::Time)
+}
+
+fn positive(value: f64) -> Result<f64, String> {
+    (value > 0.0)
+        .then_some(value)
+        .ok_or_else(|| "give a number greater than 0".to_owned())
+}
+
+fn duration(text: &str) -> Result<f64, String> {
+    positive(seconds(text)?)
+}
+
+fn frequency(text: &str) -> Result<f64, String> {
+    positive(in_si(text, Dimension::Frequency)?)
 }
 
 /// Two times with a colon between them.
 fn window(text: &str) -> Result<(f64, f64), String> {
-    let wrong = || "give two times in seconds with a colon between them, such as 6.97:6.99".to_owned();
+    let wrong = || "give two times with a colon between them, such as 6.97:6.99 or \"6970 ms:6990 ms\"".to_owned();
     let (from, to) = text.split_once(':').ok_or_else(wrong)?;
     let bound = |text: &str, without: f64| match text.trim() {
         "" => Ok(without),
-        text => text
-            .parse::<f64>()
-            .ok()
-            .filter(|time| time.is_finite())
-            .ok_or_else(wrong),
+        text => seconds(text),
     };
     let (from, to) = (bound(from, f64::NEG_INFINITY)?, bound(to, f64::INFINITY)?);
     if from > to {
@@ -434,7 +456,7 @@ fn window(text: &str) -> Result<(f64, f64), String> {
 #[derive(Debug, Args)]
 pub(super) struct ModesOptions {
     /// A TOML file, a built-in case, or a result.
-    #[arg(value_name = "CASE", default_value = crate::case::builtin::DEFAULT, add = cases_and_results())]
+    #[arg(value_name = "CASE", default_value = stickslip_case::builtin::DEFAULT, add = cases_and_results())]
     pub case: String,
     /// Override a key, such as friction.decay=4.
     #[arg(long = "set", value_name = "KEY=VALUE", add = keys())]
@@ -471,11 +493,11 @@ pub(super) struct CycleOptions {
     /// Start from the end of the run (end) or from [initial] of the case (initial), as beside an unstable cycle.
     #[arg(long, value_enum, value_name = "WHERE", default_value_t = SearchFrom::End, hide_possible_values = true)]
     pub from: SearchFrom,
-    /// Look for a period of about this length, s [default: what fits best].
-    #[arg(long, value_name = "S", value_parser = positive, conflicts_with = "periods")]
+    /// Look for a period of about this length, s or with a unit [default: what fits best].
+    #[arg(long, value_name = "T", value_parser = duration, conflicts_with = "periods")]
     pub period: Option<f64>,
     /// Look for a period of so many periods of the drives, or turns of an autonomous motion [default: what fits best].
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=crate::cycle::LONGEST as i64))]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=stickslip_analysis::cycle::LONGEST as i64))]
     pub periods: Option<u32>,
     /// Override a key, such as rotor.speed=0.3.
     #[arg(long = "set", value_name = "KEY=VALUE", add = keys())]
@@ -488,7 +510,7 @@ pub(super) struct CycleOptions {
 #[derive(Debug, Args)]
 pub(super) struct ContinueOptions {
     /// A TOML file, or a built-in study.
-    #[arg(value_name = "STUDY", default_value = crate::continuation::CONTINUATIONS[0].name, add = studies("continue"))]
+    #[arg(value_name = "STUDY", default_value = stickslip_analysis::continuation::CONTINUATIONS[0].name, add = studies("continue"))]
     pub study: String,
     /// Result file [default: STUDY.h5].
     #[arg(short, long, value_name = "FILE")]
@@ -510,7 +532,7 @@ pub(super) struct ContinueOptions {
 #[derive(Debug, Args)]
 pub(super) struct WorkPrecisionOptions {
     /// A TOML file, or a built-in study.
-    #[arg(value_name = "STUDY", default_value = crate::analysis::work_precision::STUDIES[0].name, add = studies("work-precision"))]
+    #[arg(value_name = "STUDY", default_value = stickslip_analysis::analysis::work_precision::STUDIES[0].name, add = studies("work-precision"))]
     pub study: String,
     /// Result file [default: STUDY.h5].
     #[arg(short, long, value_name = "FILE")]
@@ -542,13 +564,22 @@ fn method_help() -> String {
     lines.join("\n").trim_end_matches(',').to_owned()
 }
 
+/// One of the values of `T`; `gone`, which was one in earlier versions, is refused with what to use instead.
+fn choice_but<T: ValueEnum + Send + Sync + 'static>(
+    gone: &'static str,
+    instead: &'static str,
+) -> impl TypedValueParser<Value = T> {
+    let known = T::value_variants().iter().filter_map(ValueEnum::to_possible_value);
+    PossibleValuesParser::new(known.chain([PossibleValue::new(gone).hide(true)]))
+        .try_map(move |name| T::from_str(&name, true).map_err(|_| instead))
+}
+
 /// File format of a figure.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 pub(super) enum Format {
     Svg,
     Png,
     Pdf,
-    Eps,
 }
 
 impl Format {
@@ -557,7 +588,6 @@ impl Format {
             Format::Svg => "svg",
             Format::Png => "png",
             Format::Pdf => "pdf",
-            Format::Eps => "eps",
         }
     }
 
@@ -599,14 +629,14 @@ pub(super) struct PlotOptions {
     /// Of a sweep: only points with this value.
     #[arg(long, value_name = "AXIS=VALUE")]
     pub at: Vec<String>,
-    /// Start of a figure of one's own, s.
+    /// Start of a figure of one's own, s or with a unit.
     #[arg(long, value_name = "T", value_parser = seconds, allow_negative_numbers = true)]
     pub from: Option<f64>,
-    /// End of a figure of one's own, s.
+    /// End of a figure of one's own, s or with a unit.
     #[arg(long, value_name = "T", value_parser = seconds, allow_negative_numbers = true)]
     pub to: Option<f64>,
-    /// svg, png, pdf or eps [default: SVG and PNG].
-    #[arg(long, value_enum, value_name = "FORMAT", hide_possible_values = true)]
+    /// svg, png or pdf [default: SVG and PNG].
+    #[arg(long, value_parser = choice_but::<Format>("eps", "write a PDF; `pdftops -eps figure.pdf` makes EPS of it"), value_name = "FORMAT", hide_possible_values = true)]
     pub format: Option<Format>,
     /// Width, mm; or 8.4cm, 3.3in, 240pt.
     ///
@@ -660,13 +690,6 @@ fn between(text: &str, low: f64, high: f64) -> Result<f64, String> {
     match text.parse::<f64>() {
         Ok(value) if (low..=high).contains(&value) => Ok(value),
         _ => Err(format!("give a number from {low} to {high}")),
-    }
-}
-
-fn seconds(text: &str) -> Result<f64, String> {
-    match text.parse::<f64>() {
-        Ok(value) if value.is_finite() => Ok(value),
-        _ => Err("give a time in seconds, such as 6.975".to_owned()),
     }
 }
 

@@ -1,25 +1,23 @@
-//! The built-in cases and studies, with the commands that take them.
+//! Built-in cases and studies, with the commands that accept them.
 
 use super::CommandError;
-use crate::analysis::work_precision;
-use crate::calibrate::{CALIBRATIONS, CalibrationStudy};
-use crate::case::{Case, CaseSource, builtin};
-use crate::continuation::{CONTINUATIONS, ContinuationStudy};
-use crate::sweep::{STUDIES, Study, StudySource};
 use serde::Serialize;
+use stickslip_analysis::analysis::work_precision;
+use stickslip_analysis::calibrate::{CALIBRATIONS, CalibrationStudy};
+use stickslip_analysis::continuation::{CONTINUATIONS, ContinuationStudy};
+use stickslip_analysis::sweep::{STUDIES, Study, StudySource};
+use stickslip_case::{Case, CaseSource, builtin};
 
-/// One of them, as `case --list` says it.
+/// An entry of `case --list`.
 #[derive(Serialize)]
 pub(super) struct Listed {
     pub name: &'static str,
-    /// What it is.
+    /// Kind of case or study.
     pub kind: &'static str,
-    /// The command that takes it.
     pub command: &'static str,
     pub title: String,
 }
 
-/// Every one of them: cases, then studies.
 pub(super) fn listed() -> Result<Vec<Listed>, CommandError> {
     let mut listed = Vec::new();
     let mut add = |name, kind, command, title| {

@@ -1,27 +1,26 @@
-//! `stickslip calibrate`.
+//! `stickslip calibrate`: parameters that reproduce measured numbers.
 
 use super::arguments::{CalibrateOptions, Common};
 use super::input::{interrupt_flag, overwrite};
 use super::progress::Bar;
 use super::terminal::{lines, or_none};
 use super::{CommandError, End, interrupted, tell};
-use crate::calibrate::{
-    CALIBRATIONS, Calibration, CalibrationError, CalibrationStudy, Correlation, Determined, Role, Target, TargetResult,
-    calibrate as find, write_file,
-};
-use crate::case::CaseError;
 use crate::plot::target::{self, Product};
-use crate::results::Reservation;
-use crate::results::disk::same_file;
-use crate::sweep::StudySource;
 use serde::Serialize;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
+use stickslip_analysis::calibrate::{
+    CALIBRATIONS, Calibration, CalibrationError, CalibrationStudy, Correlation, Determined, Role, Target, TargetResult,
+    calibrate as find, write_file,
+};
+use stickslip_analysis::sweep::StudySource;
+use stickslip_case::CaseError;
+use stickslip_files::Reservation;
+use stickslip_files::disk::same_file;
 
-/// From this correlation on, the data give a combination of two parameters rather than either.
+/// From this correlation on, the data determine a combination of two parameters rather than each one.
 const TRADED: f64 = 0.9;
 
-/// Finds the parameters of a study, and reports them.
 pub(super) fn calibrate(options: &CalibrateOptions, common: &Common) -> Result<End, CommandError> {
     let study = read_study(options)?;
     let name = &study.runs.source.name;
@@ -29,18 +28,18 @@ pub(super) fn calibrate(options: &CalibrateOptions, common: &Common) -> Result<E
         .output
         .clone()
         .unwrap_or_else(|| PathBuf::from(format!("{name}.h5")));
-    // Before a file is there: from then on an interruption ends the calibration in good order.
+    // Before the file is created: from then on an interruption ends the calibration cleanly.
     let stop = interrupt_flag()?;
     let place = Reservation::take(&path, overwrite(options.force), &study.runs.files)?;
     if let Some(case) = &options.case {
         check_case_target(case, &path, &study, options.force)?;
     }
-    let jobs = options.runs.jobs.unwrap_or_else(crate::workers::processors);
+    let jobs = options.runs.jobs.unwrap_or_else(stickslip_engine::workers::processors);
     let bar = Bar::new(common);
     let clock = Instant::now();
     let result = find(
         &study,
-        &crate::calibrate::CalibrationOptions {
+        &stickslip_analysis::calibrate::CalibrationOptions {
             workers: jobs,
             stop: &stop,
         },
@@ -77,7 +76,7 @@ fn read_study(options: &CalibrateOptions) -> Result<CalibrationStudy, CaseError>
     CalibrationStudy::parse(source, &options.runs.overrides()?)
 }
 
-/// Whether the case may be written, before anything is computed.
+/// Refuses an unusable case target before anything is computed.
 fn check_case_target(case: &Path, result: &Path, study: &CalibrationStudy, force: bool) -> Result<(), CommandError> {
     if same_file(case, result) {
         return Err(CommandError::input(format!(
@@ -88,7 +87,6 @@ fn check_case_target(case: &Path, result: &Path, study: &CalibrationStudy, force
     Ok(target::check(case, Product::Case, &study.runs.files, force)?)
 }
 
-/// Writes the base case with the calibrated parameters.
 fn write_case(path: &Path, study: &CalibrationStudy, calibration: &Calibration) -> Result<(), CommandError> {
     let case = study.case_at(&calibration.shares).map_err(|error| {
         CommandError::computation(format!("{}: the case cannot be written: {error}", path.display()))
@@ -121,7 +119,7 @@ fn document(
             key: key(k),
             unit: axis.unit.unwrap_or("1"),
             optimum: calibration.parameters[k],
-            // If no target is set aside; only where some are.
+            // Only if targets are set aside.
             compromise: calibration.compromise.as_ref().map(|point| point.parameters[k]),
             least: interval.map(|interval| interval.least),
             largest: interval.map(|interval| interval.largest),
@@ -136,18 +134,18 @@ fn document(
             value: target.value,
             half_width: target.half_width,
             weight: target.weight,
-            // None where the run has no such quantity.
+            // `None`: the run lacks the quantity.
             here: known(result.here),
             residual: known(result.residual),
-            // The least residual anywhere in the ranges.
+            // The least residual within the ranges.
             nearest: known(result.nearest),
-            // Of a target that contradicts: the least residual with it, and what could be set aside in its place.
+            // Contradicting target: the least residual with it, and the targets that could be set aside instead.
             together: known(result.together),
             instead: names(study, &result.instead),
             role: result.role.name(),
         }
     };
-    // None where one of the two does not vary.
+    // `None`: one of the two does not vary.
     let correlation = |pair: &Correlation| {
         document! {
             parameters: pair.parameters.map(key),
@@ -158,14 +156,14 @@ fn document(
     document! {
         status: if calibration.interrupted { "interrupted" } else { "complete" },
         file: file.display().to_string(),
-        // With the calibrated parameters, where it was asked for.
+        // The case with the calibrated parameters, if requested.
         case: options.case.as_ref().map(|path| path.display().to_string()),
         study: study.runs.source.label(),
         title: study.runs.title.clone(),
         digest: study.digest(),
-        // Whether every target that is to be met is.
+        // Whether all targets that must be met are met.
         consistent: is_consistent(calibration),
-        // In half-widths, at the optimum, and at the compromise where targets are set aside.
+        // In half-widths, at the optimum, and at the compromise if targets are set aside.
         largest_residual: calibration.worst,
         largest_residual_of_compromise: calibration.compromise.as_ref().map(|point| point.worst),
         parameters: (0..study.runs.axes.len()).map(parameter).collect::<Vec<_>>(),
@@ -230,7 +228,7 @@ fn parameter_table(study: &CalibrationStudy, calibration: &Calibration) -> Strin
 
 fn target_table(study: &CalibrationStudy, calibration: &Calibration) -> String {
     let row = |(target, result): (&Target, &TargetResult)| {
-        // To a hundredth of the interval, so that the residual can be read off; as many digits for each.
+        // The same decimals for each number, to 1/100 of the interval, so that residuals are visible.
         let places = (2.0 - target.half_width.log10().floor()).clamp(0.0, 12.0) as usize;
         let finite = |value: f64| Some(value).filter(|value| value.is_finite());
         let number = |value: f64| or_none(finite(value), |value| format!("{value:.places$}"));
@@ -249,7 +247,6 @@ fn target_table(study: &CalibrationStudy, calibration: &Calibration) -> String {
     lines(&header, rows, [1, 2, 3, 5])
 }
 
-/// What the numbers say, in sentences.
 fn verdict(study: &CalibrationStudy, calibration: &Calibration) -> Vec<String> {
     let mut lines = Vec::new();
     let targets = || study.targets.iter().zip(&calibration.targets);
@@ -314,7 +311,7 @@ fn verdict(study: &CalibrationStudy, calibration: &Calibration) -> Vec<String> {
     lines
 }
 
-/// Six significant digits, with an exponent where the number is far from 1.
+/// Six significant digits, with an exponent if the number is far from 1.
 fn six_digits(value: f64) -> String {
     let size = value.abs();
     if value == 0.0 || (1e-3..1e6).contains(&size) {

@@ -1,27 +1,26 @@
-//! Words that a shell proposes for values without a fixed list: names of cases, methods, keys, channels and files.
+//! Shell completions for values without a fixed list: cases, methods, keys, channels and files.
 
 use super::builtins;
-use crate::case::{schema, train_keys};
-use crate::compare::{Channel, Requirement};
 use crate::plot::{branches, catalogue, certified, portraits, studies as study_figures};
-use crate::results::schema as columns_of;
-use crate::simulation::Method;
-use crate::sweep::QUANTITIES;
 use clap::builder::StyledStr;
 use clap_complete::engine::{
     ArgValueCandidates, ArgValueCompleter, CompletionCandidate, PathCompleter, ValueCompleter,
 };
 use std::ffi::OsStr;
 use std::path::{Path, is_separator};
+use stickslip_analysis::sweep::QUANTITIES;
+use stickslip_case::{schema, train_keys};
+use stickslip_compare::{Channel, Requirement};
+use stickslip_engine::simulation::Method;
+use stickslip_files::schema as columns_of;
 
-/// Extensions of results, and of what else is HDF5.
 const RESULTS: &[&str] = &["h5", "hdf5", "nc"];
 
 fn candidate(value: &str, help: &str) -> CompletionCandidate {
     CompletionCandidate::new(value).help((!help.is_empty()).then(|| StyledStr::from(help.to_owned())))
 }
 
-/// Built-in ones, and files of these extensions; where there is none of either, all files. Folders lead on.
+/// Built-in names, and files with these extensions; without any of both, all files. Folders can be entered.
 fn or_files(
     built_in: Vec<CompletionCandidate>,
     typed: &OsStr,
@@ -40,7 +39,7 @@ fn or_files(
     found
 }
 
-/// Built-in ones that a command takes, and files.
+/// Built-in names that a command accepts, and files.
 fn of_command(command: &'static str, extensions: &'static [&'static str]) -> ArgValueCompleter {
     ArgValueCompleter::new(move |typed: &OsStr| {
         let start = typed.to_string_lossy();
@@ -51,17 +50,14 @@ fn of_command(command: &'static str, extensions: &'static [&'static str]) -> Arg
     })
 }
 
-/// A case: a built-in one, a TOML file, or a result that is repeated.
 pub(super) fn cases_and_results() -> ArgValueCompleter {
     of_command("run", &["toml", "h5"])
 }
 
-/// A study that a command takes.
 pub(super) fn studies(command: &'static str) -> ArgValueCompleter {
     of_command(command, &["toml"])
 }
 
-/// Whatever is built in, by name.
 pub(super) fn names() -> ArgValueCandidates {
     ArgValueCandidates::new(|| {
         let listed = builtins::listed().unwrap_or_default();
@@ -69,17 +65,15 @@ pub(super) fn names() -> ArgValueCandidates {
     })
 }
 
-/// Result files.
 pub(super) fn results() -> ArgValueCompleter {
     ArgValueCompleter::new(|typed: &OsStr| or_files(Vec::new(), typed, RESULTS))
 }
 
-/// Integration methods.
 pub(super) fn methods() -> ArgValueCandidates {
     ArgValueCandidates::new(|| Method::all().map(|method| candidate(method.name(), "")).collect())
 }
 
-/// Keys of a case, each with the sign that its value follows; of an array its first element.
+/// Keys of a case with their assignment sign; arrays have their first element only.
 pub(super) fn keys() -> ArgValueCandidates {
     ArgValueCandidates::new(|| {
         let of_short_form = schema::keys().map(|key| (key.path, key.description));
@@ -93,7 +87,6 @@ pub(super) fn keys() -> ArgValueCandidates {
     })
 }
 
-/// Channels that every trajectory has.
 pub(super) fn channels() -> ArgValueCandidates {
     ArgValueCandidates::new(|| {
         let tables = columns_of::tables();
@@ -102,7 +95,7 @@ pub(super) fn channels() -> ArgValueCandidates {
     })
 }
 
-/// Channels of a comparison, each with the sign that its column follows.
+/// Channels of a comparison with their assignment sign.
 pub(super) fn columns() -> ArgValueCandidates {
     ArgValueCandidates::new(|| {
         let channels = Channel::ALL.iter().map(|channel| channel.name());
@@ -113,12 +106,10 @@ pub(super) fn columns() -> ArgValueCandidates {
     })
 }
 
-/// What can be required of a comparison.
 pub(super) fn requirements() -> ArgValueCandidates {
     ArgValueCandidates::new(|| Requirement::metrics().map(|name| candidate(name, "")).collect())
 }
 
-/// Figures, by name.
 pub(super) fn figures() -> ArgValueCandidates {
     ArgValueCandidates::new(|| {
         let of_runs = catalogue::ENTRIES
@@ -135,7 +126,6 @@ pub(super) fn figures() -> ArgValueCandidates {
     })
 }
 
-/// What a sweep keeps of its runs, and a continuation of its points.
 pub(super) fn quantities() -> ArgValueCandidates {
     ArgValueCandidates::new(|| {
         let all = QUANTITIES.iter().map(|one| (one.name, one.description));

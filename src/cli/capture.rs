@@ -1,4 +1,4 @@
-//! A command run inside another program, which gets the report and the document.
+//! A command inside another program, which receives the report and the document.
 
 use super::arguments::ProgressChoice;
 use super::captured::{Capturing, Said, Watch};
@@ -7,9 +7,9 @@ use clap::Parser;
 use std::ffi::OsString;
 use std::sync::Arc;
 
-/// Runs a command with these arguments, without the name of the program. What it says is captured, report and document both;
-/// how it ended stands beside that. `watch` follows and ends it. It sets no handler of signals, and no logger. A table that is
-/// asked for on standard output (`export -o -`) goes there.
+/// Runs a command with these arguments (without the program's name). Report, document and messages are captured, beside
+/// the outcome; `watch` follows and stops the command. No signal handler and no logger is set. `export -o -` still
+/// writes to standard output.
 pub fn capture(arguments: impl IntoIterator<Item = OsString>, watch: Arc<Watch>) -> (Said, Result<End, CommandError>) {
     let capturing = Capturing::new(watch);
     let end = ended(arguments);

@@ -1,30 +1,39 @@
-//! What a command says while it runs inside another program: it is kept, and nothing is printed.
+//! Output of a command inside another program: captured instead of printed.
 
 use std::cell::RefCell;
 use std::sync::atomic::AtomicBool;
 use std::sync::{Arc, Mutex};
+use stickslip_analysis::sweep::Executor;
 
-/// What a command has said.
+/// Captured output of a command.
 #[derive(Debug, Default)]
 pub struct Said {
-    /// Its report, as on standard output; of the commands that have one beside their document.
+    /// Report for standard output, if the command has one besides its document.
     pub text: String,
-    /// Its JSON document.
+    /// JSON document.
     pub document: Option<String>,
-    /// What it said on standard error.
+    /// Messages for standard error.
     pub messages: Vec<String>,
 }
 
-/// What a program shares with a command that it runs: the wish to end it, and how far it is.
+/// Channel between a program and its command: stop request, progress, executor.
 #[derive(Debug, Default)]
 pub struct Watch {
-    /// Ends the command in good order.
+    /// Stops the command cleanly.
     pub stop: Arc<AtomicBool>,
     progress: Mutex<Option<(u64, u64)>>,
+    executor: Mutex<Option<Box<dyn Executor>>>,
 }
 
 impl Watch {
-    /// What is done, of how much: of the commands that count, such as `sweep`. `None` before it begins.
+    /// Lets an executor run the points of a sweep instead of threads of this process.
+    pub fn let_run(&self, executor: Box<dyn Executor>) {
+        if let Ok(mut slot) = self.executor.lock() {
+            *slot = Some(executor);
+        }
+    }
+
+    /// Steps done and in total, for commands that count, such as `sweep`; `None` before the start.
     pub fn progress(&self) -> Option<(u64, u64)> {
         self.progress.lock().ok().and_then(|progress| *progress)
     }
@@ -39,19 +48,17 @@ thread_local! {
     static CAPTURE: RefCell<Option<Capture>> = const { RefCell::new(None) };
 }
 
-/// As long as it lives, what commands say in this thread is kept.
+/// Captures this thread's output during its lifetime.
 #[derive(Debug)]
 pub(super) struct Capturing(());
 
 impl Capturing {
-    /// In this thread, under watch.
     pub fn new(watch: Arc<Watch>) -> Self {
         let said = Said::default();
         CAPTURE.with_borrow_mut(|slot| *slot = Some(Capture { said, watch }));
         Capturing(())
     }
 
-    /// What was said.
     pub fn end(self) -> Said {
         CAPTURE
             .with_borrow_mut(Option::take)
@@ -61,32 +68,28 @@ impl Capturing {
 
 impl Drop for Capturing {
     fn drop(&mut self) {
-        // After a panic as well: else this thread would not print any more.
+        // Also after a panic; otherwise this thread would never print again.
         CAPTURE.with_borrow_mut(Option::take);
     }
 }
 
-/// Takes what would be printed; `false` if nothing is captured.
+/// Captures a text; `false` if nothing is captured.
 pub(super) fn text(text: &str) -> bool {
     with(|said| said.text.push_str(text))
 }
 
-/// Takes a document.
 pub(super) fn document(text: &str) -> bool {
     with(|said| said.document = Some(text.to_owned()))
 }
 
-/// Takes what would be said on standard error.
 pub(super) fn message(text: &str) -> bool {
     with(|said| said.messages.push(text.to_owned()))
 }
 
-/// Whether something is captured.
 pub(super) fn now() -> bool {
     CAPTURE.with_borrow(Option::is_some)
 }
 
-/// Takes how far the command is.
 pub(super) fn progress(done: u64, total: u64) {
     CAPTURE.with_borrow(|capture| {
         if let Some(mut progress) = capture.as_ref().and_then(|capture| capture.watch.progress.lock().ok()) {
@@ -95,7 +98,11 @@ pub(super) fn progress(done: u64, total: u64) {
     });
 }
 
-/// What ends the command.
+/// The executor of a sweep's points, if it is not this process.
+pub(super) fn executor() -> Option<Box<dyn Executor>> {
+    CAPTURE.with_borrow(|capture| capture.as_ref()?.watch.executor.lock().ok()?.take())
+}
+
 pub(super) fn stop() -> Option<Arc<AtomicBool>> {
     CAPTURE.with_borrow(|capture| capture.as_ref().map(|capture| capture.watch.stop.clone()))
 }

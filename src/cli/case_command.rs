@@ -1,14 +1,13 @@
-//! `stickslip case`.
+//! `stickslip case`: the text of a case, and the keys of cases.
 
 use super::arguments::{CaseOptions, Common};
 use super::{CommandError, End, builtins, print, print_json, terminal};
-use crate::analysis::work_precision;
-use crate::calibrate::CALIBRATIONS;
-use crate::case::{CaseSource, Origin};
-use crate::continuation::CONTINUATIONS;
-use crate::sweep::STUDIES;
+use stickslip_analysis::analysis::work_precision;
+use stickslip_analysis::calibrate::CALIBRATIONS;
+use stickslip_analysis::continuation::CONTINUATIONS;
+use stickslip_analysis::sweep::STUDIES;
+use stickslip_case::{CaseSource, Origin};
 
-/// Prints a built-in case or study, or lists them.
 pub(super) fn case(options: &CaseOptions, common: &Common) -> Result<End, CommandError> {
     if let Some(name) = &options.name {
         let studies = STUDIES

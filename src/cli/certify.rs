@@ -1,4 +1,4 @@
-//! `stickslip certify`.
+//! `stickslip certify`: how many digits of a result are true.
 
 use super::arguments::{CertifyOptions, Common, Format};
 use super::input::{Given, Scratch, interrupt_flag, output_of, overrides, overwrite};
@@ -7,34 +7,32 @@ use super::progress::Bar;
 use super::{
     CommandError, End, certify_report, complain, interrupted, print, print_json, strictly, wants_json, wants_text,
 };
-use crate::analysis::advice::{DIGITS_OF_DOUBLE, remedy, shortfall};
-use crate::analysis::bands::{Compared, columns, compared_output};
-use crate::analysis::certificate::{Certificate, CertifyError, Verdict};
-use crate::analysis::stability::onset::{Onset, onsets};
-use crate::analysis::{Certified, Certify, Deadline, SavedRun, Stage, Warning, Written};
-use crate::case::{Case, CaseSource, Origin};
-use crate::model::margin::resistance;
-use crate::oracle::{self, OracleError};
 use crate::plot::onset;
-use crate::record::{Channels, MemoryRecorder, State};
-use crate::results::{ResultError, ResultFile, Status, check_target, write_certified};
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
+use stickslip_analysis::analysis::advice::{DIGITS_OF_DOUBLE, remedy, shortfall};
+use stickslip_analysis::analysis::bands::{Compared, columns, compared_output};
+use stickslip_analysis::analysis::certificate::{Certificate, CertifyError, Verdict};
+use stickslip_analysis::analysis::stability::onset::{Onset, onsets};
+use stickslip_analysis::analysis::{Certified, Certify, Deadline, SavedRun, Stage, Warning, Written};
+use stickslip_case::{Case, CaseSource, Origin};
+use stickslip_files::{ResultError, ResultFile, Status, check_target, write_certified};
+use stickslip_oracle::{self as oracle, OracleError};
+use stickslip_system::model::margin::resistance;
+use stickslip_system::record::{Channels, MemoryRecorder, State};
 
-/// Rows of a file that are read together.
 const ROWS_AT_A_TIME: usize = 65_536;
 
-/// Where the oracle is asked without being asked for: the digits that it is to have, and the time after which the ladder decides.
+/// Limits of the oracle when it was not requested: digits, and the time after which the ladder decides.
 const UNASKED: (u32, Duration) = (18, Duration::from_secs(600));
 
-/// Whether the oracle decides even without `--oracle`, if it can. Sliding that slows down by itself has a verdict of its own by the
-/// ladder, down to what rounding does.
+/// Whether the oracle decides without `--oracle`. For a run that slows down by itself the ladder has its own verdict,
+/// down to the effect of rounding.
 fn oracle_decides(case: &Case) -> bool {
     !case.stops()
 }
 
-/// Certifies a result: reports it, and writes a copy with the certificate.
 pub(super) fn certify(options: &CertifyOptions, common: &Common) -> Result<End, CommandError> {
     let clock = Instant::now();
     let path = Path::new(&options.case);
@@ -133,7 +131,7 @@ pub(super) fn certify(options: &CertifyOptions, common: &Common) -> Result<End, 
     let by_ladder = certificate.without_oracle.as_ref();
     let by_ladder = by_ladder.map(|why| format!("the uncertainties are those of the ladder alone: {why}"));
     if !common.quiet {
-        // That an onset is noise is said by the verdict.
+        // The verdict reports an onset determined by noise.
         let is_said = |warning: &&Warning| matches!(warning, Warning::NoiseDetermined { .. });
         let others = certificate.warnings.iter().filter(|warning| !is_said(warning));
         for warning in others.map(Warning::to_string).chain(by_ladder.clone()) {
@@ -159,7 +157,7 @@ pub(super) fn certify(options: &CertifyOptions, common: &Common) -> Result<End, 
         None => {
             let warnings = certificate.warnings.iter().map(Warning::to_string);
             let mut doubts: Vec<String> = warnings.chain(by_ladder.map(|why| why + ".")).collect();
-            // That an onset is noise was said by the verdict, and not as a warning.
+            // The verdict, not a warning, has reported an onset determined by noise.
             let said = certificate.verdict == Verdict::Converged;
             if !said && doubts.is_empty() {
                 doubts.push(format!("the verdict on the events is {}.", certificate.verdict.name()));
@@ -169,7 +167,6 @@ pub(super) fn certify(options: &CertifyOptions, common: &Common) -> Result<End, 
     }
 }
 
-/// What to say of events that are not certified.
 fn not_certified(certificate: &Certificate) -> String {
     let from = "from the one marked sequence-differs on";
     let unfinished = certificate.ladder.iter().find_map(|rung| rung.failure.as_ref());
@@ -184,7 +181,6 @@ fn not_certified(certificate: &Certificate) -> String {
     }
 }
 
-/// Draws the first stick against the tolerance; `None` if it was interrupted.
 fn draw(
     case: &Case,
     target: (&Path, Format),
@@ -193,20 +189,18 @@ fn draw(
     let Some(onsets) = onsets(&case.system, &case.solver, case.output.end_time, stop) else {
         return Ok(None);
     };
-    plot::draw(&onset::figure(&case.title, &onsets), target)?;
+    plot::draw(&onset::figure(&case.title, &onsets), target, String::new())?;
     Ok(Some(onsets))
 }
 
-/// The result that is certified.
 struct Obtained {
     path: PathBuf,
-    /// Its events, and its rows as far as they are compared.
     record: MemoryRecorder,
-    /// Where the file was made here, and goes again.
+    /// The file, if it was created here and is temporary.
     scratch: Option<Scratch>,
 }
 
-/// The given result file, or a run of the case beside the target; `None` if it was interrupted.
+/// The given result file, or a run of the case beside the target; `None` if interrupted.
 fn obtain(given: &Given, case: &Case, target: &Path, stop: &AtomicBool) -> Result<Option<Obtained>, CommandError> {
     if let Origin::Result(path) = &given.source.origin {
         let file = ResultFile::open(path)?;
@@ -246,7 +240,6 @@ fn obtain(given: &Given, case: &Case, target: &Path, stop: &AtomicBool) -> Resul
     }))
 }
 
-/// What is certified of a file.
 fn read_back(file: &ResultFile, case: &Case) -> Result<MemoryRecorder, ResultError> {
     let mut compared = Compared::new(&compared_output(&case.output));
     let further: Vec<String> = columns(case)
@@ -276,8 +269,7 @@ fn read_back(file: &ResultFile, case: &Case) -> Result<MemoryRecorder, ResultErr
     Ok(record)
 }
 
-/// The ladder, the oracle where it is to speak, and what the numbers of the case do. What is interrupted after the ladder leaves
-/// that.
+/// The ladder, the oracle if required, and the sensitivities. An interruption after the ladder keeps the ladder.
 fn examine(
     (case, written): (&Case, &Written),
     record: &MemoryRecorder,
@@ -308,7 +300,7 @@ fn examine(
     })
 }
 
-/// What is missing for a certificate in a file that has lost its case.
+/// Adds to the error of a file without its case that the case itself must be certified.
 fn without_case(mut error: CommandError) -> CommandError {
     if error.text.contains("/input") {
         error.text +=

@@ -1,27 +1,26 @@
-//! `stickslip certify` of a file that holds one period of a cycle.
+//! `stickslip certify` for the file of a cycle.
 
 use super::arguments::{CertifyOptions, Common};
 use super::cycle::cycle_error;
 use super::input::{interrupt_flag, output_of, overwrite};
 use super::{CommandError, End, interrupted, tell, terminal};
-use crate::case::{Case, CaseSource};
-use crate::cycle::{CycleError, CycleFileError, Enclosed, NotCertified, certify as by_oracle, from_file};
-use crate::oracle::{self, OracleError};
-use crate::results::{ResultFile, check_target, schema::group, write_certified};
 use std::ops::ControlFlow;
 use std::path::Path;
 use std::sync::atomic::Ordering;
+use stickslip_analysis::cycle::{CycleError, CycleFileError, Enclosed, NotCertified, certify as by_oracle, from_file};
+use stickslip_case::{Case, CaseSource};
+use stickslip_files::{ResultFile, check_target, schema::group, write_certified};
+use stickslip_oracle::{self as oracle, OracleError};
+use stickslip_system::quote::bound;
 
-/// Digits of period and events, if nothing else is asked for.
+/// Default digits of period and events.
 const DIGITS: u32 = 25;
 
-/// Whether a result file holds a cycle.
 pub(super) fn is_one(path: &Path) -> bool {
     let file = ResultFile::open(path);
     file.is_ok_and(|file| matches!(file.added_group(group::CYCLE, 0), Ok(Some(_))))
 }
 
-/// Certifies the cycle of a file, and writes a copy with the certificate.
 pub(super) fn certify(path: &Path, options: &CertifyOptions, common: &Common) -> Result<End, CommandError> {
     if !options.set.is_empty() {
         return Err(CommandError::input(
@@ -99,12 +98,10 @@ pub(super) fn certify(path: &Path, options: &CertifyOptions, common: &Common) ->
         let mut rows = vec![vec![
             "period".to_owned(),
             certificate.period.decimal.clone(),
-            format!("{:.1e}", certificate.period.error),
+            bound(certificate.period.error, 1),
         ]];
         let events = certificate.events.iter();
-        rows.extend(
-            events.map(|(time, kind)| vec![(*kind).to_owned(), time.decimal.clone(), format!("{:.1e}", time.error)]),
-        );
+        rows.extend(events.map(|(time, kind)| vec![(*kind).to_owned(), time.decimal.clone(), bound(time.error, 1)]));
         format!(
             "{}: the cycle is certified\n\n{}\noracle with {} digits; {} corrections, the last one {:.0e} of the one before\n{}\n",
             family.case().title,

@@ -1,42 +1,42 @@
-//! What `stickslip certify` prints and stores.
+//! Report and tables of `stickslip certify`.
 
 use super::terminal::{self, or_none};
-use crate::analysis::Certified;
-use crate::analysis::advice::remedy;
-use crate::analysis::bands::{ChannelBand, Stretch};
-use crate::analysis::certificate::{Certificate, CertifiedEvent, Verdict};
-use crate::analysis::ladder::Rung;
-use crate::analysis::linearised::Slope;
-use crate::analysis::sensitivity::{
+use serde_json::{Value, json};
+use stickslip_analysis::analysis::Certified;
+use stickslip_analysis::analysis::advice::remedy;
+use stickslip_analysis::analysis::bands::{ChannelBand, Stretch};
+use stickslip_analysis::analysis::certificate::{Certificate, CertifiedEvent, Verdict};
+use stickslip_analysis::analysis::ladder::Rung;
+use stickslip_analysis::analysis::linearised::Slope;
+use stickslip_analysis::analysis::sensitivity::{
     Affected, CaseSensitivities, Outcome, Rerun, Sensitivities, Sensitivity, add_sensitivities,
 };
-use crate::analysis::stability::onset::Onset;
-use crate::case::{Case, CaseNumber, Words};
-use crate::oracle::{OracleEvent, OracleSolution};
-use crate::provenance::extension;
-use crate::results::schema::{TIME_UNCERTAINTY, extended_tables, group};
-use crate::results::{Addition, Column};
-use serde_json::{Value, json};
+use stickslip_analysis::analysis::stability::onset::Onset;
+use stickslip_analysis::provenance::extension;
+use stickslip_case::{Case, CaseNumber, Words};
+use stickslip_files::schema::{TIME_UNCERTAINTY, extended_tables, group};
+use stickslip_files::{Addition, Column};
+use stickslip_oracle::{OracleEvent, OracleSolution};
+use stickslip_system::quote::bound;
 
-/// Rows of a table on a terminal: beyond, only the first and last events, and the parameters that matter most.
+/// Largest table on a terminal; longer ones show the first and last events, and the most influential parameters.
 const MOST_ROWS: usize = 24;
 
-/// Everything that is reported.
 pub(super) struct Report<'a> {
     pub source: String,
     pub case: &'a Case,
     pub certified: &'a Certified,
     pub file: String,
-    /// The figure, if one was drawn.
+    /// File of the figure, if any.
     pub figure: Option<String>,
-    /// What it shows.
+    /// Data of the figure.
     pub onsets: &'a [Onset],
     /// s.
     pub seconds: f64,
 }
 
 impl Report<'_> {
-    /// For a terminal.
+    /// Text for a terminal.
     pub fn text(&self) -> String {
         let c = &self.certified.certificate;
         let header = [
@@ -89,7 +89,6 @@ impl Report<'_> {
         format!("{}\n\n{}\n{figure}", parts.join("\n\n"), self.file)
     }
 
-    /// Where the case is from, how it was run, and what its certificate rests on.
     fn heading(&self) -> String {
         let solver = &self.certified.certificate.solver;
         let by = match &self.certified.exact {
@@ -108,12 +107,11 @@ impl Report<'_> {
         )
     }
 
-    /// What moves what the run comes to.
     fn result(&self) -> Option<&Sensitivities> {
         known_sensitivities(self.certified)?.result.as_ref()
     }
 
-    /// What "(smooth)" in the ladder means, where it stands.
+    /// Explanation of "(smooth)" if the ladder contains it.
     fn smooth_stop(&self) -> &'static str {
         if !self.certified.certificate.ladder.iter().any(|rung| rung.smooth_stop) {
             return "";
@@ -225,7 +223,7 @@ impl Report<'_> {
                 let digits = c.least_digits().map(|n| format!(", {n} digits of the least known"));
                 let digits = digits.unwrap_or_default();
                 let by = if c.by_oracle { " of the exact one" } else { "" };
-                format!("converged: every event within {worst:.1e} s{by}{digits}")
+                format!("converged: every event within {} s{by}{digits}", bound(worst, 1))
             }
             verdict => format!("{}: {}", verdict.name(), remedy(c)),
         };
@@ -235,7 +233,7 @@ impl Report<'_> {
         }
     }
 
-    /// For programs.
+    /// JSON document.
     pub fn document(&self) -> Value {
         let c = &self.certified.certificate;
         let result = self.result();
@@ -325,7 +323,7 @@ impl Report<'_> {
     }
 }
 
-/// What moves a result of the run, most first.
+/// Sensitivities of the run's result, largest first.
 pub(super) fn sensitivities(found: &Sensitivities) -> String {
     let mut rows: Vec<&Sensitivity> = found.rows.iter().collect();
     rows.sort_by(|a, b| b.largest().total_cmp(&a.largest()));
@@ -367,7 +365,7 @@ pub(super) fn sensitivities(found: &Sensitivities) -> String {
     let mut text = terminal::lines(&header, rows.iter().map(cells).chain(more), 1..6)
         .trim_end()
         .to_owned();
-    // Each remark once, with the reruns that it is about.
+    // Each remark once, with its reruns.
     let mut remarks: Vec<(&str, Vec<String>)> = Vec::new();
     for row in rows {
         for (rerun, sign) in row.reruns.iter().flatten().zip(["-", "+"]) {
@@ -391,7 +389,6 @@ pub(super) fn sensitivities(found: &Sensitivities) -> String {
     text
 }
 
-/// One number's row, for programs.
 pub(super) fn influence(row: &Sensitivity) -> Value {
     let rerun = |side: usize| row.reruns.as_ref().map(|reruns| &reruns[side]);
     json!({
@@ -421,7 +418,7 @@ fn stretch(stretch: &Stretch, channels: &[ChannelBand]) -> Value {
 
 fn known(x: f64) -> String {
     if x.is_finite() {
-        format!("{x:.1e}")
+        bound(x, 1)
     } else {
         "unknown".to_owned()
     }
@@ -435,12 +432,10 @@ fn without_sensitivities(certified: &Certified) -> Option<&str> {
     Some(certified.sensitivities.as_ref()?.as_ref().err()?)
 }
 
-/// What the uncertainties of the events come from.
 fn uncertainty_by(certificate: &Certificate) -> &'static str {
     if certificate.by_oracle { "oracle" } else { "ladder" }
 }
 
-/// For the file: what it has of its events, its stretches and its numbers.
 pub(super) fn tables(case: &Case, certified: &Certified) -> Vec<Addition> {
     let mut events = Addition::new(group::EVENTS);
     events.over(
@@ -463,7 +458,6 @@ fn finite(x: f64) -> f64 {
     if x.is_finite() { x } else { f64::NAN }
 }
 
-/// The group /certificate.
 fn certificate(case: &Case, certified: &Certified) -> Addition {
     let c = &certified.certificate;
     let mut group = Addition::new(group::CERTIFICATE);
@@ -568,7 +562,6 @@ fn certificate(case: &Case, certified: &Certified) -> Addition {
     group
 }
 
-/// The stretches between events, and what each channel can be off in them.
 fn bands(case: &Case, c: &Certificate, group: &mut Addition) {
     let stretches = &c.bands.stretches;
     let dimension = "index of the stretch: before the event of the same index, the last before the end of the run";
@@ -615,7 +608,6 @@ fn bands(case: &Case, c: &Certificate, group: &mut Addition) {
     }
 }
 
-/// The group /sensitivity.
 fn sensitivity(case: &Case, certified: &Certified) -> Addition {
     let known = known_sensitivities(certified);
     let parameters = known.map_or(&[][..], |known| &known.parameters);
@@ -626,7 +618,7 @@ fn sensitivity(case: &Case, certified: &Certified) -> Addition {
     group.attribute("parameter_units", list(|parameter| parameter.unit));
     group.dimension("event", events, "index of the event");
     group.dimension("parameter", parameters.len(), "index of the parameter");
-    // Nothing is known of an event that is not converged.
+    // Nothing is known about an event that is not converged.
     let matrix = |of: fn(&Slope) -> f64| -> Vec<f64> {
         let row = |index: usize| match known.and_then(|known| known.events.get(index)) {
             Some(row) => row.iter().map(of).collect(),
@@ -654,7 +646,7 @@ fn sensitivity(case: &Case, certified: &Certified) -> Addition {
     group
 }
 
-/// What a run of the case comes to, where it did not.
+/// The result that a run of the case should reach, if it failed to.
 fn expected(case: &Case) -> Affected {
     match case.stops() {
         true => Affected::FinalStick,
@@ -662,7 +654,7 @@ fn expected(case: &Case) -> Affected {
     }
 }
 
-/// The oracle's events, a line each: with the state behind them where the paper has letters for it, else with the mode.
+/// The oracle's events as CSV: with the state after each event if the paper has letters for it, otherwise the mode.
 fn csv(words: Words, exact: &OracleSolution) -> String {
     let mut text = String::new();
     for (index, event) in exact.report.events.iter().enumerate() {

@@ -1,14 +1,13 @@
-//! `stickslip check`.
+//! `stickslip check`: whether a file is as it was written.
 
 use super::arguments::{CheckOptions, Common};
 use super::{CommandError, End, tell};
-use crate::results::{CheckReport, Reason, check as check_file};
+use stickslip_files::{CheckReport, Reason, check as check_file};
 
-/// Says whether a file of this program is as the program wrote it.
 pub(super) fn check(options: &CheckOptions, common: &Common) -> Result<End, CommandError> {
     let path = options.file.display();
     let report = check_file(&options.file).map_err(|error| match error.reason {
-        // It is ours by all one can tell, and wrong.
+        // Apparently a file of this program, but wrong.
         Reason::Damaged(_) | Reason::BeyondLimits(_) => CommandError::computation(error),
         _ => error.into(),
     })?;
@@ -28,10 +27,9 @@ fn words(report: &CheckReport) -> String {
         text += &format!("{problem}\n");
     }
     if report.problems.is_empty() {
-        let sums = match (report.checksums, report.sealed) {
-            (true, true) => "all checksums agree",
-            (true, false) => "all checksums agree, but there is none of all bytes (docs/limits.md)",
-            (false, _) => "it has no checksums of its texts and attributes",
+        let sums = match report.sealed {
+            true => "all checksums agree",
+            false => "the checksums of its chunks agree, but there is none of all bytes (docs/limits.md)",
         };
         text += &format!(
             "{}: {}, {}; {} variables read, {sums}\n",

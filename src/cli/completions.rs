@@ -1,5 +1,5 @@
-//! `stickslip completions`: what makes a shell complete words. The shell asks the program itself, by a variable of the
-//! environment, what a word can become; so names and keys are those of this version.
+//! `stickslip completions`: shell completion. The shell asks the program itself through an environment variable, so
+//! that names and keys are those of this version.
 
 use super::arguments::{Arguments, Common, CompletionsOptions, Shell};
 use super::{CommandError, End, print, print_json};
@@ -7,18 +7,18 @@ use clap::CommandFactory;
 use clap_complete::CompleteEnv;
 use clap_complete::env::{Bash, EnvCompleter, Fish, Shells, Zsh};
 
-/// By this variable a shell asks; its value is the shell's name.
+/// Environment variable of a request; its value is the shell's name.
 const ASKED: &str = "STICKSLIP_COMPLETE";
 const NAME: &str = "stickslip";
 
-/// zsh calls a script that it finds in `fpath` for the first word already.
+/// zsh calls a script in `fpath` for the first word already.
 const FIRST_WORD_IN_ZSH: &str = "
 if [ \"$funcstack[1]\" = \"_stickslip\" ]; then
     _clap_dynamic_completer_stickslip \"$@\"
 fi
 ";
 
-/// Answers a shell that asks what a word can become, and ends the process; otherwise nothing happens.
+/// Answers a completion request of a shell and ends the process; otherwise does nothing.
 pub fn complete_if_asked() {
     CompleteEnv::with_factory(Arguments::command)
         .var(ASKED)
@@ -26,7 +26,6 @@ pub fn complete_if_asked() {
         .complete();
 }
 
-/// Prints the script of a shell.
 pub(super) fn completions(options: &CompletionsOptions, common: &Common) -> Result<End, CommandError> {
     let (shell, last): (&dyn EnvCompleter, &str) = match options.shell {
         Shell::Bash => (&Bash, ""),

@@ -1,20 +1,21 @@
-//! `stickslip continue`.
+//! `stickslip continue`: branches of cycles and of steady sliding.
 
 use super::arguments::{Common, ContinueOptions};
 use super::cycle::cycle_error;
 use super::input::{interrupt_flag, overrides, overwrite};
 use super::progress::Bar;
+use super::sweep::resumable;
 use super::{CommandError, End, interrupted, strictly, tell, terminal};
-use crate::continuation::{
+use std::path::{Path, PathBuf};
+use std::sync::atomic::Ordering;
+use std::time::Instant;
+use stickslip_analysis::continuation::{
     Branch, BranchPoint, CONTINUATIONS, Continuation, ContinuationError, ContinuationReport, ContinuationStudy,
     ExploreError,
 };
-use crate::study::StudySource;
-use crate::sweep::journal_path;
-use std::path::{Path, PathBuf};
-use std::time::Instant;
+use stickslip_analysis::study::StudySource;
+use stickslip_analysis::sweep::journal_path;
 
-/// Follows the branches of a study into its file and reports them.
 pub(super) fn continuation(options: &ContinueOptions, common: &Common) -> Result<End, CommandError> {
     let source = StudySource::find(&options.study, CONTINUATIONS)?;
     let study = ContinuationStudy::parse(source, &overrides(&options.set, None)?)?;
@@ -37,7 +38,7 @@ pub(super) fn continuation(options: &ContinueOptions, common: &Common) -> Result
         document! {
             branch: branch,
             point: index,
-            kind: point.special.map_or("", crate::continuation::Special::name),
+            kind: point.special.map_or("", stickslip_analysis::continuation::Special::name),
             value: point.value;
             optional:
             period: Some(point.period).filter(|period| !period.is_nan()),
@@ -78,6 +79,11 @@ pub(super) fn continuation(options: &ContinueOptions, common: &Common) -> Result
             explored.points(),
             journal_path(&path).display()
         );
+        if !stop.load(Ordering::Relaxed) {
+            return Err(CommandError::computation(format!(
+                "the time of solver.max_wall_time is over{how}; more time is --set solver.max_wall_time=T"
+            )));
+        }
         return interrupted(common, &how);
     }
     strictly(
@@ -88,7 +94,6 @@ pub(super) fn continuation(options: &ContinueOptions, common: &Common) -> Result
     )
 }
 
-/// Every special point, with its branch and its place there.
 fn special_points(branches: &[Branch]) -> impl Iterator<Item = (usize, usize, &BranchPoint)> {
     let all = branches.iter().enumerate();
     let all = all.flat_map(|(index, branch)| {
@@ -110,10 +115,7 @@ fn command_error(error: &ContinuationError, path: &Path) -> CommandError {
         ContinuationError::Explore(ExploreError::Journal(_)) | ContinuationError::Journal(_) => {
             CommandError::input(error)
         }
-        ContinuationError::File(inner) if inner.is_of_the_system() => CommandError::computation(format!(
-            "{error}. What was computed is in {}; --resume goes on from there",
-            journal_path(path).display()
-        )),
+        ContinuationError::File(inner) if inner.is_of_the_system() => CommandError::computation(resumable(error, path)),
         ContinuationError::File(_) => CommandError::input(error),
     }
 }
@@ -154,7 +156,9 @@ fn text_report(study: &ContinuationStudy, report: &ContinuationReport, wall_time
             true => String::new(),
             false => format!("{:.12}", point.period),
         };
-        let words = point.special.map_or("", crate::continuation::Special::words);
+        let words = point
+            .special
+            .map_or("", stickslip_analysis::continuation::Special::words);
         let place = [branch.to_string(), index.to_string()];
         place
             .into_iter()

@@ -1,31 +1,27 @@
-//! `stickslip cycle`.
+//! `stickslip cycle`: a periodic motion.
 
 use super::arguments::{Common, CycleOptions, SearchFrom};
 use super::input::{Given, interrupt_flag, output_of, overrides, overwrite};
 use super::{CommandError, End, interrupted, print, print_json, terminal, wants_json, wants_text};
-use crate::analysis::SavedRun;
-use crate::case::{CaseSource, Motion, WrittenCase};
-use crate::continuation::{Special, Stored};
-use crate::cycle::{CycleError, Family, From, Multiplier, MultiplierKind, Orbit, Search, find, refine};
-use crate::results::{check_sound, is_hdf5};
 use std::path::Path;
 use std::sync::atomic::Ordering;
+use std::time::Instant;
+use stickslip_analysis::analysis::{Deadline, SavedRun};
+use stickslip_analysis::continuation::{Special, Stored};
+use stickslip_analysis::cycle::{CycleError, Family, From, Multiplier, MultiplierKind, Orbit, Search, find, refine};
+use stickslip_case::{CaseSource, Motion, WrittenCase};
+use stickslip_files::{check_sound, is_hdf5};
 
-/// What is looked for, and where the search starts.
 enum Task {
-    /// A case.
     Search(Search),
-    /// A point of a branch: periods of the drives in its period, time (s), state and period (s).
+    /// Point of a branch: drive periods per cycle, time (s), state and period (s).
     Refine(u32, (f64, Vec<f64>, f64)),
 }
 
-/// A case with what is set in it, and the cycle that is looked for.
 struct Wanted {
     given: Given,
-    /// KEY=VALUE.
     set: Vec<String>,
     task: Task,
-    /// What the name of the case goes on with in that of the result.
     suffix: String,
 }
 
@@ -58,7 +54,6 @@ impl Wanted {
     }
 }
 
-/// The point of a branch, from the file of a continuation.
 fn of_branch(path: &Path, place: Option<(usize, usize)>, options: &CycleOptions) -> Result<Wanted, CommandError> {
     check_sound(path)?;
     let file = Stored::read(path)?;
@@ -112,7 +107,6 @@ fn of_branch(path: &Path, place: Option<(usize, usize)>, options: &CycleOptions)
     })
 }
 
-/// Finds the periodic motion of a case, stores one period of it, and reports it.
 pub(super) fn cycle(options: &CycleOptions, common: &Common) -> Result<End, CommandError> {
     let Wanted {
         given,
@@ -122,9 +116,11 @@ pub(super) fn cycle(options: &CycleOptions, common: &Common) -> Result<End, Comm
     } = Wanted::of(options)?;
     let written = WrittenCase::read(&given.source, &overrides(&set, None)?)?;
     let path = output_of(&given.source, options.output.as_deref(), &suffix)?;
-    crate::results::check_target(&path, overwrite(options.force), &given.files)?;
+    stickslip_files::check_target(&path, overwrite(options.force), &given.files)?;
     let stop = interrupt_flag()?;
-    let stopped = || stop.load(Ordering::Relaxed);
+    let allowed = written.case().solver.max_wall_time;
+    let deadline = Deadline::after(Instant::now(), allowed);
+    let stopped = || stop.load(Ordering::Relaxed) || deadline.is_over();
     let found = Family::new(written, &[]).and_then(|family| {
         let orbit = match &task {
             Task::Search(search) => find(&family, &[], search, &stopped)?,
@@ -136,6 +132,14 @@ pub(super) fn cycle(options: &CycleOptions, common: &Common) -> Result<End, Comm
         Ok((family, orbit, case))
     });
     let (family, orbit, case) = match found {
+        Err(CycleError::Interrupted) if !stop.load(Ordering::Relaxed) => {
+            return Err(CommandError::computation(format!(
+                "{}: no cycle was found in the {} s of wall time that solver.max_wall_time allows; raise it, or give a period \
+                 with --period",
+                given.source.label(),
+                allowed.unwrap_or_default()
+            )));
+        }
         Err(CycleError::Interrupted) => return interrupted(common, " before a cycle was found; nothing was written"),
         other => other.map_err(|error| cycle_error(&error))?,
     };
@@ -154,7 +158,7 @@ pub(super) fn cycle(options: &CycleOptions, common: &Common) -> Result<End, Comm
         return Err(CommandError::computation(failure));
     }
     let file = saved.file.display().to_string();
-    let event = |event: &crate::cycle::OrbitEvent| {
+    let event = |event: &stickslip_analysis::cycle::OrbitEvent| {
         document! { time: event.time, kind: event.kind, mode_after: event.mode_after }
     };
     let multiplier = |one: &Multiplier| document! { real: one.real, imaginary: one.imaginary, kind: one.kind.name() };
@@ -178,7 +182,7 @@ pub(super) fn cycle(options: &CycleOptions, common: &Common) -> Result<End, Comm
             // Times since the start of the file, s.
             events: in_file(&orbit, &case).iter().map(event).collect::<Vec<_>>();
             optional:
-            // Periods of the drives in it.
+            // Number of drive periods.
             multiple: orbit.multiple,
             // s.
             shortest_stick: orbit.stick_durations.map(|both| both.0),
@@ -199,7 +203,7 @@ pub(super) fn cycle(options: &CycleOptions, common: &Common) -> Result<End, Comm
     Ok(End::Done)
 }
 
-/// What went wrong is the case where it has no cycle, and else the search.
+/// The case is at fault if it has no cycle, otherwise the search.
 pub(super) fn cycle_error(error: &CycleError) -> CommandError {
     match error {
         CycleError::NotPeriodic(_) | CycleError::NoCase(_) => CommandError::input(error),
@@ -207,8 +211,8 @@ pub(super) fn cycle_error(error: &CycleError) -> CommandError {
     }
 }
 
-/// A time since the start of the period in the file, whose start is at phase zero of the drives.
-fn time_in_file(orbit: &Orbit, case: &crate::case::Case, time: f64) -> f64 {
+/// A time since the start of the period in the file, which starts at phase zero of the drives.
+fn time_in_file(orbit: &Orbit, case: &stickslip_case::Case, time: f64) -> f64 {
     let shift = match orbit.multiple {
         Some(multiple) => orbit.time - orbit.period / f64::from(multiple),
         None => 0.0,
@@ -216,8 +220,7 @@ fn time_in_file(orbit: &Orbit, case: &crate::case::Case, time: f64) -> f64 {
     (time + shift).rem_euclid(case.output.end_time)
 }
 
-/// The events by their times in the file.
-fn in_file(orbit: &Orbit, case: &crate::case::Case) -> Vec<crate::cycle::OrbitEvent> {
+fn in_file(orbit: &Orbit, case: &stickslip_case::Case) -> Vec<stickslip_analysis::cycle::OrbitEvent> {
     let mut events = orbit.events.clone();
     for event in &mut events {
         event.time = time_in_file(orbit, case, event.time);
@@ -226,12 +229,11 @@ fn in_file(orbit: &Orbit, case: &crate::case::Case) -> Vec<crate::cycle::OrbitEv
     events
 }
 
-/// A number without the sign of a zero to twelve decimals.
+/// Avoids "-0.000000000000".
 fn plain(value: f64) -> f64 {
     if value.abs() < 5e-13 { 0.0 } else { value }
 }
 
-/// A multiplier in words.
 fn words(one: &Multiplier) -> String {
     let value = match one.imaginary {
         0.0 => format!("{:.12}", plain(one.real)),
@@ -249,7 +251,7 @@ fn words(one: &Multiplier) -> String {
     }
 }
 
-fn report(family: &Family, orbit: &Orbit, case: &crate::case::Case, file: &str) -> String {
+fn report(family: &Family, orbit: &Orbit, case: &stickslip_case::Case, file: &str) -> String {
     let [angle, speed] = match family.case().motion() {
         Motion::Rotation => ["rad", "rad/s"],
         Motion::Translation => ["m", "m/s"],

@@ -1,14 +1,14 @@
-//! `stickslip export`.
+//! `stickslip export`: tables of a result in other formats.
 
 use super::arguments::{Common, ExportOptions};
-use super::{CommandError, End, complain, tell};
-use crate::compare::Reference;
+use super::input::interrupt_flag;
+use super::reference::open_reference;
+use super::{CommandError, End, complain, interrupted, tell};
 use crate::export::{self, Export, ExportError, Format, Request, Times, benchmark};
-use crate::results::{ResultFile, Status, open_sound};
 use std::io;
 use std::path::Path;
+use stickslip_files::{ResultFile, Status, open_sound};
 
-/// Writes a table of a result file in another format, or a benchmark package.
 pub(super) fn export(options: &ExportOptions, common: &Common) -> Result<End, CommandError> {
     if options.benchmark {
         return package(options, common);
@@ -20,7 +20,7 @@ pub(super) fn export(options: &ExportOptions, common: &Common) -> Result<End, Co
             "-o - writes CSV to standard output, where --json has its document; leave one of them out",
         ));
     }
-    // None: those of the samples.
+    // `None`: times of the samples.
     let times = match (&options.at, options.rate, options.interval) {
         (Some(path), ..) => Some(Times::At(export::read_times(path)?)),
         (None, Some(rate), _) => Some(Times::Rate(rate)),
@@ -34,7 +34,7 @@ pub(super) fn export(options: &ExportOptions, common: &Common) -> Result<End, Co
     };
     let (file, reference);
     let found = if let Some(times) = &times {
-        reference = Reference::open(&options.file)?;
+        reference = open_reference(&options.file)?;
         tell_status(reference.file(), common);
         let found = export::evaluated(&reference, &request, times)?;
         tell_window(reference.file(), options, common)?;
@@ -51,7 +51,7 @@ pub(super) fn export(options: &ExportOptions, common: &Common) -> Result<End, Co
             complain(&format!("warning: {}", without(&found.left_out)));
         }
         return match found.stream(io::stdout().lock()) {
-            // A reader that has gone away, as head does, is no error.
+            // A closed pipe, as with `head`, is no error.
             Err(ExportError::Io { source, .. }) if source.kind() == io::ErrorKind::BrokenPipe => Ok(End::Done),
             other => Ok(other.map(|()| End::Done)?),
         };
@@ -68,9 +68,9 @@ pub(super) fn export(options: &ExportOptions, common: &Common) -> Result<End, Co
             rows: found.table.rows,
             columns: &found.table.columns;
             optional:
-            // How values between the samples were obtained.
+            // Method that gave values between the samples.
             evaluated: found.origin.evaluated.as_deref(),
-            // Columns that are known at the samples alone.
+            // Columns that exist only at the samples.
             left_out: Some(left_out).filter(|left_out| !left_out.is_empty()),
         }
     };
@@ -90,9 +90,18 @@ fn format(options: &ExportOptions, streams: bool) -> Result<Format, CommandError
         };
     }
     named.or_else(|| Format::of_path(&options.output)).ok_or_else(|| {
+        let parquet = options
+            .output
+            .extension()
+            .is_some_and(|extension| extension == "parquet");
         CommandError::input(format!(
-            "{}: its extension names no format; give it .csv, .npz, .mat or .parquet, or say which with --format",
-            options.output.display()
+            "{}: its extension names no format; give it .csv, .npz or .mat, or say which with --format{}",
+            options.output.display(),
+            if parquet {
+                " (pandas makes Parquet of CSV: pandas.read_csv(...).to_parquet(...))"
+            } else {
+                ""
+            }
         ))
     })
 }
@@ -118,7 +127,7 @@ fn without(left_out: &[String]) -> String {
     format!("without {}, which are known at the samples alone", left_out.join(", "))
 }
 
-/// Says of a window that goes beyond the run how far that goes.
+/// Tells how far the run goes if the window exceeds it.
 fn tell_window(file: &ResultFile, options: &ExportOptions, common: &Common) -> Result<(), CommandError> {
     let (Some((from, to)), Some((start, end))) = (options.window, export::span(file)?) else {
         return Ok(());
@@ -134,7 +143,7 @@ fn tell_window(file: &ResultFile, options: &ExportOptions, common: &Common) -> R
     Ok(())
 }
 
-/// Says of a run that is not whole how far it goes.
+/// Tells how far an incomplete run goes.
 fn tell_status(file: &ResultFile, common: &Common) {
     if common.quiet || *file.status() == Status::Complete {
         return;
@@ -146,13 +155,16 @@ fn tell_status(file: &ResultFile, common: &Common) {
     ));
 }
 
-/// Writes the benchmark package of a certified result.
 fn package(options: &ExportOptions, common: &Common) -> Result<End, CommandError> {
     let terms = benchmark::Terms {
         author: options.author.clone(),
         license: options.license.clone(),
     };
-    let written = benchmark::write(&options.file, &options.output, &terms, options.force)?;
+    // A signal would leave the folder in which the package is made.
+    let stop = interrupt_flag()?;
+    let Some(written) = benchmark::write(&options.file, &options.output, &terms, options.force, &stop)? else {
+        return interrupted(common, "; no package was written");
+    };
     let folder = options.output.display().to_string();
     tell(
         common,

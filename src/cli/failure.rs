@@ -1,47 +1,43 @@
-//! Which errors are wrong input and which failed computations, and what a failed command says as JSON.
+//! Classification of errors (wrong input or failed computation), and their JSON.
 
 use super::{CommandError, DOCUMENT_IS_PRINTED, print_json};
-use crate::case::{CaseError, Problem};
-use crate::compare::CompareError;
 use crate::export::ExportError;
 use crate::plot::PlotError;
 use crate::plot::target::TargetError;
-use crate::results::ResultError;
 use serde::Serialize;
 use std::sync::atomic::Ordering;
+use stickslip_case::{CaseError, Problem};
+use stickslip_compare::CompareError;
+use stickslip_files::ResultError;
 
-/// Where something is wrong.
+/// Location of an error.
 #[derive(Debug, Clone, Default, PartialEq, Eq, Serialize)]
 pub struct Place {
-    /// The file, or how messages call the text.
+    /// The file, or the name of the text in messages.
     #[serde(skip_serializing_if = "Option::is_none")]
     file: Option<String>,
-    /// From 1.
+    /// Line, from 1.
     #[serde(skip_serializing_if = "Option::is_none")]
     line: Option<u64>,
-    /// The option that brought it, such as --set.
+    /// The option with the text, such as --set.
     #[serde(skip_serializing_if = "Option::is_none")]
     option: Option<&'static str>,
-    /// The dotted path of the key.
     #[serde(skip_serializing_if = "Option::is_none")]
     key: Option<String>,
-    /// What is wrong there.
     #[serde(skip_serializing_if = "Option::is_none")]
     message: Option<String>,
 }
 
-/// Prints the document of a failure, unless the command has printed its own.
 pub(super) fn document(kind: &str, message: &str, exit_status: u8, places: &[Place]) {
     if DOCUMENT_IS_PRINTED.load(Ordering::Relaxed) {
         return;
     }
-    // The kind is usage, input, computation or interrupted; without places the message alone says it.
+    // Kinds: usage, input, computation, interrupted; `places` may be empty.
     let error = document! { kind: kind, message: message, exit_status: exit_status, places: places };
-    // Where standard output cannot be written to, standard error still says it.
+    // If standard output fails, standard error still has the message.
     let _ = print_json(&document! { error: error });
 }
 
-/// With the place of each problem of a case or a study.
 impl From<CaseError> for CommandError {
     fn from(error: CaseError) -> Self {
         CommandError {
@@ -71,7 +67,6 @@ fn place_of(problem: &Problem) -> Place {
     }
 }
 
-/// With the file.
 impl From<ResultError> for CommandError {
     fn from(error: ResultError) -> Self {
         let place = Place {
@@ -100,7 +95,7 @@ impl From<ExportError> for CommandError {
         match error {
             ExportError::Result(error) => error.into(),
             ExportError::Compare(error) => error.into(),
-            ExportError::Io { .. } => CommandError::computation(error),
+            ExportError::Io { .. } | ExportError::Temporary { .. } => CommandError::computation(error),
             _ => CommandError::input(error),
         }
     }

@@ -1,22 +1,22 @@
-//! What commands share: the case or file that they are given, and the file that they write.
+//! Inputs and outputs that commands share.
 
-use super::CommandError;
-use crate::case::{CaseError, CaseSource, Origin, Override};
-use crate::compare::{CompareError, Mapping, Reference};
-use crate::results::{Overwrite, is_hdf5, open_sound};
+use super::{CommandError, INTERRUPTED};
+use signal_hook::consts;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::atomic::AtomicBool;
+use stickslip_case::{CaseError, CaseSource, Origin, Override};
+use stickslip_compare::{CompareError, Mapping, Reference};
+use stickslip_files::{Overwrite, is_hdf5, open_sound};
 
-/// As a case: what comes through standard input.
 const STANDARD_INPUT: &str = "-";
 
-/// What a command was given as a case, not yet read.
+/// A case argument, not yet parsed.
 pub(super) struct Given {
     pub source: CaseSource,
-    /// The case text for /input/case: that of the first run, if one is repeated.
+    /// Text for /input/case; a repeated run passes on the text of the first one.
     pub text: String,
-    /// Files that must not be overwritten.
+    /// Inputs, which must not be overwritten.
     pub files: Vec<PathBuf>,
 }
 
@@ -60,10 +60,7 @@ fn looks_like_a_path(name: &str) -> bool {
     name.contains(std::path::MAIN_SEPARATOR) || Path::new(name).extension().is_some()
 }
 
-/// The result file that is named, or the one that is named after the case.
-///
-/// # Errors
-/// A case from standard input has no name, and several of them would replace each other's results.
+/// The named result file, or one named after the case; an error for a case from standard input, which has no name.
 pub(super) fn output_of(source: &CaseSource, named: Option<&Path>, suffix: &str) -> Result<PathBuf, CommandError> {
     match (named, &source.origin) {
         (Some(path), _) => Ok(path.to_owned()),
@@ -75,7 +72,7 @@ pub(super) fn output_of(source: &CaseSource, named: Option<&Path>, suffix: &str)
     }
 }
 
-/// What a result may replace: with `force` any file but an input.
+/// With `force` any file but an input.
 pub(super) fn overwrite(force: bool) -> Overwrite {
     match force {
         true => Overwrite::Force,
@@ -83,7 +80,7 @@ pub(super) fn overwrite(force: bool) -> Overwrite {
     }
 }
 
-/// The columns of a mapping file, with those of options over them, by the names of a reference.
+/// Columns of a mapping file, overridden by options, with the names of a reference.
 pub(super) fn columns(reference: &Reference, file: Option<&Path>, options: &[String]) -> Result<Mapping, CompareError> {
     let mut mapping = match file {
         Some(path) => reference.mapping().with_file(path)?,
@@ -93,24 +90,38 @@ pub(super) fn columns(reference: &Reference, file: Option<&Path>, options: &[Str
     Ok(mapping)
 }
 
-/// A flag that Ctrl-C and a termination signal set; the run then ends in good order.
+/// A flag set by Ctrl-C and the termination signals; the run then ends cleanly. A second Ctrl-C or SIGTERM ends the process at
+/// once. (Terminals send SIGHUP twice.)
 pub(super) fn interrupt_flag() -> Result<Arc<AtomicBool>, CommandError> {
     if let Some(flag) = super::captured::stop() {
         return Ok(flag);
     }
     let flag = Arc::new(AtomicBool::new(false));
-    let setter = flag.clone();
-    ctrlc::set_handler(move || setter.store(true, Ordering::Relaxed))
-        .map_err(|error| CommandError::computation(format!("the signal handler could not be set: {error}")))?;
+    let failed = |error| CommandError::computation(format!("the signal handler could not be set: {error}"));
+    // Before the handler that sets the flag: handlers run in the order of registration.
+    for signal in [consts::SIGINT, consts::SIGTERM] {
+        signal_hook::flag::register_conditional_shutdown(signal, INTERRUPTED.into(), flag.clone()).map_err(failed)?;
+    }
+    let signals = [
+        consts::SIGINT,
+        consts::SIGTERM,
+        #[cfg(unix)]
+        consts::SIGHUP,
+        #[cfg(windows)]
+        consts::SIGBREAK,
+    ];
+    for signal in signals {
+        signal_hook::flag::register(signal, flag.clone()).map_err(failed)?;
+    }
     Ok(flag)
 }
 
-/// A result file that is made on the way, and removed with its partial file however the command ends.
+/// A temporary result, which is removed with its partial file however the command ends.
 pub(super) struct Scratch(pub(super) PathBuf);
 
 impl Drop for Scratch {
     fn drop(&mut self) {
-        for path in [&self.0, &crate::results::partial_path(&self.0)] {
+        for path in [&self.0, &stickslip_files::partial_path(&self.0)] {
             let _ = std::fs::remove_file(path);
         }
     }

@@ -1,11 +1,11 @@
-//! `stickslip inspect`.
+//! `stickslip inspect`: what a file holds.
 
 use super::arguments::{Common, InspectOptions};
 use super::{CommandError, End, complain, print, print_json, terminal};
-use crate::results::schema::attribute::{LONG_NAME_SUFFIX, UNITS_SUFFIX};
-use crate::results::{AttributeInfo, Contents, VariableInfo};
+use stickslip_files::schema::attribute::{LONG_NAME_SUFFIX, UNITS_SUFFIX};
+use stickslip_files::{AttributeInfo, Contents, VariableInfo};
 
-/// Lists what a file of this program holds: of a run, a sweep or a work-precision study.
+/// Lists the contents of a run, a sweep or a work-precision study.
 pub(super) fn inspect(options: &InspectOptions, common: &Common) -> Result<End, CommandError> {
     let contents = Contents::read(&options.file)?;
     if contents.growing && !common.quiet {
@@ -28,7 +28,7 @@ pub(super) fn inspect(options: &InspectOptions, common: &Common) -> Result<End, 
     Ok(End::Done)
 }
 
-/// Group by group: the attributes as NAME = VALUE, then the variables as a table.
+/// Group by group: attributes as NAME = VALUE, variables as a table.
 fn listing(contents: &Contents) -> String {
     let of_attributes = contents.attributes.iter().map(|a| a.group.as_str());
     let all = of_attributes.chain(contents.variables.iter().map(|v| v.group.as_str()));
@@ -51,7 +51,7 @@ fn listing(contents: &Contents) -> String {
         .join("\n")
 }
 
-/// A quantity's unit and description are attributes of their own in the file; here they stand beside it.
+/// Unit and description, which are separate attributes in the file, follow their quantity.
 fn attribute_lines(attributes: &[&AttributeInfo]) -> String {
     let companion = |name: &str, suffix: &str| {
         let name = format!("{name}{suffix}");
@@ -77,7 +77,7 @@ fn attribute_lines(attributes: &[&AttributeInfo]) -> String {
     terminal::lines(&[], rows, [])
 }
 
-/// What fits a terminal; the JSON document has the types and all digits.
+/// A short table; the JSON document has types and all digits.
 fn variable_lines(variables: &[&VariableInfo]) -> String {
     let rows = variables.iter().map(|v| {
         let whole = v.kind.starts_with("int");

@@ -1,14 +1,14 @@
-//! `stickslip man`: the manual pages, of the same definitions as `--help`.
+//! `stickslip man`: manual pages from the definitions of `--help`.
 
 use super::arguments::{Arguments, Common, ManOptions};
 use super::{CommandError, End, tell};
-use crate::results::disk::write_whole;
 use clap::CommandFactory;
 use clap_mangen::Man;
 use std::io;
 use std::path::{Path, PathBuf};
+use stickslip_files::disk::write_whole;
 
-/// Writes a page for the program and one for each command, over earlier ones.
+/// Writes a page for the program and for each command, over earlier ones.
 pub(super) fn man(options: &ManOptions, common: &Common) -> Result<End, CommandError> {
     let folder = &options.folder;
     let written = pages(folder).map_err(|(path, error)| {

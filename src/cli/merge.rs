@@ -1,16 +1,19 @@
-//! `stickslip merge`.
+//! `stickslip merge`: the shards of a sweep as one file.
 
 use super::arguments::{Common, MergeOptions};
 use super::{CommandError, End, tell};
-use crate::results::MergeError;
+use stickslip_files::MergeError;
 
-/// Puts the shards of a study together and reports it.
 pub(super) fn merge(options: &MergeOptions, common: &Common) -> Result<End, CommandError> {
-    let report = crate::results::merge(&crate::results::MergeOptions {
+    if options.by_reference {
+        return Err(CommandError::input(
+            "--virtual is gone: merge copies the points, so that the file needs no shards any more; run it without --virtual",
+        ));
+    }
+    let report = stickslip_files::merge(&stickslip_files::MergeOptions {
         shards: &options.shards,
         output: &options.output,
         replace: options.force,
-        by_reference: options.by_reference,
     })
     .map_err(|error| command_error(&error))?;
     let document = || {
@@ -20,23 +23,16 @@ pub(super) fn merge(options: &MergeOptions, common: &Common) -> Result<End, Comm
             shards: report.shards,
             points: report.points,
             failed: report.failed,
-            // Whether the points stay in the shards.
-            r#virtual: options.by_reference,
         }
     };
     tell(common, document, || {
-        let where_they_are = if options.by_reference {
-            ", which stay in the shards"
-        } else {
-            ""
-        };
         let failed = match report.failed {
             0 => String::new(),
             failed => format!(" ({failed} failed)"),
         };
         let (points, shards) = (report.points, report.shards);
         let file = report.file.display();
-        format!("{points} points{failed} of {shards} shards{where_they_are}\n{file}\n")
+        format!("{points} points{failed} of {shards} shards\n{file}\n")
     })?;
     if report.failed == report.points {
         return Err(CommandError::computation(format!(

@@ -1,4 +1,4 @@
-//! The command line: arguments to validated options to a call.
+//! The command line: from arguments to validated options to a call.
 //!
 //! | module | what it is |
 //! |---|---|
@@ -7,14 +7,14 @@
 //! | `sweep`, `merge`, `calibrate`, `continuation` | commands of studies |
 //! | `plot`, `plot_studies`, `export`, `inspect`, `check`, `case_command` | commands that read files |
 //! | `completions`, `man` | completions and manual pages |
-//! | `input`, `terminal`, `progress`, `failure`, `ranks` | what commands share |
+//! | `input`, `terminal`, `progress`, `failure` | what commands share |
 //! | `capture`, `captured` | a command inside another program |
 #![expect(
     non_camel_case_types,
     reason = "the type of a value of a `document!` is called as its key"
 )]
 
-/// A JSON document with these keys, in this order. Keys that are `optional` are left out where there is no value.
+/// A JSON document with these keys in order; `optional` keys without a value are omitted.
 macro_rules! document {
     ($($key:ident: $value:expr),+ $(; optional: $($other:ident: $option:expr),+)? $(,)?) => {{
         #[derive(serde::Serialize)]
@@ -51,7 +51,7 @@ mod modes;
 mod plot;
 mod plot_studies;
 mod progress;
-mod ranks;
+mod reference;
 mod run;
 mod sweep;
 mod terminal;
@@ -62,42 +62,45 @@ pub use capture::capture;
 pub use captured::{Said, Watch};
 pub use completions::complete_if_asked;
 
-use crate::quote;
 use arguments::{Command, Common};
 use failure::Place;
 use std::process::ExitCode;
 use std::sync::atomic::{AtomicBool, Ordering};
+use stickslip_system::quote;
 
-/// How a command ended that did what it was asked, as far as it was let.
+/// How a successful command ended.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum End {
-    /// All done: exit status 0.
+    /// Complete: exit status 0.
     Done,
-    /// By Ctrl-C or a termination signal, with what was computed saved.
+    /// Stopped by Ctrl-C or a termination signal; all results so far are saved.
     Interrupted,
 }
 
+/// Exit status after an interruption.
+const INTERRUPTED: u8 = 130;
+
 impl End {
-    /// The exit status of the process. With `json` a command that was interrupted before it had a document says so in one.
+    /// The exit status. With `json`, a command that was interrupted before its document reports that in one.
     pub fn report(self, json: bool) -> ExitCode {
         match self {
             End::Done => ExitCode::SUCCESS,
             End::Interrupted => {
                 if json {
-                    failure::document("interrupted", "interrupted before there was a result", 130, &[]);
+                    failure::document("interrupted", "interrupted before there was a result", INTERRUPTED, &[]);
                 }
-                ExitCode::from(130)
+                ExitCode::from(INTERRUPTED)
             }
         }
     }
 }
 
-/// Why a command failed; what is printed is one short paragraph.
+/// Why a command failed, in one short paragraph.
 #[derive(Debug)]
 pub struct CommandError {
     is_input: bool,
     text: String,
-    /// Where it went wrong, as far as that is known.
+    /// Known places of the error.
     places: Vec<Place>,
 }
 
@@ -111,7 +114,7 @@ impl CommandError {
         }
     }
 
-    /// The computation failed: exit status 1.
+    /// Failed computation: exit status 1.
     fn computation(text: impl ToString) -> CommandError {
         CommandError {
             is_input: false,
@@ -119,8 +122,7 @@ impl CommandError {
         }
     }
 
-    /// Writes the message to stderr, and with `json` a document to stdout if none is there yet; returns the exit status of
-    /// the process.
+    /// Writes the message to stderr and, with `json`, a document to stdout unless one is there. Returns the status.
     pub fn report(&self, json: bool) -> ExitCode {
         let (kind, status) = match self.is_input {
             true => ("input", 2),
@@ -134,12 +136,12 @@ impl CommandError {
         ExitCode::from(status)
     }
 
-    /// Whether it is wrong usage or input.
+    /// Whether usage or input is wrong.
     pub fn is_input(&self) -> bool {
         self.is_input
     }
 
-    /// The message: one short paragraph.
+    /// The message, one short paragraph.
     pub fn text(&self) -> &str {
         &self.text
     }
@@ -160,13 +162,12 @@ pub fn execute(arguments: Arguments) -> Result<End, CommandError> {
     env_logger::Builder::new()
         .filter_level(level)
         .format_target(false)
-        .format_timestamp(None)
         .init();
-    // Else a limit on the size of files would end the program without a word; so it is an error of the write.
+    // Turns a limit on file sizes from a silent end of the program into a write error.
     #[cfg(unix)]
     signal_hook::flag::register(signal_hook::consts::SIGXFSZ, std::sync::Arc::default())
         .map_err(|error| CommandError::computation(format!("the signal handler could not be set: {error}")))?;
-    crate::results::follow_external(common.follow_external);
+    stickslip_files::follow_external(common.follow_external);
     dispatch(command, &common)
 }
 
@@ -193,7 +194,7 @@ fn dispatch(command: Command, common: &Common) -> Result<End, CommandError> {
     }
 }
 
-/// Writes to standard output, without what would steer a terminal; a reader that has gone away (`stickslip case paper | head`) is no error.
+/// Writes to standard output without control characters; a closed pipe (`stickslip case paper | head`) is no error.
 fn print(text: &str) -> Result<(), CommandError> {
     use std::io::Write;
     if captured::text(text) {
@@ -207,7 +208,7 @@ fn print(text: &str) -> Result<(), CommandError> {
     }
 }
 
-/// Says something on standard error; if that is closed there is nobody left to tell.
+/// Writes a message to standard error, and ignores failures.
 fn complain(text: &str) {
     if captured::message(text) {
         return;
@@ -215,13 +216,12 @@ fn complain(text: &str) {
     say(&format!("stickslip: {text}\n"));
 }
 
-/// Writes to standard error.
 fn say(text: &str) {
     let text = quote::for_terminal(text);
     let _ = std::io::Write::write_all(&mut std::io::stderr(), text.as_bytes());
 }
 
-/// Refuses what would be a file named `-` where others would expect standard output.
+/// Refuses a file named `-` where users might expect standard output.
 fn refuse_standard_output(command: &Command) -> Result<(), CommandError> {
     match command.files().into_iter().find(|(_, path)| path.as_os_str() == "-") {
         Some((option, _)) => Err(CommandError::input(format!(
@@ -232,7 +232,7 @@ fn refuse_standard_output(command: &Command) -> Result<(), CommandError> {
     }
 }
 
-/// The end of a command that did what it was asked: with --strict a warning is an error. What was not said before is said now.
+/// The end of a successful command: with --strict a warning is an error. Prints the doubts unless they were `said`.
 fn strictly(strict: bool, doubts: &[String], said: bool, file: &std::path::Path) -> Result<End, CommandError> {
     if !strict || doubts.is_empty() {
         return Ok(End::Done);
@@ -248,7 +248,7 @@ fn strictly(strict: bool, doubts: &[String], said: bool, file: &std::path::Path)
     )))
 }
 
-/// The end of a command that was interrupted, which says so; with --quiet nothing.
+/// The end of an interrupted command, with a message unless --quiet.
 fn interrupted(common: &Common, how: &str) -> Result<End, CommandError> {
     if !common.quiet {
         complain(&format!("interrupted{how}"));
@@ -256,7 +256,7 @@ fn interrupted(common: &Common, how: &str) -> Result<End, CommandError> {
     Ok(End::Interrupted)
 }
 
-/// Prints the JSON document of a command, or its report; with --quiet alone neither.
+/// Prints the JSON document or the report of a command; with --quiet alone neither.
 fn tell<D: serde::Serialize>(
     common: &Common,
     document: impl FnOnce() -> D,
@@ -269,20 +269,17 @@ fn tell<D: serde::Serialize>(
     }
 }
 
-/// Whether a command is to give its JSON document.
 fn wants_json(common: &Common) -> bool {
     common.json || captured::now()
 }
 
-/// Whether a command is to print its report: instead of a document, or beside it where both are captured.
+/// Whether to print the report: instead of the document, or in addition if both are captured.
 fn wants_text(common: &Common) -> bool {
     captured::now() || !(common.json || common.quiet)
 }
 
-/// Whether this process has printed its JSON document.
 static DOCUMENT_IS_PRINTED: AtomicBool = AtomicBool::new(false);
 
-/// One JSON document on standard output.
 fn print_json(document: &impl serde::Serialize) -> Result<(), CommandError> {
     let text = serde_json::to_string_pretty(document)
         .map_err(|error| CommandError::computation(format!("writing JSON failed: {error}")))?;

@@ -1,31 +1,30 @@
-//! `stickslip modes`.
+//! `stickslip modes`: frequencies, damping and the loss of stability.
 
 use super::arguments::{Common, ModesOptions};
 use super::input::{Given, overrides};
 use super::plot::{draw, figure_target};
 use super::terminal::{self, or_none, pairs};
 use super::{CommandError, End, complain, print, print_json, wants_json, wants_text};
-use crate::analysis::Modes;
-use crate::analysis::stability::Verdict;
-use crate::analysis::stability::modes::{Instability, OnsetDecision, SlowingModes, Stability};
-use crate::analysis::stability::states::{OperatingPoint, SystemMode, SystemModes};
-use crate::case::quantity::Dimension;
-use crate::case::{Case, Motion};
-use crate::model::margin;
 use serde::Serialize;
 use std::f64::consts::TAU;
 use std::fmt::Write as _;
+use stickslip_analysis::analysis::Modes;
+use stickslip_analysis::analysis::stability::Verdict;
+use stickslip_analysis::analysis::stability::modes::{Instability, OnsetDecision, SlowingModes, Stability};
+use stickslip_analysis::analysis::stability::states::{OperatingPoint, SystemMode, SystemModes};
+use stickslip_case::quantity::Dimension;
+use stickslip_case::{Case, Motion};
+use stickslip_system::model::margin;
 
-/// The rounding of an eigenvalue, as a share of the largest.
+/// Rounding of an eigenvalue, relative to the largest.
 const ROUNDING: f64 = 1e-13;
 
-/// Digits of critical values: those by eigenvalues of stiff bristles have no more.
+/// Digits of critical values; eigenvalues of stiff bristles have no more.
 const CRITICAL: usize = 8;
 
-/// The JSON document of the modes.
 #[derive(Serialize)]
 struct ModesDocument<'a> {
-    /// Where the case is from.
+    /// Origin of the case.
     case: String,
     title: &'a str,
     /// "rotation" or "translation".
@@ -42,7 +41,6 @@ fn torque_unit(motion: Motion) -> &'static str {
     motion.dimension(Dimension::Torque).unit()
 }
 
-/// Computes the modes of a case and reports them.
 pub(super) fn modes(options: &ModesOptions, common: &Common) -> Result<End, CommandError> {
     let given = Given::read(&options.case)?;
     let changes = overrides(&options.set, None)?;
@@ -71,7 +69,11 @@ pub(super) fn modes(options: &ModesOptions, common: &Common) -> Result<End, Comm
         return Ok(End::Done);
     };
     if let Some(target) = target {
-        draw(&crate::plot::modes::figure(title, case.motion(), slowing), target)?;
+        draw(
+            &crate::plot::modes::figure(title, case.motion(), slowing),
+            target,
+            String::new(),
+        )?;
     }
     if let (Some(failure), false) = (&slowing.run_failure, common.quiet) {
         complain(&format!(
@@ -136,7 +138,8 @@ fn headline(modes: &SlowingModes, motion: Motion) -> String {
     pairs(rows)
 }
 
-/// The modes with the velocities of all inertias. Without contact they are those of slip at a speed at which friction does not fall.
+/// The modes with the velocities of all inertias, without the separated state: its modes are those of slip where
+/// friction does not fall.
 fn shape_table(slowing: &SlowingModes, modes: &SystemModes, motion: Motion) -> String {
     let states = || modes.states.iter().filter(|state| state.state != "separated");
     let of_chains = states()
@@ -179,14 +182,14 @@ fn or_dash(number: Option<f64>, text: impl Fn(f64) -> String) -> String {
     number.map_or_else(|| "-".to_owned(), text)
 }
 
-/// Whether sliding is unstable for less than one oscillation. Quasi-steady friction, along which growth is counted, means
-/// nothing over a fraction of one.
+/// Whether sliding is unstable for less than one oscillation. Growth rates assume quasi-steady friction, which means
+/// nothing over a fraction of an oscillation.
 fn is_brief(modes: &SlowingModes) -> bool {
     let lost = modes.instability.as_ref();
     lost.is_some_and(|lost| lost.window() < modes.natural_period)
 }
 
-/// A growth rate (1/s) at a sliding speed; none of an instability that the speed falls through before anything can swing.
+/// A growth rate (1/s) at a sliding speed; none if the instability is over before an oscillation.
 fn growth(modes: &SlowingModes, speed: Option<f64>, rate: f64) -> String {
     let unstable = speed.is_some_and(|x| match (modes.critical_speed, modes.critical_speeds.as_slice()) {
         (Some(critical), []) => x < critical,
@@ -199,7 +202,7 @@ fn growth(modes: &SlowingModes, speed: Option<f64>, rate: f64) -> String {
     }
 }
 
-/// The real part of the velocity in phase with the largest one.
+/// The velocity in phase with the largest one.
 fn shape(mode: &SystemMode, coordinate: &str) -> String {
     mode.shape
         .iter()
@@ -212,7 +215,7 @@ fn shape(mode: &SystemMode, coordinate: &str) -> String {
         .unwrap_or_default()
 }
 
-/// Rows of the curve beside the fractions of the critical speed that matter.
+/// Rows of the damping curve at important fractions of the critical speed.
 fn damping_table(modes: &SlowingModes, motion: Motion) -> String {
     let speed = format!("omega_r {}", speed_unit(motion));
     let damping = format!(
@@ -321,7 +324,7 @@ fn period(seconds: f64) -> String {
     }
 }
 
-/// A number with so many significant digits, without zeros behind them.
+/// `digits` significant digits without trailing zeros.
 fn significant(value: f64, digits: usize) -> String {
     if value == 0.0 {
         return "0".to_owned();
@@ -418,7 +421,6 @@ fn mode_table(modes: &SystemModes, motion: Motion) -> String {
     )
 }
 
-/// A bound of a range, roughly.
 fn rough(value: f64) -> String {
     if value.abs() >= 1e6 {
         format!("{value:.1e}")
@@ -427,7 +429,7 @@ fn rough(value: f64) -> String {
     }
 }
 
-/// Where stability changes, a row for each place.
+/// Changes of stability, a row each.
 fn changes_of_stability(modes: &SystemModes, motion: Motion) -> String {
     let of_speed = format!("omega_r, {}", speed_unit(motion));
     let searches = [
@@ -466,7 +468,7 @@ fn changes_of_stability(modes: &SystemModes, motion: Motion) -> String {
     )
 }
 
-/// What the case does not have.
+/// Features that the case lacks.
 fn absent(modes: &SystemModes) -> String {
     let mut text = String::new();
     for (k, absent) in modes.absent.iter().enumerate() {

@@ -1,26 +1,26 @@
-//! `stickslip plot`.
+//! `stickslip plot`: figures and pages of files.
 
 use super::arguments::{Common, DPI, Format, PlotOptions};
 use super::input::columns;
 use super::plot_studies::{self, Chosen, Kind, NotDrawn};
+use super::reference::open_reference;
 use super::{CommandError, End, complain, print, print_json, tell, terminal};
-use crate::analysis::advice::capitalised;
-use crate::case::Motion;
-use crate::compare::{Mapping, Reference};
 use crate::plot::branches::{self, Branches};
 use crate::plot::catalogue::{self, ENTRIES, in_words_of};
 use crate::plot::comparison::Beside;
 use crate::plot::entry::{Entry, Subject};
 use crate::plot::target::{self, Product, TargetError};
 use crate::plot::{
-    Figure, Layout, PlotError, Run, certified, own, page, portraits, raster, studies, style, svg, vector,
+    self, Drawing, Figure, Layout, PlotError, Run, certified, own, page, portraits, signature, studies, style,
     work_precision,
 };
-use crate::results::{Reason, ResultFile, Status};
 use serde::Serialize;
 use std::path::{Path, PathBuf};
+use stickslip_analysis::analysis::advice::capitalised;
+use stickslip_case::Motion;
+use stickslip_compare::Mapping;
+use stickslip_files::{Reason, ResultFile, Status};
 
-/// As `-o` names it.
 const FIGURE: Product = Product::Figure("-o");
 
 #[derive(Serialize)]
@@ -28,7 +28,6 @@ struct Written {
     file: String,
     figure: String,
     title: String,
-    /// Number in the paper, where it is known.
     paper_figure: Option<u32>,
 }
 
@@ -37,11 +36,10 @@ struct Listed {
     figure: String,
     title: String,
     paper_figure: Option<u32>,
-    /// The kind of file that it is of.
     of: &'static str,
 }
 
-/// Draws figures of one run, or of several over each other; or writes the page of one.
+/// Draws figures of one or several runs, or writes a page.
 pub(super) fn plot(options: &PlotOptions, common: &Common) -> Result<End, CommandError> {
     if options.list {
         return list(options, common);
@@ -69,7 +67,6 @@ pub(super) fn plot(options: &PlotOptions, common: &Common) -> Result<End, Comman
     finish(options, &chosen, &options.files, common)
 }
 
-/// Writes what was chosen, which does not replace `inputs`, and says so.
 fn finish(options: &PlotOptions, chosen: &Chosen, inputs: &[PathBuf], common: &Common) -> Result<End, CommandError> {
     let written = write(options, &chosen.figures, inputs)?;
     let document = || {
@@ -77,7 +74,7 @@ fn finish(options: &PlotOptions, chosen: &Chosen, inputs: &[PathBuf], common: &C
             files: &written,
             not_drawn: &chosen.not_drawn;
             optional:
-            // What `stickslip run FILE --set ...` needs for what was not drawn, where sampling is what it lacks.
+            // Sampling for `stickslip run FILE --set ...` that figures lack.
             sampling: chosen.sampling.as_deref(),
             distributions: Some(&chosen.distributions)
                 .filter(|of_studies| !of_studies.is_empty())
@@ -88,7 +85,6 @@ fn finish(options: &PlotOptions, chosen: &Chosen, inputs: &[PathBuf], common: &C
     Ok(End::Done)
 }
 
-/// Runs over each other have the same quantities: all are of the same motion.
 fn one_kind(runs: &[Run]) -> Result<(), CommandError> {
     let motion = |run: &Run| run.case.motion();
     let name = |run: &Run| match motion(run) {
@@ -108,16 +104,14 @@ fn one_kind(runs: &[Run]) -> Result<(), CommandError> {
     }
 }
 
-/// What `plot` draws, for files that are none of it.
 const CAN_DRAW: &str = "plot draws the results of `stickslip run` and `certify`, sweeps (also merged ones), calibrations, \
                         work-precision studies and continuations";
 
-/// Why a file is not drawn.
 fn refusal(path: &Path, why: &str) -> CommandError {
     CommandError::input(format!("{}: {why}", path.display()))
 }
 
-/// The figures of a file that holds many runs; `None` if the files are those of single runs.
+/// The figures of a file of many runs; `None` for files of single runs.
 fn of_many_runs(options: &PlotOptions) -> Result<Option<Chosen>, CommandError> {
     let choice = plot_studies::choice(options).map_err(CommandError::input)?;
     for path in &options.files {
@@ -171,7 +165,7 @@ fn of_many_runs(options: &PlotOptions) -> Result<Option<Chosen>, CommandError> {
     )))
 }
 
-/// Draws a candidate beside a result: what there is to see of their comparison, or the channels that are asked for.
+/// Draws a candidate beside a result: figures of the comparison, or the requested channels.
 fn beside(options: &PlotOptions, candidate: &Path, common: &Common) -> Result<End, CommandError> {
     let [file] = &options.files[..] else {
         return Err(CommandError::input(format!(
@@ -186,7 +180,7 @@ fn beside(options: &PlotOptions, candidate: &Path, common: &Common) -> Result<En
         ));
     }
     let run = Run::open(file)?;
-    let reference = Reference::open(file)?;
+    let reference = open_reference(file)?;
     let mapping = Mapping {
         // No figure shows a cause.
         quick: true,
@@ -211,7 +205,7 @@ fn beside(options: &PlotOptions, candidate: &Path, common: &Common) -> Result<En
     finish(options, &Chosen::of(figures), &inputs, common)
 }
 
-/// Says of a file of another kind or of a newer version what can be drawn.
+/// For other kinds of files or newer versions, adds the list of files that can be drawn.
 fn no_run(error: PlotError) -> CommandError {
     let known = matches!(&error, PlotError::Result(error) if matches!(
         error.reason,
@@ -224,7 +218,6 @@ fn no_run(error: PlotError) -> CommandError {
     error
 }
 
-/// Writes the interactive page of a result file, or of two.
 fn html(options: &PlotOptions, path: &Path, common: &Common) -> Result<End, CommandError> {
     for file in &options.files {
         let why = match plot_studies::kind(file)? {
@@ -273,14 +266,13 @@ fn html(options: &PlotOptions, path: &Path, common: &Common) -> Result<End, Comm
     finish_page(path, &page?, common)
 }
 
-/// Says what page was written.
 fn finish_page(path: &Path, page: &impl Serialize, common: &Common) -> Result<End, CommandError> {
     let file = path.display().to_string();
     tell(common, || document! { file: &file, page: page }, || format!("{file}\n"))?;
     Ok(End::Done)
 }
 
-/// All figures, each with the kind of file that it is of; with a file those that it can have.
+/// All figures with their kinds of files; with a file, the figures that it can have.
 fn list(options: &PlotOptions, common: &Common) -> Result<End, CommandError> {
     let listed = match options.files.first() {
         Some(path) => listed_of(path, options)?,
@@ -326,7 +318,6 @@ fn all_listed() -> Vec<Listed> {
     of_runs.chain(of_studies).chain([last]).collect()
 }
 
-/// The figures that a file can have.
 fn listed_of(path: &Path, options: &PlotOptions) -> Result<Vec<Listed>, CommandError> {
     let choice = plot_studies::choice(options).map_err(CommandError::input)?;
     let (drawn, of) = match plot_studies::kind(path)? {
@@ -345,7 +336,7 @@ fn listed_of(path: &Path, options: &PlotOptions) -> Result<Vec<Listed>, CommandE
     Ok(figures.map(|f| listed(&f.name, &f.title, f.paper_figure, of)).collect())
 }
 
-/// Says of a run that is not whole how far it can be drawn.
+/// Tells how far an incomplete run can be drawn.
 fn tell_status(run: &Run) {
     let how = match run.status() {
         Status::Complete => return,
@@ -359,7 +350,7 @@ fn tell_status(run: &Run) {
     ));
 }
 
-/// The figures that are asked for, and those of the catalogue that the run does not have.
+/// The requested figures, and those of the catalogue that the run lacks.
 fn figures(options: &PlotOptions, runs: &[Run], only: &[&Entry]) -> Result<Chosen, CommandError> {
     if !options.channels.is_empty() || !options.phase.is_empty() {
         if let (Some(from), Some(to)) = (options.from, options.to)
@@ -390,7 +381,7 @@ fn figures(options: &PlotOptions, runs: &[Run], only: &[&Entry]) -> Result<Chose
     }
     let missing: Vec<_> = absent.iter().map(|(_, missing)| missing).collect();
     chosen.sampling = catalogue::sampling(subject.run, &missing);
-    // What is asked for by name has to be there.
+    // Figures requested by name must exist.
     if let (Some((entry, missing)), false) = (absent.first(), only.is_empty()) {
         let path = subject.run.path().display();
         let remedy = chosen.sampling.as_deref().map(|text| remedy(text, subject.run.path()));
@@ -416,7 +407,6 @@ fn remedy(sampling: &str, path: &Path) -> String {
     )
 }
 
-/// Channels that a title lists; of more it says how many.
 const FEW: usize = 3;
 
 fn own_figures(options: &PlotOptions, runs: &[Run]) -> Result<Vec<Figure>, PlotError> {
@@ -457,18 +447,19 @@ fn own_figures(options: &PlotOptions, runs: &[Run]) -> Result<Vec<Figure>, PlotE
     Ok(figures)
 }
 
-/// Extensions by which nobody means a folder.
-const OTHER_FORMATS: [&str; 6] = ["ps", "jpg", "jpeg", "tif", "tiff", "gif"];
+/// Extensions that are certainly no folder names.
+const OTHER_FORMATS: [&str; 14] = [
+    "eps", "ps", "jpg", "jpeg", "tif", "tiff", "gif", "webp", "html", "h5", "csv", "npz", "mat", "json",
+];
 
-/// Where each figure goes, in which format.
 fn targets(options: &PlotOptions, figures: &[Figure]) -> Result<Vec<(usize, PathBuf, Format)>, PlotError> {
     let path = options.output.clone();
     let extension = path.extension().unwrap_or_default().to_ascii_lowercase();
     match Format::of_path(&path) {
         Some(format) if figures.len() == 1 => return Ok(vec![(0, path, format)]),
         Some(_) => return Err(PlotError::NoFolder { path }),
-        None if OTHER_FORMATS.iter().any(|other| extension == *other) => return Err(PlotError::Format { path }),
         None if path.is_file() => return Err(PlotError::NoFolder { path }),
+        None if OTHER_FORMATS.iter().any(|other| extension == *other) => return Err(PlotError::Format { path }),
         None => {}
     }
     let formats: &[Format] = match &options.format {
@@ -482,7 +473,6 @@ fn targets(options: &PlotOptions, figures: &[Figure]) -> Result<Vec<(usize, Path
     Ok(figures.iter().enumerate().flat_map(of_figure).collect())
 }
 
-/// Writes the figures of some inputs, which they do not replace.
 fn write(options: &PlotOptions, figures: &[Figure], inputs: &[PathBuf]) -> Result<Vec<Written>, CommandError> {
     let targets = targets(options, figures)?;
     let layout = layout(options)?;
@@ -490,30 +480,52 @@ fn write(options: &PlotOptions, figures: &[Figure], inputs: &[PathBuf]) -> Resul
         std::fs::create_dir_all(&options.output)
             .map_err(|error| TargetError::failed(&options.output, FIGURE, "creating the folder", error))?;
     }
+    let source = signature::source(inputs);
+    let named = Format::of_path(&options.output).is_some();
     for (_, path, _) in &targets {
         target::check(path, FIGURE, inputs, options.force)?;
+        if !named && !options.force {
+            spare(path, &source, FIGURE)?;
+        }
     }
     let mut written = Vec::with_capacity(targets.len());
-    let mut drawn: Option<(usize, String)> = None;
+    let mut drawn: Option<(usize, Drawing)> = None;
     for (number, path, format) in targets {
         let figure = &figures[number];
-        let text = match drawn.take().filter(|(of, _)| *of == number) {
-            Some((_, text)) => text,
-            None => svg::svg(figure, layout)?,
+        let drawing = match drawn.take().filter(|(of, _)| *of == number) {
+            Some((_, drawing)) => drawing,
+            None => Drawing {
+                source: source.clone(),
+                ..plot::draw(figure, layout)?
+            },
         };
-        save(&path, FIGURE, &text, &figure.full_title(), format, options.dpi)?;
+        save(&path, FIGURE, &drawing, format, options.dpi)?;
         written.push(Written {
             file: path.display().to_string(),
             figure: figure.name.clone(),
             title: figure.full_title(),
             paper_figure: figure.paper_figure,
         });
-        drawn = Some((number, text));
+        drawn = Some((number, drawing));
     }
     Ok(written)
 }
 
-/// How large figures are drawn, if they have room for their axes.
+/// Refuses to replace, under a name that this program chose, the figure of other files than those of `source`.
+pub(super) fn spare(path: &Path, source: &str, product: Product) -> Result<(), PlotError> {
+    let here = signature::names_in(source).unwrap_or_default();
+    match target::drawn_from(path) {
+        Some(there) if there != here => Err(PlotError::OfAnotherFile {
+            path: path.to_owned(),
+            there,
+            here: here.to_owned(),
+            option: product.option(),
+        }),
+        _ => Ok(()),
+    }
+}
+
+/// The layout, if it has room for axes.
 fn layout(options: &PlotOptions) -> Result<Layout, CommandError> {
     let layout = Layout {
         width: options.width,
@@ -531,39 +543,33 @@ fn layout(options: &PlotOptions) -> Result<Layout, CommandError> {
     Ok(layout)
 }
 
-/// The figure of another command, as its `--figure` names it.
 pub(super) const OF_COMMAND: Product = Product::Figure("--figure");
 
-/// The file of the figure of another command, if there is to be one, checked before anything is computed.
+/// The target of another command's figure, checked before anything is computed.
 pub(super) fn figure_target<'a>(
     path: Option<&'a Path>,
     force: bool,
     inputs: &[PathBuf],
 ) -> Result<Option<(&'a Path, Format)>, CommandError> {
     let Some(path) = path else { return Ok(None) };
-    let format = Format::of_path(path).ok_or_else(|| {
-        refusal(
-            path,
-            "a figure is an SVG, PNG, PDF or EPS file; give it the extension .svg, .png, .pdf or .eps",
-        )
-    })?;
+    let format = Format::of_path(path).ok_or_else(|| PlotError::Format { path: path.to_owned() })?;
     target::check(path, OF_COMMAND, inputs, force)?;
     Ok(Some((path, format)))
 }
 
-/// Draws the figure of another command into its file.
-pub(super) fn draw(figure: &Figure, (path, format): (&Path, Format)) -> Result<(), PlotError> {
-    let text = svg::svg(figure, style::COLUMN_WIDTH)?;
-    save(path, OF_COMMAND, &text, &figure.full_title(), format, DPI)
+pub(super) fn draw(figure: &Figure, (path, format): (&Path, Format), source: String) -> Result<(), PlotError> {
+    let drawing = Drawing {
+        source,
+        ..plot::draw(figure, style::COLUMN_WIDTH)?
+    };
+    save(path, OF_COMMAND, &drawing, format, DPI)
 }
 
-/// Writes one figure in one format.
-fn save(path: &Path, figure: Product, svg: &str, title: &str, format: Format, dpi: f64) -> Result<(), PlotError> {
+fn save(path: &Path, figure: Product, drawing: &Drawing, format: Format, dpi: f64) -> Result<(), PlotError> {
     match format {
-        Format::Svg => target::write(path, figure, &[svg.as_bytes()])?,
-        Format::Png => target::write(path, figure, &[&raster::png(svg, dpi)?])?,
-        Format::Pdf => target::write(path, figure, &[&vector::pdf(svg, title)?])?,
-        Format::Eps => target::write(path, figure, &[&vector::eps(svg, title)?])?,
+        Format::Svg => target::write(path, figure, &[drawing.svg().as_bytes()])?,
+        Format::Png => target::write(path, figure, &[&drawing.png(dpi)?])?,
+        Format::Pdf => target::write(path, figure, &[&drawing.pdf()?])?,
     }
     Ok(())
 }

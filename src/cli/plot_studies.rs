@@ -1,40 +1,37 @@
-//! `stickslip plot` of files that hold many runs: sweeps, calibrations, work-precision studies, continuations.
+//! `stickslip plot` for files of many runs: sweeps, calibrations, work-precision studies, continuations.
 
 use super::arguments::PlotOptions;
 use super::terminal;
-use crate::analysis::distribution::{Distribution, PERCENTILES};
-use crate::continuation::Stored;
 use crate::plot::branches::{self, Branches};
 use crate::plot::studies::{self, Choice, StudyQuantity};
 use crate::plot::{Figure, PlotError, work_precision};
-use crate::results::{Reason, ResultFile, SweepFile, WorkPrecisionFile, check_sound};
 use serde::Serialize;
 use std::path::Path;
+use stickslip_analysis::analysis::distribution::{Distribution, PERCENTILES};
+use stickslip_analysis::continuation::Stored;
+use stickslip_files::{Reason, ResultFile, SweepFile, WorkPrecisionFile, check_sound};
 
-/// What a file holds, as far as drawing it is concerned.
 pub(super) enum Kind {
-    /// One run, or nothing that is known.
+    /// One run, or an unknown file.
     Run,
-    /// Many runs of a sweep or a calibration.
-    Sweep(SweepFile),
-    /// Methods by tolerances.
+    /// Sweep or calibration.
+    Sweep(Box<SweepFile>),
+    /// Work-precision study.
     WorkPrecision,
-    /// Branches of a continuation.
+    /// Continuation.
     Branches,
 }
 
-/// What there is to draw, and what a run does not have.
 #[derive(Default)]
 pub(super) struct Chosen {
     pub figures: Vec<Figure>,
     pub not_drawn: Vec<NotDrawn>,
     pub sampling: Option<String>,
-    /// How the quantities of many runs are spread.
+    /// Distributions of the quantities of many runs.
     pub distributions: Vec<(StudyQuantity, Distribution)>,
 }
 
 impl Chosen {
-    /// These figures.
     pub fn of(figures: Vec<Figure>) -> Chosen {
         Chosen {
             figures,
@@ -49,17 +46,14 @@ pub(super) struct NotDrawn {
     pub why: String,
 }
 
-/// What `path` holds, which is to be drawn.
-///
-/// # Errors
-/// A shard of a sweep, which is no whole, and a damaged file.
+/// The kind of file at `path`; an error for a shard of a sweep or a damaged file.
 pub(super) fn kind(path: &Path) -> Result<Kind, PlotError> {
     let kind = match SweepFile::open(path) {
-        Ok(file) => Kind::Sweep(file),
-        Err(error) if matches!(error.reason, Reason::OnlyAShard) => return Err(error.into()),
+        Ok(file) => Kind::Sweep(Box::new(file)),
+        Err(error) if matches!(error.reason, Reason::OnlyAShard | Reason::Uneven { .. }) => return Err(error.into()),
         Err(_) if WorkPrecisionFile::is_one(path) => Kind::WorkPrecision,
         Err(_) if Stored::is_one(path) => Kind::Branches,
-        // Whoever draws it says what it is.
+        // The command that draws the file reports the error.
         Err(_) if ResultFile::open(path).is_err() => return Ok(Kind::Run),
         Err(_) => Kind::Run,
     };
@@ -67,7 +61,7 @@ pub(super) fn kind(path: &Path) -> Result<Kind, PlotError> {
     Ok(kind)
 }
 
-/// The choice that the options make; an error of wrong usage for what is not about such files.
+/// The choice in the options; an error for options that do not apply to many runs.
 pub(super) fn choice(options: &PlotOptions) -> Result<Choice, String> {
     let place = |text: &String| match text.split_once('=') {
         Some((name, value)) => Ok((name.trim().to_owned(), value.trim().to_owned())),
@@ -80,7 +74,7 @@ pub(super) fn choice(options: &PlotOptions) -> Result<Choice, String> {
     })
 }
 
-/// The figures of a sweep or a calibration: those of the names that are asked for, or all.
+/// The figures of a sweep or a calibration with the requested names, or all.
 pub(super) fn of_sweep(file: &SweepFile, choice: &Choice, only: &[String]) -> Result<Chosen, PlotError> {
     let figures = named(studies::figures(file, choice)?, only, file.path())?;
     let mut chosen = Chosen::of(figures);
@@ -88,7 +82,7 @@ pub(super) fn of_sweep(file: &SweepFile, choice: &Choice, only: &[String]) -> Re
     Ok(chosen)
 }
 
-/// The figures of a continuation: of the quantities or names that are asked for, or the most important ones.
+/// The figures of a continuation for the requested quantities or names, or the most important ones.
 pub(super) fn of_branches(path: &Path, quantities: &[String], only: &[String]) -> Result<Chosen, PlotError> {
     let file = Branches::read(path)?;
     let figures = match (quantities, only) {
@@ -98,12 +92,10 @@ pub(super) fn of_branches(path: &Path, quantities: &[String], only: &[String]) -
     Ok(Chosen::of(named(figures, only, path)?))
 }
 
-/// All figures of a continuation.
 pub(super) fn all_of_branches(path: &Path) -> Result<Chosen, PlotError> {
     Ok(Chosen::of(Branches::read(path)?.all()?))
 }
 
-/// The figures of these names, or all.
 fn named(mut figures: Vec<Figure>, only: &[String], path: &Path) -> Result<Vec<Figure>, PlotError> {
     if only.is_empty() {
         return Ok(figures);
@@ -119,7 +111,7 @@ fn named(mut figures: Vec<Figure>, only: &[String], path: &Path) -> Result<Vec<F
     }
 }
 
-/// By its whole name, the name of its kind, or its number in the paper.
+/// A figure matches its full name, the name of its kind, or its number in the paper.
 fn is_named(figure: &Figure, name: &str) -> bool {
     let of_kind = figure.name.strip_prefix(name).is_some_and(|rest| rest.starts_with('-'));
     let mut entries = studies::ENTRIES.iter().chain(&branches::ENTRIES);
@@ -128,12 +120,10 @@ fn is_named(figure: &Figure, name: &str) -> bool {
     figure.name == name || entry && of_kind || number.as_deref() == Some(name)
 }
 
-/// The figure of a work-precision study.
 pub(super) fn of_work_precision(path: &Path) -> Result<Chosen, PlotError> {
     Ok(Chosen::of(vec![work_precision::of_file(path)?]))
 }
 
-/// Percentiles as a table, and a histogram, of every quantity.
 pub(super) fn report(distributions: &[(StudyQuantity, Distribution)]) -> String {
     let shown = |(quantity, found): &(StudyQuantity, Distribution)| {
         format!("\n{}", terminal::distribution(&quantity.name, &quantity.units, found))
@@ -141,7 +131,6 @@ pub(super) fn report(distributions: &[(StudyQuantity, Distribution)]) -> String 
     distributions.iter().map(shown).collect()
 }
 
-/// A distribution as JSON.
 pub(super) fn documents(distributions: &[(StudyQuantity, Distribution)]) -> Vec<serde_json::Value> {
     let document = |(quantity, distribution): &(StudyQuantity, Distribution)| {
         let percentiles = PERCENTILES.iter().zip(&distribution.percentiles);

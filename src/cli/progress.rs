@@ -1,38 +1,35 @@
-//! The progress bar: of a run, of the oracle and of a comparison over simulated time, of studies over their runs.
+//! Progress bar: simulated time of runs, oracle and comparisons; runs of studies.
 
 use super::arguments::{Common, ProgressChoice};
 use super::captured;
-use crate::compare::{CompareProgress, CompareStage};
-use crate::continuation::ContinuationProgress;
-use crate::oracle::OracleProgress;
-use crate::simulation::Progress;
-use crate::sweep::SweepProgress;
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressState, ProgressStyle};
 use std::io::IsTerminal;
 use std::path::Path;
+use stickslip_analysis::continuation::ContinuationProgress;
+use stickslip_analysis::sweep::SweepProgress;
+use stickslip_compare::{CompareProgress, CompareStage};
+use stickslip_engine::simulation::Progress;
+use stickslip_oracle::OracleProgress;
 
 const MESSAGE: &str = "{bar:16} {msg}  {elapsed} (left {eta})";
 
-/// Resolution of the bar.
 const TICKS: f64 = 1000.0;
 
-/// A progress bar; nothing where none is wanted.
+/// A progress bar, possibly hidden.
 pub(super) struct Bar(ProgressBar);
 
 impl Bar {
-    /// At its beginning.
     pub(super) fn new(common: &Common) -> Self {
         Bar(bar(common, TICKS as u64, MESSAGE))
     }
 
-    /// Of a sweep: with the points that are done, how many a second, and the time left.
+    /// For a sweep: points, rate and remaining time.
     pub(super) fn of_points(common: &Common) -> Self {
         let bar = bar(common, 1, "{bar:16} {pos} of {msg}  {rate}  {elapsed} (left {eta})");
         bar.set_message("0 points");
         Bar(bar)
     }
 
-    /// The simulated time, the mode and the number of events of a run up to `end_time` (s).
     pub(super) fn run(&self, progress: Progress, end_time: f64) {
         let Progress { time, mode, events } = progress;
         let mode = mode.name();
@@ -41,10 +38,10 @@ impl Bar {
         });
     }
 
-    /// The simulated time of the oracle's present run, and its digits.
+    /// Simulated time and digits of the oracle's current run.
     pub(super) fn oracle(&self, progress: OracleProgress) {
         let OracleProgress { digits, time, end_time } = progress;
-        // Another run, with more digits.
+        // A further run with more digits.
         if !self.0.is_hidden() && ((TICKS * time / end_time) as u64) < self.0.position() {
             self.0.reset();
         }
@@ -53,7 +50,6 @@ impl Bar {
         });
     }
 
-    /// The share of a comparison with `candidate` that is done.
     pub(super) fn comparison(&self, progress: CompareProgress, candidate: &Path) {
         self.share(progress.done, || {
             let stage = match progress.stage {
@@ -66,7 +62,7 @@ impl Bar {
         });
     }
 
-    /// What is done of a known number.
+    /// `done` steps `of` a known number.
     pub(super) fn count(&self, done: usize, of: usize, what: &str, under_way: &str) {
         captured::progress(done as u64, of as u64);
         if self.0.is_hidden() {
@@ -77,7 +73,6 @@ impl Bar {
         self.0.set_message(format!("{done} of {of} {what}, {under_way}"));
     }
 
-    /// The points of a sweep.
     pub(super) fn points(&self, progress: SweepProgress) {
         captured::progress(progress.done, progress.total);
         let bar = &self.0;
@@ -87,7 +82,7 @@ impl Bar {
         if bar.length() != Some(progress.total) {
             bar.set_length(progress.total);
         }
-        // What an earlier start has done says nothing about the rate.
+        // Points of an earlier start do not count for the rate.
         let earlier = bar.position() == 0 && progress.done > 0;
         bar.set_position(progress.done);
         if earlier {
@@ -101,12 +96,11 @@ impl Bar {
         bar.set_message(format!("{}{more} points{failed}", progress.total));
     }
 
-    /// Of a continuation, whose end is not known beforehand.
+    /// For a continuation, whose end is unknown.
     pub(super) fn of_branches(common: &Common) -> Self {
         Bar(bar(common, 1, "{spinner} {msg}  {elapsed}"))
     }
 
-    /// The branches and points of a continuation.
     pub(super) fn branches(&self, progress: ContinuationProgress) {
         captured::progress(progress.points as u64, progress.points as u64);
         if self.0.is_hidden() {
@@ -121,7 +115,6 @@ impl Bar {
         ));
     }
 
-    /// The share that is done, with what is said of it.
     fn share(&self, share: f64, message: impl FnOnce() -> String) {
         if !self.0.is_hidden() {
             self.0.set_position((TICKS * share) as u64);
@@ -134,7 +127,7 @@ impl Bar {
     }
 }
 
-/// A bar on standard error, hidden where none is wanted.
+/// A bar on standard error, or a hidden one.
 fn bar(common: &Common, length: u64, template: &str) -> ProgressBar {
     let terminal = std::io::stderr().is_terminal();
     let shown = match common.progress {
@@ -148,13 +141,13 @@ fn bar(common: &Common, length: u64, template: &str) -> ProgressBar {
     let target = if terminal {
         ProgressDrawTarget::stderr()
     } else {
-        // Asked for although it is no terminal: a few updates a second, for whoever reads the stream.
+        // Requested without a terminal: a few updates per second for readers of the stream.
         ProgressDrawTarget::term_like_with_hz(Box::new(console::Term::stderr()), 2)
     };
     let style = ProgressStyle::with_template(template)
         .unwrap_or_else(|_| ProgressStyle::default_bar())
         .with_key("rate", |state: &ProgressState, text: &mut dyn std::fmt::Write| {
-            // A bar that cannot be drawn is no reason to stop.
+            // A bar that cannot be drawn must not stop the command.
             let _ = write!(text, "{:.1} a second", state.per_sec());
         });
     ProgressBar::with_draw_target(Some(length), target).with_style(style)

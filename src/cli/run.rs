@@ -1,15 +1,14 @@
-//! `stickslip run`.
+//! `stickslip run`: a case is run into a file.
 
 use super::arguments::{Common, RunOptions};
 use super::input::{Given, interrupt_flag, output_of, overrides, overwrite};
 use super::progress::Bar;
 use super::{CommandError, End, complain, interrupted, print, print_json, strictly, terminal};
-use crate::analysis::{SavedReport, SavedRun, Warning};
-use crate::case::{Case, Origin};
-use crate::hybrid::RunError;
 use std::ops::ControlFlow;
+use stickslip_analysis::analysis::{SavedReport, SavedRun, Warning};
+use stickslip_case::{Case, Origin};
+use stickslip_engine::hybrid::RunError;
 
-/// Integrates one case into a result file and reports it.
 pub(super) fn run(options: &RunOptions, common: &Common) -> Result<End, CommandError> {
     let given = Given::read(&options.case)?;
     let set = options.budget.over(&options.set);
@@ -21,7 +20,7 @@ pub(super) fn run(options: &RunOptions, common: &Common) -> Result<End, CommandE
         _ => ".h5",
     };
     let path = output_of(source, options.output.as_deref(), suffix)?;
-    // Before the partial file is there: from then on an interruption ends the run in good order.
+    // Before the partial file exists: from then on an interruption ends the run cleanly.
     let stop = interrupt_flag()?;
     let (bar, end_time) = (Bar::new(common), case.output.end_time);
     log::info!(
@@ -68,11 +67,11 @@ pub(super) fn run(options: &RunOptions, common: &Common) -> Result<End, CommandE
             rtol: run.solver.rtol,
             // s.
             wall_time: run.wall_time,
-            // Of what was computed, be it saved or not.
+            // Computed results, saved or not.
             summary: &run.summary,
             warnings: &warnings;
             optional:
-            // What the file has for certain, where it could not be written to its end.
+            // The safe part of the file, if writing failed.
             saved: (write_error.is_some() || unsaved.is_some()).then_some(saved),
             witness: run.witness.as_ref(),
             error: error.as_ref(),
@@ -94,7 +93,7 @@ pub(super) fn run(options: &RunOptions, common: &Common) -> Result<End, CommandE
     }
     let path = file.display();
     match error {
-        // An error of the result file names the file itself.
+        // Errors of the result file already name it.
         Some(error) => {
             Err(CommandError::computation(unsaved.or(write_error).unwrap_or_else(
                 || format!("{error}. What was computed until then is in {path}"),

@@ -1,24 +1,23 @@
-//! `stickslip sweep`.
+//! `stickslip sweep`: a study of many runs.
 
 use super::arguments::{Common, SweepOptions};
 use super::input::{interrupt_flag, overwrite};
 use super::plot_studies;
 use super::progress::Bar;
-use super::ranks::Ranks;
-use super::{CommandError, End, interrupted, strictly, tell};
-use crate::case::CaseError;
+use super::{CommandError, End, captured, interrupted, strictly, tell};
 use crate::plot::PlotError;
 use crate::plot::studies::{self, Choice};
-use crate::results::{Reason, SweepFile};
-use crate::sweep::{
-    Boundaries, Branch, Design, JournalError, STUDIES, Shard, Study, StudySource, Sweep, SweepError, SweepReport,
-    journal_path,
-};
 use serde::Serialize;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
+use stickslip_analysis::sweep::{
+    Boundaries, Branch, Design, JournalError, STUDIES, Shard, Study, StudySource, Sweep, SweepError, SweepReport,
+    journal_path,
+};
+use stickslip_case::CaseError;
+use stickslip_files::{Reason, SweepFile};
 
-/// One connected line of a boundary, in the units of its axes.
+/// A connected line of a boundary, in the units of its axes.
 #[derive(Serialize)]
 struct CurveDocument {
     plane: String,
@@ -28,42 +27,49 @@ struct CurveDocument {
     nose: Option<[f64; 2]>,
 }
 
-/// Runs a study into its file and reports it.
+/// Variables with the number of MPI processes: Open MPI; MPICH and relatives.
+const MPI_SIZES: [&str; 2] = ["OMPI_COMM_WORLD_SIZE", "PMI_SIZE"];
+
+/// Refuses to be one of several MPI ranks, all of which would run the same points. A command inside another program
+/// (perhaps under `mpi4py.futures`) is exempt.
+fn refuse_ranks(options: &SweepOptions) -> Result<(), CommandError> {
+    let size = |name: &&str| std::env::var(name).ok().and_then(|text| text.parse::<usize>().ok());
+    let is_rank = !captured::now() && options.shard.is_none() && MPI_SIZES.iter().filter_map(size).any(|size| size > 1);
+    if !is_rank && !options.mpi {
+        return Ok(());
+    }
+    Err(CommandError::input(
+        "a sweep is not shared by the ranks of an MPI job any more, and each of them would run all points; give each process \
+         a part with --shard K/N (in a Slurm job array --shard slurm) and combine them by `stickslip merge`, or run the study \
+         from Python by stickslip.sweep(study, executor=...) with mpi4py.futures (docs/clusters.md)",
+    ))
+}
+
 pub(super) fn sweep(options: &SweepOptions, common: &Common) -> Result<End, CommandError> {
-    let ranks = Ranks::start(options)?;
-    let Some(study) = ranks.agree(read_study(options))? else {
-        return Ok(End::Done);
-    };
+    refuse_ranks(options)?;
+    let study = read_study(options)?;
     let path = options
         .output
         .clone()
         .unwrap_or_else(|| default_path(&study, options.shard));
-    let jobs = options.runs.jobs.unwrap_or_else(|| ranks.default_jobs());
+    let jobs = options.runs.jobs.unwrap_or_else(stickslip_engine::workers::processors);
     let stop = interrupt_flag()?;
     let bar = Bar::of_points(common);
-    let sweep = Sweep::new(&study, &path)
+    let mut executor = captured::executor();
+    let mut sweep = Sweep::new(&study, &path)
         .overwrite(overwrite(options.force))
         .resume(options.resume)
         .shard(options.shard)
         .workers(jobs)
         .stop(&stop);
-    if ranks.served(&sweep) {
-        return Ok(End::Done);
+    if let Some(executor) = &mut executor {
+        sweep = sweep.executor(&mut **executor);
     }
-    let mut worker_pool = ranks.worker_pool();
     let clock = Instant::now();
-    let result = sweep
-        .worker_pool(&mut *worker_pool)
-        .progress(|progress| bar.points(progress))
-        .start();
+    let result = sweep.progress(|progress| bar.points(progress)).start();
     bar.finish();
     let wall_time = clock.elapsed().as_secs_f64();
-    drop(worker_pool);
-    let report = match result {
-        Ok(report) => report,
-        Err(error @ SweepError::Lost { .. }) => return Err(ranks.give_up(command_error(&error, &path), common.json)),
-        Err(error) => return Err(command_error(&error, &path)),
-    };
+    let report = result.map_err(|error| command_error(&error, &path))?;
     let curves = report
         .boundaries
         .as_ref()
@@ -77,7 +83,7 @@ pub(super) fn sweep(options: &SweepOptions, common: &Common) -> Result<End, Comm
             study: study.source.label(),
             title: &study.title,
             digest: study.digest(),
-            // Points that are done, and those of them that were run now.
+            // Finished points, and points run by this command.
             points: report.points,
             run_now: report.run_now,
             failed: report.failed,
@@ -87,10 +93,8 @@ pub(super) fn sweep(options: &SweepOptions, common: &Common) -> Result<End, Comm
             wall_time: wall_time;
             optional:
             shard: options.shard.map(shard),
-            // Points whose runs end before it is certain what they come to: a stick that lasts, or a motion that repeats itself.
+            // Runs that end before their result is certain: a lasting stick, or a periodic motion.
             unfinished: report.unfinished,
-            // Processes of an MPI job.
-            ranks: ranks.count(),
             curves: Some(&curves).filter(|curves| !curves.is_empty()),
         }
     };
@@ -105,7 +109,7 @@ pub(super) fn sweep(options: &SweepOptions, common: &Common) -> Result<End, Comm
         );
         return interrupted(common, &how);
     }
-    // Of a shard the others may have points that did not fail: merge says.
+    // Other shards may have successful points; merge reports it.
     if options.shard.is_none() && report.failed > 0 && report.failed == report.points {
         let (point, message) = &report.failures[0];
         return Err(CommandError::computation(format!(
@@ -140,19 +144,30 @@ fn read_study(options: &SweepOptions) -> Result<Study, CaseError> {
     Study::parse(source, &options.runs.overrides()?)
 }
 
+/// The error of a study, with its journal if there is one.
+pub(super) fn resumable(error: &impl ToString, path: &Path) -> String {
+    let (text, journal) = (error.to_string(), journal_path(path));
+    match journal.exists() {
+        true => format!(
+            "{}. What was computed is in {}; --resume goes on from there",
+            text.trim_end_matches('.'),
+            journal.display()
+        ),
+        false => text,
+    }
+}
+
 fn command_error(error: &SweepError, path: &Path) -> CommandError {
     let text = error.to_string();
     match error {
         SweepError::Refused(_) => CommandError::input(text),
         SweepError::Journal(JournalError::File(inner)) | SweepError::File(inner) => match inner.reason {
             Reason::NoReader(_) | Reason::NotCreated(_) => CommandError::computation(text),
-            _ if inner.is_of_the_system() => CommandError::computation(format!(
-                "{text}. What was computed is in {}; --resume goes on from there",
-                journal_path(path).display()
-            )),
+            _ if inner.is_of_the_system() => CommandError::computation(resumable(error, path)),
             _ => CommandError::input(text),
         },
         SweepError::Journal(_) => CommandError::input(text),
+        SweepError::Executor(_) => CommandError::computation(resumable(error, path)),
         _ => CommandError::computation(text),
     }
 }
@@ -254,7 +269,7 @@ fn text_report(
     format!("{text}{}\n{}\n", spread(study, shard, report), report.file.display())
 }
 
-/// How the quantity of most interest is spread over the points of a sample; nothing of points that are chosen otherwise.
+/// Distribution of the most important quantity over a sample; empty for chosen points.
 fn spread(study: &Study, shard: Option<Shard>, report: &SweepReport) -> String {
     if !matches!(study.design, Design::Rows(_)) || shard.is_some() {
         return String::new();

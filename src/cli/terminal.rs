@@ -1,14 +1,16 @@
 //! Tables for the terminal.
 
-use crate::analysis::distribution::{Distribution, PERCENTILES};
-pub(super) use crate::analysis::headline::or_none;
-use crate::analysis::{HeadlineRow, Summary, headline};
-use crate::case::Case;
-use crate::simulation::SolverOptions;
 use comfy_table::{CellAlignment, ContentArrangement, Table, presets};
+use stickslip_analysis::analysis::distribution::{Distribution, PERCENTILES};
+pub(super) use stickslip_analysis::analysis::headline::or_none;
+use stickslip_analysis::analysis::{HeadlineRow, Summary, headline};
+use stickslip_case::Case;
+use stickslip_engine::simulation::SolverOptions;
 
-/// A table of these rows as lines, without a margin and without blanks at their ends. The columns `right` are numbers, which stand
-/// below each other by their last digit.
+/// Narrowest terminal whose tables are wrapped.
+const NARROWEST: u16 = 40;
+
+/// A table as lines, without margins and trailing blanks. The columns `right` are numbers, right-aligned.
 pub(super) fn lines(
     header: &[&str],
     rows: impl IntoIterator<Item = Vec<String>>,
@@ -18,6 +20,11 @@ pub(super) fn lines(
     table
         .load_style(presets::NOTHING)
         .set_content_arrangement(ContentArrangement::Dynamic);
+    // A terminal without a known width reports 0 columns, or too few for a word.
+    let size = console::Term::stdout().size_checked();
+    if let Some((_, columns)) = size.filter(|(_, columns)| *columns >= NARROWEST) {
+        table.set_width(columns);
+    }
     if !header.is_empty() {
         table.set_header(header);
     }
@@ -31,7 +38,6 @@ pub(super) fn lines(
     table.lines().map(of_line).collect()
 }
 
-/// Names with their values, below each other.
 pub(super) fn pairs<'a>(rows: impl IntoIterator<Item = (&'a str, String)>) -> String {
     lines(
         &[],
@@ -40,13 +46,12 @@ pub(super) fn pairs<'a>(rows: impl IntoIterator<Item = (&'a str, String)>) -> St
     )
 }
 
-/// Columns of a value beside the paper's.
+/// Width of a value beside the paper's.
 const VALUE: usize = 27;
 
-/// Columns of the longest bar of a histogram.
+/// Length of the longest bar of a histogram.
 const BAR: usize = 40;
 
-/// Percentiles of a quantity as a table, and a histogram of it.
 pub(super) fn distribution(name: &str, units: &str, found: &Distribution) -> String {
     let unit = if units == "1" {
         String::new()
@@ -57,7 +62,7 @@ pub(super) fn distribution(name: &str, units: &str, found: &Distribution) -> Str
     if found.without > 0 {
         text += &format!(", {} without a value", found.without);
     }
-    // As many digits as tell the percentiles of the middle half apart to a hundredth.
+    // Digits that resolve 1/100 of the interquartile range.
     let spread = found.percentiles[4] - found.percentiles[2];
     let size = found.least.abs().max(found.largest.abs());
     let number = |value: f64| {
@@ -77,7 +82,7 @@ pub(super) fn distribution(name: &str, units: &str, found: &Distribution) -> Str
     let values = values.chain([found.largest, found.mean]).map(number).collect();
     let most = found.bars.iter().map(|bar| bar.2).max().unwrap_or(1).max(1);
     let bars = found.bars.iter().map(|&(from, to, count)| {
-        // What is there is seen.
+        // Non-empty bars are visible.
         let length = (count * BAR).div_ceil(most);
         vec![number(from), number(to), count.to_string(), "#".repeat(length)]
     });
@@ -85,7 +90,7 @@ pub(super) fn distribution(name: &str, units: &str, found: &Distribution) -> Str
     format!("{text}\n{}{histogram}", lines(&header, [values], 0..header.len()))
 }
 
-/// A list that goes on below, so that the paper's numbers stay near.
+/// A list wrapped to the width of values, so that the paper's values stay near.
 fn below(list: &str) -> String {
     let mut text = String::new();
     let mut length = 0;
@@ -101,7 +106,6 @@ fn below(list: &str) -> String {
     text
 }
 
-/// The report of a run: its headline, and what its solvers did.
 pub(super) fn run_report(case: &Case, solver: &SolverOptions, summary: &Summary, wall_time: f64) -> String {
     let rows = headline(case, summary);
     let beside_paper = rows.iter().any(|row| !row.paper.is_empty());
@@ -131,7 +135,7 @@ pub(super) fn run_report(case: &Case, solver: &SolverOptions, summary: &Summary,
         "right-hand sides",
         "Jacobians",
     ];
-    // As the case has it, unless the run was interrupted.
+    // The end time as in the case, unless the run was interrupted.
     let end = match summary.end == case.output.end_time {
         true => summary.end.to_string(),
         false => format!("{:.9}", summary.end),

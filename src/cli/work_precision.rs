@@ -1,4 +1,4 @@
-//! `stickslip work-precision`.
+//! `stickslip work-precision`: errors and costs of methods.
 
 use super::arguments::{Common, Format, WorkPrecisionOptions};
 use super::input::{interrupt_flag, overwrite};
@@ -6,16 +6,18 @@ use super::plot;
 use super::progress::Bar;
 use super::terminal::{self, or_none};
 use super::{CommandError, End, interrupted, tell};
-use crate::analysis::work_precision::{Errors, Measurement, STUDIES, Study, StudyError, StudyResult, StudySource, run};
-use crate::plot::{PlotError, target, work_precision as figure};
-use crate::provenance;
-use crate::results::{Reservation, Status, WorkPrecisionFile, WorkPrecisionRow};
-use crate::simulation::Method;
-use crate::workers::go_on_unless;
+use crate::plot::{PlotError, signature, target, work_precision as figure};
 use std::path::{Path, PathBuf};
 use std::sync::atomic::Ordering;
+use stickslip_analysis::analysis::work_precision::{
+    Errors, Measurement, STUDIES, Study, StudyError, StudyResult, StudySource, run,
+};
+use stickslip_analysis::provenance;
+use stickslip_engine::simulation::Method;
+use stickslip_engine::workers::go_on_unless;
+use stickslip_files::{Reservation, Status, WorkPrecisionFile, WorkPrecisionRow};
+use stickslip_system::quote::bound;
 
-/// Runs a study into a file and a table, and a figure on request.
 pub(super) fn work_precision(options: &WorkPrecisionOptions, common: &Common) -> Result<End, CommandError> {
     let source = StudySource::find(&options.study, STUDIES)?;
     let study = Study::parse(source)?;
@@ -23,10 +25,11 @@ pub(super) fn work_precision(options: &WorkPrecisionOptions, common: &Common) ->
         .output
         .clone()
         .unwrap_or_else(|| PathBuf::from(format!("{}.h5", study.source.name)));
-    // Everything that can be refused is refused before minutes are spent.
+    // Checks everything before minutes are spent.
     let stop = interrupt_flag()?;
     let place = Reservation::take(&path, overwrite(options.force), &study.files)?;
-    let figures = figure_targets(options.figure.as_deref(), options.force, &study.files)?;
+    let names = signature::source(std::slice::from_ref(&path));
+    let figures = figure_targets(options.figure.as_deref(), options.force, &study.files, &names)?;
     let started = provenance::now();
     let bar = Bar::new(common);
     let result = run(&study, &mut |progress| {
@@ -49,7 +52,7 @@ pub(super) fn work_precision(options: &WorkPrecisionOptions, common: &Common) ->
     let file = contents(&study, &result, &started)
         .write(&place, &status)
         .map_err(CommandError::computation)?;
-    let figures = draw(&study, &result, &figures)?;
+    let figures = draw(&study, &result, &figures, &names)?;
     tell(
         common,
         || {
@@ -82,11 +85,12 @@ pub(super) fn work_precision(options: &WorkPrecisionOptions, common: &Common) ->
     Ok(End::Done)
 }
 
-/// The files of the figure in a folder, which is made if it is not there.
+/// The figure's files in a folder, which is created if missing.
 fn figure_targets(
     folder: Option<&Path>,
     force: bool,
     inputs: &[PathBuf],
+    source: &str,
 ) -> Result<Vec<(PathBuf, Format)>, CommandError> {
     let Some(folder) = folder else {
         return Ok(Vec::new());
@@ -101,19 +105,27 @@ fn figure_targets(
     for format in [Format::Svg, Format::Png] {
         let path = folder.join(format!("{}.{}", figure::NAME, format.extension()));
         target::check(&path, plot::OF_COMMAND, inputs, force)?;
+        if !force {
+            plot::spare(&path, source, plot::OF_COMMAND)?;
+        }
         targets.push((path, format));
     }
     Ok(targets)
 }
 
-fn draw(study: &Study, result: &StudyResult, targets: &[(PathBuf, Format)]) -> Result<Vec<PathBuf>, PlotError> {
+fn draw(
+    study: &Study,
+    result: &StudyResult,
+    targets: &[(PathBuf, Format)],
+    source: &str,
+) -> Result<Vec<PathBuf>, PlotError> {
     if targets.is_empty() || result.measurements.is_empty() {
         return Ok(Vec::new());
     }
     let figure = figure::figure(&study.title, result);
     targets
         .iter()
-        .map(|(path, format)| plot::draw(&figure, (path, *format)).map(|()| path.clone()))
+        .map(|(path, format)| plot::draw(&figure, (path, *format), source.to_owned()).map(|()| path.clone()))
         .collect()
 }
 
@@ -169,7 +181,7 @@ fn report(study: &Study, result: &StudyResult) -> String {
     ];
     let rows = result.measurements.iter().map(|m| row(m, &result.uncertainty));
     let table = terminal::lines(&header, rows, 1..9);
-    let uncertainty = |error: Option<f64>| or_none(error, |e| format!("{e:.0e} s"));
+    let uncertainty = |error: Option<f64>| or_none(error, |e| format!("{} s", bound(e, 0)));
     let unsure = &result.uncertainty;
     format!(
         "{}\n{}, {} events\n\n{}\nonset, final, all: errors of the first stick, of the last and the largest of all events, s; \

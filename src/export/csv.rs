@@ -1,4 +1,4 @@
-//! Comma-separated values: a header of names with units in brackets, numbers as the shortest text that reads back to the same
+//! Comma-separated values: a header of names with units in brackets, numbers as the shortest decimal of the same
 //! double, codes as words, NaN as `NaN`.
 
 use super::ExportError;
@@ -6,12 +6,11 @@ use super::table::{Column, Kind, Table};
 use std::io::{BufWriter, Write};
 use std::path::Path;
 
-/// The first line of a table, with its end: the names of the columns, and their units.
+/// The header line, with its line end.
 pub(super) fn header(columns: &[Column]) -> String {
     line(columns.iter().map(Column::header))
 }
 
-/// The same without units.
 pub(super) fn plain_header(columns: &[Column]) -> String {
     line(columns.iter().map(|column| column.name.clone()))
 }
@@ -20,7 +19,6 @@ fn line(fields: impl Iterator<Item = String>) -> String {
     fields.map(|field| quoted(&field)).collect::<Vec<_>>().join(",") + "\n"
 }
 
-/// A text as a field.
 fn quoted(text: &str) -> String {
     if text.contains([',', '"', '\n', '\r']) {
         format!("\"{}\"", text.replace('"', "\"\""))
@@ -29,7 +27,6 @@ fn quoted(text: &str) -> String {
     }
 }
 
-/// Adds a value to a line.
 fn push(line: &mut String, column: &Column, value: f64) {
     use std::fmt::Write;
     // Writing to a string cannot fail.
@@ -41,10 +38,6 @@ fn push(line: &mut String, column: &Column, value: f64) {
     };
 }
 
-/// Writes a table below its first line.
-///
-/// # Errors
-/// The table cannot be read, or the sink not be written to.
 pub(super) fn write(header: &str, table: &Table, sink: impl Write, path: &Path) -> Result<(), ExportError> {
     let failed = |error| ExportError::io(path, "writing", error);
     let mut sink = BufWriter::new(sink);

@@ -1,11 +1,11 @@
 //! Why a table cannot be exported: what, where, and what to do.
 
-use crate::compare::CompareError;
-use crate::results::ResultError;
 use std::io;
 use std::path::{Path, PathBuf};
+use stickslip_compare::CompareError;
+use stickslip_files::ResultError;
 
-/// An error of an export; each message names the file and the remedy.
+/// An export error; the message names the file and the remedy.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum ExportError {
@@ -15,23 +15,40 @@ pub enum ExportError {
     /// A run that cannot be evaluated between its samples.
     #[error(transparent)]
     Compare(#[from] CompareError),
-    /// Something is asked for that the file does not have, or the format cannot hold.
+    /// The request names something that the file does not have or the format cannot hold.
     #[error("{0}")]
     Asked(String),
+    /// A temporary file failed.
+    #[error(
+        "{folder}: the folder for temporary files: {source}; free some space there, or name another folder in the environment \
+         variable TMPDIR"
+    )]
+    Temporary {
+        /// The folder.
+        folder: PathBuf,
+        /// The system's error.
+        source: io::Error,
+    },
     /// Writing failed.
     #[error("{path}: {action} failed: {source}; check the folder and its disk, or choose another with -o")]
     Io {
-        /// The file that is written.
+        /// The file.
         path: PathBuf,
-        /// What was being done.
+        /// The action that failed.
         action: &'static str,
-        /// By the operating system.
+        /// The system's error.
         source: io::Error,
     },
 }
 
 impl ExportError {
-    /// An error of the operating system.
+    pub(super) fn temporary(source: io::Error) -> ExportError {
+        ExportError::Temporary {
+            folder: std::env::temp_dir(),
+            source,
+        }
+    }
+
     pub(super) fn io(path: &Path, action: &'static str, source: io::Error) -> ExportError {
         ExportError::Io {
             path: path.to_owned(),

@@ -2,7 +2,7 @@
 
 use super::metadata::{MARK, Origin};
 use super::table::Table;
-use super::{ExportError, csv, mat, npz, parquet};
+use super::{ExportError, csv, mat, npz};
 use std::fs::File;
 use std::io::{self, Read, Seek, SeekFrom};
 use std::path::Path;
@@ -16,35 +16,31 @@ pub enum Format {
     Npz,
     /// A MAT-file, level 5, a column vector for each column.
     Mat,
-    /// Apache Parquet, uncompressed.
-    Parquet,
 }
 
-/// Bytes at either end of a file in which the mark stands.
+/// Bytes at either end of a file that are searched for the mark.
 const REACH: u64 = 1 << 16;
 
 impl Format {
-    /// Every format.
-    pub const ALL: [Format; 4] = [Format::Csv, Format::Npz, Format::Mat, Format::Parquet];
+    /// All formats.
+    pub const ALL: [Format; 3] = [Format::Csv, Format::Npz, Format::Mat];
 
-    /// Its name, which is also the extension of its files.
+    /// The name, which is also the file extension.
     pub fn name(self) -> &'static str {
         match self {
             Format::Csv => "csv",
             Format::Npz => "npz",
             Format::Mat => "mat",
-            Format::Parquet => "parquet",
         }
     }
 
-    /// By the extension of a file name.
+    /// The format that the extension of a file name stands for.
     pub fn of_path(path: &Path) -> Option<Format> {
         let extension = path.extension()?.to_str()?.to_ascii_lowercase();
         Format::ALL.into_iter().find(|format| format.name() == extension)
     }
 
-    /// Whether the file at `path` is an export of this program in this format; a CSV file is taken for one by its header, which
-    /// is that of the table.
+    /// Whether `path` is an earlier export in this format. A CSV file is recognised by its header.
     pub(super) fn is_own(self, path: &Path, table: &Table) -> io::Result<bool> {
         let mut file = File::open(path)?;
         let mut bytes = Vec::new();
@@ -62,16 +58,11 @@ impl Format {
         Ok(bytes.windows(MARK.len()).any(|window| window == MARK.as_bytes()))
     }
 
-    /// Writes a table to an open file.
-    ///
-    /// # Errors
-    /// The table cannot be read, or the file not be written, or the format has no room for so many rows.
     pub(super) fn write(self, table: &Table, origin: &Origin, file: &File, path: &Path) -> Result<(), ExportError> {
         match self {
             Format::Csv => csv::write(&csv::header(&table.columns), table, file, path),
             Format::Npz => npz::write(table, origin, file, path),
             Format::Mat => mat::write(table, origin, file, path),
-            Format::Parquet => parquet::write(table, origin, file, path),
         }
     }
 }

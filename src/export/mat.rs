@@ -1,5 +1,5 @@
-//! MAT-files, level 5 ("MAT-File Format", The MathWorks): a column vector for each column, and a text with the metadata as
-//! JSON, for `jsondecode`.
+//! MAT-files, level 5 ("MAT-File Format", The MathWorks): a column vector for each column, and the metadata as a JSON
+//! text for `jsondecode`.
 
 use super::ExportError;
 use super::metadata::{MARK, Origin, metadata, raw};
@@ -8,13 +8,11 @@ use std::fs::File;
 use std::io::{self, BufWriter, Write};
 use std::path::Path;
 
-/// A variable has no more bytes: their number has 32 bits, of which readers take one for a sign.
+/// Largest variable: its size is a 32-bit number, of which readers take one bit for the sign.
 const MOST_BYTES: u64 = (1 << 31) - 1024;
 
-/// A name has no more letters.
 const LONGEST_NAME: usize = 63;
 
-// Types of elements.
 const INT8: u32 = 1;
 const UINT16: u32 = 4;
 const INT32: u32 = 5;
@@ -23,13 +21,12 @@ const DOUBLE: u32 = 9;
 const INT64: u32 = 12;
 const MATRIX: u32 = 14;
 
-// Classes of arrays.
 const CHAR_CLASS: u32 = 4;
 const DOUBLE_CLASS: u32 = 6;
 const INT8_CLASS: u32 = 8;
 const INT64_CLASS: u32 = 14;
 
-/// An element with its tag, up to a multiple of eight bytes; four bytes and fewer stand in the tag itself.
+/// A data element: tag, data, padding to a multiple of 8 bytes. Data of up to 4 bytes stand in the tag.
 fn element(kind: u32, bytes: &[u8]) -> Vec<u8> {
     let mut found = Vec::with_capacity(bytes.len() + 16);
     if bytes.len() <= 4 && !bytes.is_empty() {
@@ -44,7 +41,6 @@ fn element(kind: u32, bytes: &[u8]) -> Vec<u8> {
     found
 }
 
-/// Flags, dimensions and name of an array.
 fn head(class: u32, rows: usize, columns: usize, name: &str) -> Vec<u8> {
     let pair = |a: u32, b: u32| [a.to_le_bytes(), b.to_le_bytes()].concat();
     let mut found = element(UINT32, &pair(class, 0));
@@ -53,22 +49,17 @@ fn head(class: u32, rows: usize, columns: usize, name: &str) -> Vec<u8> {
     found
 }
 
-/// Writes a table.
-///
-/// # Errors
-/// The table cannot be read, is too long for the format, or the file cannot be written.
 pub(super) fn write(table: &Table, origin: &Origin, file: &File, path: &Path) -> Result<(), ExportError> {
     let failed = |error: io::Error| ExportError::io(path, "writing", error);
     if 8 * table.rows as u64 > MOST_BYTES {
         return Err(ExportError::Asked(format!(
-            "{}: a variable of a MAT-file of level 5 has at most 2 GB, and {} rows take more; export .npz or .parquet, or a \
-             --window",
+            "{}: a variable of a MAT-file of level 5 has at most 2 GB, and {} rows take more; export .npz, or a --window",
             path.display(),
             table.rows
         )));
     }
     let mut sink = BufWriter::new(file);
-    // 116 bytes of text, 8 of which nothing stands, version and byte order.
+    // Text of 116 bytes, 8 empty bytes, version and byte order.
     let mut start = format!("MATLAB 5.0 MAT-file, {MARK}, {}", origin.source).into_bytes();
     start.retain(u8::is_ascii);
     start.resize(116, b' ');

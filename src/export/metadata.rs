@@ -1,29 +1,28 @@
-//! The origin of a table and its columns, as metadata for the formats that have a place for it.
+//! Origin and columns of a table, as metadata for the formats that can hold some.
 
 use super::table::{Column, Kind, Table};
-use crate::quote;
 use serde::Serialize;
+use stickslip_system::quote;
 
-/// By which the program knows what it has exported; CSV has no place for it.
+/// Mark of this program's exports; CSV cannot hold it.
 pub(super) const MARK: &str = "stickslip-export";
 
-/// What a table is from.
+/// The run that a table comes from.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize)]
 pub struct Origin {
     /// The program, with its version.
     pub source: String,
-    /// Of the case.
+    /// Title of the case.
     pub title: String,
     /// The result file.
     pub file: String,
     /// How the run ended: complete, interrupted or failed.
     pub status: String,
-    /// How values between the samples were obtained; `None` of the samples themselves.
+    /// Method that gave values between the samples; `None` for the samples themselves.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub evaluated: Option<String>,
 }
 
-/// What formats with a place for it say of a table, as JSON in ASCII.
 pub(super) fn metadata(table: &Table, origin: &Origin) -> String {
     #[derive(Serialize)]
     struct Metadata<'a> {
@@ -39,7 +38,6 @@ pub(super) fn metadata(table: &Table, origin: &Origin) -> String {
         name: &'a str,
         units: &'a str,
         long_name: &'a str,
-        /// Code by word.
         #[serde(skip_serializing_if = "serde_json::Map::is_empty")]
         codes: serde_json::Map<String, serde_json::Value>,
     }
@@ -61,7 +59,7 @@ pub(super) fn metadata(table: &Table, origin: &Origin) -> String {
         columns: columns.collect(),
     };
     let text = serde_json::to_string(&document).unwrap_or_default();
-    // Characters beyond the first plane are two units of UTF-16 there.
+    // JSON writes characters beyond the basic plane as two UTF-16 units.
     let mut ascii = String::with_capacity(text.len());
     for c in quote::in_json(&text, |_| false).chars() {
         if c.is_ascii() {
@@ -76,7 +74,7 @@ pub(super) fn metadata(table: &Table, origin: &Origin) -> String {
     ascii
 }
 
-/// Values of a column as formats without words store them: doubles, whole numbers of 8 bytes, codes of one; little-endian.
+/// Binary values, little-endian: numbers as doubles, whole numbers in 8 bytes, codes in 1.
 pub(super) fn raw(column: &Column, values: &[f64]) -> Vec<u8> {
     match column.kind {
         Kind::Number => values.iter().flat_map(|value| value.to_le_bytes()).collect(),

@@ -1,16 +1,16 @@
-//! What a result file holds, for programs that read no HDF5: tables as CSV, NPZ, MAT and Parquet, and benchmark packages.
+//! Exports for programs that read no HDF5: tables as CSV, NPZ and MAT, and benchmark packages.
 //!
 //! | module | what it is |
 //! |---|---|
-//! | `table` | columns that are read block by block, of a file or of values that were evaluated |
-//! | `request` | which table, which columns, which rows or times |
-//! | `metadata` | what a table is from, and what the formats say of it |
-//! | `formats` | the formats by their names |
-//! | `csv`, `npz`, `mat`, `parquet` | the writers |
-//! | [`benchmark`] | a certified run as a folder that others can use and cite |
-//! | `error` | why a table cannot be exported |
+//! | `table` | columns read block by block, from a file or from evaluated values |
+//! | `request` | table, columns, rows or times to export |
+//! | `metadata` | origin and columns of a table |
+//! | `formats` | the file formats |
+//! | `csv`, `npz`, `mat` | the writers |
+//! | [`benchmark`] | a certified run as a folder to use and cite |
+//! | `error` | export errors |
 //!
-//! Memory is bounded: no writer holds more than a block of rows, and what is evaluated waits in a temporary file.
+//! Memory is bounded: a writer holds one block of rows, and evaluated values wait in a temporary file.
 
 pub mod benchmark;
 
@@ -20,7 +20,6 @@ mod formats;
 mod mat;
 mod metadata;
 mod npz;
-mod parquet;
 mod request;
 mod table;
 
@@ -30,48 +29,43 @@ pub use metadata::Origin;
 pub use request::{Request, Times, Which, evaluated, read_times, span, stored};
 pub use table::{Column, Kind, Table};
 
-use crate::results::disk::{Obstacle, in_the_way, misplaced, temporary_in};
-use crate::results::folder_of;
 use std::io::Write;
 use std::path::{Path, PathBuf};
+use stickslip_files::disk::{Obstacle, Temporary, in_the_way, misplaced};
+use stickslip_files::folder_of;
 
-/// A table with what it is from, and the columns that it leaves out.
+/// A table to export.
 #[derive(Debug)]
 pub struct Export<'a> {
-    /// What is exported.
+    /// The table.
     pub table: Table<'a>,
-    /// Where it is from.
+    /// Its origin.
     pub origin: Origin,
-    /// Columns of the file that are known at its samples alone, and were not asked for by name.
+    /// Columns that exist only at the samples, and were not requested by name.
     pub left_out: Vec<String>,
 }
 
 impl Export<'_> {
-    /// Writes it under a temporary name, which becomes `path` when all is written. An earlier export of the program is replaced
-    /// (of CSV one with the same header), any other file only with `force`, and none of the `inputs`.
+    /// Writes the table under a temporary name, which becomes `path` at the end. An earlier export (for CSV: one with
+    /// the same header) is replaced; any other file only with `force`, and an input never.
     ///
     /// # Errors
-    /// A file that is not to be replaced, a folder that is missing, or one of the disk.
+    /// A file that may not be replaced, a missing folder, or a disk error.
     pub fn save(&self, path: &Path, format: Format, inputs: &[PathBuf], force: bool) -> Result<(), ExportError> {
         check_target(path, inputs, force, |path| format.is_own(path, &self.table))?;
         let failed = |error| ExportError::io(path, "writing", error);
-        let file = temporary_in(&folder_of(path)).map_err(failed)?;
-        format.write(&self.table, &self.origin, file.as_file(), path)?;
-        file.persist(path).map_err(|error| failed(error.error))?;
-        Ok(())
+        let file = Temporary::create(&folder_of(path)).map_err(failed)?;
+        format.write(&self.table, &self.origin, file.file(), path)?;
+        file.persist(path).map_err(failed)
     }
 
-    /// Writes it as CSV to what is open already, such as standard output.
-    ///
-    /// # Errors
-    /// Of the file or the sink.
+    /// Writes the table as CSV to an open sink such as standard output.
     pub fn stream(&self, sink: impl Write) -> Result<(), ExportError> {
         let header = csv::header(&self.table.columns);
         csv::write(&header, &self.table, sink, Path::new("standard output"))
     }
 }
 
-/// Whether a file may be written.
 fn check_target(
     path: &Path,
     inputs: &[PathBuf],

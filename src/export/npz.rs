@@ -1,15 +1,16 @@
-//! NumPy's archives: an array for each column, and one with the metadata as JSON.
+//! NumPy archives: an array for each column, and one with the metadata as JSON.
 
 use super::ExportError;
 use super::metadata::{MARK, Origin, metadata, raw};
 use super::table::{Kind, Table};
+use std::cell::RefCell;
 use std::fs::File;
-use std::io::{self, BufWriter, Write};
+use std::io::{self, BufWriter, Seek, SeekFrom, Write};
 use std::path::Path;
 use zip::write::SimpleFileOptions;
 use zip::{CompressionMethod, ZipWriter};
 
-/// The header of an array of this type and shape, of which the whole is a multiple of 64 bytes.
+/// The header of an array, padded to a multiple of 64 bytes.
 fn array_header(descr: &str, shape: &str) -> Vec<u8> {
     let mut text = format!("{{'descr': '{descr}', 'fortran_order': False, 'shape': {shape}, }}");
     let unpadded = 10 + text.len() + 1;
@@ -21,13 +22,43 @@ fn array_header(descr: &str, shape: &str) -> Vec<u8> {
     header
 }
 
-/// Writes a table.
-///
-/// # Errors
-/// The table cannot be read, or the file not be written.
+/// A file whose first error is kept, and that pretends to take everything after it: an archive that cannot be ended says so on
+/// standard error when it is dropped.
+struct Kept<'a> {
+    file: &'a File,
+    error: &'a RefCell<Option<io::Error>>,
+}
+
+impl Write for Kept<'_> {
+    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+        if self.error.borrow().is_some() {
+            return Ok(bytes.len());
+        }
+        match self.file.write(bytes) {
+            Err(error) if error.kind() != io::ErrorKind::Interrupted => {
+                *self.error.borrow_mut() = Some(error);
+                Ok(bytes.len())
+            }
+            written => written,
+        }
+    }
+
+    fn flush(&mut self) -> io::Result<()> {
+        self.file.flush()
+    }
+}
+
+impl Seek for Kept<'_> {
+    fn seek(&mut self, to: SeekFrom) -> io::Result<u64> {
+        self.file.seek(to)
+    }
+}
+
 pub(super) fn write(table: &Table, origin: &Origin, file: &File, path: &Path) -> Result<(), ExportError> {
     let failed = |error: io::Error| ExportError::io(path, "writing", error);
-    let mut archive = ZipWriter::new(BufWriter::new(file));
+    let error = RefCell::new(None);
+    let go_on = || error.take().map_or(Ok(()), |error| Err(failed(error)));
+    let mut archive = ZipWriter::new(BufWriter::new(Kept { file, error: &error }));
     archive.set_comment(MARK).map_err(|error| failed(error.into()))?;
     let options = |bytes: usize| {
         SimpleFileOptions::default()
@@ -52,6 +83,11 @@ pub(super) fn write(table: &Table, origin: &Origin, file: &File, path: &Path) ->
         for rows in table.blocks() {
             let values = table.read(k, rows)?;
             archive.write_all(&raw(column, &values)).map_err(failed)?;
+            // What follows an error is not written.
+            if error.borrow().is_some() {
+                drop(archive);
+                return go_on();
+            }
         }
     }
     let text = metadata(table, origin);
@@ -62,5 +98,6 @@ pub(super) fn write(table: &Table, origin: &Origin, file: &File, path: &Path) ->
         .and_then(|()| archive.write_all(&units))
         .map_err(failed)?;
     let mut sink = archive.finish().map_err(|error| failed(error.into()))?;
-    sink.flush().map_err(failed)
+    sink.flush().map_err(failed)?;
+    go_on()
 }

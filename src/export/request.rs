@@ -1,19 +1,19 @@
-//! Which table is exported: its columns, and its rows or the times at which it is evaluated.
+//! The requested table: its columns, and its rows or the times of its evaluation.
 
 use super::table::{BLOCK, Column, Kind, Spool, Table};
 use super::{Export, ExportError, Origin};
-use crate::case::suggest;
-use crate::compare::{Channel, Reference};
-use crate::input::{LONGEST_LINE, Rows};
-use crate::provenance;
-use crate::quote::{quoted, shown};
-use crate::results::schema::group;
-use crate::results::{DenseOutput, ResultFile, Side, TableColumn};
 use std::fs::File;
 use std::ops::Range;
 use std::path::Path;
+use stickslip_analysis::provenance;
+use stickslip_case::input::{LONGEST_LINE, Rows};
+use stickslip_case::suggest;
+use stickslip_compare::{Channel, Reference};
+use stickslip_files::schema::group;
+use stickslip_files::{DenseOutput, ResultFile, Side, TableColumn};
+use stickslip_system::quote::{quoted, shown};
 
-/// More times are held at once by no list, and no evaluation has more rows.
+/// Limits: times held in a list, and rows of an evaluation.
 const MOST_TIMES: usize = 1 << 26;
 const MOST_ROWS: f64 = 1e9;
 
@@ -32,7 +32,7 @@ pub enum Which {
 }
 
 impl Which {
-    /// Its group in the file.
+    /// The group in the file.
     pub fn name(self) -> &'static str {
         match self {
             Which::Trajectory => group::TRAJECTORY,
@@ -43,29 +43,29 @@ impl Which {
     }
 }
 
-/// At which times a trajectory is evaluated.
+/// Times at which a trajectory is evaluated.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Times {
-    /// At multiples of an interval (s) after the start.
+    /// Multiples of an interval (s), from the start.
     Every(f64),
-    /// So many times in a second, from the start on.
+    /// A sampling rate (Hz), from the start.
     Rate(f64),
-    /// These, s, in increasing order.
+    /// Increasing times, s.
     At(Vec<f64>),
 }
 
-/// What is asked for.
+/// The requested part of a file.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Request {
-    /// Which table.
+    /// The table.
     pub table: Which,
-    /// Names of columns, in their order; none for all.
+    /// Names of columns in the order of the export; empty: all.
     pub columns: Vec<String>,
-    /// First and last time, s; either may be infinite.
+    /// First and last time, s; may be infinite.
     pub window: (f64, f64),
 }
 
-/// What /certificate has for each event, beside `time_uncertainty`, which stands in /events itself.
+/// Columns of /certificate for each event; `time_uncertainty` is in /events.
 const OF_EVENTS: [&str; 6] = [
     "verdict",
     "ladder_uncertainty",
@@ -90,7 +90,6 @@ fn column(found: TableColumn) -> Column {
     }
 }
 
-/// The columns of a table, each with its group.
 pub(super) fn columns(file: &ResultFile, which: Which) -> Result<Vec<(Column, String)>, ExportError> {
     let of = |group: &str| -> Result<Vec<(Column, String)>, ExportError> {
         let found = file.table(group)?.into_iter();
@@ -123,7 +122,7 @@ fn origin(file: &ResultFile, evaluated: Option<String>) -> Origin {
     }
 }
 
-/// The columns that are asked for, in their order; all where none is.
+/// The requested columns in their order; all if none is requested.
 fn chosen<T>(
     file: &ResultFile,
     table: &str,
@@ -161,10 +160,10 @@ fn chosen<T>(
     Ok(found)
 }
 
-/// The rows of a table as they are in the file.
+/// The rows of a table as the file stores them.
 ///
 /// # Errors
-/// Columns or rows that there are none of; or of the file.
+/// Unknown columns, no row in the window, or an unreadable file.
 pub fn stored<'a>(file: &'a ResultFile, request: &Request) -> Result<Export<'a>, ExportError> {
     let name = request.table.name();
     let all = columns(file, request.table)?;
@@ -179,7 +178,7 @@ pub fn stored<'a>(file: &'a ResultFile, request: &Request) -> Result<Export<'a>,
         rows = rows_within(file, request, rows)?;
     }
     let mut wanted = request.columns.clone();
-    // Rows without their times are no trajectory.
+    // A trajectory always has its times.
     if request.table == Which::Trajectory && !wanted.is_empty() && !wanted.iter().any(|one| one == "time") {
         wanted.insert(0, "time".to_owned());
     }
@@ -191,7 +190,7 @@ pub fn stored<'a>(file: &'a ResultFile, request: &Request) -> Result<Export<'a>,
     })
 }
 
-/// A window (s) that has no part of a run, which goes from the first to the second time of `span`, is a mistake.
+/// Refuses a window (s) outside the run; `span`: first and last time of the run.
 fn check_window(file: &ResultFile, window: (f64, f64), span: (f64, f64)) -> Result<(), ExportError> {
     if window.0 <= span.1 && window.1 >= span.0 {
         return Ok(());
@@ -206,10 +205,7 @@ fn check_window(file: &ResultFile, window: (f64, f64), span: (f64, f64)) -> Resu
     )))
 }
 
-/// The times of the first and the last sample of a file, s; `None` without one.
-///
-/// # Errors
-/// Of the file.
+/// Times of the first and the last sample, s; `None` without samples.
 pub fn span(file: &ResultFile) -> Result<Option<(f64, f64)>, ExportError> {
     let rows = file.sample_count()?;
     if rows == 0 {
@@ -219,7 +215,7 @@ pub fn span(file: &ResultFile) -> Result<Option<(f64, f64)>, ExportError> {
     Ok(Some((time(0)?, time(rows - 1)?)))
 }
 
-/// Those of `rows` whose times are in the window; of segments those that have a part in it.
+/// The `rows` whose times are in the window; segments that overlap it.
 fn rows_within(file: &ResultFile, request: &Request, rows: Range<usize>) -> Result<Range<usize>, ExportError> {
     let (from, to) = request.window;
     let (starts, ends) = match request.table {
@@ -241,7 +237,6 @@ fn rows_within(file: &ResultFile, request: &Request, rows: Range<usize>) -> Resu
     Ok(start..end.max(start))
 }
 
-/// Where a value is from that the equations of motion give.
 #[derive(Debug, Clone, Copy)]
 enum Value {
     Time,
@@ -250,11 +245,11 @@ enum Value {
     AppliedForce,
 }
 
-/// The trajectory at other times than its samples, by its dense output or the equations of motion.
+/// The trajectory at other times than its samples, from its dense output or the equations of motion.
 ///
 /// # Errors
-/// Another table, columns that are known at the samples alone, times outside the run, or a run whose samples are too sparse and
-/// that cannot be repeated; or of the file.
+/// Another table, columns that exist only at the samples, times outside the run, a run with too sparse samples that
+/// cannot be repeated, or an unreadable file.
 pub fn evaluated(reference: &Reference, request: &Request, times: &Times) -> Result<Export<'static>, ExportError> {
     let file = reference.file();
     if request.table != Which::Trajectory {
@@ -272,7 +267,6 @@ pub fn evaluated(reference: &Reference, request: &Request, times: &Times) -> Res
     by_equations(reference, columns, &request.columns, grid)
 }
 
-/// The names of these columns, with the time first.
 fn with_time(columns: &[String]) -> Vec<String> {
     let mut wanted = columns.to_vec();
     if !wanted.is_empty() {
@@ -394,7 +388,6 @@ fn by_equations(
     })
 }
 
-/// The times that are asked for, in order.
 type Grid<'a> = Box<dyn Iterator<Item = f64> + 'a>;
 
 fn grid<'a>(reference: &Reference, window: (f64, f64), times: &'a Times) -> Result<Grid<'a>, ExportError> {
@@ -402,7 +395,7 @@ fn grid<'a>(reference: &Reference, window: (f64, f64), times: &'a Times) -> Resu
     let path = reference.file().path().display();
     check_window(reference.file(), window, (start, end))?;
     let (from, to) = (window.0.max(start), window.1.min(end));
-    // Multiples of the interval, or of the inverse of the rate: without the error of a sum.
+    // Multiples of the interval, or of 1/rate, carry no summation error.
     let (rows, interval, rate) = match times {
         Times::At(times) => {
             let first = times.partition_point(|time| *time < window.0);
@@ -425,7 +418,7 @@ fn grid<'a>(reference: &Reference, window: (f64, f64), times: &'a Times) -> Resu
         )));
     }
     let time = move |k: usize| from + k as f64 * interval / rate;
-    // The last one is within the window in spite of rounding.
+    // Rounding may put the last time outside the window.
     let mut count = rows.floor() as usize + 2;
     while count > 1 && time(count - 1) > to {
         count -= 1;
@@ -433,10 +426,10 @@ fn grid<'a>(reference: &Reference, window: (f64, f64), times: &'a Times) -> Resu
     Ok(Box::new((0..count).map(time)))
 }
 
-/// The times in a CSV file, s: its column `time` or `t`, with or without a unit behind it in brackets, else its first column.
+/// The times in a CSV file, s: the column `time` or `t`, with or without a unit in brackets, else the first column.
 ///
 /// # Errors
-/// A file that cannot be read, with a cell that is no number, or times that do not increase.
+/// An unreadable file, a cell that is no number, or times that do not increase.
 pub fn read_times(path: &Path) -> Result<Vec<f64>, ExportError> {
     let asked = |what: String| ExportError::Asked(format!("{}{what}", path.display()));
     let file =

@@ -1,16 +1,16 @@
-//! A table to be exported: columns that can be read in any order, a block of rows at a time.
+//! Tables to export: columns that can be read in any order, block by block.
 
 use super::ExportError;
-use crate::results::ResultFile;
 use serde::Serialize;
 use std::fs::File;
 use std::io::{Read, Seek, SeekFrom, Write};
 use std::ops::Range;
+use stickslip_files::ResultFile;
 
-/// Rows that are read or written at a time.
+/// Rows read or written at a time.
 pub(super) const BLOCK: usize = 16_384;
 
-/// How the values of a column are stored.
+/// Storage of a column's values.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Kind {
@@ -25,21 +25,21 @@ pub enum Kind {
 /// One column.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Column {
-    /// As in the result file.
+    /// Name in the result file.
     pub name: String,
-    /// UDUNITS; "1" of a pure number.
+    /// UDUNITS; "1" for a pure number.
     pub units: String,
     /// Description.
     pub long_name: String,
-    /// How its values are stored.
+    /// Storage of the values.
     pub kind: Kind,
-    /// What codes stand for; empty where there are none.
+    /// Words of the codes; empty for numbers.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub meanings: Vec<(i64, String)>,
 }
 
 impl Column {
-    /// Its name with its unit, as the header of a table has it.
+    /// Name and unit, as in a table header.
     pub fn header(&self) -> String {
         match self.units.as_str() {
             "" | "1" => self.name.clone(),
@@ -47,7 +47,7 @@ impl Column {
         }
     }
 
-    /// The word of a code; the code itself where it has none.
+    /// The word of a code; the code itself if it has no word.
     pub(super) fn word(&self, value: f64) -> String {
         let code = value as i64;
         let known = self.meanings.iter().find(|(known, _)| *known == code);
@@ -55,29 +55,27 @@ impl Column {
     }
 }
 
-/// Where the rows of a table are.
 #[derive(Debug)]
 enum Rows<'a> {
-    /// Variables of a result file by their groups, from a row of the file on.
+    /// Result file, the group of each column, and the first row.
     File(&'a ResultFile, Vec<String>, usize),
-    /// A temporary file, in which each block of rows is stored column by column.
+    /// Temporary file: blocks of rows, each stored column by column.
     Spool(File),
 }
 
-/// See the module.
+/// A table to export.
 #[derive(Debug)]
 pub struct Table<'a> {
-    /// Its name, such as "trajectory".
+    /// Name, such as "trajectory".
     pub name: String,
-    /// In their order.
+    /// Columns in their order.
     pub columns: Vec<Column>,
-    /// How many rows it has.
+    /// Number of rows.
     pub rows: usize,
     source: Rows<'a>,
 }
 
 impl<'a> Table<'a> {
-    /// Rows of a result file; each column with the group that holds it.
     pub(super) fn of_file(
         name: &str,
         file: &'a ResultFile,
@@ -94,9 +92,6 @@ impl<'a> Table<'a> {
     }
 
     /// Rows of a column.
-    ///
-    /// # Errors
-    /// Of the file.
     pub fn read(&self, column: usize, rows: Range<usize>) -> Result<Vec<f64>, ExportError> {
         match &self.source {
             Rows::File(file, groups, first) => {
@@ -120,15 +115,14 @@ impl<'a> Table<'a> {
     }
 
     fn stored(&self, mut file: &File, place: usize, count: usize) -> Result<Vec<f64>, ExportError> {
-        let failed = |error| ExportError::io(&std::env::temp_dir(), "reading back a temporary file", error);
         let mut bytes = vec![0; 8 * count];
-        file.seek(SeekFrom::Start(8 * place as u64)).map_err(failed)?;
-        file.read_exact(&mut bytes).map_err(failed)?;
+        file.seek(SeekFrom::Start(8 * place as u64))
+            .map_err(ExportError::temporary)?;
+        file.read_exact(&mut bytes).map_err(ExportError::temporary)?;
         let number = |raw: &[u8]| f64::from_le_bytes(raw.try_into().unwrap_or_default());
         Ok(bytes.chunks_exact(8).map(number).collect())
     }
 
-    /// The ranges that cover all rows, block by block.
     pub(super) fn blocks(&self) -> impl Iterator<Item = Range<usize>> + use<> {
         let rows = self.rows;
         (0..rows)
@@ -137,7 +131,7 @@ impl<'a> Table<'a> {
     }
 }
 
-/// Takes the rows of a table one after the other into a temporary file.
+/// Collects the rows of a table in a temporary file.
 #[derive(Debug)]
 pub(super) struct Spool {
     file: File,
@@ -147,9 +141,8 @@ pub(super) struct Spool {
 
 impl Spool {
     pub(super) fn new(columns: usize) -> Result<Spool, ExportError> {
-        let failed = |error| ExportError::io(&std::env::temp_dir(), "creating a temporary file", error);
         Ok(Spool {
-            file: tempfile::tempfile().map_err(failed)?,
+            file: tempfile::tempfile().map_err(ExportError::temporary)?,
             block: vec![Vec::with_capacity(BLOCK); columns],
             rows: 0,
         })
@@ -172,8 +165,7 @@ impl Spool {
             bytes.extend(column.iter().flat_map(|value| value.to_le_bytes()));
             column.clear();
         }
-        let failed = |error| ExportError::io(&std::env::temp_dir(), "writing a temporary file", error);
-        self.file.write_all(&bytes).map_err(failed)
+        self.file.write_all(&bytes).map_err(ExportError::temporary)
     }
 
     pub(super) fn finish(mut self, name: &str, columns: Vec<Column>) -> Result<Table<'static>, ExportError> {

@@ -1,4 +1,4 @@
-//! The figures of a run, or of several: each knows its window of time by the events, and which systems have it.
+//! The figures of one or several runs, with their time windows (from events) and the systems that have them.
 
 use super::certified;
 use super::entry::{Absent, Drawn, Entry, NO_CYCLE, Outcome, PORTRAIT, Subject, Undrawn, View, entry};
@@ -10,17 +10,17 @@ use super::own::over_time;
 use super::portraits;
 use super::run::Run;
 use super::style::{BLUE, GREY, VERMILLION, line_color};
-use crate::analysis::headline::is_paper_case;
-use crate::case::Motion;
-use crate::record::Cycle;
-use crate::simulation::OutputWindow;
+use stickslip_analysis::analysis::headline::is_paper_case;
+use stickslip_case::Motion;
+use stickslip_engine::simulation::OutputWindow;
+use stickslip_system::record::Cycle;
 
-/// The figure of the paper that is a critical curve in (alpha, c_t).
+/// The paper's figure with the critical curve in (alpha, c_t).
 const CRITICAL_CURVE: u32 = 25;
-/// The first and the last figure of the paper that are of one run.
+/// First and last figure in the paper that show one run.
 const OF_A_RUN: std::ops::RangeInclusive<u32> = 4..=24;
 
-/// Every figure, in the order of the paper.
+/// Figures in the paper's order.
 pub const ENTRIES: &[Entry] = &[
     entry("friction-law", "Friction law", law::friction_law).in_paper(4),
     entry("axial-displacement", "Axial displacement", axial_displacement).in_paper(5),
@@ -34,7 +34,7 @@ pub const ENTRIES: &[Entry] = &[
         close_up(e, s, &[&["theta_dot"]], stop(s))
     }),
     entry("surface-speeds", "Speeds of the contact surfaces", |e, s| {
-        // Surfaces that stick together and slide apart belong into common axes; those of a brake are too far apart.
+        // Surfaces that stick together share axes; those of a brake are too far apart.
         let apart: &[&[&str]] = &[&["phi2_dot"], &["phi1_dot"]];
         let common: &[&[&str]] = &[&["phi2_dot", "phi1_dot"]];
         whole(e, s, if s.run.stops() { apart } else { common })
@@ -108,18 +108,17 @@ pub const ENTRIES: &[Entry] = &[
     }),
 ];
 
-/// Those, and the figures of a motion that does not stop.
 fn of_runs() -> impl Iterator<Item = &'static Entry> {
     ENTRIES.iter().chain(portraits::ENTRIES)
 }
 
 const RELATIVE_VELOCITY: &[&[&str]] = &[&["relative_velocity"]];
 const WITH_TORQUES: &[&[&str]] = &[&["relative_velocity"], &["transmitted_torque", "friction_torque"]];
-/// The axes of the phase portraits of the surfaces.
+/// Axes of the phase portraits of the surfaces.
 const STATOR: (&str, &str) = ("phi1", "phi1_dot");
 const ROTOR: (&str, &str) = ("rotor_twist", "rotor_twist_rate");
 
-/// The figures of a motion that slows down to a stop, and of the growth before it.
+/// Figures of a motion that slows down to a stop, and of the growth before it.
 const OF_A_STOP: [&str; 4] = [
     "rotor-speed-stop",
     "surface-speeds-stop",
@@ -128,7 +127,7 @@ const OF_A_STOP: [&str; 4] = [
 ];
 const OF_GROWTH: [&str; 3] = ["relative-velocity-growth", "phase-growth-stator", "phase-growth-rotor"];
 
-/// Why a run has not a figure, whatever its events and samples are; `None` if it has.
+/// Why a run cannot have a figure, whatever its events and samples.
 fn reason(name: &str, run: &Run) -> Option<&'static str> {
     let (rotor, stator, stops) = (&run.system.rotor, &run.system.stator, run.stops());
     let of_axial_mode = name.contains("axial") || name == "phase-plateau";
@@ -152,13 +151,13 @@ fn reason(name: &str, run: &Run) -> Option<&'static str> {
              sliding is unstable"
         }
         _ if OF_A_STOP.contains(&name) && !stops => "it shows a stop, and this run does not slow down by itself to one",
-        // A run that stops says so where it would be drawn, with its sampling.
+        // A run that stops gets its message when the figure is drawn, with the sampling that it needs.
         _ if of_cycles && !stops && run.cycles.is_empty() => NO_CYCLE,
         _ => return None,
     })
 }
 
-/// A title in the words of the motion of a run: in translation there are forces, not torques.
+/// The title with forces instead of torques for translation.
 pub(crate) fn in_words_of(run: &Run, title: &str) -> String {
     match run.case.motion() {
         Motion::Translation => in_translation(title),
@@ -167,10 +166,7 @@ pub(crate) fn in_words_of(run: &Run, title: &str) -> String {
 }
 
 impl Entry {
-    /// Makes the figure.
-    ///
-    /// # Errors
-    /// If a file cannot be read. That a run does not have the figure is no error.
+    /// Makes the figure; [`Absent`] if the run does not have it.
     pub fn build(&self, subject: &Subject) -> Result<Outcome, PlotError> {
         let run = subject.run;
         if let Some(why) = reason(self.name, run) {
@@ -191,7 +187,7 @@ impl Entry {
     }
 }
 
-/// Those that a run can have, in that order, and what its certificate says.
+/// The figures that a run can have, and those of its certificate.
 pub fn of_run(run: &Run) -> Vec<&'static Entry> {
     let mut found: Vec<&'static Entry> = of_runs().filter(|entry| reason(entry.name, run).is_none()).collect();
     if run.time_uncertainty().is_some() {
@@ -200,10 +196,7 @@ pub fn of_run(run: &Run) -> Vec<&'static Entry> {
     found
 }
 
-/// The figure of a name or of a number in the paper.
-///
-/// # Errors
-/// If there is none, with what there is.
+/// Finds a figure by its name or its number in the paper; an error lists the known ones.
 pub fn find(name: &str) -> Result<&'static Entry, PlotError> {
     if let Ok(number) = name.parse::<u32>() {
         return match ENTRIES.iter().find(|e| e.paper_figure == Some(number)) {
@@ -227,12 +220,12 @@ fn unknown_figure(name: &str) -> PlotError {
     }
 }
 
-/// The sampling with which a repeated run has everything that was absent, as `--set` takes it: its windows so far and
-/// those that are needed. `None` if no sampling helps.
+/// Sampling (for `--set`) with which a repeated run has all absent figures: its present windows and the missing ones.
+/// `None` if no sampling helps.
 pub fn sampling(run: &Run, absent: &[&Absent]) -> Option<String> {
     let needed: Vec<OutputWindow> = absent.iter().filter_map(|absent| absent.window).collect();
     let mut windows: Vec<&OutputWindow> = run.case.output.windows.iter().chain(&needed).collect();
-    // What another window covers at least as densely is of no use; of equal ones the first stays.
+    // Drops windows that another window covers at least as densely; the first of equal ones stays.
     windows.sort_by(|a, b| a.interval.total_cmp(&b.interval));
     let covers = |a: &OutputWindow, b: &OutputWindow| a.from <= b.from && b.to <= a.to;
     let mut kept: Vec<&OutputWindow> = Vec::new();
@@ -256,7 +249,6 @@ fn whole(entry: &Entry, subject: &Subject, panels: &[&[&str]]) -> Drawn {
     shown(entry, subject, panels, subject.run.times)
 }
 
-/// A figure over a window in which a motion is to be seen.
 fn close_up(entry: &Entry, subject: &Subject, panels: &[&[&str]], view: View) -> Drawn {
     shown(entry, subject, panels, subject.resolved(view)?)
 }
@@ -265,7 +257,7 @@ fn shown(entry: &Entry, subject: &Subject, panels: &[&[&str]], window: (f64, f64
     Ok(over_time(subject.runs, entry.name, entry.title, panels, window)?)
 }
 
-/// As long again as F(t) changes.
+/// The window is twice the duration of the changes of F(t).
 fn axial_displacement(entry: &Entry, subject: &Subject) -> Drawn {
     let (first, last) = subject.run.times;
     let end = subject.corner.map_or(last, |corner| (2.0 * corner).min(last));
@@ -278,7 +270,7 @@ fn settling(subject: &Subject) -> View {
     Ok(((corner - period, corner + 5.0 * period), period))
 }
 
-/// From the loss of stability, or a little before the first stick, to a little after the last.
+/// From the loss of stability, or shortly before the first stick, to shortly after the last one.
 fn stop(subject: &Subject) -> View {
     let (onset, period) = (subject.first_stick()?, subject.period);
     let from = subject.instability.unwrap_or(onset - 60.0 * period);
@@ -307,27 +299,27 @@ fn last_cycles(subject: &Subject) -> View {
     Ok(((end - length - 0.2 * period, end + 2.0 * period), period))
 }
 
-/// How long some cycles last, s.
+/// Total length of some cycles, s.
 fn length<'a>(cycles: impl Iterator<Item = &'a Cycle>) -> Result<f64, Absent> {
     let lengths = cycles.map(|cycle| cycle.period);
     lengths.reduce(|one, other| one + other).ok_or_else(|| NO_CYCLE.into())
 }
 
-/// Stick durations as A exp(k/K): the factor from stick to stick and how well it fits.
+/// Fit of stick durations by A exp(k/K), where k is the index.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ExponentialFit {
-    /// A, s: at index 0.
+    /// A, s (k = 0).
     pub first: f64,
-    /// exp(1/K): from one index to the next.
+    /// exp(1/K): ratio of successive durations.
     pub factor: f64,
-    /// Share of the variance of the logarithms that the fit explains.
+    /// Coefficient of determination for the logarithms.
     pub r_squared: f64,
     /// Largest |duration/fit - 1|.
     pub worst: f64,
 }
 
 impl ExponentialFit {
-    /// By least squares on the logarithms; `None` for fewer than three durations, or any that is not positive.
+    /// Least squares on the logarithms; `None` below three durations, or if one is not positive.
     pub fn of(durations: &[f64]) -> Option<ExponentialFit> {
         if durations.len() < 3 || durations.iter().any(|&d| d <= 0.0) {
             return None;
@@ -375,7 +367,7 @@ fn durations(entry: &Entry, subject: &Subject) -> Drawn {
         };
         curves.push(Curve::line(&format!("{prefix}sticks"), stick_color, sticks).styled(CurveStyle::Points));
         curves.push(Curve::line(&format!("{prefix}slips"), slip_color, slips).styled(CurveStyle::OpenPoints));
-        // Before a stop sticks grow longer; in a periodic motion there is nothing to fit.
+        // Sticks grow longer before a stop; a periodic motion has nothing to fit.
         if !several && run.stops() {
             let durations: Vec<f64> = cycles.iter().map(|c| c.stick_duration).collect();
             if let Some(fit) = ExponentialFit::of(&durations) {

@@ -1,10 +1,10 @@
-//! Figures of a certificate: the uncertainty of the events, and the error bands of channels.
+//! Figures of a certificate: uncertainties of events, and error bands of channels.
 
 use super::entry::{Drawn, Entry, Subject, entry};
 use super::figure::{Area, Axis, Curve, CurveStyle, Figure, Panel, drawn};
 use super::own::time_axis;
 use super::style::{BLACK, BLUE, ORANGE, SKY, VERMILLION, line_color};
-use crate::results::AddedGroup;
+use stickslip_files::AddedGroup;
 
 /// Figures of a certified file.
 pub const ENTRIES: &[Entry] = &[
@@ -12,10 +12,10 @@ pub const ENTRIES: &[Entry] = &[
     entry("error-bands", "Error bands of the channels, certified", bands),
 ];
 
-/// An uncertainty of nothing has no logarithm: it is drawn here, s, which is about the spacing of times as doubles.
+/// Zero has no logarithm: smallest drawn uncertainty, s, about the spacing of times as doubles.
 const LEAST: f64 = 1e-16;
 
-/// Channels whose bands are drawn, of a brake and of trains.
+/// Channels with bands, for brakes and trains.
 const CHANNELS: [&str; 2] = ["relative_velocity", "friction_torque"];
 
 const WITHOUT: &str = "the file has no certificate: `stickslip certify FILE` writes a copy with one";
@@ -25,7 +25,7 @@ fn column<'a>(group: &'a AddedGroup, name: &str) -> Option<&'a [f64]> {
     found.map(|(_, values)| values.as_slice())
 }
 
-/// For every event, from what rounding alone does up to its uncertainty; and the true error, where the oracle has it.
+/// For each event the range from rounding to its uncertainty, and the true error if the oracle knows it.
 fn events(entry: &Entry, subject: &Subject) -> Drawn {
     let run = subject.run;
     let (Some(group), Some(uncertainty)) = (run.certificate()?, run.time_uncertainty()) else {
@@ -63,7 +63,7 @@ fn events(entry: &Entry, subject: &Subject) -> Drawn {
         Axis::new("uncertainty", "s").by_powers(),
         drawn(curves),
     )];
-    // What has made them so large: a deviation grows from the loss of stability on.
+    // Growth of deviations from the loss of stability on, which explains the uncertainties.
     let growth = column(&group, "growth").unwrap_or_default().iter().enumerate();
     let growth: Vec<(f64, f64)> = growth
         .filter(|(_, folds)| folds.is_finite())
@@ -78,7 +78,6 @@ fn events(entry: &Entry, subject: &Subject) -> Drawn {
     Ok(Figure::new(entry.name, title, panels))
 }
 
-/// The verdict of the whole in words.
 fn verdict(group: &AddedGroup) -> String {
     let attribute = |name: &str| {
         let found = group.attributes.iter().find(|(known, _)| known == name);
@@ -91,10 +90,9 @@ fn verdict(group: &AddedGroup) -> String {
     }
 }
 
-/// Connected pieces of (time, value).
 type Pieces = Vec<Vec<(f64, f64)>>;
 
-/// Each channel with its band over the stick-slip, and below it how wide the band is at a fixed time.
+/// Each channel with its band during stick-slip, and below it the width of the band at a fixed time.
 fn bands(entry: &Entry, subject: &Subject) -> Drawn {
     let run = subject.run;
     let Some(group) = run.certificate()? else {
@@ -121,7 +119,7 @@ fn bands(entry: &Entry, subject: &Subject) -> Drawn {
             continue;
         };
         let rate = column(&group, &format!("rate_{channel}"));
-        // At a fixed time; NaN where nothing can be said.
+        // At a fixed time; NaN: unknown.
         let width = |k: usize| {
             let by_phase = band.get(k).copied().unwrap_or(f64::NAN);
             let rate = rate.map_or(0.0, |rate| rate.get(k).copied().unwrap_or(f64::NAN));
@@ -141,9 +139,9 @@ fn bands(entry: &Entry, subject: &Subject) -> Drawn {
             }
         }
         pieces.retain(|piece| piece.len() > 1);
-        // Where a stretch has no band there is a gap.
+        // A stretch without a band leaves a gap.
         let mut steps: Vec<Vec<(f64, f64)>> = vec![Vec::new()];
-        for k in (0..start.len()).filter(|&k| end[k] > window.0 && start[k] < window.1) {
+        for k in (0..start.len().min(end.len())).filter(|&k| end[k] > window.0 && start[k] < window.1) {
             match steps.last_mut() {
                 Some(piece) if width(k) > 0.0 => {
                     piece.extend([(start[k].max(window.0), width(k)), (end[k].min(window.1), width(k))]);

@@ -1,5 +1,4 @@
-//! Figures of a comparison: reference, candidate and error over time, the error by event, and the first wrong event,
-//! enlarged.
+//! Figures of a comparison: both runs and the error over time, the error by event, the first wrong event enlarged.
 
 use super::decimate::MinMax;
 use super::error::PlotError;
@@ -7,33 +6,31 @@ use super::figure::{Axis, Curve, CurveStyle, Figure, Panel, drawn};
 use super::own::{over_time, time_axis};
 use super::run::Run;
 use super::style::{BLACK, BLUE, VERMILLION};
-use crate::compare::{Comparison, Mapping, Reference};
-use crate::record::sequence::Fault;
 use std::path::Path;
+use stickslip_compare::{Comparison, Mapping, Reference};
+use stickslip_system::record::sequence::Fault;
 
-/// Buckets of a candidate's curve, as of a run's.
 const BUCKETS: usize = 1200;
 
-/// Samples in a window up to which each of a candidate's is a point.
+/// Most samples of a candidate in a window that are drawn as points.
 const FEW: usize = 150;
 
-/// An error of nothing has no logarithm: event times are drawn from here on, s, which is below the spacing of doubles.
+/// Zero has no logarithm: smallest drawn error of event times, s, below the spacing of doubles.
 const LEAST: f64 = 1e-17;
 
 /// A candidate to be drawn beside a reference.
 #[derive(Debug, Clone, Copy)]
 pub struct Beside<'a> {
-    /// What it is held against.
+    /// The reference.
     pub reference: &'a Reference,
     /// The reference's file, open for drawing.
     pub run: &'a Run,
     /// The candidate's file.
     pub path: &'a Path,
-    /// Of its columns.
+    /// The mapping of its columns to channels.
     pub mapping: &'a Mapping,
 }
 
-/// What is drawn over time.
 struct View {
     name: String,
     title: String,
@@ -41,17 +38,16 @@ struct View {
     window: (f64, f64),
 }
 
-/// A candidate's curve and its error in a window.
 struct Traced {
     candidate: MinMax,
-    /// A piece ends where there is no error to draw.
+    /// Pieces, separated where the error is not defined.
     error: Vec<MinMax>,
     open: bool,
     samples: usize,
     compared: usize,
 }
 
-/// Pieces of an error's curve, beyond which the last goes on.
+/// Most pieces of an error curve; further points extend the last one.
 const MOST_PIECES: usize = 1000;
 
 impl Traced {
@@ -70,7 +66,7 @@ impl Traced {
         self.candidate.push(time, candidate);
         self.compared += usize::from(reference.is_some());
         let error = reference.map_or(0.0, |reference| (candidate - reference).abs());
-        // Nothing has no logarithm.
+        // Zero has no logarithm.
         if error > 0.0 {
             if self.error.is_empty() || (!self.open && self.error.len() < MOST_PIECES) {
                 self.error.push(MinMax::new(from, to, BUCKETS));
@@ -84,7 +80,6 @@ impl Traced {
 }
 
 impl Beside<'_> {
-    /// What the legend calls the candidate.
     fn label(&self) -> String {
         let stem = self.path.file_stem().unwrap_or_default().to_string_lossy().into_owned();
         if stem == self.run.label() {
@@ -94,10 +89,7 @@ impl Beside<'_> {
         }
     }
 
-    /// The figures of a comparison; of a table of events only the errors of these.
-    ///
-    /// # Errors
-    /// If a file cannot be read.
+    /// The figures of a comparison; a table of events has only the errors of events.
     pub fn figures(&self, comparison: &Comparison) -> Result<Vec<Figure>, PlotError> {
         let mut views = Vec::new();
         if let Some(channel) = self.channels()?.into_iter().next() {
@@ -143,10 +135,10 @@ impl Beside<'_> {
         Ok(figures)
     }
 
-    /// Channels of the candidate over time, each with its error; those that are asked for.
+    /// Requested channels over time, each with its error.
     ///
     /// # Errors
-    /// The reference or the candidate has no such channel; or a file cannot be read.
+    /// A channel that the reference or the candidate lacks, or an unreadable file.
     pub fn channels_over_time(&self, channels: &[String], window: (f64, f64)) -> Result<Vec<Figure>, PlotError> {
         let known = self.channels()?;
         let mut views = Vec::new();
@@ -169,7 +161,7 @@ impl Beside<'_> {
         self.over_time(&views)
     }
 
-    /// The channels that both have, the relative velocity first.
+    /// The common channels, the relative velocity first.
     fn channels(&self) -> Result<Vec<String>, PlotError> {
         let traced = self.reference.traced(self.path, self.mapping)?;
         let names = traced.iter().map(|channel| channel.name().into_owned());
@@ -178,7 +170,7 @@ impl Beside<'_> {
         Ok(names)
     }
 
-    /// One pass over the candidate for all.
+    /// One pass over the candidate for all views.
     fn over_time(&self, views: &[View]) -> Result<Vec<Figure>, PlotError> {
         let traced = self.reference.traced(self.path, self.mapping)?;
         let place = |view: &View| traced.iter().position(|channel| channel.name() == view.channel);
@@ -247,7 +239,7 @@ impl Beside<'_> {
     }
 }
 
-/// The event with the largest error, where none is wrong. In words, its time and its error, s.
+/// The event with the largest error, if none is wrong: in words, its time (s) and error (s).
 fn largest_error(comparison: &Comparison) -> Option<(String, f64, f64)> {
     let events = comparison.event_errors.events.iter();
     let worst = events.max_by(|a, b| a.error.abs().total_cmp(&b.error.abs()))?;
@@ -257,7 +249,6 @@ fn largest_error(comparison: &Comparison) -> Option<(String, f64, f64)> {
     Some((title, time, error.abs()))
 }
 
-/// The error of each event by its number; `None` without a matched event.
 fn by_event(comparison: &Comparison) -> Option<Figure> {
     let events = &comparison.event_errors.events;
     if events.is_empty() {

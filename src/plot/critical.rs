@@ -1,23 +1,23 @@
-//! The critical curve: the boundaries of a sweep in their plane, with the limit of stability and contours of G (Fig. 25).
+//! The critical curve: boundaries of a sweep in their plane, with the stability limit and contours of G (Fig. 25).
 
 use super::error::PlotError;
 use super::figure::{Curve, CurveStyle, Figure, Panel, drawn, extent};
 use super::studies::data::{drawn_axis, levels, short};
 use super::style::{BLACK, GREY, PALETTE};
-use crate::case::{Case, CaseSource};
-use crate::model::system::System;
-use crate::results::{Reason, ResultError, SweepFile};
 use serde::Serialize;
+use stickslip_case::{Case, CaseSource};
+use stickslip_files::{Reason, ResultError, SweepFile};
+use stickslip_system::model::system::System;
 
-/// The figure of a sweep file that has boundaries.
+/// The figure of a sweep file with boundaries.
 ///
 /// # Errors
-/// If the file has none, or cannot be read.
+/// No boundary, or an unreadable file.
 pub fn figure(file: &SweepFile) -> Result<Figure, PlotError> {
     let none = || Reason::NoBoundary(file.path().to_owned()).of(file.path());
     let Boundary { x, y, curves: traced } = boundary(file)?.ok_or_else(none)?;
     let contours = lines(file, "growth_contours", "line", &x, &y)?;
-    // Where sliding slows down by itself, and elsewhere: a file has one of them.
+    // A file has one of these: the first if sliding slows down by itself.
     let stable = lines(file, "linear_limit", "line", &x, &y)?;
     let steady = lines(file, "stability_limit", "line", &x, &y)?;
     let pieces = |lines: &[Line]| lines.iter().map(|line| line.points.clone()).collect();
@@ -48,18 +48,16 @@ pub fn figure(file: &SweepFile) -> Result<Figure, PlotError> {
     })
 }
 
-/// The boundaries of a sweep and the names of the axes of their plane.
 #[derive(Serialize)]
 pub(super) struct Boundary {
-    /// Name of the variable of the horizontal axis.
+    /// Variable of the horizontal axis.
     pub x: String,
-    /// Of the vertical one.
+    /// Variable of the vertical axis.
     pub y: String,
-    /// One for each plane, named by the axes outside the plane.
+    /// A curve for each plane, named by the axes outside the plane.
     pub curves: Vec<Curve>,
 }
 
-/// The boundaries of a sweep file; `None` if it has none.
 pub(super) fn boundary(file: &SweepFile) -> Result<Option<Boundary>, PlotError> {
     let (Some(x), Some(y)) = (file.text("boundary/x"), file.text("boundary/y")) else {
         return Ok(None);
@@ -82,7 +80,7 @@ pub(super) fn boundary(file: &SweepFile) -> Result<Option<Boundary>, PlotError> 
             [] => file.text("boundary/criterion").unwrap_or_default(),
             _ => outside.iter().map(said).collect::<Vec<_>>().join(", "),
         };
-        // The legend names it once.
+        // One legend entry per plane.
         match curves.iter_mut().find(|curve| curve.label == label) {
             Some(curve) => curve.pieces.push(line.points),
             None => curves.push(Curve::line(&label, PALETTE[line.plane % PALETTE.len()], line.points)),
@@ -91,7 +89,7 @@ pub(super) fn boundary(file: &SweepFile) -> Result<Option<Boundary>, PlotError> 
     Ok(Some(Boundary { x, y, curves }))
 }
 
-/// Whether the base case of a sweep is the paper's, whatever its kick: the study sets that.
+/// Whether the base case is the paper's; the kick may differ, because the study sets it.
 fn of_the_papers_case(file: &SweepFile) -> bool {
     let system = |source| Case::read(&source, &[]).ok().map(|case| case.system);
     let base = file.case_text().map(|text| CaseSource::result(file.path(), text));
@@ -102,7 +100,7 @@ fn of_the_papers_case(file: &SweepFile) -> bool {
     })
 }
 
-/// The level of each contour where it is on its longest line, as far from all other lines, labels and the edges as may be.
+/// Labels of the contours: a place on the longest line, far from other lines, labels and the edges.
 fn contour_labels(contours: &[Line], curves: &[Curve], by_powers: (bool, bool)) -> Vec<((f64, f64), String)> {
     let place = |(x, y): (f64, f64)| {
         let of = |value: f64, by_powers: bool| if by_powers { value.log10() } else { value };
@@ -114,7 +112,7 @@ fn contour_labels(contours: &[Line], curves: &[Curve], by_powers: (bool, bool)) 
         (low, (high - low).max(f64::MIN_POSITIVE))
     };
     let (x, y) = (range(|point| point.0), range(|point| point.1));
-    // In parts of the panel, which is twice as wide as high.
+    // In units of the panel, which is twice as wide as high.
     let scaled = |point: (f64, f64)| {
         let (a, b) = place(point);
         (2.0 * (a - x.0) / x.1, (b - y.0) / y.1)
@@ -140,7 +138,7 @@ fn contour_labels(contours: &[Line], curves: &[Curve], by_powers: (bool, bool)) 
             let lines = others.iter().map(|other| distance(*other, at));
             placed.chain(lines).fold(to_edges, f64::min)
         };
-        // A hundred places are enough to choose from.
+        // A hundred candidates suffice.
         let step = (longest.points.len() / 100).max(1);
         let best = longest
             .points
@@ -153,7 +151,7 @@ fn contour_labels(contours: &[Line], curves: &[Curve], by_powers: (bool, bool)) 
     labels
 }
 
-/// A number, with a power of ten as people write it.
+/// A number, with a power of ten in typographic form.
 fn written(value: f64) -> String {
     let text = format!("{value:?}");
     match text.split_once('e') {
@@ -163,16 +161,14 @@ fn written(value: f64) -> String {
     }
 }
 
-/// A connected line of one of the file's tables.
 struct Line {
-    /// The first row of it.
+    /// Its first row.
     first: usize,
     plane: usize,
     level: f64,
     points: Vec<(f64, f64)>,
 }
 
-/// The lines of a table, told apart by the column `by`; none if there is no such table.
 fn lines(file: &SweepFile, group: &str, by: &str, x: &str, y: &str) -> Result<Vec<Line>, ResultError> {
     let names = file.variables(group);
     if names.is_empty() {

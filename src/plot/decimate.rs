@@ -1,9 +1,9 @@
-//! Fewer points for the same picture: long columns are thinned block by block.
+//! Thinning of long curves, block by block, for the same picture.
 
 use std::collections::HashSet;
 
-/// A curve over a rising x in pixel-wide buckets, of each of which the first, least, largest and last point are kept:
-/// the drawn line covers the same pixels as the whole one, and no extreme is lost. Memory: four points a bucket.
+/// A curve over increasing x in pixel-wide buckets. Each keeps its first, least, largest and last point, so the line
+/// covers the same pixels and no extreme is lost. Memory: four points per bucket.
 #[derive(Debug, Clone)]
 pub struct MinMax {
     from: f64,
@@ -13,7 +13,7 @@ pub struct MinMax {
     kept: Vec<(f64, f64)>,
 }
 
-/// Points by their number in the bucket, so that they come out in order: the first, least, largest and last.
+/// First, least, largest and last point, with their numbers in the bucket, which restore the order.
 #[derive(Debug, Clone, Copy)]
 struct Bucket {
     count: u64,
@@ -52,7 +52,7 @@ impl Bucket {
 }
 
 impl MinMax {
-    /// For points with x from `from` to `to`; those outside go to the first and the last of the `buckets`.
+    /// For x from `from` to `to`; points outside go to the first or the last bucket.
     pub fn new(from: f64, to: f64, buckets: usize) -> Self {
         let buckets = buckets.max(1);
         let width = to - from;
@@ -65,12 +65,12 @@ impl MinMax {
         }
     }
 
-    /// The next point; x must not fall. Points with a NaN are left out.
+    /// Adds a point with an x not below the previous one. NaN is skipped.
     pub fn push(&mut self, x: f64, y: f64) {
         if x.is_nan() || y.is_nan() {
             return;
         }
-        // A negative number becomes 0.
+        // The cast turns a negative number into 0.
         let bucket = (((x - self.from) * self.per_x) as usize).min(self.buckets - 1);
         match &mut self.current {
             Some((index, points)) if *index == bucket => points.push((x, y)),
@@ -82,7 +82,7 @@ impl MinMax {
         }
     }
 
-    /// The points that are kept, in their order.
+    /// The kept points in order.
     pub fn finish(mut self) -> Vec<(f64, f64)> {
         if let Some((_, last)) = self.current.take() {
             self.kept.extend(last.points());
@@ -91,12 +91,11 @@ impl MinMax {
     }
 }
 
-/// Cells along each side of a portrait: a tenth of a millimetre at column width.
+/// Cells along each side of a portrait: 0.1 mm each at column width.
 const CELLS: f64 = 900.0;
 
-/// A curve with any x and y on a grid of cells: a point in the cell of the one before it is left out, and a passage
-/// from cell to cell is drawn once. What is drawn deviates from the whole by less than a cell. Memory is bounded by the
-/// cells that the curve visits.
+/// A curve with any x and y on a grid of cells: a point in the previous point's cell is skipped, and a passage between
+/// cells is drawn once. The deviation is below one cell. Memory is bounded by the visited cells.
 #[derive(Debug, Clone)]
 pub struct Portrait {
     from: (f64, f64),
@@ -110,7 +109,7 @@ pub struct Portrait {
 }
 
 impl Portrait {
-    /// For points in these ranges of x and y.
+    /// For these ranges of x and y.
     pub fn new(x: (f64, f64), y: (f64, f64)) -> Self {
         let per_unit = |(low, high): (f64, f64)| if high > low { CELLS / (high - low) } else { 0.0 };
         Portrait {
@@ -125,7 +124,7 @@ impl Portrait {
         }
     }
 
-    /// The next point. Points with a NaN are left out.
+    /// Adds a point; NaN is skipped.
     pub fn push(&mut self, x: f64, y: f64) {
         if x.is_nan() || y.is_nan() {
             return;
@@ -154,12 +153,11 @@ impl Portrait {
         self.last = (x, y);
     }
 
-    /// Ends the line: the next point begins another.
     pub(crate) fn lift(&mut self) {
         (self.cell, self.broken) = (None, true);
     }
 
-    /// The lines that are kept; one point where the curve never leaves its cell.
+    /// The kept lines; a single point if the curve never leaves its cell.
     pub fn finish(mut self) -> Vec<Vec<(f64, f64)>> {
         if self.lines.is_empty() && self.seen {
             self.lines.push(vec![self.last]);

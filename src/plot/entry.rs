@@ -1,22 +1,22 @@
-//! A figure of a run: its name, what it is drawn from, and why a run may not have it.
+//! Figures of a run: names, data, and why a run may lack one.
 
 use super::error::PlotError;
 use super::figure::{Figure, Panel};
 use super::run::{Run, SAMPLES_PER_PERIOD};
-use crate::model::system::Pressing;
-use crate::record::EventKind;
-use crate::simulation::OutputWindow;
 use std::f64::consts::TAU;
+use stickslip_engine::simulation::OutputWindow;
+use stickslip_system::model::system::Pressing;
+use stickslip_system::record::EventKind;
 
-/// What comes of a figure: drawn, or why this run does not have it.
+/// A figure, or why this run does not have it.
 pub type Outcome = Result<Figure, Absent>;
 
-/// Why a run does not have a figure.
+/// Why a run lacks a figure.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Absent {
-    /// In words.
+    /// The reason in words.
     pub why: String,
-    /// The sampling that a repeated run would need to have it.
+    /// Sampling with which a repeated run would have the figure.
     pub window: Option<OutputWindow>,
 }
 
@@ -29,10 +29,8 @@ impl From<&str> for Absent {
     }
 }
 
-/// A figure; or why the run does not have it, or what failed.
 pub(super) type Drawn = Result<Figure, Undrawn>;
 
-/// Why there is no figure.
 pub(super) enum Undrawn {
     Absent(Absent),
     Failed(PlotError),
@@ -50,20 +48,19 @@ impl From<PlotError> for Undrawn {
     }
 }
 
-/// One figure of the catalogue.
+/// A figure of the catalogue.
 #[derive(Debug, Clone, Copy)]
 pub struct Entry {
     /// File name without extension.
     pub name: &'static str,
-    /// Above the figure.
+    /// Title.
     pub title: &'static str,
-    /// Number in the paper, where it is known.
+    /// Number in the paper, if any.
     pub paper_figure: Option<u32>,
     pub(super) draw: fn(&Entry, &Subject) -> Drawn,
 }
 
 impl Entry {
-    /// The same with its number in the paper.
     pub(super) const fn in_paper(self, number: u32) -> Entry {
         Entry {
             paper_figure: Some(number),
@@ -71,7 +68,6 @@ impl Entry {
         }
     }
 
-    /// The figure with these panels.
     pub(super) fn figure(&self, panels: Vec<Panel>) -> Figure {
         Figure::new(self.name, self.title, panels)
     }
@@ -86,26 +82,25 @@ pub(super) const fn entry(name: &'static str, title: &'static str, draw: fn(&Ent
     }
 }
 
-/// The figure of the motion that a run comes to.
 pub(super) const PORTRAIT: &str = "phase-portrait";
 
-/// A window of time (s), and the period (s) of the motion that is to be seen in it; or why there is none.
+/// A time window (s) and the period (s) of its motion, or why there is none.
 pub(super) type View = Result<((f64, f64), f64), Absent>;
 
-/// The runs to draw and the moments of the first of them that divide its subject.
+/// The runs to draw, and the times that divide the first one.
 #[derive(Debug)]
 pub struct Subject<'a> {
-    /// All that were named, the first of them the subject.
+    /// All runs.
     pub runs: &'a [Run],
-    /// The first.
+    /// The first run.
     pub run: &'a Run,
-    /// The natural period, s; where nothing moves by itself, that of the first cycle; NaN without either.
+    /// Natural period, s; without one the first cycle's period, or NaN.
     pub period: f64,
-    /// Period of the axial motion without damping, s; NaN without an axial mode.
+    /// Undamped axial period, s; NaN without an axial mode.
     pub axial_period: f64,
-    /// First and last stick, s.
+    /// Time of the first stick, s.
     pub onset: Option<f64>,
-    /// The stick in which the run ends, s.
+    /// Start of the stick in which the run ends, s.
     pub final_stick: Option<f64>,
     /// Loss of stability, s.
     pub instability: Option<f64>,
@@ -114,7 +109,7 @@ pub struct Subject<'a> {
 }
 
 impl<'a> Subject<'a> {
-    /// Of runs of which the first is the reference; `None` without a run.
+    /// Subject of `runs`; `None` without a run.
     pub fn new(runs: &'a [Run]) -> Option<Subject<'a>> {
         let run = runs.first()?;
         let first = |kind: EventKind| run.events.iter().find(|e| e.kind == kind).map(|e| e.time);
@@ -136,23 +131,21 @@ impl<'a> Subject<'a> {
         })
     }
 
-    /// The first stick, s.
     pub(super) fn first_stick(&self) -> Result<f64, Absent> {
         self.onset.ok_or_else(|| "the run has no stick".into())
     }
 
-    /// The last corner of F(t), s.
     pub(super) fn last_corner(&self) -> Result<f64, Absent> {
         self.corner.ok_or_else(|| "F(t) has no corner after the start".into())
     }
 
-    /// The stick in which the run ends, or its last event, s.
+    /// Time of the final stick or else of the last event, s.
     pub(super) fn end(&self) -> f64 {
         let last = self.run.events.last().map(|event| event.time);
         self.final_stick.or(last).unwrap_or(f64::NAN)
     }
 
-    /// The part of a view that the first run covers, if its samples there resolve the motion; or why not.
+    /// The part of a view that the first run covers with sufficient samples, or why not.
     pub(super) fn resolved(&self, view: View) -> Result<(f64, f64), Undrawn> {
         let ((from, to), period) = view?;
         let window = (from.max(self.run.times.0), to.min(self.run.times.1));
@@ -171,7 +164,7 @@ impl<'a> Subject<'a> {
     }
 }
 
-/// Why a close-up is not drawn, and which samples it needs: a hundred in a period.
+/// Reason for the absence of a close-up, with the samples that it needs: 100 per period.
 pub(super) fn too_sparse((from, to): (f64, f64), period: f64) -> Absent {
     // Two digits, and whole milliseconds.
     let interval = period / 100.0;

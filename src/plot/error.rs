@@ -1,28 +1,27 @@
-//! Why a figure could not be drawn, in the words of the user.
+//! Drawing errors.
 
 use super::target::TargetError;
-use crate::case::{self, CaseError};
-use crate::compare::CompareError;
-use crate::results::ResultError;
 use std::path::PathBuf;
+use stickslip_case::{self as case, CaseError};
+use stickslip_compare::CompareError;
+use stickslip_files::ResultError;
 
 /// Why a figure could not be drawn.
 #[derive(Debug, thiserror::Error)]
 #[expect(missing_docs, reason = "each variant is described by its message")]
 pub enum PlotError {
-    /// The result file could not be read.
+    /// Unreadable result file.
     #[error(transparent)]
     Result(#[from] ResultError),
-    /// The case kept in the result file could not be read.
+    /// Unreadable case in the result file.
     #[error(transparent)]
     Case(#[from] CaseError),
-    /// The candidate beside it could not be read.
+    /// Unreadable candidate.
     #[error(transparent)]
     Compare(#[from] CompareError),
-    /// A figure or a page cannot go where it should.
+    /// A product cannot be written to its destination.
     #[error(transparent)]
     Target(#[from] TargetError),
-    /// Nothing to draw.
     #[error(
         "{path}: has no trajectory: there is not one sample in it{}; repeat the run (`stickslip run {path}`)",
         if *.interrupted { ", as the run was ended before the first block was saved" } else { "" }
@@ -73,11 +72,24 @@ pub enum PlotError {
     },
     #[error(
         "{path}: several figures want a folder; one alone (--only, --channel, --phase) may have a file, whose name ends \
-         in .svg, .png, .pdf or .eps"
+         in .svg, .png or .pdf"
     )]
     NoFolder { path: PathBuf },
-    #[error("{path}: figures are SVG, PNG, PDF or EPS; give a name that ends in .svg, .png, .pdf or .eps, or a folder")]
+    #[error(
+        "{path}: figures are SVG, PNG or PDF; give a name that ends in .svg, .png or .pdf{}",
+        if path.extension().is_some_and(|extension| extension == "eps") { " (`pdftops -eps figure.pdf` makes EPS)" } else { "" }
+    )]
     Format { path: PathBuf },
+    #[error(
+        "{path}: the figure of {there}, which that of {here} would replace; choose another folder with {option}, or replace it \
+         with --force"
+    )]
+    OfAnotherFile {
+        path: PathBuf,
+        there: String,
+        here: String,
+        option: &'static str,
+    },
     #[error("a picture of {width} x {height} pixels is too large; use a smaller --width or --dpi")]
     TooLarge { width: f64, height: f64 },
     #[error("drawing failed: {0}")]

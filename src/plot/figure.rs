@@ -1,127 +1,126 @@
-//! What is drawn, as data: figures of panels of curves, in SI units. How it is drawn is another file's subject.
+//! Figures as data: panels of curves in SI units. Drawing is elsewhere.
 
-use crate::model::Mode;
-use crate::record::EventKind;
 use plotters::style::RGBColor;
 use serde::{Serialize, Serializer};
+use stickslip_system::model::Mode;
+use stickslip_system::record::EventKind;
 
-/// One figure: panels below each other.
+/// A figure: panels below each other.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Figure {
     /// File name without extension.
     pub name: String,
-    /// Above the panels.
+    /// Title above the panels.
     pub title: String,
-    /// Number in the paper, where it is known.
+    /// Number in the paper, if any.
     pub paper_figure: Option<u32>,
-    /// From top to bottom.
+    /// Panels from top to bottom.
     pub panels: Vec<Panel>,
 }
 
-/// One pair of axes.
+/// A pair of axes.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Panel {
-    /// Horizontal.
+    /// Horizontal axis.
     pub x: Axis,
-    /// Vertical.
+    /// Vertical axis.
     pub y: Axis,
-    /// Drawn in this order.
+    /// Curves in drawing order.
     pub curves: Vec<Curve>,
-    /// Ground coloured by mode, over x; (from, to, mode).
+    /// Ground coloured by mode: (from x, to x, mode).
     pub modes: Vec<(f64, f64, Mode)>,
-    /// Events, over x.
+    /// Events: (x, kind).
     pub events: Vec<(f64, EventKind)>,
-    /// What has the corners among the events.
+    /// Name of the signal whose corners are among the events.
     pub driven_by: &'static str,
-    /// Equally high and wide, as for a phase portrait.
+    /// Height equal to the width, as in a phase portrait.
     pub square: bool,
-    /// Above it, where several panels show the same for other values of something; may be empty.
+    /// Caption above the panel, if several panels differ in a value; may be empty.
     pub caption: String,
-    /// Below the curves: error bands, bars of a histogram.
+    /// Areas below the curves: error bands, bars of a histogram.
     pub areas: Vec<Area>,
-    /// Below everything: a plane in colours.
+    /// Colour map below everything.
     pub map: Option<Map>,
-    /// Words at a point (x, y) of the panel, in the curves' units.
+    /// Words at points (x, y), in the curves' units.
     pub labels: Vec<((f64, f64), String)>,
 }
 
-/// What lies between two lines over the same x, filled so that others show below it.
+/// Translucent area between two lines over the same x.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Area {
-    /// In the legend; empty: not there.
+    /// Legend label; empty: none.
     pub label: String,
-    /// Of the filling.
+    /// Fill colour.
     pub color: RGBColor,
     /// Pieces of (x, lower y, upper y).
     pub pieces: Vec<Vec<(f64, f64, f64)>>,
 }
 
-/// Rectangular cells over a plane, each in the colour of its value.
+/// Rectangular cells coloured by value.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Map {
-    /// Where the columns begin and end, in the unit of the horizontal axis: one more than there are columns.
+    /// Edges of the columns, in the unit of the x axis: number of columns + 1.
     pub x_edges: Vec<f64>,
-    /// The same of the rows.
+    /// Edges of the rows, likewise.
     pub y_edges: Vec<f64>,
-    /// Row after row, from the least y on; in a row from the least x on.
+    /// Cells row by row, from the lowest x and y.
     pub cells: Vec<Cell>,
-    /// What the colours mean.
+    /// Meaning of the colours.
     pub key: ColorKey,
 }
 
-/// What a cell of a map has.
+/// Cell of a map.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Cell {
-    /// A value, or a code.
+    /// Value or code.
     Value(f64),
     /// The run has no such quantity.
     Nothing,
     /// The run failed.
     Failed,
-    /// It has not been run.
+    /// The run is missing.
     Missing,
 }
 
-/// What the colours of a map mean.
+/// Meaning of a map's colours.
 #[derive(Debug, Clone, PartialEq)]
 pub enum ColorKey {
-    /// A scale over the range of this axis, which is set.
+    /// A scale over the range of this axis, which must be set.
     Scale(Axis),
-    /// A colour for each code, in this order.
+    /// A colour for each (code, word), in this order.
     Codes(Vec<(i64, String)>),
 }
 
-/// One axis.
+/// An axis.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Axis {
-    /// What it shows, without unit.
+    /// Name of the quantity, without unit.
     pub name: String,
-    /// Its symbol, which stands after the name where there is room and alone where there is none; may be empty.
+    /// Symbol, shown after the name, or alone if space is short; may be empty.
     pub symbol: String,
-    /// UDUNITS, "1" for a pure number.
+    /// UDUNITS; "1" for a pure number.
     pub unit: String,
-    /// Least and largest value, in `unit`; `None`: that of the curves and a margin.
+    /// Least and largest value, in `unit`; `None`: range of the curves plus a margin.
     pub range: Option<(f64, f64)>,
-    /// Logarithmic: only values above zero are shown, by their powers of ten.
+    /// Logarithmic axis: shows positive values only.
     pub logarithmic: bool,
 }
 
-/// One line or set of points.
+/// A line or set of points.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Curve {
-    /// In the legend; empty: not there.
+    /// Legend label; empty: none.
     pub label: String,
-    /// Of line and markers.
+    /// Colour of line and markers.
     #[serde(serialize_with = "as_hex")]
     pub color: RGBColor,
-    /// Line or markers.
+    /// Style.
     #[serde(skip)]
     pub style: CurveStyle,
-    /// Pieces of (x, y), each drawn without a gap.
+    /// Unbroken pieces of (x, y).
     pub pieces: Vec<Vec<(f64, f64)>>,
 }
 
-/// A colour as HTML has it.
 pub(super) fn hex(RGBColor(r, g, b): RGBColor) -> String {
     format!("#{r:02x}{g:02x}{b:02x}")
 }
@@ -130,28 +129,28 @@ fn as_hex<S: Serializer>(color: &RGBColor, serializer: S) -> Result<S::Ok, S::Er
     serializer.serialize_str(&hex(*color))
 }
 
-/// How a curve is drawn.
+/// Style of a curve.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum CurveStyle {
     /// A line.
     Solid,
-    /// A line that lets another show below it.
+    /// A thin line, which does not hide the line below.
     Thin,
-    /// A broken line.
+    /// A dashed line.
     Dashed,
-    /// A line of dots.
+    /// A dotted line.
     Dotted,
     /// Filled circles.
     Points,
     /// Open circles.
     OpenPoints,
-    /// Small filled circles, for many.
+    /// Small filled circles, for many points.
     Dots,
-    /// Marks of a shape.
+    /// Marks of this shape.
     Marks(Shape),
 }
 
-/// A mark that its outline tells from the others, also without colours.
+/// Shape of a mark, recognisable without colour.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Shape {
     /// Filled.
@@ -162,28 +161,28 @@ pub enum Shape {
     Triangle,
     /// Filled.
     Diamond,
-    /// Two lines across each other.
+    /// Diagonal cross.
     Cross,
-    /// An upright cross.
+    /// Upright cross.
     Plus,
     /// Open.
     Circle,
     /// Open.
     Box,
-    /// Open, upright.
+    /// Open, tip up.
     Tent,
-    /// Open, upside down.
+    /// Open, tip down.
     Funnel,
     /// Open.
     Kite,
-    /// Open, lying on its left.
+    /// Open, tip to the left.
     Pennant,
     /// Open.
     Hexagon,
 }
 
 impl Shape {
-    /// Its corners over its radius, y downwards; `None` of a circle. Of crosses two lines.
+    /// Corners in units of the radius, y downwards; `None` for a circle. A cross has two lines.
     pub(super) fn corners(self) -> Option<&'static [(f64, f64)]> {
         Some(match self {
             Shape::Disk | Shape::Circle => return None,
@@ -205,38 +204,34 @@ impl Shape {
         })
     }
 
-    /// Whether it consists of lines alone.
     pub(super) fn is_cross(self) -> bool {
         matches!(self, Shape::Cross | Shape::Plus)
     }
 
-    /// Whether it is filled.
     pub(super) fn is_filled(self) -> bool {
         matches!(self, Shape::Disk | Shape::Square | Shape::Triangle | Shape::Diamond)
     }
 }
 
 impl CurveStyle {
-    /// Whether it joins its points.
     pub(super) fn is_line(self) -> bool {
         use CurveStyle::{Dashed, Dotted, Solid, Thin};
         matches!(self, Solid | Thin | Dashed | Dotted)
     }
 
-    /// Of that many points: `few` up to a limit, dots beyond it.
+    /// `few` up to `limit` points, dots beyond.
     pub(super) fn of_many(count: usize, limit: usize, few: CurveStyle) -> CurveStyle {
         if count > limit { CurveStyle::Dots } else { few }
     }
 }
 
 impl Area {
-    /// An area that the legend leaves out.
     pub(super) fn unnamed(color: RGBColor, pieces: Vec<Vec<(f64, f64, f64)>>) -> Area {
         let label = String::new();
         Area { label, color, pieces }
     }
 
-    /// All points of both of its lines.
+    /// All points of both lines.
     pub fn points(&self) -> impl Iterator<Item = (f64, f64)> + '_ {
         let both = |&(x, low, high): &(f64, f64, f64)| [(x, low), (x, high)];
         self.pieces.iter().flatten().flat_map(both)
@@ -244,12 +239,11 @@ impl Area {
 }
 
 impl Curve {
-    /// A line through all of `points`.
+    /// A line through `points`.
     pub fn line(label: &str, color: RGBColor, points: Vec<(f64, f64)>) -> Curve {
         Curve::pieces(label, color, vec![points])
     }
 
-    /// A line for each of `pieces`.
     pub(crate) fn pieces(label: &str, color: RGBColor, pieces: Vec<Vec<(f64, f64)>>) -> Curve {
         Curve {
             label: label.to_owned(),
@@ -259,19 +253,18 @@ impl Curve {
         }
     }
 
-    /// The same in another style.
     pub(crate) fn styled(self, style: CurveStyle) -> Curve {
         Curve { style, ..self }
     }
 
-    /// All its points.
+    /// All points.
     pub fn points(&self) -> impl Iterator<Item = (f64, f64)> + '_ {
         self.pieces.iter().flatten().copied()
     }
 }
 
 impl Axis {
-    /// An axis that fits its curves.
+    /// An axis scaled to its curves.
     pub fn new(name: &str, unit: &str) -> Axis {
         Axis {
             name: name.to_owned(),
@@ -282,7 +275,7 @@ impl Axis {
         }
     }
 
-    /// With a symbol.
+    /// The axis with a symbol.
     pub fn with_symbol(self, symbol: &str) -> Axis {
         Axis {
             symbol: symbol.to_owned(),
@@ -290,12 +283,12 @@ impl Axis {
         }
     }
 
-    /// Its name and symbol.
+    /// Name and symbol.
     pub fn label(&self) -> String {
         format!("{} {}", self.name, self.symbol).trim().to_owned()
     }
 
-    /// Its symbol, or its name if it has none.
+    /// The symbol; the name if there is none.
     pub fn short(&self) -> &str {
         if self.symbol.is_empty() {
             &self.name
@@ -304,17 +297,14 @@ impl Axis {
         }
     }
 
-    /// With powers of ten.
     pub(crate) fn by_powers(self) -> Axis {
         self.logarithmic(true)
     }
 
-    /// With powers of ten, or evenly.
     pub(crate) fn logarithmic(self, logarithmic: bool) -> Axis {
         Axis { logarithmic, ..self }
     }
 
-    /// With a fixed range.
     pub(crate) fn ranging(self, low: f64, high: f64) -> Axis {
         Axis {
             range: Some((low, high)),
@@ -324,7 +314,7 @@ impl Axis {
 }
 
 impl Panel {
-    /// A pair of axes with curves.
+    /// Axes with curves.
     pub fn new(x: Axis, y: Axis, curves: Vec<Curve>) -> Panel {
         Panel {
             x,
@@ -341,7 +331,7 @@ impl Panel {
         }
     }
 
-    /// Least and largest x or y of the curves that are finite; (0, 1) where there are none.
+    /// Range of the finite x or y of the curves; (0, 1) without any.
     pub(super) fn extent(&self, coordinate: impl Fn((f64, f64)) -> f64) -> (f64, f64) {
         let of_curves = self.curves.iter().flat_map(Curve::points);
         let of_areas = self.areas.iter().flat_map(Area::points);
@@ -349,7 +339,7 @@ impl Panel {
     }
 }
 
-/// The curves that have a point: the others have no place in a legend.
+/// Curves that have a point; the others are not in the legend.
 pub(super) fn drawn(curves: impl IntoIterator<Item = Curve>) -> Vec<Curve> {
     curves
         .into_iter()
@@ -357,7 +347,6 @@ pub(super) fn drawn(curves: impl IntoIterator<Item = Curve>) -> Vec<Curve> {
         .collect()
 }
 
-/// Least and largest of the values that are finite; `None` without any.
 pub(super) fn extent(values: impl IntoIterator<Item = f64>) -> Option<(f64, f64)> {
     let finite = values.into_iter().filter(|value| value.is_finite());
     finite.fold(None, |found, value| {
@@ -367,7 +356,7 @@ pub(super) fn extent(values: impl IntoIterator<Item = f64>) -> Option<(f64, f64)
 }
 
 impl Figure {
-    /// A figure that is not the paper's.
+    /// A figure that is not in the paper.
     pub fn new(name: impl Into<String>, title: impl Into<String>, panels: Vec<Panel>) -> Figure {
         Figure {
             name: name.into(),
@@ -377,7 +366,7 @@ impl Figure {
         }
     }
 
-    /// The title, with the paper's number where it is known.
+    /// The title, with the number in the paper if any.
     pub fn full_title(&self) -> String {
         match self.paper_figure {
             Some(number) => format!("{} (paper, Fig. {number})", self.title),

@@ -1,46 +1,104 @@
-//! The font of the figures, which is part of the program: no figure depends on what a system has installed.
+//! The font of figures, embedded so that no figure depends on installed fonts.
 
-use super::typeset::{self, Level};
+use super::typeset;
 use std::sync::OnceLock;
+use tiny_skia::PathBuilder;
+use ttf_parser::{Face, GlyphId, OutlineBuilder};
 
-/// DejaVu Sans, reduced to the letters that figures use: see data/fonts.
-pub(crate) const DATA: &[u8] = include_bytes!("../../data/fonts/DejaVuSans.subset.ttf");
+/// DejaVu Sans, reduced to the letters of figures: see data/fonts.
+const DATA: &[u8] = include_bytes!("../../data/fonts/DejaVuSans.subset.ttf");
 
-/// Families in the SVG: where the first is missing, Verdana has the same widths.
+/// Font families in SVG; Verdana has the same widths.
 pub(crate) const FAMILIES: &str = "DejaVu Sans, Verdana, sans-serif";
 
-/// Width of a character that the font does not have, in ems: that of its replacement box.
-const MISSING: f64 = 0.6;
-
-fn face() -> Option<&'static ttf_parser::Face<'static>> {
-    static FACE: OnceLock<Option<ttf_parser::Face<'static>>> = OnceLock::new();
-    FACE.get_or_init(|| ttf_parser::Face::parse(DATA, 0).ok()).as_ref()
+/// Outlines of the font.
+pub fn face() -> &'static Face<'static> {
+    static FACE: OnceLock<Face<'static>> = OnceLock::new();
+    FACE.get_or_init(|| Face::parse(DATA, 0).expect("the program's own font can be read"))
 }
 
-/// Width of a line of text in the unit of `size`, its font size; indices and exponents are smaller.
-pub(crate) fn text_width(text: &str, size: f64) -> f64 {
-    let pieces = typeset::pieces(text).into_iter();
-    let width = |(level, piece): (Level, String)| match level {
-        Level::Line => plain_width(&piece, size),
-        Level::Index | Level::Exponent => plain_width(&piece, typeset::SMALL * size),
-    };
-    pieces.map(width).sum()
-}
-
-fn plain_width(text: &str, size: f64) -> f64 {
-    let Some(face) = face() else {
-        return MISSING * size * text.chars().count() as f64;
-    };
+/// Glyphs of a text and their widths in ems; a box replaces missing letters.
+fn letters(text: &str) -> impl Iterator<Item = (GlyphId, f64)> {
+    let face = face();
     let em = f64::from(face.units_per_em());
-    let width = |c: char| {
-        let advance = face.glyph_index(c).and_then(|glyph| face.glyph_hor_advance(glyph));
-        advance.map_or(MISSING, |advance| f64::from(advance) / em)
-    };
-    size * text.chars().map(width).sum::<f64>()
+    text.chars().map(move |c| {
+        let glyph = face.glyph_index(c).unwrap_or_default();
+        (glyph, f64::from(face.glyph_hor_advance(glyph).unwrap_or_default()) / em)
+    })
 }
 
-/// `text` broken at blanks into lines no wider than `width`, as far as single words allow.
-pub fn wrapped(text: &str, size: f64, width: f64) -> Vec<String> {
+/// Width of a line in the unit of `size`, its font size; indices and exponents are smaller.
+pub fn text_width(text: &str, size: f64) -> f64 {
+    let pieces = typeset::pieces(text).into_iter();
+    pieces
+        .map(|(level, piece)| plain_width(&piece, level.place(size).0))
+        .sum()
+}
+
+/// The width with all letters of one size.
+pub(super) fn plain_width(text: &str, size: f64) -> f64 {
+    size * letters(text).map(|(_, width)| width).sum::<f64>()
+}
+
+/// Adds the outlines of a text to `path`, from (x, y) on the baseline.
+pub(super) fn add_letters(path: &mut PathBuilder, text: &str, size: f64, (x, y): (f64, f64)) {
+    let scale = (size / f64::from(face().units_per_em())) as f32;
+    let mut pen = Pen {
+        path,
+        scale,
+        x: x as f32,
+        y: y as f32,
+    };
+    let mut before = 0.0;
+    for (glyph, width) in letters(text) {
+        pen.x = (x + size * before) as f32;
+        face().outline_glyph(glyph, &mut pen);
+        before += width;
+    }
+}
+
+/// Draws a glyph, whose y points upwards, at a place of a path.
+struct Pen<'a> {
+    path: &'a mut PathBuilder,
+    scale: f32,
+    x: f32,
+    y: f32,
+}
+
+impl Pen<'_> {
+    fn place(&self, x: f32, y: f32) -> (f32, f32) {
+        (self.x + self.scale * x, self.y - self.scale * y)
+    }
+}
+
+impl OutlineBuilder for Pen<'_> {
+    fn move_to(&mut self, x: f32, y: f32) {
+        let (x, y) = self.place(x, y);
+        self.path.move_to(x, y);
+    }
+
+    fn line_to(&mut self, x: f32, y: f32) {
+        let (x, y) = self.place(x, y);
+        self.path.line_to(x, y);
+    }
+
+    fn quad_to(&mut self, x1: f32, y1: f32, x: f32, y: f32) {
+        let ((x1, y1), (x, y)) = (self.place(x1, y1), self.place(x, y));
+        self.path.quad_to(x1, y1, x, y);
+    }
+
+    fn curve_to(&mut self, x1: f32, y1: f32, x2: f32, y2: f32, x: f32, y: f32) {
+        let ((x1, y1), (x2, y2), (x, y)) = (self.place(x1, y1), self.place(x2, y2), self.place(x, y));
+        self.path.cubic_to(x1, y1, x2, y2, x, y);
+    }
+
+    fn close(&mut self) {
+        self.path.close();
+    }
+}
+
+/// Breaks `text` at blanks into lines no wider than `width`, unless a word is wider.
+fn wrapped(text: &str, size: f64, width: f64) -> Vec<String> {
     let mut lines: Vec<String> = Vec::new();
     for word in text.split_whitespace() {
         match lines.last_mut() {
@@ -54,8 +112,8 @@ pub fn wrapped(text: &str, size: f64, width: f64) -> Vec<String> {
     lines
 }
 
-/// A title as lines no wider than `width`: what does not fit in one breaks after its colon first.
-pub(crate) fn wrapped_title(title: &str, size: f64, width: f64) -> Vec<String> {
+/// A title in lines no wider than `width`; a long title first breaks after its colon.
+pub fn wrapped_title(title: &str, size: f64, width: f64) -> Vec<String> {
     let lines = wrapped(title, size, width);
     match title.split_once(": ") {
         Some((head, tail)) if lines.len() > 1 => {
@@ -64,39 +122,5 @@ pub(crate) fn wrapped_title(title: &str, size: f64, width: f64) -> Vec<String> {
             lines
         }
         _ => lines,
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    /// DejaVu Sans: "0" is 1303 of 2048 units wide, and so is every digit.
-    #[test]
-    fn published_widths() {
-        assert_eq!(text_width("0000", 2048.0), 4.0 * 1303.0);
-        assert_eq!(text_width("7", 2048.0), 1303.0);
-        assert!(text_width("ωᵣ φ₁′ θ µ −", 1.0) > 5.0);
-    }
-
-    #[test]
-    fn analytic_a_long_title_breaks_after_its_colon() {
-        let title = "Stator surface before the first stick: diverges, ×1.505 per turn";
-        let width = text_width(title, 1.0);
-        let halves = ["Stator surface before the first stick:", "diverges, ×1.505 per turn"];
-        assert_eq!(wrapped_title(title, 1.0, 0.95 * width), halves);
-        assert_eq!(wrapped_title(title, 1.0, 1.01 * width), [title]);
-        assert_eq!(
-            wrapped_title("no colon here", 1.0, text_width("no colon", 1.0)),
-            ["no colon", "here"]
-        );
-    }
-
-    #[test]
-    fn analytic_every_symbol_of_the_labels_is_in_the_font() {
-        let face = face().unwrap();
-        for c in "ωᵣφ₁₂θµ−′₀αΔ×·≤²³¹⁻".chars() {
-            assert!(face.glyph_index(c).is_some(), "{c}");
-        }
     }
 }

@@ -1,11 +1,11 @@
-//! Pages of one file: a template with places in double braces, texts as content of elements, a document of JSON, arrays as texts.
+//! Single-file pages: a template with places in double braces, escaped texts, a JSON document, arrays as base64.
 
 use super::{PlotError, signature};
 use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
 use serde::{Serialize, Serializer};
 
-/// A text with these parts, (name, text), for their names in double braces; other braces stay.
+/// Replaces the names of `parts` (name, text) in double braces; other braces stay.
 pub(super) fn filled(template: &str, parts: &[(&str, &str)]) -> String {
     let mut text = String::with_capacity(template.len());
     let mut rest = template;
@@ -23,7 +23,6 @@ pub(super) fn filled(template: &str, parts: &[(&str, &str)]) -> String {
     text
 }
 
-/// A whole page with this title and these parts.
 pub(super) fn page(template: &str, title: &str, parts: &[(&str, &str)]) -> String {
     let generator = format!("{} {}\">", signature::PAGE, env!("CARGO_PKG_VERSION"));
     let title = escaped(title);
@@ -33,28 +32,25 @@ pub(super) fn page(template: &str, title: &str, parts: &[(&str, &str)]) -> Strin
     )
 }
 
-/// JSON that can stand in a script element: no text in it ends the element or opens a comment, or would steer a terminal on
-/// which the page is listed.
+/// JSON for a script element: no text can end the element, open a comment, or control a terminal.
 pub(super) fn json(value: &impl Serialize) -> Result<String, PlotError> {
     let text = serde_json::to_string(value).map_err(|error| PlotError::Drawing(error.to_string()))?;
-    Ok(crate::quote::in_json(&text, |c| c == '<'))
+    Ok(stickslip_system::quote::in_json(&text, |c| c == '<'))
 }
 
-/// A text as the content of an element of HTML or SVG. Control characters are none that XML allows, and would steer a terminal on
-/// which the file is listed.
+/// Text for an HTML or SVG element, without control characters: XML forbids them, and they could control a terminal.
 pub(super) fn escaped(text: &str) -> String {
-    crate::quote::for_terminal(text)
+    stickslip_system::quote::for_terminal(text)
         .replace('&', "&amp;")
         .replace('<', "&lt;")
         .replace('>', "&gt;")
 }
 
-/// Bytes as base64.
 pub(super) fn encoded(bytes: impl Iterator<Item = u8>) -> String {
     STANDARD.encode(bytes.collect::<Vec<u8>>())
 }
 
-/// Doubles, exactly: base64 of little-endian numbers.
+/// Exact doubles: base64 of little-endian numbers.
 #[derive(Debug, Default, Serialize)]
 pub(super) struct Doubles(String);
 
@@ -74,7 +70,6 @@ impl FromIterator<i8> for Codes {
     }
 }
 
-/// [`Doubles`] of a column that stays one, for serde.
 pub(super) fn as_doubles<S: Serializer>(values: &[f64], serializer: S) -> Result<S::Ok, S::Error> {
     values.iter().copied().collect::<Doubles>().serialize(serializer)
 }

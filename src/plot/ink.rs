@@ -1,22 +1,20 @@
-//! What a drawing is made of: lines, points, marks, cells.
+//! Elements of a drawing: lines, points, marks, cells.
 
+use super::drawing::Drawing;
 use super::error::PlotError;
 use super::figure::{Cell, CurveStyle, Shape};
 use super::style::*;
 use plotters::coord::CoordTranslate;
 use plotters::element::DashedPathElement;
-use plotters::prelude::{Circle, DrawingArea, EmptyElement, PathElement, Polygon, Rectangle, SVGBackend, WHITE};
+use plotters::prelude::{Circle, DrawingArea, EmptyElement, PathElement, Polygon, Rectangle, WHITE};
 use plotters::style::{Color, RGBColor, ShapeStyle};
 
-/// Where elements are drawn, in coordinates of the kind `C`.
-pub(super) type Sheet<'a, C> = DrawingArea<SVGBackend<'a>, C>;
+pub(super) type Sheet<'a, C> = DrawingArea<&'a mut Drawing, C>;
 
-/// A line of this colour and width.
 pub(super) fn stroke(color: RGBColor, width: u32) -> ShapeStyle {
     color.stroke_width(width)
 }
 
-/// A line, or a circle at each of its points.
 pub(super) fn draw_piece<C: CoordTranslate<From: Clone + 'static>>(
     area: &Sheet<C>,
     points: Vec<C::From>,
@@ -44,7 +42,7 @@ pub(super) fn draw_piece<C: CoordTranslate<From: Clone + 'static>>(
     Ok(())
 }
 
-/// A mark, white within where it is open, so that it shows on a line.
+/// A mark; open marks are white inside, so that they show on a line.
 fn draw_mark<C: CoordTranslate<From: Clone + 'static>>(
     area: &Sheet<C>,
     point: C::From,
@@ -78,7 +76,7 @@ fn draw_mark<C: CoordTranslate<From: Clone + 'static>>(
     Ok(area.draw(&(EmptyElement::at(point) + PathElement::new(places, edge)))?)
 }
 
-/// A cell without a value: grey, crossed out where the run failed, struck through where there is none. It does not depend on colour.
+/// A cell without a value, in grey: crossed out for a failed run, struck through for a missing one.
 pub(super) fn draw_cell<X: Copy + 'static, C: CoordTranslate<From = (X, X)>>(
     area: &Sheet<C>,
     cell: Cell,

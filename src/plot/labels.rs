@@ -1,11 +1,11 @@
-//! Labels of axes by the variables of a result file.
+//! Axis labels of a result file's variables.
 
 use super::figure::Axis;
-use crate::case::Motion;
-use crate::results::schema;
+use stickslip_case::Motion;
+use stickslip_files::schema;
 
-/// Variable of /trajectory, what it is, and its symbol in the paper's notation, if it has one.
-const LABELS: &[(&str, &str, &str)] = &[
+/// Variable of /trajectory, name, and the paper's symbol if any.
+pub const LABELS: &[(&str, &str, &str)] = &[
     ("time", "time", "t"),
     ("mode", "mode", ""),
     ("segment", "segment", ""),
@@ -34,20 +34,19 @@ const LABELS: &[(&str, &str, &str)] = &[
     ("energy_residual", "energy residual", ""),
 ];
 
-/// What words of rotation are called in translation.
 pub(super) fn in_translation(words: &str) -> String {
     let words = words.replace("angle", "position").replace("Angle", "Position");
     words.replace("torque", "force").replace("Torque", "Force")
 }
 
-/// The axis of a variable of /trajectory, in a run with that motion, whose rotor is one shaft between two inertias or another chain.
-pub(super) fn of_variable(variable: &schema::Variable, motion: Motion, one_shaft: bool) -> Axis {
+/// The axis of a variable of /trajectory. `one_shaft`: the rotor is one shaft between two inertias.
+pub fn of_variable(variable: &schema::Variable, motion: Motion, one_shaft: bool) -> Axis {
     let known = LABELS.iter().find(|label| label.0 == variable.name);
     let (mut name, mut symbol) = known.map_or_else(
         || (variable.name.replace('_', " "), String::new()),
         |&(_, name, symbol)| (name.to_owned(), symbol.to_owned()),
     );
-    // The twist is that of the first shaft, wherever the rotor ends.
+    // The twist is that of the first shaft, whatever the rotor's length.
     if !one_shaft && variable.name.starts_with("rotor_twist") {
         symbol.clear();
     }
@@ -60,7 +59,7 @@ pub(super) fn of_variable(variable: &schema::Variable, motion: Motion, one_shaft
     Axis::new(&name, &variable.units).with_symbol(&symbol)
 }
 
-/// What several channels in one panel have in common: the words that all of their names end with.
+/// The common axis of several channels: the words that all names end with.
 pub fn common(axes: &[Axis]) -> Axis {
     let Some(first) = axes.first() else {
         return Axis::new("", "1");
@@ -73,7 +72,7 @@ pub fn common(axes: &[Axis]) -> Axis {
         let end = words[words.len() - n..].join(" ");
         axes.iter().all(|axis| axis.name.ends_with(&end)).then_some(end)
     };
-    // Of quantities that only a number tells apart, it is what stands before that.
+    // Quantities that differ in a number only: the words before it.
     let numbered = |axis: &Axis| {
         let (name, number) = axis.name.rsplit_once(' ')?;
         number.parse::<usize>().ok().map(|_| name.to_owned())
@@ -87,30 +86,5 @@ pub fn common(axes: &[Axis]) -> Axis {
     Axis {
         symbol: symbols.join(", "),
         ..Axis::new(name.as_deref().unwrap_or(""), &first.unit)
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn property_every_variable_has_a_label() {
-        for variable in schema::trajectory().variables {
-            assert!(LABELS.iter().any(|label| label.0 == variable.name), "{}", variable.name);
-        }
-    }
-
-    #[test]
-    fn analytic_common_words() {
-        let variables = schema::trajectory().variables;
-        let axis = |channel: &&str| {
-            let variable = variables.iter().find(|variable| variable.name == *channel).unwrap();
-            of_variable(variable, Motion::Rotation, true)
-        };
-        let name = |channels: &[&str]| common(&channels.iter().map(axis).collect::<Vec<_>>()).name;
-        assert_eq!(name(&["phi2_dot", "phi1_dot"]), "surface speed");
-        assert_eq!(name(&["transmitted_torque", "friction_torque"]), "torque");
-        assert_eq!(name(&["theta"]), "rotor angle");
     }
 }

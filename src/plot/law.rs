@@ -4,16 +4,16 @@ use super::entry::{Drawn, Entry, Subject};
 use super::figure::{Axis, Curve, CurveStyle, Panel, drawn};
 use super::run::Run;
 use super::style::{BLACK, VERMILLION, line_color};
-use crate::analysis::stability::SystemModes;
-use crate::case::Motion;
-use crate::friction::Law;
-use crate::model::system::{Bristles, ContactLaw, Regularisation, Smoothing, System};
 use std::f64::consts::FRAC_2_PI;
+use stickslip_analysis::analysis::stability::SystemModes;
+use stickslip_case::Motion;
+use stickslip_system::friction::Law;
+use stickslip_system::model::system::{Bristles, ContactLaw, Regularisation, Smoothing, System};
 
-/// Points of the curve, evenly over all speeds; of a contact without stick as many again close to rest.
+/// Points of the curve, evenly spaced; a contact without stick has as many again close to rest.
 const POINTS: i32 = 240;
 
-/// The coefficient of friction that a steady relative velocity `x` meets.
+/// Friction coefficient at a steady relative velocity `x`.
 fn coefficient(trains: &System, x: f64) -> f64 {
     let law = trains.law.coefficient(x);
     match &trains.contact {
@@ -26,8 +26,8 @@ fn coefficient(trains: &System, x: f64) -> f64 {
     }
 }
 
-/// The speeds (rad/s) at which steady sliding loses its stability: of a run that stops by its margin under the largest force, of others
-/// by the impedance of the trains.
+/// Speeds (rad/s) at which steady sliding loses stability: by the margin under the largest force for a run that stops,
+/// otherwise by the impedance of the trains.
 fn critical_speeds(run: &Run) -> Vec<f64> {
     let (system, force) = (run.course.system(), run.course.largest_force());
     match system.twice_resistance {
@@ -39,7 +39,7 @@ fn critical_speeds(run: &Run) -> Vec<f64> {
     }
 }
 
-/// mu(x), from rest to where friction has ceased to change, with the critical speeds.
+/// mu(x) from rest until it is constant, with the critical speeds.
 pub(super) fn friction_law(entry: &Entry, subject: &Subject) -> Drawn {
     let (run, several) = (subject.run, subject.runs.len() > 1);
     let trains = &run.system;
@@ -52,7 +52,7 @@ pub(super) fn friction_law(entry: &Entry, subject: &Subject) -> Drawn {
     let mut curves = Vec::new();
     for (number, run) in subject.runs.iter().enumerate() {
         let even = (0..=POINTS).map(|k| end * f64::from(k) / f64::from(POINTS));
-        // A regularised law rises within a hair of rest.
+        // A regularised law rises very close to rest.
         let near = (0..POINTS).map(|k| end * 10f64.powf(f64::from(k) / 24.0 - 10.0));
         let near = near.filter(|_| run.system.contact != ContactLaw::StickSlip);
         let mut points: Vec<(f64, f64)> = even.chain(near).map(|x| (x, coefficient(&run.system, x))).collect();

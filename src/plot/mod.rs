@@ -1,20 +1,21 @@
-//! Figures: from result files to SVG and PNG.
+//! Figures: from result files to SVG, PNG and PDF.
 //!
-//! A result file is opened as a [`Run`]; the [`catalogue`] or [`own`] makes [`Figure`]s of it, which are data; [`svg`]
-//! draws them; [`raster`] turns that into pixels and [`vector`] into PDF and EPS, with a font of its own. [`page`] is a page for the browser.
+//! The [`catalogue`] and [`own`] turn a result file, opened as a [`Run`], into [`Figure`]s (data). [`draw`](fn@draw) turns
+//! a figure into a [`Drawing`] with an embedded font, which is written as SVG, PNG or PDF. [`page`] writes HTML pages.
 //!
 //! | module | what it is |
 //! |---|---|
 //! | `figure`, `style`, `colors`, `scale`, `labels`, `marks` | a figure as data, and its parts |
 //! | `font`, `typeset` | texts: font, width, sub- and superscripts |
-//! | `run`, `decimate`, `sides`, `spiral` | a result file as figures need it |
+//! | `run`, `decimate`, `sides`, `spiral` | a result file for figures |
 //! | `catalogue`, `entry`, `portraits`, `law`, `own` | the figures of a run; figures of any channel |
 //! | `certified`, `comparison`, `critical`, `modes`, `onset`, `work_precision` | figures of other results |
 //! | `studies` | figures and page of many runs |
 //! | `branches` | figures and page of a continuation |
-//! | `svg`, `ink`, `raster`, `vector` | a figure as SVG, and its lines and marks; from that PNG, PDF and EPS |
+//! | `draw`, `ink`, `drawing` | layout, lines and marks, and the resulting drawing |
+//! | `svg`, `raster`, `pdf` | a drawing as SVG, PNG and PDF |
 //! | `page`, `html` | the interactive page of a run |
-//! | `target`, `signature`, `error` | where figures and pages go; how they are recognised; why there is none |
+//! | `target`, `signature`, `error` | destinations, signatures and errors |
 
 pub mod branches;
 pub mod catalogue;
@@ -23,6 +24,8 @@ pub mod colors;
 pub mod comparison;
 pub mod critical;
 pub mod decimate;
+mod draw;
+mod drawing;
 pub mod entry;
 pub mod error;
 pub mod figure;
@@ -31,13 +34,14 @@ mod html;
 mod ink;
 pub mod labels;
 mod law;
-mod marks;
+pub mod marks;
 pub mod modes;
 pub mod onset;
 pub mod own;
 pub mod page;
+mod pdf;
 pub mod portraits;
-pub mod raster;
+mod raster;
 pub mod run;
 pub mod scale;
 mod sides;
@@ -45,12 +49,13 @@ pub mod signature;
 pub mod spiral;
 pub mod studies;
 pub mod style;
-pub mod svg;
+mod svg;
 pub mod target;
-mod typeset;
-pub mod vector;
+pub mod typeset;
 pub mod work_precision;
 
+pub use draw::draw;
+pub use drawing::{Drawing, Element, Form, Text};
 pub use error::PlotError;
 pub use figure::{Axis, Curve, CurveStyle, Figure, Panel, Shape};
 pub use run::Run;

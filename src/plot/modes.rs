@@ -2,11 +2,11 @@
 
 use super::figure::{Axis, Curve, CurveStyle, Figure, Panel};
 use super::style::{BLACK, BLUE, GREY, VERMILLION};
-use crate::analysis::stability::modes::{EffectiveDamping, SlowingModes};
-use crate::case::Motion;
-use crate::case::quantity::Dimension;
+use stickslip_analysis::analysis::stability::modes::{EffectiveDamping, SlowingModes};
+use stickslip_case::Motion;
+use stickslip_case::quantity::Dimension;
 
-/// Effective damping of the relative mode and the growth rate of the slip state against the relative speed.
+/// Effective damping of the relative mode, and growth rate of the slip state, over relative speed.
 pub fn figure(title: &str, motion: Motion, modes: &SlowingModes) -> Figure {
     let unit = |of_rotation| motion.dimension(of_rotation).unit();
     let (speed, damping_unit) = (unit(Dimension::AngularVelocity), unit(Dimension::TorsionalDamping));

@@ -2,16 +2,16 @@
 
 use super::figure::{Axis, Curve, CurveStyle, Figure, Panel, drawn, extent};
 use super::style::PALETTE;
-use crate::analysis::stability::onset::{METHODS, Onset};
+use stickslip_analysis::analysis::stability::onset::{METHODS, Onset};
 
 /// Name of the figure.
 pub const NAME: &str = "onset-against-tolerance";
 
-/// A distance of nothing has no logarithm: it is drawn here, s, which is about the spacing of times as doubles.
+/// Zero has no logarithm: smallest drawn distance, s, about the spacing of times as doubles.
 const LEAST: f64 = 1e-15;
 
-/// The first stick against the tolerance, without and with a kick on one scale; and with it the distance from the first
-/// stick of the first method at its finest tolerance.
+/// First stick over tolerance, without and with a kick on one scale, and the distance from the first stick of the first
+/// method at its finest tolerance.
 pub fn figure(title: &str, onsets: &[Onset]) -> Figure {
     let times = extent(onsets.iter().filter_map(|onset| onset.first_stick));
     let reference = onsets
@@ -35,7 +35,7 @@ pub fn figure(title: &str, onsets: &[Onset]) -> Figure {
     let panel = |y: Axis, curves| Panel::new(Axis::new("rtol", "1").by_powers(), y, curves);
     let first_stick = |name: &str| {
         let range = times.map(|(low, high)| {
-            // A twentieth on each side, as where no range is set.
+            // 5 % on each side, as without a fixed range.
             let margin = ((high - low) / 20.0).max(f64::EPSILON * high.abs());
             (low - margin, high + margin)
         });

@@ -1,16 +1,16 @@
-//! Figures of the user's own: any channel over time, or against another.
+//! Figures with channels of the user's choice, over time or against each other.
 
 use super::error::PlotError;
 use super::figure::{Axis, Curve, CurveStyle, Figure, Panel};
 use super::labels;
 use super::run::{Run, Undersampled};
 use super::style::{BLACK, line_color, of_mode};
-use crate::model::Mode;
+use stickslip_system::model::Mode;
 
-/// A window of time, s, as far as the first run goes.
+/// A time window, s, limited to the first run.
 ///
 /// # Errors
-/// If it holds no sample of the first run.
+/// The window holds no sample of the first run.
 pub fn window(runs: &[Run], from: Option<f64>, to: Option<f64>) -> Result<(f64, f64), PlotError> {
     let Some(run) = runs.first() else {
         return Ok((0.0, 0.0));
@@ -22,15 +22,11 @@ pub fn window(runs: &[Run], from: Option<f64>, to: Option<f64>) -> Result<(f64, 
     Ok((window.0.max(run.times.0), window.1.min(run.times.1)))
 }
 
-/// The axis of time over a window.
 pub(crate) fn time_axis(window: (f64, f64)) -> Axis {
     Axis::new("time", "s").ranging(window.0, window.1)
 }
 
-/// Channels over time, those of a panel in common axes, of all runs; modes and events are those of the first run.
-///
-/// # Errors
-/// Unknown channel, no sample in the window, or a file that cannot be read.
+/// Channels of all runs over time, grouped into panels; modes and events are those of the first run.
 pub(crate) fn over_time(
     runs: &[Run],
     name: &str,
@@ -84,15 +80,12 @@ pub(crate) fn over_time(
     Ok(Figure::new(name, with_gaps(title, &undersampled), drawn))
 }
 
-/// Of each run the stretches that have too few samples.
 fn undersampled(runs: &[Run], window: (f64, f64)) -> Result<Vec<Undersampled>, PlotError> {
     runs.iter().map(|run| run.undersampled(window)).collect()
 }
 
-/// What the legend says of lines through too few samples.
 const UNDERSAMPLED: &str = "too few samples";
 
-/// The pieces of a curve outside of stretches of time, and those inside of them.
 #[expect(clippy::type_complexity, reason = "two lists of lines")]
 fn split(points: Vec<(f64, f64)>, stretches: &[(f64, f64)]) -> (Vec<Vec<(f64, f64)>>, Vec<Vec<(f64, f64)>>) {
     if stretches.is_empty() {
@@ -100,7 +93,7 @@ fn split(points: Vec<(f64, f64)>, stretches: &[(f64, f64)]) -> (Vec<Vec<(f64, f6
     }
     let (mut outside, mut inside, mut next) = (Vec::new(), Vec::new(), 0);
     for &(from, to) in stretches {
-        // From the last point before it, which is the state after the event, to the first behind it.
+        // From the last point before the stretch (the state after the event) to the first one behind it.
         let start = points.partition_point(|point| point.0 <= from).max(1);
         let end = points.partition_point(|point| point.0 < to).max(start);
         outside.push(points[next.min(start)..start].to_vec());
@@ -113,7 +106,6 @@ fn split(points: Vec<(f64, f64)>, stretches: &[(f64, f64)]) -> (Vec<Vec<(f64, f6
     (outside, inside)
 }
 
-/// The title of a figure, with how much of its motion the samples do not show.
 fn with_gaps(title: &str, undersampled: &[Undersampled]) -> String {
     let missed: usize = undersampled.iter().map(|of_run| of_run.stretches.len()).sum();
     let all: usize = undersampled.iter().map(|of_run| of_run.of).sum();
@@ -125,10 +117,10 @@ fn with_gaps(title: &str, undersampled: &[Undersampled]) -> String {
     }
 }
 
-/// Channels over time: those with a common unit in common axes.
+/// Channels over time; channels with the same unit share axes.
 ///
 /// # Errors
-/// As `over_time`.
+/// Unknown channel, no sample in the window, or an unreadable file.
 pub fn channels(runs: &[Run], title: &str, channels: &[&str], window: (f64, f64)) -> Result<Figure, PlotError> {
     let mut panels: Vec<(String, Vec<&str>)> = Vec::new();
     for &channel in channels {
@@ -143,15 +135,12 @@ pub fn channels(runs: &[Run], title: &str, channels: &[&str], window: (f64, f64)
     over_time(runs, &channels.join("-"), title, &panels, window)
 }
 
-/// Candidates are thin, so that the reference shows below them.
+/// Candidates are thin, so that the reference remains visible.
 fn style_of(run: usize) -> CurveStyle {
     if run == 0 { CurveStyle::Solid } else { CurveStyle::Thin }
 }
 
-/// One channel against another, in a window of time, coloured by mode, with its start; of several runs, by run.
-///
-/// # Errors
-/// As `over_time`.
+/// One channel against another in a time window, with its start; coloured by mode, several runs by run.
 pub fn phase(
     runs: &[Run],
     name: &str,
@@ -170,7 +159,7 @@ pub fn phase(
         }
     }
     if let [run] = runs {
-        // One mode throughout needs no name.
+        // A single mode needs no name.
         if let [curve] = &mut curves[..]
             && curve.label == Mode::SlipForward.name()
         {

@@ -1,29 +1,29 @@
-//! Phase portraits, each in the window that the events give it.
+//! Phase portraits in windows that events define.
 
 use super::entry::{Drawn, Entry, NO_CYCLE, PORTRAIT, Subject, entry, too_sparse};
 use super::error::PlotError;
 use super::own::phase;
 use super::run::{Run, SAMPLES_PER_PERIOD};
 use super::spiral::{Turns, factor_per_turn};
-use crate::analysis::stability::SystemModes;
-use crate::model::system::{End, System, Train};
+use stickslip_analysis::analysis::stability::SystemModes;
+use stickslip_system::model::system::{End, System, Train};
 
-/// Turns of the fast mode that a portrait shows before the first stick.
+/// Turns of the fast motion shown before the first stick.
 const TURNS: f64 = 24.0;
-/// Turns of the slow swing that a portrait shows of the last stick.
+/// Turns of the slow swing shown of the last stick.
 const SWINGS: f64 = 20.0;
 
-/// Amplitudes turn by turn of a channel in a window.
+/// Amplitudes of a channel in a window, turn by turn.
 ///
 /// # Errors
-/// Unknown channel, no sample in the window, or a file that cannot be read.
+/// Unknown channel, no sample in the window, or an unreadable file.
 pub fn turn_amplitudes(run: &Run, channel: &str, window: (f64, f64)) -> Result<Vec<f64>, PlotError> {
     let mut turns = Turns::default();
     run.each_sample(&[channel], window, |row| turns.push(row[0]))?;
     Ok(turns.amplitudes())
 }
 
-/// A portrait of a spiral: of a single run, whether it converges stands in its title.
+/// A portrait of a spiral; the title of a single run says whether it converges.
 fn spiral(entry: &Entry, subject: &Subject, axes: (&str, &str), window: (f64, f64)) -> Drawn {
     let factor = match subject.runs {
         [run] => factor_per_turn(&turn_amplitudes(run, axes.1, window)?),
@@ -49,7 +49,7 @@ pub(super) fn before_onset(entry: &Entry, subject: &Subject, axes: (&str, &str))
     spiral(entry, subject, axes, subject.resolved(Ok((window, period)))?)
 }
 
-/// From the first stick to the last: no spiral, but an orbit for each cycle.
+/// From the first stick to the last: an orbit for each cycle instead of a spiral.
 pub(super) fn during(entry: &Entry, subject: &Subject, axes: (&str, &str)) -> Drawn {
     let (onset, end) = (subject.first_stick()?, subject.end());
     if end <= onset {
@@ -59,8 +59,8 @@ pub(super) fn during(entry: &Entry, subject: &Subject, axes: (&str, &str)) -> Dr
     Ok(phase(subject.runs, entry.name, entry.title, axes, window)?)
 }
 
-/// The last stick, as long as the samples resolve the swing of the rotor on both springs, which is some twenty times
-/// slower than the surfaces' own mode and decays as slowly; two turns at least.
+/// The last stick, at least two turns, as long as the samples resolve the rotor's swing on both springs. The swing is
+/// about twenty times slower than the surfaces' own mode and decays as slowly.
 pub(super) fn final_stick(entry: &Entry, subject: &Subject, axes: (&str, &str)) -> Drawn {
     let start = subject.final_stick.ok_or("the run does not end in a stick")?;
     let states = SystemModes::of_case(&subject.run.system).states;
@@ -75,10 +75,10 @@ pub(super) fn final_stick(entry: &Entry, subject: &Subject, axes: (&str, &str)) 
     }
 }
 
-/// The figures of a motion that does not stop.
+/// Figures of a motion without a stop.
 pub const ENTRIES: &[Entry] = &[entry(PORTRAIT, "Relative velocity over position", portrait)];
 
-/// The bounded position of a surface, beside the far end of its train: the stator's if that has shafts.
+/// The bounded position of a surface relative to its train's far end: the stator's if it has shafts.
 fn position(trains: &System) -> &'static str {
     let is_fixed = |train: &Train| matches!(train.end, End::Fixed) && !train.is_rigid();
     if is_fixed(&trains.stator) {
@@ -94,7 +94,7 @@ fn position(trains: &System) -> &'static str {
     }
 }
 
-/// Over the last period of a motion that repeats itself, else over the whole run.
+/// Over the last period of a periodic motion, otherwise over the whole run.
 fn portrait(entry: &Entry, subject: &Subject) -> Drawn {
     let Shown { axes, window, periodic } = shown(subject.run);
     let over = format!("Relative velocity over {}", subject.run.axis(axes.0)?.name);
@@ -105,32 +105,28 @@ fn portrait(entry: &Entry, subject: &Subject) -> Drawn {
     Ok(phase(subject.runs, entry.name, &title, axes, window)?)
 }
 
-/// What the phase portrait of a run shows.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Shown {
-    /// Two channels: that of the horizontal axis and that of the vertical one.
+    /// Channels of the horizontal and the vertical axis.
     pub(super) axes: (&'static str, &'static str),
-    /// When it begins and ends, s.
+    /// Start and end, s.
     pub(super) window: (f64, f64),
-    /// Whether that is one period of a motion that repeats itself.
+    /// Whether the window is one period.
     pub(super) periodic: bool,
 }
 
-/// Samples from which on a portrait is seen as a curve.
 const MANY: usize = 60;
 
-/// What is to be said of a portrait in a window with few samples.
 pub(super) fn few_samples(run: &Run, window: (f64, f64)) -> Result<Option<String>, PlotError> {
     let samples = run.rows_in(window)?.len();
     let few = || format!("it has {samples} samples, joined by straight lines; a smaller output.interval gives more");
     Ok((samples < MANY).then(few))
 }
 
-/// What the phase portrait of a run shows.
 pub(super) fn shown(run: &Run) -> Shown {
     let (first, last) = run.times;
     let period = run.attractor_period.filter(|period| *period < last - first);
-    // One sample more, so that it closes.
+    // One more sample closes the curve.
     let begin = |period: f64| (last - period - run.case.output.interval).max(first);
     Shown {
         axes: (position(&run.system), "relative_velocity"),

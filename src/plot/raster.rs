@@ -1,61 +1,55 @@
-//! From SVG to PNG, with the program's own font.
+//! PNG output.
 
+use super::drawing::{Drawing, Form};
 use super::error::PlotError;
-use super::{font, signature};
-use resvg::{tiny_skia, usvg};
-use std::sync::{Arc, OnceLock};
+use super::signature;
+use tiny_skia::{Color, FillRule, LineJoin, Paint, Pixmap, Stroke, Transform};
 
-/// Pixels of an inch in SVG.
-const SVG_DPI: f64 = 96.0;
-
-/// Largest picture, pixels: of 4 bytes each.
+/// Pixels.
 const LARGEST: f64 = 2e8;
 
-/// The document as the renderer sees it; of use to measure what a figure shows.
-///
-/// # Errors
-/// If `svg` is no SVG.
-pub fn tree(svg: &str) -> Result<usvg::Tree, PlotError> {
-    static FONTS: OnceLock<Arc<usvg::fontdb::Database>> = OnceLock::new();
-    let fonts = FONTS.get_or_init(|| {
-        let mut fonts = usvg::fontdb::Database::new();
-        fonts.load_font_data(font::DATA.to_vec());
-        Arc::new(fonts)
-    });
-    let options = usvg::Options {
-        fontdb: fonts.clone(),
-        ..usvg::Options::default()
-    };
-    usvg::Tree::from_str(svg, &options).map_err(|error| PlotError::Drawing(error.to_string()))
-}
-
-/// The figure as a PNG file with `dpi` pixels in an inch.
-///
-/// # Errors
-/// If the picture is too large.
-pub fn png(svg: &str, dpi: f64) -> Result<Vec<u8>, PlotError> {
-    let tree = tree(svg)?;
-    let factor = dpi / SVG_DPI;
-    let (width, height) = (
-        f64::from(tree.size().width()) * factor,
-        f64::from(tree.size().height()) * factor,
-    );
-    let too_large = || PlotError::TooLarge {
-        width: width.ceil(),
-        height: height.ceil(),
-    };
-    if width * height > LARGEST {
-        return Err(too_large());
+impl Drawing {
+    /// The PNG file with `dpi` pixels per inch.
+    ///
+    /// # Errors
+    /// The picture is too large.
+    pub fn png(&self, dpi: f64) -> Result<Vec<u8>, PlotError> {
+        let scale = dpi / 25.4 / self.units_per_mm;
+        let [width, height] = [self.size.0, self.size.1].map(|units| (f64::from(units) * scale).ceil());
+        let too_large = || PlotError::TooLarge { width, height };
+        if width * height > LARGEST {
+            return Err(too_large());
+        }
+        let mut pixels = Pixmap::new(width as u32, height as u32).ok_or_else(too_large)?;
+        pixels.fill(Color::WHITE);
+        let scaled = Transform::from_scale(scale as f32, scale as f32);
+        for element in &self.elements {
+            let Some(outline) = element.outline() else { continue };
+            let [red, green, blue] = element.color;
+            let mut paint = Paint::default();
+            paint.set_color_rgba8(red, green, blue, (255.0 * element.opacity).round() as u8);
+            match element.stroke {
+                None => {
+                    // Cells of a map meet without a seam.
+                    paint.anti_alias = !matches!(element.form, Form::Rectangle(_));
+                    pixels.fill_path(&outline, &paint, FillRule::Winding, scaled, None);
+                }
+                Some(width) => {
+                    let stroke = Stroke {
+                        width: width as f32,
+                        line_join: LineJoin::Round,
+                        ..Stroke::default()
+                    };
+                    pixels.stroke_path(&outline, &paint, &stroke, scaled, None);
+                }
+            }
+        }
+        encode(&pixels, dpi, &self.source).map_err(|error| PlotError::Drawing(error.to_string()))
     }
-    let mut pixels = tiny_skia::Pixmap::new(width.ceil() as u32, height.ceil() as u32).ok_or_else(too_large)?;
-    let scale = tiny_skia::Transform::from_scale(factor as f32, factor as f32);
-    pixels.fill(tiny_skia::Color::WHITE);
-    resvg::render(&tree, scale, &mut pixels.as_mut());
-    encode(&pixels, dpi).map_err(|error| PlotError::Drawing(error.to_string()))
 }
 
-/// Everything is opaque, so three channels are enough.
-fn encode(pixels: &tiny_skia::Pixmap, dpi: f64) -> Result<Vec<u8>, png::EncodingError> {
+/// Everything is opaque, so three channels suffice.
+fn encode(pixels: &Pixmap, dpi: f64, source: &str) -> Result<Vec<u8>, png::EncodingError> {
     let mut file = Vec::new();
     let mut encoder = png::Encoder::new(&mut file, pixels.width(), pixels.height());
     encoder.set_color(png::ColorType::Rgb);
@@ -66,7 +60,7 @@ fn encode(pixels: &tiny_skia::Pixmap, dpi: f64) -> Result<Vec<u8>, png::Encoding
         yppu: per_metre,
         unit: png::Unit::Meter,
     }));
-    encoder.add_text_chunk(signature::PNG.0.to_owned(), signature::PNG.1.to_owned())?;
+    encoder.add_text_chunk(signature::PNG.0.to_owned(), format!("{}{source}", signature::PNG.1))?;
     let rgb: Vec<u8> = pixels.data().chunks_exact(4).flat_map(|p| [p[0], p[1], p[2]]).collect();
     let mut writer = encoder.write_header()?;
     writer.write_image_data(&rgb)?;

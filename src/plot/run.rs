@@ -1,53 +1,50 @@
-//! A result file as figures need it: columns thinned block by block, events, and where the modes change.
+//! A result file for figures: columns thinned block by block, events, and stretches of modes.
 
 use super::decimate::{MinMax, Portrait};
 use super::error::{PlotError, hint};
 use super::figure::Axis;
 use super::labels;
 use super::sides::Sides;
-use crate::case::{Case, CaseSource};
-use crate::model::Mode;
-use crate::model::system::{Pressing, System};
-use crate::provenance;
-use crate::record::{Cycle, CycleStatistics, Event, EventKind, State};
-use crate::results::{AddedGroup, DenseOutput, ResultFile, Side, Status, schema};
-use crate::simulation::{Course, further, is_short};
 use std::cell::RefCell;
 use std::collections::HashMap;
 use std::ops::Range;
 use std::path::Path;
 use std::rc::Rc;
+use stickslip_analysis::provenance;
+use stickslip_case::{Case, CaseSource};
+use stickslip_engine::simulation::{Course, further, is_short};
+use stickslip_files::{AddedGroup, DenseOutput, ResultFile, Side, Status, schema};
+use stickslip_system::model::Mode;
+use stickslip_system::model::system::{Pressing, System};
+use stickslip_system::record::{Cycle, CycleStatistics, Event, EventKind, State};
 
 /// Rows read at a time: a few megabytes for all columns of a figure.
 const BLOCK: usize = 65_536;
 
-/// Buckets of a curve over time: finer than the pixels of a column at 300 dots per inch.
+/// Buckets of a curve over time: finer than the pixel columns at 300 dots per inch.
 const BUCKETS: usize = 1200;
 
-/// Samples in a period of the fast mode from which on a figure shows the motion and not its sampling.
+/// Samples per period of the fast motion that show the motion and not its sampling.
 pub(super) const SAMPLES_PER_PERIOD: f64 = 12.0;
 
-/// A stretch between two events that lasts longer than so many periods has enough samples if it has as many as these periods
-/// would have: in long slip the fast mode has died away.
+/// Longer stretches (in periods) need only the samples of this many periods: in long slip the fast motion decays.
 const LONGEST_FAST: f64 = 20.0;
 
-/// Periods before the first stick in which the oscillation that grows is seen beside those that follow.
+/// Periods drawn of the growing oscillation before the first stick.
 const GROWTH: f64 = 12.0;
 
-/// Closest stretches of modes that the ground shows apart, as a share of the panel's width.
+/// Narrowest stretch of a mode in the ground: 1/600 of the panel's width.
 const GROUND_CELLS: usize = 600;
 
-/// Widest gap (s) between samples that show a motion of this period (s): rounding of the times, and of an interval written with two
-/// digits, is allowed for.
+/// Widest gap (s) between samples of a motion with this period (s), with a margin for intervals rounded to two digits.
 pub(super) fn widest_gap(period: f64) -> f64 {
     1.05 * period / SAMPLES_PER_PERIOD
 }
 
-/// Fewest points of a piece of the dense output.
 const POINTS_OF_PIECE: usize = 16;
 
-/// Times (s) at which a dense output is drawn in a window: its ends, and inside of each piece so many points that `count` of them
-/// would fill the window, and no fewer than 16.
+/// Drawing times (s) of a dense output in a window: its ends, and points in each piece at the density of `count` per
+/// window, at least 16 per piece.
 pub(super) fn dense_points(dense: &DenseOutput<'_>, (from, to): (f64, f64), count: f64) -> Vec<f64> {
     let mut times = vec![from];
     for (start, end) in dense.spans().filter(|piece| piece.1 > from && piece.0 < to) {
@@ -63,7 +60,7 @@ pub(super) fn dense_points(dense: &DenseOutput<'_>, (from, to): (f64, f64), coun
 
 type Points = Vec<(f64, f64)>;
 
-/// Variables that jump where the mode changes: no line leads from one side to the other.
+/// Variables that jump with the mode; no line joins both sides.
 const JUMPING: [&str; 3] = ["mode", "segment", "friction_torque"];
 
 /// A result file, open for drawing.
@@ -73,45 +70,42 @@ pub struct Run {
     rows: usize,
     /// Times of the first and the last sample, s.
     pub times: (f64, f64),
-    /// Every event, in order of time.
+    /// All events, by time.
     pub events: Vec<Event>,
     /// Sticks and slips, from the events.
     pub stick_slip: CycleStatistics,
-    /// Each stick that ends, with the slip after it.
+    /// Each stick that ends, with the following slip.
     pub cycles: Vec<Cycle>,
-    /// The case kept in the file.
+    /// The case in the file.
     pub case: Case,
-    /// The system that it describes.
+    /// The system of the case.
     pub system: System,
-    /// Its equations and signals.
     pub(super) course: Course,
-    /// Period of the motion that the run has come to, s; `None` of one that does not repeat itself.
+    /// Period of the attractor, s; `None` without a periodic one.
     pub attractor_period: Option<f64>,
-    /// Of the surfaces on their shafts, s; `None` where nothing moves by itself.
+    /// Natural period of the surfaces on their shafts, s; `None` without one.
     pub(crate) natural_period: Option<f64>,
-    /// What the dense output covers, if the file has one, s.
+    /// Time span of the dense output, s.
     dense: Option<(f64, f64)>,
-    /// (start, end, mode), joined where the mode goes on.
+    /// (start, end, mode); neighbours with the same mode are joined.
     stretches: Vec<(f64, f64, Mode)>,
-    /// The variables of /trajectory.
     pub(super) variables: Vec<schema::Variable>,
     /// Curves that several figures use, by channel and window.
     cache: RefCell<HashMap<(String, u64, u64), Points>>,
-    /// Channels on both sides of every event, as far as they have been asked for; `None` of those that are not there.
+    /// Requested channels on both sides of each event; `None`: the channel is not available there.
     at_events: RefCell<HashMap<String, Option<Rc<Sides>>>>,
 }
 
-/// Stretches between two events of the contact that have too few samples to be drawn, and of how many.
+/// Stretches between contact events with too few samples to be drawn.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub(crate) struct Undersampled {
-    /// (start, end), s, in order of time.
+    /// (start, end), s, in order.
     pub(crate) stretches: Vec<(f64, f64)>,
-    /// All stretches in the window.
     pub(crate) of: usize,
 }
 
 impl Undersampled {
-    /// Those that are wide enough in a figure of this window to be seen.
+    /// Stretches wide enough to be visible in a figure of this window.
     pub(crate) fn seen(&self, (from, to): (f64, f64)) -> Vec<(f64, f64)> {
         let least = 3.0 * (to - from) / BUCKETS as f64;
         let wide = |stretch: &&(f64, f64)| stretch.1 - stretch.0 > least;
@@ -119,10 +113,6 @@ impl Undersampled {
     }
 }
 
-/// The number of samples of a file that has some, in order of time.
-///
-/// # Errors
-/// It has none, or they are not in order.
 pub(super) fn samples(file: &ResultFile) -> Result<usize, PlotError> {
     let samples = file.sample_count()?;
     if samples == 0 {
@@ -135,19 +125,16 @@ pub(super) fn samples(file: &ResultFile) -> Result<usize, PlotError> {
     Ok(samples)
 }
 
-/// What is met in order of time.
 enum Moment<'a> {
-    /// The values of the channels.
     Sample(&'a [f64]),
-    /// The index of an event.
     Event(usize),
 }
 
 impl Run {
-    /// Opens a result file that has a trajectory, complete or not.
+    /// Opens a result file with a trajectory, complete or not.
     ///
     /// # Errors
-    /// No result file of this program, damaged, in use, or without a sample.
+    /// Not a result file, damaged, in use, or without samples.
     pub fn open(path: &Path) -> Result<Run, PlotError> {
         let file = ResultFile::open(path)?;
         let rows = samples(&file)?;
@@ -190,22 +177,21 @@ impl Run {
         })
     }
 
-    /// Whether sliding slows down by itself, to a stop: nothing drives the only train that is free.
+    /// Whether sliding slows down to a stop by itself: nothing drives the only free train.
     pub(crate) fn stops(&self) -> bool {
         self.course.system().twice_resistance.is_some()
     }
 
-    /// Whether its chains are those of the paper's brake: a rotor of two inertias on one shaft, free, and a surface on a fixed shaft.
+    /// Whether the chains are the paper's brake: a free rotor of two inertias on a shaft, a stator on a fixed shaft.
     pub(super) fn is_short(&self) -> bool {
         is_short(&self.system)
     }
 
-    /// Whether a signal acts beside the force F(t) of an axial mode.
+    /// Whether a signal acts besides the force F(t) of an axial mode.
     pub(super) fn has_drive(&self) -> bool {
         !self.has_axial_mode() || !self.system.drives().is_empty()
     }
 
-    /// Whether an axial mode carries the normal force.
     pub(crate) fn has_axial_mode(&self) -> bool {
         matches!(self.system.pressing, Pressing::Axial { .. })
     }
@@ -215,34 +201,28 @@ impl Run {
         self.file.status()
     }
 
-    /// What `certify` has added; `None` of a file without.
-    ///
-    /// # Errors
-    /// If it cannot be read.
+    /// The group added by `certify`, if any.
     pub(super) fn certificate(&self) -> Result<Option<AddedGroup>, PlotError> {
         Ok(self.file.added_group(schema::group::CERTIFICATE, usize::MAX)?)
     }
 
-    /// Uncertainties of the events' times, s, as far as a certificate has them; NaN where it is not converged.
+    /// Certified uncertainties of event times, s; NaN: not converged.
     pub(super) fn time_uncertainty(&self) -> Option<Vec<f64>> {
         self.file.event_column(schema::TIME_UNCERTAINTY).ok()
     }
 
-    /// Where the file is.
+    /// The file.
     pub fn path(&self) -> &Path {
         self.file.path()
     }
 
-    /// What a legend calls it: the file's name without extension.
+    /// Legend label: the file name without extension.
     pub fn label(&self) -> String {
         let stem = self.path().file_stem().unwrap_or_default();
         stem.to_string_lossy().into_owned()
     }
 
-    /// The end of a window, from where on it has at most so many samples and events.
-    ///
-    /// # Errors
-    /// If it has no sample.
+    /// The window, with a later start if it has more than `most` points: one per sample, two per event.
     pub(super) fn shortened(&self, (from, to): (f64, f64), most: usize) -> Result<(f64, f64), PlotError> {
         let rows = self.rows_in((from, to))?;
         let mut start = rows.end.saturating_sub(most).max(rows.start);
@@ -257,10 +237,7 @@ impl Run {
         }
     }
 
-    /// The axis of a variable of /trajectory.
-    ///
-    /// # Errors
-    /// If there is no such variable; the text lists those there are.
+    /// The axis of a variable of /trajectory; an error lists the known ones.
     pub fn axis(&self, channel: &str) -> Result<Axis, PlotError> {
         let names = || self.variables.iter().map(|variable| variable.name.as_str());
         let variable = self.variables.iter().find(|variable| variable.name == channel);
@@ -273,10 +250,7 @@ impl Run {
         })
     }
 
-    /// The rows of a window of time, both ends included.
-    ///
-    /// # Errors
-    /// If there is none.
+    /// The rows of a time window, both ends included; an error if there is none.
     pub(crate) fn rows_in(&self, (from, to): (f64, f64)) -> Result<Range<usize>, PlotError> {
         let (table, rows, (first, last)) = (schema::group::TRAJECTORY, 0..self.rows, self.times);
         let start = self.file.first_row(table, "time", rows.clone(), |time| time >= from)?;
@@ -297,20 +271,18 @@ impl Run {
         })
     }
 
-    /// Whether the dense output covers a window, as far as the run goes: then it is drawn from that.
+    /// Whether the dense output covers the window, as far as the run goes, and so replaces the samples.
     pub(crate) fn is_dense(&self, (from, to): (f64, f64)) -> bool {
         let (first, last) = (from.max(self.times.0), to.min(self.times.1));
         first < last && self.dense.is_some_and(|span| span.0 <= first && last <= span.1)
     }
 
-    /// Times inside of the pieces of the dense output in a window: as close as the buckets of a figure, and 16 in each piece.
     fn dense_times(&self, (from, to): (f64, f64)) -> Result<Vec<f64>, PlotError> {
         let window = (from.max(self.times.0), to.min(self.times.1));
         let times = |dense: DenseOutput| dense_points(&dense, window, 4.0 * BUCKETS as f64);
         Ok(self.file.dense()?.map_or_else(|| vec![window.0], times))
     }
 
-    /// The columns of a window from the dense output.
     fn dense_columns(&self, channels: &[&str], times: &[f64]) -> Result<Vec<Vec<f64>>, PlotError> {
         let dense = self.file.dense()?;
         let column = |channel: &&str| -> Result<Vec<f64>, PlotError> {
@@ -322,10 +294,7 @@ impl Run {
         channels.iter().map(column).collect()
     }
 
-    /// Calls `take` with the values of the channels at every sample of a window of time.
-    ///
-    /// # Errors
-    /// Unknown channel, no sample in the window, or a file that cannot be read.
+    /// Calls `take` with the values of the channels at every sample of a window.
     pub(crate) fn each_sample(
         &self,
         channels: &[&str],
@@ -359,8 +328,7 @@ impl Run {
         Ok(())
     }
 
-    /// A channel on both sides of every event: as the file has it, or as the equations give it for the state there; `None` of
-    /// those that only the whole history gives.
+    /// A channel on both sides of every event, from the file or the equations; `None` if it depends on the history.
     pub(super) fn at_events(&self, channel: &str) -> Result<Option<Rc<Sides>>, PlotError> {
         if let Some(known) = self.at_events.borrow().get(channel) {
             return Ok(known.clone());
@@ -379,13 +347,12 @@ impl Run {
         Ok(sides)
     }
 
-    /// The events in a window, by their indices.
     fn events_in(&self, (from, to): (f64, f64)) -> Range<usize> {
         let start = self.events.partition_point(|event| event.time < from);
         start..self.events.partition_point(|event| event.time <= to).max(start)
     }
 
-    /// The stretch in which an oscillation grows: from the loss of stability to the first event of the contact, s.
+    /// The growing oscillation, s: from the loss of stability to the first contact event.
     pub(crate) fn growth(&self) -> Option<(f64, f64)> {
         let first = |is: &dyn Fn(&Event) -> bool| self.events.iter().find(|event| is(event)).map(|event| event.time);
         let unstable = first(&|event| event.kind == EventKind::Destabilised)?;
@@ -393,17 +360,13 @@ impl Run {
         (unstable < contact).then_some((unstable, contact))
     }
 
-    /// Whether nothing is free to move in a stick.
+    /// Whether nothing can move during a stick.
     fn is_rigid_in_stick(&self) -> bool {
         self.system.rotor.inertia.len() + self.system.stator.inertia.len() < 2
     }
 
-    /// The stretches between two events of the contact in a window that have too few samples, and the growth before the first:
-    /// those in which two samples are further apart than a twelfth of the natural period, or, where nothing moves by itself,
-    /// than a twelfth of the stretch.
-    ///
-    /// # Errors
-    /// As [`Self::each_sample`].
+    /// Undersampled stretches in a window: between contact events, and the growth before the first one. A stretch is
+    /// undersampled if a gap between samples exceeds 1/12 of the natural period or, without one, of the stretch.
     pub(crate) fn undersampled(&self, window: (f64, f64)) -> Result<Undersampled, PlotError> {
         if self.is_dense(window) {
             return Ok(Undersampled::default());
@@ -412,7 +375,7 @@ impl Run {
         let events = &self.events[self.events_in(window)];
         let of_contact: Vec<&Event> = events.iter().filter(|event| event.kind.in_event_sequence()).collect();
         let mut stretches: Vec<(f64, f64)> = Vec::new();
-        // The growth before the first stick, which has the fast mode too.
+        // The growth before the first stick has the fast motion too.
         if let (Some(period), Some((unstable, first))) = (period, self.growth()) {
             let from = unstable.max(first - GROWTH * period).max(window.0);
             let to = first.min(window.1);
@@ -438,7 +401,7 @@ impl Run {
         let window = (first.0, last.1);
         let enough =
             |(from, to): (f64, f64)| widest_gap(period.map_or(to - from, |one| one.max((to - from) / LONGEST_FAST)));
-        // Widest gap of each.
+        // Widest gap of each stretch.
         let mut gaps = vec![0.0f64; all];
         let mut next = 0;
         let mut before = window.0;
@@ -465,10 +428,10 @@ impl Run {
         })
     }
 
-    /// Curves of channels over time in a window, thinned without losing an extreme. One pass over the file for all.
+    /// Curves of channels over a time window, thinned without losing extremes, in one pass over the file.
     ///
     /// # Errors
-    /// As `each_sample`.
+    /// Unknown channel, no sample in the window, or an unreadable file.
     pub fn curves(&self, channels: &[&str], window: (f64, f64)) -> Result<Vec<Points>, PlotError> {
         let key = |channel: &str| (channel.to_owned(), window.0.to_bits(), window.1.to_bits());
         let new: Vec<&str> = channels
@@ -509,7 +472,7 @@ impl Run {
             .collect())
     }
 
-    /// Hands the samples of a window to `take` in order, with the time as first channel, and between them the indices of events.
+    /// Hands the samples of a window to `take`, the time first, and between them the indices of events.
     fn in_order(
         &self,
         channels: &[&str],
@@ -528,8 +491,7 @@ impl Run {
         Ok(())
     }
 
-    /// Hands two channels to `take`, with the code of the mode: each sample of a window and, where both are known there, the
-    /// states on both sides of each event.
+    /// Hands two channels and the mode's code to `take`: at each sample and, if known, on both sides of each event.
     fn each_state(
         &self,
         (x, y): (&str, &str),
@@ -537,8 +499,7 @@ impl Run {
         mut take: impl FnMut(usize, f64, f64),
     ) -> Result<(), PlotError> {
         let sides = self.at_events(x)?.zip(self.at_events(y)?);
-        // A window that ends with an event shows what is before it.
-        let inside = self.events_in((window.0.next_up(), window.1.next_down()));
+        let inside = self.events_in((window.0.next_up(), window.1));
         let before = self.events[..inside.start].last().map(|event| event.mode_after);
         let first = self.stretches.first().map(|stretch| stretch.2);
         let mut mode = before.or(first).map_or(0, |mode| mode as usize);
@@ -548,21 +509,21 @@ impl Run {
                     mode = row[1] as usize;
                     take(mode, row[2], row[3]);
                 }
-                // The other kinds are no turn of the motion, and a kick is a jump.
+                // Other kinds are no turn of the motion; a kick is a jump.
                 (Moment::Event(k), Some((x, y))) if self.events[k].kind.in_event_sequence() => {
                     take(mode, x.before[k], y.before[k]);
-                    mode = self.events[k].mode_after as usize;
-                    take(mode, x.after[k], y.after[k]);
+                    // A window that ends with an event shows the state before the event.
+                    if self.events[k].time < window.1 {
+                        mode = self.events[k].mode_after as usize;
+                        take(mode, x.after[k], y.after[k]);
+                    }
                 }
                 _ => {}
             }
         })
     }
 
-    /// One channel against another in a window of time, thinned: the lines of each mode that occurs.
-    ///
-    /// # Errors
-    /// As `each_sample`.
+    /// One channel over another in a time window, thinned: the lines of each mode that occurs.
     pub fn portrait(&self, x: &str, y: &str, window: (f64, f64)) -> Result<Vec<(Mode, Vec<Points>)>, PlotError> {
         let empty = (f64::INFINITY, f64::NEG_INFINITY);
         let (mut x_range, mut y_range) = (empty, empty);
@@ -595,10 +556,7 @@ impl Run {
             .collect())
     }
 
-    /// A channel against another at the first sample of a window.
-    ///
-    /// # Errors
-    /// As `each_sample`.
+    /// Two channels at the first sample of a window.
     pub fn start(&self, x: &str, y: &str, window: (f64, f64)) -> Result<(f64, f64), PlotError> {
         if self.is_dense(window) {
             let first = self.dense_columns(&[x, y], &[window.0.max(self.times.0)])?;
@@ -612,11 +570,7 @@ impl Run {
         Ok((value(x)?, value(y)?))
     }
 
-    /// The end of the part of a window, from its first sample on, in which no two samples are further apart than
-    /// `gap` (s); `None` without a sample.
-    ///
-    /// # Errors
-    /// As [`Self::each_sample`].
+    /// The end of the part of a window, from its first sample, without gaps wider than `gap` (s).
     pub(crate) fn dense_until(&self, window: (f64, f64), gap: f64) -> Result<Option<f64>, PlotError> {
         if self.is_dense(window) {
             return Ok(Some(window.1.min(self.times.1)));
@@ -635,8 +589,7 @@ impl Run {
         Ok((last > window.0).then_some(last))
     }
 
-    /// Stretches of modes in a window for the ground of a panel: where they are too narrow to be told apart, that with
-    /// the largest share of the place.
+    /// Stretches of modes in a window for the ground of a panel; of too narrow ones the mode with the largest share.
     pub fn ground(&self, (from, to): (f64, f64)) -> Vec<(f64, f64, Mode)> {
         let width = (to - from) / GROUND_CELLS as f64;
         let inside = |s: &&(f64, f64, Mode)| s.1 > from && s.0 < to;
@@ -669,8 +622,7 @@ impl Run {
         ground
     }
 
-    /// Events in a window, for marks. Of the changes of stability the first: those after it are crossings by the
-    /// oscillation that has grown since.
+    /// Events to mark in a window, with the first change of stability only: the grown oscillation causes later ones.
     pub fn marks(&self, (from, to): (f64, f64)) -> Vec<(f64, EventKind)> {
         let is_stability = |e: &Event| matches!(e.kind, EventKind::Destabilised | EventKind::Restabilised);
         let first = self.events.iter().position(is_stability);

@@ -1,35 +1,37 @@
-//! From SI values to what stands at an axis: prefixes, offsets, ticks.
+//! Axis values from SI: prefixes, offsets, ticks.
 
 use plotters::coord::ranged1d::{BoldPoints, Ranged};
 use plotters::coord::types::RangedCoordf64;
 
-/// A range this many times smaller than its values is shown from an offset: wider ones are told apart by five digits.
+/// Ratio of range to values below which an offset is shown: in wider ranges five digits suffice.
 const OFFSET_SHARE: f64 = 1.5e-3;
 
-/// SI prefixes by powers of a thousand, from -5 on.
+/// SI prefixes by powers of a thousand, from -5.
 const PREFIXES: [&str; 8] = ["f", "p", "n", "µ", "m", "", "k", "M"];
 
-/// How values of an axis are shown: (value - offset) * factor.
+/// Scale of an axis: shown value = (value - offset) * factor.
 #[derive(Debug, Clone, PartialEq)]
-pub(crate) struct Scale {
+pub struct Scale {
+    /// Offset, SI.
     pub offset: f64,
+    /// Shown units per SI unit.
     pub factor: f64,
-    /// Range of what is shown.
+    /// Range of the shown values.
     pub shown: (f64, f64),
-    /// What stands in brackets; empty for a pure number.
+    /// Unit in brackets; empty for a pure number.
     pub unit: String,
-    /// " − 6.97 s" or " + 40.2 µm": what is taken off, with its unit; empty without an offset.
+    /// Offset in words, " − 6.97 s" or " + 40.2 µm"; empty without an offset.
     pub off: String,
-    /// What is shown are the decimal logarithms.
+    /// The shown values are decimal logarithms.
     pub logarithmic: bool,
 }
 
 impl Scale {
-    /// Of powers of ten, for values above zero from `low` to `high`.
-    pub(crate) fn by_powers((low, high): (f64, f64), unit: &str) -> Scale {
+    /// Logarithmic scale for values from `low` to `high` above zero.
+    pub fn by_powers((low, high): (f64, f64), unit: &str) -> Scale {
         let positive = |x: f64| if x.is_finite() && x > 0.0 { x.log10() } else { 0.0 };
         let (low, high) = (positive(low), positive(high));
-        // At least a whole power on either side of the middle, so that there are two to be named.
+        // At least a power on both sides of the middle, so that two have labels.
         let (middle, half) = (0.5 * (low + high), (0.5 * (high - low)).max(1.0));
         Scale {
             offset: 0.0,
@@ -41,14 +43,14 @@ impl Scale {
         }
     }
 
-    /// For values from `low` to `high` in a UDUNITS unit.
+    /// Linear scale for values from `low` to `high` in a UDUNITS unit.
     pub fn new((low, high): (f64, f64), unit: &str) -> Scale {
         let (low, high) = widened(low, high);
         let (span, size) = (high - low, low.abs().max(high.abs()));
         let base = human_unit(unit);
         let (offset, off) = if span < OFFSET_SHARE * size {
             let grid = 10f64.powi(span.log10().floor() as i32);
-            // A rounder value inside of the range is what the reader looks from, such as the corner of a ramp at 1 s.
+            // A rounder value inside the range is a better offset, such as 1 s for the corner of a ramp.
             let coarse = 10.0 * grid;
             let rounder = (low / coarse).ceil() * coarse;
             if rounder <= high {
@@ -62,7 +64,7 @@ impl Scale {
         };
         let size = (low - offset).abs().max((high - offset).abs());
         let power = (size.log10() / 3.0 + 1e-9).floor() as i32;
-        // Thousands of radians are read more easily than kiloradians.
+        // Thousands of radians are easier to read than kiloradians.
         let up = matches!(base.chars().next(), Some('N' | 'J' | 'W'));
         let (power, unit) = if !base.is_empty() && (-5..=if up { 2 } else { 0 }).contains(&power) {
             (power, format!("{}{base}", PREFIXES[(power + 5) as usize]))
@@ -83,7 +85,7 @@ impl Scale {
         }
     }
 
-    /// What is shown for a value.
+    /// The shown value.
     pub fn show(&self, value: f64) -> f64 {
         if self.logarithmic {
             return value.log10();
@@ -99,7 +101,7 @@ impl Scale {
         }
     }
 
-    /// At most `count` round values, and with how many decimals they are written.
+    /// At most `count` round values, and their number of decimals.
     pub fn ticks(&self, count: usize) -> (Vec<f64>, usize) {
         let (low, high) = self.shown;
         let ticks = RangedCoordf64::from(low..high).key_points(BoldPoints(count));
@@ -111,8 +113,8 @@ impl Scale {
         (ticks, decimals)
     }
 
-    /// The most ticks up to `count` that stand at values fit to be named: of powers of ten only whole ones are.
-    pub(crate) fn best_count(&self, count: usize) -> usize {
+    /// The largest number of ticks up to `count` at usable values: on a logarithmic axis only whole powers.
+    pub fn best_count(&self, count: usize) -> usize {
         let whole = |n: &usize| self.ticks(*n).0.iter().all(|tick| (tick - tick.round()).abs() < 1e-9);
         if self.logarithmic {
             (2..=count).rev().find(whole).unwrap_or(2)
@@ -121,7 +123,7 @@ impl Scale {
         }
     }
 
-    /// What stands at a tick.
+    /// The label of a tick.
     pub fn label(&self, tick: f64, decimals: usize) -> String {
         if self.logarithmic && decimals == 0 {
             format!("10{}", superscript(tick as i32))
@@ -133,10 +135,9 @@ impl Scale {
     }
 }
 
-/// The offset as a sum, with the digits that its grid has.
 fn offset_text(offset: f64, grid: f64, base: &str) -> String {
     let sign = if offset < 0.0 { '+' } else { '−' };
-    // From a tenth of a unit on without a prefix: 0.99 s.
+    // No prefix from a tenth of a unit on: 0.99 s.
     let power = ((offset.abs().log10() + 1.0) / 3.0 + 1e-9).floor().clamp(-5.0, 0.0);
     let power = if base.is_empty() { 0 } else { power as i32 };
     let factor = 10f64.powi(-3 * power);
@@ -149,7 +150,6 @@ fn offset_text(offset: f64, grid: f64, base: &str) -> String {
     text.trim_end().to_owned()
 }
 
-/// A range that is not empty and not absurd.
 fn widened(low: f64, high: f64) -> (f64, f64) {
     let size = low.abs().max(high.abs());
     if !(low.is_finite() && high.is_finite()) {
@@ -163,7 +163,7 @@ fn widened(low: f64, high: f64) -> (f64, f64) {
     }
 }
 
-/// A number with a true minus sign.
+/// A number with a typographic minus sign.
 pub fn number(value: f64, decimals: usize) -> String {
     let text = format!("{value:.decimals$}");
     match text.strip_prefix('-') {
@@ -173,7 +173,7 @@ pub fn number(value: f64, decimals: usize) -> String {
     }
 }
 
-/// UDUNITS as people write it: "rad s-1" is rad/s.
+/// UDUNITS for readers: "rad s-1" becomes rad/s.
 fn human_unit(unit: &str) -> String {
     match unit {
         "1" | "" => String::new(),
@@ -193,58 +193,4 @@ fn superscript(power: i32) -> String {
         c => char::from_u32(0x2070 + c as u32 - '0' as u32).unwrap_or(c),
     };
     power.to_string().chars().map(digit).collect()
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn analytic_prefixes_and_offsets() {
-        let z = Scale::new((-40.2e-6, 0.0), "m");
-        assert_eq!((z.title("z").as_str(), z.show(-40.2e-6).round()), ("z (µm)", -40.0));
-        let t = Scale::new((6.9748, 6.9768), "s");
-        assert_eq!(t.title("time"), "time − 6.974 s (ms)");
-        assert!((t.show(6.975) - 1.0).abs() < 1e-9);
-        assert_eq!(Scale::new((-40.21e-6, -40.18e-6), "m").title("z"), "z + 40.2 µm (nm)");
-        // A corner at 1 s stands at 1 s, or at 0.
-        assert_eq!(Scale::new((0.998, 1.009), "s").title("time"), "time (s)");
-        assert_eq!(Scale::new((0.9993, 1.0004), "s").title("time"), "time − 1.00 s (µs)");
-        assert_eq!(Scale::new((0.0, 100.0), "rad s-1").title("ω"), "ω (rad/s)");
-        assert_eq!(Scale::new((0.0, 2224.0), "N").title("F"), "F (kN)");
-        assert_eq!(Scale::new((0.0, 371.0), "rad").title("θ"), "θ (rad)");
-        assert_eq!(Scale::new((0.0, 4e300), "N").title("F"), "F (10³⁰⁰ N)");
-        assert_eq!(Scale::new((0.0, 2e-8), "1").title("x"), "x (10⁻⁹)");
-    }
-
-    #[test]
-    fn analytic_ticks_have_the_digits_they_need() {
-        let (ticks, decimals) = Scale::new((0.0, 0.6), "1").ticks(5);
-        assert!(ticks.len() >= 3 && ticks.len() <= 5, "{ticks:?}");
-        assert_eq!(decimals, 1);
-        assert_eq!(number(-0.0, 1), "0.0");
-        assert_eq!(number(-2.5, 1), "−2.5");
-    }
-
-    #[test]
-    fn analytic_powers_of_ten_stand_at_whole_ticks() {
-        let scale = Scale::by_powers((3e-13, 2e-3), "s");
-        assert_eq!(scale.title("error"), "error (s)");
-        assert!((scale.show(1e-7) + 7.0).abs() < 1e-12);
-        for count in 2..10 {
-            let (ticks, decimals) = scale.ticks(scale.best_count(count));
-            assert!(ticks.iter().all(|t| t.fract() == 0.0), "{count}: {ticks:?}");
-            assert_eq!(decimals, 0);
-        }
-        assert_eq!(scale.label(-7.0, 0), "10⁻⁷");
-    }
-
-    #[test]
-    fn analytic_a_constant_has_a_range() {
-        for value in [0.0, 3.0, -1e-7, 1e-320] {
-            let scale = Scale::new((value, value), "m");
-            assert!(scale.shown.1 > scale.shown.0, "{value}: {scale:?}");
-            assert!(scale.ticks(5).0.len() >= 2, "{value}: {scale:?} {:?}", scale.ticks(5));
-        }
-    }
 }

@@ -1,25 +1,22 @@
-//! States on both sides of the events of a run. Where the file has no torques and forces there, they follow from the
-//! equations.
+//! States on both sides of events; missing torques and forces follow from the equations.
 
 use super::error::PlotError;
-use crate::compare::reference::states_at_events;
-use crate::model::Mode;
-use crate::record::{Channels, Event};
-use crate::results::ResultFile;
-use crate::simulation::Course;
+use stickslip_compare::reference::states_at_events;
+use stickslip_engine::simulation::Course;
+use stickslip_files::ResultFile;
+use stickslip_system::model::Mode;
+use stickslip_system::record::{Channels, Event};
 
-/// A channel before and after every event.
 #[derive(Debug)]
 pub(super) struct Sides {
     pub(super) before: Vec<f64>,
     pub(super) after: Vec<f64>,
 }
 
-/// So many of the first of [`Channels`] follow from the state; the others take the whole history.
+/// Number of the first [`Channels`] that follow from the state; the others need the whole history.
 const OF_STATE: usize = 6;
 
 impl Sides {
-    /// As the file has them.
     pub(super) fn of_file(file: &ResultFile, channel: &str) -> Result<Sides, PlotError> {
         Ok(Sides {
             before: file.event_column(&format!("{channel}_before"))?,
@@ -27,8 +24,7 @@ impl Sides {
         })
     }
 
-    /// A force, torque or energy of a run that begins in the mode `first`, or its mode; `None` of what depends on more than the
-    /// state.
+    /// A force, torque, energy or the mode from the equations, if the state determines it; `first`: the initial mode.
     pub(super) fn of(
         course: &Course,
         file: &ResultFile,

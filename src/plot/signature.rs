@@ -1,13 +1,46 @@
-//! Marks by which the program recognises its own figures and pages.
+//! Signatures by which the program recognises its products.
 
-/// Keyword and text of a PNG's text chunk.
+use std::path::PathBuf;
+
+/// Keyword and start of a PNG's text chunk.
 pub const PNG: (&str, &str) = ("Software", "stickslip");
 
-/// Of every SVG the beginning of its `<desc>`, of a PDF the producer, of an EPS the creator.
+/// Start of `<desc>` in SVG and of the producer in PDF.
 pub const FIGURE: &str = "stickslip figure";
 
-/// A page has this near its beginning.
+const SOURCE: (&str, &str) = (" of [", "]");
+
+/// Most bytes of the names in a figure's signature.
+const LONGEST_SOURCE: usize = 1000;
+
+/// Names of the files of a figure, after its signature: " of [a.h5, b.h5]", in ASCII without markup.
+pub fn source(files: &[PathBuf]) -> String {
+    let name = |file: &PathBuf| {
+        let name = file.to_string_lossy();
+        let plain = |c: char| c.is_ascii_alphanumeric() || "._-/ ".contains(c);
+        let name = name.trim_start_matches("./").chars();
+        name.map(|c| {
+            if plain(c) {
+                c.to_string()
+            } else {
+                format!("%{:X}", u32::from(c))
+            }
+        })
+        .collect::<String>()
+    };
+    let mut names = files.iter().map(name).collect::<Vec<_>>().join(", ");
+    names.truncate(LONGEST_SOURCE);
+    format!("{}{names}{}", SOURCE.0, SOURCE.1)
+}
+
+/// The names of [`source`] in text that follows a signature, up to the end of its element in SVG and PDF.
+pub fn names_in(text: &str) -> Option<&str> {
+    let text = text.split(['<', ')']).next()?;
+    Some(text.split_once(SOURCE.0)?.1.split_once(SOURCE.1)?.0)
+}
+
+/// Near the start of a page.
 pub const PAGE: &str = "<meta name=\"generator\" content=\"stickslip";
 
-/// A report of a comparison has this near its beginning: in a comment of Markdown, or as the generator of a page.
+/// Near the start of a comparison's report: a Markdown comment or the generator of a page.
 pub const REPORT: &str = "stickslip compare";

@@ -1,34 +1,33 @@
-//! Colours and sizes, in one place.
+//! Colours and sizes.
 
-use crate::model::Mode;
-use crate::record::EventKind;
 use plotters::style::RGBColor;
+use stickslip_system::model::Mode;
+use stickslip_system::record::EventKind;
 
-/// Units of the drawing in a millimetre at the font size of [`FONT_SIZE`]: coordinates are integers.
+/// Drawing units per millimetre at [`FONT_SIZE`]: coordinates are integers.
 pub(crate) const UNITS_PER_MM: f64 = 100.0;
 
-/// Column of a journal, mm.
+/// Column width of a journal, mm.
 pub const COLUMN_WIDTH: f64 = 85.0;
 
-/// Size of ticks, axis names and legend where nothing else is asked for, points.
+/// Default size of ticks, axis names and legend, points.
 pub const FONT_SIZE: f64 = 7.0;
 
-/// Least width in which there is room for axes, mm, at [`FONT_SIZE`]; in proportion at another.
+/// Least usable width at [`FONT_SIZE`], mm; proportional to the font size.
 pub const LEAST_WIDTH: f64 = 60.0;
 
-/// How large a figure is drawn, and what of it.
+/// Size of a figure.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Layout {
-    /// Of the whole figure, mm.
+    /// Width of the figure, mm.
     pub width: f64,
-    /// Of ticks, axis names and legend, points; lines grow with it.
+    /// Size of ticks, axis names and legend, points; lines scale with it.
     pub font_size: f64,
-    /// Whether its title stands above it.
+    /// Whether to draw the title.
     pub title: bool,
 }
 
 impl Default for Layout {
-    /// The column of a journal.
     fn default() -> Self {
         Layout {
             width: COLUMN_WIDTH,
@@ -39,7 +38,7 @@ impl Default for Layout {
 }
 
 impl From<f64> for Layout {
-    /// Of a width, mm.
+    /// mm.
     fn from(width: f64) -> Self {
         Layout {
             width,
@@ -49,40 +48,34 @@ impl From<f64> for Layout {
 }
 
 impl Layout {
-    /// Units of the drawing in a millimetre.
     pub(crate) fn units_per_mm(&self) -> f64 {
         UNITS_PER_MM * FONT_SIZE / self.font_size
     }
 
-    /// The least width with this font size, mm.
+    /// Least width at this font size, mm.
     pub fn least_width(&self) -> f64 {
         LEAST_WIDTH * self.font_size / FONT_SIZE
     }
 }
 
-/// Font sizes and strokes in drawing units; 7.5 and 7 points stay readable in print.
+/// Font sizes and strokes in drawing units; 7.5 and 7 points are legible in print.
 pub(crate) const TITLE_SIZE: f64 = 265.0;
-/// Of ticks, axis names and legend.
+/// Ticks, axis names and legend.
 pub(crate) const LABEL_SIZE: f64 = 247.0;
-/// Distance of lines of text.
 pub(crate) const LINE_HEIGHT: f64 = 320.0;
-/// Stroke of a curve.
 pub(crate) const CURVE_STROKE: u32 = 22;
-/// Stroke of axes.
 pub(crate) const AXIS_STROKE: u32 = 12;
-/// Stroke of the grid and of events.
+/// Grid and events.
 pub(crate) const THIN_STROKE: u32 = 9;
-/// Length of a tick.
 pub(crate) const TICK: i32 = 50;
-/// Radius of a point.
 pub(crate) const POINT_RADIUS: u32 = 42;
 
-/// Radius of a point among many.
+/// Radius of one of many points.
 pub(crate) const DOT_RADIUS: u32 = 16;
-/// Where a map has no value.
+/// Colour of map cells without a value.
 pub(crate) const NOTHING: RGBColor = RGBColor(214, 214, 214);
 
-/// The colours of Okabe and Ito, told apart with every kind of colour vision; in the order of use for lines.
+/// Okabe-Ito palette, distinguishable with every kind of colour vision, in the order of use for lines.
 pub(crate) const PALETTE: [RGBColor; 7] = [BLUE, VERMILLION, GREEN, PURPLE, ORANGE, SKY, BLACK];
 pub(crate) const BLACK: RGBColor = RGBColor(0, 0, 0);
 pub(crate) const ORANGE: RGBColor = RGBColor(230, 159, 0);
@@ -95,14 +88,14 @@ pub(crate) const PURPLE: RGBColor = RGBColor(204, 121, 167);
 pub(crate) const YELLOW: RGBColor = RGBColor(240, 228, 66);
 /// Grid and separated contact.
 pub(crate) const GREY: RGBColor = RGBColor(120, 120, 120);
-/// Dark enough to be seen on the ground of every mode.
+/// Visible on the ground of every mode.
 pub(crate) const WINE: RGBColor = RGBColor(136, 34, 85);
 pub(crate) const OLIVE: RGBColor = RGBColor(105, 105, 0);
 
-/// Colours of curves over the ground of modes, none of which is that of a ground.
+/// Curve colours that no mode's ground has.
 const OVER_GROUND: [RGBColor; 7] = [BLUE, VERMILLION, GREEN, PURPLE, BLACK, OLIVE, WINE];
 
-/// Colour and opacity of the ground behind a mode.
+/// Colour and opacity of a mode's ground.
 pub fn ground(mode: Mode) -> (RGBColor, f64) {
     match mode {
         Mode::SlipForward | Mode::Engaged => (SKY, 0.16),
@@ -112,7 +105,7 @@ pub fn ground(mode: Mode) -> (RGBColor, f64) {
     }
 }
 
-/// Colour of a curve in a mode, where one curve passes through several.
+/// Colour of a curve in a mode, if the curve passes through several.
 pub fn of_mode(mode: Mode) -> RGBColor {
     match mode {
         Mode::SlipForward | Mode::Engaged => BLUE,
@@ -122,7 +115,6 @@ pub fn of_mode(mode: Mode) -> RGBColor {
     }
 }
 
-/// Colour of the line that marks an event.
 pub(crate) fn of_event(kind: EventKind) -> RGBColor {
     match kind {
         EventKind::Stick => VERMILLION,
@@ -134,7 +126,6 @@ pub(crate) fn of_event(kind: EventKind) -> RGBColor {
     }
 }
 
-/// Colour of the n-th line.
 pub(crate) fn line_color(number: usize) -> RGBColor {
     OVER_GROUND[number % OVER_GROUND.len()]
 }

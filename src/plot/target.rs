@@ -1,30 +1,30 @@
-//! Where a figure or a page goes: its earlier version is replaced, any other file only by force.
+//! Destination of figures and pages: an earlier version is replaced, other files only by force.
 
 use super::signature;
-use crate::results::disk::{Obstacle, folder_of, in_the_way, misplaced, try_folder, write_whole};
 use std::fmt::{self, Display, Formatter};
 use std::fs;
 use std::io::{self, Read};
 use std::path::{Path, PathBuf};
+use stickslip_files::disk::{Obstacle, folder_of, in_the_way, misplaced, try_folder, write_whole};
 
-/// Bytes at the start of a file in which a signature stands.
+/// Bytes at the start of a file that are searched for the signature.
 const HEAD: u64 = 4096;
 
-/// What is written.
+/// A product of this program.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Product {
-    /// SVG, PNG, PDF or EPS; with the option that names it.
+    /// SVG, PNG or PDF, with the option that names the file.
     Figure(&'static str),
     /// An HTML page.
     Page,
-    /// Of a comparison, HTML or Markdown.
+    /// A report of a comparison, HTML or Markdown.
     Report,
-    /// A case file. It is an input as well: one that is there is replaced by force alone.
+    /// A case file. Cases are also inputs, so an existing one is replaced only by force.
     Case,
 }
 
 impl Product {
-    /// Its name, the option that names it, an example, and what it is made from.
+    /// Name, option, example, and source.
     const fn words(self) -> [&'static str; 4] {
         match self {
             Product::Figure(option) => ["figure", option, "figure.svg", "the file to be drawn"],
@@ -34,15 +34,13 @@ impl Product {
         }
     }
 
-    /// The option that names it.
+    /// The option that names the file.
     pub const fn option(self) -> &'static str {
         self.words()[1]
     }
 
-    /// Whether a file that begins with `head` is such a product of this program.
     fn is_own(self, head: &[u8]) -> bool {
         let contains = |text: &str| head.windows(text.len()).any(|window| window == text.as_bytes());
-        let (keyword, value) = signature::PNG;
         match self {
             Product::Page => contains(signature::PAGE),
             Product::Report => {
@@ -50,23 +48,41 @@ impl Product {
                 contains(&format!("<!-- {} -->", signature::REPORT)) || contains(&generator)
             }
             Product::Case => false,
-            Product::Figure(_) => contains(&match head {
-                [0x89, b'P', b'N', b'G', ..] => format!("{keyword}\0{value}"),
-                [b'%', b'P', b'D', b'F', ..] => format!("/Producer ({})", signature::FIGURE),
-                [b'%', b'!', b'P', b'S', ..] => format!("%%Creator: {}", signature::FIGURE),
-                _ => format!("<desc>{}", signature::FIGURE),
-            }),
+            Product::Figure(_) => contains(&figure_mark(head)),
         }
     }
 }
 
-/// Why a figure or a page cannot go where it should.
+/// The signature of a figure that begins with `head`.
+fn figure_mark(head: &[u8]) -> String {
+    let (keyword, value) = signature::PNG;
+    match head {
+        [0x89, b'P', b'N', b'G', ..] => format!("{keyword}\0{value}"),
+        [b'%', b'P', b'D', b'F', ..] => format!("/Producer ({}", signature::FIGURE),
+        _ => format!("<desc>{}", signature::FIGURE),
+    }
+}
+
+fn head_of(path: &Path) -> io::Result<Vec<u8>> {
+    let mut head = Vec::new();
+    fs::File::open(path)?.take(HEAD).read_to_end(&mut head)?;
+    Ok(head)
+}
+
+/// The files that the figure at `path` was drawn from; `None` if there is none, or it does not say.
+pub fn drawn_from(path: &Path) -> Option<String> {
+    let head = head_of(path).ok()?;
+    let text = String::from_utf8_lossy(&head);
+    let (_, after) = text.split_once(&figure_mark(&head))?;
+    signature::names_in(after).map(str::to_owned)
+}
+
+/// Why a product cannot be written to a path.
 #[derive(Debug)]
 pub struct TargetError {
     path: PathBuf,
     product: Product,
     obstacle: Obstacle,
-    /// What the system was asked for, where that failed.
     action: &'static str,
 }
 
@@ -119,7 +135,6 @@ impl Display for TargetError {
 impl std::error::Error for TargetError {}
 
 impl TargetError {
-    /// Of an action of the operating system that failed.
     pub(crate) fn failed(path: &Path, product: Product, action: &'static str, error: io::Error) -> TargetError {
         TargetError {
             path: path.to_owned(),
@@ -129,23 +144,21 @@ impl TargetError {
         }
     }
 
-    /// Whether the operating system failed, and the path is not to blame.
+    /// Whether the operating system failed, rather than the path being wrong.
     pub fn is_failure(&self) -> bool {
         matches!(self.obstacle, Obstacle::NotSeen(_))
     }
 }
 
-/// Whether a product made from `inputs` may be written to `path`; an input is never replaced.
+/// Checks that a product made from `inputs` may be written to `path`.
 ///
 /// # Errors
-/// `path` is an input, a folder, in a folder that is missing, or a file that is no such product of this program, or
-/// write-protected, and is not to be replaced by `force`; or its folder takes no file.
+/// `path` is an input or a folder, lies in a missing or read-only folder, or is a write-protected file or another
+/// product, and `force` is not set.
 pub fn check(path: &Path, product: Product, inputs: &[PathBuf], force: bool) -> Result<(), TargetError> {
     let failed = |action| move |error| TargetError::failed(path, product, action, error);
     let is_own = |path: &Path| {
-        let mut head = Vec::new();
-        let read = fs::File::open(path).and_then(|file| file.take(HEAD).read_to_end(&mut head));
-        read.map_err(failed("reading the file"))?;
+        let head = head_of(path).map_err(failed("reading the file"))?;
         Ok(product.is_own(&head))
     };
     let obstacle = match misplaced(path, inputs) {
@@ -163,11 +176,7 @@ pub fn check(path: &Path, product: Product, inputs: &[PathBuf], force: bool) -> 
     }
 }
 
-/// Writes `parts` one after the other under a temporary name, which becomes `path` when all is written: a product is
-/// there in whole or not at all.
-///
-/// # Errors
-/// Of the operating system.
+/// Writes `parts` under a temporary name, which becomes `path` at the end: a product is whole or absent.
 pub fn write(path: &Path, product: Product, parts: &[&[u8]]) -> Result<(), TargetError> {
     write_whole(path, parts).map_err(|error| TargetError::failed(path, product, "writing", error))
 }

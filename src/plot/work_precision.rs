@@ -3,19 +3,19 @@
 use super::error::PlotError;
 use super::figure::{Axis, Curve, CurveStyle, Figure, Panel, drawn, extent};
 use super::style::{GREY, PALETTE};
-use crate::analysis::work_precision::{Errors, Knob, Measurement, Reference, StudyResult};
-use crate::results::{Reason, WorkPrecisionFile};
-use crate::simulation::Method;
 use plotters::style::RGBColor;
 use std::path::Path;
+use stickslip_analysis::analysis::work_precision::{Errors, Knob, Measurement, Reference, StudyResult};
+use stickslip_engine::simulation::Method;
+use stickslip_files::{Reason, WorkPrecisionFile};
 
-/// An error of nothing has no logarithm: it is drawn here, s, which is below any uncertainty of seconds in doubles.
+/// Zero has no logarithm: smallest drawn error, s, below any uncertainty of seconds in doubles.
 const LEAST: f64 = 1e-16;
 
-/// Name of the figure, and of its files.
+/// Name of the figure and its files.
 pub const NAME: &str = "work-precision";
 
-/// One method's runs by one kind of knob, in the order of the study.
+/// Runs of one method with one kind of knob, in the order of the study.
 struct Series<'a> {
     label: String,
     color: usize,
@@ -23,10 +23,10 @@ struct Series<'a> {
     runs: Vec<&'a Measurement>,
 }
 
-/// The figure of the file of a study, without its runs.
+/// The figure of a study's file, without running anything.
 ///
 /// # Errors
-/// A file of another kind, of a newer version of the program, or damaged.
+/// Another kind of file, a newer version, or damage.
 pub fn of_file(path: &Path) -> Result<Figure, PlotError> {
     let file = WorkPrecisionFile::read(path)?;
     let known = |value: f64| value.is_finite().then_some(value);
@@ -84,8 +84,8 @@ pub fn of_file(path: &Path) -> Result<Figure, PlotError> {
     Ok(figure(&file.title, &result))
 }
 
-/// Error against calls of the right-hand side and against time. Errors that the reference cannot tell from zero are
-/// open circles; the broken line is its uncertainty.
+/// Error over calls of the right-hand side, and over time. Open circles: errors within the uncertainty of the
+/// reference, which is the dashed line.
 pub fn figure(title: &str, result: &StudyResult) -> Figure {
     let series = series(&result.measurements);
     let calls: fn(&Measurement) -> f64 = |m| m.rhs_evaluations as f64;
@@ -111,7 +111,7 @@ pub fn figure(title: &str, result: &StudyResult) -> Figure {
         curves.push(Curve::line("uncertainty of the reference", GREY, line).styled(CurveStyle::Dashed));
         Panel::new(x.by_powers(), Axis::new(name, "s").by_powers(), drawn(curves))
     };
-    // One axis for both panels: the first also has runs whose sequence of events is another.
+    // Both panels share an axis; only the first one also has runs with another sequence of events.
     let counts = result.measurements.iter().filter(|m| m.failure.is_none()).map(calls);
     let (fewest, most) = extent(counts).unwrap_or((1.0, 1.0));
     let most = most.max(1.0);
@@ -124,8 +124,8 @@ pub fn figure(title: &str, result: &StudyResult) -> Figure {
     Figure::new(NAME, title, panels)
 }
 
-/// Colour of the n-th method. Beyond the palette its colours come again in a darker shade; thirteen are different.
-fn color(number: usize) -> RGBColor {
+/// Colour of the n-th method. Beyond the palette the colours repeat in darker shades; thirteen are distinct.
+pub fn color(number: usize) -> RGBColor {
     let RGBColor(r, g, b) = PALETTE[number % PALETTE.len()];
     let shades = i32::try_from(number / PALETTE.len()).unwrap_or(i32::MAX);
     let darker = |part: u8| (f64::from(part) * 0.55f64.powi(shades)).round() as u8;
@@ -136,7 +136,7 @@ fn series(measurements: &[Measurement]) -> Vec<Series<'_>> {
     let mut series: Vec<Series> = Vec::new();
     for m in measurements {
         let fixed = matches!(m.knob, Knob::FixedStep(_));
-        // Of the method, or the next.
+        // The method's colour, or the next free one.
         let known = series.iter().find(|s| s.runs[0].method == m.method);
         let next = || series.iter().map(|s| s.color + 1).max().unwrap_or(0);
         let color = known.map_or_else(next, |s| s.color);
@@ -151,15 +151,4 @@ fn series(measurements: &[Measurement]) -> Vec<Series<'_>> {
         }
     }
     series
-}
-
-#[cfg(test)]
-mod tests {
-    use super::color;
-
-    #[test]
-    fn methods_have_colours_of_their_own() {
-        let colors: std::collections::HashSet<_> = (0..13).map(color).map(|c| (c.0, c.1, c.2)).collect();
-        assert_eq!(colors.len(), 13);
-    }
 }

@@ -13,7 +13,7 @@ use stickslip::analysis::witness::{Sequence, Testimony, witness};
 use stickslip::case::builtin::TRAINS;
 use stickslip::case::{Case, CaseSource};
 use stickslip::oracle::{self, OracleOptions};
-use stickslip::record::{Channels, Event, EventKind};
+use stickslip::record::{Channels, Event, EventKind, Recorder as _};
 use stickslip::simulation::Method;
 
 /// The series errs by roundings: some units in the last place of the time (1.4e-14 s at 100 s) at each of some tens of events.
@@ -30,6 +30,11 @@ fn with(case: &Case, method: &str) -> Case {
 /// A built-in case by a method.
 fn case_by(name: &str, method: &str, settings: &[&str]) -> Case {
     with(&built_in(name, settings), method)
+}
+
+/// A case that is written here by a method.
+fn case_of(text: &str, method: &str) -> Case {
+    with(&written(text, &[]), method)
 }
 
 fn energies(c: &Channels) -> [f64; 5] {
@@ -677,6 +682,116 @@ fn property_a_witness_says_how_far_a_grazing_event_is_off() {
         let (apart, share) = (said.differs_by.unwrap(), said.differs_by_share.unwrap());
         assert!((apart / events - 1.0).abs() < 1e-3, "{apart:e} s for {events:e} s");
         assert!((share * 4.352e-6 / apart - 1.0).abs() < 0.1, "{share:e} of the slip");
+    }
+}
+
+/// The witness compares changes of stability, which are no events of the sequence.
+#[test]
+fn property_a_witness_compares_changes_of_stability() {
+    let case = built_in("paper-si", &["output={end_time=6.97, interval=1}"]);
+    let record = recorded(&case);
+    let said = |events: &[Event]| {
+        let mut sequence = Sequence::default();
+        events.iter().for_each(|event| sequence.event(event).unwrap());
+        witness(&case, &sequence, false, &|| false).expect("nobody stops it")
+    };
+    let right = said(&record.events);
+    assert_eq!(
+        (right.testimony, right.other_stability),
+        (Testimony::SameSequence, None)
+    );
+    let lost = record
+        .events
+        .iter()
+        .position(|event| event.kind == EventKind::Destabilised);
+    let lost = lost.expect("a loss of stability");
+    let mut more = record.events.clone();
+    for kind in [EventKind::Destabilised, EventKind::Restabilised] {
+        let time = more[lost].time + 1e-14;
+        more.insert(
+            lost + 1,
+            Event {
+                kind,
+                time,
+                ..more[lost]
+            },
+        );
+    }
+    let wrong = said(&more);
+    println!("{}", wrong.statement);
+    assert!(wrong.statement.len() <= 80);
+    assert_eq!(wrong.testimony, Testimony::SequenceDiffers);
+    let stability = wrong.other_stability.unwrap();
+    assert_eq!((stability.found, stability.expected), (1, 3));
+    assert!((stability.from - more[lost].time).abs() < 1e-12);
+    assert_eq!(wrong.differs_from, Some(stability.from));
+}
+
+/// The force on a mass begins at 0 and rises within `rise` (s) to 2 N from 0.1 s on: it stops after 1 s + rise/2.
+fn steep(rise: f64) -> String {
+    format!(
+        "motion = \"translation\"\nrotor = {{ end = \"free\", inertia = \"1 kg\" }}\nstator = {{ end = \"fixed\" }}\n\
+         contact = {{ normal_force = {{ profile = \"table\", time = [0, 0.1, {:?}], value = [0, 0, 2] }} }}\n\
+         friction = {{ law = \"coulomb\", breakaway = 0.5, kinetic = 0.5 }}\ninitial = {{ speed = \"1 m/s\" }}\n\
+         output = {{ end_time = \"2 s\", interval = \"1 ms\" }}\n",
+        0.1 + rise
+    )
+}
+
+/// A force that begins at zero on a steep ramp: its present size would set tolerances below the rounding of the time. And a step
+/// of the force, as two points of one time.
+#[test]
+fn analytic_a_force_may_begin_on_a_steep_ramp() {
+    const STEPS: u64 = 2000;
+    for rise in [1e-2, 1e-4, 1e-6, 1e-9, 1e-12, 0.0] {
+        let text = steep(rise);
+        for method in ["cvode", "series", "arkode", "erk", "esdirk", "cvode-adams", "cvode-bdf"] {
+            let (record, report) = reported(&case_of(&text, method));
+            let steps: u64 = report.work.iter().map(|work| work.steps).sum();
+            println!("{rise:e} s by {method}: {steps} steps");
+            let stick = record.events.last().unwrap();
+            assert_eq!(stick.kind, EventKind::Stick);
+            near(
+                stick.time,
+                1.1 + rise / 2.0,
+                if method == "cvode" { 1e-12 } else { 1e-9 },
+            );
+            assert!(steps < STEPS, "{rise:e} s by {method}: {steps} steps");
+        }
+    }
+}
+
+/// A mass at rest that a torque sets in motion, on a spring, or a belt that starts: within `rise` (s) from 0.1 s on.
+#[test]
+fn analytic_a_torque_or_a_belt_may_begin_on_a_steep_ramp() {
+    for rise in [1e-2, 1e-4, 1e-6] {
+        let signal = format!(
+            "{{ profile = \"table\", time = [0, 0.1, {:?}], value = [0, 0, 2] }}",
+            0.1 + rise
+        );
+        let pushed = format!(
+            "motion = \"translation\"\nrotor = {{ end = \"free\", inertia = 1.0, torque = {signal} }}\nstator = {{ end = \"fixed\" \
+             }}\ncontact = {{ normal_force = 1.0 }}\nfriction = {{ law = \"coulomb\", breakaway = 0.5, kinetic = 0.5 }}\n\
+             output = {{ end_time = 2, interval = 0.1 }}\n"
+        );
+        let belt = format!(
+            "motion = \"translation\"\nrotor = {{ end = \"driven\", speed = {signal} }}\nstator = {{ end = \"fixed\", inertia = 1.0, \
+             stiffness = 4.0 }}\ncontact = {{ normal_force = 1.0 }}\nfriction = {{ law = \"coulomb\", breakaway = 0.5, kinetic = \
+             0.5 }}\noutput = {{ end_time = 2, interval = 0.1 }}\n"
+        );
+        for text in [pushed, belt] {
+            let exact = reported(&case_of(&text, "series")).0;
+            for method in ["cvode", "arkode", "erk", "esdirk"] {
+                let (record, report) = reported(&case_of(&text, method));
+                let steps: u64 = report.work.iter().map(|work| work.steps).sum();
+                println!("{rise:e} s by {method}: {steps} steps");
+                assert_eq!(kinds(&record.events), kinds(&exact.events));
+                for (own, exact) in record.events.iter().zip(&exact.events) {
+                    near(own.time, exact.time, 1e-9);
+                }
+                assert!(steps < 3000, "{rise:e} s by {method}: {steps} steps");
+            }
+        }
     }
 }
 

@@ -100,23 +100,6 @@ fn analytic_integrals_are_the_antiderivatives() {
     assert_eq!(timeline.integral(1, 1e9), 0.0);
 }
 
-/// A linear drive has no jump, whatever its roundings; a harmonic that begins or ends has that of its value.
-#[test]
-fn analytic_only_harmonics_jump() {
-    let mut gated = wave(Shape::Cosine, 2.0, Frequency::Cycles(1.0), 0.0);
-    (gated.from, gated.to) = (Some(1.0), Some(1.5));
-    let drives = [table(&[0.1, 0.3, 0.7], &[0.1, 0.7, 1.9]), Drive::Wave(gated)];
-    let timeline = Timeline::new(&drives.iter().collect::<Vec<_>>());
-    for stretch in 0..=timeline.corners().len() {
-        assert_eq!(timeline.jump(0, stretch), 0.0);
-        let expected = match timeline.start(stretch) {
-            1.0 | 1.5 => 2.0,
-            _ => 0.0,
-        };
-        assert_eq!(timeline.jump(1, stretch), expected);
-    }
-}
-
 #[test]
 fn analytic_a_number_goes_by_the_path_of_its_key() {
     let drive = Drive::Sum(vec![
@@ -247,17 +230,6 @@ proptest! {
             }
             // The rule's error is below (31 * 0.02)^10 / 1e10 of the size of a panel.
             prop_assert!((timeline.integral(index, t) - integral).abs() < 1e-11, "{} {}", timeline.integral(index, t), integral);
-        }
-    }
-
-    /// A piece of the linear part that begins where the one before ends.
-    #[test]
-    fn property_values_jump_by_the_jumps(drive in any_drive()) {
-        let timeline = Timeline::new(&[&drive]);
-        for stretch in 1..=timeline.corners().len() {
-            let start = timeline.start(stretch);
-            let jump = timeline.value(0, stretch, start) - timeline.value(0, stretch - 1, start);
-            prop_assert!((jump - timeline.jump(0, stretch)).abs() < 1e-12);
         }
     }
 }

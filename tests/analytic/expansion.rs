@@ -1,7 +1,5 @@
-//! The Taylor expansion of a motion in numbers other than `f64`: enclosures, four doubles side by side, doubles with a first-order
-//! error. Its oracle is the expansion in `f64`.
+//! The Taylor expansion of a motion in numbers other than `f64`: enclosures, and doubles with a first-order error. Its oracle is the expansion in `f64`.
 
-use std::array;
 use std::cmp::Ordering;
 use std::ops::{Add, Div, Mul, Neg, Sub};
 use stickslip::friction::{
@@ -304,105 +302,6 @@ impl Number for Uncertain {
     }
 }
 
-/// Four doubles side by side. Comparisons say what holds for all of them.
-#[derive(Debug, Clone, Copy, PartialEq)]
-struct Lanes([f64; 4]);
-
-impl Lanes {
-    fn each(self, function: impl Fn(f64) -> f64) -> Lanes {
-        Lanes(self.0.map(function))
-    }
-
-    fn both(self, other: Lanes, function: impl Fn(f64, f64) -> f64) -> Lanes {
-        Lanes(array::from_fn(|lane| function(self.0[lane], other.0[lane])))
-    }
-}
-
-impl PartialOrd for Lanes {
-    fn partial_cmp(&self, other: &Lanes) -> Option<Ordering> {
-        let [first, rest @ ..]: [Option<Ordering>; 4] = array::from_fn(|lane| self.0[lane].partial_cmp(&other.0[lane]));
-        rest.iter().all(|other| *other == first).then_some(first).flatten()
-    }
-}
-
-impl Add for Lanes {
-    type Output = Lanes;
-
-    fn add(self, other: Lanes) -> Lanes {
-        self.both(other, |a, b| a + b)
-    }
-}
-
-impl Sub for Lanes {
-    type Output = Lanes;
-
-    fn sub(self, other: Lanes) -> Lanes {
-        self.both(other, |a, b| a - b)
-    }
-}
-
-impl Mul for Lanes {
-    type Output = Lanes;
-
-    fn mul(self, other: Lanes) -> Lanes {
-        self.both(other, |a, b| a * b)
-    }
-}
-
-impl Div for Lanes {
-    type Output = Lanes;
-
-    fn div(self, other: Lanes) -> Lanes {
-        self.both(other, |a, b| a / b)
-    }
-}
-
-impl Neg for Lanes {
-    type Output = Lanes;
-
-    fn neg(self) -> Lanes {
-        self.each(|a| -a)
-    }
-}
-
-impl Number for Lanes {
-    fn of(x: f64) -> Lanes {
-        Lanes([x; 4])
-    }
-
-    fn pi() -> Lanes {
-        Lanes::of(std::f64::consts::PI)
-    }
-
-    fn exp(self) -> Lanes {
-        self.each(f64::exp)
-    }
-
-    fn exp_m1(self) -> Lanes {
-        self.each(f64::exp_m1)
-    }
-
-    fn sqrt(self) -> Lanes {
-        self.each(f64::sqrt)
-    }
-
-    fn sin_cos(self) -> (Lanes, Lanes) {
-        (self.each(f64::sin), self.each(f64::cos))
-    }
-
-    fn tanh(self) -> Lanes {
-        self.each(f64::tanh)
-    }
-
-    fn cosh(self) -> Lanes {
-        self.each(f64::cosh)
-    }
-
-    fn atan(self) -> Lanes {
-        self.each(f64::atan)
-    }
-}
-
 // Systems.
 
 fn wave(mean: f64, amplitude: f64, frequency: Frequency) -> Drive {
@@ -596,7 +495,7 @@ impl Motion {
                 take("tested", &expansion.tested(system));
             }
             Mode::SlipForward | Mode::SlipBackward => {
-                if let Some(margin) = expansion.stability_margin(system) {
+                if let Some(margin) = expansion.stability_guard(system) {
                     take("margin", &margin);
                 }
             }
@@ -779,39 +678,6 @@ fn analytic_enclosures_of_parameters_hold_what_is_inside() {
                 &errors,
                 &format!("motion {number}, corner {corner}"),
             );
-        }
-    }
-}
-
-/// Four motions side by side, of other inertias and other states: to the bit, since every lane takes the operations of a double in
-/// the order of a double.
-#[test]
-fn analytic_lanes_are_the_motions_side_by_side() {
-    for (number, motion) in all_motions().iter().enumerate() {
-        let factor = |lane: usize| 1.0 + 0.125 * lane as f64;
-        let side_by_side = |value: f64| Lanes(array::from_fn(|lane| value * factor(lane)));
-        let mut lanes = motion.dynamics.system.map(Lanes::of);
-        for side in [&mut lanes.rotor, &mut lanes.stator] {
-            for inertia in &mut side.inertia {
-                *inertia = side_by_side(inertia.0[0]);
-            }
-        }
-        let y: Vec<Lanes> = motion.y.iter().map(|value| side_by_side(*value)).collect();
-        let found = motion.coefficients(&lanes, &y);
-        for lane in 0..4 {
-            let mut system = motion.dynamics.system.clone();
-            for side in [&mut system.rotor, &mut system.stator] {
-                side.inertia.iter_mut().for_each(|inertia| *inertia *= factor(lane));
-            }
-            let y: Vec<f64> = y.iter().map(|value| value.0[lane]).collect();
-            for ((name, lanes), (_, double)) in found.iter().zip(motion.coefficients(&system, &y)) {
-                let lane = lanes.0[lane];
-                assert_eq!(
-                    lane.to_bits(),
-                    double.to_bits(),
-                    "motion {number}, {name}: {lane:e} and {double:e}"
-                );
-            }
         }
     }
 }

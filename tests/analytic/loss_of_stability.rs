@@ -208,6 +208,64 @@ fn analytic_a_kick_waits_for_the_instability() {
     assert_eq!((report.kicks_never_given, report.kicks_without_instability), (1, 1));
 }
 
+/// Changes of `paper-si` in which nothing damps the torsion: a ramp, a release with separations, a force that begins late, and
+/// speeds at which the slope of friction is zero in doubles.
+const UNDAMPED: [&[&str]; 4] = [
+    &[
+        "axial.damping=0",
+        "torsion={rotor_inertia=0.096, surface_inertia=0.102, stiffness=28281.4, damping=0}",
+    ],
+    &["actuation={profile=\"table\", time=[0, 0.02, 0.03, 0.04, 0.05, 0.06], force=[0, 900, 900, 0, 0, 700]}"],
+    &["actuation={profile=\"table\", time=[0, 0.02, 0.0200001], force=[0, 0, 900]}"],
+    &["friction.decay=90", "friction.high_speed=0.2"],
+];
+
+/// Without damping the margin has the sign of the slope of friction, and vanishes with the normal force alone: sliding is
+/// unstable from the first contact on, by every method and by the oracle.
+#[test]
+fn multiprecision_without_damping_sliding_is_unstable_from_the_first_contact_on() {
+    let source = CaseSource::built_in("paper-si").unwrap();
+    for (changes, contact) in UNDAMPED.iter().zip([0.0, 0.0, 0.02, 0.0]) {
+        let common = [
+            "torsion.damping=0",
+            "perturbation=[]",
+            "output={end_time=0.08, interval=0.01}",
+        ];
+        let changes = parsed(&[&common, *changes].concat());
+        let case = Case::read(&source, &changes).unwrap();
+        let of_stability = |kind: &EventKind| matches!(kind, EventKind::Destabilised | EventKind::Restabilised);
+        let exact = truth((&source, &changes), &case, 18).unwrap().report.events;
+        let mut exact = exact.iter().filter(|event| of_stability(&event.kind));
+        let [Some(lost), None] = [exact.next(), exact.next()] else {
+            panic!("{changes:?}")
+        };
+        assert_eq!((lost.kind, lost.time.to_f64()), (EventKind::Destabilised, contact));
+        for method in [
+            Method::Series,
+            Method::Cvode,
+            Method::Arkode,
+            Method::Erk,
+            Method::Esdirk,
+            Method::CvodeAdams,
+            Method::CvodeBdf,
+        ] {
+            let report = report(&case, method);
+            let found: Vec<&Event> = report.events.iter().filter(|event| of_stability(&event.kind)).collect();
+            let [found] = found[..] else {
+                panic!("{} by {}: {} changes", changes.len(), method.name(), found.len())
+            };
+            assert_eq!(found.kind, EventKind::Destabilised);
+            // `cvode` leaves its first steps out.
+            assert!(
+                (0.0..1e-9).contains(&(found.time - contact)),
+                "{} {}",
+                method.name(),
+                found.time
+            );
+        }
+    }
+}
+
 /// The margin of equal surfaces is c_t + 2 r F_n mu', to the bit.
 #[test]
 fn analytic_the_margin_of_a_lowered_brake() {

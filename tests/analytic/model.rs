@@ -31,16 +31,20 @@ fn analytic_effective_radii() {
     assert!((uniform_pressure_radius(0.1_f64, 0.1) - 0.05).abs() < 1e-17);
 }
 
+/// Some of them with steps.
 fn tables() -> impl Strategy<Value = Signal> {
-    prop::collection::vec((0.001..0.05f64, -500.0..3000.0f64), 1..6).prop_map(|rows| {
+    prop::collection::vec((0.001..0.05f64, -500.0..3000.0f64, any::<bool>()), 1..6).prop_map(|rows| {
+        let (mut time, mut force) = (Vec::new(), Vec::new());
         let mut t = 0.0;
-        let (time, force) = rows
-            .into_iter()
-            .map(|(dt, f)| {
-                t += dt;
-                (t, f)
-            })
-            .unzip();
+        for (dt, f, steps) in rows {
+            t += dt;
+            time.push(t);
+            force.push(f);
+            if steps {
+                time.push(t);
+                force.push(900.0 - f);
+            }
+        }
         Signal::Table(Table { time, value: force })
     })
 }

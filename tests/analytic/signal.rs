@@ -71,6 +71,53 @@ fn analytic_a_table_goes_through_its_points() {
     assert_eq!((past.value(0.0), past.corners().count()), (2.0, 0));
 }
 
+/// The second value holds from its time on, also at t = 0 and before the table.
+#[test]
+fn analytic_two_points_of_one_time_are_a_step() {
+    let signal = |time: &[f64], value: &[f64]| {
+        let (time, value) = (time.to_vec(), value.to_vec());
+        Signal::Table(Table { time, value }).pieces()
+    };
+    let pieces = signal(&[1.0, 1.0, 3.0, 3.0], &[2.0, 6.0, 4.0, -9.0]);
+    for (time, value, slope, integral) in [
+        (0.0, 2.0, 0.0, 0.0),
+        (1.0, 6.0, -1.0, 2.0),
+        (2.0, 5.0, -1.0, 7.5),
+        (3.0, -9.0, 0.0, 12.0),
+        (4.0, -9.0, 0.0, 3.0),
+    ] {
+        assert_eq!(
+            (pieces.value(time), pieces.slope(time), pieces.integral(time)),
+            (value, slope, integral)
+        );
+    }
+    assert_eq!(pieces.corners().collect::<Vec<_>>(), [1.0, 3.0]);
+    assert_eq!((pieces.largest(), pieces.shortest_change()), (9.0, 2.0));
+    let ends: Vec<f64> = pieces.all().iter().map(|piece| piece.end_value).collect();
+    assert_eq!(ends, [2.0, 4.0, -9.0]);
+    let early = signal(&[0.0, 0.0, 2.0], &[5.0, 1.0, 1.0]);
+    assert_eq!((early.value(0.0), early.corners().count()), (1.0, 1));
+}
+
+/// Beside its end a stretch has the sign of the value there and of the slope, which rounding of a sum from the start does not
+/// keep: 5359.15 - 5359.15/0.25686 0.25686 is 9e-13.
+#[test]
+fn analytic_a_value_beside_an_end_has_the_sign_of_the_table() {
+    for (start, end) in [(0.05892, 0.31578), (0.1, 0.3), (0.7, 1.9)] {
+        for value in [0.0, 1e-17, -1e-17] {
+            let table = Table {
+                time: vec![start, end],
+                value: vec![5359.15, value],
+            };
+            let pieces = Signal::Table(table).pieces();
+            let piece = pieces.all()[1];
+            assert!(piece.beside_ends(end.next_down()) > 0.0);
+            assert!(piece.beside_ends(end.next_up()) < 0.0);
+            assert_eq!((piece.beside_ends(end), piece.beside_ends(start)), (value, 5359.15));
+        }
+    }
+}
+
 /// Each profile has a name by which a case finds it, and its numbers have theirs.
 #[test]
 fn property_every_profile_is_found_by_its_name() {

@@ -2,7 +2,7 @@
 
 use fend_core::Context;
 use proptest::prelude::*;
-use stickslip::case::quantity::{Dimension, UNITS, parse};
+use stickslip::case::quantity::{Dimension, UNITS, parse, printed};
 
 /// The exact SI value of each quantity to 16 or more digits, typed from the definitions in NIST SP 811, appendix B.
 #[test]
@@ -159,6 +159,20 @@ fn a_subnormal_and_a_huge_quantity_round_correctly() {
         );
     }
     assert!(parse("1.8e308 m", Dimension::Length).is_err());
+}
+
+/// A measured number is known to half of its last printed digit.
+#[test]
+fn analytic_the_last_printed_digit_gives_the_interval() {
+    let interval = |text, dimension| printed(text, dimension).unwrap();
+    assert_eq!(interval("6.975 s", Dimension::Time), (6.975, 0.0005));
+    assert_eq!(interval("6.9750 s", Dimension::Time), (6.975, 0.00005));
+    assert_eq!(interval("0.00019 s", Dimension::Time), (0.00019, 5e-6));
+    assert_eq!(interval("190 us", Dimension::Time), (0.00019, 5e-7));
+    assert_eq!(interval("1.9e2 us", Dimension::Time), (0.00019, 5e-6));
+    assert_eq!(interval("48", Dimension::Number), (48.0, 0.5));
+    assert!(printed("6.975", Dimension::Time).is_err());
+    assert!(printed("48 s", Dimension::Number).is_err());
 }
 
 proptest! {

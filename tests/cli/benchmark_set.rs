@@ -1,7 +1,7 @@
-//! `compare` with a problem of the benchmark set as its reference. That it says what the set's own checker says, to the last
-//! bit, is checked with Python (.ci/benchmarks.py).
+//! `compare` with a problem of the benchmark set as its reference. The command that it names for the score is run by
+//! .ci/benchmarks.py.
 
-use crate::common::cli::Folder;
+use crate::common::cli::{Folder, says};
 use std::path::{Path, PathBuf};
 
 fn problem(name: &str) -> PathBuf {
@@ -22,34 +22,21 @@ fn cli_a_problem_of_the_set_is_a_reference() {
     let folder = Folder::new();
     let belt = problem("09-belt-coulomb");
     let found = compared(&folder, &belt, &belt.join("events.csv"), &["--quick"]);
-    let score = &found["benchmark"];
-    assert_eq!(score["problem"], "09-belt-coulomb");
-    assert_eq!(score["sequence"]["agrees"], true);
-    assert!(score["digits"].as_f64().unwrap() > 14.0, "{score}");
-    assert_eq!(score["events"].as_array().unwrap().len(), 29);
-    // The run of its case agrees, too.
+    // The rows of a table with kinds are events, whatever else stands in them.
+    assert_eq!(found["format"], "CSV");
+    assert!(found["detection"].is_null(), "{found}");
+    assert_eq!((&found["missing"], &found["spurious"]), (&0.into(), &0.into()));
+    assert_eq!(found["event_errors"]["matched"], 29);
     assert!(found["event_errors"]["max"].as_f64().unwrap() < 1e-11, "{found}");
     // By samples alone, whose columns are those of the problem.
     let found = compared(&folder, &belt, &belt.join("samples.csv"), &["--quick"]);
-    let score = &found["benchmark"];
-    assert_eq!(
-        (&score["sequence"]["agrees"], &score["threshold"]),
-        (&true.into(), &1e-8.into())
-    );
-    assert!(
-        score["scores"]["position"]["relative"].as_f64().unwrap() < 1e-15,
-        "{score}"
-    );
-    let period = score["summary"]
-        .as_array()
-        .unwrap()
-        .iter()
-        .find(|value| value["name"] == "period");
-    assert!(period.unwrap()["error"].as_f64().unwrap().abs() < 1e-5, "{score}");
+    assert_eq!((&found["missing"], &found["spurious"]), (&0.into(), &0.into()));
+    assert!(!found["detection"].is_null(), "{found}");
 }
 
+/// The score is that of the set's checker, whose command the report names.
 #[test]
-fn cli_a_late_event_of_a_problem_is_a_requirement_not_met() {
+fn cli_a_late_event_of_a_problem_is_an_error_and_has_a_score_elsewhere() {
     let folder = Folder::new();
     let belt = problem("10-belt-leine");
     let text = std::fs::read_to_string(belt.join("events.csv")).unwrap();
@@ -59,29 +46,37 @@ fn cli_a_late_event_of_a_problem_is_a_requirement_not_met() {
     lines[5] = cells.join(",");
     let late = folder.write("late.csv", lines.join("\n"));
     let found = compared(&folder, &belt, &late, &["--quick"]);
-    let digits = found["benchmark"]["digits"].as_f64().unwrap();
-    // 1 ms of 2 pi s.
-    assert!((digits - 3.798).abs() < 1e-3, "{digits}");
-    let largest = found["benchmark"]["largest_event_error"].as_f64().unwrap();
-    assert!((largest - 1e-3).abs() < 1e-12, "{largest}");
-    let (belt, late) = (belt.to_str().unwrap(), late.to_str().unwrap());
-    let output = folder
-        .stickslip(&["compare", belt, late, "--quick", "--require", "digits>=6"][..])
-        .output()
-        .unwrap();
-    let (text, error) = (
-        String::from_utf8_lossy(&output.stdout),
-        String::from_utf8_lossy(&output.stderr),
+    let largest = found["event_errors"]["max"].as_f64().unwrap();
+    assert!((largest - 1e-3).abs() < 1e-8, "{largest}");
+    let (checker, belt) = (problem("check.py").display().to_string(), belt.display().to_string());
+    let command = format!("python3 {checker} {belt} {}", late.display());
+    assert_eq!(found["score_command"], *command);
+    let late = late.to_str().unwrap();
+    let text = folder.ok(&["compare", &belt, late, "--quick"][..]);
+    says(&text, &[&format!("score by the rules of the set: {command}")]);
+    // With events in a file of their own.
+    let samples = format!("{belt}/samples.csv");
+    let found = compared(&folder, belt.as_ref(), samples.as_ref(), &["--quick", "--events", late]);
+    assert_eq!(
+        found["score_command"],
+        *format!("python3 {checker} {belt} {samples} --events {late}")
     );
-    assert_eq!(output.status.code(), Some(1), "{error}");
-    assert!(
-        text.contains("by the rules of the set: 10-belt-leine, set 1.0"),
-        "{text}"
+    // With the settings of the search for events, in a shell's syntax; of what the checker cannot read there is none.
+    let text = std::fs::read_to_string(&samples).unwrap();
+    let spaced = folder.write("my samples.csv", &text);
+    let found = compared(
+        &folder,
+        belt.as_ref(),
+        &spaced,
+        &["--quick", "--velocity-tolerance", "1e-6", "--hysteresis", "3"],
     );
-    assert!(
-        error.contains("digits is 3.798e0, where digits>=6 is required"),
-        "{error}"
+    let quoted = format!("'{}'", spaced.display());
+    assert_eq!(
+        found["score_command"],
+        *format!("python3 {checker} {belt} {quoted} --threshold 1e-6 --hysteresis 3")
     );
+    let other = folder.write("other.csv", text.replacen("time,", "t,", 1));
+    assert!(compared(&folder, belt.as_ref(), &other, &["--quick"])["score_command"].is_null());
 }
 
 /// The names of a problem's columns are known: also those of several inertias.
@@ -126,44 +121,17 @@ fn cli_what_is_no_problem_is_refused() {
     std::fs::create_dir(folder.path("empty")).unwrap();
     refused(
         "empty",
-        &["empty: a folder without problem.json", "or the folder of a problem"],
+        &[
+            "empty: a folder without a set.toml beside it",
+            "the folder of a problem in its set",
+        ],
     );
-    // A folder away from its set.
-    let lost = folder.path("lost");
-    std::fs::create_dir(&lost).unwrap();
-    for entry in std::fs::read_dir(problem("01-launched-mass")).unwrap() {
-        let path = entry.unwrap().path();
-        std::fs::copy(&path, lost.join(path.file_name().unwrap())).unwrap();
-    }
-    refused(
-        "lost",
-        &["there is no set.toml beside it", "leave the folders of a set together"],
-    );
-    let again = "take this file from the set again";
-    let statement = std::fs::read_to_string(lost.join("problem.json")).unwrap();
-    let samples = std::fs::read_to_string(lost.join("samples.csv")).unwrap();
-    let hostile = [
-        ("problem.json", "{ \"set\": 1".to_owned()),
-        (
-            "problem.json",
-            statement.replace("\"position\": \"x\"", "\"position\": \"y\""),
-        ),
-        (
-            "problem.json",
-            statement.replace("\"time_scale\": 1.0", "\"time_scale\": 0"),
-        ),
-        ("samples.csv", samples.lines().take(1).collect()),
-        ("samples.csv", samples.replace("\n0.5,", "\nNaN,")),
-        ("samples.csv", samples.replacen(",v", ",w", 1)),
-        ("events.csv", "event,time,kind\n0,1,stick\n".to_owned()),
-        ("summary.json", "[]".to_owned()),
-    ];
-    for (name, text) in hostile {
-        let path = lost.join(name);
-        let whole = std::fs::read_to_string(&path).unwrap();
-        assert_ne!(whole, text, "{name}");
-        std::fs::write(&path, text).unwrap();
-        refused("lost", &[name, again]);
-        std::fs::write(&path, whole).unwrap();
-    }
+    let set = std::fs::read_to_string(problem("set.toml")).unwrap();
+    folder.write("set.toml", &set);
+    refused("empty", &["no problem in the set.toml beside it"]);
+    // A set without its cases.
+    std::fs::create_dir(folder.path("01-launched-mass")).unwrap();
+    refused("01-launched-mass", &["01-launched-mass.toml", "take the set again"]);
+    folder.write("set.toml", set.replacen("version", "edition", 1));
+    refused("empty", &["set.toml", "take the file of a published benchmark set"]);
 }

@@ -3,7 +3,7 @@
 use crate::common::cli::{Folder, json, output, refusal, says, send};
 
 /// Decided by T_n = 2 pi sqrt(J/k_t) alone, in runs that are over in a moment.
-const QUICK: &str = r#"
+pub const QUICK: &str = r#"
 title = "the inertia of the surfaces"
 case = "paper"
 

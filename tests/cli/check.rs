@@ -13,7 +13,7 @@ axis = [
 keep = { events = true }
 "#;
 
-/// The file is sound, and has checksums.
+/// The file is sound, and has a seal.
 fn sound(folder: &Folder, name: &str) {
     let stdout = folder.ok(&["check", name]);
     assert!(stdout.contains("all checksums agree"), "{stdout}");
@@ -87,7 +87,6 @@ fn cli_sweeps_and_their_shards_pass() {
     folder.write("study.toml", STUDY);
     folder.ok("sweep study.toml -o sweep.h5 -q");
     sound(&folder, "sweep.h5");
-    // A per cent sign begins a pattern of names in HDF5.
     let names = ["50% 1.h5", "%b.h5"];
     for (shard, name) in ["1/2", "2/2"].into_iter().zip(names) {
         folder.ok(&["sweep", "study.toml", "--shard", shard, "-o", name, "-q"]);
@@ -96,10 +95,6 @@ fn cli_sweeps_and_their_shards_pass() {
     folder.ok(&["merge", names[0], names[1], "-o", "merged.h5"]);
     sound(&folder, "merged.h5");
     assert_eq!(folder.read("merged.h5"), folder.read("sweep.h5"));
-    folder.ok(&["merge", names[0], names[1], "-o", "virtual.h5", "--virtual"]);
-    sound(&folder, "virtual.h5");
-    let status = |name: &str| folder.sweep_file(name).numbers("status").unwrap();
-    assert_eq!(status("virtual.h5"), status("sweep.h5"));
 }
 
 #[test]
@@ -137,7 +132,6 @@ fn cli_what_was_changed_is_named() {
         column.write_slice(&[-1], 7..8).unwrap();
     };
     only(change(&segment), "/", "row 7 of /trajectory/segment, but -1");
-    only(change(&segment), "/trajectory/segment", "checksum");
     let steps = |file: &hdf5::File| {
         let column = file.dataset("segments/steps").unwrap();
         column.write_slice(&[-5_i64], 0..1).unwrap();
@@ -164,16 +158,8 @@ fn cli_what_was_changed_is_named() {
             .unwrap();
     };
     only(change(&text), "/input/case", "fixed length");
-    // What is said of the checksums has one, too.
-    let described = |file: &hdf5::File| {
-        let text: hdf5::types::VarLenUnicode = "path".parse().unwrap();
-        let sums = file.dataset("meta/checksums").unwrap();
-        sums.attr("long_name").unwrap().write_scalar(&text).unwrap();
-    };
-    only(change(&described), "/meta/checksums", "checksum");
     let unlink = |file: &hdf5::File| file.unlink("events/kind").unwrap();
     only(change(&unlink), "/events/kind", "missing");
-    only(change(&unlink), "/events/kind", "checksum");
     let short = |file: &hdf5::File| file.dataset("trajectory/phi1").unwrap().resize([3]).unwrap();
     only(change(&short), "/trajectory/phi1", "3 rows");
     let count = |file: &hdf5::File| {
@@ -185,7 +171,6 @@ fn cli_what_was_changed_is_named() {
             .unwrap();
     };
     only(change(&count), "/stick_slip", "/events has 0");
-    only(change(&count), "/stick_slip", "checksum");
     let unit = |file: &hdf5::File| {
         let unit: hdf5::types::VarLenUnicode = "rpm".parse().unwrap();
         file.dataset("trajectory/theta_dot")
@@ -198,7 +183,32 @@ fn cli_what_was_changed_is_named() {
     only(change(&unit), "/trajectory/theta_dot", "units is \"rpm\"");
 }
 
-/// Modes, kinds of events and segments are one story. The checksums, which find the change too, say less.
+/// A run that is killed between two flushes may leave segments without their events: it is whole up to there.
+#[test]
+fn cli_events_that_lag_behind_segments_are_those_of_a_killed_run() {
+    let folder = Folder::new();
+    folder.ok("run -o run.h5 -q");
+    let count = folder.result("run.h5").events().unwrap().len();
+    for lost in [1, 2, 7, count - 1, count] {
+        folder.write("killed.h5", folder.read("run.h5"));
+        let file = unlocked::open_rw(folder.path("killed.h5")).unwrap();
+        let status: hdf5::types::VarLenUnicode = "interrupted".parse().unwrap();
+        file.attr("status").unwrap().write_scalar(&status).unwrap();
+        let events = file.group("events").unwrap();
+        for name in events.member_names().unwrap() {
+            let column = events.dataset(&name).unwrap();
+            // The times of the witness do not grow.
+            let _ = column.resize([count - lost]);
+        }
+        drop(events);
+        file.close().unwrap();
+        let stdout = folder.ok("check killed.h5");
+        assert!(stdout.contains("interrupted"), "{stdout}");
+        assert_eq!(folder.result("killed.h5").events().unwrap().len(), count - lost);
+    }
+}
+
+/// Modes, kinds of events and segments are one story.
 #[test]
 fn cli_a_change_of_mode_without_its_event_is_named() {
     let folder = Folder::new();
@@ -282,8 +292,8 @@ fn property_a_changed_byte_of_a_text_or_of_numbers_is_found() {
     }
 }
 
-/// The index of the chunks has no checksum in HDF5, and what it has lost is read as zeros: a changed bit of a key is
-/// found, or changes no value.
+/// The index of the chunks has no checksum in HDF5, and what it has lost is read as zeros. The seal finds every changed bit of a
+/// key.
 #[test]
 fn property_a_changed_bit_of_the_index_of_chunks_is_found() {
     let folder = Folder::new();
@@ -293,7 +303,6 @@ fn property_a_changed_bit_of_the_index_of_chunks_is_found() {
         let opened = unlocked::open(folder.path(name));
         opened.unwrap().dataset("trajectory/theta").unwrap()
     };
-    let values = read("run.h5").read_raw::<f64>().unwrap();
     let chunk = read("run.h5").chunk_info(0).unwrap();
     // A key (bytes of the chunk, filters left out, first row, 0) and the address of the chunk.
     let address = (0..sound.len())
@@ -304,41 +313,50 @@ fn property_a_changed_bit_of_the_index_of_chunks_is_found() {
             }
         })
         .unwrap();
-    let mut found = 0;
     for bit in 0..8 * 24 {
         let mut bad = sound.clone();
         bad[address - 24 + bit / 8] ^= 1 << (bit % 8);
         folder.write("bad.h5", &bad);
         let checked = folder.stickslip("check bad.h5").output().unwrap();
         match checked.status.code() {
-            Some(0) => assert_eq!(read("bad.h5").read_raw::<f64>().unwrap(), values, "bit {bit}"),
-            Some(1) => found += 1,
+            Some(1) => {}
             code => panic!("bit {bit}: status {code:?}"),
         }
     }
-    // All of the row, at the least: that is how a chunk gets lost.
-    assert!(found >= 64, "{found} of 192 bits");
 }
 
-/// A certified copy has the checksums of the values that the run has written; there is none of damaged values.
+/// HDF5 ignores bytes after its end: only the seal shows them.
 #[test]
-fn cli_a_certified_copy_keeps_the_checksums_of_the_values() {
+fn regression_bytes_after_the_seal_are_damage() {
     let folder = Folder::new();
     folder.ok_short("-q -o run.h5");
-    folder.ok("certify run.h5 -o sound.h5 -q");
-    sound(&folder, "sound.h5");
-    {
-        let opened = unlocked::open_rw(folder.path("run.h5"));
-        let column = opened.unwrap().dataset("trajectory/normal_force").unwrap();
-        column.write_slice(&[17.0], 3..4).unwrap();
+    let sealed = folder.read("run.h5");
+    for appended in [&b"x"[..], b"\n", b"stickslip CRC-32 00000000\n", &[0; 100_000]] {
+        folder.write("bad.h5", [&sealed, appended].concat());
+        let problems = wrong(&folder, "bad.h5");
+        assert!(problems.iter().any(|p| p.1.contains("follow")), "{problems:?}");
+        folder.refused("run bad.h5 -o again.h5", &["bad.h5", "damaged"]);
     }
-    let certify = ["certify", "run.h5", "-o", "changed.h5", "-q"];
-    let (_, stderr) = output(&mut folder.stickslip(&certify), 2);
-    assert!(
-        stderr.contains("/trajectory/normal_force: is not what was written: its checksum"),
-        "{stderr}"
-    );
-    assert!(!folder.path("changed.h5").exists());
+}
+
+/// Files of earlier versions have checksums that nobody compares any more, and are read as before. A certified copy drops them:
+/// an earlier version would miss the certificate among them.
+#[test]
+fn regression_checksums_of_earlier_versions_are_ignored() {
+    let folder = Folder::new();
+    folder.ok_short("-q -o run.h5");
+    {
+        let file = unlocked::open_rw(folder.path("run.h5")).unwrap();
+        let kind = hdf5::types::TypeDescriptor::FixedUnicode(12);
+        let meta = file.group("meta").unwrap();
+        meta.new_dataset_builder().empty_as(&kind).create("checksums").unwrap();
+    }
+    let stdout = folder.ok("check run.h5");
+    assert!(stdout.contains("there is none of all bytes"), "{stdout}");
+    assert!(folder.ok("inspect run.h5").contains("checksums"));
+    folder.ok("certify run.h5 -o certified.h5 -q");
+    sound(&folder, "certified.h5");
+    assert!(!folder.ok("inspect certified.h5").contains("checksums"));
 }
 
 #[test]

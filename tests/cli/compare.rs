@@ -303,9 +303,11 @@ fn regression_a_report_waits_for_no_pipe() {
 #[test]
 fn cli_reports_are_written_and_nothing_else_is_replaced() {
     let folder = with_reference();
-    folder.write("a&b.csv", events_csv(&word_of(paper())));
+    // The name of a file cannot become markup.
+    let candidate = "a&b<img>|c\n# d.csv";
+    folder.write(candidate, events_csv(&word_of(paper())));
     for name in ["report.html", "report.md"] {
-        let arguments = ["compare", "paper.h5", "a&b.csv", "-q", "--report", name];
+        let arguments = ["compare", "paper.h5", candidate, "-q", "--report", name];
         folder.ok(&arguments);
         let text = std::fs::read_to_string(folder.path(name)).unwrap();
         says(&text, &["the event sequences agree", "final stick"]);
@@ -314,9 +316,14 @@ fn cli_reports_are_written_and_nothing_else_is_replaced() {
         folder.ok(&arguments);
     }
     let html = std::fs::read_to_string(folder.path("report.html")).unwrap();
-    assert!(html.contains("a&amp;b.csv") && !html.contains("http"));
+    assert!(html.contains("a&amp;b&lt;img&gt;|c") && !html.contains("<img") && !html.contains("http"));
+    let markdown = std::fs::read_to_string(folder.path("report.md")).unwrap();
+    assert!(
+        markdown.contains("b\\<img\\>\\|c") && !markdown.contains("\n# d"),
+        "{markdown}"
+    );
     folder.write("mine.md", "my notes");
-    let refused = |name: &str| refusal(&mut folder.stickslip(&["compare", "paper.h5", "a&b.csv", "--report", name]));
+    let refused = |name: &str| refusal(&mut folder.stickslip(&["compare", "paper.h5", candidate, "--report", name]));
     assert!(refused("mine.md").contains("--force"));
     assert!(refused("report.pdf").contains(".html or .md"));
     assert!(refused("nowhere/report.md").contains("folder"));
@@ -463,7 +470,7 @@ fn cli_damaged_files_are_refused() {
     folder.write("twice.npz", &twice);
     folder.refused(
         "compare paper.h5 twice.npz",
-        &["twice.npz, time", "twice", "numpy.savez"],
+        &["twice.npz", "duplicate file names", "numpy.savez"],
     );
     let mut renamed = whole.clone();
     let at = (0..whole.len()).rfind(|&at| whole[at..].starts_with(second)).unwrap();
@@ -675,5 +682,78 @@ fn cli_wrong_mappings_are_refused_by_line_and_name() {
     ] {
         let assignment = format!("{option}={value}");
         refusal(&mut folder.stickslip(&["compare", "paper.h5", "series.csv", &assignment]));
+    }
+}
+
+/// The candidate is not to blame for a temporary folder that is not there or takes nothing; both names are said.
+#[cfg(unix)]
+#[test]
+fn cli_a_temporary_folder_that_fails_is_named() {
+    let folder = with_reference();
+    let rows = rows_of(paper(), 6.966);
+    let times = rows.iter().map(|row| row.0).collect();
+    let speeds = rows.iter().map(|row| row.1[5]).collect();
+    npz(
+        &folder.path("packed.npz"),
+        &[("time", times), ("relative_velocity", speeds)],
+        true,
+    );
+    folder.ok("compare paper.h5 packed.npz -q --quick");
+    let words = "the folder for temporary files & TMPDIR";
+    let arguments = ["compare", "paper.h5", "packed.npz", "--quick"];
+    says(&refusal(folder.stickslip(&arguments).env("TMPDIR", "/none")), words);
+    says(
+        &output(
+            folder
+                .stickslip("export paper.h5 -o x.csv --rate 1e4")
+                .env("TMPDIR", "/none"),
+            1,
+        )
+        .1,
+        words,
+    );
+    // A full disk.
+    let program = env!("CARGO_BIN_EXE_stickslip");
+    let limited = std::process::Command::new("sh")
+        .args(["-c", &format!("ulimit -f 0; exec {program} {}", arguments.join(" "))])
+        .current_dir(folder.path("."))
+        .output()
+        .unwrap();
+    let stderr = String::from_utf8(limited.stderr).unwrap();
+    says(&stderr, words);
+    assert!(!stderr.contains("damaged"), "{stderr}");
+}
+
+/// A velocity tolerance above all speeds of the reference makes a stick of every slip.
+#[test]
+fn cli_a_velocity_tolerance_above_all_speeds_is_refused() {
+    let folder = with_reference();
+    folder.write("mine.csv", series());
+    for tolerance in ["1e99", "1e3", "'1e9 rpm'"] {
+        folder.refused(
+            &format!("compare paper.h5 mine.csv --quick --velocity-tolerance {tolerance}"),
+            "velocity tolerance & every slip is a stick & never faster than",
+        );
+    }
+    folder.ok("compare paper.h5 mine.csv --quick -q --velocity-tolerance 1e-3");
+}
+
+/// Comments have no end of their own.
+#[test]
+fn cli_a_header_below_many_comments_is_found() {
+    let folder = with_reference();
+    folder.write("mine.csv", "# said by my solver\n".repeat(5000) + &series());
+    agrees(&compared(&folder, &["mine.csv", "--quick"]));
+}
+
+#[test]
+fn cli_a_search_for_causes_takes_a_limit_of_time() {
+    let folder = with_reference();
+    folder.write("mine.csv", series());
+    let arguments = ["mine.csv", "--max-wall-time", "5 min"];
+    agrees(&compared(&folder, &arguments));
+    for wrong in ["soon", "0", "-1", "3 kg"] {
+        let option = format!("--max-wall-time={wrong}");
+        folder.refused(&["compare", "paper.h5", "mine.csv", &option], "--max-wall-time");
     }
 }

@@ -2,7 +2,6 @@
 
 use crate::common::cli::{Folder, json, refusal, says};
 use crate::common::compare::{csv, paper, rows_of};
-use crate::common::explicit::{Group, Lsda, t01_head, t01_state, xy_table};
 use stickslip::results::ResultFile;
 
 /// Where the samples begin that a candidate has, s: after the kick, at 6.966 s, and before the first event.
@@ -54,25 +53,9 @@ fn refused(folder: &Folder, arguments: &[&str]) -> String {
 /// 32-bit speeds of some rad/s differ by their last digits, 1e-7 rad/s, from what they are in stick.
 const TOLERANCE: [&str; 2] = ["--velocity-tolerance", "1e-6"];
 
-const GROUPS: [(i32, &[i32]); 2] = [(103, &[9, 30]), (101, &[3, 24])];
-
-fn groups() -> Vec<Group> {
-    let members = [vec![(11, "rotor surface"), (12, "stator surface")], vec![(7, "")]];
-    let titles = ["surfaces", "lining"];
-    let groups = GROUPS.into_iter().zip(members).zip(titles);
-    groups
-        .map(|(((of, codes), members), title)| Group {
-            of,
-            title,
-            members,
-            codes: codes.to_vec(),
-        })
-        .collect()
-}
-
-/// The history of a run of OpenRadioss, its times counted from `origin` (s).
-fn t01(rows: &[[f64; 5]], origin: f64) -> Vec<u8> {
-    let mut file = t01_head(4021, &groups());
+/// The history of a run as CSV of 32-bit numbers, with impulses in place of forces, its times counted from `origin` (s).
+fn history_csv(rows: &[[f64; 5]], origin: f64) -> String {
+    let mut text = "time,rotor VRZ,stator VRZ,lining FNZ,lining MZ\n".to_owned();
     let (mut normal, mut friction) = (0.0, 0.0);
     let mut before: Option<&[f64; 5]> = None;
     for row in rows {
@@ -81,26 +64,27 @@ fn t01(rows: &[[f64; 5]], origin: f64) -> Vec<u8> {
             normal += half * (row[3] + b[3]);
             friction += half * (row[4] + b[4]);
         }
-        let bodies = [0.0, row[1], 0.0, row[2]];
-        t01_state(&mut file, row[0] - origin, &[&bodies, &[normal, -friction]]);
+        let values = [row[0] - origin, row[1], row[2], normal, -friction];
+        let values = values.map(|value| f64::from(value as f32).to_string());
+        text += &format!("{}\n", values.join(","));
         before = Some(row);
     }
-    file
+    text
 }
 
-const T01_MAP: &str = "[channels]\nphi2_dot = \"rbody/11/VRZ\"\nphi1_dot = \"stator surface/VRZ\"\nnormal_impulse = \
-                       \"inter/7/FNZ\"\nfriction_impulse = \"MZ\"\n";
+const MAP: &str = "[channels]\nphi2_dot = \"rotor VRZ\"\nphi1_dot = \"stator VRZ\"\nnormal_impulse = \"lining FNZ\"\n\
+                   friction_impulse = \"lining MZ\"\n";
 
 #[test]
-fn cli_a_time_history_of_openradioss() {
+fn cli_a_history_of_impulses_in_32_bits() {
     let folder = with_reference();
     let rows = history();
-    folder.write("brakeT01", t01(&rows, 0.0));
-    folder.write("map.toml", T01_MAP);
-    let arguments = [&["brakeT01", "--map", "map.toml"][..], &TOLERANCE].concat();
+    folder.write("brake.csv", history_csv(&rows, 0.0));
+    folder.write("map.toml", MAP);
+    let arguments = [&["brake.csv", "--map", "map.toml"][..], &TOLERANCE].concat();
     let c = compared(&folder, &arguments);
     agrees(&c);
-    assert_eq!(c["format"], "OpenRadioss T01");
+    assert_eq!(c["format"], "CSV");
     // 32-bit numbers between 4 and 8 are 2^-21 apart, and every time is rounded by half of that at most.
     let resolution = &c["resolution"];
     assert_eq!(resolution["seconds"].as_f64(), Some(2f64.powi(-21)));
@@ -140,14 +124,6 @@ fn cli_a_time_history_of_openradioss() {
         &stdout,
         "below the resolution of its file & friction_impulse has the opposite sign",
     );
-
-    // An impulse is no force, and a name has to be clear.
-    let why = refused(&folder, &["brakeT01", "--column", "friction_torque=inter/7/MZ"]);
-    assert!(why.contains("normal_impulse or friction_impulse"), "{why}");
-    let why = refused(&folder, &["brakeT01", "--column", "phi1_dot=VRZ"]);
-    assert!(why.contains("VRZ"), "{why}");
-    let why = refused(&folder, &["brakeT01"]);
-    assert!(why.contains("rbody/11/VRZ"), "{why}");
 }
 
 /// Where its clock starts at the stick-slip, 32 bits resolve it.
@@ -155,9 +131,9 @@ fn cli_a_time_history_of_openradioss() {
 fn cli_a_clock_that_starts_elsewhere() {
     let folder = with_reference();
     let rows = history();
-    folder.write("brakeT01", t01(&rows, START));
-    folder.write("map.toml", T01_MAP);
-    let arguments = [&["brakeT01", "--map", "map.toml"][..], &TOLERANCE].concat();
+    folder.write("brake.csv", history_csv(&rows, START));
+    folder.write("map.toml", MAP);
+    let arguments = [&["brake.csv", "--map", "map.toml"][..], &TOLERANCE].concat();
     let c = compared(&folder, &arguments);
     let (verdict, offset) = (c["verdict"].as_str().unwrap(), &c["found_time_offset"]);
     says(verdict, &["its clock starts elsewhere: with 6.96649"]);
@@ -178,40 +154,13 @@ fn cli_a_clock_that_starts_elsewhere() {
         // A sample that is still within the tolerance comes up to 2e-7 s after a breakaway.
         assert!(max < 5e-7, "{given}: {max}");
     }
-    folder.write("offset.toml", format!("time_offset = \"auto\"\n{T01_MAP}"));
+    folder.write("offset.toml", format!("time_offset = \"auto\"\n{MAP}"));
     agrees(&compared(
         &folder,
-        &[&["brakeT01", "--map", "offset.toml", "--quick"][..], &TOLERANCE].concat(),
+        &[&["brake.csv", "--map", "offset.toml", "--quick"][..], &TOLERANCE].concat(),
     ));
     let why = refused(&folder, &[&arguments[..], &["--time-offset", "yesterday"]].concat());
     assert!(why.contains("--time-offset"), "{why}");
-}
-
-#[test]
-fn cli_a_damaged_time_history_is_refused_with_the_place() {
-    let folder = with_reference();
-    let rows = history();
-    let whole = t01(&rows[..50], 0.0);
-    let column = ["--column", "relative_velocity=11/VRZ"];
-    let head = t01_head(4021, &groups()).len();
-    // 2 markers of 4 bytes, 1 + 22 + 2 + 1 + 4 + 2 values of 4 bytes, in 6 records.
-    let state = 6 * 8 + 4 * 32;
-    assert_eq!(whole.len(), head + 50 * state);
-    folder.write("cut", &whole[..head + 10 * state + 33]);
-    let why = refused(&folder, &[&["cut"][..], &column].concat());
-    let end = head + 10 * state;
-    assert!(
-        why.contains(&format!("byte {end}")) && why.contains(&format!("head -c {end}")),
-        "{why}"
-    );
-    folder.write("short", &whole[..300]);
-    let why = refused(&folder, &[&["short"][..], &column].concat());
-    assert!(why.contains("byte"), "{why}");
-    let mut other = whole.clone();
-    other[head + 3 * state + 12] ^= 1;
-    folder.write("other", other);
-    let why = refused(&folder, &[&["other"][..], &column].concat());
-    assert!(why.contains(&format!("byte {}", head + 3 * state + 12)), "{why}");
 }
 
 /// What th_to_csv of OpenRadioss makes: names in quotes, filled with blanks, and `%e`.
@@ -282,196 +231,36 @@ fn cli_few_digits_are_called_so() {
     assert!(compared(&folder, &["all.csv"])["resolution"].is_null());
 }
 
-fn nodout(rows: &[[f64; 5]], kind: Lsda, first: u32) -> Vec<u8> {
-    let state = |row: &[f64; 5]| (row[0], vec![("rz_velocity", vec![0.0, row[1], row[2]])]);
-    let states: Vec<_> = rows.iter().map(state).collect();
-    kind.file("nodout", &[5, 11, 12], &states, first)
-}
-
+/// Formats of finite-element codes are known by their first bytes or by their names, and the error says how they become CSV.
 #[test]
-fn cli_binary_histories_of_ls_dyna() {
+fn cli_histories_that_have_to_be_converted() {
     let folder = with_reference();
-    let rows = history();
-    let columns = [
-        "--column",
-        "phi2_dot=nodout/11/rz_velocity",
-        "--column",
-        "phi1_dot=nodout/12/rz_velocity",
-    ];
-    for little in [true, false] {
-        for double in [true, false] {
-            let kind = Lsda { little, double };
-            let run = format!("run{}{}", u8::from(little), u8::from(double));
-            std::fs::create_dir(folder.path(&run)).unwrap();
-            // A parallel run writes several files, and a long one continues them.
-            let half = rows.len() / 2;
-            folder.write(&format!("{run}/binout0000"), nodout(&rows[..half], kind, 1));
-            folder.write(
-                &format!("{run}/binout0000%001"),
-                nodout(&rows[half..], kind, half as u32 + 1),
-            );
-            let force = |row: &[f64; 5]| (row[0], vec![("z_force", vec![row[3], -row[3]])]);
-            let forces: Vec<_> = rows.iter().map(force).collect();
-            folder.write(&format!("{run}/binout0003"), kind.file("rcforc", &[1, 1], &forces, 1));
-            let file = format!("{run}/binout0000");
-            let mut arguments = vec![file.as_str()];
-            arguments.extend(columns);
-            arguments.extend(["--column", "normal_force=rcforc/z_force[0]"]);
-            arguments.extend(TOLERANCE);
-            let c = compared(&folder, &arguments);
-            agrees(&c);
-            assert_eq!(c["format"], "LS-DYNA binout");
-            let resolution = c["resolution"]["seconds"].as_f64();
-            assert_eq!(resolution, (!double).then(|| 2f64.powi(-21)), "{little} {double}");
-        }
+    let mut t01 = 84_u32.to_be_bytes().to_vec();
+    t01.extend(4021_u32.to_be_bytes());
+    folder.write("brakeT01", t01);
+    folder.write("binout0000", [8, 8, 8, 1, 1, 1, 0, 0]);
+    folder.write("single", [8, 8, 8, 1, 1, 0, 0, 0]);
+    folder.write("binout0001", [4, 4, 4, 1, 1, 1, 0, 0]);
+    folder.write(
+        "abaqus.rpt",
+        "\n                 X               VR3 rotor\n\n   0.   1.5E-03\n",
+    );
+    for (file, format, command) in [
+        ("brakeT01", "OpenRadioss", "th_to_csv FILE"),
+        ("binout0000", "LS-DYNA", "to_csv(\"binout.csv\")"),
+        ("single", "LS-DYNA", "from lasso.dyna import Binout"),
+        ("binout0001", "LS-DYNA", "Binout(\"binout*\")"),
+        ("abaqus.rpt", "Abaqus", "awk -v OFS=, "),
+    ] {
+        let why = refused(&folder, &[file]);
+        says(&why, &[file, format, "does not read", "convert it to CSV", command]);
     }
-    let file = "run11/binout0000";
-    let why = refused(&folder, &[file, "--column", "phi1_dot=rz_velocity"]);
-    says(&why, &["nodout/ID/rz_velocity", "5, 11, 12"]);
-    let why = refused(&folder, &[file]);
-    assert!(why.contains("nodout/5/rz_velocity"), "{why}");
-    let one = nodout(
-        &rows[..20],
-        Lsda {
-            little: true,
-            double: true,
-        },
-        1,
-    );
-    folder.write("cut", &one[..one.len() - 30]);
-    let why = refused(&folder, &["cut", columns[0], columns[1]]);
-    assert!(why.contains("byte"), "{why}");
-    // Interfaces at another interval.
-    std::fs::create_dir(folder.path("two")).unwrap();
-    folder.write(
-        "two/binout0000",
-        nodout(
-            &rows[..20],
-            Lsda {
-                little: true,
-                double: true,
-            },
-            1,
-        ),
-    );
-    let coarse: Vec<_> = rows[..20]
-        .iter()
-        .step_by(2)
-        .map(|row| (row[0], vec![("z_force", vec![row[3]])]))
-        .collect();
-    folder.write(
-        "two/binout0001",
-        Lsda {
-            little: true,
-            double: true,
-        }
-        .file("rcforc", &[1], &coarse, 1),
-    );
-    let why = refused(
-        &folder,
-        &[
-            "two/binout0000",
-            columns[0],
-            columns[1],
-            columns[2],
-            columns[3],
-            "--column",
-            "normal_force=z_force",
-        ],
-    );
-    assert!(why.contains("in 10") && why.contains("one database"), "{why}");
-}
-
-#[test]
-fn cli_xy_reports_of_abaqus() {
-    let folder = with_reference();
-    let rows = history();
-    let names = ["VR3 rotor N1", "VR3 stator N2", "CFN3"];
-    let row = |(k, row): (usize, &[f64; 5])| {
-        // The contact force at every other sample.
-        vec![
-            Some(row[0]),
-            Some(row[1]),
-            Some(row[2]),
-            k.is_multiple_of(2).then_some(row[3]),
-        ]
-    };
-    let table: Vec<Vec<Option<f64>>> = rows.iter().enumerate().map(row).collect();
-    let half = table.len() / 2;
-    // Two pages, nine digits.
-    let text = xy_table(&names, &table[..half], 9) + &xy_table(&names, &table[half..], 9);
-    folder.write("abaqus.rpt", &text);
-    let columns = [
-        "--column",
-        "phi2_dot=VR3 rotor N1",
-        "--column",
-        "phi1_dot=VR3 stator N2",
-    ];
-    let arguments = [&["abaqus.rpt"][..], &columns, &["--velocity-tolerance", "1e-7"]].concat();
-    let c = compared(&folder, &arguments);
-    agrees(&c);
-    assert_eq!(c["format"], "Abaqus XY report");
-    // Nine digits at 7 s: 1e-8 s, of which the step of 2.5 us is a multiple or nearly.
-    let max = c["event_errors"]["max"].as_f64().unwrap();
-    assert!(max < 5e-8, "{max}");
-    // Five digits are too little for a clock that starts at 0, and resolve 1e-6 s of one that starts at the stick-slip.
-    let from_start = |row: &Vec<Option<f64>>| {
-        let mut row = row.clone();
-        row[0] = row[0].map(|time| time - START);
-        row
-    };
-    let late: Vec<Vec<Option<f64>>> = table.iter().map(from_start).collect();
-    folder.write("five.rpt", xy_table(&names, &late, 5));
-    let five = [
-        &["five.rpt"][..],
-        &columns,
-        &["--velocity-tolerance", "1e-4", "--time-offset", "auto"],
-    ]
-    .concat();
-    let c = compared(&folder, &five);
-    assert_eq!(c["resolution"]["of"], "numbers of 5 digits");
-    assert!((c["resolution"]["seconds"].as_f64().unwrap() / 1e-6 - 1.0).abs() < 1e-9);
-    assert_eq!(
-        (&c["missing"], &c["spurious"]),
-        (&0.into(), &0.into()),
-        "{}",
-        c["verdict"]
-    );
-
-    // Two tables of the same times, side by side.
-    let of = |columns: [usize; 2]| {
-        table
-            .iter()
-            .map(|row| columns.map(|k| row[k]).to_vec())
-            .collect::<Vec<_>>()
-    };
-    let apart = xy_table(&["w2"], &of([0, 1]), 9) + &xy_table(&["w1"], &of([0, 2]), 9);
-    folder.write("apart.rpt", apart);
-    agrees(&compared(
-        &folder,
-        &[
-            "apart.rpt",
-            "--column",
-            "phi2_dot=w2",
-            "--column",
-            "phi1_dot=w1",
-            "--velocity-tolerance",
-            "1e-7",
-        ],
-    ));
-
-    folder.write("twice.rpt", text.repeat(2));
-    let why = refused(&folder, &[&["twice.rpt"][..], &columns].concat());
-    assert!(why.contains("appendMode=OFF") && why.contains("line"), "{why}");
-    folder.write(
-        "field.rpt",
-        "*****************\nField Output Report, written Wed Dec 10 19:12:19 2025\n\nSource 1\n",
-    );
-    let why = refused(&folder, &[&["field.rpt"][..], &columns].concat());
-    assert!(why.contains("field output report"), "{why}");
-    folder.write("torn.rpt", &text[..text.len() / 3]);
-    let why = refused(&folder, &[&["torn.rpt"][..], &columns].concat());
-    assert!(why.contains("line"), "{why}");
+    // Names alone do not decide.
+    let text = "X time relative_velocity\n1 6.967 0.5\n2 6.968 0.5\n";
+    for file in ["binout.csv", "x.csv"] {
+        folder.write(file, text);
+        assert_eq!(compared(&folder, &[file])["format"], "CSV");
+    }
 }
 
 /// The friction of `paper` in the words of the three codes, as the manual has it.

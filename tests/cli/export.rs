@@ -216,11 +216,7 @@ fn cli_export_of_trains() {
 #[test]
 fn cli_export_writes_each_format_and_replaces_its_own() {
     let folder = with_run();
-    for (name, magic) in [
-        ("x.npz", &b"PK\x03\x04"[..]),
-        ("x.mat", b"MATLAB 5.0 MAT-file"),
-        ("x.parquet", b"PAR1"),
-    ] {
+    for (name, magic) in [("x.npz", &b"PK\x03\x04"[..]), ("x.mat", b"MATLAB 5.0 MAT-file")] {
         for _ in 0..2 {
             folder.ok(&["export", "run.h5", "-o", name, "--table", "events"]);
             assert!(folder.read(name).starts_with(magic), "{name}");
@@ -229,7 +225,7 @@ fn cli_export_writes_each_format_and_replaces_its_own() {
     folder.ok("export run.h5 -o data --format csv --table segments");
     folder.ok("export run.h5 -o data --format csv --table segments");
     // What is not its own, it leaves.
-    for name in ["own.csv", "own.npz", "own.mat", "own.parquet"] {
+    for name in ["own.csv", "own.npz", "own.mat"] {
         folder.write(name, "time,x\n0,1\n");
         folder.refused(&["export", "run.h5", "-o", name], &["--force"]);
         assert_eq!(folder.read(name), b"time,x\n0,1\n");
@@ -237,6 +233,8 @@ fn cli_export_writes_each_format_and_replaces_its_own() {
     }
     for (arguments, words) in [
         (&["run.h5", "-o", "run.h5"][..], "names no format"),
+        (&["run.h5", "-o", "x.parquet"], "to_parquet"),
+        (&["run.h5", "-o", "x", "--format", "parquet"], "to_parquet"),
         (
             &["run.h5", "-o", "run.h5", "--format", "csv", "--force"],
             "the file to be exported",
@@ -259,6 +257,40 @@ fn cli_export_writes_each_format_and_replaces_its_own() {
         );
         assert!(stderr.contains(words), "{arguments:?}: {stderr}");
     }
+}
+
+/// Times and rates with their units are those in SI units.
+#[test]
+fn cli_export_takes_units() {
+    let folder = Folder::new();
+    folder.ok_short("-q -o run.h5");
+    let rows = |arguments: &[&str]| folder.ok(&[&["export", "run.h5", "-o", "-", "-q"], arguments].concat());
+    let plain = rows(&["--window", "0.01:0.02", "--rate", "48000"]);
+    assert_eq!(plain.lines().count(), 482);
+    for (window, rate) in [("0.01 s:20 ms", "48 kHz"), ("10ms : 20000 us", "48e3 Hz")] {
+        assert_eq!(rows(&["--window", window, "--rate", rate]), plain);
+    }
+    let interval = rows(&["--window", ":0.02 s", "--interval", "0.5 ms"]);
+    assert_eq!(interval, rows(&["--window", ":0.02", "--interval", "5e-4"]));
+    for (option, value, word) in [
+        ("--rate", "48 kg", "a frequency in Hz"),
+        ("--rate", "0 Hz", "greater than 0"),
+        ("--interval", "-1 ms", "greater than 0"),
+        ("--window", "0 s 1 s", "a colon"),
+        ("--window", "0 Hz:1 s", "a time in s"),
+    ] {
+        folder.refused(&["export", "run.h5", "-o", "-", option, value], word);
+    }
+}
+
+/// What a package takes from the manual is there, and leads nowhere that the package does not have.
+#[track_caller]
+fn sections_of_the_manual(page: &str, headings: &[&str]) {
+    for heading in headings {
+        let (_, section) = page.split_once(&format!("{heading}\n")).expect(heading);
+        assert!(section.len() > 800, "{heading}: {section}");
+    }
+    assert!(!page.contains("]("), "{page}");
 }
 
 /// A package is whole, describes itself, and is refused without a certificate.
@@ -321,7 +353,9 @@ fn cli_export_benchmark_is_a_package() {
         .unwrap();
     assert_eq!(damping["unit"], "N m s/rad");
     assert_eq!(damping["value"], 22.59696580552334);
-    assert!(read("equations.md").contains("rotor surface  J phi_2''"));
+    let equations = read("equations.md");
+    assert!(equations.contains("rotor surface  J phi_2''"));
+    sections_of_the_manual(&equations, &["## Equations", "## Friction laws"]);
     // The script solves the system, in whichever form the case is written.
     let case = Case::read(&CaseSource::text(&file.resolved().unwrap()), &[]).unwrap();
     folder.write("general.toml", case.in_general_form().resolved());
@@ -330,6 +364,11 @@ fn cli_export_benchmark_is_a_package() {
     folder.ok("export certified-general.h5 --benchmark -o general");
     assert_eq!(folder.read("general/example.py"), folder.read("bench/example.py"));
     assert!(text(&folder.read("general/parameters.json")).contains("rotor.inertia"));
+    let equations = text(&folder.read("general/equations.md"));
+    sections_of_the_manual(
+        &equations,
+        &["## Trains", "### Contacts without stick", "## Friction laws"],
+    );
     // A folder with anything else in it is left alone.
     std::fs::create_dir(folder.path("mine")).unwrap();
     folder.write("mine/thesis.tex", "x");
@@ -355,4 +394,40 @@ fn regression_export_says_how_a_run_has_every_time() {
     output(&mut export("dense.h5"), 0);
     let rows = columns(&std::fs::read_to_string(folder.path("x.csv")).unwrap())["time"].len();
     assert_eq!(rows, 30_001);
+}
+
+/// A kill leaves nothing, and neither does a full disk, of which one line tells.
+#[cfg(target_os = "linux")]
+#[test]
+fn cli_an_export_that_does_not_end_leaves_nothing() {
+    let folder = Folder::new();
+    folder.ok("run paper -q -o run.h5 --set output.interval=1e-4");
+    for (format, wait) in [("csv", 100), ("csv", 300), ("npz", 100), ("mat", 100)] {
+        let mut child = folder.start(&format!("export run.h5 -o x.{format}"));
+        std::thread::sleep(std::time::Duration::from_millis(wait));
+        let _ = child.kill();
+        if child.wait().unwrap().success() {
+            std::fs::remove_file(folder.path(&format!("x.{format}"))).unwrap();
+        }
+        assert_eq!(folder.names(), ["run.h5"], "{format}, {wait} ms");
+    }
+    let program = env!("CARGO_BIN_EXE_stickslip");
+    for format in ["csv", "npz", "mat"] {
+        let limited = std::process::Command::new("bash")
+            .args([
+                "-c",
+                &format!("ulimit -f 64; exec {program} export run.h5 -o x.{format}"),
+            ])
+            .current_dir(folder.path("."))
+            .output()
+            .unwrap();
+        let stderr = String::from_utf8(limited.stderr).unwrap();
+        assert_eq!(limited.status.code(), Some(1), "{stderr}");
+        assert!(
+            stderr.starts_with(&format!("stickslip: x.{format}: writing failed")),
+            "{stderr}"
+        );
+        assert_eq!(stderr.lines().count(), 1, "{stderr}");
+        assert_eq!(folder.names(), ["run.h5"]);
+    }
 }

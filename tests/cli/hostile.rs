@@ -104,7 +104,7 @@ fn cli_a_value_that_is_not_finite_fails_the_run() {
 /// Overwrites the times of a result.
 fn with_times(folder: &Folder, name: &str, time: impl Fn(usize) -> f64) {
     std::fs::copy(folder.path("good.h5"), folder.path(name)).unwrap();
-    let file = unlocked::open_unsummed(folder.path(name)).unwrap();
+    let file = unlocked::open_rw(folder.path(name)).unwrap();
     let times = file.dataset("trajectory/time").unwrap();
     let changed: Vec<f64> = (0..times.size()).map(time).collect();
     times.write(&changed).unwrap();
@@ -266,24 +266,6 @@ fn cli_a_link_at_the_name_of_a_lock_is_not_followed() {
     std::os::unix::fs::symlink(folder.path("elsewhere"), folder.path(".x.partial.h5.lock")).unwrap();
     folder.refused_short("-o x.h5", &[".x.partial.h5.lock"]);
     assert!(!folder.path("elsewhere").exists());
-}
-
-#[test]
-fn cli_shards_whose_names_have_a_per_cent_sign_are_found() {
-    let folder = Folder::new();
-    folder.write(
-        "s.toml",
-        "case = \"paper\"\n[set]\noutput.end_time = 0.01\n[[axis]]\nkey = \"torsion.damping\"\nvalues = [20, 21]\n",
-    );
-    let names = ["50%b.h5", "a%%20%2.h5"];
-    for (shard, name) in ["1/2", "2/2"].into_iter().zip(names) {
-        folder.ok(&["sweep", "s.toml", "-q", "--shard", shard, "-o", name]);
-    }
-    let [a, b] = names;
-    folder.ok(&["merge", "--virtual", "-q", "-o", "all.h5", a, b]);
-    let file = unlocked::open(folder.path("all.h5")).unwrap();
-    let status: Vec<i8> = file.dataset("status").unwrap().read_raw().unwrap();
-    assert_eq!(status, [0, 0]);
 }
 
 /// A limit on the size of files, whose signal would end a program without a word.

@@ -104,9 +104,11 @@ fn regression_names_of_another_encoding_are_listed() {
     says(&stdout, &["zusatz_\u{fffd}", "zusatz_U\u{fffd}W", "not UTF-8", "time"]);
     let (code, stdout, _) = survive(&folder.path(""), &["check", "run.h5"]);
     assert!(code == 1 && stdout.contains("is not UTF-8"), "{stdout}");
-    refused(&folder, &["compare", "run.h5", "other.h5"], &["run.h5", "is not UTF-8"]);
-    let (code, _, stderr) = survive(&folder.path(""), &["compare", "sound.h5", "other.h5", "--quick"]);
-    assert_eq!(code, 0, "{stderr}");
+    // Another program has written to the reference, and with that has taken its seal away: it is taken as it is.
+    for reference in ["run.h5", "sound.h5"] {
+        let (code, _, stderr) = survive(&folder.path(""), &["compare", reference, "other.h5", "--quick"]);
+        assert_eq!(code, 0, "{reference}: {stderr}");
+    }
 }
 
 #[test]
@@ -231,11 +233,8 @@ fn regression_more_events_than_are_stored_are_an_error() {
 fn merge_changed(folder: &Folder, change: impl Fn(&hdf5::File), words: &[&str]) {
     std::fs::copy(folder.path("1.h5"), folder.path("changed.h5")).unwrap();
     change(&open_rw(folder.path("changed.h5")).unwrap());
-    for more in [&[][..], &["--virtual"]] {
-        let arguments = [&["merge", "changed.h5", "2.h5", "-o", "merged.h5"][..], more].concat();
-        refused(folder, &arguments, words);
-        assert!(!folder.path("merged.h5").exists());
-    }
+    refused(folder, &["merge", "changed.h5", "2.h5", "-o", "merged.h5"], words);
+    assert!(!folder.path("merged.h5").exists());
 }
 
 fn set_number(file: &hdf5::File, name: &str, value: i64) {
@@ -278,9 +277,10 @@ fn lose_chunk(folder: &Folder, name: &str, variable: &str) {
     folder.write(name, &bytes);
 }
 
-/// Nothing new is made from a damaged file, with the sum of its bytes or without: each command refuses it as `check` does.
+/// Nothing new is made from a file whose seal is broken: each command refuses it as `check` does.
 #[test]
 fn regression_nothing_is_made_from_a_damaged_file() {
+    const WORDS: &str = "some bytes are not those that were written";
     let folder = with_two_shards();
     folder.ok_short("-q -o run.h5");
     folder.ok("sweep study.toml -o sweep.h5 -q");
@@ -303,11 +303,7 @@ fn regression_nothing_is_made_from_a_damaged_file() {
         (
             "1.h5",
             "energy_residual",
-            &[
-                &["merge", "bad.h5", "2.h5", "-o", "new.h5"][..],
-                &["merge", "bad.h5", "2.h5", "-o", "new.h5", "--virtual"],
-                &shard,
-            ][..],
+            &[&["merge", "bad.h5", "2.h5", "-o", "new.h5"][..], &shard][..],
         ),
         (
             "sweep.h5",
@@ -339,29 +335,19 @@ fn regression_nothing_is_made_from_a_damaged_file() {
             ][..],
         ),
     ] {
-        for sealed in [true, false] {
-            folder.write("bad.h5", folder.read(file));
-            if !sealed {
-                unseal(&folder, file, "bad.h5");
-            }
-            folder.ok("check bad.h5");
-            lose_chunk(&folder, "bad.h5", variable);
-            for arguments in commands {
-                refused(
-                    &folder,
-                    arguments,
-                    &["bad.h5", &format!("/{variable}: is not what was written")],
-                );
-            }
-            // It is shown, with a warning.
-            let (code, _, stderr) = survive(&folder.path(""), &["inspect", "bad.h5"]);
-            assert!(code == 0 && stderr.contains("bad.h5: damaged"), "{stderr}");
-            let (_, stdout, _) = survive(&folder.path(""), &["inspect", "--json", "bad.h5"]);
-            let damage = crate::common::cli::json(&stdout)["damage"].to_string();
-            assert!(damage.contains(&format!("/{variable}: is not")), "{damage}");
-            // What `survive` writes, and the damaged file itself.
-            assert_eq!(folder.names().len(), before + 3, "{:?}", folder.names());
+        folder.write("bad.h5", folder.read(file));
+        lose_chunk(&folder, "bad.h5", variable);
+        for arguments in commands {
+            refused(&folder, arguments, &["bad.h5", WORDS]);
         }
+        // It is shown, with a warning.
+        let (code, _, stderr) = survive(&folder.path(""), &["inspect", "bad.h5"]);
+        assert!(code == 0 && stderr.contains("bad.h5: damaged"), "{stderr}");
+        let (_, stdout, _) = survive(&folder.path(""), &["inspect", "--json", "bad.h5"]);
+        let damage = crate::common::cli::json(&stdout)["damage"].to_string();
+        assert!(damage.contains(WORDS), "{damage}");
+        // What `survive` writes, and the damaged file itself.
+        assert_eq!(folder.names().len(), before + 3, "{:?}", folder.names());
     }
 }
 
@@ -411,7 +397,7 @@ fn property_any_changed_bit_is_found() {
     }
 }
 
-/// A file of an earlier version has no sum of its bytes, and is read as before.
+/// A file without a seal is read after a probe.
 #[test]
 fn regression_a_file_without_the_sum_of_its_bytes_is_sound() {
     let folder = with_run();
@@ -632,33 +618,30 @@ fn regression_a_pattern_of_names_leads_to_no_other_file() {
 
 /// HDF5 reads what is not there as a fill value.
 #[test]
-fn regression_a_shard_that_is_gone_is_an_error() {
-    let folder = with_two_shards();
-    folder.ok("merge 1.h5 2.h5 -o whole.h5 --virtual");
-    folder.ok("check whole.h5");
+fn regression_a_missing_source_of_a_virtual_variable_is_an_error() {
+    let folder = with_run();
+    drop(write_candidate(&folder.path("near.h5")));
+    write_virtual(&folder.path("virtual.h5"), "near.h5", ["time", "relative_velocity"]);
+    let compare = ["compare", "run.h5", "virtual.h5", "--quick"];
+    let (code, _, stderr) = survive(&folder.path(""), &compare);
+    assert_eq!(code, 0, "{stderr}");
     let wrong = |words: &[&str]| {
         for more in [&[][..], &["--follow-external"]] {
-            let (code, stdout, _) = survive(&folder.path(""), &[&["check", "whole.h5"][..], more].concat());
-            assert_eq!(code, 1, "{stdout}");
-            says(&stdout, words);
-            // Once, and not for every variable.
-            let lines = stdout
-                .lines()
-                .filter(|line| words.iter().all(|word| line.contains(word)));
-            assert!(words.contains(&"has no") || lines.count() == 1, "{stdout}");
-            refused(&folder, &[&["inspect", "whole.h5"][..], more].concat(), words);
+            refused(&folder, &[&compare[..], more].concat(), words);
         }
     };
-    std::fs::rename(folder.path("2.h5"), folder.path("away.h5")).unwrap();
-    wrong(&["2.h5", "not there"]);
+    std::fs::rename(folder.path("near.h5"), folder.path("away.h5")).unwrap();
+    wrong(&["near.h5", "not there"]);
     #[cfg(unix)]
     {
-        make_pipe(&folder, "2.h5");
-        wrong(&["2.h5", "no plain file"]);
-        std::fs::remove_file(folder.path("2.h5")).unwrap();
+        make_pipe(&folder, "near.h5");
+        wrong(&["near.h5", "no plain file"]);
+        std::fs::remove_file(folder.path("near.h5")).unwrap();
     }
-    drop(create(folder.path("2.h5")).unwrap());
-    wrong(&["2.h5", "has no"]);
+    drop(create(folder.path("near.h5")).unwrap());
+    wrong(&["near.h5", "has no"]);
+    folder.write("near.h5", "\u{89}HDF");
+    wrong(&["near.h5", "cannot be read"]);
 }
 
 /// A named pipe, made by a command that every Unix has.
@@ -696,15 +679,15 @@ fn regression_a_pipe_in_place_of_a_lock_is_not_waited_for() {
 /// This process is given the processes that are left when their parents end: none is.
 #[cfg(target_os = "linux")]
 #[test]
-fn regression_no_reading_process_is_left() {
+fn regression_no_probing_process_is_left() {
     let folder = with_run();
+    unseal(&folder, "run.h5", "unsealed.h5");
     rustix::process::set_child_subreaper(Some(rustix::process::getpid())).unwrap();
     let own = std::process::id().to_string();
     for arguments in [
-        &["inspect", "run.h5"][..],
-        &["compare", "run.h5", "run.h5"],
-        &["plot", "run.h5", "-o", "figures"],
-        &["compare", "run.h5", "missing.h5"],
+        &["inspect", "unsealed.h5"][..],
+        &["compare", "run.h5", "unsealed.h5"],
+        &["compare", "unsealed.h5", "missing.h5"],
     ] {
         survive(&folder.path(""), arguments);
         for process in std::fs::read_dir("/proc").unwrap() {
@@ -715,57 +698,81 @@ fn regression_no_reading_process_is_left() {
             let (name, rest) = stat.rsplit_once(") ").unwrap();
             let (id, name) = name.split_once(" (").unwrap();
             let fields: Vec<&str> = rest.split(' ').collect();
-            // Reading processes, and they alone, are the first of a group.
+            // Probing processes, and they alone, are the first of a group.
             let is_left = name == "stickslip" && fields[1] == own && fields[2] == id;
             assert!(!is_left, "{arguments:?}: {stat}");
         }
     }
 }
 
-/// A process that neither computes nor reads anything, as one whose disk does not answer, is given up, and the file is not
-/// blamed. It is stopped while the candidate is still to come.
+/// Whoever ends or stops the process that probes a file says nothing about the file. A process that neither computes nor reads
+/// anything, as one whose disk does not answer, is given up.
 #[cfg(target_os = "linux")]
 #[test]
-fn regression_a_reading_process_at_a_standstill_is_not_waited_for() {
-    use std::io::{Read, Write};
+fn regression_the_end_of_a_probe_from_outside_is_not_blamed_on_the_file() {
+    use hdf5::plist::dataset_create::{AllocTime, FillTime};
+    use rustix::process::{Pid, Signal, kill_process};
     let folder = with_run();
-    let made = std::process::Command::new("mkfifo")
-        .arg(folder.path("pipe.csv"))
-        .status();
-    if !made.is_ok_and(|status| status.success()) {
-        return;
+    {
+        // It takes a second to read, and no room on the disk.
+        let file = write_candidate(&folder.path("long.h5"));
+        let long = file.new_dataset::<f64>().alloc_time(Some(AllocTime::Early));
+        let long = long.fill_time(FillTime::Never).shape([1 << 28]);
+        long.create("long").unwrap();
     }
-    let mut compare = folder.start("compare run.h5 pipe.csv");
-    // It is opened for reading when the reference has been read.
-    let mut pipe = std::fs::OpenOptions::new()
-        .write(true)
-        .open(folder.path("pipe.csv"))
-        .unwrap();
-    let own = compare.id().to_string();
-    let readers: Vec<i32> = std::fs::read_dir("/proc")
-        .unwrap()
-        .filter_map(|process| std::fs::read_to_string(process.ok()?.path().join("stat")).ok())
-        .filter_map(|stat| {
-            let (id, rest) = stat.split_once(" (stickslip) ")?;
-            (rest.split(' ').nth(1)? == own).then(|| id.parse().unwrap())
-        })
-        .collect();
-    assert!(!readers.is_empty());
-    for &reader in &readers {
-        let reader = rustix::process::Pid::from_raw(reader).unwrap();
-        rustix::process::kill_process(reader, rustix::process::Signal::STOP).unwrap();
+    let probe_of = |parent: u32| {
+        for _ in 0..20_000 {
+            let processes = std::fs::read_dir("/proc").unwrap().filter_map(|process| {
+                let folder = process.ok()?.path();
+                let stat = std::fs::read_to_string(folder.join("stat")).ok()?;
+                let command = std::fs::read(folder.join("cmdline")).ok()?;
+                let rest = stat.rsplit_once(") ")?.1;
+                let is_probe = command.split(|&byte| byte == 0).nth(1) == Some(b"--probe-hdf5");
+                let is_child = rest.split(' ').nth(1) == Some(&parent.to_string());
+                (is_probe && is_child).then(|| folder.file_name()?.to_str()?.parse().ok())?
+            });
+            if let Some(process) = processes.into_iter().next() {
+                return Pid::from_raw(process).unwrap();
+            }
+            std::thread::sleep(std::time::Duration::from_millis(1));
+        }
+        panic!("no probe");
+    };
+    for (signal, words) in [
+        (Signal::KILL, "ended from outside, with signal 9"),
+        (Signal::STOP, "neither computed nor read"),
+    ] {
+        let compare = folder.start("compare run.h5 long.h5");
+        kill_process(probe_of(compare.id()), signal).unwrap();
+        let output = compare.wait_with_output().unwrap();
+        let stderr = crate::common::cli::text(&output.stderr);
+        assert_eq!(output.status.code(), Some(1), "{stderr}");
+        says(&stderr, &["long.h5", words]);
+        assert!(!stderr.contains("damaged"), "{stderr}");
     }
-    let rows: String = (0..100).map(|k| format!("{},{}\n", f64::from(k) * 5e-4, k)).collect();
-    write!(pipe, "time,relative_velocity\n{rows}").unwrap();
-    drop(pipe);
-    let status = compare.wait().unwrap();
-    let mut said = String::new();
-    compare.stderr.take().unwrap().read_to_string(&mut said).unwrap();
-    assert_eq!(status.code(), Some(1), "{said}");
-    assert!(
-        said.contains("neither computed nor read") && !said.contains("damaged"),
-        "{said}"
-    );
+}
+
+/// A file without an intact seal is not opened before it is probed. Here no probe can be started, as the program is not there
+/// any more.
+#[cfg(target_os = "linux")]
+#[test]
+fn regression_an_unsealed_file_is_not_opened_without_a_probe() {
+    let folder = with_run();
+    unseal(&folder, "run.h5", "unsealed.h5");
+    let mut bad = folder.read("run.h5");
+    let middle = bad.len() / 2;
+    bad[middle] ^= 1;
+    folder.write("bad.h5", bad);
+    for (name, code) in [("run.h5", 0), ("unsealed.h5", 1), ("bad.h5", 1)] {
+        std::fs::copy(env!("CARGO_BIN_EXE_stickslip"), folder.path("program")).unwrap();
+        let command = "exec 3<program && rm program && exec /proc/self/fd/3 inspect \"$1\"";
+        let mut inspect = std::process::Command::new("sh");
+        inspect.args(["-c", command, "sh", name]).current_dir(folder.path(""));
+        let output = inspect.output().unwrap();
+        let stderr = crate::common::cli::text(&output.stderr);
+        assert_eq!(output.status.code(), Some(code), "{name}: {stderr}");
+        assert!(code == 0 || stderr.contains("did not start"), "{name}: {stderr}");
+    }
 }
 
 /// A file that a run is writing is read as its last flush left it, every time. Each reading takes longer than the one before,
@@ -800,6 +807,125 @@ fn regression_a_growing_file_can_be_read_at_any_time() {
     let (code, stdout, _) = survive(&folder.path(""), &["inspect", "--json", "grows.partial.h5"]);
     // A kill in the middle of a flush may leave it unreadable.
     assert!(code == 2 || crate::common::cli::json(&stdout)["growing"] == false);
+}
+
+/// Gives a variable another length: a growing one as it is, any other anew, without its attributes.
+fn change_length(path: &Path, variable: &str, length: usize) {
+    let file = open_rw(path).unwrap();
+    let old = file.dataset(variable).unwrap();
+    let mut shape = old.shape();
+    shape[0] = length;
+    if old.resize(shape.clone()).is_err() {
+        let kind = old.dtype().unwrap().to_descriptor().unwrap();
+        drop(old);
+        file.unlink(variable).unwrap();
+        file.new_dataset_builder()
+            .empty_as(&kind)
+            .shape(shape)
+            .create(variable)
+            .unwrap();
+    }
+    file.close().unwrap();
+}
+
+/// The variables of all tables of a file, with their numbers of rows.
+fn columns(path: &Path) -> Vec<(String, usize)> {
+    fn below(group: &hdf5::Group, at: &str, found: &mut Vec<(String, usize)>) {
+        for name in group.member_names().unwrap() {
+            let path = format!("{at}{name}");
+            if let Ok(dataset) = group.dataset(&name) {
+                found.extend(dataset.shape().first().map(|&rows| (path, rows)));
+            } else if let Ok(group) = group.group(&name) {
+                below(&group, &format!("{path}/"), found);
+            }
+        }
+    }
+    let (file, mut found) = (unlocked::open(path).unwrap(), Vec::new());
+    below(&file, "", &mut found);
+    found
+}
+
+/// In every kind of file, a column that is longer or shorter than its table: `check` and every command that reads the table refuse the
+/// file with the table's name. `each`: of so many columns, one is changed, besides those on which a command once panicked.
+fn columns_of_other_lengths(each: usize) {
+    const KNOWN: [&str; 3] = ["branches/parent", "runs/method", "targets/half_width"];
+    let folder = Folder::new();
+    folder.ok_short("-q -o run.h5");
+    folder.ok("certify run.h5 -q -o certified.h5");
+    folder.write("study.toml", STUDY);
+    folder.ok("sweep study.toml -o sweep.h5 -q");
+    for shard in ["1", "2"] {
+        folder.ok(&format!("sweep study.toml --shard {shard}/2 -o {shard}.h5 -q"));
+    }
+    folder.write("inertia.toml", crate::calibrate::QUICK);
+    folder.ok("calibrate inertia.toml -q");
+    folder.write("belt.toml", crate::plot_branches::STUDY);
+    folder.ok("continue belt.toml -q");
+    folder.write(
+        "few.toml",
+        "title = \"few\"\ncase = \"block\"\nseries = [{ methods = [\"series\", \"erk\"], tolerances = [1e-6, 1e-8] }]\n",
+    );
+    folder.ok("work-precision few.toml -q");
+    let plot = ["plot", "bad.h5", "-o", "new"];
+    let html = ["plot", "bad.h5", "--html", "new.html"];
+    let csv = ["export", "bad.h5", "-o", "new.csv"];
+    let events = ["export", "bad.h5", "-o", "new.csv", "--table", "events"];
+    let cycle = ["cycle", "bad.h5", "--branch", "1", "--point", "3"];
+    let merge = ["merge", "bad.h5", "2.h5", "-o", "new.h5"];
+    let mut dice = Dice(7);
+    for (seed, commands) in [
+        ("run.h5", &[&plot[..], &html, &csv, &events][..]),
+        ("certified.h5", &[&plot, &html, &events]),
+        ("sweep.h5", &[&plot, &html]),
+        ("1.h5", &[&merge]),
+        ("inertia.h5", &[&plot, &html]),
+        ("belt.h5", &[&plot, &html, &cycle]),
+        ("few.h5", &[&plot]),
+    ] {
+        let all = columns(&folder.path(seed));
+        for (variable, rows) in &all {
+            let of_table =
+                |other: &str| other.rsplit_once('/').map(|both| both.0) == variable.rsplit_once('/').map(|both| both.0);
+            if dice.below(each) > 0 && !KNOWN.contains(&variable.as_str()) {
+                continue;
+            }
+            let length = [0, rows + 1, rows.saturating_sub(1), 2 * rows + 7][dice.below(4)];
+            // An axis of a shard has a length of its own.
+            if variable.starts_with("axes/") {
+                continue;
+            }
+            // A group with several dimensions does not say which of them a changed column had.
+            if all.iter().any(|(other, rows)| of_table(other) && length == *rows) {
+                continue;
+            }
+            folder.write("bad.h5", folder.read(seed));
+            change_length(&folder.path("bad.h5"), variable, length);
+            let table = variable
+                .rsplit_once('/')
+                .map_or("/".to_owned(), |(group, _)| format!("/{group}"));
+            let (code, stdout, stderr) = survive(&folder.path(""), &["check", "bad.h5"]);
+            assert_ne!(code, 0, "{seed}, {variable} of {length} rows: {stdout}");
+            let words = format!("the table {table} differ in length");
+            assert!(
+                format!("{stdout}{stderr}").contains(&words),
+                "{seed}, {variable}: {stdout}{stderr}"
+            );
+            for arguments in commands {
+                refused(&folder, arguments, &["bad.h5", &words]);
+            }
+        }
+    }
+}
+
+#[test]
+fn property_a_table_whose_columns_differ_in_length_is_refused() {
+    columns_of_other_lengths(12);
+}
+
+#[test]
+#[ignore = "a minute or more: every column of every kind of file"]
+fn property_long_every_table_whose_columns_differ_in_length_is_refused() {
+    columns_of_other_lengths(1);
 }
 
 /// The seeds of the campaign: files of the program, and one of another.
@@ -850,7 +976,6 @@ fn commands(seed: &str) -> &'static [&'static [&'static str]] {
         ],
         "1.h5" => &[
             &["merge", "bad.h5", "2.h5", "-o", "merged.h5", "--force"],
-            &["merge", "bad.h5", "2.h5", "-o", "merged.h5", "--force", "--virtual"],
             &["inspect", "bad.h5"],
             &[
                 "sweep",
@@ -872,74 +997,36 @@ fn commands(seed: &str) -> &'static [&'static [&'static str]] {
     }
 }
 
-/// A sound file.
-struct Seed {
-    name: &'static str,
-    bytes: Vec<u8>,
-    listed: Option<Vec<String>>,
-}
-
-/// The variables of a file with their types, shapes, units and bounds, and the attributes that checksums cover, in
-/// alphabetical order; `None` if it cannot be listed.
-fn listed(folder: &Folder, name: &str) -> Option<Vec<String>> {
-    let (code, stdout, _) = survive(&folder.path(""), &["inspect", "--json", name]);
-    (code == 0).then(|| {
-        let listed = crate::common::cli::json(&stdout);
-        let array = |name: &str| listed[name].as_array().unwrap().iter();
-        let covered = |a: &&serde_json::Value| {
-            let later = [&a["name"] == "history", &a["name"] == "status"];
-            a["group"] != "/meta" && !later.contains(&true)
-        };
-        let attributes = array("attributes").filter(covered);
-        let mut lines: Vec<String> = array("variables").chain(attributes).map(|v| v.to_string()).collect();
-        lines.sort();
-        lines
-    })
-}
-
-/// What `check` finds nothing wrong with is listed as it was written, which is as the seed.
-fn checked(folder: &Folder, seed: &Seed, case: u64) {
+/// `check` finds the sums of a damaged file to agree only if it has none of all bytes.
+fn checked(folder: &Folder, case: u64) {
     let (code, stdout, _) = survive(&folder.path(""), &["check", "bad.h5"]);
-    if code == 0 && stdout.contains("all checksums agree") {
-        assert_eq!(
-            listed(folder, "bad.h5"),
-            seed.listed,
-            "case {case}, a damaged {}",
-            seed.name
-        );
-    }
+    assert!(code != 0 || !stdout.contains("all checksums agree"), "case {case}");
 }
 
 /// Damages copies of every seed, a number of times each, and gives each to `check` and to one of its commands. A case that fails leaves
 /// its file in the temporary folder and says its number, by which [`damage`] makes it again.
 fn campaign(first: u64, cases: u64) {
     let folder = Folder::new();
-    let seeds: Vec<Seed> = seeds(&folder)
-        .into_iter()
-        .map(|(name, bytes)| Seed {
-            name,
-            bytes,
-            listed: listed(&folder, name),
-        })
-        .collect();
+    let seeds = seeds(&folder);
     for case in first..first + cases {
-        let seed = &seeds[case as usize % seeds.len()];
+        let (seed, sound) = &seeds[case as usize % seeds.len()];
         let mut dice = Dice(case);
-        let mut bad = seed.bytes.clone();
+        let mut bad = sound.clone();
         damage(&mut bad, &mut dice);
         folder.write("bad.h5", &bad);
-        let choices = commands(seed.name);
+        let choices = commands(seed);
         let arguments = choices[dice.below(choices.len())];
         let survived = std::panic::catch_unwind(|| {
-            checked(&folder, seed, case);
+            if bad != *sound {
+                checked(&folder, case);
+            }
             survive(&folder.path(""), arguments)
         });
         if survived.is_err() {
             let kept = std::env::temp_dir().join(format!("stickslip-hostile-{case}.h5"));
             std::fs::write(&kept, &bad).unwrap();
             panic!(
-                "case {case} of the campaign, a damaged {}, kept as {}",
-                seed.name,
+                "case {case} of the campaign, a damaged {seed}, kept as {}",
                 kept.display()
             );
         }
@@ -952,6 +1039,6 @@ fn property_damaged_files_are_an_error_or_a_result() {
     let asked = |name: &str, otherwise| std::env::var(name).map_or(otherwise, |text| text.parse().unwrap());
     campaign(
         asked("STICKSLIP_HOSTILE_FIRST", 0),
-        asked("STICKSLIP_HOSTILE_CASES", 60),
+        asked("STICKSLIP_HOSTILE_CASES", 20),
     );
 }

@@ -16,10 +16,10 @@ mod cycle;
 mod export;
 mod hostile;
 mod hostile_hdf5;
+#[cfg(unix)]
+mod manual;
 mod methods;
 mod modes;
-#[cfg(feature = "mpi")]
-mod mpi;
 mod odd;
 mod output;
 mod page;

@@ -76,6 +76,73 @@ fn cli_output_needs_a_folder_and_a_name() {
     assert!(folder.path("results/x.h5").is_file());
 }
 
+/// A result under the name of another format would be HDF5 that other programs take for that format.
+#[test]
+fn cli_output_is_not_named_like_another_format() {
+    let folder = Folder::new();
+    folder.ok_short("-q -o run.h5");
+    for command in [
+        "run paper",
+        "certify run.h5",
+        "sweep critical-curve",
+        "continue",
+        "calibrate",
+        "work-precision",
+        "cycle block",
+    ] {
+        for name in ["x.csv", "x.NPZ", "x.mat", "x.png"] {
+            for force in ["", " --force"] {
+                let said = folder.refused(&format!("{command} -o {name}{force}"), "-o x.h5 & stickslip export");
+                assert!(said.contains(name), "{said}");
+            }
+        }
+    }
+    assert_eq!(folder.names(), ["run.h5"]);
+    // A name that says nothing is a name.
+    for name in ["x", "x.nc", "x.2026"] {
+        folder.ok_short(&["-q", "-o", name]);
+        assert_eq!(&folder.read(name)[..4], b"\x89HDF");
+    }
+}
+
+/// A name with which those of the files beside it would be too long is refused before anything is computed.
+#[cfg(target_os = "linux")]
+#[test]
+fn cli_output_with_a_name_that_is_too_long_is_refused_at_once() {
+    let folder = Folder::new();
+    let named = |length: usize| format!("{}.h5", "a".repeat(length - 3));
+    folder.ok_short("-q -o run.h5");
+    for length in [242, 243, 244, 245, 250, 255, 300] {
+        for command in [
+            "run paper",
+            "sweep critical-curve",
+            "continue",
+            "calibrate",
+            "work-precision",
+            "certify run.h5",
+        ] {
+            folder.refused(&format!("{command} -o {}", named(length)), "too long & -o");
+        }
+    }
+    // So is a folder that is gone.
+    for command in [
+        "sweep critical-curve",
+        "continue",
+        "calibrate",
+        "work-precision",
+        "cycle block",
+    ] {
+        folder.refused(
+            &format!("{command} -o gone/x.h5"),
+            "the folder gone does not exist & -o",
+        );
+    }
+    assert_eq!(folder.names(), ["run.h5"]);
+    folder.write("quick.toml", crate::sweep::QUICK);
+    folder.ok(&format!("sweep quick.toml -q -o {}", named(241)));
+    folder.ok_short(&["-q", "-o", &named(240)]);
+}
+
 /// Two runs at once into one file: the second is refused, the first is whole.
 #[cfg(unix)]
 #[test]
@@ -201,4 +268,25 @@ fn cli_output_to_a_full_device() {
     assert_eq!(end.status.code(), Some(1));
     assert!(crate::common::cli::text(&end.stderr).contains("standard output"));
     assert_eq!(folder.result("paper.h5").status(), &Status::Complete);
+}
+
+/// Tables in a terminal that does not know its width, or has no room for a word.
+#[cfg(target_os = "linux")]
+#[test]
+fn cli_output_in_a_terminal_without_columns_is_in_lines() {
+    let folder = Folder::new();
+    let program = env!("CARGO_BIN_EXE_stickslip");
+    for columns in [0, 1, 3, 20] {
+        let line = format!("stty cols {columns} rows 24; exec {program} case --list");
+        let script = std::process::Command::new("script")
+            .args(["-qec", &line, "/dev/null"])
+            .current_dir(folder.path("."))
+            .output()
+            .unwrap();
+        let stdout = String::from_utf8(script.stdout).unwrap();
+        assert!(
+            stdout.contains("Mass on a belt, Coulomb friction"),
+            "{columns}: {stdout}"
+        );
+    }
 }

@@ -116,7 +116,7 @@ fn cli_a_page_of_something_else_is_refused() {
         folder.refused(&["plot", input, "--html", "report.html"], &[words]);
     }
     // A result whose trajectory somebody has taken out.
-    let file = unlocked::open_unsummed(folder.path("paper.h5")).unwrap();
+    let file = unlocked::open_rw(folder.path("paper.h5")).unwrap();
     file.unlink("trajectory").unwrap();
     drop(file);
     folder.refused("plot paper.h5 --html report.html", &["paper.h5: has no", "trajectory"]);

@@ -205,6 +205,32 @@ fn cli_plot_spares_other_files() {
     folder.result("run.svg");
 }
 
+/// The figures of two files have the same names. Those of the second do not replace those of the first; each says whose
+/// it is.
+#[test]
+fn cli_plot_spares_the_figures_of_another_file() {
+    let folder = Folder::new();
+    for name in ["a b.h5", "b.h5"] {
+        folder.ok_short(&["-q", "-o", name]);
+    }
+    for format in ["svg", "png", "pdf"] {
+        let named = |files: &[&'static str], more: &[&'static str]| -> Vec<&str> {
+            [&["plot", "--channel", "z", "--format", format], files, more].concat()
+        };
+        folder.ok(&named(&["a b.h5"], &[]));
+        let name = format!("figures/z.{format}");
+        let first = folder.read(&name);
+        folder.refused(&named(&["b.h5"], &[]), &[name.as_str(), "a b.h5", "-o", "--force"]);
+        folder.refused(&named(&["a b.h5", "b.h5"], &[]), "a b.h5");
+        assert_eq!(folder.read(&name), first);
+        // The same file again, by the same name; another folder; by force.
+        folder.ok(&named(&["./a b.h5"], &[]));
+        folder.ok(&named(&["b.h5"], &["-o", "other"]));
+        folder.ok(&named(&["b.h5"], &["--force"]));
+        assert_ne!(folder.read(&name), first);
+    }
+}
+
 #[test]
 fn cli_plot_refuses_with_the_remedy() {
     let folder = with_run();
@@ -217,7 +243,7 @@ fn cli_plot_refuses_with_the_remedy() {
         attribute.write_scalar(&format).unwrap();
     }
     std::fs::copy(folder.path("paper.h5"), folder.path("bare.h5")).unwrap();
-    let bare = unlocked::open_unsummed(folder.path("bare.h5")).unwrap();
+    let bare = unlocked::open_rw(folder.path("bare.h5")).unwrap();
     bare.unlink("trajectory").unwrap();
     bare.close().unwrap();
     for [arguments, words] in rows(
@@ -233,10 +259,13 @@ fn cli_plot_refuses_with_the_remedy() {
         sweep.h5 | sweep.h5 & format is "stickslip-study" & stickslip run
         bare.h5 | bare.h5 & /trajectory & there are: & events & stick_slip
         paper.h5 --channel z --from 11 | from 11 & from 0 to 10 s
-        paper.h5 --channel z --from nan | --from & seconds
+        paper.h5 --channel z --from nan | --from & a time in s
+        paper.h5 --only 4 -o one.html | one.html & .svg, .png or .pdf
         paper.h5 --from 1 | --channel
         paper.h5 -o one.svg | one.svg & folder
-        paper.h5 --only 4 -o one.tiff | one.tiff & .svg, .png, .pdf or .eps
+        paper.h5 --only 4 -o one.tiff | one.tiff & .svg, .png or .pdf
+        paper.h5 --only 4 -o one.eps | one.eps & pdftops -eps
+        paper.h5 --format eps | pdftops -eps
         paper.h5 --only 4 -o no/one.svg | no/one.svg & does not exist
         paper.h5 -o text.h5 | text.h5 & folder
         paper.h5 --width 1 | --width & 60

@@ -1,10 +1,9 @@
-//! `stickslip sweep --shard` and `stickslip merge` as a user starts them: shards make the file of one machine, virtual
-//! files hold the same values, and what does not make a whole is refused.
+//! `stickslip sweep --shard` and `stickslip merge` as a user starts them: shards make the file of one machine, and what does not
+//! make a whole is refused.
 
 use crate::common::cli::{Folder, json, output, refusal, says, send};
 use crate::common::unlocked;
 use crate::sweep::QUICK;
-use stickslip::results::SweepFile;
 
 /// Runs of a few milliseconds, a third of which fail; three axes, the last a short one of words.
 fn grid() -> String {
@@ -101,100 +100,6 @@ fn property_shards_of_any_number_make_the_bytes_of_one_machine() {
     }
 }
 
-/// Every variable of `group` in the file, in alphabetical order of the names.
-fn variables(file: &SweepFile, group: &str) -> Vec<(String, Vec<u64>)> {
-    let mut names = file.variables(group);
-    names.sort();
-    let values = names.into_iter().map(|name| {
-        let path = format!("{group}/{name}");
-        // Bits, so that NaN equals NaN; texts are compared as failures.
-        let bits = match name.as_str() {
-            "message" => Vec::new(),
-            _ => file.numbers(&path).unwrap().into_iter().map(f64::to_bits).collect(),
-        };
-        (path, bits)
-    });
-    values.collect()
-}
-
-#[test]
-fn property_a_virtual_file_holds_what_the_copied_one_holds() {
-    let folder = Folder::new();
-    std::fs::create_dir(folder.path("parts")).unwrap();
-    for (study, text, ..) in studies() {
-        folder.write(&format!("{study}.toml"), text);
-        folder.ok(&["sweep", &format!("{study}.toml")]);
-        for count in [1, 3, 4] {
-            // The shards in a folder of their own, so that the way to them is relative.
-            let names: Vec<String> = shards(&folder, study, count)
-                .into_iter()
-                .map(|name| {
-                    std::fs::rename(folder.path(&name), folder.path(&format!("parts/{name}"))).unwrap();
-                    format!("parts/{name}")
-                })
-                .collect();
-            output(
-                &mut merge(&folder, &names, &["-o", "virtual.h5", "--virtual", "--force"]),
-                0,
-            );
-            let whole = folder.sweep_file(&format!("{study}.h5"));
-            let parts = folder.sweep_file("virtual.h5");
-            for text in ["title", "status", "study_digest", "format", "meta/program_commit"] {
-                assert_eq!(whole.text(text), parts.text(text));
-            }
-            assert_eq!(whole.failures().unwrap(), parts.failures().unwrap());
-            if study == "belt" {
-                assert_eq!(whole.numbers("stick_threshold").unwrap()[..2], [0.02, 0.05]);
-                for [variable, attribute] in [
-                    ["motion", "flag_meanings"],
-                    ["events/mode_after", "flag_meanings"],
-                    ["events/relative_velocity", "units"],
-                ] {
-                    let of = |file: &SweepFile| file.attribute(variable, attribute).unwrap();
-                    assert_eq!(of(&whole), of(&parts), "{variable}");
-                }
-            }
-            for group in ["/", "/failures"] {
-                assert_eq!(
-                    variables(&whole, group),
-                    variables(&parts, group),
-                    "{study} in {count} shards"
-                );
-            }
-            if study == "grid" {
-                assert_eq!(parts.shape("stick_count").unwrap(), [5, 3, 2]);
-                // Events are there shard by shard: the same ones in another order.
-                let events = |file: &SweepFile| {
-                    let columns = [
-                        "point",
-                        "time",
-                        "kind",
-                        "mode_after",
-                        "relative_velocity",
-                        "internal_force",
-                    ];
-                    let columns = columns.map(|name| file.numbers(&format!("/events/{name}")).unwrap());
-                    let mut rows: Vec<Vec<f64>> = (0..columns[0].len())
-                        .map(|row| columns.iter().map(|column| column[row]).collect())
-                        .collect();
-                    rows.sort_by(|a, b| a.partial_cmp(b).unwrap());
-                    rows
-                };
-                assert!(!events(&whole).is_empty());
-                assert_eq!(events(&whole), events(&parts));
-            }
-        }
-    }
-    // Moved together they still find each other.
-    std::fs::create_dir(folder.path("elsewhere")).unwrap();
-    for name in ["parts", "virtual.h5"] {
-        std::fs::rename(folder.path(name), folder.path(&format!("elsewhere/{name}"))).unwrap();
-    }
-    let whole = folder.sweep_file("sample.h5");
-    let parts = folder.sweep_file("elsewhere/virtual.h5");
-    assert_eq!(variables(&whole, "/"), variables(&parts, "/"));
-}
-
 #[test]
 fn cli_shards_that_make_no_whole_are_refused() {
     let folder = Folder::new();
@@ -205,11 +110,9 @@ fn cli_shards_that_make_no_whole_are_refused() {
     let other = shards(&folder, "other", 3);
     let refused = |names: &[&String], words: &[&str]| {
         let names: Vec<String> = names.iter().map(|name| (*name).clone()).collect();
-        for more in [&["-o", "no.h5"][..], &["-o", "no.h5", "--virtual"]] {
-            let stderr = refusal(&mut merge(&folder, &names, more));
-            says(&stderr, words);
-            assert!(!folder.path("no.h5").exists());
-        }
+        let stderr = refusal(&mut merge(&folder, &names, &["-o", "no.h5"]));
+        says(&stderr, words);
+        assert!(!folder.path("no.h5").exists());
     };
     refused(&[&three[0], &three[2]], &["shard 2 of 3 is missing", "--shard"]);
     refused(&[&three[1]], &["shards 1 and 3 of 3 are missing"]);
@@ -240,6 +143,8 @@ fn cli_shards_that_make_no_whole_are_refused() {
         &[&three[0], &three[1], &"built.h5".to_owned()],
         &["different builds of the program", "program_commit", "another"],
     );
+    let stderr = refusal(&mut merge(&folder, &three, &["-o", "no.h5", "--virtual"]));
+    says(&stderr, &["--virtual is gone", "merge copies"]);
     refused(&[&"absent.h5".to_owned()], &["absent.h5: no such file"]);
     refused(&[&"map.toml".to_owned()], &["map.toml: not an HDF5 file"]);
     folder.ok("sweep map.toml");
@@ -322,37 +227,47 @@ fn cli_a_task_of_a_job_array_knows_its_shard() {
         &["the study has 23 points, too few for 24 shards"],
     );
     // Several processes that know nothing of each other would all compute the same.
-    if cfg!(not(feature = "mpi")) {
-        for variable in ["OMPI_COMM_WORLD_SIZE", "PMI_SIZE"] {
-            let stderr = refusal(folder.stickslip("sweep map.toml").env(variable, "2"));
-            says(&stderr, &["--features mpi", "--shard"]);
-        }
-        folder.refused("sweep map.toml --mpi", &["has no MPI"]);
+    says(
+        &refusal(&mut folder.stickslip("sweep map.toml --mpi -o ranks.h5")),
+        &["--shard K/N", "executor=..."],
+    );
+    for variable in ["OMPI_COMM_WORLD_SIZE", "PMI_SIZE"] {
+        let stderr = refusal(folder.stickslip("sweep map.toml -o ranks.h5").env(variable, "2"));
+        says(&stderr, &["ranks of an MPI job", "--shard K/N", "executor=..."]);
+        output(
+            folder
+                .stickslip("sweep map.toml -o ranks.h5 --force")
+                .env(variable, "1"),
+            0,
+        );
+        output(
+            folder
+                .stickslip("sweep map.toml --shard 1/2 -o ranks.h5 --force")
+                .env(variable, "2"),
+            0,
+        );
     }
-    folder.refused("sweep critical-curve --shard 1/4", &["traces a boundary", "MPI"]);
+    folder.refused("sweep critical-curve --shard 1/4", &["traces a boundary", "executor"]);
 }
 
-/// A merger of many shards has few of them open at a time: with a reading process and its socket for each, it would need more
-/// than 32 descriptors. They take turns, and nothing gets lost.
-#[cfg(unix)]
+/// A merger has few of many shards open at a time, and starts no process for those that are sealed: the program is not there any
+/// more when it merges.
+#[cfg(target_os = "linux")]
 #[test]
-fn cli_merge_of_many_shards_takes_few_processes() {
+fn cli_merge_of_many_shards_takes_few_files_and_no_process() {
     let folder = Folder::new();
     let study = SAMPLE.replace("count = 23", "count = 40");
     folder.write("many.toml", study);
     folder.ok("sweep many.toml -o whole.h5 -q");
     let names = shards(&folder, "many", 40);
-    for more in ["", "--virtual"] {
-        let command = format!("ulimit -n 32 && exec \"$0\" merge --force -q -o merged.h5 {more} \"$@\"");
-        let merged = std::process::Command::new("sh")
-            .args(["-c", &command, env!("CARGO_BIN_EXE_stickslip")])
-            .args(&names)
-            .current_dir(folder.path(""))
-            .output()
-            .unwrap();
-        assert!(merged.status.success(), "{}", crate::common::cli::text(&merged.stderr));
-        if more.is_empty() {
-            assert!(folder.read("merged.h5") == folder.read("whole.h5"));
-        }
-    }
+    std::fs::copy(env!("CARGO_BIN_EXE_stickslip"), folder.path("program")).unwrap();
+    let command = "ulimit -n 32 && exec 3<program && rm program && exec /proc/self/fd/3 merge -q -o merged.h5 \"$@\"";
+    let merged = std::process::Command::new("sh")
+        .args(["-c", command, "sh"])
+        .args(&names)
+        .current_dir(folder.path(""))
+        .output()
+        .unwrap();
+    assert!(merged.status.success(), "{}", crate::common::cli::text(&merged.stderr));
+    assert!(folder.read("merged.h5") == folder.read("whole.h5"));
 }

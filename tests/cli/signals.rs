@@ -226,43 +226,71 @@ fn cli_signals_end_a_comparison_without_a_trace() {
     assert_eq!(std::fs::read_dir(folder.path("temporary")).unwrap().count(), 0);
 }
 
-/// Whoever ends the reading process says nothing about the file.
-#[cfg(target_os = "linux")]
+/// 9e8 points, of which some thousands are done: what is written at an interruption are those.
 #[test]
-fn cli_signals_to_the_reading_process_are_not_blamed_on_the_file() {
+fn cli_signals_end_a_huge_study_in_the_time_of_what_is_done() {
+    let folder = Folder::new();
+    folder.write(
+        "huge.toml",
+        "title = \"huge\"\ncase = \"belt-exponential\"\nset = { solver.method = \"series\", output.end_time = 0.1 }\n\
+         axis = [{ key = \"rotor.speed\", from = 0.1, to = 0.8, count = 30000 }, \
+         { key = \"stator.damping.0\", from = 0.1, to = 3, count = 30000 }]\n",
+    );
+    let mut child = folder.start("sweep huge.toml -j1 -q");
+    folder.wait_for(&mut child, "huge.journal", 2000);
+    send("INT", child.id());
+    let output = ended(child);
+    assert_eq!(output.status.code(), Some(130), "{}", text(&output.stderr));
+    let file = folder.sweep_file("huge.partial.h5");
+    let numbers = file.numbers("point").unwrap();
+    assert!(!numbers.is_empty() && numbers.len() < 1_000_000, "{}", numbers.len());
+    assert!(file.numbers("status").unwrap().iter().all(|status| *status < 2.0));
+    assert_eq!(file.numbers("rotor_speed").unwrap(), vec![0.1; numbers.len()]);
+    folder.ok("check huge.partial.h5");
+}
+
+/// A folder that was removed in the meantime holds no journal from which to go on.
+#[test]
+fn cli_signals_after_the_folder_was_removed_name_no_journal() {
+    for command in ["continue sliding-bifurcations", "sweep groan-speed -j1"] {
+        let folder = Folder::new();
+        std::fs::create_dir(folder.path("sub")).unwrap();
+        let mut child = folder.start(&format!("{command} -q -o sub/b.h5"));
+        wait_for(&folder, &mut child, &|name| {
+            name == "sub" && folder.path("sub/b.journal").exists()
+        });
+        std::fs::remove_dir_all(folder.path("sub")).unwrap();
+        send("INT", child.id());
+        let output = ended(child);
+        let stderr = text(&output.stderr);
+        assert!([Some(1), Some(2)].contains(&output.status.code()), "{stderr}");
+        says(&stderr, "sub/");
+        assert!(!stderr.contains("journal"), "{stderr}");
+    }
+}
+
+/// The first signal ends the run, whose report no one reads; the second does not wait for that.
+#[test]
+fn cli_signals_a_second_one_ends_the_program_at_once() {
     use std::io::Write;
     let folder = Folder::new();
-    let (child, mut pipe) = waiting_comparison(&folder);
-    let parent = child.id().to_string();
-    let of_ours = |process: &std::path::Path| {
-        let command = std::fs::read(process.join("cmdline")).unwrap_or_default();
-        let words: Vec<&[u8]> = command.split(|&byte| byte == 0).collect();
-        words.get(1) == Some(&&b"--read-hdf5-for-parent"[..]) && words.get(2) == Some(&parent.as_bytes())
-    };
-    let processes = std::fs::read_dir("/proc").unwrap().map(|entry| entry.unwrap().path());
-    let readers: Vec<_> = processes.filter(|process| of_ours(process)).collect();
-    assert!(!readers.is_empty());
-    for reader in readers {
-        let number = reader.file_name().unwrap();
-        assert!(
-            Command::new("kill")
-                .arg("-KILL")
-                .arg(number)
-                .status()
-                .unwrap()
-                .success()
-        );
-    }
-    pipe.write_all(b"time,relative_velocity\n0,0\n0.01,0\n0.02,0\n")
+    // A full pipe.
+    let (_reader, writer) = std::io::pipe().unwrap();
+    let mut filler = writer.try_clone().unwrap();
+    std::thread::spawn(move || while filler.write_all(&[0; 4096]).is_ok() {});
+    let mut child = Command::new(env!("CARGO_BIN_EXE_stickslip"))
+        .current_dir(folder.path("."))
+        .args([&["run"], LONG].concat())
+        .stdout(writer)
+        .stderr(std::process::Stdio::piped())
+        .spawn()
         .unwrap();
-    drop(pipe);
-    let output = ended(child);
-    let stderr = text(&output.stderr);
-    // The reference's rows are read after the candidate's: the reader is missed.
-    assert_eq!(output.status.code(), Some(1), "{stderr}");
-    assert!(stderr.contains("ended from outside, with signal 9"), "{stderr}");
-    assert!(
-        !stderr.contains("damaged") && !stderr.contains("repeat the run"),
-        "{stderr}"
-    );
+    wait_until_under_way(&folder, &mut child);
+    send("INT", child.id());
+    while folder.names() != ["paper.partial.h5"] {
+        std::thread::sleep(Duration::from_millis(5));
+    }
+    assert!(child.try_wait().unwrap().is_none());
+    send("INT", child.id());
+    assert_eq!(ended(child).status.code(), Some(130));
 }

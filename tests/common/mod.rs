@@ -5,7 +5,6 @@ pub mod campaign;
 pub mod cases;
 pub mod cli;
 pub mod compare;
-pub mod explicit;
 pub mod hostile;
 pub mod linear_brake;
 pub mod page;
@@ -13,6 +12,7 @@ pub mod planted_solver;
 pub mod random_brakes;
 pub mod results;
 pub mod rigid_growth;
+pub mod systems;
 
 pub mod unlocked;
 

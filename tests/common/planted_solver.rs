@@ -36,6 +36,8 @@ pub enum Method {
 pub enum Smooth {
     Tanh,
     Arctan,
+    /// x/(|x| + 1).
+    Ratio,
 }
 
 /// What is held against the limit in stick.
@@ -85,6 +87,12 @@ pub struct Solver {
     pub hardening: [f64; 2],
     /// Kicks are left out.
     pub unkicked: bool,
+    /// The normal force is that of so much later, s.
+    pub ahead: f64,
+    /// Slips begin at the ends of steps, while sticks are located.
+    pub late_slips: bool,
+    /// The event of this place, a slip, is stepped over: it comes when the limit is exceeded the next time.
+    pub skipped: Option<usize>,
 }
 
 /// States at the times asked for, with the mode of each, and the events.
@@ -175,6 +183,9 @@ impl Solver {
             drag: 0.0,
             hardening: [0.0; 2],
             unkicked: false,
+            ahead: 0.0,
+            late_slips: false,
+            skipped: None,
         };
         solver.step = solver.period() / 1200.0;
         solver
@@ -237,7 +248,7 @@ impl Solver {
 
     fn normal_force(&self, t: f64, y: &Y) -> f64 {
         match &self.system.pressing {
-            Pressing::Force(force) => signal(force, t).0.max(0.0),
+            Pressing::Force(force) => signal(force, t + self.ahead).0.max(0.0),
             Pressing::Axial { axial, .. } => {
                 let z = self.axial();
                 (-axial.damping * y[z + 1] - axial.stiffness * y[z]).max(0.0)
@@ -310,6 +321,7 @@ impl Solver {
                 let share = match smooth {
                     Smooth::Tanh => (w / eps).tanh(),
                     Smooth::Arctan => std::f64::consts::FRAC_2_PI * (w / eps).atan(),
+                    Smooth::Ratio => w / (w.abs() + eps),
                 };
                 law(w.abs()) * share * limit
             }
@@ -520,6 +532,7 @@ impl Solver {
         // A slip that has just begun is not over before it has moved forwards: with another test than that of the torque through the
         // interface it goes back a little at first.
         let mut begins = None;
+        let (mut skipped, mut stays) = (self.skipped, false);
         let end = *times.last()?;
         while pending.peek().is_some_and(|&time| time <= from) {
             solved.rows.push((pending.next()?, y, doing));
@@ -548,7 +561,10 @@ impl Solver {
             if !next.iter().all(|value| value.is_finite()) {
                 return None;
             }
+            stays &= self.excess(t, &y).0 > 0.0;
+            let held = stays;
             let happens = |h: f64, next: &Y| match doing {
+                Doing::Stick if held => false,
                 Doing::Stick => self.excess(t + h, next).0 > 0.0,
                 Doing::Slip(sense) => {
                     let w = sense * self.relative_velocity(t + h, next);
@@ -560,8 +576,12 @@ impl Solver {
                 }
                 Doing::Engaged => false,
             };
-            let event = happens(h, &next);
-            if event && self.located {
+            let mut event = happens(h, &next);
+            if event && doing == Doing::Stick && skipped == Some(solved.events.len()) {
+                (event, skipped, stays) = (false, None, true);
+            }
+            let located = self.located && !(self.late_slips && doing == Doing::Stick);
+            if event && located {
                 let (mut low, mut high) = (0.0, h);
                 for _ in 0..55 {
                     let middle = 0.5 * (low + high);
@@ -593,7 +613,7 @@ impl Solver {
                 }
                 (t, y) = (time, state);
             } else {
-                let to = if event && self.located { t + h } else { to };
+                let to = if event && located { t + h } else { to };
                 self.sample(&mut solved, &mut pending, (t, &y, doing), to);
                 (t, y) = (to, next);
             }
@@ -609,7 +629,7 @@ impl Solver {
             while t >= from + (grid + 1) as f64 * self.step * (1.0 - 1e-12) {
                 grid += 1;
             }
-            if stopped && !(event && self.located) {
+            if stopped && !(event && located) {
                 stops.next();
                 // Opposite impulses on surfaces that stick cancel.
                 if !self.unkicked && doing != Doing::Stick {

@@ -10,16 +10,9 @@ pub fn create(path: impl AsRef<Path>) -> Result<File> {
     in_mode(path.as_ref(), OpenMode::Create)
 }
 
-/// Opens a file to change it.
+/// Opens a file to change it. HDF5 cuts its seal off: it is then read as it is.
 pub fn open_rw(path: impl AsRef<Path>) -> Result<File> {
     in_mode(path.as_ref(), OpenMode::ReadWrite)
-}
-
-/// Opens a result to change what it says, without its checksums: it is to be read as it is then.
-pub fn open_unsummed(path: impl AsRef<Path>) -> Result<File> {
-    let file = open_rw(path)?;
-    file.unlink("meta/checksums")?;
-    Ok(file)
 }
 
 pub fn open(path: impl AsRef<Path>) -> Result<File> {

@@ -197,7 +197,8 @@ fn check_built_in(which: impl Fn(&str) -> bool) {
 }
 
 #[test]
-fn multiprecision_sensitivities_of_the_built_in_cases() {
+#[ignore = "takes a minute"]
+fn multiprecision_long_sensitivities_of_the_built_in_cases() {
     check_built_in(|name| !LONG.contains(&name));
 }
 
@@ -233,6 +234,7 @@ fn check_law(friction: &str, parameters: usize) {
 }
 
 #[test]
+#[ignore = "takes 20 seconds; those of Stribeck's law stand for it"]
 fn multiprecision_sensitivities_by_the_parameters_of_smooth_laws() {
     check_law("{law=\"coulomb\", breakaway=0.6, kinetic=0.3}", 1);
     check_law(
@@ -269,7 +271,8 @@ fn multiprecision_sensitivities_by_the_parameters_of_stribeck() {
 }
 
 #[test]
-fn multiprecision_sensitivities_by_the_points_of_a_table() {
+#[ignore = "takes a minute"]
+fn multiprecision_long_sensitivities_by_the_points_of_a_table() {
     let points = "speed=[0, 0.2, 0.5, 1, 4], coefficient=[0.6, 0.45, 0.35, 0.31, 0.3]";
     check_law(&format!("{{law=\"table\", breakaway=0.62, {points}}}"), 9);
     check_law(

@@ -1,7 +1,7 @@
 //! `series` at the default tolerance against the oracle, on the random brakes of the certificates, and on brakes whose force
 //! is a table that lets go and grips again, with mu_0 above mu_s.
 //!
-//! The measure is what double precision allows, by the linearised run (src/hybrid/rounding.rs). A method may lose as much
+//! The measure is what double precision allows, by the linearised run (crates/engine/src/hybrid/rounding.rs). A method may lose as much
 //! again a few times over by its own arithmetic; the promise is a hundred times. That the measure is none that anything
 //! would pass is seen at the median: there `series` is to lose at least a hundredth of it.
 

@@ -100,7 +100,8 @@ fn property_known_parameters_are_found_again_within_the_spread() {
 }
 
 #[test]
-fn property_numbers_of_two_brakes_contradict_each_other() {
+#[ignore = "long: a search that ends in a contradiction"]
+fn property_long_numbers_of_two_brakes_contradict_each_other() {
     let summaries = [5.0, 5.5].map(|decay| measured(&[&format!("friction.decay={decay}")]));
     // Sliding loses its stability at a speed that depends on the decay rate alone, and so does the stop, but for some
     // ten microseconds: one number from each of two brakes.

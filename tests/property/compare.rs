@@ -11,7 +11,7 @@ fn changed(variable: &str, change: impl Fn(usize, f64) -> f64) -> Comparison {
     let folder = tempfile::tempdir().unwrap();
     let copy = folder.path().join("copy.h5");
     std::fs::copy(paper(), &copy).unwrap();
-    let file = unlocked::open_unsummed(&copy).unwrap();
+    let file = unlocked::open_rw(&copy).unwrap();
     let dataset = file.dataset(variable).unwrap();
     let values = dataset.read_raw::<f64>().unwrap();
     let values: Vec<f64> = values

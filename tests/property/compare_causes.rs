@@ -138,7 +138,8 @@ fn property_another_drive_is_no_clock_and_no_sign() {
 
 /// Mistakes that were laid on the kick, the velocity tolerance, the law at rest, damping or signs: the number is named, or nothing is.
 #[test]
-fn property_a_number_is_not_laid_on_another_part() {
+#[ignore = "long: a search for the cause for each number"]
+fn property_long_a_number_is_not_laid_on_another_part() {
     const BRAKE: [&str; 5] = ["rotor_twist", "rotor_twist_rate", "phi1", "phi1_dot", "theta_dot"];
     for (case, key, value, columns) in [
         // The brake stops before the kick of the reference.

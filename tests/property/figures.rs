@@ -2,7 +2,6 @@
 
 use crate::common::cli::Folder;
 use proptest::prelude::*;
-use resvg::usvg;
 use stickslip::case::builtin::TRAINS;
 use stickslip::plot::branches::Branches;
 use stickslip::plot::catalogue::{self, ENTRIES, ExponentialFit};
@@ -10,7 +9,8 @@ use stickslip::plot::decimate::{MinMax, Portrait};
 use stickslip::plot::entry::Subject;
 use stickslip::plot::figure::{Cell, ColorKey, Map};
 use stickslip::plot::studies::{self, Choice};
-use stickslip::plot::{Axis, Curve, Figure, Panel, Run, raster, svg};
+use stickslip::plot::{self, Axis, Curve, Drawing, Figure, Form, Panel, Run};
+use tiny_skia::Rect;
 
 fn curves() -> impl Strategy<Value = Vec<(f64, f64)>> {
     prop::collection::vec((0.0..1.0f64, -1e3..1e3f64), 1..2000).prop_map(|steps| {
@@ -85,30 +85,24 @@ proptest! {
     }
 }
 
-/// Boxes of the texts and of everything else but the white ground, in the order of the document.
-fn boxes(svg: &str) -> (usvg::Size, Vec<(String, usvg::Rect)>, Vec<usvg::Rect>) {
-    fn walk(group: &usvg::Group, texts: &mut Vec<(String, usvg::Rect)>, paths: &mut Vec<usvg::Rect>) {
-        for node in group.children() {
-            match node {
-                usvg::Node::Group(group) => walk(group, texts, paths),
-                usvg::Node::Text(text) => {
-                    let words = text.chunks().iter().map(|chunk| chunk.text()).collect::<String>();
-                    // The ink: the box of the flattened letters.
-                    texts.push((words, text.flattened().abs_bounding_box()));
-                }
-                other => paths.push(other.abs_bounding_box()),
-            }
+/// Boxes of the texts and of everything else but the white ground, in the order of the drawing.
+fn boxes(drawing: &Drawing) -> (Vec<(String, Rect)>, Vec<Rect>) {
+    let (mut texts, mut rest) = (Vec::new(), Vec::new());
+    for element in &drawing.elements[1..] {
+        let place = element.outline().and_then(|outline| outline.compute_tight_bounds());
+        match (&element.form, place) {
+            (_, None) => {}
+            // The ink: the box of the letters.
+            (Form::Text(text), Some(place)) => texts.push((text.words.clone(), place)),
+            (_, Some(place)) => rest.push(place),
         }
     }
-    let tree = raster::tree(svg).unwrap();
-    let (mut texts, mut paths) = (Vec::new(), Vec::new());
-    walk(tree.root(), &mut texts, &mut paths);
-    (tree.size(), texts, paths.split_off(1))
+    (texts, rest)
 }
 
 /// More than a twentieth of a millimetre of both.
-fn overlap(a: &usvg::Rect, b: &usvg::Rect) -> bool {
-    let slack = 0.2;
+fn overlap(a: &Rect, b: &Rect) -> bool {
+    let slack = 5.0;
     a.left() + slack < b.right()
         && b.left() + slack < a.right()
         && a.top() + slack < b.bottom()
@@ -116,16 +110,14 @@ fn overlap(a: &usvg::Rect, b: &usvg::Rect) -> bool {
 }
 
 fn assert_readable(figure: &Figure, width: f64) {
-    let text = svg::svg(figure, width).unwrap();
-    let (size, texts, paths) = boxes(&text);
+    let drawing = plot::draw(figure, width).unwrap();
+    let size = (drawing.size.0 as f32, drawing.size.1 as f32);
+    let (texts, paths) = boxes(&drawing);
     let name = format!("{} at {width} mm", figure.name);
     assert!(texts.len() > 6, "{name}: {texts:?}");
     for (k, (words, place)) in texts.iter().enumerate() {
         assert!(!words.trim().is_empty(), "{name}: an empty text");
-        let inside = place.left() >= 0.0
-            && place.top() >= 0.0
-            && place.right() <= size.width()
-            && place.bottom() <= size.height();
+        let inside = place.left() >= 0.0 && place.top() >= 0.0 && place.right() <= size.0 && place.bottom() <= size.1;
         assert!(inside, "{name}: \"{words}\" leaves the picture: {place:?} in {size:?}");
         for (others, other) in &texts[k + 1..] {
             assert!(!overlap(place, other), "{name}: \"{words}\" covers \"{others}\"");

@@ -9,7 +9,7 @@
 use crate::common::cases::{parsed, source};
 use std::path::PathBuf;
 use stickslip::case::{Case, CaseSource, WrittenCase};
-use stickslip::continuation::{Continuation, ContinuationStudy, Explored, Special, Stored};
+use stickslip::continuation::{Continuation, ContinuationStudy, EndReason, Explored, Special, Stored};
 use stickslip::cycle::{Border, CycleError, Family, From, MultiplierKind, Orbit, Search, Stability, certify, find};
 use stickslip::sweep::StudySource;
 
@@ -530,6 +530,130 @@ fn analytic_the_curve_of_the_loss_of_contact() {
         "{:?}",
         explored.remarks
     );
+}
+
+/// A mass on a belt that is pressed by a harmonic force; `belt`, `mass` and `pressed` are what differs.
+fn pressed(belt: f64, mass: &str, pressed: &str, friction: &str) -> String {
+    format!(
+        "motion = 'translation'\n[rotor]\nend = 'driven'\nspeed = {belt:?}\n[stator]\nend = 'fixed'\n{mass}\n[contact]\n\
+         normal_force = {pressed}\n[friction]\n{friction}\n[initial]\nstator_speed = {belt:?}\n[output]\nend_time = 240.0\n"
+    )
+}
+
+/// A study of one number of a case.
+fn over(key: &str, from: f64, to: f64, branch: &str) -> String {
+    format!("case = 'case.toml'\n[[axis]]\nkey = '{key}'\nfrom = {from:?}\nto = {to:?}\n[branch]\n{branch}\n")
+}
+
+fn ends(explored: &Explored) -> Vec<EndReason> {
+    explored.branches.iter().map(|branch| branch.end).collect()
+}
+
+/// Folds of cycles whose stick ends by the force, with a mass whose k/m is rounded; a branch along which a zero
+/// eigenvalue is a rounding.
+#[test]
+fn multiprecision_folds_and_branches_of_sticks_that_end_by_a_signal() {
+    let force = "{ profile = 'sine', mean = 3.5544, amplitude = 2.13264, angular_frequency = 15.252609016443493 }";
+    let law = "law = 'hyperbolic'\nbreakaway = 0.8194\nlow_speed = 0.8127\nhigh_speed = 0.4101\nscale = 0.3119";
+    let mass = "inertia = 0.6106\nstiffness = 165.4868\ndamping = 0.289502665569689";
+    let study = over("stator.stiffness.0", 150.0, 413.717, "direction = 'up'");
+    let folds = explored(&pressed(0.2669, mass, force, law), &study);
+    assert_special_points(&folds, Special::Fold, &[224.3259846903, 213.659519527]);
+    let force = "{ profile = 'sine', mean = 2.0, amplitude = 1.2, angular_frequency = 2.0 }";
+    let law = "law = 'coulomb'\nbreakaway = 0.85\nkinetic = 0.6";
+    let study = over("stator.damping.0", 0.04, 0.2, "");
+    let count = |mass: f64| {
+        let mass = format!("inertia = {mass:?}\nstiffness = 9.7\ndamping = 0.08");
+        let explored = explored(&pressed(0.06, &mass, force, law), &study);
+        assert_eq!(ends(&explored), [EndReason::Range; 2]);
+        explored.points()
+    };
+    assert_eq!(count(0.65), count(1.0));
+}
+
+/// Where the start of the period moves off an event, the branch keeps its direction: with a drive whose period varies,
+/// and without a drive.
+#[test]
+fn property_a_branch_keeps_its_direction_where_its_start_moves() {
+    let law = "law = 'coulomb'\nbreakaway = 1.1\nkinetic = 1.0";
+    let forced = forced("end = 'fixed'", 0.1, 1.5, 1.0, law);
+    let explored_forced = explored(&forced, &over("stator.torque.angular_frequency", 0.6, 1.75, ""));
+    assert_eq!(ends(&explored_forced), [EndReason::Range; 2]);
+    let last = explored_forced.branches[0].points.last().unwrap();
+    near(last.spectrum[0].0, 0.002075792808, 1e-6);
+    let mass = "inertia = [0.738, 1.298142, 1.2647844]\nstiffness = [6.7842, 18.55275174, 3.55017186]\n\
+                damping = [0.6054876570968694, 0.7366968323897609, 0.6507175850820055]";
+    let law = "law = 'exponential'\nbreakaway = 0.6517\nlow_speed = 0.6517\nhigh_speed = 0.3835\ndecay = 3.5348";
+    let text =
+        pressed(0.3701, mass, "5.4161", law).replace("stator_speed = 0.3701", "stator_speed = [0.3701, 0.0, 0.0]");
+    let explored = explored(
+        &text,
+        &over(
+            "stator.stiffness.0",
+            2.71368,
+            16.9605,
+            "of = 'steady'\ndirection = 'down'",
+        ),
+    );
+    assert!(explored.remarks.is_empty(), "{:?}", explored.remarks);
+}
+
+/// Cycles become as small as the belt is slow, without a Hopf point; steady sliding on a slow belt comes to rest.
+#[test]
+fn property_cycles_shrink_to_steady_sliding_at_a_hopf_point_only() {
+    let mass = "inertia = 0.538\nstiffness = 6957.0\ndamping = 5.746";
+    let law = "law = 'stribeck'\nbreakaway = 6.0\nlow_speed = 6.0\nhigh_speed = 2.0\nscale = 0.1\nexponent = 1\nviscous = 0.2";
+    let text = pressed(0.2, mass, "1.0", law).replace("240.0", "20.0");
+    let explored = explored(
+        &text,
+        &over(
+            "rotor.speed",
+            0.0,
+            0.3,
+            "of = ['steady', 'cycle']\ndirection = 'down'\npoints = 300",
+        ),
+    );
+    assert_eq!(ends(&explored)[..2], [EndReason::Rest, EndReason::Points]);
+    let cycles = &explored.branches[1].points;
+    assert!(cycles.iter().all(|point| point.special.is_none()));
+    let slow = cycles
+        .iter()
+        .min_by(|a, b| (a.value - 1e-3).abs().total_cmp(&(b.value - 1e-3).abs()))
+        .unwrap();
+    // 0.077527481 s at 0.001 m/s, changing by 0.8 s per m/s.
+    near(slow.period, 0.077527481 - 0.8 * (slow.value - 1e-3), 1e-3);
+}
+
+/// A slip that ends at rest only touches the belt, and the motion jumps: the border, seen from the stick's side.
+#[test]
+fn property_a_slip_that_only_touches_the_belt() {
+    let force = "{ profile = 'sine', mean = 2.0, amplitude = 3.0, angular_frequency = 5.0 }";
+    let mass = "inertia = 1.0\nstiffness = 20.0\ndamping = 0.8";
+    let text = pressed(0.5, mass, force, "law = 'coulomb'\nbreakaway = 0.6\nkinetic = 0.4");
+    let explored = explored(
+        &text,
+        &over("contact.normal_force.amplitude", 1.0, 6.0, "direction = 'down'"),
+    );
+    assert_eq!(ends(&explored), [EndReason::Jump]);
+    let touch = special_points(&explored, Special::Border(Border::Touch));
+    // Where the distance of cycles beside it, which is linear, comes to zero.
+    near(touch[0].0, 1.593503109992, 3e-12);
+    let orbit = found(&source(&text), &["contact.normal_force.amplitude=1.5936"]);
+    let nearest = orbit.nearest.unwrap();
+    assert_eq!(nearest.border, Border::Graze);
+    assert!(nearest.distance > 0.0 && nearest.distance < 1e-2, "{nearest:?}");
+}
+
+/// The flip of which the doubled cycles were born is found from their side.
+#[test]
+fn multiprecision_flip_from_the_doubled_side() {
+    let text = driven_on_a_belt(2.6)
+        .replace("amplitude = 0.1", "amplitude = 1.52127")
+        .replace("300.0", "1500.0");
+    let study = over("stator.torque.angular_frequency", 2.2, 3.0, "direction = 'up'");
+    let explored = explored(&text, &study);
+    assert_eq!(ends(&explored), [EndReason::Halved]);
+    assert_special_points(&explored, Special::Flip, &[2.7587172466188]);
 }
 
 /// A number that is the frequency of one drive of several leaves no common period.

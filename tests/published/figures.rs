@@ -130,6 +130,15 @@ fn analytic_torque_in_slip_is_the_friction_law() {
     }
     // Sticks stand at no velocity, from the torque after a stop to the limit.
     assert!(points(&figure, "stick").iter().all(|p| p.0.abs() < 1e-15));
+    // A window that ends with an event shows the state at it.
+    let onset = runs[0].stick_slip.onset_time.unwrap();
+    let figure = own::phase(&runs, "law", "law", axes, (6.97, onset)).unwrap();
+    let end = figure.panels[0]
+        .curves
+        .iter()
+        .find(|curve| curve.style == CurveStyle::Solid);
+    let end = end.and_then(|curve| curve.points().last()).unwrap().0;
+    assert!(end.abs() < 1e-12, "{end}");
 }
 
 /// The gallery has every figure, and every picture that it shows is there.
@@ -185,7 +194,10 @@ fn drawn_amplitudes(figure: &Figure) -> Vec<f64> {
         .filter(|curve| curve.style == CurveStyle::Solid)
         .flat_map(Curve::points)
         .for_each(|p| turns.push(p.1));
-    turns.amplitudes()
+    // Turns that are smaller than a point of the picture are thinned.
+    let amplitudes = turns.amplitudes();
+    let largest = amplitudes.iter().fold(0.0, |a: f64, &b| a.max(b));
+    amplitudes.into_iter().filter(|a| *a > 1e-4 * largest).collect()
 }
 
 fn assert_spiral(name: &str, least_turns: usize, grows: bool) {

@@ -58,7 +58,8 @@ fn regression_the_us_values_meet_the_papers_numbers_near_five() {
 }
 
 #[test]
-fn regression_with_the_rounded_si_values_the_papers_numbers_contradict_each_other() {
+#[ignore = "long: a search that ends in a contradiction"]
+fn regression_long_with_the_rounded_si_values_the_papers_numbers_contradict_each_other() {
     let study = study("paper-si-decay");
     let calibration = found(&study);
     for held in ["onset_time", "final_stick_time", "first_stick_duration", "first_period"] {

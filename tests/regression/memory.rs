@@ -66,7 +66,8 @@ fn regression_a_million_samples_take_less_than_64_mib() {
 /// a cycle 24: kept, the longer run would add its share of both. By the end of the shorter one HDF5's own cache of the
 /// file's structure is as large as it gets.
 #[test]
-fn regression_events_are_not_kept_in_memory() {
+#[ignore = "long: a run of many events"]
+fn regression_long_events_are_not_kept_in_memory() {
     let folder = tempfile::tempdir().unwrap();
     let run = |end: &str| {
         let target = folder.path().join("events.h5");

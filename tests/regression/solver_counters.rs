@@ -1,6 +1,6 @@
 //! What the built-in reference runs cost, as snapshots: a change of cost has to be seen and accepted.
 //!
-//! After a change that is meant: `INSTA_UPDATE=always cargo test --test regression solver_counters::`, and read the diff.
+//! After a change that is meant: `INSTA_UPDATE=always cargo test --test reference solver_counters::`, and read the diff.
 //!
 //! The last bit of a right-hand side decides which steps a solver takes, and it belongs to the mathematical library and the
 //! processor. Where both are those of the snapshots, every count is held exactly; elsewhere within [`SHARE`].
@@ -83,7 +83,7 @@ fn hold(name: &str, counters: &str) {
     }
     println!("another arithmetic (digest {digest:#x}): counters within {SHARE} of the snapshot");
     let path = format!(
-        "{}/tests/regression/snapshots/regression__solver_counters__{name}.snap",
+        "{}/tests/regression/snapshots/reference__regression__solver_counters__{name}.snap",
         env!("CARGO_MANIFEST_DIR")
     );
     let snapshot = std::fs::read_to_string(path).unwrap();

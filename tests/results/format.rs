@@ -1,4 +1,4 @@
-//! The bytes of a result file, and what it lists of itself. What other programs see in one: `results_readers`.
+//! The bytes of a result file, and what it lists of itself. What other programs see in one: `machine/readers`.
 
 use std::collections::BTreeMap;
 use std::fs;

@@ -67,6 +67,24 @@ fn results_kept_rows_make_the_same_file() -> Outcome {
     Ok(())
 }
 
+/// Who shows /events as the file has it, with the column of the witness after those that were recorded, writes the same file.
+#[test]
+fn results_the_column_of_a_witness_is_written_once() -> Outcome {
+    let folder = tempfile::tempdir()?;
+    let case = case("paper-si", &[])?;
+    let kept = KeptRun::new(&case).witness(true).start();
+    let column = kept.end.run.witness.as_ref().ok_or("no witness")?.column();
+    let files = ["alone.h5", "shown.h5"].map(|name| folder.path().join(name));
+    let mut rows = view(&kept.rows);
+    kept.end.write(&files[0], Overwrite::OwnResults, &rows)?;
+    rows.tables[1].push(column.values.view());
+    kept.end.write(&files[1], Overwrite::OwnResults, &rows)?;
+    assert_eq!(differences(&files[0], &files[1])?, 0);
+    let file = ResultFile::open(&files[1])?;
+    assert_eq!(file.typed_column("events", "witness_time")?, column.values);
+    Ok(())
+}
+
 /// Each column in the type that it has in memory, and the attributes of /stick_slip.
 #[test]
 fn results_typed_columns_are_those_of_memory() -> Outcome {

@@ -21,7 +21,7 @@ fn child_that_never_finishes() {
 
 fn start_child(target: &Path) -> Child {
     Command::new(std::env::current_exe().unwrap())
-        .args(["--exact", "kill::child_that_never_finishes", "--ignored"])
+        .args(["--exact", "results::kill::child_that_never_finishes", "--ignored"])
         .env(TARGET, target)
         .stdout(Stdio::null())
         .spawn()

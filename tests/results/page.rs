@@ -335,6 +335,29 @@ fn results_two_runs_are_on_one_page_with_their_difference() {
     assert!(pairs.len() * 10 > ours.len() * 8, "{} of {}", pairs.len(), ours.len());
 }
 
+/// Each run that is short of samples has its own command; a run that has enough has none, which the page once called "null".
+#[test]
+fn results_a_second_run_with_too_few_samples_has_its_own_remedy() {
+    let folder = tempfile::tempdir().unwrap();
+    let first = folder.path().join("first.h5");
+    std::fs::rename(run(&folder, &[]), &first).unwrap();
+    let second = run(
+        &folder,
+        &["output.window=[]", "output.around=none", "output.interval=1e-3"],
+    );
+    let (first, second) = (ResultFile::open(&first).unwrap(), ResultFile::open(&second).unwrap());
+    let target = folder.path().join("pair.html");
+    page::write(&first, Some(&second), &target, false).unwrap();
+    let page = Page::read(&target);
+    assert!(page.run["remedy"].is_null());
+    says(
+        page.run["second"]["remedy"].as_str().unwrap(),
+        &["stickslip run paper.h5"],
+    );
+    let text = std::fs::read_to_string(&target).unwrap();
+    assert!(!text.contains("${run.remedy}"));
+}
+
 #[test]
 fn results_shaded_modes_are_those_of_the_segments() {
     let folder = tempfile::tempdir().unwrap();

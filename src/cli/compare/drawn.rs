@@ -1,15 +1,15 @@
 //! The figures of a report.
 
 use super::pages::{Drawn, Part};
-use crate::compare::{Comparison, Mapping, Reference};
 use crate::plot::comparison::Beside;
-use crate::plot::{Figure, PlotError, Run, svg};
+use crate::plot::{self, Figure, PlotError, Run};
 use std::path::Path;
+use stickslip_compare::{Comparison, Mapping, Reference};
 
-/// Width of a figure of a report, mm.
+/// mm.
 const WIDTH: f64 = 170.0;
 
-/// What there is to see of a comparison, the `number`th of a report whose file is `report`; or why there is nothing.
+/// The figures of the `number`th comparison in `report`, or why there are none.
 pub(super) fn figures(
     (reference, mapping): (&Reference, &Mapping),
     comparison: &Comparison,
@@ -33,7 +33,7 @@ pub(super) fn figures(
             Ok(Part::Figure(Drawn {
                 file: format!("{stem}{place}-{}.svg", figure.name),
                 title: figure.full_title(),
-                svg: svg::svg(figure, WIDTH)?,
+                svg: plot::draw(figure, WIDTH)?.svg(),
             }))
         };
         beside.figures(comparison)?.iter().map(part).collect()

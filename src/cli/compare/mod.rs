@@ -1,4 +1,4 @@
-//! `stickslip compare`.
+//! `stickslip compare`: the result of another solver against a reference.
 
 mod drawn;
 mod pages;
@@ -8,10 +8,10 @@ mod target;
 use super::arguments::{Common, CompareOptions};
 use super::input::columns;
 use super::progress::Bar;
+use super::reference::open_reference;
 use super::{CommandError, End, print, print_json, wants_json, wants_text};
-use crate::compare::{CompareError, Comparison, Mapping, Reference, Requirement};
+use stickslip_compare::{CompareError, Comparison, Mapping, Reference, Requirement};
 
-/// Holds candidates against a reference.
 pub(super) fn compare(options: &CompareOptions, common: &Common) -> Result<End, CommandError> {
     let requirements = options.require.iter().map(|text| Requirement::parse(text));
     let requirements = requirements
@@ -19,7 +19,7 @@ pub(super) fn compare(options: &CompareOptions, common: &Common) -> Result<End, 
         .map_err(CommandError::input)?;
     let report = options.report.as_deref();
     let report = report.map(|path| target::Target::check(path, options)).transpose()?;
-    let reference = Reference::open(&options.reference)?;
+    let reference = open_reference(&options.reference)?;
     let mapping = mapping(options, &reference)?;
     let comparisons = options.candidates.iter().map(|path| {
         let bar = Bar::new(common);
@@ -36,7 +36,7 @@ pub(super) fn compare(options: &CompareOptions, common: &Common) -> Result<End, 
         let page = |(number, c): (usize, &Comparison)| {
             let mut page = pages::page(c, pages::Length::Whole);
             let figures = drawn::figures((&reference, &mapping), c, (target.path(), number));
-            // After what was read.
+            // After the paragraph about the files.
             page.parts.splice(1..1, figures);
             page
         };
@@ -44,7 +44,7 @@ pub(super) fn compare(options: &CompareOptions, common: &Common) -> Result<End, 
         target.write(&pages, &shortfalls)?;
     }
     if wants_json(common) {
-        // Shortfalls are the requirements that were not met, in words.
+        // Shortfalls are the failed requirements in words.
         print_json(&document! { comparisons: &comparisons, shortfalls: &shortfalls })?;
     }
     if wants_text(common) {
@@ -57,7 +57,6 @@ pub(super) fn compare(options: &CompareOptions, common: &Common) -> Result<End, 
     }
 }
 
-/// The mapping file with the options over it.
 fn mapping(options: &CompareOptions, reference: &Reference) -> Result<Mapping, CompareError> {
     let mut mapping = columns(reference, options.map.as_deref(), &options.columns)?;
     if let Some(path) = &options.events {
@@ -70,6 +69,9 @@ fn mapping(options: &CompareOptions, reference: &Reference) -> Result<Mapping, C
         mapping.set_time_offset(text)?;
     }
     mapping.quick = options.quick;
+    if let Some(text) = &options.max_wall_time {
+        mapping.set_max_wall_time(text)?;
+    }
     if let Some(factor) = options.hysteresis {
         mapping
             .set_hysteresis(factor)

@@ -1,49 +1,43 @@
-//! The contents of a report of a comparison, whatever its format.
+//! Contents of a comparison's report, for all formats.
 
-use crate::compare::benchmark::BenchmarkScore;
-use crate::compare::{ChannelErrors, Comparison, Score, Statistic};
-use crate::record::sequence::{Difference, Fault};
+use stickslip_compare::{ChannelErrors, Comparison, Score, Statistic};
+use stickslip_system::record::sequence::{Difference, Fault};
 
-/// How much of a comparison is told.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Length {
-    /// What fits a terminal.
+    /// Fits a terminal.
     Screen,
-    /// Every event.
+    /// All events.
     Whole,
 }
 
-/// Differences of the sequences that a terminal shows.
+/// Differences between the sequences on a terminal.
 const LISTED: usize = 10;
 
-/// A report of one comparison.
 pub(super) struct Page {
     pub title: String,
     pub verdict: String,
     pub parts: Vec<Part>,
 }
 
-/// A piece of a report.
 pub(super) enum Part {
     Text(String),
     Table(Table),
     Figure(Drawn),
 }
 
-/// A figure of a report.
 pub(super) struct Drawn {
-    /// Name of its file, without folder, where it has one of its own.
+    /// File name without folder, if the figure has its own file.
     pub file: String,
     pub title: String,
     pub svg: String,
 }
 
-/// A table; all columns but the first are numbers, unless `texts` says how many are not.
 pub(super) struct Table {
     pub title: String,
     pub header: Vec<&'static str>,
     pub rows: Vec<Vec<String>>,
-    /// Columns from the left that are texts.
+    /// Number of leading text columns; the others are numbers.
     pub texts: usize,
 }
 
@@ -64,7 +58,7 @@ impl Table {
 }
 
 pub(super) fn page(c: &Comparison, length: Length) -> Page {
-    // What can be seen at all comes first.
+    // The resolution comes first: it limits everything below.
     let mut parts: Vec<Part> = resolution(c).into_iter().map(Part::Text).collect();
     parts.push(Part::Text(what_was_read(c)));
     parts.extend(hysteresis(c).map(Part::Text));
@@ -73,7 +67,9 @@ pub(super) fn page(c: &Comparison, length: Length) -> Page {
     }
     parts.push(Part::Table(statistics(c)));
     parts.extend(c.score.as_ref().map(|found| Part::Table(score(found))));
-    parts.extend(c.benchmark.as_ref().map(|found| Part::Table(benchmark(found))));
+    if let Some(command) = &c.score_command {
+        parts.push(Part::Text(format!("score by the rules of the set: {command}")));
+    }
     parts.extend(c.parameters.as_ref().map(|found| Part::Table(numbers(found))));
     let e = &c.event_errors;
     if let (Some(max), Some(at), Some(rms)) = (e.max, e.max_at, e.rms) {
@@ -118,14 +114,14 @@ pub(super) fn page(c: &Comparison, length: Length) -> Page {
     }
     if length == Length::Whole && e.matched > 0 {
         parts.push(Part::Table(events(c)));
-        // What a run of many cycles does says the growth; --json has every event.
+        // The growth summarises runs of many cycles; --json has every event.
         let more = e.events.len().saturating_sub(most_events(c));
         if more > 0 {
             parts.push(Part::Text(format!("and {more} more, which --json has")));
         }
     }
     if !c.case_differences.is_empty() {
-        let row = |d: &crate::compare::CaseDifference| vec![d.key.clone(), d.reference.clone(), d.candidate.clone()];
+        let row = |d: &stickslip_compare::CaseDifference| vec![d.key.clone(), d.reference.clone(), d.candidate.clone()];
         let header = ["key", "reference", "candidate"];
         let rows = c.case_differences.iter().map(row);
         parts.push(Part::Table(Table::new(
@@ -142,7 +138,7 @@ pub(super) fn page(c: &Comparison, length: Length) -> Page {
     }
 }
 
-/// Errors that depend on no threshold.
+/// Errors without a threshold.
 fn score(score: &Score) -> Table {
     let row = |name: &str, reference: String, candidate: String, error: String, relative: f64| {
         vec![name.to_owned(), reference, candidate, error, format!("{relative:.1e}")]
@@ -188,43 +184,13 @@ fn score(score: &Score) -> Table {
     Table::new(title, 1, &["", "reference", "candidate", "error", "relative"], rows)
 }
 
-/// What the rules of a benchmark set say.
-fn benchmark(score: &BenchmarkScore) -> Table {
-    let number = |value: Option<f64>| value.map_or_else(String::new, |value| format!("{value:.3e}"));
-    let digits = |value: Option<f64>| value.map_or_else(String::new, |value| format!("{value:.1}"));
-    let row = |name: String, error: Option<f64>, unit: &str, fewest: Option<f64>| {
-        vec![name, number(error), unit.to_owned(), digits(fewest)]
-    };
-    let s = &score.sequence;
-    let sequence = match s.agrees {
-        Some(true) => format!("{} events in the right order", s.reference_events),
-        Some(false) => format!(
-            "events: {} missing, {} too many",
-            s.missing.unwrap_or_default(),
-            s.spurious.unwrap_or_default()
-        ),
-        None => "no events".to_owned(),
-    };
-    let mut rows = vec![row(sequence, score.largest_event_error, "s", score.digits)];
-    let columns = score.samples.iter().flat_map(|samples| &samples.columns);
-    rows.extend(columns.map(|of| row(format!("{}, rms", of.name), Some(of.rms), &of.unit, of.digits)));
-    rows.extend(
-        score
-            .summary
-            .iter()
-            .map(|of| row(of.name.clone(), of.error, &of.unit, of.digits)),
-    );
-    let title = format!("by the rules of the set: {}, set {}", score.problem, score.set);
-    Table::new(title, 1, &["", "error", "unit", "digits"], rows)
-}
-
-/// The numbers of the case that a candidate has otherwise, and those that explain it as well.
-fn numbers(found: &crate::compare::OtherParameters) -> Table {
-    let row = |number: &crate::compare::OtherNumber| {
+/// Parameters of the case that differ in the candidate, and those that explain it equally well.
+fn numbers(found: &stickslip_compare::OtherParameters) -> Table {
+    let row = |number: &stickslip_compare::OtherNumber| {
         let unit = if number.unit == "1" { "" } else { number.unit };
         let (value, error) = number.value_and_error();
         vec![
-            format!("{} ({})", number.path, number.symbol),
+            format!("{} ({})", number.key, number.symbol),
             format!("{}", number.reference),
             value,
             error,
@@ -236,7 +202,6 @@ fn numbers(found: &crate::compare::OtherParameters) -> Table {
     Table::new("numbers of the case that it has otherwise", 1, &header, rows)
 }
 
-/// What its times resolve.
 fn resolution(c: &Comparison) -> Option<String> {
     let r = c.resolution.as_ref()?;
     let mut text = format!("its times are {}, {:.1e} s apart at {} s", r.of, r.seconds, short(r.at));
@@ -256,7 +221,7 @@ fn resolution(c: &Comparison) -> Option<String> {
 
 /// Impulses since the first sample.
 fn impulses(c: &Comparison) -> Table {
-    let row = |i: &crate::compare::ImpulseErrors| {
+    let row = |i: &stickslip_compare::ImpulseErrors| {
         vec![
             i.channel.clone().into_owned(),
             format!("{:.6e} {}", i.reference, i.unit),
@@ -289,8 +254,7 @@ fn impulse_notes(c: &Comparison) -> Vec<String> {
     notes
 }
 
-/// How the errors of the events grow from cycle to cycle, if they do.
-fn growth(cycles: &crate::compare::CycleErrors) -> String {
+fn growth(cycles: &stickslip_compare::CycleErrors) -> String {
     let of = format!("{} matched {}s", cycles.cycles, cycles.of);
     if !cycles.drifts {
         return format!(
@@ -305,14 +269,13 @@ fn growth(cycles: &crate::compare::CycleErrors) -> String {
     )
 }
 
-/// Matched events that a report lists: all of a motion that comes to its end, the first of one that goes on in cycles.
+/// Matched events in a report: all if the motion ends, the first ones of a motion in cycles.
 fn most_events(c: &Comparison) -> usize {
     const OF_CYCLES: usize = 100;
     if c.time_scale.is_some() { OF_CYCLES } else { usize::MAX }
 }
 
-/// The drift of the energy, if the samples show one.
-fn energy(drift: &crate::compare::EnergyDrift) -> String {
+fn energy(drift: &stickslip_compare::EnergyDrift) -> String {
     let over = format!(
         "over {:.3} s of eight samples or more in a natural period",
         drift.covered
@@ -329,7 +292,6 @@ fn energy(drift: &crate::compare::EnergyDrift) -> String {
     )
 }
 
-/// Format, span and where the events are from.
 fn what_was_read(c: &Comparison) -> String {
     let mut text = c.format.to_owned();
     if let Some(span) = c.span {
@@ -363,7 +325,6 @@ fn what_was_read(c: &Comparison) -> String {
     text
 }
 
-/// What the hysteresis of the detection moves.
 fn hysteresis(c: &Comparison) -> Option<String> {
     let (effect, detection) = (c.hysteresis.as_ref()?, c.detection.as_ref()?);
     let more = if effect.chatters { " or more" } else { "" };
@@ -384,7 +345,7 @@ fn hysteresis(c: &Comparison) -> Option<String> {
     Some(text)
 }
 
-/// A time with nine decimals at most.
+/// At most nine decimals.
 fn short(time: f64) -> String {
     let text = format!("{time:.9}");
     text.trim_end_matches('0').trim_end_matches('.').to_owned()
@@ -438,7 +399,7 @@ fn sequence(differences: &[Difference], shown: usize) -> Table {
 /// A table for each phase.
 fn channels(c: &Comparison) -> Vec<Table> {
     let digits = |d: Option<f64>| d.map_or_else(String::new, |d| format!("{d:.1}"));
-    // Where there is no error, there is no time of the largest.
+    // Without an error there is no time of the largest one.
     let largest_at = |row: &ChannelErrors| Some(row.max_at).filter(|_| row.max > 0.0);
     let line = |row: &ChannelErrors| {
         vec![
@@ -476,7 +437,7 @@ fn samples(c: &Comparison) -> Option<String> {
 }
 
 fn events(c: &Comparison) -> Table {
-    let row = |e: &crate::compare::EventError| {
+    let row = |e: &stickslip_compare::EventError| {
         vec![
             e.kind.to_owned(),
             e.position.to_string(),

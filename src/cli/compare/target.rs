@@ -1,4 +1,4 @@
-//! Where a report is written.
+//! Destination of a report.
 
 use super::super::CommandError;
 use super::super::arguments::CompareOptions;
@@ -7,7 +7,6 @@ use super::render;
 use crate::plot::target::{self, Product};
 use std::path::{Path, PathBuf};
 
-/// A file that a report may be written to.
 pub(super) struct Target {
     path: PathBuf,
     html: bool,
@@ -15,7 +14,7 @@ pub(super) struct Target {
 }
 
 impl Target {
-    /// Refuses another format, an input, and a file that is no report, before anything is computed.
+    /// Refuses unknown formats, inputs, and existing files that are no report, before anything is computed.
     pub fn check(path: &Path, options: &CompareOptions) -> Result<Target, CommandError> {
         let extension = path.extension().map(|e| e.to_string_lossy().to_lowercase());
         let html = match extension.as_deref() {
@@ -43,13 +42,11 @@ impl Target {
         })
     }
 
-    /// Where the report goes.
     pub fn path(&self) -> &Path {
         &self.path
     }
 
-    /// Writes the report; the figures of one in Markdown are files beside it, which replace no other than figures of this
-    /// program.
+    /// Writes the report. Figures of a Markdown report are files beside it, which replace only figures of this program.
     pub fn write(&self, pages: &[Page], shortfalls: &[String]) -> Result<(), CommandError> {
         let text = if self.html {
             render::html(pages, shortfalls)

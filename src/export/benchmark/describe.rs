@@ -1,30 +1,29 @@
-//! The two descriptions of a package for programs: a Data Package (Frictionless, version 1) and an RO-Crate 1.1.
+//! Machine-readable descriptions of a package: Data Package (Frictionless, version 1) and RO-Crate 1.1.
 
 use super::super::table::{Column, Kind};
 use super::{About, MARK, RO_CRATE};
 use serde_json::{Value, json};
+use stickslip_system::quote::bound;
 
-/// A file of the package.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Resource {
     pub path: String,
     pub title: String,
     pub media: &'static str,
     pub bytes: u64,
-    /// In hexadecimal digits.
+    /// Hexadecimal.
     pub sha256: String,
-    /// Of a table.
+    /// For tables only.
     pub schema: Option<Value>,
 }
 
 impl Resource {
-    /// Letters, digits, points and hyphens: the path without the extension of a table.
+    /// Letters, digits, points and hyphens; without the extension of a table.
     fn name(&self) -> String {
         self.path.trim_end_matches(".csv").to_lowercase()
     }
 }
 
-/// The Table Schema of columns.
 pub(super) fn schema(columns: &[Column], key: &[&'static str]) -> Value {
     let fields: Vec<Value> = columns.iter().map(field).collect();
     let mut schema = json!({ "fields": fields, "missingValues": ["", "NaN"], "primaryKey": key });
@@ -59,8 +58,11 @@ fn field(column: &Column) -> Value {
 fn description(about: &About) -> String {
     format!(
         "A reference run of friction-induced stick-slip vibration: {}. {} events, of which {} have a certified time, with \
-         uncertainties up to {:.1e} s; equations, parameters, sensitivities and samples.",
-        about.title, about.events, about.certain, about.largest_uncertainty
+         uncertainties up to {} s; equations, parameters, sensitivities and samples.",
+        about.title,
+        about.events,
+        about.certain,
+        bound(about.largest_uncertainty, 1)
     )
 }
 
@@ -68,7 +70,6 @@ fn printed(document: &Value) -> String {
     serde_json::to_string_pretty(document).unwrap_or_default() + "\n"
 }
 
-/// The text of `datapackage.json`.
 pub(super) fn data_package(about: &About, resources: &[Resource]) -> String {
     let resource = |resource: &Resource| {
         let mut found = json!({
@@ -113,7 +114,6 @@ fn license_page(id: &str) -> String {
     format!("https://spdx.org/licenses/{id}")
 }
 
-/// The text of `ro-crate-metadata.json`.
 pub(super) fn ro_crate(about: &About, resources: &[Resource]) -> String {
     let reference = |id: &str| json!({ "@id": id });
     let mut parts: Vec<Value> = resources.iter().map(|resource| reference(&resource.path)).collect();

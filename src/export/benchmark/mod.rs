@@ -1,9 +1,9 @@
-//! A certified run as a folder that others can use and cite without this program: equations, parameters, events with
-//! uncertainties, sensitivities and samples, described as a Data Package (Frictionless) and as an RO-Crate.
+//! Benchmark packages: a certified run as a folder to use and cite without this program, with equations, parameters,
+//! events, uncertainties, sensitivities and samples, described as a Data Package (Frictionless) and as an RO-Crate.
 //!
 //! | module | what it is |
 //! |---|---|
-//! | `pages` | what is there to read, and the script that repeats the run |
+//! | `pages` | the pages for readers, and the script that repeats the run |
 //! | `parameters` | the resolved case as a list with units |
 //! | `describe` | `datapackage.json` and `ro-crate-metadata.json` |
 
@@ -14,65 +14,69 @@ mod parameters;
 use super::request::{Which, columns};
 use super::table::{Column, Kind, Table};
 use super::{ExportError, csv};
-use crate::case::{Case, CaseSource, Words};
-use crate::provenance;
-use crate::record::EventKind;
-use crate::results::schema::{TIME_UNCERTAINTY, group};
-use crate::results::{ResultFile, folder_of, open_sound};
 use describe::Resource;
 use sha2::{Digest, Sha256};
 use std::fs;
 use std::io::Write;
 use std::path::Path;
+use std::sync::atomic::{AtomicBool, Ordering};
+use stickslip_analysis::provenance;
+use stickslip_case::{Case, CaseSource, Words};
+use stickslip_files::schema::{TIME_UNCERTAINTY, group};
+use stickslip_files::{ResultFile, folder_of, open_sound};
+use stickslip_system::record::EventKind;
 
-/// By which the program knows a package that it has written.
 const MARK: &str = "stickslip-benchmark";
 
-/// The description that has the mark, and what an RO-Crate has to be called.
+/// The description that carries the mark, and the prescribed name of an RO-Crate.
 const DATA_PACKAGE: &str = "datapackage.json";
 const RO_CRATE: &str = "ro-crate-metadata.json";
 
-/// Under which conditions a package is given away.
+/// Author and licence of a package.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub struct Terms {
-    /// Who made it.
+    /// Author.
     pub author: Option<String>,
-    /// An SPDX identifier.
+    /// SPDX identifier.
     pub license: Option<String>,
 }
 
-/// What a package says of itself.
 #[derive(Debug)]
 struct About {
     title: String,
     terms: Terms,
-    /// The program, with its version.
     program: String,
     version: String,
-    /// Where the equations are published; empty where they are not.
+    /// Publications of the equations; may be empty.
     references: String,
-    /// When the run was made, and the package, UTC.
+    /// Dates of the run and of the package, UTC.
     run: String,
     made: String,
     method: String,
-    /// By what the uncertainties were found: ladder or oracle.
+    /// Source of the uncertainties: ladder or oracle.
     certified_by: String,
     events: usize,
-    /// Those whose time has an uncertainty.
+    /// Number of events whose time has an uncertainty.
     certain: usize,
     largest_uncertainty: f64,
-    /// The case numbers its parts.
     numbers_parts: bool,
-    /// A script that repeats the run belongs to it.
+    /// The package has a script that repeats the run.
     example: bool,
 }
 
-/// Writes the package of the certified result at `path` into `folder`; returns the names of its files.
+/// Writes the package of the certified result at `path` into `folder`; returns the names of its files, or `None` if `stop` was set
+/// before the folder was touched.
 ///
 /// # Errors
-/// A result that is not certified; a folder that is there already and is no such package, without `force`; a licence that is no
-/// identifier; or one of the files.
-pub fn write(path: &Path, folder: &Path, terms: &Terms, force: bool) -> Result<Vec<String>, ExportError> {
+/// An uncertified result, an existing folder that is no such package (without `force`), an invalid licence identifier,
+/// or a file error.
+pub fn write(
+    path: &Path,
+    folder: &Path,
+    terms: &Terms,
+    force: bool,
+    stop: &AtomicBool,
+) -> Result<Option<Vec<String>>, ExportError> {
     let file = open_sound(path)?;
     check_terms(terms)?;
     check_folder(folder, force)?;
@@ -86,18 +90,20 @@ pub fn write(path: &Path, folder: &Path, terms: &Terms, force: bool) -> Result<V
     let resources = fill([made.path(), folder], &file, about, events)?;
     let mut names: Vec<String> = resources.into_iter().map(|resource| resource.path).collect();
     names.extend([DATA_PACKAGE.to_owned(), RO_CRATE.to_owned()]);
+    if stop.load(Ordering::Relaxed) {
+        return Ok(None);
+    }
     fs::create_dir_all(folder).map_err(failed)?;
-    // What an earlier package had and this one does not would not be described.
+    // Files of an earlier package that this one does not have.
     for stale in OPTIONAL.iter().filter(|name| !names.iter().any(|known| known == *name)) {
         let _ = fs::remove_file(folder.join(stale));
     }
     for name in &names {
         fs::rename(made.path().join(name), folder.join(name)).map_err(failed)?;
     }
-    Ok(names)
+    Ok(Some(names))
 }
 
-/// Files that not every package has.
 const OPTIONAL: [&str; 3] = ["exact-events.csv", "sensitivities.csv", "example.py"];
 
 fn check_terms(terms: &Terms) -> Result<(), ExportError> {
@@ -108,13 +114,12 @@ fn check_terms(terms: &Terms) -> Result<(), ExportError> {
     match &terms.license {
         Some(text) if !is_identifier(text) => Err(ExportError::Asked(format!(
             "--license {}: not an SPDX identifier; give one such as CC-BY-4.0 or CC0-1.0",
-            crate::quote::shown(text)
+            stickslip_system::quote::shown(text)
         ))),
         _ => Ok(()),
     }
 }
 
-/// Whether the package may be written there.
 fn check_folder(folder: &Path, force: bool) -> Result<(), ExportError> {
     let refuse = |what: &str| Err(ExportError::Asked(format!("{}: {what}", folder.display())));
     if !folder_of(folder).is_dir() {
@@ -137,7 +142,6 @@ fn check_folder(folder: &Path, force: bool) -> Result<(), ExportError> {
     refuse("there already, and not a benchmark package; choose another folder with -o, or write into it with --force")
 }
 
-/// Reads what the package says of itself, and its table of events.
 fn examine<'a>(file: &'a ResultFile, terms: &Terms) -> Result<(About, Table<'a>), ExportError> {
     let rows = file.table_rows(group::EVENTS)?;
     let of_events = columns(file, Which::Events)?;
@@ -188,7 +192,7 @@ fn examine<'a>(file: &'a ResultFile, terms: &Terms) -> Result<(About, Table<'a>)
     ))
 }
 
-/// Writes every file of the package into a folder, which is called by another name in errors: that which it is to have.
+/// Writes all files of the package into the folder `folder`, which errors call `called` (its final name).
 fn fill(
     [folder, called]: [&Path; 2],
     file: &ResultFile,
@@ -201,7 +205,7 @@ fn fill(
         resources: Vec::new(),
     };
     let parameters = parameters::read(&file.resolved()?);
-    // The script gives the kicks before the first stick.
+    // The script applies kicks only before the first stick.
     let found = file.events()?;
     let onset = found
         .iter()
@@ -296,10 +300,8 @@ fn fill(
     Ok(resources)
 }
 
-/// The package as far as it is written.
 struct Package<'a> {
     folder: &'a Path,
-    /// What errors call the folder.
     called: &'a Path,
     resources: Vec<Resource>,
 }
@@ -353,7 +355,6 @@ impl Package<'_> {
     }
 }
 
-/// A file with the digest of what is written to it.
 struct Summed {
     file: fs::File,
     digest: Sha256,
@@ -373,7 +374,7 @@ impl Write for Summed {
     }
 }
 
-/// /sensitivity/time_sensitivity, a row for each event and parameter; `None` of a file that has none.
+/// /sensitivity/time_sensitivity: a row for each event and parameter; `None` if the file has none.
 fn sensitivities(file: &ResultFile) -> Result<Option<Table<'static>>, ExportError> {
     const GROUP: &str = group::SENSITIVITY;
     let Some((values, [rows, width])) = file.matrix(GROUP, "time_sensitivity")? else {

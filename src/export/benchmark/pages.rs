@@ -1,19 +1,19 @@
-//! The pages of a package that people read, and its script.
+//! The pages of a package, and its script.
 
 use super::About;
 use super::describe::Resource;
-use crate::friction::FrictionLaw;
-use crate::model::system::System;
-use crate::model::{BreakawayTest, Parameters};
-use crate::signal::Signal;
+use stickslip_system::friction::FrictionLaw;
+use stickslip_system::model::system::System;
+use stickslip_system::model::{BreakawayTest, Parameters};
+use stickslip_system::quote::bound;
+use stickslip_system::signal::Signal;
 
-/// A script that repeats the run of a brake.
 pub(super) const EXAMPLE: &str = include_str!("example.py");
 
-/// The manual's page of the model, from which a package has the parts that it needs.
+/// The manual's page on the model; a package quotes the sections that it needs.
 const MODEL: &str = include_str!("../../../docs/model.md");
 
-/// Whether the script solves this system: two alike disks, the exponential law, a ramp, the default test.
+/// Whether the script solves this system: two equal disks, exponential law, ramp, default test.
 pub(super) fn has_example(system: &System) -> bool {
     Parameters::of(system).is_some_and(|disks| {
         matches!(disks.friction.law, FrictionLaw::Exponential(_))
@@ -23,7 +23,7 @@ pub(super) fn has_example(system: &System) -> bool {
     })
 }
 
-/// The part of a page below a heading, up to the next heading of its level.
+/// The section below a heading, up to the next heading of the same level.
 fn section(page: &str, heading: &str) -> String {
     let level = heading.split(' ').next().unwrap_or_default();
     let mut lines = page.lines().skip_while(|line| *line != heading);
@@ -36,7 +36,7 @@ fn section(page: &str, heading: &str) -> String {
     without_links(text.join("\n").trim_end())
 }
 
-/// `[text](target)` as `text`: the pages that it leads to are not there.
+/// `[text](target)` becomes `text`: the package does not contain the targets.
 fn without_links(text: &str) -> String {
     let mut plain = String::with_capacity(text.len());
     let mut rest = text;
@@ -61,7 +61,6 @@ fn without_links(text: &str) -> String {
     plain + rest
 }
 
-/// What the page of the model leaves to others.
 const TRANSITIONS: &str = "## Events
 
 A mode lasts until one of these happens, and the equations are integrated anew from there. The kinds are those of events.csv.
@@ -83,7 +82,6 @@ A mode lasts until one of these happens, and the equations are integrated anew f
 Integrate the twists, not the angles: u = theta - phi_2 (`rotor_twist`) and v = phi_1, with omega_r = theta' - u' - v'. theta grows to
 hundreds of radians while u stays near 1e-5 rad, so that differences of absolute angles lose eight digits of every torque.";
 
-/// The text of `equations.md`.
 pub(super) fn equations(about: &About) -> String {
     let mut parts = vec!["# Equations\n\nSI units and radians throughout.".to_owned()];
     if about.numbers_parts {
@@ -103,7 +101,6 @@ pub(super) fn equations(about: &About) -> String {
     parts.join("\n\n") + "\n"
 }
 
-/// The text of `README.md`.
 pub(super) fn readme(about: &About, resources: &[Resource]) -> String {
     let rows: String = resources
         .iter()
@@ -142,7 +139,7 @@ pub(super) fn readme(about: &About, resources: &[Resource]) -> String {
         "# {title}
 
 A benchmark for solvers of motions with dry friction: a reference run whose {events} events are certified. The times of \
-{certain} of them have uncertainties, up to {largest:.1e} s, found by {by}.{uncertain}
+{certain} of them have uncertainties, up to {largest} s, found by {by}.{uncertain}
 
 | file | content |
 |---|---|
@@ -175,7 +172,7 @@ Name the SHA-256 digest of events.csv beside it, which says which numbers are me
         title = about.title,
         events = about.events,
         certain = about.certain,
-        largest = about.largest_uncertainty,
+        largest = bound(about.largest_uncertainty, 1),
         program = about.program,
         method = about.method,
         run = about.run,
@@ -184,24 +181,4 @@ Name the SHA-256 digest of events.csv beside it, which says which numbers are me
             .find(|resource| resource.path == "events.csv")
             .map_or("", |resource| &resource.sha256),
     )
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    /// What a package takes from the manual is there, and leads nowhere that the package does not have.
-    #[test]
-    fn property_sections_of_the_manual_are_whole_and_without_links() {
-        for heading in ["## Equations", "## Friction laws", "## Trains"] {
-            let text = section(MODEL, heading);
-            assert!(text.starts_with(heading) && text.len() > 800, "{heading}: {text}");
-            assert!(
-                !text.contains("](") && !text[3..].contains("\n## "),
-                "{heading}: {text}"
-            );
-        }
-        assert!(section(MODEL, "## Trains").contains("### Contacts without stick"));
-        assert_eq!(without_links("a [b](c) [d] x[1]"), "a b [d] x[1]");
-    }
 }

@@ -1,23 +1,21 @@
-//! The resolved case as a list of parameters, with units and meanings from its comments.
+//! The parameters of the resolved case, with units and meanings from its comments.
 
-use crate::input::json_of_value;
 use serde::Serialize;
+use stickslip_case::input::json_of_value;
 use toml_edit::{DocumentMut, Item, Table, Value};
 
-/// One number, text or list of the case.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub(super) struct Parameter {
-    /// Dotted, with indices of elements: torsion.damping, perturbation.0.time.
+    /// Dotted key with indices of elements: torsion.damping, perturbation.0.time.
     pub key: String,
     pub value: serde_json::Value,
-    /// SI; absent where it has none.
+    /// SI unit; `None` for dimensionless parameters.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub unit: Option<String>,
     #[serde(skip_serializing_if = "Option::is_none")]
     pub meaning: Option<String>,
 }
 
-/// Reads a resolved case.
 pub(super) fn read(resolved: &str) -> Vec<Parameter> {
     let mut found = Vec::new();
     if let Ok(document) = resolved.parse::<DocumentMut>() {
@@ -53,7 +51,7 @@ fn parameter(key: String, value: &Value) -> Parameter {
         .and_then(|suffix| suffix.as_str())
         .unwrap_or_default();
     let comment = comment.trim().trim_start_matches('#').trim();
-    // The unit is the last thing in it.
+    // The unit ends the comment.
     let (meaning, unit) = match comment.strip_suffix(']').and_then(|text| text.rsplit_once('[')) {
         Some((meaning, unit)) => (meaning.trim(), Some(unit.to_owned())),
         None => (comment, None),
@@ -66,7 +64,6 @@ fn parameter(key: String, value: &Value) -> Parameter {
     }
 }
 
-/// The list as JSON.
 pub(super) fn document(parameters: &[Parameter]) -> String {
     let document = serde_json::json!({ "parameters": parameters });
     serde_json::to_string_pretty(&document).unwrap_or_default() + "\n"

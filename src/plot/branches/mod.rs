@@ -1,14 +1,14 @@
-//! Figures of a continuation: a quantity along its branches, and special points in the plane of two numbers.
+//! Figures of a continuation: a quantity along its branches, and special points in the plane of two parameters.
 //!
 //! | module | what it is |
 //! |---|---|
-//! | [`quantity`] | what can be drawn of a point |
-//! | `lines` | the lines of a branch: where they are broken |
-//! | `marks` | how special points are marked |
+//! | [`quantity`] | the quantities of a point |
+//! | `lines` | the lines of a branch |
+//! | `marks` | the marks of special points |
 //! | [`page`] | the interactive page |
 
-mod lines;
-mod marks;
+pub mod lines;
+pub mod marks;
 pub mod page;
 pub mod quantity;
 
@@ -17,17 +17,15 @@ use super::figure::{Axis, Curve, CurveStyle, Figure, Panel, drawn};
 use super::studies::StudyEntry;
 use super::studies::data::drawn_axis;
 use super::style::{BLACK, BLUE, line_color};
-use crate::continuation::{Branch, Special, Stored};
-use crate::cycle::Stability;
 use quantity::{QUANTITIES, Quantity};
 use std::path::Path;
+use stickslip_analysis::continuation::{Branch, Special, Stored};
+use stickslip_analysis::cycle::Stability;
 
-/// With which the names of the figures of quantities begin.
 const BRANCHES: &str = "branches";
-/// Name of the figure of curves.
 const SPECIAL_POINTS: &str = "special-points";
 
-/// The figures that a file can have.
+/// Kinds of figures.
 pub const ENTRIES: [StudyEntry; 2] = [
     StudyEntry {
         name: BRANCHES,
@@ -43,23 +41,23 @@ pub const ENTRIES: [StudyEntry; 2] = [
     },
 ];
 
-/// What is drawn if nothing is asked for: of cycles, and of steady sliding alone.
+/// Default quantities for cycles, and for steady sliding only.
 const OF_CYCLES: [&str; 3] = ["amplitude", "relative_velocity", "period"];
 const OF_STEADY: [&str; 2] = ["position", "growth_rate"];
 
-/// Stabilities in the order of their codes on a page, each with the line that it has.
+/// Stabilities in the order of their codes on a page, with their line styles.
 const STYLES: [(Stability, CurveStyle); 3] = [
     (Stability::Stable, CurveStyle::Solid),
     (Stability::Unstable, CurveStyle::Dashed),
     (Stability::Neutral, CurveStyle::Dotted),
 ];
 
-/// The file of a continuation, with its path.
+/// File of a continuation.
 #[derive(Debug)]
 pub struct Branches<'a> {
-    /// Of the file.
+    /// The file.
     pub path: &'a Path,
-    /// What it holds.
+    /// Its contents.
     pub stored: Stored,
 }
 
@@ -67,7 +65,7 @@ impl<'a> Branches<'a> {
     /// Reads the file at `path`.
     ///
     /// # Errors
-    /// A file of another kind, of a newer version of the program, or damaged.
+    /// Another kind of file, a newer version, or damage.
     pub fn read(path: &'a Path) -> Result<Branches<'a>, PlotError> {
         Ok(Branches {
             path,
@@ -75,10 +73,7 @@ impl<'a> Branches<'a> {
         })
     }
 
-    /// A quantity by its name.
-    ///
-    /// # Errors
-    /// No branch has it; the error lists the others.
+    /// The quantity of this name; an error lists the known ones.
     pub fn quantity(&self, name: &str) -> Result<&'static Quantity, PlotError> {
         let known: Vec<&str> = self.known().map(|quantity| quantity.name).collect();
         let found = self.known().find(|quantity| quantity.name == name);
@@ -91,7 +86,6 @@ impl<'a> Branches<'a> {
         })
     }
 
-    /// The quantities that a point has.
     fn known(&self) -> impl Iterator<Item = &'static Quantity> {
         let has = |quantity: &&'static Quantity| {
             let mut points = self
@@ -104,17 +98,16 @@ impl<'a> Branches<'a> {
         QUANTITIES.iter().filter(has)
     }
 
-    /// The quantities that are drawn if nothing is asked for.
     fn of_interest(&self) -> Vec<&'static Quantity> {
         let cycles = self.stored.branches.iter().any(|branch| !branch.steady);
         let names: &[&str] = if cycles { &OF_CYCLES } else { &OF_STEADY };
         self.known().filter(|quantity| names.contains(&quantity.name)).collect()
     }
 
-    /// The figures of these quantities; of none those of the most important ones, and of curves of special points.
+    /// Figures of `quantities` (empty: the most important ones, and curves of special points).
     ///
     /// # Errors
-    /// A quantity that the file does not have; nothing to draw.
+    /// Unknown quantity, or nothing to draw.
     pub fn figures(&self, quantities: &[String]) -> Result<Vec<Figure>, PlotError> {
         let chosen = match quantities {
             [] => self.of_interest(),
@@ -133,10 +126,7 @@ impl<'a> Branches<'a> {
         }
     }
 
-    /// The figures of all quantities that its points have, and of curves of special points.
-    ///
-    /// # Errors
-    /// Nothing to draw.
+    /// Figures of all quantities, and of curves of special points.
     pub fn all(&self) -> Result<Vec<Figure>, PlotError> {
         let names: Vec<String> = self.known().map(|quantity| quantity.name.to_owned()).collect();
         let mut figures = self.figures(&names)?;
@@ -146,7 +136,6 @@ impl<'a> Branches<'a> {
         Ok(figures)
     }
 
-    /// The number that varies.
     fn number(&self) -> Axis {
         let (name, _, unit) = &self.stored.number;
         drawn_axis(name, unit, "")
@@ -157,7 +146,7 @@ impl<'a> Branches<'a> {
         format!("{}{incomplete}: {what}", self.stored.title)
     }
 
-    /// A quantity along all branches. Lines are full where they are stable, broken where they are unstable, and dotted between.
+    /// A quantity along all branches: stable parts solid, unstable ones dashed, others dotted.
     pub fn figure(&self, quantity: &Quantity) -> Figure {
         let stored = &self.stored;
         let mut curves = Vec::new();
@@ -165,7 +154,7 @@ impl<'a> Branches<'a> {
             for (stability, style) in STYLES {
                 let branches = stored.branches.iter().filter(|branch| branch.steady == steady);
                 let pieces = branches.flat_map(|branch| {
-                    // Of steady sliding least and largest are one; a broken line drawn twice would look full.
+                    // The extremes of steady sliding coincide; two dashed lines would look solid.
                     let sides = if steady { 1 } else { usize::MAX };
                     let values = quantity
                         .sides()
@@ -190,7 +179,7 @@ impl<'a> Branches<'a> {
         Figure::new(name, self.title(quantity.words), vec![panel])
     }
 
-    /// Curves of special points; `None` if the file has none.
+    /// Curves of special points, if any.
     pub fn plane(&self) -> Option<Figure> {
         let stored = &self.stored;
         let (name, unit) = stored.second.as_ref()?;
@@ -212,7 +201,6 @@ impl<'a> Branches<'a> {
     }
 }
 
-/// Where the special points of one kind stand on a branch.
 fn places(branch: &Branch, special: Special, quantity: &Quantity) -> Vec<(f64, f64)> {
     let own = branch.points.iter().filter(|point| point.special == Some(special));
     let places = own.flat_map(|point| quantity.sides().map(move |of| (point.value, of(branch, point))));

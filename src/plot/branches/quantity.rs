@@ -1,28 +1,26 @@
-//! What can be drawn of the points of a branch.
+//! Quantities of the points of a branch.
 
-use crate::continuation::{Branch, BranchPoint, Stored};
 use crate::plot::figure::Axis;
+use stickslip_analysis::continuation::{Branch, BranchPoint, Stored};
 
-/// A value of a point of a branch; NaN where it has none.
+/// Value of a point; NaN: none.
 pub type Value = fn(&Branch, &BranchPoint) -> f64;
 
-/// What can be drawn of a point.
+/// A quantity.
 #[derive(Debug, Clone, Copy)]
 pub struct Quantity {
-    /// As `--quantity` takes it.
+    /// Name for `--quantity`.
     pub name: &'static str,
-    /// In titles and lists.
+    /// Name in titles and lists.
     pub words: &'static str,
-    /// At its axis, where there is less room.
     name_at_axis: &'static str,
     measure: Measure,
-    /// Its value, or the lower one of two.
+    /// The value, or the lower one of two.
     pub low: Value,
-    /// The upper one of two.
+    /// The upper one of two values.
     pub high: Option<Value>,
 }
 
-/// What a quantity is measured in.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Measure {
     Position,
@@ -44,7 +42,6 @@ impl Quantity {
         }
     }
 
-    /// The axis of a drawing.
     pub(in crate::plot) fn axis(&self, stored: &Stored) -> Axis {
         let axis = Axis::new(self.name_at_axis, self.unit(stored));
         match (self.measure, stored.speed.starts_with("rad")) {
@@ -54,7 +51,7 @@ impl Quantity {
         }
     }
 
-    /// Its one value, or both.
+    /// The value, or both.
     pub fn sides(&self) -> impl Iterator<Item = Value> + use<> {
         [Some(self.low), self.high].into_iter().flatten()
     }
@@ -71,7 +68,6 @@ const fn one(name: &'static str, words: &'static str, measure: Measure, of: Valu
     }
 }
 
-/// Least and largest value.
 const fn both(
     name: &'static str,
     words: &'static str,
@@ -86,7 +82,6 @@ const fn both(
 }
 
 impl Quantity {
-    /// With a shorter name at its axis.
     const fn shorter(self, name_at_axis: &'static str) -> Quantity {
         Quantity { name_at_axis, ..self }
     }
@@ -108,7 +103,7 @@ const fn largest_velocity(_: &Branch, point: &BranchPoint) -> f64 {
     point.relative_velocity.1
 }
 
-/// The largest magnitude of the multipliers of a cycle, without that along the motion.
+/// Largest |multiplier| of a cycle, without the trivial one along the motion.
 fn multiplier(branch: &Branch, point: &BranchPoint) -> f64 {
     let magnitudes = point.spectrum.iter().map(|one| one.0.hypot(one.1));
     match branch.steady {
@@ -117,8 +112,8 @@ fn multiplier(branch: &Branch, point: &BranchPoint) -> f64 {
     }
 }
 
-/// The rate at which the largest disturbance grows: the largest real part of the eigenvalues of steady sliding; of a cycle
-/// ln|multiplier| over the period. NaN if all disturbances are gone after a period.
+/// Largest growth rate of a disturbance: largest real part of the eigenvalues (steady sliding) or ln|multiplier|/period
+/// (cycles). NaN if all disturbances vanish within a period.
 fn growth_rate(branch: &Branch, point: &BranchPoint) -> f64 {
     let rate = match branch.steady {
         true => point.spectrum.iter().map(|one| one.0).fold(f64::NAN, f64::max),
@@ -127,7 +122,7 @@ fn growth_rate(branch: &Branch, point: &BranchPoint) -> f64 {
     if rate.is_finite() { rate } else { f64::NAN }
 }
 
-/// All of them, in the order in which they are offered.
+/// All quantities in the order of lists.
 pub const QUANTITIES: &[Quantity] = &[
     one("amplitude", "amplitude", Measure::Position, |_, point| {
         (point.position.1 - point.position.0) / 2.0

@@ -157,7 +157,7 @@ class Source {
     const { count, kinds, time, kind, mode_after, internal_force } = run.events;
     this.events = { count, kinds, time: doubles(time), kind: codes(kind), mode_after: codes(mode_after), internal_force: doubles(internal_force) };
     this.events.states = new Map(run.events.states.map(({ name, before, after }) => [name, Source.sides(doubles(before), doubles(after))]));
-    this.sparse = { from: doubles(run.sparse.from), to: doubles(run.sparse.to) };
+    this.sparse = { from: doubles(run.sparse.from), to: doubles(run.sparse.to), remedy: run.remedy };
     this.addLimit(run.breakaway_arm, run.torque_unit);
   }
 

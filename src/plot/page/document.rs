@@ -1,4 +1,4 @@
-//! What the page knows of a run, as the JSON document that its script reads.
+//! Facts about a run as a JSON document for the page's script.
 
 use serde::Serialize;
 use std::rc::Rc;
@@ -8,67 +8,62 @@ use super::orbit::Orbit;
 use super::pair::{Pair, paired};
 use super::sparse::Sparse;
 use super::trajectory::Trajectory;
-use crate::analysis::certificate::Verdict;
-use crate::analysis::headline::{self, HeadlineRow, is_paper_case};
-use crate::model::Mode;
 use crate::plot::PlotError;
 use crate::plot::html::{Codes, Doubles};
 use crate::plot::sides::Sides;
-use crate::record::{CycleStatistics, Event, EventKind};
-use crate::results::schema::{self, group, root};
-use crate::results::{AttributeValue, ResultError, ResultFile, Status};
+use stickslip_analysis::analysis::certificate::Verdict;
+use stickslip_analysis::analysis::headline::{self, HeadlineRow, is_paper_case};
+use stickslip_files::schema::{self, group, root};
+use stickslip_files::{AttributeValue, ResultError, ResultFile, Status};
+use stickslip_system::model::Mode;
+use stickslip_system::record::{CycleStatistics, Event, EventKind};
 
-/// Events on a page, with their states.
+/// Limits of a page: events with their states.
 const EVENTS: usize = 5_000;
-/// Values of channels on one side of all events on a page.
+/// Values of channels on one side of all events.
 const EVENT_VALUES: usize = 100_000;
-/// Stretches of one mode on a page.
+/// Stretches of one mode.
 const MODES: usize = 20_000;
 /// Characters of each of the two case texts.
 const TEXT: usize = 200_000;
-/// Values of each column of the certificate.
+/// Values in each column of the certificate.
 const CERTIFICATE_ROWS: usize = 1_000;
 
-/// What a page has of each of its runs, but for the trajectory.
 #[derive(Debug, Serialize)]
 struct OneRun {
     title: String,
-    /// Name of the result file, without its folder.
+    /// File name without the folder.
     file: String,
     /// complete, interrupted or failed.
     status: &'static str,
-    /// mu_0 r, m: the contact force times this is the torque that stick can carry.
+    /// mu_0 r, m: multiplied by the contact force, the largest stick torque.
     breakaway_arm: Option<f64>,
-    /// UDUNITS of what the interface transmits.
     torque_unit: &'static str,
     modes: Modes,
     events: Events,
     sparse: Sparse,
+    /// The command that adds samples to sparse stretches.
+    remedy: Option<String>,
 }
 
-/// Everything but the trajectory.
 #[derive(Debug, Serialize)]
 pub(super) struct Document<'a> {
     #[serde(flatten)]
     run: OneRun,
-    /// What a reader of an unfinished run has to know.
     notice: Option<String>,
     /// T_n, s.
     natural_period: Option<f64>,
     beside_paper: bool,
     headline: Vec<HeadlineRow>,
     certificate: Option<Certificate>,
-    /// What the certificate says of each event.
     certified: Option<Certified>,
     provenance: Vec<(String, String)>,
     case_text: String,
     resolved: String,
     cycles: Cycles,
-    /// How to get what sparse stretches lack.
-    remedy: Option<String>,
     panels: &'a [Panel],
     portraits: &'a [Portrait],
-    /// Of a run that does not stop.
+    /// For runs without a stop.
     #[serde(skip_serializing_if = "Option::is_none")]
     orbit: Option<Orbit>,
     notes: Vec<String>,
@@ -85,10 +80,10 @@ struct Certificate {
 
 #[derive(Debug, Serialize)]
 struct Certified {
-    /// s; infinite, or no number, where nothing is known.
+    /// s; infinite or NaN: unknown.
     uncertainty: Doubles,
     verdict: Codes,
-    /// By code.
+    /// Names by code.
     verdicts: Vec<&'static str>,
 }
 
@@ -101,10 +96,9 @@ struct CertificateColumn {
     values: Doubles,
 }
 
-/// Stretch k is from `start` k to `start` k + 1, the last to the end of the run.
+/// Stretch k is from `start[k]` to `start[k + 1]`, or to the end of the run.
 #[derive(Debug, Serialize)]
 struct Modes {
-    /// By code.
     names: Vec<&'static str>,
     start: Doubles,
     code: Codes,
@@ -112,9 +106,8 @@ struct Modes {
 
 #[derive(Debug, Serialize)]
 struct Events {
-    /// In the file.
+    /// Number in the file.
     count: usize,
-    /// By code.
     kinds: Vec<&'static str>,
     time: Doubles,
     kind: Codes,
@@ -124,7 +117,7 @@ struct Events {
     states: Vec<EventState>,
 }
 
-/// A channel on both sides of each event, exactly.
+/// Exact values of a channel on both sides of each event.
 #[derive(Debug, Serialize)]
 struct EventState {
     name: String,
@@ -132,7 +125,7 @@ struct EventState {
     after: Doubles,
 }
 
-/// The cycles of stick-slip: durations in s, and when each begins.
+/// Stick-slip cycles: starts and durations, s.
 #[derive(Debug, Serialize)]
 struct Cycles {
     start: Doubles,
@@ -140,18 +133,17 @@ struct Cycles {
     slip_duration: Doubles,
 }
 
-/// What a page has of the second run.
 #[derive(Debug, Serialize)]
 pub(super) struct Second {
     #[serde(flatten)]
     run: OneRun,
-    /// Indices of events that stand for each other, in the first and in the second run.
+    /// Indices of matching events in the first and the second run.
     pairs: Vec<(usize, usize)>,
     pub(super) trajectory: Option<Trajectory>,
 }
 
 impl Second {
-    /// Without its trajectory, beside a first run with these events and this form.
+    /// `events` and `form` belong to the first run.
     pub(super) fn of(pair: &Pair, events: &[Event], form: &Form) -> Result<Second, PlotError> {
         let own = shown(&pair.events, &pair.form);
         Ok(Second {
@@ -163,23 +155,25 @@ impl Second {
 }
 
 impl OneRun {
-    /// Of a file with these events; what is cut is said in `notes`.
+    /// `events` are those of the file; cuts are added to `notes`.
     fn of(file: &ResultFile, form: &Form, events: &[Event], notes: &mut Vec<String>) -> Result<OneRun, PlotError> {
+        let (name, run) = (file_name(file), form.run.as_deref());
+        let sparse = run.map_or_else(|| Ok(Sparse::default()), Sparse::of)?;
         Ok(OneRun {
             title: file.title().to_owned(),
-            file: file_name(file),
+            remedy: sparse.remedy(&name),
+            file: name,
             status: file.status().name(),
             breakaway_arm: form.breakaway_arm,
             torque_unit: form.torque_unit,
             modes: modes(file, notes)?,
             events: Events::of(shown(events, form), form, events.len()),
-            sparse: form.run.as_deref().map_or_else(|| Ok(Sparse::default()), Sparse::of)?,
+            sparse,
         })
     }
 }
 
 impl Document<'_> {
-    /// Of a file with these events.
     pub(super) fn of<'a>(file: &ResultFile, form: &'a Form, all_events: &[Event]) -> Result<Document<'a>, PlotError> {
         let mut notes = Vec::new();
         let case = form.run.as_ref().map(|run| &run.case);
@@ -211,7 +205,6 @@ impl Document<'_> {
             case_text,
             resolved,
             cycles: cycles(all_events, events),
-            remedy: run.sparse.remedy(&run.file),
             panels: &form.panels,
             portraits: &form.portraits,
             run,
@@ -222,13 +215,12 @@ impl Document<'_> {
     }
 }
 
-/// The events on a page: the first ones, as far as there is room for the states on both sides of them.
+/// The first events, as far as their states fit on the page.
 fn shown<'a>(all: &'a [Event], form: &Form) -> &'a [Event] {
     let room = EVENTS.min(EVENT_VALUES / form.sides.len().max(1));
     &all[..all.len().min(room)]
 }
 
-/// What a reader of a run that is not complete has to know.
 fn notice(file: &ResultFile) -> Result<Option<String>, ResultError> {
     let samples = file.sample_count()?;
     let last = file.column("time", samples.saturating_sub(1)..samples)?;
@@ -267,7 +259,7 @@ fn certificate(file: &ResultFile) -> Result<Option<Certificate>, ResultError> {
     }))
 }
 
-/// What the certificate says of the first `events` events, if it speaks of events.
+/// Certified uncertainties of the first `events` events, if any.
 fn certified(file: &ResultFile, events: usize) -> Result<Option<Certified>, ResultError> {
     let Some(group) = file.added_group(group::CERTIFICATE, events)? else {
         return Ok(None);
@@ -284,9 +276,9 @@ fn certified(file: &ResultFile, events: usize) -> Result<Option<Certified>, Resu
     }))
 }
 
-/// An attribute as one writes it: a whole number without a decimal point.
+/// An attribute as text: whole numbers without a decimal point.
 fn as_read(value: &AttributeValue) -> String {
-    // Whole numbers up to here are exact.
+    // Larger whole numbers are not exact.
     const WHOLE: f64 = 1e15;
     match value {
         AttributeValue::Number(number) if number.fract() == 0.0 && number.abs() < WHOLE => format!("{number:.0}"),
@@ -299,7 +291,6 @@ fn file_name(file: &ResultFile) -> String {
     name.to_string_lossy().into_owned()
 }
 
-/// Where the run is from: root attributes in words, then /meta by name.
 fn provenance(file: &ResultFile) -> Result<Vec<(String, String)>, ResultError> {
     let mut rows = vec![("file".to_owned(), file_name(file))];
     for name in [root::SOURCE, root::HISTORY, root::REFERENCES] {
@@ -320,7 +311,7 @@ fn shortened(mut text: String, what: &str, notes: &mut Vec<String>) -> String {
 }
 
 impl Events {
-    /// Of the first `events` of `count`.
+    /// `count`: number in the file.
     fn of(events: &[Event], form: &Form, count: usize) -> Events {
         let state = |(name, sides): &(String, Rc<Sides>)| EventState {
             name: name.clone(),
@@ -339,7 +330,7 @@ impl Events {
     }
 }
 
-/// The cycles of all events that begin with one of `events`, the first of them.
+/// The cycles that begin with one of `events`, which are the first of `all`.
 fn cycles(all: &[Event], events: &[Event]) -> Cycles {
     let (_, cycles) = CycleStatistics::of_events(all.iter().map(|event| (event.time, event.kind)));
     let sticks = events.iter().filter(|event| event.kind == EventKind::Stick);
@@ -351,7 +342,7 @@ fn cycles(all: &[Event], events: &[Event]) -> Cycles {
     }
 }
 
-/// From the segments, and after the last of them (in an unfinished file) from the samples.
+/// Modes from the segments and, after the last one of an unfinished file, from the samples.
 fn modes(file: &ResultFile, notes: &mut Vec<String>) -> Result<Modes, ResultError> {
     let (mut starts, mut codes) = (Vec::new(), Vec::new());
     let mut push = |time: f64, code: i8| {
@@ -379,7 +370,7 @@ fn modes(file: &ResultFile, notes: &mut Vec<String>) -> Result<Modes, ResultErro
         ));
         starts.truncate(MODES + 1);
         codes.truncate(MODES);
-        // From there on the ground that has no colour.
+        // The rest has the ground without colour.
         codes.push(Mode::SlipForward.code());
     }
     Ok(Modes {

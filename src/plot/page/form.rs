@@ -1,73 +1,64 @@
-//! The parts of a page that depend on its run: which channels it has, how they are grouped, and their names.
+//! Parts of a page that depend on its run: channels, their groups and names.
 //!
-//! The paper's brake has its own words and one panel for both of its shafts. Other chains have panels of all inertias and shafts. A run
-//! that does not stop has a portrait of the motion that it comes to.
+//! The paper's brake has its own words, and one panel for both shafts. Other chains have panels of all inertias and
+//! shafts. A run without a stop has a portrait of its attractor.
 
 use serde::{Deserialize, Serialize};
 use std::rc::Rc;
 
-use crate::case::Motion;
-use crate::model::system::{ContactLaw, Pressing, System};
 use crate::plot::html::escaped;
 use crate::plot::labels::in_translation;
 use crate::plot::portraits::{Shown, few_samples, shown};
 use crate::plot::sides::Sides;
 use crate::plot::{PlotError, Run};
-use crate::record::State;
-use crate::results::ResultFile;
-use crate::results::schema::{self, Variable};
-use crate::signal::Drive;
+use stickslip_case::Motion;
+use stickslip_files::ResultFile;
+use stickslip_files::schema::{self, Variable};
+use stickslip_system::model::system::{ContactLaw, Pressing, System};
+use stickslip_system::record::State;
+use stickslip_system::signal::Drive;
 
-/// The panels of every page, in order.
+/// Panels of all pages, in order.
 const PANELS: &str = include_str!("panels.json");
 
-/// Colours of the page's style, in the order of use; a panel has at most as many curves.
+/// Colours of the page's style, in the order of use; the largest number of curves in a panel.
 const COLOURS: [&str; 6] = ["blue", "vermillion", "green", "orange", "purple", "black"];
 
-/// A panel of that table.
 #[derive(Deserialize)]
 struct Row {
-    /// "brake" or "others", if it is not of both.
+    /// "brake" or "others"; `None`: both.
     of: Option<&'static str>,
     title: &'static str,
-    /// From the beginning, and not only where it is chosen.
     shown: bool,
     /// Channel, legend and colour.
     #[serde(default)]
     curves: Vec<(&'static str, &'static str, &'static str)>,
-    /// Instead of curves: what there is of every inertia or shaft.
     each: Option<&'static str>,
 }
 
-/// What stick can carry backwards. It is drawn, but the panel's range does not follow it.
+/// Largest backward stick torque. It is drawn, but does not extend the panel's range.
 const LIMIT: &str = "breakaway_torque_backward";
 
-/// A channel in a panel.
 #[derive(Debug, Serialize)]
 pub(super) struct Curve {
-    /// Of the channel.
     pub(super) name: String,
-    /// In the legend.
     label: String,
     colour: &'static str,
     limit: bool,
 }
 
-/// Channels in common axes over time.
 #[derive(Debug, Serialize)]
 pub(super) struct Panel {
     title: String,
     pub(super) curves: Vec<Curve>,
-    /// From the beginning, and not only where it is chosen.
+    /// Shown from the beginning, not only on request.
     pub(super) shown: bool,
-    /// In a short view it counts from the left edge.
+    /// In a short view the panel shows the change since the left edge.
     pub(super) change: bool,
 }
 
-/// A phase portrait of what is in view.
 #[derive(Debug, Serialize)]
 pub(super) struct Portrait {
-    /// Of its place on the page.
     id: &'static str,
     x: PortraitAxis,
     y: PortraitAxis,
@@ -75,14 +66,12 @@ pub(super) struct Portrait {
 
 #[derive(Debug, Serialize)]
 struct PortraitAxis {
-    /// Of the channel.
     name: String,
     label: String,
-    /// Whether it jumps where the mode changes.
+    /// Whether the channel jumps with the mode.
     jumps: bool,
 }
 
-/// A small figure with a heading, and what it shows.
 fn card(heading: &str, id: &str, hint: &str) -> String {
     format!(
         "<section class=\"card\"><h2>{}</h2><div class=\"figure\" id=\"{id}\"></div><p class=\"hint\">{}</p></section>\n",
@@ -91,40 +80,32 @@ fn card(heading: &str, id: &str, hint: &str) -> String {
     )
 }
 
-/// What the page of a run that does not stop has beside the others.
 const CYCLES: &str =
     "<section class=\"card full\"><h2>Cycles</h2><div id=\"cycles\" class=\"scroll\"></div></section>\n";
 const LAST_PERIOD: &str =
     "<button type=\"button\" id=\"last-period\" title=\"Of the motion that the run comes to\">Last period</button>\n";
 const ORBIT: &str = include_str!("orbit.js");
 
-/// The parts of a page that depend on its run.
 #[derive(Debug)]
 pub(super) struct Form {
-    /// The file as figures need it. Without it, as its case cannot be read by this version, the page lacks two numbers and what follows
-    /// from the case.
+    /// `None`: this version cannot read the case; the page then lacks two values and all that follows from the case.
     pub(super) run: Option<Box<Run>>,
-    /// The columns of the trajectory that the page has, in the order of the file.
+    /// Columns of the trajectory on the page, in the order of the file.
     pub(super) variables: Vec<Variable>,
     pub(super) panels: Vec<Panel>,
     pub(super) portraits: Vec<Portrait>,
-    /// Channels that are known on both sides of every event, those of every run first.
+    /// Channels on both sides of each event; those of all runs first.
     pub(super) sides: Vec<(String, Rc<Sides>)>,
-    /// mu_0 r, m: the contact force times this is the torque that stick can carry; `None` of a contact without stick.
+    /// mu_0 r, m: multiplied by the contact force, the largest stick torque; `None` for a contact without stick.
     pub(super) breakaway_arm: Option<f64>,
-    /// Of what the interface transmits, UDUNITS.
     pub(super) torque_unit: &'static str,
-    /// Small figures, as they stand in the page.
     cards: String,
-    /// The time from which on every sample is on the page, whatever its length, s: the last period of a motion that repeats itself.
+    /// Time from which all samples are kept, s: the last period of a periodic motion.
     pub(super) whole_from: Option<f64>,
 }
 
 impl Form {
-    /// The form of a file, with its run where its case can be read; without, in the words of a brake.
-    ///
-    /// # Errors
-    /// The file cannot be read.
+    /// The form of a file; without a run, in the words of a brake.
     pub(super) fn of(file: &ResultFile, run: Option<Run>) -> Result<Form, PlotError> {
         let of_every_file = schema::trajectory().variables;
         let words = Words {
@@ -162,7 +143,6 @@ impl Form {
         self.variables.iter().any(|variable| variable.name == channel)
     }
 
-    /// What stands for names in double braces in the page and its scripts.
     pub(super) fn parts(&self) -> [(&'static str, &str); 4] {
         let goes_on = self.run.as_ref().is_some_and(|run| !run.stops());
         [
@@ -173,18 +153,18 @@ impl Form {
         ]
     }
 
-    /// T_n, s; `None` of what does not stop.
+    /// T_n, s; `None` for a motion without a stop.
     pub(super) fn natural_period(&self) -> Option<f64> {
         self.run.as_ref().filter(|run| run.stops())?.natural_period
     }
 }
 
-/// Whether the contact can stick, so that there is a torque at which it breaks away.
+/// Whether the contact can stick and so has a breakaway torque.
 fn has_stick(system: &System) -> bool {
     system.contact == ContactLaw::StickSlip
 }
 
-/// The channels among these that are known on both sides of every event, as the file has them or by the equations.
+/// Those of `variables` that the file or the equations give on both sides of each event.
 fn sides(file: &ResultFile, run: Option<&Run>, variables: &[Variable]) -> Result<Vec<(String, Rc<Sides>)>, PlotError> {
     let state = |name: &str| State::DESCRIPTIONS.iter().position(|state| state.0 == name);
     let mut names: Vec<&str> = variables.iter().map(|variable| variable.name.as_str()).collect();
@@ -201,7 +181,7 @@ fn sides(file: &ResultFile, run: Option<&Run>, variables: &[Variable]) -> Result
     Ok(found)
 }
 
-/// The card of the motion that a run comes to, and where that begins if it is one period, s.
+/// The card of the attractor, and the start (s) of its period if it is periodic.
 fn orbit(run: &Run) -> Result<(String, Option<f64>), PlotError> {
     let Shown { axes, window, periodic } = shown(run);
     let over = run.axis(axes.0)?.name;
@@ -219,7 +199,6 @@ fn orbit(run: &Run) -> Result<(String, Option<f64>), PlotError> {
     Ok((card(heading, "portrait-orbit", &hint), periodic.then_some(window.0)))
 }
 
-/// What panels and portraits are made of.
 struct Words<'a> {
     run: Option<&'a Run>,
     variables: &'a [Variable],
@@ -227,13 +206,12 @@ struct Words<'a> {
 }
 
 impl Words<'_> {
-    /// Whether the system is the paper's brake, or its case cannot be read.
+    /// Whether the page uses the words of the paper's brake; also if the case cannot be read.
     fn short(&self) -> bool {
         let is_brake = |run: &Run| run.stops() && run.is_short() && self.motion == Motion::Rotation;
         self.run.is_none_or(is_brake)
     }
 
-    /// Whether a channel says something in this run.
     fn has(&self, channel: &str) -> bool {
         match channel {
             "z" | "z_dot" | "applied_force" => self.run.is_none_or(Run::has_axial_mode),
@@ -243,7 +221,7 @@ impl Words<'_> {
         }
     }
 
-    /// Words of rotation in those of the run; braces stand for the symbol of a channel.
+    /// Words adapted to rotation or translation; braces stand for the symbol of a channel.
     fn said(&self, words: &str, channel: &str) -> String {
         let words = match self.motion {
             Motion::Rotation => words.to_owned(),
@@ -253,7 +231,6 @@ impl Words<'_> {
         words.replace("{}", axis.as_ref().map_or(channel, |axis| axis.short()))
     }
 
-    /// A panel of those of its channels that say something: (channel, legend, colour).
     fn panel(&self, title: &str, shown: bool, curves: &[(&str, &str, &'static str)]) -> Panel {
         let curves = curves.iter().filter(|curve| self.has(curve.0));
         let curves = curves.map(|&(name, label, colour)| Curve {
@@ -270,7 +247,7 @@ impl Words<'_> {
         }
     }
 
-    /// Panels of every inertia or shaft, of which the first is shown: as many in each as there are colours.
+    /// Panels for all inertias or shafts, one colour per curve; the first panel is shown.
     fn each(&self, title: &str, shown: bool, what: &str) -> Vec<Panel> {
         let of_side = |side: &'static str| {
             self.variables.iter().filter_map(move |variable| {
@@ -294,14 +271,13 @@ impl Words<'_> {
         channels.chunks(COLOURS.len()).enumerate().map(part).collect()
     }
 
-    /// The panels of the page.
     fn panels(&self) -> Result<Vec<Panel>, PlotError> {
         let rows: Vec<Row> = serde_json::from_str(PANELS).map_err(|error| PlotError::Drawing(error.to_string()))?;
         let form = if self.short() { "brake" } else { "others" };
         let is = |what: fn(&System) -> bool| self.run.is_some_and(|run| what(&run.system));
         let mut panels = Vec::new();
         for row in rows.iter().filter(|row| row.of.is_none_or(|of| of == form)) {
-            // What would show the same as another panel, or nothing that changes, is there where it is chosen.
+            // Panels that repeat another one, or never change, are shown only on request.
             let tells = match row.title {
                 "Speed of inertia" => is(|system| system.rotor.inertia.len() > 1 || system.stator.inertia.len() > 1),
                 "Normal force" => !is(|system| matches!(system.pressing, Pressing::Force(Drive::Value(_)))),
@@ -316,12 +292,11 @@ impl Words<'_> {
         Ok(panels)
     }
 
-    /// The portraits of the page, and the cards in which they stand.
     fn portraits(&self) -> (Vec<Portrait>, String) {
         let hint = "Torque through the interface by relative velocity, of the samples in view.";
         let hint = self.said(hint, "");
         let general = self.run.filter(|_| !self.short());
-        // Heading, place, hint, and channel and label of either axis.
+        // Heading, place, hint, and channel and label of both axes.
         let mut rows = match general.map(|run| shown(run).axes) {
             Some((x, y)) => {
                 let hint = "The same of the samples in view, joined by straight lines, also across an event.";

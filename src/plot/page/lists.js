@@ -39,12 +39,20 @@ function showTexts(run, trajectory) {
   byId("resolved").textContent = run.resolved;
 }
 
+// A bound with two digits, rounded up.
+function bound(value) {
+  const text = value.toExponential(1);
+  if (Number(text) >= value) return text;
+  return (Number(text) + Number(`1e${text.split("e")[1]}`) / 10).toExponential(1);
+}
+
 // Event times with their uncertainty: up to the second digit of it.
 function certifiedTime(time, uncertainty) {
   if (!isFinite(uncertainty)) return `${time.toFixed(12)} s`;
   if (uncertainty === 0) return `${time.toFixed(15)} ± 0 s`;
   const digits = Math.min(Math.max(1 + Math.ceil(-Math.log10(uncertainty)), 3), 15);
-  return `${time.toFixed(digits)} ± ${minus(uncertainty.toExponential(1))} s`;
+  const shown = time.toFixed(digits);
+  return `${shown} ± ${minus(bound(uncertainty + Math.abs(Number(shown) - time)))} s`;
 }
 
 const verdictOf = (certified, index) => (certified.verdicts[certified.verdict[index]] || "not certified").replaceAll("-", " ");

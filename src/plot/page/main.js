@@ -78,8 +78,10 @@ function afterDraw() {
 const someSparse = [source, second].filter(one => one && one.sparse.from.length);
 byId("undersampled").hidden = !someSparse.length;
 function showUndersampled() {
-  const inView = someSparse.reduce((sum, { sparse: { from, to } }) => sum + Math.max(lowerBound(from, chart.to) - upperBound(to, chart.from), 0), 0);
-  byId("undersampled").textContent = inView ? `Dashed: ${inView === 1 ? "a stretch" : `${inView} stretches`} between events with too few samples for a true curve; only the states at the events are exact. ${run.remedy}` : "";
+  const inView = ({ sparse: { from, to } }) => Math.max(lowerBound(from, chart.to) - upperBound(to, chart.from), 0);
+  const stretches = someSparse.reduce((sum, one) => sum + inView(one), 0);
+  const remedies = someSparse.filter(inView).map(one => one.sparse.remedy).filter(Boolean);
+  byId("undersampled").textContent = stretches ? [`Dashed: ${stretches === 1 ? "a stretch" : `${stretches} stretches`} between events with too few samples for a true curve; only the states at the events are exact.`, ...remedies].join(" ") : "";
 }
 
 // A few natural periods around it, or as much as it takes to have samples on both sides.

@@ -1,8 +1,7 @@
-//! The interactive page of a run: one HTML file that a browser opens from disk, without a network.
+//! The interactive page of a run: one HTML file that works offline.
 //!
-//! Rust decides what of the file is on the page and writes it as one JSON document; the scripts beside this file
-//! draw it. What differs between runs is a `form`: channels, panels, portraits and words; the rest is the same for all.
-//! Every text of the file reaches the page through that document and is put there as text, never as markup.
+//! Rust selects the data and writes one JSON document; the scripts beside this file draw it. `form` holds everything
+//! that differs between runs. Texts of the file reach the page only through the document, and as text, never as markup.
 
 mod document;
 mod form;
@@ -20,31 +19,31 @@ use super::html::{self, filled, json};
 use super::run::samples;
 use super::target::{self, Product};
 use super::{PlotError, Run};
-use crate::case::{Case, CaseSource};
-use crate::results::ResultFile;
-use crate::results::schema::META_MOTION;
 use document::{Document, Second};
 use form::Form;
 use pair::Pair;
+use stickslip_case::{Case, CaseSource};
+use stickslip_files::ResultFile;
+use stickslip_files::schema::META_MOTION;
 use trajectory::Trajectory;
 
-/// A page is smaller than this, bytes, whatever the length of the run.
+/// Upper limit of a page's size, bytes, whatever the length of the run.
 pub const SIZE_LIMIT: usize = 5_000_000;
 
-/// A page of two runs is smaller than this, bytes.
+/// Upper limit of the size of a page with two runs, bytes.
 pub const SIZE_LIMIT_OF_TWO: usize = 2 * SIZE_LIMIT;
 
-/// The part of the room for the first of two runs, which has the differences as well.
+/// Share of the first of two runs, which also has the differences.
 const FIRST_OF_TWO: f64 = 0.6;
 
-/// Of the limit, what is left for the names and brackets around the arrays of the trajectory: at least, and for each channel.
+/// Bytes reserved for names and brackets of the trajectory's arrays: in total at least, and per channel.
 const MARGIN: (usize, usize) = (100_000, 500);
 
 const TEMPLATE: &str = include_str!("page.html");
 const STYLE: &str = include_str!("page.css");
-/// The colours of a dark page, which the style has twice: for a dark system, and where the reader chooses it.
+/// Dark colours, which the style uses twice: for a dark system, and on the reader's request.
 const DARK: &str = include_str!("dark.css");
-/// In the order in which they build on each other.
+/// In the order of their dependences.
 const SCRIPTS: [&str; 6] = [
     include_str!("data.js"),
     include_str!("axis.js"),
@@ -54,25 +53,23 @@ const SCRIPTS: [&str; 6] = [
     include_str!("main.js"),
 ];
 
-/// What a page holds.
+/// Contents of a written page.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 pub struct Page {
-    /// Samples in the result file.
+    /// Samples in the file.
     pub samples: usize,
-    /// Samples on the page as they are in the file; the others are in its bands of least and largest values.
+    /// Samples kept unchanged; the others are in bands of least and largest values.
     pub samples_kept: usize,
-    /// Size of the page.
+    /// Size, bytes.
     pub bytes: u64,
 }
 
-/// Writes the interactive page of `file` to `path`, by way of a temporary file beside it. With a second run of one kind it has both over
-/// each other, the difference of every shown channel, the first less the second, and their events side by side.
-///
-/// The trajectory is read in blocks, so that memory does not grow with its length.
+/// Writes the interactive page of `file` to `path`. With a second run of the same kind, the page overlays both, and has
+/// the difference (first minus second) of every shown channel and the events side by side. The trajectory is read in
+/// blocks, so memory does not grow with its length.
 ///
 /// # Errors
-/// A file has no samples or cannot be read; `path` is in no folder, or a file that is no page of this program and is
-/// not to be replaced by `force`; the disk is full.
+/// No samples, an unreadable file, an obstacle at `path` (see `target::check`), or a full disk.
 pub fn write(file: &ResultFile, second: Option<&ResultFile>, path: &Path, force: bool) -> Result<Page, PlotError> {
     let files = std::iter::once(file).chain(second);
     let inputs: Vec<_> = files.clone().map(|file| file.path().to_owned()).collect();
@@ -123,10 +120,8 @@ pub fn write(file: &ResultFile, second: Option<&ResultFile>, path: &Path, force:
     })
 }
 
-/// The form of a file. Without its case there is only what all files have, in the words of a brake.
-///
-/// # Errors
-/// It cannot be read, or says what its coordinates are but has a case that this version cannot read.
+/// The form of a file. An unreadable case is an error if the file states its motion; older files get a basic form in
+/// the words of a brake.
 fn form_of(file: &ResultFile) -> Result<Form, PlotError> {
     let source = CaseSource::result(file.path(), file.resolved()?);
     let run = match Case::read(&source, &[]) {

@@ -1,4 +1,4 @@
-//! One period of the motion that a run comes to, as a phase portrait.
+//! Phase portrait of one period of the attractor.
 
 use serde::Serialize;
 
@@ -6,16 +6,15 @@ use crate::plot::html::Doubles;
 use crate::plot::portraits::{Shown, shown};
 use crate::plot::{PlotError, Run};
 
-/// Points of the orbit on a page.
 const POINTS: usize = 30_000;
 
-/// One period of the motion that the run comes to, or the end of a run that does not repeat itself.
+/// One period of the attractor, or the end of a run that is not periodic.
 #[derive(Debug, Serialize)]
 pub(super) struct Orbit {
-    /// When it begins and ends, s.
+    /// Start and end, s.
     from: f64,
     to: f64,
-    /// The period, s; `None` of a motion that does not repeat itself.
+    /// Period, s, if periodic.
     period: Option<f64>,
     x: OrbitAxis,
     y: OrbitAxis,
@@ -25,7 +24,6 @@ pub(super) struct Orbit {
 #[derive(Debug, Serialize)]
 struct OrbitAxis {
     label: String,
-    /// UDUNITS.
     unit: String,
 }
 
@@ -37,7 +35,7 @@ struct OrbitLine {
 }
 
 impl Orbit {
-    /// The orbit of a run, as its figure `phase-portrait` has it; and what of it is left out.
+    /// The orbit of the figure `phase-portrait`, and a note on omitted points.
     pub(super) fn of(run: &Run) -> Result<(Orbit, Option<String>), PlotError> {
         let Shown { axes, window, periodic } = shown(run);
         let window = run.shortened(window, POINTS)?;

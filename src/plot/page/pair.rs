@@ -1,4 +1,4 @@
-//! The second of two runs on a page, and the difference of the first from it.
+//! The second run on a page, and its difference from the first.
 
 use std::iter::Peekable;
 use std::rc::Rc;
@@ -7,29 +7,23 @@ use super::form::Form;
 use super::thinning::Blocks;
 use crate::plot::PlotError;
 use crate::plot::sides::Sides;
-use crate::record::sequence::{Alignment, SequenceEvent};
-use crate::record::{CycleStatistics, Event};
-use crate::results::{ResultError, ResultFile};
+use stickslip_files::{ResultError, ResultFile};
+use stickslip_system::record::sequence::{Alignment, SequenceEvent};
+use stickslip_system::record::{CycleStatistics, Event};
 
-/// Before the name of a channel: that of the first run less that of the second.
+/// Prefix of the channels of differences (first minus second run).
 pub(super) const DIFFERENCE: &str = "difference_of_";
 
-/// The second run beside the first.
 #[derive(Debug)]
 pub(super) struct Pair<'a> {
-    /// Of the second run.
     pub(super) form: Form,
     pub(super) file: &'a ResultFile,
     pub(super) events: Vec<Event>,
-    /// Channels of the first run that have a difference.
     pub(super) compared: Vec<String>,
 }
 
 impl<'a> Pair<'a> {
-    /// The second run, `other`, of the form `own`, beside the first, which has `form`.
-    ///
-    /// # Errors
-    /// A file cannot be read.
+    /// `form` belongs to the first run, `own` to the second, `other`.
     pub(super) fn of(form: &Form, other: &'a ResultFile, mut own: Form) -> Result<Self, PlotError> {
         own.variables.retain(|variable| form.has(&variable.name));
         own.sides.retain(|(name, _)| form.has(name));
@@ -46,11 +40,7 @@ impl<'a> Pair<'a> {
         })
     }
 
-    /// A channel of `file` less that of the second run, at the samples of `file`, block by block; no number outside of the second
-    /// run.
-    ///
-    /// # Errors
-    /// A file cannot be read.
+    /// A channel of `file` minus the second run's at the same times, block by block; NaN outside the second run.
     pub(super) fn difference<'b>(&'b self, file: &'b ResultFile, name: &'b str) -> Result<Blocks<'b>, PlotError> {
         let mut line = self.line(name)?;
         let blocks = file.column_blocks("time")?.zip(file.column_blocks(name)?);
@@ -63,10 +53,7 @@ impl<'a> Pair<'a> {
         })))
     }
 
-    /// How many samples of `file` are at a time at which the second run has one as well, in words.
-    ///
-    /// # Errors
-    /// A file cannot be read.
+    /// Number of samples of `file` at times of samples of the second run, in words.
     pub(super) fn note(&self, file: &ResultFile) -> Result<String, PlotError> {
         let mut line = self.line("time")?;
         let mut common = 0;
@@ -87,7 +74,6 @@ impl<'a> Pair<'a> {
         })
     }
 
-    /// The curve of a channel of the second run.
     fn line(&self, name: &str) -> Result<Line<'_, impl Iterator<Item = Sample>>, PlotError> {
         let blocks = self.file.column_blocks("time")?.zip(self.file.column_blocks(name)?);
         let samples = blocks.flat_map(|(times, values)| {
@@ -105,21 +91,18 @@ impl<'a> Pair<'a> {
     }
 }
 
-/// The time and the value of a sample.
 type Sample = Result<(f64, f64), ResultError>;
 
-/// A curve that is followed in order of time.
+/// A curve, evaluated in order of time.
 struct Line<'a, I: Iterator> {
     samples: Peekable<I>,
-    /// The last sample before the time.
     left: Option<(f64, f64)>,
     events: &'a [Event],
-    /// The values on both sides of the events, if they are known.
     sides: Option<Rc<Sides>>,
 }
 
 impl<I: Iterator<Item = Sample>> Line<'_, I> {
-    /// The value at a time that is not before the last one; and whether there is a sample.
+    /// The value at a time not before the previous one, and whether a sample is there.
     fn at(&mut self, time: f64) -> Result<(f64, bool), ResultError> {
         let is_passed = |sample: &Sample| sample.as_ref().map_or(true, |sample| sample.0 < time);
         while let Some(sample) = self.samples.next_if(is_passed) {
@@ -152,9 +135,9 @@ impl<I: Iterator<Item = Sample>> Line<'_, I> {
     }
 }
 
-/// Indices of events of two runs that stand for each other. Events of the contact by their alignment, and of each other kind the first by the first, the second by the second.
+/// Indices of matching events of two runs: contact events by alignment, other events by their number within a kind.
 pub(super) fn paired(ours: &[Event], theirs: &[Event], natural_period: Option<f64>) -> Vec<(usize, usize)> {
-    // The events of the contact, with their indices.
+    // Contact events with their indices.
     let contact = |events: &[Event]| -> (Vec<usize>, Vec<SequenceEvent>) {
         let events = events.iter().enumerate();
         let events = events.filter(|(_, event)| event.kind.in_event_sequence());

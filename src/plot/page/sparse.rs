@@ -1,4 +1,4 @@
-//! Stretches between events that have too few samples for a straight line between them.
+//! Stretches between events with too few samples for straight lines.
 
 use serde::Serialize;
 
@@ -6,19 +6,17 @@ use crate::plot::html::Doubles;
 use crate::plot::run::widest_gap;
 use crate::plot::{PlotError, Run};
 
-/// Stretches on a page.
 const MOST: usize = 5_000;
 
-/// Samples in the shortest of the stretches that the remedy asks for.
+/// Samples in the shortest stretch after the remedy.
 const SAMPLES_EACH: f64 = 20.0;
 
-/// Samples that the remedy asks for at most.
+/// Largest number of samples in the remedy.
 const MOST_SAMPLES: f64 = 1e6;
 
-/// The stretches, in order of time, as figures mark them.
 #[derive(Debug, Default, Serialize)]
 pub(super) struct Sparse {
-    /// When they begin and end, s.
+    /// Start and end, s.
     from: Doubles,
     to: Doubles,
     #[serde(skip)]
@@ -26,14 +24,10 @@ pub(super) struct Sparse {
 }
 
 impl Sparse {
-    /// Those of a run whose case is known.
-    ///
-    /// # Errors
-    /// The file cannot be read.
     pub(super) fn of(run: &Run) -> Result<Sparse, PlotError> {
         let mut stretches = run.undersampled(run.times)?.stretches;
         let growth = growth(run)?;
-        // Unless figures mark it by themselves.
+        // Unless figures mark it already.
         let known = |end: f64| stretches.first().is_some_and(|first| first.0 < end);
         if let Some(growth) = growth.filter(|growth| !known(growth.1)) {
             stretches.insert(0, growth);
@@ -46,7 +40,7 @@ impl Sparse {
         })
     }
 
-    /// The command that repeats the run of the file `name` with enough samples.
+    /// The command that repeats the run `name` with enough samples.
     pub(super) fn remedy(&self, name: &str) -> Option<String> {
         let (from, to) = (self.stretches.first()?.0, self.stretches.last()?.1);
         // The stretch of growth is the first, and longer than a natural period.
@@ -67,8 +61,7 @@ impl Sparse {
     }
 }
 
-/// The stretch in which an oscillation grows, from the loss of stability to the first event of the contact, from where on two
-/// samples of it are further apart than figures allow.
+/// The part of the growth before the first contact event that has wider gaps than figures allow.
 fn growth(run: &Run) -> Result<Option<(f64, f64)>, PlotError> {
     let Some(((begin, end), period)) = run.growth().zip(run.natural_period) else {
         return Ok(None);

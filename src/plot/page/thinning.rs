@@ -1,23 +1,21 @@
-//! Which samples of a long run are kept, and what stands for the others.
+//! Thinning of long trajectories.
 //!
-//! The trajectory becomes a sequence of entries. An entry is either one sample, as it is in the file, or a
-//! bucket: the least and the largest value of every channel over some consecutive samples. A run that fits is
-//! kept whole. Of one that does not, the samples around the events are kept, and buckets take the rest, so that no
-//! extreme of any channel is lost at any zoom.
+//! The trajectory becomes a sequence of entries: single samples, or buckets with the least and the largest value of
+//! each channel over consecutive samples. A run that fits is kept whole. Otherwise the samples around events are kept
+//! and buckets cover the rest, so that no extreme of a channel is lost at any zoom.
 
-use crate::results::ResultError;
 use std::ops::Range;
+use stickslip_files::ResultError;
 
-/// Samples kept on each side of an event, at least.
+/// Least number of samples kept on each side of an event.
 const LEAST_REACH: usize = 16;
-/// The part of the room for samples around events; buckets have the rest.
+/// Share of the room for samples around events; buckets have the rest.
 const NEAR_EVENTS: f64 = 0.75;
 
-/// Consecutive rows of the trajectory that are kept in the same way.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(super) struct Stretch {
     pub(super) rows: Range<usize>,
-    /// Rows in a bucket (fewer in the last); `None` where every sample is kept.
+    /// Rows per bucket (fewer in the last); `None`: every sample is kept.
     pub(super) bucket: Option<usize>,
 }
 
@@ -27,19 +25,16 @@ impl Stretch {
     }
 }
 
-/// How every row of a trajectory is kept.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(super) struct Plan {
-    /// In order, without gaps.
     pub(super) stretches: Vec<Stretch>,
-    /// How many events have the samples around them: all, unless there are too many.
+    /// Number of events with the samples around them: all, unless there are too many.
     pub(super) events_covered: usize,
 }
 
 impl Plan {
-    /// Of `rows` samples as many as fit into the room that `room` samples take; a bucket takes as much as two.
-    /// `events` are the rows at which events are, in order; rows from `whole`, which goes to the last, are kept before
-    /// those around events: as many of the last of them as half of that room takes.
+    /// `rows` samples in the room of `room`; a bucket takes the room of two. `events`: rows of the events, in order.
+    /// `whole`: the last rows, kept first, up to half of the room around events.
     pub(super) fn new(rows: usize, events: &[usize], whole: Range<usize>, room: usize) -> Plan {
         if rows <= room {
             return Plan {
@@ -54,13 +49,13 @@ impl Plan {
         let whole = whole.start.max(rows.saturating_sub(near / 2)).min(rows)..rows;
         let full = |events: &[usize], reach: usize| with_end(around(events, reach, rows), whole.clone());
         let size = |events: &[usize], reach: usize| full(events, reach).iter().map(Range::len).sum::<usize>();
-        // Both searches: the largest value that fits, as what it takes grows with it.
+        // Both sizes grow monotonically, so that the largest fitting value can be searched.
         let covered = largest(events.len(), |n| size(&events[..n], LEAST_REACH) <= near);
         let events = &events[..covered];
         let reach = largest(rows, |reach| size(events, reach) <= near);
         let full = full(events, reach);
         let kept = full.iter().map(Range::len).sum::<usize>();
-        // A gap ends with a bucket of its own, which is why each takes one of the buckets.
+        // Each gap ends with a bucket of its own, hence one bucket per gap is reserved.
         let buckets = ((room - kept) / 2).saturating_sub(full.len() + 1).max(1);
         let bucket = Some((rows - kept).div_ceil(buckets));
         let mut stretches = Vec::new();
@@ -83,7 +78,6 @@ impl Plan {
         }
     }
 
-    /// Samples that are kept as they are.
     pub(super) fn kept(&self) -> usize {
         let full = self.stretches.iter().filter(|stretch| stretch.bucket.is_none());
         full.map(|stretch| stretch.rows.len()).sum()
@@ -100,10 +94,6 @@ impl Plan {
         })
     }
 
-    /// Folds a column, given block by block, into the plan's entries.
-    ///
-    /// # Errors
-    /// The first error among the blocks.
     pub(super) fn fold(&self, blocks: Blocks) -> Result<Column, ResultError> {
         let mut column = Column::default();
         let mut entries = self.entries();
@@ -115,7 +105,7 @@ impl Plan {
                     return Ok(column);
                 };
                 first.get_or_insert(value);
-                // NaN only where there is nothing else: min and max leave it out.
+                // `min` and `max` ignore NaN unless there is nothing else.
                 (low, high) = (low.min(value), high.max(value));
                 row += 1;
                 if row == rows.end {
@@ -136,23 +126,21 @@ impl Plan {
     }
 }
 
-/// A column, block by block.
 pub(super) type Blocks<'s> = Box<dyn Iterator<Item = Result<Vec<f64>, ResultError>> + 's>;
 
-/// A column as the plan keeps it.
 #[derive(Debug, Default)]
 pub(super) struct Column {
-    /// For each entry its value, or the least of its bucket.
+    /// Value of each entry; the least one for a bucket.
     pub(super) values: Vec<f64>,
-    /// For each bucket its largest value.
+    /// Largest value of each bucket.
     pub(super) highs: Vec<f64>,
-    /// For each entry its first value.
+    /// First value of each entry.
     pub(super) firsts: Vec<f64>,
-    /// For each bucket its last value.
+    /// Last value of each bucket.
     pub(super) lasts: Vec<f64>,
 }
 
-/// The rows within `reach` of the events, as ranges that do not touch.
+/// Disjoint ranges of the rows within `reach` of the events.
 fn around(events: &[usize], reach: usize, rows: usize) -> Vec<Range<usize>> {
     let mut ranges: Vec<Range<usize>> = Vec::new();
     for &row in events {
@@ -166,7 +154,7 @@ fn around(events: &[usize], reach: usize, rows: usize) -> Vec<Range<usize>> {
     ranges
 }
 
-/// Ranges in order that do not touch, with one more that goes beyond all of them or to where the last of them ends.
+/// Disjoint ordered ranges, merged with a range that ends at or after the last of them.
 fn with_end(mut ranges: Vec<Range<usize>>, end: Range<usize>) -> Vec<Range<usize>> {
     if end.is_empty() {
         return ranges;
@@ -179,7 +167,7 @@ fn with_end(mut ranges: Vec<Range<usize>>, end: Range<usize>) -> Vec<Range<usize
     ranges
 }
 
-/// The largest n up to `most` for which `fits` holds, if it holds for every smaller n as well; 0 if it never does.
+/// Largest n up to `most` for which the monotone `fits` is true; 0 if there is none.
 fn largest(most: usize, fits: impl Fn(usize) -> bool) -> usize {
     let (mut low, mut high) = (0, most);
     while low < high {

@@ -1,4 +1,4 @@
-//! The trajectory on the page: as many true samples as there is room for.
+//! The trajectory on a page, with as many true samples as fit.
 
 use serde::Serialize;
 
@@ -8,35 +8,31 @@ use super::thinning::{Blocks, Column, Plan, Stretch};
 use crate::plot::PlotError;
 use crate::plot::html::{Doubles, encoded};
 use crate::plot::run::dense_points;
-use crate::results::schema::group;
-use crate::results::{DenseOutput, ResultError, ResultFile, Side};
+use stickslip_files::schema::group;
+use stickslip_files::{DenseOutput, ResultError, ResultFile, Side};
 
-/// Values that share a base in [`Packed`].
 const BLOCK: usize = 128;
 
-/// The samples, or what stands for them.
 #[derive(Debug, Serialize)]
 pub(super) struct Trajectory {
-    /// In the file.
+    /// Number in the file.
     samples: usize,
-    /// On the page, as they are.
+    /// Number kept unchanged on the page.
     pub(super) kept: usize,
-    /// Values that share a base.
     block: usize,
     stretches: Vec<StretchInfo>,
-    /// For each entry the time of its sample, or of the first in its bucket; s.
+    /// Time of each entry, or of the first sample in its bucket, s.
     time: Doubles,
-    /// For each bucket the time of its last sample; s.
+    /// Time of the last sample in each bucket, s.
     bucket_end: Doubles,
     channels: Vec<Channel>,
-    /// What is not as in the file, in words.
     notes: Vec<String>,
 }
 
 #[derive(Debug, Serialize)]
 struct StretchInfo {
     entries: usize,
-    /// Samples in a bucket, 1 where every sample is kept.
+    /// Samples per bucket; 1 if every sample is kept.
     samples_each: usize,
     bucket: bool,
 }
@@ -44,24 +40,20 @@ struct StretchInfo {
 #[derive(Debug, Serialize)]
 struct Channel {
     name: String,
-    /// UDUNITS.
     unit: String,
     description: String,
-    /// For each entry its value, or the least of its bucket.
+    /// Value of each entry; the least one for a bucket.
     value: Packed,
-    /// For each bucket the largest value.
+    /// Largest value of each bucket.
     bucket_high: Packed,
 }
 
-/// A column in half the space of doubles: for each [`BLOCK`] of values a base as a double, and every value as
-/// a single-precision offset from its base.
+/// A column in half the space of doubles: a base (double) for each [`BLOCK`] of values, and single-precision offsets.
 ///
-/// The base is the block's first value: an energy of 11 kJ keeps the microjoules by which it changes within a
-/// cycle. Where a block has values below half of its largest, the base is 0 instead, so that what is zero (the
-/// relative velocity in stick) stays zero, and what is small keeps its digits. Either way the error is at most 2^-23
-/// of the range of the block: with the first value as base an offset is no larger than the range, and with 0 a
-/// value is no larger than twice the range; a rounding is 2^-24 of the number. Beyond the range of single precision,
-/// offsets above 3.4e38 become infinite, and those below 1e-45 become 0.
+/// The base is the first value, so that an energy of 11 kJ keeps changes of microjoules. If a block has values below
+/// half of its largest, the base is 0, so that zeros (relative velocity in stick) stay zero and small values keep their
+/// digits. The error is at most 2^-23 of the block's range: an offset is at most the range, or with base 0 a value at
+/// most twice the range, and rounding is 2^-24 of either. Offsets above 3.4e38 become infinite, below 1e-45 zero.
 #[derive(Debug, Serialize)]
 struct Packed {
     base: Doubles,
@@ -92,7 +84,7 @@ fn base_of(block: &[f64]) -> f64 {
 }
 
 impl Trajectory {
-    /// What fits into `room` bytes of a trajectory that has samples; of the first of two runs with the differences from the second.
+    /// As much of a trajectory as fits into `room` bytes. `pair`: adds the differences from a second run.
     pub(super) fn of(
         file: &ResultFile,
         form: &Form,
@@ -101,7 +93,7 @@ impl Trajectory {
     ) -> Result<Trajectory, PlotError> {
         let source = Source::new(file, pair.is_none())?;
         let samples = source.rows;
-        // A sample takes a time, and an offset and its share of a base for every channel; base64 adds a third.
+        // A sample takes a time, an offset per channel and its share of a base; base64 adds a third.
         let columns = form.variables.len() + pair.map_or(0, |pair| pair.compared.len());
         let bytes = 8 + columns * 4 + (columns * 8).div_ceil(BLOCK);
         let room = room / (4 * bytes).div_ceil(3);
@@ -159,7 +151,6 @@ impl Trajectory {
     }
 }
 
-/// What the page keeps, for its reader.
 fn notes(plan: &Plan, of: &str, samples: usize, events: usize, last_period: bool) -> Vec<String> {
     let kept = plan.kept();
     if kept == samples {
@@ -185,16 +176,15 @@ fn notes(plan: &Plan, of: &str, samples: usize, events: usize, last_period: bool
     notes
 }
 
-/// Where the curves of a page are from: the samples of the file, or its dense output.
 struct Source<'f> {
     file: &'f ResultFile,
-    /// With the times at which it is evaluated, s.
+    /// Dense output and its evaluation times, s.
     dense: Option<(DenseOutput<'f>, Vec<f64>)>,
     rows: usize,
 }
 
 impl<'f> Source<'f> {
-    /// The dense output if it goes from the first sample to the last, and may be used.
+    /// The dense output if it is allowed and covers all samples.
     fn new(file: &'f ResultFile, may_be_dense: bool) -> Result<Source<'f>, ResultError> {
         let samples = file.sample_count()?;
         let first = file.column("time", 0..samples.min(1))?;
@@ -204,7 +194,7 @@ impl<'f> Source<'f> {
             _ => None,
         };
         let dense = dense.map(|dense| {
-            // The browser shows any window: as many in every piece.
+            // The browser zooms into any window, so all pieces have the same number of points.
             let times = dense
                 .span()
                 .map_or_else(Vec::new, |span| dense_points(&dense, span, 0.0));
@@ -214,7 +204,6 @@ impl<'f> Source<'f> {
         Ok(Source { file, dense, rows })
     }
 
-    /// What its rows are.
     fn of(&self) -> &'static str {
         match self.dense {
             Some(_) => "points of the dense output of the file",
@@ -233,7 +222,7 @@ impl<'f> Source<'f> {
         })
     }
 
-    /// The first row whose time is not before `t`.
+    /// The first row at or after `t`.
     fn first_row(&self, t: f64) -> Result<usize, ResultError> {
         if let Some((_, times)) = &self.dense {
             return Ok(times.partition_point(|time| *time < t));
@@ -242,7 +231,7 @@ impl<'f> Source<'f> {
             .first_row(group::TRAJECTORY, "time", 0..self.rows, |time| time >= t)
     }
 
-    /// For each event the first row that is not before it, in order.
+    /// First row at or after each event, in order.
     fn event_rows(&self) -> Result<Vec<usize>, ResultError> {
         let mut times: Vec<f64> = self.file.events()?.iter().map(|event| event.time).collect();
         times.sort_by(f64::total_cmp);
@@ -255,7 +244,7 @@ impl<'f> Source<'f> {
             }
             before += block.len();
         }
-        // Events past the last sample, in an unfinished file.
+        // Events past the last sample of an unfinished file.
         rows.resize(times.len(), before);
         Ok(rows)
     }

@@ -6,7 +6,7 @@ use super::title;
 use crate::plot::figure::{Cell, Curve, CurveStyle, Figure, Panel, drawn, extent};
 use crate::plot::style::{BLUE, VERMILLION};
 
-/// The curve with a point for each run; those that failed stand on the lower edge.
+/// A point for each run; failed runs stand on the lower edge.
 pub(super) fn figure(data: &StudyData, quantity: &StudyQuantity, x: usize, selection: &Selection) -> Figure {
     let own = &data.axes[x];
     let mut points = selection.points.clone();
@@ -18,7 +18,7 @@ pub(super) fn figure(data: &StudyData, quantity: &StudyQuantity, x: usize, selec
             (Cell::Value(value), Some(piece)) => piece.push((x, value)),
             (cell, _) => {
                 failed.extend((cell == Cell::Failed).then_some(x));
-                // A line would hide that there is nothing.
+                // A line would hide the missing value.
                 pieces.push(Vec::new());
             }
         }

@@ -1,25 +1,25 @@
-//! A sweep file as figures need it: axes, points and quantities.
+//! A sweep file for figures: axes, points and quantities.
 
 use crate::plot::PlotError;
 use crate::plot::error::hint;
 use crate::plot::figure::{Axis, Cell, extent};
 use crate::plot::html::as_doubles;
-use crate::results::schema::{META_POINT_COMMAND, META_SHOW, group};
-use crate::results::{Reason, SweepFile};
 use serde::Serialize;
 use std::path::{Path, PathBuf};
+use stickslip_files::schema::{META_POINT_COMMAND, META_SHOW, group};
+use stickslip_files::{Reason, SweepFile};
 
-/// Symbols of the keys that the paper's figure has.
+/// Symbols of the keys in the paper's figure.
 const SYMBOLS: [(&str, &str, &str); 3] = [
     ("friction_decay", "friction decay", "α"),
     ("torsion_damping", "torsional damping", "c_t"),
     ("perturbation_0_relative_velocity", "kick", "δ"),
 ];
 
-/// A symbol is no longer than this: what stands before the comma of a description.
+/// Longest symbol: the text before the comma of a description.
 const LONGEST_SYMBOL: usize = 8;
 
-/// Quantities that say how a run was computed, or what follows from its case alone.
+/// Quantities that describe the computation, or follow from the case alone.
 const NO_RESULTS: [&str; 12] = [
     "energy_residual",
     "steps",
@@ -35,14 +35,13 @@ const NO_RESULTS: [&str; 12] = [
     "end_time",
 ];
 
-/// Values that differ by less than this share of the largest are the same.
+/// Relative difference of equal values.
 const SAME: f64 = 1e-6;
 
-/// Codes of the status of a point.
 const COMPLETE: f64 = 0.0;
 const FAILED: f64 = 1.0;
 
-/// The axis of a drawing for a variable of the file, named by its words and the symbol with which its description begins.
+/// The axis of a variable, with the symbol that begins its description.
 pub(in crate::plot) fn drawn_axis(name: &str, units: &str, long_name: &str) -> Axis {
     if let Some((_, words, symbol)) = SYMBOLS.iter().find(|known| known.0 == name) {
         return Axis::new(words, units).with_symbol(symbol);
@@ -56,7 +55,6 @@ pub(in crate::plot) fn drawn_axis(name: &str, units: &str, long_name: &str) -> A
     }
 }
 
-/// The letter for its name; other symbols as they are.
 fn greek(symbol: &str) -> String {
     let letters = [
         ("alpha", "α"),
@@ -74,7 +72,6 @@ fn greek(symbol: &str) -> String {
     symbol.to_owned()
 }
 
-/// The short name of an axis in words: its symbol, or its name.
 pub(in crate::plot) fn short(name: &str) -> &str {
     SYMBOLS
         .iter()
@@ -82,36 +79,35 @@ pub(in crate::plot) fn short(name: &str) -> &str {
         .map_or(name, |known| known.2)
 }
 
-/// What a study varies.
+/// A varied parameter of a study.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct StudyAxis {
-    /// Of its variable.
+    /// Name of its variable.
     pub name: String,
-    /// The paths of the keys that it sets.
+    /// Paths of the keys that it sets.
     pub keys: Vec<String>,
     /// UDUNITS.
     pub units: String,
-    /// What it is.
+    /// Description.
     pub long_name: String,
-    /// Where its values are codes of words: these, by code.
+    /// Words by code, if the values are codes.
     pub words: Vec<String>,
-    /// Whether its values are numbers that are even in the logarithm.
+    /// Whether the values are evenly spaced in the logarithm.
     pub logarithmic: bool,
-    /// Of a grid: its levels in the order of the file.
+    /// Levels of a grid in the order of the file.
     #[serde(skip)]
     pub levels: Vec<f64>,
-    /// Of every point.
+    /// Value of each point.
     #[serde(serialize_with = "as_doubles")]
     pub values: Vec<f64>,
 }
 
 impl StudyAxis {
-    /// Whether the points differ in it.
+    /// Whether it differs between points.
     pub fn varies(&self) -> bool {
         self.values.iter().any(|value| *value != self.values[0])
     }
 
-    /// As it is drawn.
     pub(super) fn axis(&self) -> Axis {
         let axis = drawn_axis(&self.name, &self.units, &self.long_name);
         if self.words.is_empty() {
@@ -122,7 +118,7 @@ impl StudyAxis {
         Axis::new(&format!("{}: {}", axis.name, words.join(", ")), "1")
     }
 
-    /// A value of it in words: "c_t = 22.6 N m s/rad", "solver method = erk".
+    /// A value in words: "c_t = 22.6 N m s/rad", "solver method = erk".
     pub(super) fn said(&self, value: f64) -> String {
         let axis = drawn_axis(&self.name, &self.units, &self.long_name);
         match self.words.get(value as usize) {
@@ -132,8 +128,8 @@ impl StudyAxis {
         }
     }
 
-    /// Whether its values are numbers that are even in the logarithm, over one and a half decades or more: an axis of powers shows two.
-    /// Of an axis of a traced boundary whether it was looked for by the logarithm is known.
+    /// Whether the values are evenly spaced in the logarithm over 1.5 decades or more: a logarithmic axis shows two
+    /// powers. `traced`: whether a boundary was searched by the logarithm, if known.
     fn is_logarithmic(&self, traced: Option<bool>) -> bool {
         let (low, high) = extent(self.values.iter().copied()).unwrap_or((0.0, 1.0));
         if !self.words.is_empty() || low <= 0.0 {
@@ -146,7 +142,7 @@ impl StudyAxis {
             return false;
         }
         if self.levels.len() < 3 {
-            // A sample: half of it below the geometric mean, and not the arithmetic.
+            // A sample is logarithmic if the geometric mean of its limits is nearer to the median than their mean.
             let below = |limit: f64| self.values.iter().filter(|value| **value < limit).count() as f64;
             let half = 0.5 * self.values.len() as f64;
             return (below((low * high).sqrt()) - half).abs() < (below(0.5 * (low + high)) - half).abs();
@@ -157,43 +153,39 @@ impl StudyAxis {
     }
 }
 
-/// What is known of every run.
+/// A quantity known for each run.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct StudyQuantity {
-    /// Of its variable.
+    /// Name of its variable.
     pub name: String,
     /// UDUNITS.
     pub units: String,
-    /// What it is.
+    /// Description.
     pub long_name: String,
-    /// Of a code: its values and what they mean.
+    /// Codes and their meanings, if the values are codes.
     pub flags: Vec<(i64, String)>,
-    /// Whether it is a whole number.
+    /// Whether the values are whole numbers.
     pub whole: bool,
-    /// Of every point; NaN where it has none.
+    /// Value of each point; NaN: none.
     #[serde(serialize_with = "as_doubles")]
     pub values: Vec<f64>,
 }
 
 impl StudyQuantity {
-    /// As it is drawn.
     pub(super) fn axis(&self) -> Axis {
         drawn_axis(&self.name, &self.units, &self.long_name)
     }
 
-    /// Whether a point has it.
     pub(super) fn is_known(&self) -> bool {
         self.values.iter().any(|value| !value.is_nan())
     }
 
-    /// Whether it differs from point to point.
     pub(super) fn varies(&self) -> bool {
         let mut numbers = self.values.iter().filter(|value| !value.is_nan());
         let first = numbers.next();
         numbers.any(|value| Some(value) != first)
     }
 
-    /// How many different values it has.
     fn different_values(&self) -> usize {
         let mut values: Vec<f64> = self.values.iter().copied().filter(|value| value.is_finite()).collect();
         values.sort_by(f64::total_cmp);
@@ -203,30 +195,30 @@ impl StudyQuantity {
     }
 }
 
-/// A sweep file, in memory.
+/// A sweep file in memory.
 #[derive(Debug, Clone, PartialEq)]
 pub struct StudyData {
-    /// Where it is.
+    /// The file.
     pub path: PathBuf,
-    /// Of the study.
+    /// Title of the study.
     pub title: String,
-    /// Whether all its points are there.
+    /// Whether all points are present.
     pub complete: bool,
-    /// In the order of the study; of a grid the last varies fastest.
+    /// Axes in the order of the study; the last axis of a grid varies fastest.
     pub axes: Vec<StudyAxis>,
-    /// Whether the points are those of a grid.
+    /// Whether the points form a grid.
     pub is_grid: bool,
-    /// In the order of the file.
+    /// Quantities in the order of the file.
     pub quantities: Vec<StudyQuantity>,
-    /// Code of every point: 0 complete, 1 failed, 2 missing.
+    /// Code of each point: 0 complete, 1 failed, 2 missing.
     pub status: Vec<f64>,
-    /// The quantities that the study asks for: those it is to show, or the one of its criterion.
+    /// Quantities that the study names for figures, or the quantity of its criterion.
     pub asked: Vec<String>,
-    /// Number and message of those that failed.
+    /// Number and message of each failed point.
     pub failures: Vec<(u64, String)>,
-    /// Runs a point by itself, once the values on the axes are set; of files of earlier versions not known.
+    /// Command that runs one point, once the values of the axes are set; unknown for files of earlier versions.
     pub command: Option<String>,
-    /// The tolerance of its runs by `cvode`, `arkode` and `series`, where the study sets it and not the case.
+    /// Tolerance of `cvode`, `arkode` and `series`, if the study sets it instead of the case.
     pub default_tolerance: Option<f64>,
 }
 
@@ -234,7 +226,7 @@ impl StudyData {
     /// Reads a sweep file.
     ///
     /// # Errors
-    /// If it cannot be read, or has no point.
+    /// An unreadable file, or no point.
     pub fn read(file: &SweepFile) -> Result<StudyData, PlotError> {
         let names = file.variables("/");
         let status = file.numbers("status")?;
@@ -301,7 +293,7 @@ impl StudyData {
         }
         let meta = |name: &str| file.text(&format!("{}/{name}", group::META));
         let words = |text: String| text.split(' ').map(str::to_owned).collect();
-        // The quantity of a criterion is its first word.
+        // The first word of a criterion is its quantity.
         let criterion = || {
             Some(vec![
                 file.text("boundary/criterion")?.split_whitespace().next()?.to_owned(),
@@ -322,10 +314,7 @@ impl StudyData {
         })
     }
 
-    /// The quantity of this name.
-    ///
-    /// # Errors
-    /// If there is none, with those there are.
+    /// The quantity of this name; an error lists the known ones.
     pub fn quantity(&self, name: &str) -> Result<&StudyQuantity, PlotError> {
         let found = self.quantities.iter().find(|quantity| quantity.name == name);
         found.ok_or_else(|| {
@@ -338,13 +327,12 @@ impl StudyData {
         self.asked.iter().filter_map(|name| self.quantity(name).ok())
     }
 
-    /// Whether the study asks for a quantity that it has.
     pub(super) fn asks(&self) -> bool {
         self.asked().next().is_some()
     }
 
-    /// The quantities that the study asks for. Where it asks for none, the first of `wishes` that differs from point to point; else
-    /// the result that tells most points apart, or the first of all.
+    /// The quantities that the study names. Without any: the first of `wishes` that varies, else the result with the
+    /// most different values, else the first quantity.
     pub(super) fn of_interest(&self, wishes: &[&str]) -> Vec<&StudyQuantity> {
         if self.asks() {
             return self.asked().collect();
@@ -355,20 +343,16 @@ impl StudyData {
         found.into_iter().collect()
     }
 
-    /// The result with the most different values, of equals the first; `None` if none varies.
     fn most_telling(&self) -> Option<&StudyQuantity> {
         let results = self.quantities.iter().filter(|quantity| {
             let name = quantity.name.as_str();
             quantity.varies() && !NO_RESULTS.contains(&name)
         });
-        // Of equals the last is the largest: from behind, that is the first.
+        // `max_by_key` returns the last of equal ones: in reverse, the first.
         results.rev().max_by_key(|quantity| quantity.different_values())
     }
 
-    /// The place of the axis of a name, or of a key.
-    ///
-    /// # Errors
-    /// If there is none, with those there are.
+    /// Index of an axis, by its name or a key; an error lists the known ones.
     pub fn axis(&self, name: &str) -> Result<usize, PlotError> {
         let is_it = |axis: &StudyAxis| axis.name == name || axis.keys.iter().any(|key| key == name);
         self.axes.iter().position(is_it).ok_or_else(|| {
@@ -377,7 +361,6 @@ impl StudyData {
         })
     }
 
-    /// What a map shows of a point.
     pub(super) fn cell(&self, point: usize, quantity: &StudyQuantity) -> Cell {
         let status = self.status[point];
         match quantity.values[point] {
@@ -389,7 +372,6 @@ impl StudyData {
     }
 }
 
-/// Different values, in order.
 pub(in crate::plot) fn levels(values: impl IntoIterator<Item = f64>) -> Vec<f64> {
     let mut levels: Vec<f64> = values.into_iter().collect();
     levels.sort_by(f64::total_cmp);
@@ -407,7 +389,6 @@ fn unknown(path: &Path, what: &'static str, name: &str, known: &[&str]) -> PlotE
     }
 }
 
-/// With an exponent where that is shorter.
 fn plainly(value: f64) -> String {
     if value == 0.0 || (1e-3..1e6).contains(&value.abs()) {
         value.to_string()

@@ -1,5 +1,5 @@
-//! Figures of many runs: of a sweep a map, curves, samples and their distribution, its boundary; of a calibration the region
-//! that the data leave.
+//! Figures of many runs: for a sweep a map, curves, a distribution and the boundary; for a calibration the region
+//! allowed by the data.
 //!
 //! | module | what it is |
 //! |---|---|
@@ -7,8 +7,8 @@
 //! | `plane` | a quantity over two axes: cells of a grid, dots of a sample |
 //! | `curves` | a quantity over one axis |
 //! | `samples` | the distribution of a quantity, and its dependence on each axis |
-//! | `selection` | which points are drawn |
-//! | `region` | where the targets of a calibration hold |
+//! | `selection` | the points to draw |
+//! | `region` | the region in which the targets of a calibration hold |
 //! | [`page`] | the interactive page |
 
 mod curves;
@@ -16,43 +16,43 @@ pub mod data;
 pub mod page;
 mod plane;
 mod region;
-mod samples;
+pub mod samples;
 mod selection;
 
 use super::error::PlotError;
 use super::figure::Figure;
-use crate::analysis::distribution::Distribution;
-use crate::results::SweepFile;
 pub use data::{StudyAxis, StudyData, StudyQuantity};
+use stickslip_analysis::analysis::distribution::Distribution;
+use stickslip_files::SweepFile;
 
-/// What is to be drawn of a study.
+/// Requested figures of a study.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Choice {
-    /// By the names of their variables; none: those that the study asks for, or one that varies.
+    /// Names of quantities; empty: the study's own, or one that varies.
     pub quantities: Vec<String>,
     /// Horizontal and vertical axis of a map, by name or key.
     pub axes: Option<[String; 2]>,
-    /// Axes that are held at one of their values: (name or key, value).
+    /// Axes that are held: (name or key, value).
     pub at: Vec<(String, String)>,
 }
 
 impl Choice {
-    /// Whether nothing is chosen.
+    /// Whether nothing is requested.
     pub fn is_empty(&self) -> bool {
         *self == Choice::default()
     }
 }
 
-/// A figure that the file of many runs can have.
+/// A figure of many runs.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct StudyEntry {
-    /// With which the names of its figures begin.
+    /// Prefix of the names of its figures.
     pub name: &'static str,
-    /// Above it.
+    /// Title.
     pub title: &'static str,
-    /// Of which files.
+    /// Kind of file.
     pub of: &'static str,
-    /// Number in the paper, where it is known.
+    /// Number in the paper, if any.
     pub paper_figure: Option<u32>,
 }
 
@@ -65,7 +65,7 @@ const fn entry(name: &'static str, title: &'static str, of: &'static str) -> Stu
     }
 }
 
-/// All of them.
+/// All entries.
 pub const ENTRIES: [StudyEntry; 6] = [
     StudyEntry {
         paper_figure: Some(25),
@@ -86,10 +86,10 @@ pub const ENTRIES: [StudyEntry; 6] = [
     entry("region", "Where the targets of a calibration hold", "calibration"),
 ];
 
-/// The figures of a file, of which there is at least one.
+/// The figures of a file, at least one.
 ///
 /// # Errors
-/// A file that cannot be read; a quantity, axis or value that it does not have; nothing to draw.
+/// An unreadable file, an unknown quantity, axis or value, or nothing to draw.
 pub fn figures(file: &SweepFile, choice: &Choice) -> Result<Vec<Figure>, PlotError> {
     if choice.is_empty() && file.text("boundary/x").is_some() {
         return Ok(vec![super::critical::figure(file)?]);
@@ -124,10 +124,7 @@ pub fn figures(file: &SweepFile, choice: &Choice) -> Result<Vec<Figure>, PlotErr
     Ok(figures)
 }
 
-/// The distribution of every quantity that is drawn of a sample; none of a grid, whose points are chosen.
-///
-/// # Errors
-/// As [`figures`].
+/// The distribution of each drawn quantity of a sample; none for a grid, whose points are chosen.
 pub fn distributions(file: &SweepFile, choice: &Choice) -> Result<Vec<(StudyQuantity, Distribution)>, PlotError> {
     let designed = file.is_grid() || file.text("boundary/x").is_some() || !file.variables("calibration").is_empty();
     if designed {
@@ -143,7 +140,7 @@ pub fn distributions(file: &SweepFile, choice: &Choice) -> Result<Vec<(StudyQuan
     Ok(found)
 }
 
-/// Those that are asked for, here or by the study; else of a sample the onset, of a grid what tells most of its points apart.
+/// The requested quantities, or those of the study; else the onset (sample) or the most distinctive result (grid).
 fn quantities<'a>(data: &'a StudyData, choice: &Choice) -> Result<Vec<&'a StudyQuantity>, PlotError> {
     if choice.quantities.is_empty() {
         let wishes = ["onset_time", "attractor_period"];
@@ -152,13 +149,11 @@ fn quantities<'a>(data: &'a StudyData, choice: &Choice) -> Result<Vec<&'a StudyQ
     choice.quantities.iter().map(|name| data.quantity(name)).collect()
 }
 
-/// A title of a figure of a study.
 fn title(data: &StudyData, what: &str) -> String {
     let incomplete = if data.complete { "" } else { " (incomplete)" };
     format!("{}{incomplete}: {what}", data.title)
 }
 
-/// Why something cannot be drawn of a study.
 fn refused<T>(data: &StudyData, why: impl Into<String>) -> Result<T, PlotError> {
     Err(PlotError::Study {
         path: data.path.clone(),

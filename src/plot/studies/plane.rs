@@ -9,19 +9,16 @@ use crate::plot::critical::Boundary;
 use crate::plot::figure::{Axis, Cell, ColorKey, Curve, CurveStyle, Figure, Map, Panel, drawn, extent};
 use crate::plot::style::{BLACK, GREY};
 
-/// Panels below each other in one figure.
 const PANELS: usize = 6;
-/// Colours of dots.
 const SHADES: usize = 16;
-/// From this ratio on a scale of colours shows powers of ten.
+/// A colour scale is logarithmic from this ratio.
 const DECADES: f64 = 100.0;
 
-/// The levels of an axis among some points, in order.
 fn levels(data: &StudyData, axis: usize, points: &[usize]) -> Vec<f64> {
     data::levels(points.iter().map(|&point| data.axes[axis].values[point]))
 }
 
-/// A map of a grid, or curves if only one axis of it has several levels.
+/// A map of a grid, or curves if only one axis has several levels.
 pub(super) fn or_curves(data: &StudyData, quantity: &StudyQuantity, choice: &Choice) -> Result<Figure, PlotError> {
     let mut selection = selected(data, choice)?;
     let mut open: Vec<usize> = (0..data.axes.len())
@@ -41,7 +38,7 @@ pub(super) fn or_curves(data: &StudyData, quantity: &StudyQuantity, choice: &Cho
         return refused(data, format!("{key} against {key} is no plane; name two axes"));
     }
     open.retain(|&axis| axis != x && axis != y);
-    // As many panels as a figure has; the axis with most levels is held in its middle.
+    // The axis with most levels is held at its middle until the panels fit a figure.
     loop {
         let counts: Vec<usize> = open
             .iter()
@@ -71,7 +68,7 @@ pub(super) fn or_curves(data: &StudyData, quantity: &StudyQuantity, choice: &Cho
     Ok(Figure::new(format!("map-{}", quantity.name), title, panels))
 }
 
-/// The first two of these axes, those of numbers first: the words of an axis have no distances.
+/// The first two axes, numbers before words: words have no distances.
 fn plane_of(data: &StudyData, axes: &[usize]) -> Option<[usize; 2]> {
     let mut order = axes.to_vec();
     order.sort_by_key(|&axis| !data.axes[axis].words.is_empty());
@@ -79,7 +76,7 @@ fn plane_of(data: &StudyData, axes: &[usize]) -> Option<[usize; 2]> {
     Some([x.min(y), x.max(y)])
 }
 
-/// The points by their values on the axes beside the plane, with these in words.
+/// Points grouped by their values on the axes outside the plane, which the text names.
 fn facets(data: &StudyData, beside: &[usize], points: &[usize]) -> Vec<(String, Vec<usize>)> {
     let mut facets: Vec<(Vec<f64>, Vec<usize>)> = Vec::new();
     for &point in points {
@@ -102,7 +99,6 @@ fn facets(data: &StudyData, beside: &[usize], points: &[usize]) -> Vec<(String, 
         .collect()
 }
 
-/// What the colours mean, over all points that are drawn.
 fn key(quantity: &StudyQuantity, points: &[usize]) -> ColorKey {
     let values: Vec<f64> = points.iter().map(|&point| quantity.values[point]).collect();
     if !quantity.flags.is_empty() {
@@ -114,7 +110,7 @@ fn key(quantity: &StudyQuantity, points: &[usize]) -> ColorKey {
     ColorKey::Scale(quantity.axis().ranging(low, high).logarithmic(by_powers))
 }
 
-/// Where cells around these levels begin and end: in the middle between them, on a logarithmic axis of their logarithms.
+/// Edges of cells: midpoints between the levels, in the logarithm on a logarithmic axis.
 fn edges(levels: &[f64], logarithmic: bool) -> Vec<f64> {
     let to = |value: f64| if logarithmic { value.ln() } else { value };
     let back = |value: f64| if logarithmic { value.exp() } else { value };
@@ -156,7 +152,7 @@ fn map(data: &StudyData, quantity: &StudyQuantity, [x, y]: [usize; 2], points: &
     panel
 }
 
-/// Dots at the points of a sample or of a boundary, in the colours of a quantity.
+/// Dots at the points of a sample or boundary, coloured by a quantity.
 pub(super) fn dots(
     data: &StudyData,
     quantity: &StudyQuantity,
@@ -203,7 +199,7 @@ pub(super) fn dots(
             panel.curves.extend(boundary.curves);
         }
     }
-    // An empty map, for its scale of colours.
+    // An empty map, which gives the colour scale.
     if matches!(key, ColorKey::Scale(_)) {
         panel.map = Some(Map {
             x_edges: Vec::new(),
@@ -227,7 +223,6 @@ pub(super) fn dots(
     ))
 }
 
-/// Which colour a value has; its place among the codes.
 fn shade(key: &ColorKey, value: f64) -> usize {
     match key {
         ColorKey::Codes(codes) => codes.iter().position(|code| code.0 as f64 == value).unwrap_or(0),

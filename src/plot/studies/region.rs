@@ -1,20 +1,19 @@
-//! What the data of a calibration leave: for each pair of parameters where the held targets hold.
+//! Region of a calibration: where the held targets hold, for each pair of parameters.
 
 use super::data::{StudyAxis, StudyData};
 use super::{refused, title};
 use crate::plot::PlotError;
 use crate::plot::figure::{Axis, Curve, CurveStyle, Figure, Panel, drawn};
 use crate::plot::style::{BLACK, BLUE, GREY, ORANGE, VERMILLION};
-use crate::results::SweepFile;
+use stickslip_files::SweepFile;
 
-/// Residuals up to this are shown apart: how steep the way out of the region is.
+/// Residuals up to this are coloured: they show the slope outside the region.
 const NEAR: f64 = 4.0;
-/// Room around the region where it is enlarged, as a share of it.
+/// Margin around the enlarged region, as a share of its width.
 const ROOM: f64 = 0.15;
-/// The code of a target that is held.
 const HELD: f64 = 0.0;
 
-/// What a calibration found of a parameter; NaN where the file does not have it.
+/// Calibration result of a parameter; NaN if it is not in the file.
 struct Found {
     optimum: f64,
     compromise: f64,
@@ -23,7 +22,7 @@ struct Found {
     largest: f64,
 }
 
-/// A figure of each pair of parameters: the ranges, and the region enlarged. Of one parameter alone its residual.
+/// A figure for each pair of parameters: the ranges, and the region enlarged. A single parameter has its residual.
 pub(super) fn figures(file: &SweepFile, data: &StudyData) -> Result<Vec<Figure>, PlotError> {
     let found = found(file, data)?;
     let worst = largest_residuals(file, data)?;
@@ -66,7 +65,7 @@ fn found(file: &SweepFile, data: &StudyData) -> Result<Vec<Found>, PlotError> {
     Ok((0..count).map(of).collect())
 }
 
-/// Of every run the largest residual of the held targets, in half-widths; NaN of one that failed or lacks a quantity.
+/// Largest residual of the held targets for each run, in half-widths; NaN for failed runs or missing quantities.
 fn largest_residuals(file: &SweepFile, data: &StudyData) -> Result<Vec<f64>, PlotError> {
     let column = |name: &str| file.numbers(&format!("targets/{name}"));
     let (value, half_width, role) = (column("value")?, column("half_width")?, column("role")?);
@@ -99,7 +98,7 @@ fn largest_residuals(file: &SweepFile, data: &StudyData) -> Result<Vec<f64>, Plo
 
 fn side(axis: &StudyAxis, found: &Found) -> Axis {
     let (low, high) = found.range;
-    // A range of several decades was searched by its logarithm.
+    // Ranges of several decades were searched in the logarithm.
     axis.axis()
         .ranging(low, high)
         .logarithmic(low > 0.0 && high >= 100.0 * low)
@@ -143,17 +142,16 @@ fn pair(data: &StudyData, [a, b]: [usize; 2], found: &[Found], worst: &[f64]) ->
     )
 }
 
-/// The region with its bounds.
 fn enlarged(data: &StudyData, [a, b]: [usize; 2], found: &[Found], curves: &[Curve]) -> Option<Panel> {
     let window = |k: usize| {
         let own = &found[k];
         let axis = side(&data.axes[k], own);
-        // A bound that is no wider than rounding has no inside.
+        // Bounds within rounding have no interior.
         let extent = own.largest - own.least;
         if extent.is_nan() || extent <= 1e-12 * own.largest.abs() {
             return None;
         }
-        // From here on an axis of powers shows at least two of them, which would hide the region.
+        // A logarithmic axis shows at least two powers, which would hide a smaller region.
         let axis = Axis {
             logarithmic: axis.logarithmic && own.largest >= 100.0 * own.least,
             ..axis
@@ -181,7 +179,6 @@ fn enlarged(data: &StudyData, [a, b]: [usize; 2], found: &[Found], curves: &[Cur
     Some(panel)
 }
 
-/// The largest residual over the only parameter.
 fn alone(data: &StudyData, axis: &StudyAxis, found: &Found, worst: &[f64]) -> Figure {
     let points: Vec<(f64, f64)> = axis
         .values

@@ -2,15 +2,15 @@
 
 use super::data::{StudyAxis, StudyData, StudyQuantity};
 use super::{refused, title};
-use crate::analysis::distribution::{Distribution, PERCENTILES};
 use crate::plot::PlotError;
 use crate::plot::figure::{Area, Axis, Curve, CurveStyle, Figure, Panel};
 use crate::plot::style::{BLACK, BLUE, SKY};
+use stickslip_analysis::analysis::distribution::{Distribution, PERCENTILES};
 
-/// Axes against which the quantity is drawn: those on which it depends most.
+/// Number of axes drawn, from the strongest dependence on.
 const AXES: usize = 6;
 
-/// A histogram with percentiles, and dots against each axis that varies, from that of the largest rank correlation on.
+/// Histogram with percentiles, and dots against each varying axis, by decreasing rank correlation.
 pub(super) fn figure(data: &StudyData, quantity: &StudyQuantity) -> Result<Figure, PlotError> {
     let Some(distribution) = Distribution::of(&quantity.values, quantity.whole) else {
         let name = &quantity.name;
@@ -58,7 +58,6 @@ pub(super) fn figure(data: &StudyData, quantity: &StudyQuantity) -> Result<Figur
     ))
 }
 
-/// Bars, with lines at the percentiles 5, 50 and 95.
 fn histogram(quantity: &StudyQuantity, distribution: &Distribution) -> Panel {
     let pieces = distribution
         .bars
@@ -88,8 +87,8 @@ fn histogram(quantity: &StudyQuantity, distribution: &Distribution) -> Panel {
     panel
 }
 
-/// Spearman's coefficient over the points that have both; 0 where one of the two does not vary.
-fn rank_correlation(x: &[f64], y: &[f64]) -> f64 {
+/// Spearman's coefficient over the points that have both values; 0 if one of them does not vary.
+pub fn rank_correlation(x: &[f64], y: &[f64]) -> f64 {
     let both: Vec<(f64, f64)> = x
         .iter()
         .zip(y)
@@ -104,7 +103,7 @@ fn rank_correlation(x: &[f64], y: &[f64]) -> f64 {
         while start < order.len() {
             let own = value(&both[order[start]]);
             let end = start + order[start..].iter().take_while(|&&k| value(&both[k]) == own).count();
-            // Of equal values each has the mean of their ranks.
+            // Equal values share their mean rank.
             for &k in &order[start..end] {
                 ranks[k] = 0.5 * (start + end - 1) as f64;
             }
@@ -117,20 +116,4 @@ fn rank_correlation(x: &[f64], y: &[f64]) -> f64 {
     let product = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| (a - mean) * (b - mean)).sum::<f64>();
     let size = (product(&a, &a) * product(&b, &b)).sqrt();
     if size > 0.0 { product(&a, &b) / size } else { 0.0 }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::rank_correlation;
-
-    #[test]
-    fn analytic_rank_correlation() {
-        let x = [1.0, 2.0, 3.0, 4.0, f64::NAN];
-        assert!((rank_correlation(&x, &[1.0, 10.0, 11.0, 1e9, 0.0]) - 1.0).abs() < 1e-15);
-        assert!((rank_correlation(&x, &[4.0, 3.0, -2.0, -7.0, 0.0]) + 1.0).abs() < 1e-15);
-        assert_eq!(rank_correlation(&x, &[1.0; 5]), 0.0);
-        // 1, 2.5, 2.5, 4 against 1, 2, 3, 4.
-        let ties = rank_correlation(&[1.0, 2.0, 2.0, 3.0], &[1.0, 2.0, 3.0, 4.0]);
-        assert!((ties - 4.5 / (4.5f64 * 5.0).sqrt()).abs() < 1e-15, "{ties}");
-    }
 }

@@ -1,19 +1,17 @@
-//! Which points of a study are drawn.
+//! The points of a study to draw.
 
 use super::data::{StudyData, levels};
 use super::{Choice, refused};
 use crate::plot::PlotError;
 
-/// Points, and what they have in common.
 pub(super) struct Selection {
-    /// Places of the points.
+    /// Indices of the points.
     pub points: Vec<usize>,
-    /// What is held, in words.
+    /// Held axes in words.
     pub held: Vec<String>,
 }
 
 impl Selection {
-    /// What is held, as a title goes on.
     pub(super) fn said(&self) -> String {
         match self.held.is_empty() {
             true => String::new(),
@@ -22,7 +20,6 @@ impl Selection {
     }
 }
 
-/// The points at which axes have the values that are asked for.
 pub(super) fn selected(data: &StudyData, choice: &Choice) -> Result<Selection, PlotError> {
     let mut points: Vec<usize> = (0..data.status.len()).collect();
     let mut held = Vec::new();
@@ -32,7 +29,7 @@ pub(super) fn selected(data: &StudyData, choice: &Choice) -> Result<Selection, P
             Some(code) => code as f64,
             None => text.parse().unwrap_or(f64::NAN),
         };
-        // By the size of the value: every value is within a millionth of an infinite wish.
+        // Relative to the value: no value is close to infinity.
         let close = |value: f64| (value - wish).abs() <= 1e-6 * value.abs();
         let Some(value) = axis.values.iter().copied().find(|value| close(*value)) else {
             let levels = levels(axis.values.iter().copied());

@@ -24,6 +24,13 @@ pub enum Family {
     AxialUnderdamped,
     AxialOverdamped,
     HundredCorners,
+    ReleaseToZero,
+    ReleaseBesideZero,
+    TouchZero,
+    CloseCorners,
+    StepAtZero,
+    PulseAtZero,
+    KickAtZero,
 }
 
 use Family::*;
@@ -69,6 +76,13 @@ impl Family {
             AxialUnderdamped => "c_a 0 to 500",
             AxialOverdamped => "c_a above critical",
             HundredCorners => "table with 100 corners",
+            ReleaseToZero => "release to zero",
+            ReleaseBesideZero => "release to almost zero",
+            TouchZero => "force that touches zero",
+            CloseCorners => "two corners close by at zero",
+            StepAtZero => "step from zero",
+            PulseAtZero => "pulse at zero",
+            KickAtZero => "kick where the force is zero",
         }
     }
 }
@@ -97,7 +111,7 @@ impl Drawn {
     }
 }
 
-struct Brake {
+pub(super) struct Brake {
     speed: f64,
     decay: f64,
     high: f64,
@@ -107,21 +121,21 @@ struct Brake {
     stiffness: f64,
     surface: f64,
     rotor: f64,
-    axial_damping: f64,
+    pub(super) axial_damping: f64,
     force: f64,
     rise: f64,
     /// Corners, if F is a table.
-    table: Option<Vec<(f64, f64)>>,
-    kicks: Vec<(String, f64)>,
-    end: f64,
+    pub(super) table: Option<Vec<(f64, f64)>>,
+    pub(super) kicks: Vec<(String, f64)>,
+    pub(super) end: f64,
 }
 
-fn logarithmic(random: &mut Random, low: f64, high: f64) -> f64 {
+pub(super) fn logarithmic(random: &mut Random, low: f64, high: f64) -> f64 {
     random.within(low.ln(), high.ln()).exp()
 }
 
 /// To so many digits behind the point: what is written is what is meant.
-fn rounded(value: f64, digits: i32) -> f64 {
+pub(super) fn rounded(value: f64, digits: i32) -> f64 {
     let unit = 10f64.powi(digits);
     (value * unit).round() / unit
 }
@@ -129,7 +143,7 @@ fn rounded(value: f64, digits: i32) -> f64 {
 impl Brake {
     /// Decay 0.6 to 90 s/rad, damping 3 to 120 N m s/rad, ramps, releases and grips after them (every other brake), early and
     /// late kicks of either sign, one or two of them.
-    fn wide(random: &mut Random, released: bool, total_release: bool, speeds: (f64, f64)) -> Brake {
+    pub(super) fn wide(random: &mut Random, released: bool, total_release: bool, speeds: (f64, f64)) -> Brake {
         let speed = rounded(logarithmic(random, speeds.0, speeds.1), 4);
         let decay = rounded(logarithmic(random, 0.6, 90.0), 4);
         let high = rounded(random.within(0.12, 0.42), 4);
@@ -222,12 +236,12 @@ impl Brake {
     }
 
     /// About the sliding speed at a time, rad/s.
-    fn speed_at(&self, time: f64) -> f64 {
+    pub(super) fn speed_at(&self, time: f64) -> f64 {
         let lost = (time - self.rise / 2.0).max(0.0) / (self.stop() - self.rise / 2.0);
         self.speed * (1.0 - lost).max(0.05)
     }
 
-    fn settings(&self) -> Vec<String> {
+    pub(super) fn settings(&self) -> Vec<String> {
         let list = |values: &mut dyn Iterator<Item = f64>| {
             let values: Vec<String> = values.map(|value| format!("{value:?}")).collect();
             format!("[{}]", values.join(", "))
@@ -301,7 +315,8 @@ fn beyond(family: Family, r: &mut Random, released: bool) -> Brake {
     };
     let size = brake.kicks[0].1.abs();
     match family {
-        Wide => {}
+        Wide | ReleaseToZero | ReleaseBesideZero | TouchZero | CloseCorners | StepAtZero | PulseAtZero | KickAtZero => {
+        }
         ConstantInSpeed => brake.decay = 0.0,
         SteepFriction => brake.decay = rounded(logarithmic(r, 90.0, 500.0), 3),
         NoTorsionalDamping => {

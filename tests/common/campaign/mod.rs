@@ -1,6 +1,7 @@
 //! Random brakes, each certified without the oracle and then held against the oracle's events: the campaign.
 
 pub mod brakes;
+pub mod corners;
 pub mod table;
 
 use crate::common::random_brakes::difference;
@@ -69,7 +70,11 @@ pub struct Outcome {
 
 /// Certifies brake `index` and holds the certificate against the oracle.
 pub fn hold(index: u64) -> Outcome {
-    let drawn = draw(index);
+    hold_drawn(index, &draw(index))
+}
+
+/// The same for a brake that is drawn.
+pub fn hold_drawn(index: u64, drawn: &Drawn) -> Outcome {
     let mut outcome = Outcome {
         index,
         family: drawn.family,
@@ -80,7 +85,7 @@ pub fn hold(index: u64) -> Outcome {
         reason: None,
         command: drawn.command(),
     };
-    if let Err((fate, reason)) = fill(&drawn, &mut outcome) {
+    if let Err((fate, reason)) = fill(drawn, &mut outcome) {
         outcome.fate = fate;
         outcome.reason = Some(reason);
     }

@@ -369,7 +369,7 @@ pub(super) fn plant(system: &Subject, kind: Kind, random: &mut Random) -> Option
             allowed = Allowed::causes(&["regularised"]);
             let name = match function {
                 Smooth::Tanh => "tanh",
-                Smooth::Arctan => "arctan",
+                _ => "arctan",
             };
             allowed.words.push(name.to_owned());
             allowed.value = Some(("eps = ", eps, 0.1 * eps));

@@ -1,13 +1,11 @@
-//! The interactive page of a continuation: one HTML file that a browser opens from disk, without a network. The diagram of any
-//! quantity; the pointer reads values, and a click shows the command that computes the point.
+//! The interactive page of a continuation: one HTML file that works offline. It plots any quantity; the pointer reads
+//! values, and a click shows the command for the point.
 
 use super::Branches;
 use super::STYLES;
 use super::lines::links;
 use super::marks::mark;
 use super::quantity::{Quantity, Value};
-use crate::continuation::{Branch, BranchPoint, Special};
-use crate::cycle::Stability;
 use crate::plot::PlotError;
 use crate::plot::figure::hex;
 use crate::plot::html::{self, Codes, Doubles};
@@ -16,24 +14,26 @@ use crate::plot::style::line_color;
 use crate::plot::target::{self, Product};
 use serde::Serialize;
 use std::path::Path;
+use stickslip_analysis::continuation::{Branch, BranchPoint, Special};
+use stickslip_analysis::cycle::Stability;
 
-/// A page is smaller than this, bytes.
+/// Bytes.
 const SIZE_LIMIT: usize = 8_000_000;
 
 const TEMPLATE: &str = include_str!("branches.html");
 const OWN_STYLE: &str = include_str!("branches.css");
 const SCRIPT: &str = include_str!("branches.js");
 
-/// What a page holds.
+/// Contents of a written page.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 pub struct BranchesPage {
-    /// Points of all branches.
+    /// Number of points on all branches.
     pub points: usize,
-    /// Branches.
+    /// Number of branches.
     pub branches: usize,
-    /// Quantities of each point.
+    /// Number of quantities per point.
     pub quantities: usize,
-    /// Size of the page.
+    /// Size, bytes.
     pub bytes: u64,
 }
 
@@ -43,23 +43,22 @@ struct Document<'a> {
     file: String,
     complete: bool,
     number: Number<'a>,
-    /// The second number, of curves.
+    /// The second parameter, for curves.
     second: Option<Named<'a>>,
     quantities: Vec<Drawn<'a>>,
     first: usize,
     branches: Vec<OfBranch>,
     stability: Codes,
-    /// The stability between each point and the next.
     links: Codes,
-    /// Which mark each point has; -1: none.
+    /// Mark of each point; -1: none.
     special: Codes,
     marks: Vec<Marked>,
     sequences: Vec<&'a str>,
-    /// Of multipliers or eigenvalues, equally many of each point.
+    /// Multipliers or eigenvalues, the same number for each point.
     real: Doubles,
     imaginary: Doubles,
     curves: Vec<OnPlane<'a>>,
-    /// The command for steady sliding, without the value of the number.
+    /// The command for steady sliding, without the value of the parameter.
     modes: &'a Option<String>,
 }
 
@@ -101,12 +100,12 @@ struct Marked {
     name: &'static str,
     words: &'static str,
     color: String,
-    /// Of its curve in the plane of two numbers.
+    /// Style of its curve in the plane of two parameters.
     line: String,
     corners: Option<&'static [(f64, f64)]>,
     filled: bool,
     cross: bool,
-    /// Cycles have no size there.
+    /// Hopf points are drawn with steady sliding: their cycles have no size.
     steady: bool,
 }
 
@@ -116,11 +115,10 @@ struct OnPlane<'a> {
     points: &'a [[f64; 2]],
 }
 
-/// Writes the page of a continuation to `path`, with these quantities or with all that its points have.
+/// Writes the page to `path`, with `quantities` (empty: all).
 ///
 /// # Errors
-/// A quantity that the file does not have, or too many points for a page; `path` is in no folder, or a file that is no page of
-/// this program and is not to be replaced by `force`; the disk is full.
+/// Unknown quantity, too many points, or an obstacle at `path`: see `target::check`; a full disk.
 pub fn write(file: &Branches, quantities: &[String], path: &Path, force: bool) -> Result<BranchesPage, PlotError> {
     target::check(path, Product::Page, &[file.path.to_owned()], force)?;
     let stored = &file.stored;
@@ -132,7 +130,7 @@ pub fn write(file: &Branches, quantities: &[String], path: &Path, force: bool) -
     let count = all().count();
     let width = all().map(|(_, point)| point.spectrum.len()).max().unwrap_or(0);
     let sides: usize = chosen.iter().map(|quantity| quantity.sides().count()).sum();
-    // A double is eleven letters of base64; sequences of events are repeated.
+    // A double takes eleven base64 letters; the page repeats sequences of events.
     let sequences: usize = all().map(|(_, point)| point.sequence.len() + 3).sum();
     if count * (11 * (1 + sides + 2 * width) + 6) + sequences > SIZE_LIMIT {
         return Err(PlotError::Study {
@@ -213,7 +211,6 @@ pub fn write(file: &Branches, quantities: &[String], path: &Path, force: bool) -
     })
 }
 
-/// All points, branch by branch.
 fn points(branches: &[Branch]) -> impl Iterator<Item = (&Branch, &BranchPoint)> {
     branches
         .iter()
@@ -224,7 +221,7 @@ fn code(stability: Stability) -> i8 {
     STYLES.iter().position(|one| one.0 == stability).unwrap_or(0) as i8
 }
 
-/// The links of a branch, and -1 of its last point, which has none.
+/// Codes of a branch's links; -1 for the last point, which has none.
 fn links_of(branch: &Branch) -> Vec<i8> {
     let mut codes: Vec<i8> = links(branch).into_iter().map(code).collect();
     codes.resize(branch.points.len(), -1);

@@ -1,5 +1,5 @@
-//! The interactive page of a study: one HTML file that a browser opens from disk, without a network. A map or dots of any
-//! quantity over two axes; the pointer reads values, and a click shows the command that runs the point.
+//! The interactive page of a study: one HTML file that works offline, with a map or dots of any quantity over two axes.
+//! The pointer reads values, and a click shows the command for the point.
 
 use super::data::{StudyAxis, StudyData, StudyQuantity};
 use super::refused;
@@ -7,32 +7,30 @@ use crate::plot::critical::Boundary;
 use crate::plot::figure::hex;
 use crate::plot::target::{self, Product};
 use crate::plot::{PlotError, colors, critical, html};
-use crate::results::SweepFile;
 use serde::Serialize;
 use std::path::Path;
+use stickslip_files::SweepFile;
 
-/// A page is smaller than this, bytes: 20,000 points with all quantities of a brake.
+/// Bytes: 20,000 points with all quantities of a brake.
 const SIZE_LIMIT: usize = 8_000_000;
-/// Messages of failed points on a page.
+/// Largest number of messages of failed points.
 const MESSAGES: usize = 2_000;
-/// Colours of the scale.
 const COLORS: usize = 64;
 
 const TEMPLATE: &str = include_str!("study.html");
-/// Style of the pages of studies and of branches.
+/// Style and script of the pages of studies and of branches.
 pub(in crate::plot) const STYLE: &str = include_str!("study.css");
-/// What their scripts share.
 pub(in crate::plot) const COMMON: &str = include_str!("common.js");
 const SCRIPT: &str = include_str!("study.js");
 
-/// What a page holds.
+/// Contents of a written page.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 pub struct StudyPage {
-    /// Points of the study.
+    /// Number of points.
     pub points: usize,
-    /// Quantities of each.
+    /// Number of quantities per point.
     pub quantities: usize,
-    /// Size of the page.
+    /// Size, bytes.
     pub bytes: u64,
 }
 
@@ -40,7 +38,7 @@ pub struct StudyPage {
 struct Document<'a> {
     title: &'a str,
     file: String,
-    /// What results of single points are named after.
+    /// Stem of the names of single points' results.
     stem: String,
     complete: bool,
     is_grid: bool,
@@ -48,7 +46,6 @@ struct Document<'a> {
     axes: &'a [StudyAxis],
     quantities: &'a [&'a StudyQuantity],
     first: usize,
-    /// Code of each point, base64 of bytes.
     status: String,
     /// (number, message)
     failures: &'a [(u64, String)],
@@ -58,11 +55,10 @@ struct Document<'a> {
     colors: Vec<String>,
 }
 
-/// Writes the page of a sweep to `path`, with these quantities or with all that a run has.
+/// Writes the page of a sweep to `path`, with `quantities` (empty: all).
 ///
 /// # Errors
-/// The file cannot be read, or has too many points for a page; `path` is in no folder, or a file that is no page of this
-/// program and is not to be replaced by `force`; the disk is full.
+/// An unreadable file, too many points, an obstacle at `path` (see `target::check`), or a full disk.
 pub fn write(file: &SweepFile, quantities: &[String], path: &Path, force: bool) -> Result<StudyPage, PlotError> {
     target::check(path, Product::Page, &[file.path().to_owned()], force)?;
     let data = StudyData::read(file)?;

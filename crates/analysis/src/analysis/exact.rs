@@ -1,0 +1,275 @@
+//! Certificate by the oracle: the events of a result are compared with the exact ones.
+//!
+//! A ladder bounds an error by distances between methods. The bound is wrong if all methods share an error, and wide if
+//! the result is better than every witness. The distance to the oracle's events is the error itself, up to the oracle's
+//! own.
+
+use super::certificate::{Certificate, CertifiedEvent, CertifyError, LARGEST_SHARE, Verdict};
+use super::ladder::time_scale;
+use num_rational::BigRational;
+use std::time::Duration;
+use stickslip_case::{Case, ExactCase};
+use stickslip_engine::simulation::{OutputOptions, SolverOptions};
+use stickslip_engine::workers::go_on_unless;
+use stickslip_oracle::{self as oracle, Number, OracleProgress, OracleRequest, OracleSolution};
+use stickslip_system::quote::bound;
+use stickslip_system::record::sequence::{Alignment, SequenceEvent};
+use stickslip_system::record::{Event, EventKind};
+
+pub(crate) const ORACLE_DIGITS: u32 = 25;
+
+/// Longest time for the oracle, unless the case has a limit.
+pub const LONGEST: Duration = Duration::from_secs(24 * 3600);
+
+/// Solves the case by the oracle, which overrules the certificate of these events. `asked`: true digits of each event
+/// time, and longest duration. `exact`: the unrounded case. Fails like [`oracle::solve`].
+pub fn settle(
+    certificate: &mut Certificate,
+    case: &Case,
+    exact: &ExactCase,
+    result: &[Event],
+    asked: (u32, Duration),
+    stop: &dyn Fn() -> bool,
+    progress: &mut dyn FnMut(OracleProgress),
+) -> Result<OracleSolution, CertifyError> {
+    let mut solution = solve(case, exact, certificate, asked, stop, progress)?;
+    drop_events_at_the_end(&mut solution, result, case.output.end_time);
+    drop_unresolved_separations(&mut solution, result);
+    last_word(certificate, case, result, &solution);
+    Ok(solution)
+}
+
+/// Relative time that the oracle continues beyond `end_time`: a corner at the end can lie later than its double.
+const BEYOND_THE_END: f64 = 4.0 * f64::EPSILON;
+
+/// End (s) of an oracle run for comparison with a run; [`drop_events_at_the_end`] removes the surplus.
+pub(super) fn beyond_the_end(end_time: f64) -> BigRational {
+    BigRational::from_float(end_time * (1.0 + BEYOND_THE_END)).unwrap_or_default()
+}
+
+/// Oracle request up to the run's end; the time limit is the shorter of `longest` and the run's own.
+pub(super) fn request(solver: &SolverOptions, output: &OutputOptions, digits: u32, longest: Duration) -> OracleRequest {
+    let limit = |seconds: f64| Duration::try_from_secs_f64(seconds).unwrap_or(Duration::MAX);
+    OracleRequest {
+        digits,
+        end_time: BigRational::from_float(output.end_time).unwrap_or_default(),
+        max_events: solver.max_events,
+        longest: solver
+            .max_wall_time
+            .map_or(longest, |seconds| limit(seconds).min(longest)),
+        ..OracleRequest::default()
+    }
+}
+
+/// Removes exact events at `end_time` (s), up to rounding, that are missing among the run's `own` events.
+pub(super) fn drop_events_at_the_end(solution: &mut OracleSolution, own: &[Event], end_time: f64) {
+    let events = &mut solution.report.events;
+    while let Some(last) = events.last() {
+        let kind = last.kind;
+        let theirs = events.iter().filter(|event| event.kind == kind).count();
+        let at_the_end = last.time.to_f64() >= end_time * (1.0 - BEYOND_THE_END);
+        if !at_the_end || theirs <= own.iter().filter(|event| event.kind == kind).count() {
+            break;
+        }
+        events.pop();
+        solution.errors.pop();
+    }
+}
+
+/// Removes exact separations that end within the spacing of doubles at their time, unless the run has them. Such a
+/// separation comes from ringing below rounding where the force touches zero at a corner.
+fn drop_unresolved_separations(solution: &mut OracleSolution, own: &[Event]) {
+    let events = &mut solution.report.events;
+    let mut index = 0;
+    while index < events.len() {
+        let next = (index + 1..events.len()).find(|next| events[*next].kind.in_event_sequence());
+        let pair = next.filter(|next| {
+            let kinds = [events[index].kind, events[*next].kind];
+            kinds == [EventKind::Separation, EventKind::Contact]
+        });
+        let time = events[index].time.to_f64();
+        let spacing = f64::EPSILON * time;
+        let is_own = |event: &Event| event.kind == EventKind::Separation && (event.time - time).abs() <= 2.0 * spacing;
+        match pair {
+            Some(next) if events[next].time.distance(&events[index].time) <= spacing && !own.iter().any(is_own) => {
+                for index in [next, index] {
+                    events.remove(index);
+                    solution.errors.remove(index);
+                }
+            }
+            _ => index += 1,
+        }
+    }
+}
+
+fn solve(
+    case: &Case,
+    exact: &ExactCase,
+    certificate: &Certificate,
+    (digits, longest): (u32, Duration),
+    stop: &dyn Fn() -> bool,
+    progress: &mut dyn FnMut(OracleProgress),
+) -> Result<OracleSolution, CertifyError> {
+    // A kick ends the growth at the first stick, close to the methods' onset.
+    let kicked = !case.system.kicks.is_empty();
+    let growth = match certificate.growth_to_onset.filter(|_| kicked) {
+        Some(growth) => growth,
+        None => certificate.growth_exponent.unwrap_or(0.0),
+    };
+    let request = OracleRequest {
+        growth,
+        threshold: exact.threshold.clone(),
+        end_time: beyond_the_end(case.output.end_time),
+        ..request(&case.solver, &case.output, digits, longest)
+    };
+    let solution = oracle::solve(&exact.system, &request, &mut |now| {
+        progress(now);
+        go_on_unless(stop())
+    });
+    solution.map_err(|error| match stop() {
+        true => CertifyError::Interrupted,
+        false => CertifyError::Oracle(error),
+    })
+}
+
+pub(super) struct Partner {
+    exact: usize,
+    /// Own time less exact time, s.
+    distance: f64,
+    /// Largest distance between the result's event and the exact one, s.
+    pub uncertainty: f64,
+    error: f64,
+}
+
+/// The sum of two bounds, rounded up.
+fn bound_of_sum(a: f64, b: f64) -> f64 {
+    if a == 0.0 || b == 0.0 { a + b } else { (a + b).next_up() }
+}
+
+/// The oracle's counterpart of each event, if near, and the number of exact events of the sequence without one.
+pub(super) fn partners(case: &Case, result: &[Event], solution: &OracleSolution) -> (Vec<Option<Partner>>, usize) {
+    let period = time_scale(case);
+    let exact = &solution.report.events;
+    let in_word = |kind: EventKind| kind.in_event_sequence();
+    let theirs: Vec<usize> = (0..exact.len()).filter(|k| in_word(exact[*k].kind)).collect();
+    let own: Vec<usize> = (0..result.len()).filter(|k| in_word(result[*k].kind)).collect();
+    let word = |time: f64, kind| SequenceEvent { time, kind };
+    let reference = theirs.iter().map(|k| word(exact[*k].time.to_f64(), exact[*k].kind));
+    let reference: Vec<SequenceEvent> = reference.collect();
+    let candidate: Vec<SequenceEvent> = own.iter().map(|k| word(result[*k].time, result[*k].kind)).collect();
+    // Equal sequences are matched event by event, whatever the distance.
+    let equal = reference.len() == candidate.len() && reference.iter().zip(&candidate).all(|(a, b)| a.kind == b.kind);
+    let pairs: Vec<(usize, usize)> = match equal {
+        true => (0..own.len()).map(|k| (k, k)).collect(),
+        false => Alignment::of(&reference, &candidate, period).matched().collect(),
+    };
+    let mut partner: Vec<Option<usize>> = vec![None; result.len()];
+    for (reference, candidate) in pairs {
+        let (exact_index, index) = (theirs[reference], own[candidate]);
+        let (truth, own) = (&exact[exact_index], &result[index]);
+        if truth.kind == own.kind && truth.mode_after == own.mode_after {
+            partner[index] = Some(exact_index);
+        }
+    }
+    // Events outside the sequence are matched with the nearest of their kind.
+    for (index, event) in result.iter().enumerate().filter(|(_, event)| !in_word(event.kind)) {
+        let same = (0..exact.len()).filter(|k| exact[*k].kind == event.kind);
+        let distance = |k: &usize| (exact[*k].time.to_f64() - event.time).abs();
+        partner[index] = same.min_by(|a, b| distance(a).total_cmp(&distance(b)));
+    }
+    let near = |(partner, event): (Option<usize>, &Event)| {
+        let index = partner?;
+        let (own, error) = (Number::from_f64(event.time, 64), solution.errors[index]);
+        let partner = Partner {
+            exact: index,
+            distance: own.minus(&exact[index].time),
+            uncertainty: bound_of_sum(own.distance(&exact[index].time), error),
+            error,
+        };
+        // At a larger distance it is another event.
+        (partner.distance.abs() <= LARGEST_SHARE * period).then_some(partner)
+    };
+    let partners: Vec<Option<Partner>> = partner.into_iter().zip(result).map(near).collect();
+    let found = own.iter().filter(|k| partners[**k].is_some()).count();
+    (partners, theirs.len() - found)
+}
+
+/// Replaces the ladder's judgement. An event with an exact counterpart has converged; its uncertainty is the distance
+/// plus the oracle's own error. [`Certificate::contradiction`] says where the ladder was wrong.
+pub fn last_word(certificate: &mut Certificate, case: &Case, result: &[Event], solution: &OracleSolution) {
+    let (partners, missing) = partners(case, result, solution);
+    let ladder = certificate.verdict;
+    for (event, partner) in certificate.events.iter_mut().zip(&partners) {
+        (event.verdict, event.uncertainty) = match partner {
+            Some(partner) => (Verdict::Converged, partner.uncertainty),
+            None if event.ladder_verdict == Verdict::Converged => (Verdict::SequenceDiffers, f64::INFINITY),
+            None => (event.ladder_verdict, f64::INFINITY),
+        };
+        event.true_error = partner.as_ref().map(|partner| partner.distance);
+        event.exact = partner.as_ref().map(|partner| {
+            let digits = solution.digits_of_event(partner.exact).max(1) as usize;
+            solution.report.events[partner.exact].time.to_decimal(digits)
+        });
+    }
+    let is_spurious =
+        |(partner, event): &(&Option<Partner>, &Event)| partner.is_none() && event.kind.in_event_sequence();
+    let spurious = partners.iter().zip(result).filter(is_spurious).count();
+    certificate.verdict = match (missing + spurious, ladder) {
+        (0, _) => Verdict::Converged,
+        (_, Verdict::NoiseDetermined) => Verdict::NoiseDetermined,
+        _ => Verdict::SequenceDiffers,
+    };
+    certificate.contradiction = contradiction(certificate, ladder, result, &partners, (missing, spurious));
+    certificate.by_oracle = true;
+    certificate.bands.retime(&certificate.events);
+}
+
+fn contradiction(
+    certificate: &Certificate,
+    ladder: Verdict,
+    result: &[Event],
+    partners: &[Option<Partner>],
+    (missing, spurious): (usize, usize),
+) -> Option<String> {
+    let claims = || certificate.events.iter().zip(partners);
+    let word = result.iter().filter(|event| event.kind.in_event_sequence()).count();
+    if missing + spurious > 0 && ladder == Verdict::Converged {
+        let lost = claims().find(|(event, partner)| partner.is_none() && event.ladder_verdict == Verdict::Converged);
+        let place = lost.map_or_else(String::new, |(event, _)| {
+            format!(
+                "; the first that it has not is the {} at t = {:.12} s",
+                event.kind, event.time
+            )
+        });
+        return Some(format!(
+            "the methods agree on a sequence of events that the oracle contradicts: of {word} events it has {}, and {missing} \
+             more{place}",
+            word - spurious
+        ));
+    }
+    let claimed = claims().filter(|(event, _)| event.ladder_verdict == Verdict::Converged);
+    let over = |(event, partner): &(&CertifiedEvent, &Option<Partner>)| -> f64 {
+        match partner {
+            Some(Partner { distance, error, .. }) if distance.abs() > event.ladder_uncertainty + error => {
+                distance.abs() / event.ladder_uncertainty
+            }
+            Some(_) => 0.0,
+            None => f64::INFINITY,
+        }
+    };
+    let wrong: Vec<_> = claimed.filter(|claim| over(claim) > 0.0).collect();
+    let (worst, partner) = wrong.iter().copied().max_by(|a, b| over(a).total_cmp(&over(b)))?;
+    let off = match partner {
+        Some(partner) => format!("is off by {:.3e} s", partner.distance.abs()),
+        None => "is none that the oracle has".to_owned(),
+    };
+    Some(format!(
+        "the oracle contradicts the methods: {} of {} events are further from the exact ones than the methods' agreement says, \
+         worst the {} at t = {:.12} s, which {off} where {} s was the bound",
+        wrong.len(),
+        certificate.events.len(),
+        worst.kind,
+        worst.time,
+        bound(worst.ladder_uncertainty, 3)
+    ))
+}

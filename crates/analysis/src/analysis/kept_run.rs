@@ -1,0 +1,146 @@
+//! Run of a case in memory, with its summary.
+
+use super::headline::{HeadlineRow, headline};
+use super::recorded::{Recorded, case_of_repetition, recorded};
+use super::witness::Witness;
+use crate::provenance;
+use std::cell::RefCell;
+use std::ops::ControlFlow;
+use std::path::{Path, PathBuf};
+use stickslip_case::Case;
+use stickslip_engine::workers::go_on_unless;
+use stickslip_files::{Header, KeptEnd, KeptRows, KeptView, Overwrite, ResultError, ResultWriter};
+
+/// Builder of a run in memory; [`KeptRun::start`] computes it.
+///
+/// ```
+/// use stickslip_analysis::analysis::KeptRun;
+/// use stickslip_case::{Case, CaseSource};
+///
+/// let case = Case::read(&CaseSource::built_in("paper-si")?, &[])?;
+/// let kept = KeptRun::new(&case).start();
+/// println!("{} events", kept.rows.tables[1].rows());
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+#[must_use = "nothing is computed before `start`"]
+pub struct KeptRun<'a> {
+    case: &'a Case,
+    header: Header,
+    witness: bool,
+    events_alone: bool,
+    control: Option<Box<dyn FnMut() -> ControlFlow<()> + 'a>>,
+}
+
+/// Run in memory: its rows, and the other contents of its result file.
+#[derive(Debug)]
+pub struct KeptReport {
+    /// Every row.
+    pub rows: KeptRows,
+    /// Summary and end of the run.
+    pub end: KeptReportEnd,
+}
+
+/// End of a run, and the contents of its file beside the rows.
+#[derive(Debug)]
+pub struct KeptReportEnd {
+    /// The run.
+    pub run: Recorded,
+    /// Header of the file.
+    pub header: Header,
+    case: Case,
+}
+
+impl KeptReportEnd {
+    /// Main numbers of the run. The paper's own case also shows the paper's numbers.
+    pub fn headline(&self) -> Vec<HeadlineRow> {
+        headline(&self.case, &self.run.summary)
+    }
+
+    /// Writes the result file of the run with its rows: the bytes of a [`SavedRun`](crate::SavedRun)'s file, except for
+    /// time and command. Returns its path; an incomplete run gives the partial file.
+    ///
+    /// # Errors
+    /// A file that may not be replaced exists, or writing fails.
+    pub fn write(&self, path: &Path, overwrite: Overwrite, rows: &KeptView<'_>) -> Result<PathBuf, ResultError> {
+        let run = &self.run;
+        let witness = run.witness.as_ref().map(Witness::additions);
+        let end = KeptEnd {
+            status: &run.status,
+            stick_slip: &run.table,
+            witness: witness.as_ref().map_or(&[], |additions| &additions[..]),
+            wall_time: run.wall_time,
+        };
+        ResultWriter::write_kept(path, overwrite, &self.header, rows, &end)
+    }
+}
+
+impl<'a> KeptRun<'a> {
+    /// Run of a case.
+    pub fn new(case: &'a Case) -> Self {
+        KeptRun {
+            case,
+            header: provenance::header(case),
+            witness: false,
+            events_alone: false,
+            control: None,
+        }
+    }
+
+    /// Text of the case as it was given, for the file; by default it is the resolved case.
+    pub fn text(mut self, text: &str) -> Self {
+        text.clone_into(&mut self.header.case_text);
+        self
+    }
+
+    /// Keeps no samples. Their integration still costs time; see [`Case::without_trajectory`].
+    pub fn events_alone(mut self, wanted: bool) -> Self {
+        self.events_alone = wanted;
+        self
+    }
+
+    /// Compares the run with another method. If they disagree, the run is repeated with finer settings, if these help.
+    pub fn witness(mut self, wanted: bool) -> Self {
+        self.witness = wanted;
+        self
+    }
+
+    /// Callback that is polled during the run and its witness; `Break` ends them in good order.
+    pub fn control(mut self, control: impl FnMut() -> ControlFlow<()> + 'a) -> Self {
+        self.control = Some(Box::new(control));
+        self
+    }
+
+    /// Computes the run to its end or as far as possible.
+    pub fn start(self) -> KeptReport {
+        let KeptRun { case, mut header, .. } = self;
+        let (mut control, mut stopped) = (self.control, false);
+        let asked = RefCell::new(move || {
+            if !stopped && let Some(control) = &mut control {
+                stopped = control().is_break();
+            }
+            stopped
+        });
+        let stop = || (asked.borrow_mut())();
+        let stop_of_witness: Option<&dyn Fn() -> bool> = if self.witness { Some(&stop) } else { None };
+        let mut rows = KeptRows::new(&header.extension);
+        if self.events_alone {
+            rows = rows.events_alone();
+        }
+        let mut asked = |_| go_on_unless(stop());
+        let mut run = recorded(case, &mut rows, false, stop_of_witness, &mut asked);
+        let mut case = case.clone();
+        let again = stop_of_witness.and_then(|stop| case_of_repetition(&case, &run, stop));
+        if let Some((finer, why)) = again {
+            header = provenance::header_of_repetition(&header, &finer);
+            rows = rows.emptied(&header.extension);
+            run = recorded(&finer, &mut rows, false, stop_of_witness, &mut asked);
+            run.repeated(why);
+            case = finer;
+        }
+        run.find_exponent(&case);
+        KeptReport {
+            rows,
+            end: KeptReportEnd { run, header, case },
+        }
+    }
+}

@@ -1,0 +1,66 @@
+//! Results of a run or a case: summary, accuracy, sensitivities, stability.
+//!
+//! | module | what it is |
+//! |---|---|
+//! | `recorded`, `saved_run`, `kept_run` | run into a recorder, a file, or memory, with its summary |
+//! | `summary`, `headline` | main numbers and outcome, and their text |
+//! | `attractor`, `section`, `smooth`, `forcing` | periodic motion: by events, by the forcing, or without both |
+//! | `exponent` | largest Lyapunov exponent of an aperiodic motion |
+//! | `warning`, `witness`, `sequence` | warnings about a result; the case by another method |
+//! | `finer`, `repetition` | rerun with finer settings if the witness disagrees |
+//! | `certification` | certificate of a result and its sensitivities |
+//! | `ladder`, `certificate`, `verdict`, `bands` | runs by independent methods; uncertainties; error bands |
+//! | `exact`, `truth` | events of the oracle, or of another code with more digits |
+//! | `advice` | remedies for a result with too few true digits |
+//! | `linearised`, `sensitivity` | derivatives of a run; effects of changed parameters |
+//! | [`stability`] | modes, steady sliding and its stability, growth |
+//! | [`work_precision`] | errors and costs of methods by tolerances |
+//! | `distribution`, `deadline` | a quantity over many runs; time limit of a command |
+
+pub mod advice;
+mod attractor;
+pub mod bands;
+pub mod certificate;
+pub mod certification;
+mod deadline;
+pub mod distribution;
+pub mod exact;
+pub mod exponent;
+mod finer;
+pub mod forcing;
+pub mod headline;
+mod kept_run;
+pub mod ladder;
+pub mod linearised;
+mod recorded;
+mod repetition;
+mod saved_run;
+mod section;
+pub mod sensitivity;
+mod sequence;
+mod smooth;
+pub mod stability;
+pub mod summary;
+pub mod truth;
+mod verdict;
+pub mod warning;
+pub mod witness;
+pub mod work_precision;
+
+pub use attractor::{Attractor, Extremes};
+pub use certificate::{Certificate, certify};
+pub use certification::{Certified, Certify, Stage, Written};
+pub use deadline::Deadline;
+pub use exponent::{Exponent, Neighbours};
+pub use headline::{HeadlineRow, headline};
+pub use kept_run::{KeptReport, KeptReportEnd, KeptRun};
+pub use recorded::Recorded;
+pub(crate) use recorded::recorded;
+pub use saved_run::{SavedReport, SavedRun};
+pub use section::{LONGEST_PERIOD, RECURRENCE_TOLERANCE};
+pub use stability::Growth;
+pub use stability::Modes;
+pub use stickslip_system::record::{Cycle, CycleStatistics};
+pub use summary::{Outcome, Summary};
+pub use warning::Warning;
+pub use witness::{Witness, witness};

@@ -1,0 +1,173 @@
+//! Run of a case into its result file, with its summary.
+
+use super::recorded::{Recorded, case_of_repetition, recorded};
+use crate::provenance;
+use std::ops::ControlFlow;
+use std::path::{Path, PathBuf};
+use std::sync::atomic::{AtomicBool, Ordering};
+use stickslip_case::Case;
+use stickslip_engine::simulation::Progress;
+use stickslip_engine::workers::go_on_unless;
+use stickslip_files::{Addition, Header, Overwrite, ResultError, ResultWriter, SavedRows, Status};
+
+/// Builder of a run into a result file; [`SavedRun::start`] computes it.
+///
+/// ```
+/// use stickslip_analysis::SavedRun;
+/// use stickslip_case::{Case, CaseSource};
+///
+/// # let folder = tempfile::tempdir()?;
+/// # let path = folder.path().join("paper-si.h5");
+/// let case = Case::read(&CaseSource::built_in("paper-si")?, &[])?;
+/// let saved = SavedRun::new(&case, &path).start()?;
+/// println!("{} sticks, in {}", saved.run.summary.sticks, saved.file.display());
+/// # assert_eq!(stickslip_files::ResultFile::open(&path)?.events()?.len(), saved.run.summary.events);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+#[must_use = "nothing is computed before `start`"]
+pub struct SavedRun<'a> {
+    case: &'a Case,
+    path: &'a Path,
+    header: Header,
+    overwrite: Overwrite,
+    inputs: &'a [PathBuf],
+    keeps_events: bool,
+    witness: bool,
+    additions: &'a [Addition],
+    stop: Option<&'a AtomicBool>,
+    control: Option<Box<dyn FnMut(Progress) -> ControlFlow<()> + 'a>>,
+}
+
+/// Outcome of a run into a file.
+#[derive(Debug)]
+pub struct SavedReport {
+    /// Result file, or the partial file of an incomplete run.
+    pub file: PathBuf,
+    /// The run. Its status is that of the file, unless [`Self::unsaved`] is set.
+    pub run: Recorded,
+    /// Error that interrupted the writing of the file.
+    pub unsaved: Option<ResultError>,
+    /// Rows that were certainly in the file before its end was written.
+    pub saved: SavedRows,
+}
+
+impl<'a> SavedRun<'a> {
+    /// Run of a case. By default the file may only replace results of this program.
+    pub fn new(case: &'a Case, path: &'a Path) -> Self {
+        SavedRun {
+            case,
+            path,
+            header: provenance::header(case),
+            overwrite: Overwrite::OwnResults,
+            inputs: &[],
+            keeps_events: false,
+            witness: false,
+            additions: &[],
+            stop: None,
+            control: None,
+        }
+    }
+
+    /// Text of the case as it was given, for the file; by default it is the resolved case.
+    pub fn text(mut self, text: &str) -> Self {
+        text.clone_into(&mut self.header.case_text);
+        self
+    }
+
+    /// Title that replaces the case's.
+    pub fn title(mut self, title: String) -> Self {
+        self.header.title = title;
+        self
+    }
+
+    /// Files that may be replaced.
+    pub fn overwrite(mut self, overwrite: Overwrite) -> Self {
+        self.overwrite = overwrite;
+        self
+    }
+
+    /// Input files of the case: they are never replaced.
+    pub fn inputs(mut self, inputs: &'a [PathBuf]) -> Self {
+        self.inputs = inputs;
+        self
+    }
+
+    /// Keeps the events in the report, too.
+    pub fn keep_events(mut self) -> Self {
+        self.keeps_events = true;
+        self
+    }
+
+    /// Compares the run with another method; see [`witness`](mod@super::witness). If they disagree, the run is repeated
+    /// with finer settings, if these help.
+    pub fn witness(mut self, wanted: bool) -> Self {
+        self.witness = wanted;
+        self
+    }
+
+    /// Groups that a complete run's file has in addition.
+    pub fn additions(mut self, additions: &'a [Addition]) -> Self {
+        self.additions = additions;
+        self
+    }
+
+    /// Flag that ends the run and its witness in good order.
+    pub fn stop(mut self, stop: &'a AtomicBool) -> Self {
+        self.stop = Some(stop);
+        self
+    }
+
+    /// Callback that is polled during the run; `Break` ends it in good order.
+    pub fn control(mut self, control: impl FnMut(Progress) -> ControlFlow<()> + 'a) -> Self {
+        self.control = Some(Box::new(control));
+        self
+    }
+
+    /// Computes the run to its end or as far as possible, into the file.
+    ///
+    /// # Errors
+    /// The file cannot be created, or a file that may not be replaced exists. Failures of the run and of later writing
+    /// are in the report.
+    pub fn start(self) -> Result<SavedReport, ResultError> {
+        let SavedRun { case, stop, .. } = self;
+        let mut writer = ResultWriter::create(self.path, self.overwrite, self.inputs, &self.header)?;
+        let partial = writer.partial().to_owned();
+        let stopped = || stop.is_some_and(|stop| stop.load(Ordering::Relaxed));
+        let mut control = self.control;
+        let mut asked = |progress: Progress| {
+            if let Some(control) = &mut control {
+                control(progress)?;
+            }
+            go_on_unless(stopped())
+        };
+        let stop_of_witness: Option<&dyn Fn() -> bool> = if self.witness { Some(&stopped) } else { None };
+        let mut run = recorded(case, &mut writer, self.keeps_events, stop_of_witness, &mut asked);
+        let again = stop_of_witness.and_then(|stop| case_of_repetition(case, &run, stop));
+        if let Some((finer, why)) = again {
+            writer.begin_again(&provenance::header_of_repetition(&self.header, &finer))?;
+            run = recorded(&finer, &mut writer, self.keeps_events, stop_of_witness, &mut asked);
+            run.repeated(why);
+        }
+        run.find_exponent(case);
+        let saved = writer.saved();
+        let said = match &run.witness {
+            Some(witness) => writer.add(&witness.additions()),
+            None => Ok(()),
+        };
+        let said = said.and_then(|()| match run.status {
+            Status::Complete => writer.add(self.additions),
+            _ => Ok(()),
+        });
+        let finished = said.and_then(|()| writer.finish(run.status.clone(), &run.table, run.wall_time));
+        let (file, unsaved) = match finished {
+            Ok(file) => (file, None),
+            Err(error) => (partial, Some(error)),
+        };
+        Ok(SavedReport {
+            file,
+            run,
+            unsaved,
+            saved,
+        })
+    }
+}

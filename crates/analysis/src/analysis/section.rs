@@ -1,0 +1,199 @@
+//! Sections of a motion, and the least number of them in a period.
+
+use super::forcing::{Harmonic, SAME_RATIO};
+use std::collections::VecDeque;
+use std::f64::consts::TAU;
+use stickslip_engine::simulation::Section;
+use stickslip_system::record::EventKind;
+
+/// Two successive cycles agree if all twists, twist rates and speeds at their begin differ by less than this share of
+/// the largest ones in the sections, and the periods by this share.
+pub const RECURRENCE_TOLERANCE: f64 = 1e-6;
+
+/// Largest distance to the periodic motion, extrapolated from the convergence of the cycles, that counts as periodic.
+const LARGEST_DISTANCE: f64 = 1e-4;
+
+/// Ratio of successive differences above which cycles do not count as converging.
+const SLOWEST_PACE: f64 = 0.9999;
+
+/// Relative rounding of states between two equal cycles.
+const ROUNDING: f64 = 1e-14;
+
+/// Most sections in a period.
+pub const LONGEST_PERIOD: usize = 64;
+
+/// Turns that a harmonic may miss in a period, in addition to the period's uncertainty.
+const WHOLE_TURNS: f64 = 1e-9;
+
+/// Largest angle, speed and deflection.
+pub(super) type Sizes = [f64; 3];
+
+pub(super) fn larger(a: Sizes, b: Sizes) -> Sizes {
+    std::array::from_fn(|group| a[group].max(b[group]))
+}
+
+pub(super) fn sizes_of(values: &[f64], groups: &[usize]) -> Sizes {
+    let mut sizes = Sizes::default();
+    for (value, &group) in values.iter().zip(groups) {
+        sizes[group] = sizes[group].max(value.abs());
+    }
+    sizes
+}
+
+#[derive(Debug, Clone)]
+pub(super) struct Hit {
+    pub section: Section,
+    /// Event of the section; `None` for a phase of the forcing or a zero of a quantity.
+    pub kind: Option<EventKind>,
+    pub sticks: u64,
+    /// Sizes since the previous section.
+    pub sizes: Sizes,
+}
+
+#[derive(Debug, Clone)]
+pub(super) struct Hits {
+    hits: VecDeque<Hit>,
+    /// Group of each component: angles, speeds, or bristles.
+    groups: Vec<usize>,
+    harmonics: Vec<Harmonic>,
+    /// Sections in the current period, and the time since when (s).
+    known: Option<(usize, f64)>,
+}
+
+pub(super) struct Repetition<'h> {
+    pub sections: usize,
+    pub period: f64,
+    /// Relative difference of the last two cycles: the larger of states and periods.
+    pub agreement: f64,
+    /// Relative distance of the last cycle from the periodic motion.
+    pub distance: f64,
+    /// Time from which the cycles agree this well, s.
+    pub since: f64,
+    pub ends: [&'h Hit; 2],
+}
+
+impl Hits {
+    pub fn new(groups: Vec<usize>, harmonics: Vec<Harmonic>) -> Hits {
+        Hits {
+            hits: VecDeque::new(),
+            groups,
+            harmonics,
+            known: None,
+        }
+    }
+
+    pub fn groups(&self) -> &[usize] {
+        &self.groups
+    }
+
+    pub fn harmonics(&self) -> &[Harmonic] {
+        &self.harmonics
+    }
+
+    pub fn clear(&mut self) {
+        self.hits.clear();
+        self.known = None;
+    }
+
+    /// Mean time between the kept sections, s.
+    pub fn mean_interval(&self) -> Option<f64> {
+        let (first, last) = (self.hits.front()?, self.hits.back()?);
+        let interval = (last.section.time - first.section.time) / (self.hits.len() - 1) as f64;
+        (self.hits.len() > 2).then_some(interval)
+    }
+
+    fn sizes(&self, sections: usize) -> Sizes {
+        let last = self.hits.iter().rev().take(2 * sections + 1);
+        last.fold(Sizes::default(), |sizes, hit| larger(sizes, hit.sizes))
+    }
+
+    fn distance(&self, a: &Section, b: &Section, sizes: &Sizes) -> f64 {
+        let pairs = a.further.iter().zip(&b.further).zip(&self.groups);
+        let distances = pairs.map(|((a, b), &group)| match sizes[group] {
+            size if size > 0.0 => (a - b).abs() / size,
+            _ => 0.0,
+        });
+        distances.fold(0.0, f64::max)
+    }
+
+    /// Period of `sections` sections at the end, agreement with the previous one, and distance to the periodic motion.
+    fn repeats(&self, sections: usize) -> Option<(f64, f64, f64)> {
+        let from_last = |back: usize| self.hits.len().checked_sub(1 + back).map(|index| &self.hits[index]);
+        let (last, one, two) = (from_last(0)?, from_last(sections)?, from_last(2 * sections)?);
+        let same = |a: &Hit| {
+            a.kind == last.kind && a.section.mode == last.section.mode && a.section.sense == last.section.sense
+        };
+        if !same(one) || !same(two) {
+            return None;
+        }
+        let period = last.section.time - one.section.time;
+        let before = one.section.time - two.section.time;
+        if period <= 0.0 {
+            return None;
+        }
+        let sizes = self.sizes(sections);
+        let (now, earlier) = (
+            self.distance(&last.section, &one.section, &sizes),
+            self.distance(&one.section, &two.section, &sizes),
+        );
+        let agreement = now.max((period - before).abs() / period);
+        // Converging cycles are off by the rest of the geometric series.
+        let pace = if now <= ROUNDING {
+            0.0
+        } else {
+            (now / earlier).min(SLOWEST_PACE)
+        };
+        let distance = agreement.max(ROUNDING) / (1.0 - pace);
+        // Each harmonic completes whole turns in the period, and all in one common period, to the rounding of their
+        // ratios.
+        let acting: Vec<(f64, f64)> = self
+            .harmonics
+            .iter()
+            .filter(|harmonic| harmonic.acts_at(last.section.time))
+            .map(|harmonic| harmonic.angular_frequency)
+            .map(|omega| (omega, (omega * period / TAU).round()))
+            .collect();
+        let near = |&(omega, turns): &(f64, f64)| {
+            (omega * period / TAU - turns).abs() <= WHOLE_TURNS + 3.0 * turns * agreement && turns > 0.0
+        };
+        let (reference, of_reference) = acting.first().copied().unwrap_or((1.0, 1.0));
+        let alike = |&(omega, turns): &(f64, f64)| {
+            (omega * of_reference - turns * reference).abs() <= SAME_RATIO * omega * of_reference
+        };
+        let whole = acting.iter().all(near) && acting.iter().all(alike);
+        let repeats = whole && agreement <= RECURRENCE_TOLERANCE && distance <= LARGEST_DISTANCE;
+        repeats.then_some((period, agreement, distance))
+    }
+
+    pub fn push(&mut self, hit: Hit) {
+        let time = hit.section.time;
+        self.hits.push_back(hit);
+        if self.hits.len() > 2 * LONGEST_PERIOD + 1 {
+            self.hits.pop_front();
+        }
+        self.known = match self.known {
+            Some((sections, since)) if self.repeats(sections).is_some() => Some((sections, since)),
+            _ => (1..=LONGEST_PERIOD)
+                .find(|&sections| self.repeats(sections).is_some())
+                .map(|sections| (sections, time)),
+        };
+    }
+
+    /// Repetition that ends at the last section.
+    pub fn repetition(&self) -> Option<Repetition<'_>> {
+        let (known, since) = self.known?;
+        // Several periods can fit before the least one does.
+        let sections = (1..=known).find(|&sections| self.repeats(sections).is_some())?;
+        let (period, agreement, distance) = self.repeats(sections)?;
+        let last = self.hits.back()?;
+        let first = &self.hits[self.hits.len() - 1 - sections];
+        Some(Repetition {
+            sections,
+            period,
+            agreement,
+            distance,
+            since,
+            ends: [first, last],
+        })
+    }
+}

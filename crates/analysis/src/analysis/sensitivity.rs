@@ -1,0 +1,691 @@
+//! Effects of a case's parameters on the events and the outcome of its run.
+//!
+//! A slope ([`linearise`]) describes small changes. Half a unit of the last printed digit is often not small: it can
+//! move the stop by seconds, past a kick at a fixed time, or across a graze. So the case is run again with each
+//! parameter half a unit lower and higher, by `series`, which takes milliseconds.
+
+use super::Summary;
+use super::attractor::{Attractor, Recurrence};
+use super::deadline::INTERRUPTED;
+use super::linearised::{Linearised, Slope, Times, by_series, linearise};
+use serde::Serialize;
+use stickslip_case::quantity::Dimension;
+use stickslip_case::{Case, CaseError, CaseNumber, WrittenCase};
+use stickslip_engine::hybrid::RunError;
+use stickslip_engine::run::Run;
+use stickslip_engine::simulation::OutputOptions;
+use stickslip_engine::workers::over_processors;
+use stickslip_files::{Addition, Column};
+use stickslip_system::model::system::ContactLaw;
+use stickslip_system::model::{KickTime, Mode};
+use stickslip_system::record::{Event, EventKind};
+
+/// A parameter is nonlinear if slope and rerun differ by more than this share of the larger shift.
+pub(crate) const NONLINEAR_SHARE: f64 = 0.1;
+
+/// Error of a difference between reruns, s: `series` is within 1e-12 s of exact events.
+const RERUN_ERROR: f64 = 1e-12;
+
+/// Most Taylor steps for reruns: about a second, but reproducible. A rerun may take `RERUN_FACTOR` times as many.
+const MOST_STEPS: usize = 40_000;
+const RERUN_FACTOR: usize = 4;
+
+/// Rounding of an event's time between nearly equal runs, in units of its last place.
+const ROUNDING: f64 = 16.0;
+
+/// A result is independent of a parameter if a relative change of 1 would change it by less than this share.
+const NEGLIGIBLE: f64 = 1e-6;
+
+/// Outcome of a rerun.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Outcome {
+    /// Unchanged sequence of events.
+    SameEvents,
+    /// Another sequence, with a final stick.
+    OtherEvents,
+    /// The onset is amplified rounding, and the final stick is equally uncertain.
+    NoiseDetermined,
+    /// No final stick.
+    NoFinalStick,
+    /// Value that the case cannot have.
+    Invalid,
+    /// Failed run.
+    Failed,
+    /// Run that would take too long.
+    TooLong,
+    /// The motion is no longer periodic.
+    NoPeriod,
+}
+
+impl Outcome {
+    /// All outcomes, in the order of their codes.
+    pub const ALL: [Outcome; 8] = [
+        Outcome::SameEvents,
+        Outcome::OtherEvents,
+        Outcome::NoiseDetermined,
+        Outcome::NoFinalStick,
+        Outcome::Invalid,
+        Outcome::Failed,
+        Outcome::TooLong,
+        Outcome::NoPeriod,
+    ];
+
+    /// Code in result files.
+    pub fn code(self) -> i8 {
+        self as i8
+    }
+
+    /// Name in result files and reports.
+    pub fn name(self) -> &'static str {
+        match self {
+            Outcome::SameEvents => "same-events",
+            Outcome::OtherEvents => "other-events",
+            Outcome::NoiseDetermined => "noise-determined",
+            Outcome::NoFinalStick => "no-final-stick",
+            Outcome::Invalid => "invalid",
+            Outcome::Failed => "failed",
+            Outcome::TooLong => "too-long",
+            Outcome::NoPeriod => "no-period",
+        }
+    }
+}
+
+/// Result of a run that depends on its parameters.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Affected {
+    /// Begin of the stick that ends the run.
+    FinalStick,
+    /// Period of the attractor.
+    AttractorPeriod,
+    /// Time of the last certain event.
+    LastEvent,
+}
+
+impl Affected {
+    /// Name in result files and reports.
+    pub fn name(self) -> &'static str {
+        self.texts().0
+    }
+
+    /// Name in words, with its article.
+    pub fn words(self) -> &'static str {
+        self.texts().1
+    }
+
+    /// Meaning of a positive shift, in words.
+    pub fn shift(self) -> &'static str {
+        self.texts().2
+    }
+
+    fn texts(self) -> (&'static str, &'static str, &'static str) {
+        match self {
+            Affected::FinalStick => ("final-stick", "the final stick", "how much later the final stick is"),
+            Affected::AttractorPeriod => (
+                "attractor-period",
+                "the period of the attractor",
+                "how much longer the period of the attractor is",
+            ),
+            Affected::LastEvent => ("last-event", "the last event", "how much later the last event is"),
+        }
+    }
+
+    /// Possible outcomes of a rerun.
+    pub fn outcomes(self) -> Vec<Outcome> {
+        let possible = |outcome: &Outcome| match outcome {
+            Outcome::NoPeriod => self == Affected::AttractorPeriod,
+            Outcome::NoFinalStick => self == Affected::FinalStick,
+            _ => true,
+        };
+        Outcome::ALL.into_iter().filter(possible).collect()
+    }
+}
+
+/// Rerun with one changed parameter.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Rerun {
+    /// Value in the unit of the parameter.
+    pub value: f64,
+    /// Outcome of the rerun.
+    pub outcome: Outcome,
+    /// Delay or increase of the result, s; `None` without a result.
+    pub shift: Option<f64>,
+    /// Number of sticks; `None` if the run did not finish.
+    pub sticks: Option<usize>,
+    /// Remarks other than the shift; empty for the same events.
+    pub remark: String,
+}
+
+/// Effect of one parameter on a result.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Sensitivity {
+    /// The parameter.
+    pub parameter: CaseNumber,
+    /// d(result)/d(parameter), s per unit; `None` without a derivative.
+    pub slope: Option<f64>,
+    /// Reruns half a unit lower and higher; `None` if not made.
+    pub reruns: Option<[Rerun; 2]>,
+}
+
+impl Sensitivity {
+    /// Shift for half a unit upwards by the slope, s.
+    pub fn predicted(&self) -> Option<f64> {
+        Some(self.slope? * self.parameter.half_last_digit?)
+    }
+
+    /// Whether slope and rerun differ by more than `NONLINEAR_SHARE`, or a rerun has other events; `None` if unknown.
+    pub fn nonlinear(&self) -> Option<bool> {
+        let predicted = self.predicted();
+        let sides = self.reruns.as_ref()?.iter().zip([-1.0, 1.0]);
+        sides
+            .filter_map(|(rerun, side)| match (rerun.outcome, rerun.shift) {
+                (Outcome::SameEvents, Some(shift)) => {
+                    let predicted = side * predicted?;
+                    let difference = (shift - predicted).abs();
+                    Some(difference > (NONLINEAR_SHARE * shift.abs().max(predicted.abs())).max(RERUN_ERROR))
+                }
+                (Outcome::OtherEvents | Outcome::NoiseDetermined | Outcome::NoFinalStick | Outcome::NoPeriod, _) => {
+                    Some(true)
+                }
+                _ => None,
+            })
+            .reduce(|one, other| one || other)
+    }
+
+    /// Largest known shift, s: from the reruns, else from the slope.
+    pub fn largest(&self) -> f64 {
+        let reruns = self.reruns.iter().flatten().filter_map(|rerun| rerun.shift);
+        let largest = reruns.map(f64::abs).reduce(f64::max);
+        largest.or(self.predicted().map(f64::abs)).unwrap_or(0.0)
+    }
+}
+
+/// Sensitivities of one result of a run.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Sensitivities {
+    /// The result.
+    pub of: Affected,
+    /// Time or duration of the result, s.
+    pub time: f64,
+    /// One row for each physical parameter of the case, in its order.
+    pub rows: Vec<Sensitivity>,
+    /// Reason for missing reruns.
+    pub without_reruns: Option<String>,
+    /// Text on the kicks' times when a parameter changes; empty without a kick.
+    pub held: String,
+}
+
+/// Sensitivities of a case.
+#[derive(Debug, Clone)]
+pub struct CaseSensitivities {
+    /// Physical parameters of the case.
+    pub parameters: Vec<CaseNumber>,
+    /// d(event time)/d(parameter): a row of all parameters for each event that the run by `series` shares.
+    pub events: Vec<Vec<Slope>>,
+    /// Effect of half a last digit on the run's result; `None` without a certain event of the contact.
+    pub result: Option<Sensitivities>,
+}
+
+struct Outrun {
+    events: Vec<(f64, EventKind, Mode)>,
+    steps: usize,
+    attractor: Option<Attractor>,
+    final_stick: Option<f64>,
+    sticks: usize,
+    /// Whether the first stop ended smooth sliding.
+    smooth: bool,
+    kicked: bool,
+    noise: bool,
+}
+
+impl Outrun {
+    fn word(&self) -> Vec<EventKind> {
+        in_event_sequence(self.events.iter().map(|event| event.1))
+    }
+
+    /// The result and its variation between nearly equal runs, s.
+    fn result(&self, of: Affected, last: usize) -> Option<(f64, f64)> {
+        let rounding = |time: f64| ROUNDING * f64::EPSILON * time;
+        match of {
+            Affected::AttractorPeriod => {
+                let attractor = self.attractor.as_ref()?;
+                let until = self.events.last()?.0;
+                Some((
+                    attractor.period,
+                    attractor.distance * attractor.period + rounding(until),
+                ))
+            }
+            Affected::FinalStick => self.final_stick.map(|time| (time, rounding(time))),
+            Affected::LastEvent => self.events.get(last).map(|event| (event.0, rounding(event.0))),
+        }
+    }
+
+    fn is_like(&self, of: Affected, other: &Outrun, last: usize) -> bool {
+        match of {
+            Affected::AttractorPeriod => match (&self.attractor, &other.attractor) {
+                (Some(own), Some(others)) => own.sticks == others.sticks && own.sections == others.sections,
+                _ => false,
+            },
+            Affected::FinalStick => self.word() == other.word(),
+            // If the sequence continues, only the events up to this one must agree.
+            Affected::LastEvent if last + 1 < other.events.len() => agreeing(&self.events, &other.events) > last,
+            Affected::LastEvent => agreeing(&self.events, &other.events) == self.events.len().max(other.events.len()),
+        }
+    }
+}
+
+fn agreeing(own: &[(f64, EventKind, Mode)], other: &[(f64, EventKind, Mode)]) -> usize {
+    let pairs = own.iter().zip(other);
+    pairs.take_while(|(a, b)| a.1 == b.1 && a.2 == b.2).count()
+}
+
+enum NoRun {
+    Failed(String),
+    TooLong,
+    Interrupted,
+}
+
+fn run(case: &Case, max_steps: Option<usize>, stop: &dyn Fn() -> bool) -> Result<Outrun, NoRun> {
+    let solver = by_series(case, max_steps);
+    let output = OutputOptions::at_the_ends(case.output.end_time);
+    let (trains, threshold) = (&case.system, case.threshold);
+    let mut times = Times::default();
+    let mut recurrence = Recurrence::new(trains, &mut times, false, None);
+    let ended = Run::new(case)
+        .solver(&solver)
+        .output(&output)
+        .record(&mut recurrence)
+        .stop(stop)
+        .start();
+    let report = match ended {
+        Err(failure) if matches!(failure.error, RunError::TooManySteps { .. }) => return Err(NoRun::TooLong),
+        Err(failure) => return Err(NoRun::Failed(failure.to_string())),
+        Ok(report) if report.interrupted => return Err(NoRun::Interrupted),
+        Ok(report) => report,
+    };
+    let attractor = recurrence.attractor_of_events(trains, threshold);
+    Ok(Outrun {
+        steps: report.work.iter().map(|work| work.steps as usize).sum(),
+        events: times.0,
+        attractor,
+        final_stick: report.digest.cycles.final_stick_time,
+        sticks: report.digest.cycles.stick_count,
+        smooth: report.stopped_smoothly,
+        kicked: !report.digest.kicks.is_empty(),
+        noise: Summary::of_run(&case.system, &report).noise_determined,
+    })
+}
+
+struct Differentiated<'a> {
+    written: &'a WrittenCase,
+    linearised: &'a Linearised,
+    stop: &'a (dyn Fn() -> bool + Sync),
+    base: Outrun,
+    /// Index of the last certain event of the contact.
+    last: usize,
+    of: Affected,
+}
+
+/// Effects of the parameters on the events of a run, of which the first `certain` are certain, and of half a unit of
+/// each last written digit on the run's result. `known`: linearisation of the written case, if available. Once `stop`
+/// is `true`, known slopes come without reruns. An error says why there are no derivatives.
+pub fn sensitivities(
+    written: &WrittenCase,
+    known: Option<&Linearised>,
+    events: &[Event],
+    certain: usize,
+    stop: &(dyn Fn() -> bool + Sync),
+) -> Result<CaseSensitivities, String> {
+    let numbers = written.numbers();
+    let made;
+    let linearised = match known {
+        Some(known) => known,
+        None => {
+            made = linearise(written, None, stop).map_err(|why| format!("series does not run this case: {why}"))?;
+            if stop() {
+                return Err(INTERRUPTED.to_owned());
+            }
+            &made
+        }
+    };
+    let own: Vec<_> = events.iter().map(|e| (e.time, e.kind, e.mode_after)).collect();
+    let found = linearised.events.iter().map(|e| (e.time, e.kind, e.mode_after));
+    let found: Vec<_> = found.collect();
+    let same = agreeing(&own, &found);
+    if same < certain {
+        return Err(format!(
+            "series agrees with {same} of the {certain} events that are certain"
+        ));
+    }
+    let slopes = |event| {
+        (0..numbers.len())
+            .map(|number| linearised.slope(event, number))
+            .collect()
+    };
+    Ok(CaseSensitivities {
+        parameters: numbers.to_vec(),
+        events: (0..same).map(slopes).collect(),
+        result: of_result(written, linearised, &found[..certain], stop),
+    })
+}
+
+/// Sensitivity of the run's result to each parameter. `certain`: events that are known to be true.
+fn of_result(
+    written: &WrittenCase,
+    linearised: &Linearised,
+    certain: &[(f64, EventKind, Mode)],
+    stop: &(dyn Fn() -> bool + Sync),
+) -> Option<Sensitivities> {
+    // A corner of a signal is not a result.
+    let last = certain.iter().rposition(|event| event.1.in_event_sequence())?;
+    let case = written.case();
+    let base = run(case, None, &|| false).ok()?;
+    let all = certain.len() == base.events.len();
+    // Without sticking, a contact has no lasting final stick.
+    let sticks = case.system.contact == ContactLaw::StickSlip;
+    let of = match (&base.attractor, base.final_stick) {
+        (Some(_), _) if all => Affected::AttractorPeriod,
+        (None, Some(_)) if all && sticks => Affected::FinalStick,
+        _ => Affected::LastEvent,
+    };
+    let time = base.result(of, last)?.0;
+    let differentiated = Differentiated {
+        written,
+        linearised,
+        stop,
+        base,
+        last,
+        of,
+    };
+    let row = |(index, number): (usize, &CaseNumber)| Sensitivity {
+        parameter: number.clone(),
+        slope: differentiated.slope_of_result(index),
+        reruns: None,
+    };
+    let mut rows: Vec<Sensitivity> = written.numbers().iter().enumerate().map(row).collect();
+    let without_reruns = differentiated.rerun_all(&mut rows);
+    Some(Sensitivities {
+        of,
+        time,
+        rows,
+        without_reruns,
+        held: held(case),
+    })
+}
+
+fn in_event_sequence(kinds: impl IntoIterator<Item = EventKind>) -> Vec<EventKind> {
+    kinds.into_iter().filter(|kind| kind.in_event_sequence()).collect()
+}
+
+fn held(case: &Case) -> String {
+    let of_stop = match case.stops() {
+        true => ", whatever the changed number does to the loss of stability and to the stop",
+        false => "",
+    };
+    let speed = case.motion().dimension(Dimension::AngularVelocity).unit();
+    let kicks = case.system.kicks.iter().map(|kick| {
+        let place = match kick.time {
+            KickTime::At(time) => format!("stays at {time} s{of_stop}"),
+            KickTime::Instability => "goes along with the loss of stability".to_owned(),
+        };
+        format!("the kick of {:e} {speed} {place}", kick.relative_velocity)
+    });
+    match kicks.collect::<Vec<_>>().join("; ") {
+        kicks if kicks.is_empty() => kicks,
+        kicks => format!("One number is changed at a time: {kicks}."),
+    }
+}
+
+impl Slope {
+    fn minus(self, other: Slope) -> Slope {
+        Slope {
+            value: self.value - other.value,
+            uncertainty: self.uncertainty + other.uncertainty,
+        }
+    }
+}
+
+impl Differentiated<'_> {
+    /// d(result)/d(parameter), s per unit, if one digit is known.
+    fn slope_of_result(&self, number: usize) -> Option<f64> {
+        let (result, _) = self.base.result(self.of, self.last)?;
+        let found = match self.of {
+            Affected::AttractorPeriod => self.slope_of_period(number)?,
+            Affected::FinalStick => {
+                let at = self.base.final_stick?;
+                let event = self.base.events.iter().position(|event| event.0 == at)?;
+                self.linearised.slope(event, number)
+            }
+            Affected::LastEvent => self.linearised.slope(self.last, number),
+        };
+        // A slope without a certain digit is not reported.
+        let size = self.linearised.parameters[number].value.abs();
+        let negligible = (found.value.abs() + found.uncertainty) * size < NEGLIGIBLE * result;
+        if found.uncertainty < 0.1 * found.value.abs() {
+            Some(found.value)
+        } else {
+            negligible.then_some(0.0)
+        }
+    }
+
+    /// Derivative of the last period; its remaining change per period adds to the uncertainty. If the moved run begins
+    /// in another mode, its events differ but not its periods.
+    fn slope_of_period(&self, number: usize) -> Option<Slope> {
+        let sections = self.base.attractor.as_ref()?.sections;
+        let events = self.base.events.iter().enumerate();
+        let hits = events.filter(|(_, event)| matches!(event.1, EventKind::Slip | EventKind::Reversal));
+        let hits: Vec<usize> = hits.map(|(index, _)| index).collect();
+        let from_last = |back: usize| {
+            let event = hits[hits.len().checked_sub(1 + back * sections)?];
+            Some(self.linearised.events.get(event)?.by_parameter[number])
+        };
+        let (last, before, first) = (from_last(0)?, from_last(1)?, from_last(2)?);
+        let (period, earlier) = (last.minus(before), before.minus(first));
+        Some(Slope {
+            value: period.value,
+            uncertainty: period.uncertainty + (period.value - earlier.value).abs(),
+        })
+    }
+
+    /// Fills in the reruns on all processors, or returns the reason why they were not made.
+    fn rerun_all(&self, rows: &mut [Sensitivity]) -> Option<String> {
+        if self.base.noise {
+            return Some("the onset is amplified rounding".to_owned());
+        }
+        if self.base.steps > MOST_STEPS {
+            return Some(format!(
+                "the run takes more than {MOST_STEPS} steps, and two more runs are needed for each number"
+            ));
+        }
+        let rows_with = rows.iter().enumerate();
+        let halves = rows_with.filter_map(|(index, row)| Some((index, row.parameter.half_last_digit?)));
+        let jobs: Vec<(usize, f64)> = halves
+            .flat_map(|(index, half)| [(index, -half), (index, half)])
+            .collect();
+        let done = over_processors(jobs.len(), self.stop, |job| {
+            let (index, change) = jobs[job];
+            let number = &rows[index].parameter;
+            self.rerun(&number.path, number.value + change)
+        });
+        // Incomplete reruns are dropped as a whole.
+        let done: Option<Vec<Rerun>> = done.into_iter().collect();
+        let Some(done) = done.filter(|done| done.len() == jobs.len()) else {
+            return Some(INTERRUPTED.to_owned());
+        };
+        for (pair, of_pair) in jobs.chunks_exact(2).zip(done.chunks_exact(2)) {
+            rows[pair[0].0].reruns = Some([of_pair[0].clone(), of_pair[1].clone()]);
+        }
+        None
+    }
+
+    fn rerun(&self, path: &str, value: f64) -> Option<Rerun> {
+        let without = |outcome, remark| {
+            Some(Rerun {
+                value,
+                outcome,
+                shift: None,
+                sticks: None,
+                remark,
+            })
+        };
+        let case = match self.written.with(path, value) {
+            Ok(case) => case,
+            Err(error) => return without(Outcome::Invalid, invalid(&error, path)),
+        };
+        let other = match run(&case, Some(RERUN_FACTOR * MOST_STEPS), self.stop) {
+            Ok(other) => other,
+            Err(NoRun::Interrupted) => return None,
+            Err(NoRun::Failed(text)) => return without(Outcome::Failed, format!("the run failed: {text}")),
+            Err(NoRun::TooLong) => return without(Outcome::TooLong, "the run takes too long".to_owned()),
+        };
+        let (own, noise) = self.base.result(self.of, self.last)?;
+        // Differences within the convergence of the two attractors count as zero.
+        let shift = other.result(self.of, self.last).map(|(time, others)| {
+            let shift = time - own;
+            match self.of == Affected::AttractorPeriod && shift.abs() <= noise + others {
+                true => 0.0,
+                false => shift,
+            }
+        });
+        let like = other.is_like(self.of, &self.base, self.last);
+        let outcome = match (shift, self.of) {
+            (Some(_), _) if other.noise => Outcome::NoiseDetermined,
+            (Some(_), _) if like => Outcome::SameEvents,
+            (None, Affected::AttractorPeriod) => Outcome::NoPeriod,
+            (None, Affected::FinalStick) => Outcome::NoFinalStick,
+            _ => Outcome::OtherEvents,
+        };
+        Some(Rerun {
+            value,
+            outcome,
+            // The time of a different event is not a shift.
+            shift: shift.filter(|_| like || self.of != Affected::LastEvent),
+            sticks: Some(other.sticks),
+            remark: self.remarks(&other, outcome).join(", "),
+        })
+    }
+
+    fn remarks(&self, other: &Outrun, outcome: Outcome) -> Vec<String> {
+        let base = &self.base;
+        let (word, own) = (other.word(), base.word());
+        let mut remarks = Vec::new();
+        match (outcome, word.last()) {
+            (Outcome::NoPeriod, _) => {
+                remarks.push("the motion does not repeat itself by the end of the run".to_owned())
+            }
+            (Outcome::NoFinalStick, Some(last)) => {
+                remarks.push(format!("no final stick: the last event is a {}", last.name()));
+            }
+            (Outcome::NoFinalStick, None) => remarks.push("no final stick: the run ends sliding".to_owned()),
+            _ => {}
+        }
+        match (outcome, &other.attractor, &base.attractor) {
+            (Outcome::SameEvents | Outcome::NoPeriod, ..) => {}
+            (_, Some(others), Some(own)) => remarks.push(format!(
+                "{} sticks and {} sections in a period instead of {} and {}",
+                others.sticks, others.sections, own.sticks, own.sections
+            )),
+            _ if word != own || outcome == Outcome::OtherEvents => remarks.push(difference(&word, &own)),
+            _ => {}
+        }
+        if other.noise {
+            remarks.push("amplified rounding".to_owned());
+        }
+        if base.kicked && !other.kicked {
+            remarks.push("the kick comes after the first stick".to_owned());
+        } else if other.smooth && !base.smooth {
+            remarks.push("the kick has died out".to_owned());
+        }
+        remarks
+    }
+}
+
+/// Adds the effects of half a last digit to a file's group, over dimension `parameter`; missing without `found`.
+pub fn add_sensitivities(group: &mut Addition, found: Option<&Sensitivities>, of: Affected, parameters: usize) {
+    const NONE: i8 = -1;
+    let row = |column: usize| found.map(|found| &found.rows[column]);
+    let numbers = |name: &str, unit: &str, long_name: &str, of: &dyn Fn(&Sensitivity) -> Option<f64>| {
+        let value = |column| row(column).and_then(of).unwrap_or(f64::NAN);
+        Column::numbers(name, unit, long_name, (0..parameters).map(value))
+    };
+    let rerun = |column: usize, side: usize| -> Option<&Rerun> { Some(&row(column)?.reruns.as_ref()?[side]) };
+    group.attribute("held", found.map_or("", |found| &found.held));
+    let without_reruns = match found {
+        Some(found) => found.without_reruns.clone().unwrap_or_default(),
+        None => format!("no {} that is converged", of.words().trim_start_matches("the ")),
+    };
+    group.attribute("without_reruns", without_reruns);
+    let long_name =
+        "half a unit in the last written digit, in the unit of the parameter (attribute parameter_units of the group)";
+    let mut columns = vec![numbers("half_last_digit", "1", long_name, &|row| {
+        row.parameter.half_last_digit
+    })];
+    let outcomes = of.outcomes().into_iter().map(|o| (o.code(), o.name()));
+    let words: Vec<(i64, String)> = [(NONE, "not-made")]
+        .into_iter()
+        .chain(outcomes)
+        .map(|(code, word)| (code.into(), word.to_owned()))
+        .collect();
+    for (side, (name, where_to)) in [("minus", "lower"), ("plus", "higher")].into_iter().enumerate() {
+        let shifts = format!("{} with the parameter half_last_digit {where_to}, by a run", of.shift());
+        columns.push(numbers(&format!("shift_{name}"), "s", &shifts, &|row| {
+            row.reruns.as_ref()?[side].shift
+        }));
+        let outcome = |column| rerun(column, side).map_or(NONE, |rerun| rerun.outcome.code());
+        let outcomes = (0..parameters).map(outcome);
+        columns.push(Column::codes(
+            &format!("outcome_{name}"),
+            "what that run came to",
+            outcomes,
+            words.clone(),
+        ));
+        let sticks = |column| {
+            rerun(column, side)
+                .and_then(|rerun| rerun.sticks)
+                .map_or(-1, |sticks| sticks as i64)
+        };
+        let long_name = "number of sticks of that run; -1 without one";
+        columns.push(Column::counts(
+            &format!("sticks_{name}"),
+            long_name,
+            (0..parameters).map(sticks),
+        ));
+    }
+    let nonlinear = |column| row(column).and_then(Sensitivity::nonlinear).map_or(NONE, i8::from);
+    let long_name =
+        "whether these runs differ from what time_sensitivity says by more than a tenth, or in their events";
+    let words = [(-1, "unknown"), (0, "linear"), (1, "nonlinear")].map(|(code, word)| (code, word.to_owned()));
+    columns.push(Column::codes(
+        "nonlinear",
+        long_name,
+        (0..parameters).map(nonlinear),
+        words.to_vec(),
+    ));
+    columns
+        .into_iter()
+        .for_each(|column| group.over(&["parameter"], column));
+}
+
+/// First difference in the counts of two sequences, such as "51 sticks instead of 54".
+fn difference(own: &[EventKind], other: &[EventKind]) -> String {
+    let count = |word: &[EventKind], kind: EventKind| word.iter().filter(|k| **k == kind).count();
+    for kind in EventKind::ALL {
+        let (own, other) = (count(own, kind), count(other, kind));
+        if own != other {
+            let plural = if own == 1 { "" } else { "s" };
+            return format!("{own} {}{plural} instead of {other}", kind.name());
+        }
+    }
+    "the same events in another order".to_owned()
+}
+
+fn invalid(error: &CaseError, path: &str) -> String {
+    let Some(problem) = error.problems.first() else {
+        return "impossible".to_owned();
+    };
+    // The rest of the message lists values and advice for hand-written cases.
+    let complaint = problem.message.split([':', ';', ',']).next().unwrap_or_default();
+    let key = if problem.key.is_empty() { path } else { &problem.key };
+    format!("{key}: {complaint}")
+}

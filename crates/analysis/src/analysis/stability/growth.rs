@@ -1,0 +1,145 @@
+//! Amplification of a perturbation by unstable sliding before the first stick.
+
+use super::smooth_sliding::Slowing;
+use stickslip_engine::simulation::natural_period;
+use stickslip_system::friction::Law;
+use stickslip_system::model::stability::{FastModes, Forecast};
+use stickslip_system::model::system::System;
+use stickslip_system::record::{Event, EventDigest};
+
+/// Growth of a perturbation along smooth sliding without a kick, in e-folds.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Growth {
+    /// Loss of stability of steady sliding (zero of the margin on the run's relative velocity), s.
+    pub instability: f64,
+    /// End of smooth sliding in a stick, s; the run's end without one.
+    pub smooth_end: f64,
+    /// G: integral of max(0, Re lambda) from the instability to `smooth_end`, the largest possible gain.
+    pub exponent: f64,
+    /// The same integral up to the run's first stick.
+    pub to_first_stick: f64,
+    /// Integral of Re lambda from the kick to the run's first stick: gain, or loss in stable sliding. The kick with the
+    /// largest effect at the first stick counts; `None` without an effective kick.
+    pub from_kick: Option<f64>,
+    /// ln(effect of that kick / effect of rounding) at the first stick: size, decay in stable sliding and growth,
+    /// against the rounding of the relative velocity at the instability and its growth. Negative: the kick has decayed
+    /// below rounding.
+    pub above_noise: Option<f64>,
+}
+
+/// Growth to the first stick, in e-folds, from which rounding determines the run. ln(2^53) = 36.7 raise a double's
+/// rounding to the sliding speed; a perturbation that needs 25 starts 1e5 times above it: five digits are left.
+const NOISE_E_FOLDS: f64 = 25.0;
+
+impl Growth {
+    pub(in crate::analysis) fn amplifies_rounding(&self) -> bool {
+        self.to_first_stick > NOISE_E_FOLDS
+    }
+
+    /// Growth in a run, from its events; `None` if sliding does not slow down by itself, or keeps its stability until
+    /// the first stick.
+    ///
+    /// lambda is the least damped fast mode of the slip: the eigenvalue of its Jacobian with the largest real part,
+    /// without the slow root of the free train.
+    pub fn of_run(trains: &System, events: &[Event], end: f64) -> Option<Growth> {
+        Growth::of_digest(trains, &EventDigest::of_events(natural_period(trains), events), end)
+    }
+
+    pub(crate) fn of_digest(trains: &System, digest: &EventDigest, end: f64) -> Option<Growth> {
+        let first_stick = digest.cycles.onset_time.unwrap_or(end);
+        let unstable = digest.instability.as_ref()?;
+        let kicks = || digest.kicks.iter().filter(|kick| kick.time < first_stick);
+        // A kick before a later reversal has been damped.
+        let last_turn = digest.last_turn;
+        let earliest = kicks()
+            .map(|kick| kick.time)
+            .filter(|t| *t > last_turn)
+            .fold(unstable.time, f64::min);
+        let sliding = Slowing::new(trains)?;
+        let path = sliding.path(unstable.before.relative_velocity.signum());
+        // Both ways from the instability, where sliding is smooth.
+        let start = path.point(unstable.time, &unstable.before);
+        let speed = unstable.before.relative_velocity.abs();
+        let mut rates = path.rates_before(start, speed, earliest);
+        rates.reverse();
+        rates.append(&mut path.rates_to_stop(start, speed, end));
+        let positive = |rate: f64| rate.max(0.0);
+        let to_first_stick = integrate(&rates, unstable.time, first_stick, positive);
+        let gained = |kick: &Event| {
+            if kick.time > last_turn {
+                integrate(&rates, kick.time, first_stick, |rate| rate)
+            } else {
+                f64::NEG_INFINITY
+            }
+        };
+        let noise = (f64::EPSILON * unstable.before.relative_velocity.abs()).ln() + to_first_stick;
+        // The kick with the largest effect at the first stick counts.
+        let strongest = kicks()
+            .map(|kick| {
+                let size = (kick.after.relative_velocity - kick.before.relative_velocity).abs();
+                let gained = gained(kick);
+                (gained, size.ln() + gained - noise)
+            })
+            .filter(|(_, above)| above.is_finite())
+            .max_by(|a, b| a.1.total_cmp(&b.1));
+        Some(Growth {
+            instability: unstable.time,
+            smooth_end: rates.last().map_or(unstable.time, |r| r.0),
+            exponent: integrate(&rates, unstable.time, f64::INFINITY, positive),
+            to_first_stick,
+            from_kick: strongest.map(|s| s.0),
+            above_noise: strongest.map(|s| s.1),
+        })
+    }
+}
+
+/// [`Growth::exponent`] without a run, for smooth sliding from t = 0 that loses its stability under constant force, at
+/// the speed of zero margin. 0 if stability is kept until `end` (s); `None` if the force still changes then.
+pub fn foreseen_exponent(trains: &System, end: f64) -> Option<f64> {
+    let sliding = Slowing::new(trains)?;
+    let Slowing { system, excitation, .. } = &sliding;
+    let resistance = system.twice_resistance.unwrap_or(0.0);
+    let first = |speeds: &[f64]| speeds.first().copied().unwrap_or(0.0);
+    let speed = first(&trains.initial.rotor_speed) - first(&trains.initial.stator_speed);
+    let mut modes = FastModes::new(system, resistance);
+    let (force, corner) = (|t| excitation.smooth_force(t), |t| excitation.next_corner(t));
+    let forecast = Forecast::of_slip(system, &mut modes, force, corner, (0.0, speed), end)?;
+    let Some(lost) = forecast.instability else {
+        return Some(0.0);
+    };
+    let rest = excitation.silent_from(excitation.corners().last().copied().unwrap_or(0.0));
+    // The forecast neglects terms of relative size J/I.
+    if lost * (1.0 - EARLIER) < rest {
+        return None;
+    }
+    let critical = system
+        .law
+        .damping_zeros(resistance, system.slope_weight(sliding.force(lost)));
+    let Some(&critical) = critical.first() else {
+        return Some(0.0);
+    };
+    let path = sliding.path(speed.signum());
+    let start = path.point_of_speed(lost, critical);
+    let rates = path.rates_to_stop(start, critical, lost);
+    Some(integrate(&rates, lost, f64::INFINITY, |rate| rate.max(0.0)))
+}
+
+/// Share of the time to the loss of stability by which it may come earlier than predicted.
+const EARLIER: f64 = 0.02;
+
+/// Trapezoidal integral of f(rate) between two times, within the range of the rates.
+fn integrate(rates: &[(f64, f64)], from: f64, to: f64, f: impl Fn(f64) -> f64) -> f64 {
+    rates
+        .windows(2)
+        .map(|pair| {
+            let ((a, rate_a), (b, rate_b)) = (pair[0], pair[1]);
+            let (start, end) = (a.max(from), b.min(to));
+            if start >= end {
+                return 0.0;
+            }
+            let rate = |t: f64| rate_a + (rate_b - rate_a) * (t - a) / (b - a);
+            0.5 * (f(rate(start)) + f(rate(end))) * (end - start)
+        })
+        // The `sum` of nothing is -0, which prints its sign.
+        .fold(0.0, |sum, part| sum + part)
+}

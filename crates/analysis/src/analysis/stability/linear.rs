@@ -1,0 +1,375 @@
+//! The linearised equations of two trains as matrices, and their eigenvalues.
+
+use super::impedance::Crossings;
+use super::modes_report::{ShapeComponent, SystemMode};
+use nalgebra::{Complex, DMatrix, DVector};
+use std::f64::consts::TAU;
+use stickslip_system::friction::Law;
+use stickslip_system::model::equations::{Driving, Engagement, Outside, Side, SystemEquations};
+use stickslip_system::model::{Axial, Mode};
+use stickslip_system::numerics::eigenvalues::eigenvalues;
+
+/// Share of the largest eigenvalue below which eigenvalues and real parts are rounding.
+pub(super) const ROUNDING: f64 = 1e-12;
+/// Share of an eigenvalue below which its imaginary part comes from two rounded equal real roots.
+const DOUBLE: f64 = 1e-7;
+
+/// Steady sliding at omega_r = `w` under F_n, with deflected bristles and all else at rest.
+pub(super) fn state(system: &SystemEquations, w: f64, force: f64) -> (Outside, Vec<f64>) {
+    let mut y = vec![0.0; system.dimension];
+    let mut outside = Outside {
+        normal_force: force,
+        ..Outside::default()
+    };
+    match system.rotor.speed {
+        Some(index) => y[index] = w,
+        None => outside.rotor.speed = w,
+    }
+    if let Engagement::Bristles(stiffness, .., at) = system.engagement
+        && w != 0.0
+    {
+        y[at] = w.signum() * system.law_in(system.piece_of(w)).coefficient(w.abs()) / stiffness;
+    }
+    (outside, y)
+}
+
+/// Jacobian of the mechanical states, without quadratures.
+pub(super) fn jacobian(system: &SystemEquations, mode: Mode, sense: f64, outside: &Outside, y: &[f64]) -> DMatrix<f64> {
+    let mut whole = DMatrix::zeros(system.dimension, system.dimension);
+    let w = system.relative_velocity(outside, y);
+    let piece = system.piece_of(w);
+    system.jacobian(mode, sense, piece, outside, y, &mut whole.as_view_mut());
+    // Bristles stand still without contact.
+    let rows = match (system.engagement, mode) {
+        (Engagement::Bristles(.., at), Mode::Separated) => at,
+        _ => system.mechanical(),
+    };
+    whole.view((0, 0), (rows, rows)).into_owned()
+}
+
+/// Rates per unit of interface torque, and coefficients of omega_r.
+pub(super) fn columns(system: &SystemEquations) -> (DVector<f64>, DVector<f64>) {
+    let (n, nothing) = (system.mechanical(), Outside::default());
+    let mut unit = vec![0.0; system.dimension];
+    let g = DVector::from_fn(n, |k, _| {
+        unit.fill(0.0);
+        unit[k] = 1.0;
+        system.relative_velocity(&nothing, &unit)
+    });
+    let b = DVector::from_iterator(n, system.interface_rates().iter().copied().take(n));
+    (b, g)
+}
+
+/// Weight of each state, 1/s: the shaft's frequency for a twist, else 1.
+fn weights(system: &SystemEquations) -> Vec<f64> {
+    let mut weights = vec![1.0; system.mechanical()];
+    for side in [&system.rotor, &system.stator] {
+        for i in 0..side.shafts() {
+            let inertia = |k: usize| side.inertia.get(k).map_or(0.0, |j| 1.0 / j);
+            let frequency = (side.stiffness[i] * (inertia(i) + inertia(i + 1))).sqrt();
+            if frequency > 0.0 {
+                weights[side.twists + 2 * i] = frequency;
+            }
+        }
+    }
+    if let Engagement::Bristles(stiffness, .., at) = system.engagement {
+        weights[at] = stiffness;
+    }
+    weights
+}
+
+/// The matrix in scaled states: equal eigenvalues, less rounding.
+pub(super) fn scaled(system: &SystemEquations, matrix: &DMatrix<f64>) -> DMatrix<f64> {
+    let weights = weights(system);
+    DMatrix::from_fn(matrix.nrows(), matrix.ncols(), |i, j| {
+        matrix[(i, j)] * weights[i] / weights[j]
+    })
+}
+
+/// Basis of motion in stick: omega_r = 0, and fixed surfaces if both trains are held.
+pub(super) fn stuck(system: &SystemEquations) -> DMatrix<f64> {
+    let (_, g) = columns(system);
+    let (n, weights) = (g.len(), weights(system));
+    let mut held = vec![DVector::from_fn(n, |k, _| g[k] / weights[k])];
+    if system.rotor.speed.is_none() && system.stator.speed.is_none() {
+        let offset = |k: usize| {
+            if k + 1 < n && k.is_multiple_of(2) {
+                g[k + 1] / weights[k]
+            } else {
+                0.0
+            }
+        };
+        held.push(DVector::from_fn(n, |k, _| offset(k)));
+    }
+    // The rest of an orthonormal basis that begins with the held directions.
+    let mut basis: Vec<DVector<f64>> = Vec::new();
+    let count = held.len();
+    let unit = |k: usize| DVector::from_fn(n, |i, _| f64::from(u8::from(i == k)));
+    for vector in held.into_iter().chain((0..n).map(unit)) {
+        let mut rest = vector.clone();
+        for _ in 0..2 {
+            for known in &basis {
+                rest -= known * known.dot(&rest);
+            }
+        }
+        if rest.norm() > 1e-6 * vector.norm() && basis.len() < n {
+            basis.push(rest.normalize());
+        }
+    }
+    let free = &basis[count.min(basis.len())..];
+    DMatrix::from_fn(n, free.len(), |i, j| free[j][i])
+}
+
+/// Eigenvalues with Im >= 0 and right eigenvectors, the fastest first.
+fn eigenmodes(
+    matrix: &DMatrix<f64>,
+    describe: impl Fn(Eigenvalue, Vec<Complex<f64>>) -> SystemMode,
+) -> Vec<SystemMode> {
+    if matrix.nrows() == 0 {
+        return Vec::new();
+    }
+    let found = eigenvalues(matrix);
+    let largest = found.iter().map(|l| l.norm()).fold(0.0, f64::max);
+    let real = |l: &Complex<f64>| l.im.abs() <= DOUBLE * l.norm();
+    let mut kept: Vec<Complex<f64>> = found.into_iter().filter(|l| real(l) || l.im > 0.0).collect();
+    kept.sort_by(|a, b| b.norm().total_cmp(&a.norm()));
+    let mode = |lambda: Complex<f64>| {
+        let still = lambda.norm() <= ROUNDING * largest;
+        let of = Eigenvalue {
+            growth_rate: if still || lambda.re.abs() <= ROUNDING * largest {
+                0.0
+            } else {
+                lambda.re
+            },
+            angular_frequency: if real(&lambda) || still { 0.0 } else { lambda.im },
+            magnitude: lambda.norm(),
+        };
+        describe(of, eigenvector(matrix, lambda))
+    };
+    kept.into_iter().map(mode).collect()
+}
+
+#[derive(Debug, Clone, Copy)]
+struct Eigenvalue {
+    /// Re, 1/s.
+    growth_rate: f64,
+    /// Im >= 0, rad/s.
+    angular_frequency: f64,
+    magnitude: f64,
+}
+
+impl Eigenvalue {
+    fn mode(self, name: String, shape: Vec<ShapeComponent>, moves: Option<String>) -> SystemMode {
+        let oscillates = self.angular_frequency > 0.0;
+        let frequency = oscillates.then(|| self.magnitude / TAU);
+        // Adding zero drops the sign of -0.
+        let decay = -self.growth_rate + 0.0;
+        SystemMode {
+            name,
+            growth_rate: self.growth_rate,
+            angular_frequency: self.angular_frequency,
+            natural_frequency: frequency,
+            frequency,
+            damping_ratio: oscillates.then(|| decay / self.magnitude),
+            decay,
+            moves,
+            shape,
+        }
+    }
+}
+
+/// Right singular vector of the least singular value of A - lambda.
+fn eigenvector(matrix: &DMatrix<f64>, lambda: Complex<f64>) -> Vec<Complex<f64>> {
+    let n = matrix.nrows();
+    let shifted = DMatrix::from_fn(n, n, |i, j| {
+        Complex::from(matrix[(i, j)]) - if i == j { lambda } else { Complex::from(0.0) }
+    });
+    let decomposition = shifted.svd(false, true);
+    let least = decomposition
+        .singular_values
+        .iter()
+        .enumerate()
+        .min_by(|a, b| a.1.total_cmp(b.1))
+        .map_or(n - 1, |(k, _)| k);
+    decomposition
+        .v_t
+        .map(|v_t| v_t.row(least).iter().map(|c| c.conj()).collect())
+        .unwrap_or_default()
+}
+
+/// Modes of the axial oscillator (1), m z'' + c_a z' + k_e z = 0.
+pub(super) fn axial_modes(axial: &Axial) -> Vec<SystemMode> {
+    let omega = (axial.stiffness / axial.mass).sqrt();
+    let matrix = DMatrix::from_row_slice(2, 2, &[0.0, omega, -omega, -axial.damping / axial.mass]);
+    let shape = ShapeComponent {
+        coordinate: "z".to_owned(),
+        amplitude: 1.0,
+        phase: 0.0,
+    };
+    eigenmodes(&matrix, |of, _| of.mode("axial".to_owned(), vec![shape.clone()], None))
+}
+
+pub(super) fn modes_of(
+    system: &SystemEquations,
+    matrix: &DMatrix<f64>,
+    stuck: Option<&DMatrix<f64>>,
+) -> Vec<SystemMode> {
+    let whole = scaled(system, matrix);
+    let inner = match stuck {
+        Some(basis) => basis.transpose() * &whole * basis,
+        None => whole,
+    };
+    let weights = weights(system);
+    eigenmodes(&inner, |of, vector| {
+        let moved: Vec<Complex<f64>> = match stuck {
+            Some(basis) => (0..basis.nrows())
+                .map(|i| (0..vector.len()).map(|j| vector[j] * basis[(i, j)]).sum())
+                .collect(),
+            None => vector,
+        };
+        let bodies = bodies(system, &weights, &moved, stuck.is_some());
+        let largest = largest(bodies.iter().map(|body| body.velocity));
+        let shape = bodies.iter().map(|body| {
+            let relative = if largest.norm() > 0.0 {
+                body.velocity / largest
+            } else {
+                body.velocity
+            };
+            ShapeComponent {
+                coordinate: body.coordinate.clone(),
+                amplitude: relative.norm(),
+                phase: relative.arg(),
+            }
+        });
+        of.mode(name(&bodies, stuck.is_some()), shape.collect(), mover(&bodies))
+    })
+}
+
+fn largest(numbers: impl Iterator<Item = Complex<f64>>) -> Complex<f64> {
+    numbers.fold(Complex::new(0.0, 0.0), |best, c| {
+        if c.norm() > best.norm() * (1.0 + 1e-9) { c } else { best }
+    })
+}
+
+struct Body {
+    /// "rotor" or "stator".
+    side: &'static str,
+    count: usize,
+    /// Index in the train; 0 is the surface.
+    index: usize,
+    inertia: f64,
+    velocity: Complex<f64>,
+    /// File column of the angle or, without one, of the speed.
+    coordinate: String,
+}
+
+impl Body {
+    fn is_surface(&self) -> bool {
+        self.index == 0
+    }
+}
+
+fn bodies(system: &SystemEquations, weights: &[f64], moved: &[Complex<f64>], joined: bool) -> Vec<Body> {
+    let part = |of: fn(&Complex<f64>) -> f64| -> Vec<f64> {
+        let mut y = vec![0.0; system.dimension];
+        for (k, value) in moved.iter().enumerate() {
+            y[k] = of(value) / weights[k];
+        }
+        y
+    };
+    let (re, im) = (part(|c| c.re), part(|c| c.im));
+    let still = Driving::default();
+    let of_side = |name: &'static str, side: &Side| -> Vec<Body> {
+        let speeds = side.speeds(&still, &re).into_iter().zip(side.speeds(&still, &im));
+        let count = side.inertia.len();
+        let body = |(index, ((re, im), inertia)): (usize, ((f64, f64), &f64))| Body {
+            side: name,
+            count,
+            index,
+            inertia: *inertia,
+            velocity: Complex::new(re, im),
+            coordinate: match (name, index) {
+                ("rotor", 0) => "phi2".to_owned(),
+                ("stator", 0) => "phi1".to_owned(),
+                ("rotor", outermost) if outermost + 1 == count => "theta".to_owned(),
+                _ => format!("{name}_speed_{index}"),
+            },
+        };
+        speeds.zip(&side.inertia).enumerate().map(body).collect()
+    };
+    let mut all = of_side("rotor", &system.rotor);
+    let surface = all.first().map(|body| body.velocity);
+    all.reverse();
+    all.extend(of_side("stator", &system.stator));
+    if let (true, Some(surface)) = (joined, surface) {
+        // Equal by the mode, despite rounded sums.
+        let surfaces = all.iter_mut().filter(|body| body.is_surface());
+        surfaces.for_each(|body| body.velocity = surface);
+    }
+    all
+}
+
+/// Largest motion: an inertia, one surface, or both together or against each other.
+fn name(bodies: &[Body], joined: bool) -> String {
+    let outer = bodies.iter().filter(|body| !body.is_surface());
+    let outer = outer.reduce(|best, body| {
+        if body.velocity.norm() > best.velocity.norm() {
+            body
+        } else {
+            best
+        }
+    });
+    let surface = |side: &str| bodies.iter().find(|body| body.is_surface() && body.side == side);
+    let (rotor, stator) = (surface("rotor"), surface("stator"));
+    let of = |body: Option<&Body>| body.map_or(Complex::from(0.0), |body| body.velocity);
+    let (phi2, phi1) = (of(rotor), of(stator));
+    let most = phi2.norm().max(phi1.norm());
+    // The rotor carries its own surface along: in that mode the rotor is the largest part.
+    let share = if joined { 1.0 } else { 0.9 };
+    if let Some(outer) = outer.filter(|outer| outer.velocity.norm() > share * most) {
+        return match outer.count {
+            2 => outer.side.to_owned(),
+            _ => format!("{} {}", outer.side, outer.index),
+        };
+    }
+    let name = match (rotor, stator) {
+        _ if most == 0.0 => "bristles",
+        (Some(_), Some(_)) if joined => "surfaces",
+        _ if phi2.norm() < 0.5 * phi1.norm() => "stator surface",
+        _ if phi1.norm() < 0.5 * phi2.norm() => "rotor surface",
+        _ if (phi2 - phi1).norm() >= (phi2 + phi1).norm() => "relative",
+        _ => "common",
+    };
+    name.to_owned()
+}
+
+fn mover(bodies: &[Body]) -> Option<String> {
+    let of_side = |side: &'static str| {
+        let mut found: Vec<&Body> = bodies.iter().filter(|body| body.side == side).collect();
+        found.sort_by_key(|body| body.index);
+        found.into_iter()
+    };
+    let energies = of_side("rotor").chain(of_side("stator"));
+    let energies = energies.map(|body| (body.inertia * body.velocity.norm_sqr(), body));
+    // The first of equal energies, to rounding.
+    let most = energies.reduce(|best, next| if next.0 > best.0 * (1.0 + 1e-9) { next } else { best });
+    most.filter(|(energy, _)| *energy > 0.0)
+        .map(|(_, body)| format!("{} {}", body.side, body.index))
+}
+
+/// Changes of stability. `creeps`: see [`Crossings::new`].
+pub(super) fn crossings(system: &SystemEquations, creeps: bool) -> Crossings {
+    let rest = Outside::default();
+    let y = vec![0.0; system.dimension];
+    let mut natural = Vec::new();
+    for mode in [Mode::Separated, Mode::Stick] {
+        let matrix = jacobian(system, mode, 1.0, &rest, &y);
+        let found = eigenvalues(&scaled(system, &matrix));
+        let largest = found.iter().map(|l| l.norm()).fold(0.0, f64::max);
+        for lambda in found {
+            let frequencies = [lambda.norm(), lambda.im.abs()];
+            natural.extend(frequencies.into_iter().filter(|&w| w > 1e-7 * largest));
+        }
+    }
+    Crossings::new(&system.rotor, &system.stator, &natural, creeps)
+}

@@ -1,0 +1,410 @@
+//! Steady sliding of two trains, and changes of its stability.
+
+use super::impedance::{Crossings, Verdict};
+use super::linear::{ROUNDING, columns, crossings, jacobian, scaled, state};
+use super::modes_report::{Change, OperatingPoint, Search};
+use std::f64::consts::TAU;
+use stickslip_system::friction::Law;
+use stickslip_system::model::Mode;
+use stickslip_system::model::equations::{Engagement, Side, SystemEquations};
+use stickslip_system::model::margin::slowing;
+use stickslip_system::model::system::{End, System, Train};
+use stickslip_system::numerics::eigenvalues::eigenvalues;
+
+const DECADES: i32 = 9;
+const POINTS: i32 = 80;
+/// Range of the search in normal force and damping, as a factor of the case's own values either way.
+const MULTIPLES: f64 = 1e3;
+
+pub(super) struct Base {
+    /// Speed V of a prescribed train, or M/D under torque M and bearings D; `None` for a free train.
+    pub(super) speed: Option<f64>,
+    /// 1/D for a train on bearings, else 0, rad/(N m s).
+    yielding: f64,
+    torque: f64,
+}
+
+impl Base {
+    pub(super) fn new(train: &Train, speed: f64, torque: f64) -> Base {
+        let ground: f64 = train.viscous.iter().sum();
+        let (speed, yielding) = match train.end {
+            End::Free if ground > 0.0 => (Some(torque / ground), 1.0 / ground),
+            End::Free => (None, 0.0),
+            End::Driven(_) | End::Fixed => (Some(speed), 0.0),
+        };
+        Base {
+            speed,
+            yielding,
+            torque,
+        }
+    }
+}
+
+/// Condition for steady sliding of sense s at x = |omega_r|. T is the torque of friction at x.
+#[derive(Clone, Copy)]
+pub(super) enum Balance {
+    /// x + yielding T = speed.
+    Speed { speed: f64, yielding: f64 },
+    /// T = torque.
+    Torque(f64),
+    /// Nothing holds the trains.
+    Never,
+}
+
+/// Trains in sliding at a given speed.
+pub struct Sliding<'a> {
+    trains: &'a System,
+    pub(super) system: SystemEquations,
+    crossings: Crossings,
+}
+
+impl<'a> Sliding<'a> {
+    pub(super) fn new(trains: &'a System) -> Sliding<'a> {
+        let system = SystemEquations::new(trains);
+        Sliding {
+            crossings: crossings(&system, slowing(trains).is_err()),
+            trains,
+            system,
+        }
+    }
+
+    fn damped(&self, rotor: f64, stator: f64) -> (SystemEquations, Crossings) {
+        let mut trains = self.trains.clone();
+        trains.rotor.damping.iter_mut().for_each(|c| *c *= rotor);
+        trains.stator.damping.iter_mut().for_each(|c| *c *= stator);
+        let system = SystemEquations::new(&trains);
+        let crossings = crossings(&system, slowing(&trains).is_err());
+        (system, crossings)
+    }
+
+    pub(super) fn is_engaged(&self) -> bool {
+        self.system.engagement != Engagement::StickSlip
+    }
+
+    pub(super) fn mode(&self, sense: f64) -> Mode {
+        match (self.is_engaged(), sense < 0.0) {
+            (true, _) => Mode::Engaged,
+            (false, false) => Mode::SlipForward,
+            (false, true) => Mode::SlipBackward,
+        }
+    }
+
+    /// Interface torque of steady sliding at `x` > 0, over r F_n.
+    fn coefficient(&self, x: f64) -> f64 {
+        let (outside, y) = state(&self.system, x, 1.0 / self.system.radius);
+        let piece = self.system.piece_of(x);
+        self.system.interface_torque(self.mode(1.0), 1.0, piece, &outside, &y)
+    }
+
+    /// Contact damping at `x` over r F_n, s/rad. Not for bristles: their damping depends on the frequency.
+    fn slope(&self, x: f64) -> f64 {
+        let (system, law) = (&self.system, self.system.law_in(self.system.piece_of(x)));
+        let (outside, y) = state(system, x, 1.0 / system.radius);
+        match system.engagement {
+            Engagement::StickSlip => law.coefficient_and_slope(x).1,
+            _ => {
+                // Contact adds b kappa g^T to the Jacobian.
+                let with = jacobian(system, Mode::Engaged, 1.0, &outside, &y);
+                let without = jacobian(system, Mode::Separated, 1.0, &outside, &y);
+                let (b, g) = columns(system);
+                let row = b.icamax();
+                let column = g.icamax();
+                (with[(row, column)] - without[(row, column)]) / (b[row] * g[column])
+            }
+        }
+    }
+
+    fn has_bristles(&self) -> bool {
+        matches!(self.system.engagement, Engagement::Bristles(..))
+    }
+
+    fn verdict(&self, x: f64, force: f64) -> Verdict {
+        self.verdict_of(&self.system, &self.crossings, x, force)
+    }
+
+    fn verdict_of(&self, system: &SystemEquations, crossings: &Crossings, x: f64, force: f64) -> Verdict {
+        if !self.has_bristles() {
+            return crossings.verdict(self.slope(x) * system.radius * force);
+        }
+        let (outside, y) = state(system, x, force);
+        let matrix = jacobian(system, Mode::Engaged, 1.0, &outside, &y);
+        let mut found = eigenvalues(&scaled(system, &matrix));
+        found.sort_by(|a, b| b.norm().total_cmp(&a.norm()));
+        let rounding = ROUNDING * found.first().map_or(0.0, |l| l.norm());
+        // Sliding that slows down by itself is no disturbance.
+        let disturbances = found.len() - usize::from(slowing(self.trains).is_ok());
+        let moving = found[..disturbances].iter().filter(|l| l.norm() > rounding);
+        let most = moving.map(|l| l.re).fold(f64::NEG_INFINITY, f64::max);
+        match most {
+            most if most > rounding => Verdict::Unstable,
+            most if most >= -rounding => Verdict::Neutral,
+            _ => Verdict::Stable,
+        }
+    }
+
+    /// Frequency of the neutral motion at a change of stability, Hz.
+    fn frequency(&self, system: &SystemEquations, crossings: &Crossings, x: f64, force: f64) -> Option<f64> {
+        let omega = if self.has_bristles() {
+            let (outside, y) = state(system, x, force);
+            let found = eigenvalues(&scaled(system, &jacobian(system, Mode::Engaged, 1.0, &outside, &y)));
+            let rounding = ROUNDING * found.iter().map(|l| l.norm()).fold(0.0, f64::max);
+            let moving = found.iter().filter(|l| l.norm() > rounding);
+            moving
+                .min_by(|a, b| a.re.abs().total_cmp(&b.re.abs()))
+                .map(|l| l.im.abs())
+        } else {
+            crossings.frequency(self.slope(x) * system.radius * force)
+        };
+        omega.filter(|&omega| omega > 0.0).map(|omega| omega / TAU)
+    }
+
+    /// Rising grid of relative velocities: equal ratios, equal steps, knots, and speeds that meet a resistance.
+    fn grid(&self, to: f64, force: f64) -> Vec<f64> {
+        let count = DECADES * POINTS;
+        let mut grid: Vec<f64> = (0..=count)
+            .flat_map(|k| {
+                let share = f64::from(k) / f64::from(count);
+                [to * 10f64.powf(f64::from(DECADES) * (share - 1.0)), to * share]
+            })
+            .collect();
+        let mut marks: Vec<f64> = self.system.law.knots().to_vec();
+        grid.extend(marks.iter().flat_map(|knot| [knot * (1.0 - 1e-9), knot * (1.0 + 1e-9)]));
+        if !self.is_engaged() {
+            marks.extend(self.zeros(force));
+        }
+        marks.sort_by(f64::total_cmp);
+        grid.extend(marks.windows(2).map(|pair| 0.5 * (pair[0] + pair[1])));
+        grid.retain(|&x| x > 0.0 && x <= to);
+        grid.sort_by(f64::total_cmp);
+        grid.dedup();
+        grid
+    }
+
+    fn zeros(&self, force: f64) -> Vec<f64> {
+        let weight = self.system.radius * force;
+        let of = |resistance: f64| self.system.law.damping_zeros(resistance, weight);
+        let all = self.crossings.0.iter().flat_map(|crossing| of(crossing.resistance));
+        all.filter(|x| x.is_finite() && *x > 0.0).collect()
+    }
+
+    /// Upper limit of the search in relative velocity: beyond the scales of the law, its smoothing, and the case.
+    fn reach(&self, force: f64, sliding: f64) -> f64 {
+        let law = &self.system.law;
+        let smoothing = match self.system.engagement {
+            Engagement::Regularised(_, speed) => 1e3 * speed,
+            _ => 0.0,
+        };
+        let known = [
+            law.extent(),
+            law.knots().last().copied().unwrap_or(0.0),
+            smoothing,
+            2.0 * sliding,
+        ];
+        let zeros = self.zeros(force).into_iter().map(|x| 2.0 * x);
+        let known = known.into_iter().chain(zeros).filter(|x| x.is_finite());
+        let most = known.fold(0.0, f64::max);
+        let most = if most > 0.0 { most } else { 1.0 };
+        // A law that ends does not include its last speed.
+        most.min(law.ends_at() * (1.0 - f64::EPSILON))
+    }
+}
+
+pub(super) fn balance(rotor: &Base, stator: &Base, sense: f64) -> Balance {
+    match (rotor.speed, stator.speed) {
+        (Some(a), Some(b)) => Balance::Speed {
+            speed: sense * (a - b),
+            yielding: rotor.yielding + stator.yielding,
+        },
+        (None, Some(_)) => Balance::Torque(sense * rotor.torque),
+        (Some(_), None) => Balance::Torque(-sense * stator.torque),
+        (None, None) => Balance::Never,
+    }
+}
+
+impl Sliding<'_> {
+    pub(super) fn steady(&self, balance: Balance, force: f64, start: f64) -> Vec<f64> {
+        let pressed = self.system.radius * force;
+        let torque = |x: f64| pressed * self.coefficient(x);
+        let ends = self.system.law.ends_at();
+        let (to, missing): (f64, Box<dyn Fn(f64) -> f64 + '_>) = match balance {
+            _ if force <= 0.0 => return Vec::new(),
+            Balance::Speed { speed, yielding: 0.0 } => {
+                return Some(speed).filter(|&x| x > 0.0 && x < ends).into_iter().collect();
+            }
+            Balance::Speed { speed, yielding } => {
+                // Friction only reduces speed.
+                (speed, Box::new(move |x| x + yielding * torque(x) - speed))
+            }
+            Balance::Torque(held) => (self.reach(force, start), Box::new(move |x| torque(x) - held)),
+            Balance::Never => return Vec::new(),
+        };
+        if to.is_nan() || to <= 0.0 {
+            return Vec::new();
+        }
+        let to = to.min(ends * (1.0 - f64::EPSILON));
+        let grid = self.grid(to, force);
+        let is_short = |x: f64| missing(x) < 0.0;
+        let pairs = grid.windows(2).filter(|pair| is_short(pair[0]) != is_short(pair[1]));
+        pairs.map(|pair| turn(pair[0], pair[1], is_short)).collect()
+    }
+
+    pub(super) fn operating(&self, sense: f64, x: f64, force: f64, bases: Option<(&Base, &Base)>) -> OperatingPoint {
+        let interface = sense * self.system.radius * force * self.coefficient(x);
+        let stability = self.verdict(x, force);
+        let mut point = OperatingPoint {
+            steady: bases.is_some(),
+            relative_velocity: sense * x,
+            rotor_speed: None,
+            stator_speed: None,
+            interface_torque: interface,
+            rotor_twist: Vec::new(),
+            stator_twist: Vec::new(),
+            stability,
+        };
+        let Some((rotor, stator)) = bases else {
+            return point;
+        };
+        let of_rotor = rotor.speed.map(|speed| speed - rotor.yielding * interface);
+        let of_stator = stator.speed.map(|speed| speed + stator.yielding * interface);
+        let (of_rotor, of_stator) = match (of_rotor, of_stator) {
+            (None, Some(other)) => (other + sense * x, other),
+            (Some(other), None) => (other, other - sense * x),
+            (Some(rotor), Some(stator)) => (rotor, stator),
+            (None, None) => return point,
+        };
+        point.rotor_speed = Some(of_rotor);
+        point.stator_speed = Some(of_stator);
+        point.rotor_twist = twists(&self.system.rotor, rotor.torque, interface, of_rotor);
+        point.stator_twist = twists(&self.system.stator, stator.torque, interface, of_stator);
+        point
+    }
+
+    pub(super) fn critical_velocities(&self, force: f64, sliding: f64) -> Search {
+        let to = self.reach(force, sliding);
+        let found = changes(&self.grid(to, force), |x| self.verdict(x, force));
+        let frequency = |x: f64| self.frequency(&self.system, &self.crossings, x, force);
+        search((0.0, to), found, |x| (x, frequency(x)))
+    }
+
+    /// Search along the branches of steady sliding, whose speed depends on the force; else at the speed `x`.
+    pub(super) fn critical_forces(&self, force: f64, x: f64, balance: Balance) -> Search {
+        let range = (force / MULTIPLES, force * MULTIPLES);
+        let of_speed = |x: f64| {
+            let unit = self.system.radius * self.coefficient(x);
+            match balance {
+                Balance::Speed { speed, yielding } => (speed - x) / (yielding * unit),
+                Balance::Torque(held) => held / unit,
+                Balance::Never => f64::NAN,
+            }
+        };
+        let frequency = |x: f64, force: f64| self.frequency(&self.system, &self.crossings, x, force);
+        let end = match balance {
+            Balance::Speed { speed, yielding } if yielding > 0.0 => speed,
+            Balance::Torque(_) => self.reach(force, x),
+            _ => {
+                let grid: Vec<f64> = multiples().map(|k| k * force).collect();
+                let found = changes(&grid, |force| self.verdict(x, force));
+                return search(range, found, |value| (x, frequency(x, value)));
+            }
+        };
+        let within = |x: &f64| (range.0..=range.1).contains(&of_speed(*x));
+        let grid: Vec<f64> = self.grid(end, force).into_iter().filter(within).collect();
+        let found = changes(&grid, |x| self.verdict(x, of_speed(x)));
+        let mut search = search(range, found, |x| (x, frequency(x, of_speed(x))));
+        for change in &mut search.changes {
+            let x = change.value;
+            change.value = of_speed(x);
+            // If the speed falls with rising force, above in speed is below in force.
+            let rising = of_speed(x * (1.0 + 1e-6)) > of_speed(x * (1.0 - 1e-6));
+            change.unstable_above = change.unstable_above == rising;
+        }
+        search.changes.sort_by(|a, b| a.value.total_cmp(&b.value));
+        search
+    }
+
+    pub(super) fn critical_damping(&self, force: f64, x: f64, scale: fn(f64) -> (f64, f64)) -> Search {
+        let with = |k: f64| {
+            let (rotor, stator) = scale(k);
+            self.damped(rotor, stator)
+        };
+        let coarse: Vec<f64> = multiples().step_by(4).collect();
+        let found = changes(&coarse, |k| {
+            let (system, crossings) = with(k);
+            self.verdict_of(&system, &crossings, x, force)
+        });
+        search((1.0 / MULTIPLES, MULTIPLES), found, |k| {
+            let (system, crossings) = with(k);
+            (x, self.frequency(&system, &crossings, x, force))
+        })
+    }
+}
+
+/// Changes of stability (value, unstable above), or the verdict for the whole range.
+type Found = (Vec<(f64, bool)>, Option<Verdict>);
+
+/// Result of a search in a range. `at` returns relative velocity and frequency of the neutral motion at a change.
+fn search((from, to): (f64, f64), (found, throughout): Found, at: impl Fn(f64) -> (f64, Option<f64>)) -> Search {
+    let change = |(value, unstable_above): (f64, bool)| {
+        let (relative_velocity, frequency) = at(value);
+        Change {
+            value,
+            relative_velocity,
+            frequency,
+            unstable_above,
+        }
+    };
+    Search {
+        from,
+        to,
+        changes: found.into_iter().map(change).collect(),
+        throughout,
+    }
+}
+
+/// Bisection to the last digit: `holds` changes its value between `below` and `above`.
+fn turn(mut below: f64, mut above: f64, holds: impl Fn(f64) -> bool) -> f64 {
+    let first = holds(below);
+    loop {
+        let middle = 0.5 * (below + above);
+        if middle <= below || middle >= above {
+            return above;
+        }
+        if holds(middle) == first {
+            below = middle;
+        } else {
+            above = middle;
+        }
+    }
+}
+
+fn changes(grid: &[f64], verdict: impl Fn(f64) -> Verdict) -> Found {
+    let known: Vec<(f64, Verdict)> = grid.iter().map(|&value| (value, verdict(value))).collect();
+    let is_unstable = |value: f64| verdict(value).is_unstable();
+    let pairs = known.windows(2).map(|pair| (pair[0], pair[1]));
+    let pairs = pairs.filter(|(a, b)| a.1.is_unstable() != b.1.is_unstable());
+    let found = pairs.map(|(a, b)| (turn(a.0, b.0, is_unstable), b.1.is_unstable()));
+    let found: Vec<(f64, bool)> = found.collect();
+    let throughout = match (found.is_empty(), known.first()) {
+        // A mixture of stable and neutral points is neutral.
+        (true, Some(first)) if known.iter().all(|(_, verdict)| *verdict == first.1) => Some(first.1),
+        (true, Some(first)) if !first.1.is_unstable() => Some(Verdict::Neutral),
+        _ => None,
+    };
+    (found, throughout)
+}
+
+fn multiples() -> impl Iterator<Item = f64> {
+    let count = 6 * POINTS;
+    (0..=count).map(move |k| MULTIPLES.powf(2.0 * f64::from(k) / f64::from(count) - 1.0))
+}
+
+fn twists(side: &Side, external: f64, interface: f64, speed: f64) -> Vec<f64> {
+    let mut torque = interface;
+    (0..side.shafts())
+        .map(|i| {
+            let own = if side.takes_torque[i] { external } else { 0.0 };
+            torque += side.sign * (side.viscous[i] * speed - own);
+            torque / side.stiffness[i]
+        })
+        .collect()
+}

@@ -1,0 +1,381 @@
+//! Work-precision study: methods and tolerances on one case against a reference.
+//!
+//! Errors are those of event times, since hybrid runs cannot be compared pointwise: first stick, final stick, and the
+//! largest over all events. The last requires the reference's sequence; the first two only need such a stick in both
+//! runs.
+
+mod study;
+
+pub use crate::study::StudySource;
+pub use study::{Knob, ReferenceChoice, STUDIES, Study};
+
+use study::{FALLBACK, TIGHTEST};
+
+use super::exact::request as oracle_request;
+use super::truth::Truth;
+use serde::{Serialize, Serializer};
+use std::ops::ControlFlow;
+use std::time::{Duration, Instant};
+use stickslip_case::{Case, ExactCase};
+use stickslip_engine::run::Run;
+use stickslip_engine::simulation::{Method, RunReport};
+use stickslip_oracle::{OracleError, OracleRequest, solve};
+use stickslip_system::record::{Event, EventKind, NoRecorder};
+
+/// Error of a study.
+#[derive(Debug, thiserror::Error)]
+pub enum StudyError {
+    /// Unusable file of true events.
+    #[error("{0}")]
+    Truth(String),
+    /// The reference cannot be computed.
+    #[error("{0}")]
+    NoReference(String),
+}
+
+/// Reference events of a study.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Reference {
+    /// Origin, in words.
+    pub description: String,
+    /// Kinds and times (s), in order.
+    pub events: Vec<(EventKind, f64)>,
+    /// Uncertainty of each time, s: distance to an independent method, or spacing of doubles for exact times.
+    pub uncertainties: Vec<f64>,
+}
+
+/// Errors of one run, s; `None` if they cannot be compared.
+#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize)]
+pub struct Errors {
+    /// Error of the first stick.
+    pub onset: Option<f64>,
+    /// Error of the stick that ends the run.
+    pub final_stick: Option<f64>,
+    /// Largest error over all events, if the sequence is the reference's.
+    #[serde(rename = "largest_event")]
+    pub largest: Option<f64>,
+}
+
+/// One run of a study.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Measurement {
+    /// Integration method.
+    #[serde(serialize_with = "by_name")]
+    pub method: Method,
+    /// Tolerance or step.
+    #[serde(flatten)]
+    pub knob: Knob,
+    /// Errors against the reference.
+    #[serde(rename = "error")]
+    pub errors: Errors,
+    /// Number of events in the sequence.
+    pub events: usize,
+    /// Whether the sequence is the reference's.
+    pub same_sequence: bool,
+    /// Accepted steps.
+    pub steps: u64,
+    /// Calls of the right-hand side.
+    pub rhs_evaluations: u64,
+    /// Evaluations of the Jacobian.
+    pub jacobian_evaluations: u64,
+    /// Least wall time of the repetitions, s.
+    pub wall_time: f64,
+    /// Reason of a failure.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub failure: Option<String>,
+}
+
+fn by_name<S: Serializer>(method: &Method, serializer: S) -> Result<S::Ok, S::Error> {
+    serializer.serialize_str(method.name())
+}
+
+/// Results of a study.
+#[derive(Debug, Clone, PartialEq)]
+pub struct StudyResult {
+    /// Reference of the errors.
+    pub reference: Reference,
+    /// Uncertainty of the reference in each error.
+    pub uncertainty: Errors,
+    /// Runs in the order of the study.
+    pub measurements: Vec<Measurement>,
+    /// Whether the study was interrupted.
+    pub interrupted: bool,
+}
+
+/// Progress of a study.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct StudyProgress {
+    /// Finished runs, including the reference's.
+    pub done: usize,
+    /// Total number of runs.
+    pub of: usize,
+    /// Method of the current run.
+    pub method: Method,
+}
+
+/// Runs a study. `control` is polled; `Break` ends the study with its results so far, or `None` without the reference.
+/// Fails without a reference; failed runs are [`Measurement`]s with a failure.
+pub fn run(
+    study: &Study,
+    control: &mut dyn FnMut(StudyProgress) -> ControlFlow<()>,
+) -> Result<Option<StudyResult>, StudyError> {
+    let of = study.reference_cases.len() + study.runs.len();
+    let mut done = 0;
+    let Some(reference) = reference(study, &mut |method, finished| {
+        done += usize::from(finished);
+        control(StudyProgress { done, of, method })
+    })?
+    else {
+        return Ok(None);
+    };
+    let mut result = StudyResult {
+        uncertainty: uncertainty(&reference),
+        reference,
+        measurements: Vec::with_capacity(study.runs.len()),
+        interrupted: false,
+    };
+    for (method, knob, case) in &study.runs {
+        let progress = StudyProgress {
+            done,
+            of,
+            method: *method,
+        };
+        let control = &mut || control(progress);
+        let Some(measurement) = measure(*method, *knob, case, &result.reference, study.repeat, control) else {
+            result.interrupted = true;
+            break;
+        };
+        result.measurements.push(measurement);
+        done += 1;
+    }
+    Ok(Some(result))
+}
+
+type Sequence = Vec<(EventKind, f64)>;
+
+fn sequence(events: &[Event]) -> Sequence {
+    let events = events.iter().filter(|event| event.kind.in_event_sequence());
+    events.map(|event| (event.kind, event.time)).collect()
+}
+
+fn integrate(case: &Case, control: &mut dyn FnMut() -> ControlFlow<()>) -> Result<Option<RunReport>, String> {
+    let mut recorder = NoRecorder;
+    match Run::new(case).record(&mut recorder).control(|_| control()).start() {
+        Ok(report) => Ok((!report.interrupted).then_some(report)),
+        Err(failure) => Err(failure.to_string()),
+    }
+}
+
+fn reference(
+    study: &Study,
+    control: &mut dyn FnMut(Method, bool) -> ControlFlow<()>,
+) -> Result<Option<Reference>, StudyError> {
+    let reference = match &study.reference {
+        ReferenceChoice::Truth(path) => {
+            let truth = Truth::read(path).map_err(StudyError::Truth)?;
+            if let Some((_, _, case)) = study.runs.first() {
+                truth.check_case(case).map_err(StudyError::Truth)?;
+            }
+            Reference {
+                description: format!("{}: {}", path.display(), truth.method),
+                uncertainties: truth.events.iter().map(|event| event.1.next_up() - event.1).collect(),
+                events: truth.events,
+            }
+        }
+        ReferenceChoice::Oracle(exact) => match by_oracle(study, exact, control) {
+            Ok(Some(reference)) => reference,
+            Ok(None) => return Ok(None),
+            Err(why) => {
+                let Some(mut reference) = by_runs(study, FALLBACK, TIGHTEST, control)? else {
+                    return Ok(None);
+                };
+                reference.description += &format!("; the oracle was not used: {why}");
+                reference
+            }
+        },
+        ReferenceChoice::Runs { method, check, rtol } => match by_runs(study, [*method, *check], *rtol, control)? {
+            Some(reference) => reference,
+            None => return Ok(None),
+        },
+    };
+    if reference.events.is_empty() {
+        let why = "the reference has no event of the sequence (no stick, slip, reversal, separation or contact): let the case run longer";
+        return Err(StudyError::NoReference(why.to_owned()));
+    }
+    Ok(Some(reference))
+}
+
+/// Reference from one run and the distance to another by an independent method; `None` if interrupted.
+fn by_runs(
+    study: &Study,
+    [method, check]: [Method; 2],
+    rtol: f64,
+    control: &mut dyn FnMut(Method, bool) -> ControlFlow<()>,
+) -> Result<Option<Reference>, StudyError> {
+    let mut sequences = Vec::with_capacity(2);
+    for case in &study.reference_cases {
+        let by = case.solver.method;
+        let report = integrate(case, &mut || control(by, false));
+        let report = report.map_err(|failure| {
+            let by = by.name();
+            StudyError::NoReference(format!(
+                "the reference cannot be computed: method {by} fails: {failure}; name other methods in [reference], or a truth"
+            ))
+        })?;
+        let Some(report) = report else {
+            return Ok(None);
+        };
+        if control(by, true).is_break() {
+            return Ok(None);
+        }
+        sequences.push(sequence(&report.events));
+    }
+    let checked = sequences.pop().unwrap_or_default();
+    let events = sequences.pop().unwrap_or_default();
+    if !alike(&events, &checked) {
+        let parting = events.iter().zip(&checked).position(|(a, b)| a.0 != b.0);
+        let parting = parting.unwrap_or(events.len().min(checked.len()));
+        let time = events
+            .get(parting)
+            .or(checked.get(parting))
+            .map_or(f64::NAN, |event| event.1);
+        return Err(StudyError::NoReference(format!(
+            "there is no reference: {} and {} at rtol {rtol:e} disagree in the sequence of events ({} and {}), first at t = {time:.9} s, \
+             so no error can be measured. Without a perturbation that stands above rounding no method converges: set one, tighten \
+             reference.rtol, or name a truth",
+            method.name(),
+            check.name(),
+            events.len(),
+            checked.len()
+        )));
+    }
+    Ok(Some(Reference {
+        description: format!(
+            "{} at rtol {rtol:e}; its uncertainty is the distance of {} at the same tolerance",
+            method.name(),
+            check.name()
+        ),
+        uncertainties: events.iter().zip(&checked).map(|(a, b)| (a.1 - b.1).abs()).collect(),
+        events,
+    }))
+}
+
+const LONGEST: Duration = Duration::from_secs(30);
+
+/// Digits of the oracle's events: more than a double has.
+const DIGITS: u32 = 18;
+
+/// Exact events; `None` if interrupted.
+fn by_oracle(
+    study: &Study,
+    exact: &ExactCase,
+    control: &mut dyn FnMut(Method, bool) -> ControlFlow<()>,
+) -> Result<Option<Reference>, String> {
+    let (by, _, case) = study.runs.first().ok_or("the study has no run")?;
+    let request = OracleRequest {
+        threshold: exact.threshold.clone(),
+        ..oracle_request(&case.solver, &case.output, DIGITS, LONGEST)
+    };
+    let solution = match solve(&exact.system, &request, &mut |_| control(*by, false)) {
+        Ok(solution) => solution,
+        Err(OracleError::Interrupted(_)) => return Ok(None),
+        Err(error) => return Err(error.to_string()),
+    };
+    for _ in &study.reference_cases {
+        if control(*by, true).is_break() {
+            return Ok(None);
+        }
+    }
+    let events = solution.report.events.iter().zip(&solution.errors);
+    let in_word = events.filter(|(event, _)| event.kind.in_event_sequence());
+    let (events, uncertainties) = in_word
+        .map(|(event, error)| {
+            let time = event.time.to_f64();
+            ((event.kind, time), error.max(time.next_up() - time))
+        })
+        .unzip();
+    Ok(Some(Reference {
+        description: format!(
+            "the oracle with {} digits; its uncertainty is the distance of neighbouring doubles",
+            solution.digits_computed
+        ),
+        events,
+        uncertainties,
+    }))
+}
+
+fn alike(a: &[(EventKind, f64)], b: &[(EventKind, f64)]) -> bool {
+    a.len() == b.len() && a.iter().zip(b).all(|(a, b)| a.0 == b.0)
+}
+
+fn sticks(events: &[(EventKind, f64)]) -> [Option<usize>; 2] {
+    let first = events.iter().position(|event| event.0 == EventKind::Stick);
+    let last = events.len().checked_sub(1).filter(|&k| events[k].0 == EventKind::Stick);
+    [first, last]
+}
+
+fn uncertainty(reference: &Reference) -> Errors {
+    let [onset, final_stick] = sticks(&reference.events).map(|k| k.map(|k| reference.uncertainties[k]));
+    Errors {
+        onset,
+        final_stick,
+        largest: Some(reference.uncertainties.iter().copied().fold(0.0, f64::max)),
+    }
+}
+
+fn errors(reference: &Reference, events: &[(EventKind, f64)]) -> Errors {
+    let (there, here) = (sticks(&reference.events), sticks(events));
+    let error = |here: usize, there: usize| (events[here].1 - reference.events[there].1).abs();
+    let [onset, final_stick] = [0, 1].map(|k| Some(error(here[k]?, there[k]?)));
+    let largest = alike(events, &reference.events).then(|| (0..events.len()).map(|k| error(k, k)).fold(0.0, f64::max));
+    Errors {
+        onset,
+        final_stick,
+        largest,
+    }
+}
+
+fn measure(
+    method: Method,
+    knob: Knob,
+    case: &Case,
+    reference: &Reference,
+    repeat: usize,
+    control: &mut dyn FnMut() -> ControlFlow<()>,
+) -> Option<Measurement> {
+    let mut measurement = Measurement {
+        method,
+        knob,
+        errors: Errors::default(),
+        events: 0,
+        same_sequence: false,
+        steps: 0,
+        rhs_evaluations: 0,
+        jacobian_evaluations: 0,
+        wall_time: f64::INFINITY,
+        failure: None,
+    };
+    for _ in 0..repeat {
+        let clock = Instant::now();
+        let result = integrate(case, control);
+        measurement.wall_time = measurement.wall_time.min(clock.elapsed().as_secs_f64());
+        match result {
+            Ok(None) => return None,
+            Ok(Some(report)) => {
+                let events = sequence(&report.events);
+                measurement.errors = errors(reference, &events);
+                measurement.events = events.len();
+                measurement.same_sequence = alike(&events, &reference.events);
+                let sum = |of: fn(&stickslip_engine::simulation::SolverWork) -> u64| report.work.iter().map(of).sum();
+                measurement.steps = sum(|w| w.steps);
+                measurement.rhs_evaluations = sum(|w| w.rhs_evaluations);
+                measurement.jacobian_evaluations = sum(|w| w.jacobian_evaluations);
+            }
+            Err(failure) => {
+                measurement.failure = Some(failure);
+                return Some(measurement);
+            }
+        }
+    }
+    Some(measurement)
+}

@@ -1,0 +1,271 @@
+//! Exploration of all parameters with which the held targets hold.
+
+use super::evaluate::{Evaluation, Evaluator, Halted};
+use super::local::{apart, farthest, least_worst};
+use chacha20::ChaCha8Rng;
+use chacha20::rand_core::{Rng, SeedableRng};
+
+/// Bounds of a parameter by the data.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Determined {
+    /// Bounded on both sides within the range.
+    Both = 0,
+    /// Open to the lower end of the range.
+    FromAboveOnly = 1,
+    /// Open to the upper end of the range.
+    FromBelowOnly = 2,
+    /// Open to both ends of the range.
+    Not = 3,
+}
+
+impl Determined {
+    /// All kinds, in the order of their codes.
+    pub const ALL: [Determined; 4] = [
+        Determined::Both,
+        Determined::FromAboveOnly,
+        Determined::FromBelowOnly,
+        Determined::Not,
+    ];
+
+    /// Name in a word.
+    pub fn name(self) -> &'static str {
+        match self {
+            Determined::Both => "determined",
+            Determined::FromAboveOnly => "bounded-above",
+            Determined::FromBelowOnly => "bounded-below",
+            Determined::Not => "undetermined",
+        }
+    }
+}
+
+/// Values of one parameter for which the held targets hold together, for some values of the others.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Interval {
+    /// Least value, in the key's SI unit. The targets hold at both ends.
+    pub least: f64,
+    /// Largest value, in the same unit.
+    pub largest: f64,
+    /// The ends as shares of the range, in the order of the range.
+    pub shares: [f64; 2],
+    /// Sides that the measured numbers bound.
+    pub determined: Determined,
+}
+
+/// Correlation of two parameters where the targets hold.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Correlation {
+    /// Indices of the free parameters.
+    pub parameters: [usize; 2],
+    /// Pearson's coefficient of the positions in the ranges, -1 to 1; NaN if a parameter does not vary.
+    pub coefficient: f64,
+}
+
+/// Distance from an end, as a share of the range, within which an interval reaches it.
+const AT_THE_END: f64 = 0.01;
+
+/// Chains that walk through the region: per parameter, and in addition.
+const CHAINS: [usize; 2] = [8, 16];
+/// Steps of the chains: the first half spreads them over the region, the second counts for the correlations.
+const STEPS: usize = 24;
+
+/// Bounds on the residuals of the chains before the final 1. Each bound has `WIDE_STEPS` steps.
+const WIDENINGS: [f64; 4] = [16.0, 8.0, 4.0, 2.0];
+const WIDE_STEPS: usize = 6;
+
+/// Distance between starts for further parts, as a share of the extent of residuals up to [`NEARBY`].
+const PARTS_APART: f64 = 1.0 / 16.0;
+const NEARBY: f64 = 4.0;
+
+/// Explores the region where `members` hold, into `pool`. Returns an even sample from the second half of the steps.
+pub(super) fn explore(
+    evaluator: &Evaluator,
+    pool: &mut Vec<Evaluation>,
+    members: &[usize],
+    optimum: &Evaluation,
+    progress: &mut dyn FnMut(usize, usize),
+) -> Result<Vec<Vec<f64>>, Halted> {
+    let dimensions = optimum.shares.len();
+    let total = WIDENINGS.len() * WIDE_STEPS + STEPS + 5;
+    let mut done = 0;
+    let mut step_done = || {
+        done += 1;
+        progress(done, total);
+    };
+    // From the optimum, with steps that a half-width allows along each parameter.
+    for _ in 0..2 {
+        let reach = reach_of(pool, members, 1.0, optimum);
+        extremes(evaluator, pool, members, reach)?;
+        step_done();
+    }
+    let mut random = ChaCha8Rng::seed_from_u64(u64::from(evaluator.study.search.seed));
+    // Quantities jump, so the region may have several parts; wider intervals connect them.
+    for widening in WIDENINGS {
+        let mut chains = chains_within(pool, members, widening, dimensions);
+        for step in 0..WIDE_STEPS {
+            walk(evaluator, pool, members, widening, &mut chains, step, &mut random)?;
+            step_done();
+        }
+    }
+    let near = reach_of(pool, members, NEARBY, optimum) * PARTS_APART;
+    let outside: Vec<Evaluation> = pool
+        .iter()
+        .filter(|point| point.worst(members) > 1.0)
+        .cloned()
+        .collect();
+    let starts = apart(&outside, members, evaluator.study.search.starts, near);
+    let search = |start: &Evaluation| least_worst(evaluator, start, members, near, 1);
+    evaluator.each(pool, &starts, search, &mut |_| {})?;
+    step_done();
+    let mut chains = chains_within(pool, members, 1.0, dimensions);
+    let mut sample = Vec::new();
+    for step in 0..STEPS {
+        walk(evaluator, pool, members, 1.0, &mut chains, step, &mut random)?;
+        if step >= STEPS / 2 {
+            sample.extend(chains.iter().cloned());
+        }
+        step_done();
+    }
+    for _ in 0..2 {
+        let reach = reach_of(pool, members, 1.0, optimum) / 4.0;
+        extremes(evaluator, pool, members, reach)?;
+        step_done();
+    }
+    Ok(sample)
+}
+
+/// Chains at points with residuals up to `widening`, evenly over the known points, so that no part is missed.
+fn chains_within(pool: &[Evaluation], members: &[usize], widening: f64, dimensions: usize) -> Vec<Vec<f64>> {
+    let inside: Vec<&Evaluation> = pool.iter().filter(|point| point.worst(members) <= widening).collect();
+    let count = CHAINS[0] * dimensions + CHAINS[1];
+    (0..count)
+        .map(|chain| inside[chain * inside.len() / count].shares.clone())
+        .collect()
+}
+
+fn walk(
+    evaluator: &Evaluator,
+    pool: &mut Vec<Evaluation>,
+    members: &[usize],
+    widening: f64,
+    chains: &mut [Vec<f64>],
+    step: usize,
+    random: &mut ChaCha8Rng,
+) -> Result<(), Halted> {
+    let proposals: Vec<Vec<f64>> = (0..chains.len())
+        .map(|chain| propose(chains, chain, step, random))
+        .collect();
+    let run = |shares: &Vec<f64>| match shares.iter().all(|share| (0.0..=1.0).contains(share)) {
+        true => evaluator.run(shares).map(Some),
+        false => Ok(None),
+    };
+    let places = evaluator.each(pool, &proposals, run, &mut |_| {})?;
+    for (chain, place) in chains.iter_mut().zip(places.windows(2)) {
+        if let Some(found) = pool[place[0]..place[1]].first()
+            && found.worst(members) <= widening
+        {
+            chain.clone_from(&found.shares);
+        }
+    }
+    Ok(())
+}
+
+/// Step of differential evolution (C. J. F. ter Braak, 2006) along the difference of two other chains, which adapts to
+/// the region. Every fifth step has the full difference, to jump between islands.
+fn propose(chains: &[Vec<f64>], chain: usize, step: usize, random: &mut ChaCha8Rng) -> Vec<f64> {
+    let mut other = |not: &[usize]| {
+        loop {
+            let pick = (random.next_u64() % chains.len() as u64) as usize;
+            if !not.contains(&pick) {
+                return pick;
+            }
+        }
+    };
+    let a = other(&[chain]);
+    let b = other(&[chain, a]);
+    let dimensions = chains[chain].len();
+    let length = if step % 5 == 4 {
+        1.0
+    } else {
+        2.38 / (2.0 * dimensions as f64).sqrt()
+    };
+    (0..dimensions)
+        .map(|k| {
+            // Separates chains that began at one point.
+            let jitter = 1e-6 * (random.next_u64() as f64 / u64::MAX as f64 - 0.5);
+            chains[chain][k] + length * (chains[a][k] - chains[b][k]) + jitter
+        })
+        .collect()
+}
+
+fn extremes(evaluator: &Evaluator, pool: &mut Vec<Evaluation>, members: &[usize], reach: f64) -> Result<(), Halted> {
+    let feasible = || pool.iter().filter(|point| point.worst(members) <= 1.0);
+    let mut searches: Vec<(usize, f64, Evaluation)> = Vec::new();
+    for parameter in 0..evaluator.study.runs.axes.len() {
+        for sign in [1.0, -1.0] {
+            let place = |point: &Evaluation| sign * point.shares[parameter];
+            let start = feasible().min_by(|a, b| place(a).total_cmp(&place(b)));
+            searches.extend(start.map(|start| (parameter, sign, start.clone())));
+        }
+    }
+    let search = |(parameter, sign, start): &(usize, f64, Evaluation)| {
+        farthest(evaluator, start, members, *parameter, *sign, reach)
+    };
+    evaluator.each(pool, &searches, search, &mut |_| {}).map(drop)
+}
+
+/// Extent of the points with residuals up to `widening` from the optimum, in shares of the ranges; at least 1e-5.
+pub(super) fn reach_of(pool: &[Evaluation], members: &[usize], widening: f64, optimum: &Evaluation) -> f64 {
+    let distance = |point: &Evaluation| {
+        let pairs = point.shares.iter().zip(&optimum.shares);
+        pairs.fold(0.0_f64, |far, (a, b)| far.max((a - b).abs()))
+    };
+    let inside = pool.iter().filter(|point| point.worst(members) <= widening);
+    inside.map(distance).fold(1e-5, f64::max).min(0.25)
+}
+
+pub(super) fn intervals(evaluator: &Evaluator, pool: &[Evaluation], members: &[usize]) -> Vec<Interval> {
+    let axes = evaluator.study.runs.axes.iter().enumerate();
+    let interval = |(k, axis): (usize, &crate::sweep::Axis)| {
+        let inside = pool.iter().filter(|point| point.worst(members) <= 1.0);
+        let shares = inside.fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], point| {
+            [low.min(point.shares[k]), high.max(point.shares[k])]
+        });
+        let [a, b] = shares.map(|share| axis.at(share).as_number().unwrap_or(f64::NAN));
+        // A range may begin at its larger end.
+        let falling = axis.range.is_some_and(|range| range.from > range.to);
+        let ends = [shares[0] < AT_THE_END, shares[1] > 1.0 - AT_THE_END];
+        let [at_least, at_largest] = if falling { [ends[1], ends[0]] } else { ends };
+        let determined = match (at_least, at_largest) {
+            (false, false) => Determined::Both,
+            (true, false) => Determined::FromAboveOnly,
+            (false, true) => Determined::FromBelowOnly,
+            (true, true) => Determined::Not,
+        };
+        Interval {
+            least: a.min(b),
+            largest: a.max(b),
+            shares,
+            determined,
+        }
+    };
+    axes.map(interval).collect()
+}
+
+/// Correlations of all pairs of parameters in a sample of the region.
+pub fn correlations(sample: &[Vec<f64>]) -> Vec<Correlation> {
+    let dimensions = sample.first().map_or(0, Vec::len);
+    let count = sample.len() as f64;
+    let mean = |k: usize| sample.iter().map(|point| point[k]).sum::<f64>() / count;
+    let means: Vec<f64> = (0..dimensions).map(mean).collect();
+    let covariance = |a: usize, b: usize| {
+        let products = sample.iter().map(|point| (point[a] - means[a]) * (point[b] - means[b]));
+        products.sum::<f64>() / count
+    };
+    let pairs = (0..dimensions).flat_map(|a| (a + 1..dimensions).map(move |b| [a, b]));
+    pairs
+        .map(|[a, b]| Correlation {
+            parameters: [a, b],
+            coefficient: covariance(a, b) / (covariance(a, a) * covariance(b, b)).sqrt(),
+        })
+        .collect()
+}

@@ -1,0 +1,358 @@
+//! Steps of a calibration: sample, local searches, setting targets aside, exploration of the region.
+
+use super::evaluate::{Evaluation, Evaluator, Halted};
+use super::local::{apart, least, least_worst};
+use super::region::{Correlation, Interval, correlations, explore, intervals, reach_of};
+use super::study::CalibrationStudy;
+use super::target::{Role, TargetResult};
+use crate::sweep::sobol;
+use std::sync::atomic::AtomicBool;
+
+/// Options of a calibration.
+pub struct CalibrationOptions<'a> {
+    /// Number of threads; it does not change the result.
+    pub workers: usize,
+    /// Flag that ends the calibration in good order.
+    pub stop: &'a AtomicBool,
+}
+
+/// Progress of a calibration.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct CalibrationProgress {
+    /// Name of the stage.
+    pub stage: &'static str,
+    /// Finished parts of the stage.
+    pub done: usize,
+    /// Parts of the stage.
+    pub total: usize,
+}
+
+/// Result of a calibration.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Calibration {
+    /// Whether the calibration was interrupted; it then has the runs so far and the best of them.
+    pub interrupted: bool,
+    /// Best point, as shares of the ranges.
+    pub shares: Vec<f64>,
+    /// Parameters of the best point, in the SI units of their keys.
+    pub parameters: Vec<f64>,
+    /// Largest residual of the held targets at the best point, in half-widths.
+    pub worst: f64,
+    /// Best compromise between all targets, if some were set aside.
+    pub compromise: Option<Compromise>,
+    /// Targets in the order of the study.
+    pub targets: Vec<TargetResult>,
+    /// Interval of every parameter; empty after an early interruption.
+    pub intervals: Vec<Interval>,
+    /// Correlation of every pair of parameters; empty after an early interruption.
+    pub correlations: Vec<Correlation>,
+    /// All runs: parameters as shares of the ranges, and summary or reason of a failure.
+    pub runs: Vec<(Vec<f64>, Result<crate::sweep::Values, String>)>,
+    /// Number of failed runs in [`Self::runs`].
+    pub failed: usize,
+}
+
+/// Point that minimises the largest residual of all targets within reach.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Compromise {
+    /// Parameters in the SI units of their keys.
+    pub parameters: Vec<f64>,
+    /// Factor by which the intervals of the targets would have to be wider for all to hold; above 1.
+    pub worst: f64,
+    /// Residuals of all targets, in half-widths; infinite if the run lacks the quantity.
+    pub residuals: Vec<f64>,
+}
+
+/// Error of a calibration.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+pub enum CalibrationError {
+    /// No parameters were found; reason and remedy.
+    #[error("{0}")]
+    Failed(String),
+    /// The calibration was interrupted before a first run.
+    #[error("interrupted before the first run was done")]
+    NothingRun,
+}
+
+/// Local searches for one of many questions.
+const FEWER: usize = 4;
+
+/// Rounds of a local search: main search, and side question.
+const ROUNDS: [u32; 2] = [3, 2];
+
+/// Distance of starts within the region of valid targets, as a share of its extent.
+const NEAR: f64 = 0.125;
+
+struct Calibrating<'a, 'b> {
+    evaluator: Evaluator<'a>,
+    pool: Vec<Evaluation>,
+    progress: &'b mut dyn FnMut(CalibrationProgress),
+}
+
+/// Finds the parameters of a study. Fails without a start; contradictions and interruptions are part of the result.
+pub fn calibrate(
+    study: &CalibrationStudy,
+    options: &CalibrationOptions,
+    progress: &mut dyn FnMut(CalibrationProgress),
+) -> Result<Calibration, CalibrationError> {
+    let mut state = Calibrating {
+        evaluator: Evaluator {
+            study,
+            workers: options.workers,
+            stop: options.stop,
+        },
+        pool: Vec::new(),
+        progress,
+    };
+    let fitted: Vec<usize> = (0..study.targets.len())
+        .filter(|&k| study.targets[k].weight > 0.0)
+        .collect();
+    let mut answer = Answer {
+        held: fitted.clone(),
+        ..Answer::default()
+    };
+    let interrupted = state.find(&fitted, &mut answer).is_err();
+    let failures = state.pool.iter().filter_map(|point| point.result.as_ref().err());
+    let failed = failures.clone().count();
+    if failed == state.pool.len() {
+        let first = failures.clone().next().ok_or(CalibrationError::NothingRun)?;
+        return Err(CalibrationError::Failed(format!(
+            "all {failed} runs failed, the first with: {first}. Change the ranges of the free parameters"
+        )));
+    }
+    let nearest = |k: usize| least(&state.pool, &[k]).map_or(f64::INFINITY, |point| point.residuals[k]);
+    if answer.held.is_empty() {
+        let near = fitted.iter().copied();
+        let near = near.min_by(|&a, &b| nearest(a).abs().total_cmp(&nearest(b).abs()));
+        let near = near.ok_or(CalibrationError::NothingRun)?;
+        return Err(CalibrationError::Failed(format!(
+            "no target holds anywhere in the ranges of the free parameters; the nearest is {}, {:.1} half-widths off. Widen the \
+             ranges, or free other parameters",
+            study.targets[near].name(),
+            nearest(near)
+        )));
+    }
+    let best = least(&state.pool, &answer.held).ok_or(CalibrationError::NothingRun)?;
+    let mut reachable = fitted.clone();
+    reachable.retain(|k| !answer.out_of_reach.contains(k));
+    let worst = |members: &[usize]| least(&state.pool, members).map_or(f64::INFINITY, |point| point.worst(members));
+    let result = |k: usize| {
+        let values = best.result.as_ref().ok();
+        let mut result = TargetResult {
+            role: Role::Compared,
+            here: values.map_or(f64::NAN, |values| values[study.targets[k].quantity]),
+            residual: values.map_or(f64::NAN, |values| study.targets[k].residual(values)),
+            nearest: nearest(k),
+            instead: Vec::new(),
+            together: f64::NAN,
+        };
+        if answer.held.contains(&k) {
+            result.role = Role::Held;
+        } else if answer.out_of_reach.contains(&k) {
+            result.role = Role::OutOfReach;
+        } else if answer.contradicting.contains(&k) {
+            result.role = Role::Contradicts;
+            result.together = worst(&[answer.held.as_slice(), &[k]].concat());
+            result.instead = answer.held.clone();
+            result.instead.retain(|&other| worst(&answer.swapped(k, other)) <= 1.0);
+        }
+        result
+    };
+    Ok(Calibration {
+        interrupted,
+        shares: best.shares.clone(),
+        parameters: study.parameters(&best.shares),
+        worst: best.worst(&answer.held),
+        compromise: least(&state.pool, &reachable)
+            .filter(|point| !answer.contradicting.is_empty() && point.worst(&reachable).is_finite())
+            .map(|point| Compromise {
+                parameters: study.parameters(&point.shares),
+                worst: point.worst(&reachable),
+                residuals: point.residuals.clone(),
+            }),
+        targets: (0..study.targets.len()).map(result).collect(),
+        intervals: answer.intervals,
+        correlations: answer.correlations,
+        failed,
+        runs: state
+            .pool
+            .into_iter()
+            .map(|point| (point.shares, point.result))
+            .collect(),
+    })
+}
+
+#[derive(Default)]
+struct Answer {
+    held: Vec<usize>,
+    contradicting: Vec<usize>,
+    out_of_reach: Vec<usize>,
+    intervals: Vec<Interval>,
+    correlations: Vec<Correlation>,
+}
+
+impl Answer {
+    fn swapped(&self, k: usize, other: usize) -> Vec<usize> {
+        let rest = self.held.iter().copied().filter(|&held| held != other);
+        rest.chain([k]).collect()
+    }
+}
+
+impl Calibrating<'_, '_> {
+    fn find(&mut self, fitted: &[usize], answer: &mut Answer) -> Result<(), Halted> {
+        let search = self.evaluator.study.search;
+        self.sample(search.points)?;
+        if self.pool.iter().all(|point| point.result.is_err()) {
+            return Ok(());
+        }
+        // A target that cannot hold alone cannot hold with others.
+        for &k in fitted {
+            if self.worst(&[k]) > 1.0 {
+                let wide = self.spacing();
+                self.improve(&[k], FEWER, ROUNDS[1], wide, "reaching for one target")?;
+            }
+            if self.worst(&[k]) > 1.0 {
+                answer.out_of_reach.push(k);
+            }
+        }
+        answer.held.retain(|k| !answer.out_of_reach.contains(k));
+        if answer.held.is_empty() {
+            return Ok(());
+        }
+        let wide = self.spacing();
+        self.improve(&answer.held, search.starts, ROUNDS[0], wide, "local searches")?;
+        while self.worst(&answer.held) > 1.0 && answer.held.len() > 1 {
+            let without = answer.held.remove(self.least_missed(&answer.held)?);
+            answer.contradicting.push(without);
+        }
+        if !answer.contradicting.is_empty() {
+            self.improve(&answer.held, search.starts, ROUNDS[0], wide, "local searches")?;
+        }
+        let mut sample = self.explore(&answer.held)?;
+        // If targets jump, they may all hold in a corner of the others' region that no search from outside finds.
+        while let Some(place) = self.holds_after_all(answer)? {
+            answer.held.push(answer.contradicting.remove(place));
+            answer.held.sort_unstable();
+            sample = self.explore(&answer.held)?;
+        }
+        while let Some((place, later)) = self.does_as_well(answer) {
+            let earlier = std::mem::replace(&mut answer.contradicting[place], later);
+            answer.held.retain(|&held| held != later);
+            answer.held.push(earlier);
+            answer.held.sort_unstable();
+            sample = self.explore(&answer.held)?;
+        }
+        let near = self.extent(&answer.held) * NEAR;
+        self.improve(&answer.held, FEWER, ROUNDS[0], near, "the optimum")?;
+        answer.intervals = intervals(&self.evaluator, &self.pool, &answer.held);
+        answer.correlations = correlations(&sample);
+        Ok(())
+    }
+
+    /// Index of a target that was set aside but holds in the region of the held ones; the last ones are tried first.
+    fn holds_after_all(&mut self, answer: &Answer) -> Result<Option<usize>, Halted> {
+        let starts = self.evaluator.study.search.starts;
+        let near = self.extent(&answer.held) * NEAR;
+        for place in (0..answer.contradicting.len()).rev() {
+            let with = [answer.held.as_slice(), &[answer.contradicting[place]]].concat();
+            self.improve(&with, starts, ROUNDS[1], near, "targets set aside")?;
+            if self.worst(&with) <= 1.0 {
+                return Ok(Some(place));
+            }
+        }
+        Ok(None)
+    }
+
+    /// Of two targets with equal weight, the later one in the study is set aside; rounding must not decide. Returns the
+    /// index of one set aside that could replace a later held one, and the last such held one.
+    fn does_as_well(&self, answer: &Answer) -> Option<(usize, usize)> {
+        let weight = |k: usize| self.evaluator.study.targets[k].weight;
+        answer.contradicting.iter().enumerate().find_map(|(place, &k)| {
+            let later = answer.held.iter().copied().filter(|&other| other > k);
+            let mut equal = later.filter(|&other| weight(other) == weight(k)).rev();
+            equal
+                .find(|&other| self.worst(&answer.swapped(k, other)) <= 1.0)
+                .map(|other| (place, other))
+        })
+    }
+
+    fn explore(&mut self, members: &[usize]) -> Result<Vec<Vec<f64>>, Halted> {
+        let Some(optimum) = least(&self.pool, members).cloned() else {
+            return Ok(Vec::new());
+        };
+        let (stage, progress) = ("the spread", &mut *self.progress);
+        let mut show = |done: usize, total: usize| progress(CalibrationProgress { stage, done, total });
+        explore(&self.evaluator, &mut self.pool, members, &optimum, &mut show)
+    }
+
+    /// Extent of the region in which these targets hold, from the optimum, as a share of the ranges.
+    fn extent(&self, members: &[usize]) -> f64 {
+        least(&self.pool, members).map_or(0.0, |optimum| reach_of(&self.pool, members, 1.0, optimum))
+    }
+
+    fn worst(&self, members: &[usize]) -> f64 {
+        least(&self.pool, members).map_or(f64::INFINITY, |point| point.worst(members))
+    }
+
+    fn sample(&mut self, count: usize) -> Result<(), Halted> {
+        let (axes, seed) = (self.evaluator.study.runs.axes.len(), self.evaluator.study.search.seed);
+        let points = sobol(axes, count, seed);
+        self.each(&points, "sampling the ranges", |evaluator, shares| {
+            evaluator.run(shares).map(Some)
+        })
+    }
+
+    fn each<T: Sync, R: IntoIterator<Item = Evaluation> + Send>(
+        &mut self,
+        items: &[T],
+        stage: &'static str,
+        f: impl Fn(&Evaluator, &T) -> Result<R, Halted> + Sync,
+    ) -> Result<(), Halted> {
+        let (evaluator, progress, total) = (&self.evaluator, &mut *self.progress, items.len());
+        let mut show = |done: usize| progress(CalibrationProgress { stage, done, total });
+        let made = evaluator.each(&mut self.pool, items, |item| f(evaluator, item), &mut show);
+        made.map(drop)
+    }
+
+    /// Local searches for the least largest residual, from points `spacing` apart, with first steps of that size.
+    fn improve(
+        &mut self,
+        members: &[usize],
+        starts: usize,
+        rounds: u32,
+        spacing: f64,
+        stage: &'static str,
+    ) -> Result<(), Halted> {
+        let starts = apart(&self.pool, members, starts, spacing);
+        self.each(&starts, stage, |evaluator, start| {
+            least_worst(evaluator, start, members, spacing, rounds)
+        })
+    }
+
+    /// Target to set aside: among those of least weight, the one without which the others come nearest to holding.
+    fn least_missed(&mut self, members: &[usize]) -> Result<usize, Halted> {
+        let rest = |without: usize| -> Vec<usize> {
+            let others = members.iter().enumerate().filter(|(place, _)| *place != without);
+            others.map(|(_, &k)| k).collect()
+        };
+        let weight = |place: usize| self.evaluator.study.targets[members[place]].weight;
+        let least = (0..members.len()).map(weight).fold(f64::INFINITY, f64::min);
+        let candidates: Vec<usize> = (0..members.len()).filter(|&place| weight(place) == least).collect();
+        let mut best = (f64::INFINITY, candidates[0]);
+        for without in candidates {
+            let rest = rest(without);
+            self.improve(&rest, FEWER, ROUNDS[1], self.spacing(), "leaving out one target")?;
+            // Each search also helps the others; a tie goes to the first.
+            let worst = self.worst(&rest);
+            if worst < best.0 {
+                best = (worst, without);
+            }
+        }
+        Ok(best.1)
+    }
+
+    fn spacing(&self) -> f64 {
+        let search = self.evaluator.study.search;
+        0.5 * (search.points as f64).powf(-1.0 / self.evaluator.study.runs.axes.len() as f64)
+    }
+}

@@ -1,0 +1,267 @@
+//! Border of a branch, where the sequence of events changes: its location, and the branch beyond.
+
+use super::curve::{DISTANCE, border_point};
+use super::ending::EndReason;
+use super::follow::{Follower, Found, LOCATED, MOST_HALVINGS, SHORT};
+use super::manifold::{Local, Measured, What};
+use super::special::Special;
+use super::station::{Station, Trial, scaled};
+use crate::cycle::{Border, CycleError, Equations as _, Guess, tangent};
+use nalgebra::DVector;
+
+/// Relative distance at which a border is reached; the second for a quantity that vanishes like a root.
+const AT_BORDER: f64 = 1e-4;
+const AT_VANISHING: f64 = 2e-3;
+
+/// Relative distance at the last point below which the border needs no extrapolation.
+const EXACT: f64 = 1e-12;
+
+/// Points before a graze from which it is sought.
+const GRAZING: usize = 6;
+
+/// Shares of the longest step for the search beyond a border.
+const BEYOND: [f64; 6] = [1e-6, 1e-5, 1e-4, 1e-3, 1e-2, 1e-1];
+
+/// Error of closure, as a multiple of the step, above which the motion has jumped at the border.
+const JUMPED: f64 = 50.0;
+
+fn told(trial: &Result<Option<Trial>, CycleError>) -> String {
+    match trial {
+        Ok(Some(trial)) => {
+            let measured = &trial.station.measured;
+            format!(
+                "{:?}, {}, {:?}",
+                measured.guess.values, measured.sequence, measured.nearest
+            )
+        }
+        Ok(None) => "no solution".to_owned(),
+        Err(error) => error.to_string(),
+    }
+}
+
+impl<'a> Follower<'a> {
+    /// Locates the border and continues beyond it, if a step changes the sequence of events or finds no solution.
+    /// `None`: no border is there, and a shorter step may stay on the branch.
+    pub(super) fn border(
+        &mut self,
+        local: &mut Local<'a>,
+        at: (&DVector<f64>, &DVector<f64>),
+        step: f64,
+    ) -> Result<Option<Vec<Found>>, CycleError> {
+        let word = self.current.measured.word.clone();
+        let (mut low, mut high) = (0.0, step);
+        let (mut last, mut first): (Option<Trial>, Option<Trial>) = (None, None);
+        for _ in 0..MOST_HALVINGS {
+            let middle = 0.5 * (low + high);
+            if high - low <= LOCATED * step || middle <= low || middle >= high {
+                break;
+            }
+            let trial = self.trial_near(local, at, middle, step);
+            log::debug!("border at {middle:.17e}: {}", told(&trial));
+            match trial {
+                Err(CycleError::Interrupted) => return Err(CycleError::Interrupted),
+                Ok(Some(trial)) if trial.station.measured.word == word => {
+                    low = middle;
+                    last = Some(trial);
+                }
+                Ok(Some(trial)) => {
+                    high = middle;
+                    first = Some(trial);
+                }
+                Ok(None) | Err(_) => {
+                    high = middle;
+                    first = None;
+                }
+            }
+        }
+        let station = last
+            .as_ref()
+            .map_or_else(|| self.current.clone(), |trial| trial.station.clone());
+        let before = self.border_of(&station, first.as_ref());
+        let mut found = Vec::new();
+        let Some(border) = before else {
+            if step > SHORT * self.steps.longest {
+                return Ok(None);
+            }
+            let speed = |station: &Station| {
+                let (least, largest) = station.measured.relative_velocity;
+                least.abs().max(largest.abs())
+            };
+            let fastest = self.before.iter().map(speed).fold(speed(&self.current), f64::max);
+            let rests = matches!(self.manifold.what, What::Steady(_)) && speed(&station) < AT_BORDER * fastest;
+            self.accept(station.clone());
+            if !rests {
+                self.failure = Some(self.reason(local, &(at.0 + at.1 * high)));
+            }
+            if low > 0.0 {
+                found.push(Found::Point(Box::new(station)));
+            }
+            found.push(Found::End(if rests { EndReason::Rest } else { EndReason::Lost }));
+            return Ok(Some(found));
+        };
+        // Derivatives at the border itself do not indicate a special point.
+        let (low_end, high_end) = self.steps.range;
+        let value = station.measured.guess.values[0];
+        let apart = |one: &Found| match one {
+            Found::Special(_, special) => {
+                (special.measured.guess.values[0] - value).abs() > AT_BORDER * 1e-2 * (high_end - low_end)
+            }
+            _ => true,
+        };
+        found.extend(self.between(local, at, low, &station)?.into_iter().filter(apart));
+        let edge = local.unknowns(&station.measured.guess);
+        let mut beyond = None;
+        // The branch continues unless it jumps; derivatives are inaccurate near a border, so from a distant point if
+        // possible.
+        let mut at_border = None;
+        if let Some(first) = first.filter(|first| (&first.solution.x - &edge).norm() <= 1e-5 + 1e3 * (high - low)) {
+            let (station, farther) = self.away(first.station)?;
+            (at_border, beyond) = (Some(station), farther);
+        }
+        if beyond.is_none() {
+            beyond = self.folded(local, &edge, at.1, &word)?.or(at_border);
+        }
+        let (border, edge) = self.sharpened(border, station, beyond.as_ref())?;
+        // One border, seen from its two sides.
+        let border = border.seen_within();
+        found.push(Found::Special(Special::Border(border), Box::new(edge)));
+        match beyond {
+            Some(station) => {
+                self.step = 0.02 * self.steps.longest;
+                found.push(self.take(station)?);
+            }
+            None => found.push(Found::End(EndReason::Jump)),
+        }
+        Ok(Some(found))
+    }
+
+    /// Point just beyond a border with the direction away from it, and a more distant point.
+    fn away(&self, station: Station) -> Result<(Station, Option<Station>), CycleError> {
+        let guess = &station.measured.guess;
+        let mut local = self.manifold.local(guess)?;
+        let x = local.unknowns(guess);
+        let along = scaled(&local, &station.direction);
+        for step in [1e-2, 1e-3, 1e-4, 1e-5] {
+            for sign in [1.0, -1.0] {
+                let trial = self.trial(&mut local, (&x, &(&along * sign)), step * self.steps.longest);
+                log::debug!(
+                    "away by {:.1e}: {}, from {:?}",
+                    sign * step,
+                    told(&trial),
+                    station.measured.nearest
+                );
+                let trial = match trial {
+                    Err(CycleError::Interrupted) => return Err(CycleError::Interrupted),
+                    Ok(Some(trial)) => trial.station,
+                    Ok(None) | Err(_) => continue,
+                };
+                // A step back across the border has the other events.
+                if trial.measured.word == station.measured.word {
+                    let station = match sign < 0.0 {
+                        true => Station {
+                            direction: -&station.direction,
+                            tests: station.tests.turned(),
+                            ..station
+                        },
+                        false => station,
+                    };
+                    return Ok((station, Some(trial)));
+                }
+            }
+        }
+        Ok((station, None))
+    }
+
+    /// Border from its regular side, sought from a distant point: the current one or `farther` beyond.
+    fn sharpened(
+        &self,
+        border: Border,
+        edge: Station,
+        farther: Option<&Station>,
+    ) -> Result<(Border, Station), CycleError> {
+        if border.is_regular() && edge.measured.nearest.is_some_and(|nearest| nearest.1.abs() < EXACT) {
+            return Ok((border, edge));
+        }
+        // Distant point with the same events.
+        let apart = |station: &&Station| {
+            let measured = &station.measured;
+            let far = measured
+                .nearest
+                .is_some_and(|nearest| nearest.0 == border && nearest.1 > 4.0 * DISTANCE);
+            far && measured.word == self.current.measured.word
+        };
+        let near = std::iter::once(&self.current).chain(&self.before).find(apart);
+        let near = near.unwrap_or(&self.current);
+        let own = (border, &near.measured.guess);
+        let others = farther.and_then(|farther| Some((farther.measured.nearest?.0, &farther.measured.guess)));
+        let sides = std::iter::once(own).chain(others);
+        for (border, near) in sides.filter(|side| side.0.is_regular()) {
+            if let Some((guess, measured)) = border_point(self.manifold, border, near, None)? {
+                let measured = Measured { guess, ..measured };
+                return Ok((border, Station { measured, ..edge }));
+            }
+        }
+        if border.grazes() {
+            // From its only side.
+            let places = [&edge, &self.current].into_iter().chain(&self.before).take(GRAZING);
+            let places: Vec<Guess> = places.map(|station| station.measured.guess.clone()).collect();
+            for near in places {
+                if let Some((guess, measured)) = border_point(self.manifold, border, &near, None)? {
+                    let measured = Measured { guess, ..measured };
+                    return Ok((border, Station { measured, ..edge }));
+                }
+            }
+        }
+        Ok((border, edge))
+    }
+
+    /// Name of the border at the last point before it, or the first one beyond; the regular one of its two names.
+    fn border_of(&self, station: &Station, beyond: Option<&Trial>) -> Option<Border> {
+        let at = |&(border, distance): &(Border, f64)| match border {
+            Border::Landing | Border::Slip | Border::Separation => distance.abs() < AT_VANISHING,
+            _ => distance.abs() < AT_BORDER,
+        };
+        let near = |station: &Station| station.measured.nearest.filter(at).map(|nearest| nearest.0);
+        let both = [near(station), beyond.and_then(|trial| near(&trial.station))];
+        let mut known = both.into_iter().flatten();
+        known.clone().find(|border| border.is_regular()).or(known.next())
+    }
+
+    /// First point beyond a border at which the branch turns back.
+    fn folded(
+        &self,
+        local: &mut Local<'a>,
+        edge: &DVector<f64>,
+        along: &DVector<f64>,
+        word: &[u8],
+    ) -> Result<Option<Station>, CycleError> {
+        for share in BEYOND {
+            let outside = edge + along * (share * self.steps.longest);
+            let Ok((residual, jacobian)) = local.evaluate(&outside) else {
+                continue;
+            };
+            let there = local.last().map(crate::cycle::word);
+            if there.is_none_or(|there| there == word) || residual.amax() > JUMPED * share * self.steps.longest {
+                continue;
+            }
+            let Some(direction) = tangent(&jacobian, along) else {
+                continue;
+            };
+            for sign in [1.0, -1.0] {
+                let direction = &direction * sign;
+                for step in [1e-2, 1e-3, 1e-1] {
+                    let step = step * self.steps.longest;
+                    let trial = match self.trial(local, (edge, &direction), step) {
+                        Err(CycleError::Interrupted) => return Err(CycleError::Interrupted),
+                        Ok(Some(trial)) => trial,
+                        Ok(None) | Err(_) => continue,
+                    };
+                    if trial.station.measured.word != word {
+                        return Ok(Some(trial.station));
+                    }
+                }
+            }
+        }
+        Ok(None)
+    }
+}

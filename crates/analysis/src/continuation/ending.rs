@@ -1,0 +1,173 @@
+//! Ends of branches, and the special points where branches of cycles end.
+
+use super::manifold::{Manifold, What};
+use super::special::{Special, critical_pair, tests};
+use super::station::{Station, row};
+use crate::cycle::{CycleError, Guess, NoSolution, motion, solve, tangent};
+use nalgebra::DVector;
+use std::f64::consts::TAU;
+
+const MOST_SECANTS: usize = 40;
+
+/// Accuracy of such a point, and its largest distance from the end of the branch, as shares of the range.
+const LOCATED: f64 = 1e-12;
+const BESIDE: f64 = 0.05;
+
+/// Largest relative difference between the period of cycles and that of the Hopf point to which they shrink.
+const OTHER_PERIOD: f64 = 0.2;
+
+/// Reason for the end of a branch.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum EndReason {
+    /// End of the range.
+    Range,
+    /// Requested number of points.
+    Points,
+    /// Return to the start.
+    Closed,
+    /// Cycles have shrunk to steady sliding.
+    Shrunk,
+    /// Unbounded growth of the period.
+    Infinite,
+    /// Jump of the motion at a change of the sequence of events.
+    Jump,
+    /// No further solution was found.
+    Lost,
+    /// Interruption of the study.
+    Interrupted,
+    /// Cycles have returned to ones of half their period.
+    Halved,
+    /// The relative velocity has come to rest.
+    Rest,
+}
+
+impl EndReason {
+    /// All reasons, in the order of their codes in files.
+    pub const ALL: [EndReason; 10] = [
+        EndReason::Range,
+        EndReason::Points,
+        EndReason::Closed,
+        EndReason::Shrunk,
+        EndReason::Infinite,
+        EndReason::Jump,
+        EndReason::Lost,
+        EndReason::Interrupted,
+        EndReason::Halved,
+        EndReason::Rest,
+    ];
+
+    /// Name in files.
+    pub fn name(self) -> &'static str {
+        match self {
+            EndReason::Range => "range",
+            EndReason::Points => "points",
+            EndReason::Closed => "closed",
+            EndReason::Shrunk => "shrunk",
+            EndReason::Infinite => "infinite",
+            EndReason::Jump => "jump",
+            EndReason::Lost => "lost",
+            EndReason::Interrupted => "interrupted",
+            EndReason::Halved => "halved",
+            EndReason::Rest => "rest",
+        }
+    }
+
+    /// Reason in words.
+    pub fn words(self) -> &'static str {
+        match self {
+            EndReason::Range => "at the end of the range",
+            EndReason::Points => "after as many points as were asked for",
+            EndReason::Closed => "back at its start",
+            EndReason::Shrunk => "the cycles shrink to steady sliding",
+            EndReason::Infinite => "the period grows without bounds",
+            EndReason::Jump => "the motion jumps where the sequence of events changes",
+            EndReason::Lost => "no solution was found beyond",
+            EndReason::Interrupted => "interrupted",
+            EndReason::Halved => "the cycles fall back on ones of half their period",
+            EndReason::Rest => "the relative velocity comes to rest",
+        }
+    }
+}
+
+/// Hopf point of steady sliding to which cycles have shrunk, if there is one.
+pub(super) fn hopf_near(manifold: Manifold<'_>, near: &Station) -> Result<Option<Station>, CycleError> {
+    let sense = if near.measured.relative_velocity.1 > 0.0 { 1 } else { -1 };
+    let what = What::Steady(sense);
+    let period = near.measured.guess.period;
+    let guess = Guess {
+        period: f64::NAN,
+        time: 0.0,
+        ..near.measured.guess.clone()
+    };
+    let found = special_near(Manifold { what, ..manifold }, guess, Special::Hopf)?;
+    Ok(found.filter(|station| {
+        let pair = critical_pair(Special::Hopf, &station.measured.spectrum);
+        pair.is_some_and(|pair| (TAU / pair.im / period - 1.0).abs() < OTHER_PERIOD)
+    }))
+}
+
+/// Flip from which cycles of a doubled period were born, if they have come near to it: a point of the cycles of half
+/// the period.
+pub(super) fn flip_near(manifold: Manifold<'_>, near: &Station) -> Result<Option<Station>, CycleError> {
+    let What::Cycles(multiple) = manifold.what else {
+        return Ok(None);
+    };
+    let guess = &near.measured.guess;
+    let member = manifold.family.at(&guess.values, false)?;
+    let period = guess.period / 2.0;
+    let half = motion(&member, (guess.time, &guess.state), period, false, manifold.stop)?;
+    let guess = Guess {
+        // Doubled cycles turn about the ones of half their period.
+        state: (&guess.state + half.end) / 2.0,
+        period,
+        ..guess.clone()
+    };
+    let what = What::Cycles(multiple / 2);
+    special_near(Manifold { what, ..manifold }, guess, Special::Flip)
+}
+
+/// Special point near a guess, by the secant method in the varied parameter.
+fn special_near(manifold: Manifold<'_>, mut guess: Guess, special: Special) -> Result<Option<Station>, CycleError> {
+    let last = guess.values.len() - 1;
+    let width = manifold.widths[last];
+    let first = guess.values[last];
+    let mut at = |value: f64| -> Result<Option<(f64, Station)>, CycleError> {
+        guess.values[last] = value;
+        let mut local = manifold.local(&guess)?;
+        let x = local.unknowns(&guess);
+        let mut held = DVector::zeros(x.len());
+        held[x.len() - 1] = 1.0;
+        let solution = match solve(&mut local, &x, &row(&held)) {
+            Ok(solution) => solution,
+            Err(NoSolution::Failed(CycleError::Interrupted)) => return Err(CycleError::Interrupted),
+            Err(_) => return Ok(None),
+        };
+        guess = local.guess(&solution.x)?;
+        let measured = manifold.measure(&guess)?;
+        let Some(direction) = tangent(&solution.jacobian, &held) else {
+            return Ok(None);
+        };
+        let station = Station {
+            tests: tests(manifold.what, &measured, &direction, &solution.jacobian),
+            direction: direction.component_mul(local.scale()),
+            measured,
+        };
+        let value = station.tests.value(special, &station.measured);
+        Ok((!value.is_nan()).then_some((value, station)))
+    };
+    let (mut a, mut b) = (first, first + 1e-4 * width);
+    let Some((mut value_a, _)) = at(a)? else {
+        return Ok(None);
+    };
+    for _ in 0..MOST_SECANTS {
+        let Some((value_b, station)) = at(b)? else {
+            return Ok(None);
+        };
+        let next = b - value_b * (b - a) / (value_b - value_a);
+        if value_b == 0.0 || !next.is_finite() || (next - b).abs() <= LOCATED * width {
+            return Ok(((b - first).abs() < BESIDE * width).then_some(station));
+        }
+        (a, value_a, b) = (b, value_b, next);
+    }
+    Ok(None)
+}

@@ -1,0 +1,647 @@
+//! Pseudo-arclength continuation of a branch: past folds and changes of the sequence of events, with special points.
+
+use super::ending::{EndReason, flip_near, hopf_near};
+use super::manifold::{Local, Manifold, Measured, What};
+use super::special::{Special, tests};
+use super::station::{Station, Trial, row, scaled};
+use crate::cycle::{CycleError, Equations as _, Guess, NoSolution, Solution, solve, tangent};
+use nalgebra::DVector;
+use std::collections::VecDeque;
+
+const SHORTEST: f64 = 1e-7;
+
+/// Least cosine between successive directions. Steps only grow above the second one.
+const LEAST_COSINE: f64 = 0.85;
+const GOOD_COSINE: f64 = 0.985;
+
+/// Least cosine between the flow at a solution and at the point before, across which the phase is fixed. Below it the
+/// tangent of the branch is that of the solution's own phase.
+const LEAST_PHASE_COSINE: f64 = 0.9;
+
+/// Steps grow after at most this many iterations, and shrink above the second number.
+const FEW_ITERATIONS: usize = 6;
+const MANY_ITERATIONS: usize = 9;
+
+/// Largest distance of a solution from its prediction, in steps.
+const FARTHEST: f64 = 1.5;
+
+/// Bisections of a step in the search for a special point, and the final share of the step.
+pub(super) const MOST_HALVINGS: usize = 60;
+pub(super) const LOCATED: f64 = 1e-14;
+
+/// Kept points before the current one. A border can be sought from one of them at some distance.
+const KEPT: usize = 40;
+
+/// A failing step is halved to this share of the longest; then a border is sought.
+pub(super) const SHORT: f64 = 1e-3;
+
+/// Share of the largest swing of omega_r below which cycles may have shrunk to steady sliding; the second if a step
+/// fails.
+const SHRUNK: f64 = 0.02;
+const SMALL: f64 = 0.1;
+
+/// Share of the largest swing of omega_r below which all of it has come to rest.
+const RESTED: f64 = 1e-4;
+
+/// Ratio to the first period above which a period counts as infinite.
+const INFINITE: f64 = 1e3;
+
+#[derive(Debug, Clone)]
+pub(crate) struct Steps {
+    /// Range of the varied parameter, SI.
+    pub range: (f64, f64),
+    /// Longest step, as a share of range and motion size together.
+    pub longest: f64,
+    pub most: usize,
+}
+
+#[derive(Debug, Clone)]
+pub(crate) enum Found {
+    Point(Box<Station>),
+    Special(Special, Box<Station>),
+    End(EndReason),
+}
+
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) struct Mark {
+    pub special: Option<i8>,
+    pub end: Option<EndReason>,
+    pub time: f64,
+    pub state: Vec<f64>,
+    pub period: f64,
+    pub values: Vec<f64>,
+    pub direction: Vec<f64>,
+    pub step: f64,
+    /// See [`Measured::at`](super::manifold::Measured::at).
+    pub measured: (f64, Vec<f64>),
+}
+
+pub(crate) struct Follower<'a> {
+    pub(super) manifold: Manifold<'a>,
+    pub(super) steps: &'a Steps,
+    pub(super) current: Station,
+    pub(super) before: VecDeque<Station>,
+    pub(super) step: f64,
+    first: Guess,
+    /// Swing of omega_r at the first point, and the largest so far.
+    first_swing: f64,
+    swing: f64,
+    /// Distance of a period-doubled cycle from itself after half a period: before, now, and largest.
+    halves: [f64; 3],
+    points: usize,
+    pub(super) failure: Option<String>,
+}
+
+/// Whether a special point lies on the cycles of half the period.
+pub(super) fn is_half(special: &Guess, cycle: &Guess) -> bool {
+    special.period < 0.75 * cycle.period
+}
+
+fn no_derivatives(guess: &Guess) -> CycleError {
+    CycleError::Degenerate { period: guess.period }
+}
+
+/// Station with the tangent of the branch there, on the side of a direction in scaled unknowns.
+fn station_at(
+    manifold: Manifold<'_>,
+    measured: Measured,
+    toward: impl FnOnce(&Local<'_>) -> DVector<f64>,
+) -> Result<Station, CycleError> {
+    let mut local = manifold.local(&measured.guess)?;
+    let (_, jacobian) = local.evaluate(&local.unknowns(&measured.guess))?;
+    let found = tangent(&jacobian, &toward(&local)).ok_or(no_derivatives(&measured.guess))?;
+    Ok(Station {
+        tests: tests(manifold.what, &measured, &found, &jacobian),
+        direction: found.component_mul(local.scale()),
+        measured,
+    })
+}
+
+impl<'a> Follower<'a> {
+    /// Starts from a solution, toward rising (`up`) or falling parameter, or in a given direction.
+    pub fn new(
+        manifold: Manifold<'a>,
+        steps: &'a Steps,
+        guess: &Guess,
+        direction: Option<&DVector<f64>>,
+        up: bool,
+    ) -> Result<Follower<'a>, CycleError> {
+        let measured = manifold.measure(guess)?;
+        let swing = measured.relative_velocity.1 - measured.relative_velocity.0;
+        let current = station_at(manifold, measured, |local| match direction {
+            Some(direction) => scaled(local, direction),
+            None => {
+                let mut along = DVector::zeros(local.scale().len());
+                along[local.scale().len() - 1] = if up { 1.0 } else { -1.0 };
+                along
+            }
+        })?;
+        Ok(Follower {
+            manifold,
+            steps,
+            current,
+            before: VecDeque::new(),
+            step: 0.1 * steps.longest,
+            first: guess.clone(),
+            first_swing: swing,
+            swing,
+            halves: [0.0; 3],
+            points: 0,
+            failure: None,
+        })
+    }
+
+    /// Reason why no solution exists beyond, if known.
+    pub fn failure(&self) -> Option<&str> {
+        self.failure.as_deref()
+    }
+
+    pub fn current(&self) -> &Station {
+        &self.current
+    }
+
+    /// Mark for [`Self::resume`].
+    pub fn mark(&self, found: &Found) -> Mark {
+        let (station, special, end) = match found {
+            Found::Point(station) => (&**station, None, None),
+            Found::Special(special, station) => (&**station, Some(special.code()), None),
+            Found::End(reason) => (&self.current, None, Some(*reason)),
+        };
+        let guess = &station.measured.guess;
+        Mark {
+            special,
+            end,
+            time: guess.time,
+            state: guess.state.as_slice().to_vec(),
+            period: guess.period,
+            values: guess.values.clone(),
+            direction: station.direction.as_slice().to_vec(),
+            step: self.step,
+            measured: station.measured.at.clone(),
+        }
+    }
+
+    /// Restores the finding of a mark and continues from there.
+    pub fn resume(&mut self, mark: &Mark) -> Result<Found, CycleError> {
+        if let Some(reason) = mark.end {
+            return Ok(Found::End(reason));
+        }
+        let guess = Guess {
+            time: mark.time,
+            state: DVector::from_column_slice(&mark.state),
+            period: mark.period,
+            values: mark.values.clone(),
+        };
+        // Cycles end in steady sliding, or on ones of half their period.
+        let what = match self.manifold.what {
+            What::Cycles(_) if guess.period.is_nan() => {
+                What::Steady(if self.current.measured.relative_velocity.1 > 0.0 {
+                    1
+                } else {
+                    -1
+                })
+            }
+            What::Cycles(multiple) if multiple > 1 && is_half(&guess, &self.current.measured.guess) => {
+                What::Cycles(multiple / 2)
+            }
+            what => what,
+        };
+        let manifold = Manifold { what, ..self.manifold };
+        let (period, values) = mark.measured.clone();
+        let beside = Guess {
+            period,
+            values,
+            ..guess.clone()
+        };
+        let mut measured = manifold.measure(&beside)?;
+        measured.guess = guess.clone();
+        let mut local = manifold.local(&guess)?;
+        let (_, jacobian) = local.evaluate(&local.unknowns(&guess))?;
+        let direction = DVector::from_column_slice(&mark.direction);
+        let station = Station {
+            tests: tests(what, &measured, &scaled(&local, &direction), &jacobian),
+            measured,
+            direction,
+        };
+        match mark.special.and_then(|code| Special::ALL.get(code as usize)) {
+            Some(&special) => Ok(Found::Special(special, Box::new(station))),
+            None => {
+                self.accept(station.clone());
+                self.step = mark.step;
+                Ok(Found::Point(Box::new(station)))
+            }
+        }
+    }
+
+    /// Reason why no solution is found at a place beyond the current point.
+    pub(super) fn reason(&self, local: &mut Local<'a>, beyond: &DVector<f64>) -> String {
+        if let Err(error) = local.evaluate(beyond) {
+            return error.to_string();
+        }
+        let near = self
+            .current
+            .measured
+            .nearest
+            .map_or_else(String::new, |(border, distance)| {
+                format!(
+                    "; the nearest change of its events ({}) is at a relative distance of {distance:.1e}",
+                    border.words()
+                )
+            });
+        format!("Newton's method does not converge there by the shortest steps{near}")
+    }
+
+    pub(super) fn accept(&mut self, station: Station) {
+        let (least, largest) = station.measured.relative_velocity;
+        self.swing = self.swing.max(largest - least);
+        self.points += 1;
+        let now = self.manifold.half_way(&station.measured);
+        self.halves = [self.halves[1], now, self.halves[2].max(now)];
+        self.before.push_front(std::mem::replace(&mut self.current, station));
+        self.before.truncate(KEPT);
+    }
+
+    /// Next points and special points; the last finding of a branch is its end.
+    pub fn advance(&mut self) -> Result<Vec<Found>, CycleError> {
+        if self.points >= self.steps.most {
+            return Ok(vec![Found::End(EndReason::Points)]);
+        }
+        let [before, now, most] = self.halves;
+        if now < before && now < SMALL * most {
+            let flip = flip_near(self.manifold, &self.current)?;
+            let flip = flip.map(|station| Found::Special(Special::Flip, Box::new(station)));
+            return Ok(flip.into_iter().chain([Found::End(EndReason::Halved)]).collect());
+        }
+        let mut local = self.manifold.local(&self.current.measured.guess)?;
+        let x = local.unknowns(&self.current.measured.guess);
+        let along = scaled(&local, &self.current.direction);
+        let shortest = SHORTEST * self.steps.longest;
+        loop {
+            let trial = match self.trial(&mut local, (&x, &along), self.step) {
+                Ok(trial) => trial,
+                Err(CycleError::Interrupted) => return Err(CycleError::Interrupted),
+                Err(_) => None,
+            };
+            self.failure = None;
+            let Some(trial) = trial else {
+                let small = Self::swing_of(&self.current) < SMALL * self.swing;
+                if small
+                    && self.manifold.family.is_autonomous()
+                    && matches!(self.manifold.what, What::Cycles(_))
+                    && let Some(found) = self.shrunk()?
+                {
+                    return Ok(found);
+                }
+                if self.step <= SHORT * self.steps.longest
+                    && let Some(found) = self.border(&mut local, (&x, &along), self.step)?
+                {
+                    return Ok(found);
+                }
+                self.step /= 2.0;
+                continue;
+            };
+            let Trial { solution, station } = trial;
+            let (next, step, is_last) = match self.outside(&station) {
+                None => (station, self.step, false),
+                Some(bound) => match self.clipped(&mut local, &station, bound)? {
+                    Some((share, clipped)) => (clipped, share * self.step, true),
+                    None if self.step > SHORT * self.steps.longest => {
+                        self.step /= 2.0;
+                        continue;
+                    }
+                    None => {
+                        let mut end = solution.x.clone();
+                        let last = end.len() - 1;
+                        end[last] = bound / local.scale()[last];
+                        self.failure = Some(self.reason(&mut local, &end));
+                        return Ok(vec![Found::End(EndReason::Lost)]);
+                    }
+                },
+            };
+            if next.measured.word != self.current.measured.word {
+                if let Some(found) = self.border(&mut local, (&x, &along), step)? {
+                    return Ok(found);
+                }
+                self.step = step / 2.0;
+                continue;
+            }
+            if is_last {
+                let mut found = self.between(&mut local, (&x, &along), step, &next)?;
+                found.push(Found::Point(Box::new(next)));
+                found.push(Found::End(EndReason::Range));
+                return Ok(found);
+            }
+            let cosine = scaled(&local, &next.direction).dot(&along);
+            log::debug!(
+                "at {:?}: step {:.2e}, cosine {cosine:.6}, {} iterations, distance {:.2e}, along {:?}, next {:?}",
+                next.measured.guess.values,
+                self.step,
+                solution.iterations,
+                (&solution.x - &x).norm(),
+                along.as_slice(),
+                scaled(&local, &next.direction).as_slice()
+            );
+            if cosine < LEAST_COSINE && self.step > 10.0 * shortest {
+                self.step /= 2.0;
+                continue;
+            }
+            if let Some(end) = self.ends(&mut local, &next)? {
+                return Ok(end);
+            }
+            let mut found = self.between(&mut local, (&x, &along), self.step, &next)?;
+            if cosine > GOOD_COSINE && solution.iterations <= FEW_ITERATIONS {
+                self.step = (1.5 * self.step).min(self.steps.longest);
+            } else if cosine < LEAST_COSINE.max(0.95) || solution.iterations > MANY_ITERATIONS {
+                self.step = (0.7 * self.step).max(shortest);
+            }
+            self.slow_before_rest(&next);
+            found.push(self.take(next)?);
+            return Ok(found);
+        }
+    }
+
+    /// Variation of omega_r at a point.
+    fn swing_of(station: &Station) -> f64 {
+        station.measured.relative_velocity.1 - station.measured.relative_velocity.0
+    }
+
+    /// Shortens the next step so that shrinking cycles do not pass through steady sliding.
+    fn slow_before_rest(&mut self, next: &Station) {
+        let (before, now) = (Self::swing_of(&self.current), Self::swing_of(next));
+        if matches!(self.manifold.what, What::Cycles(_)) && self.manifold.family.is_autonomous() && now < before {
+            let slope = (before - now) / self.step;
+            self.step = self.step.min(0.5 * now / slope);
+        }
+    }
+
+    /// End at the Hopf point to which the cycles have shrunk, if there is one.
+    fn shrunk(&self) -> Result<Option<Vec<Found>>, CycleError> {
+        let hopf = hopf_near(self.manifold, &self.current)?;
+        Ok(hopf.map(|station| {
+            vec![
+                Found::Special(Special::Hopf, Box::new(station)),
+                Found::End(EndReason::Shrunk),
+            ]
+        }))
+    }
+
+    pub(super) fn take(&mut self, station: Station) -> Result<Found, CycleError> {
+        let moved = self.manifold.away_from_events(&station.measured, &station.direction)?;
+        let station = match moved {
+            Some((measured, direction)) => station_at(self.manifold, measured, |local| scaled(local, &direction))?,
+            None => station,
+        };
+        self.accept(station.clone());
+        Ok(Found::Point(Box::new(station)))
+    }
+
+    /// Solution at a distance along a direction; `None` if Newton's method goes elsewhere.
+    pub(super) fn trial(
+        &self,
+        local: &mut Local<'a>,
+        at: (&DVector<f64>, &DVector<f64>),
+        step: f64,
+    ) -> Result<Option<Trial>, CycleError> {
+        self.trial_near(local, at, step, step.max(1e-9))
+    }
+
+    fn measured(&self, local: &Local<'a>, solution: Solution, along: &DVector<f64>) -> Result<Trial, CycleError> {
+        let guess = local.guess(&solution.x)?;
+        let measured = self.manifold.measure(&guess)?;
+        if let Local::Cycles(shooting) = local
+            && shooting.phase_cosine() < LEAST_PHASE_COSINE
+        {
+            let along = along.component_mul(local.scale());
+            let station = station_at(self.manifold, measured, |local| scaled(local, &along))?;
+            return Ok(Trial { solution, station });
+        }
+        let direction = tangent(&solution.jacobian, along).ok_or(no_derivatives(&guess))?;
+        let station = Station {
+            tests: tests(self.manifold.what, &measured, &direction, &solution.jacobian),
+            direction: direction.component_mul(local.scale()),
+            measured,
+        };
+        Ok(Trial { solution, station })
+    }
+
+    fn value(&self, station: &Station) -> f64 {
+        station.measured.guess.values[station.measured.guess.values.len() - 1]
+    }
+
+    fn outside(&self, station: &Station) -> Option<f64> {
+        let (low, high) = self.steps.range;
+        let value = self.value(station);
+        (!(low..=high).contains(&value)).then_some(if value < low { low } else { high })
+    }
+
+    /// Point at an end of the range before one beyond it, and its share of the step.
+    fn clipped(&self, local: &mut Local<'a>, next: &Station, bound: f64) -> Result<Option<(f64, Station)>, CycleError> {
+        let (before, after) = (self.value(&self.current), self.value(next));
+        let share = (bound - before) / (after - before);
+        let (start, end) = (
+            local.unknowns(&self.current.measured.guess),
+            local.unknowns(&next.measured.guess),
+        );
+        let along = scaled(local, &self.current.direction);
+        let mut at = &start + (end - &start) * share;
+        let last = at.len() - 1;
+        at[last] = bound / local.scale()[last];
+        let mut plane = DVector::zeros(at.len());
+        plane[last] = 1.0;
+        match solve(local, &at, &row(&plane)) {
+            Ok(solution) => {
+                let share = along.dot(&(&solution.x - &start)) / self.step;
+                let station = self.measured(local, solution, &along)?.station;
+                Ok(Some((share.clamp(0.0, 1.0), station)))
+            }
+            Err(NoSolution::Failed(CycleError::Interrupted)) => Err(CycleError::Interrupted),
+            Err(_) => Ok(None),
+        }
+    }
+
+    fn ends(&mut self, local: &mut Local<'a>, next: &Station) -> Result<Option<Vec<Found>>, CycleError> {
+        if let What::Cycles(_) = self.manifold.what {
+            let (least, largest) = next.measured.relative_velocity;
+            let shrinks = largest - least < Self::swing_of(&self.current).min(SHRUNK * self.swing);
+            // A step may have passed through size zero to the mirror image, where the parameter turns back.
+            let turns = || {
+                self.current
+                    .tests
+                    .passed(&next.tests, self.manifold.what)
+                    .contains(&Special::Fold)
+            };
+            let mirrored = || Self::swing_of(next) < SMALL * self.swing && turns();
+            if self.manifold.family.is_autonomous()
+                && (shrinks || mirrored())
+                && let Some(found) = self.shrunk()?
+            {
+                return Ok(Some(found));
+            }
+            if least.abs().max(largest.abs()) < RESTED * self.swing {
+                return Ok(Some(vec![
+                    Found::Point(Box::new(next.clone())),
+                    Found::End(EndReason::Rest),
+                ]));
+            }
+            if next.measured.guess.period > INFINITE * self.first.period {
+                return Ok(Some(vec![
+                    Found::Point(Box::new(next.clone())),
+                    Found::End(EndReason::Infinite),
+                ]));
+            }
+        }
+        if self.points > 8 && self.returns(local, next) {
+            return Ok(Some(vec![
+                Found::Point(Box::new(next.clone())),
+                Found::End(EndReason::Closed),
+            ]));
+        }
+        Ok(None)
+    }
+
+    fn returns(&self, local: &Local<'a>, next: &Station) -> bool {
+        let number = self.value(next);
+        let first = self.first.values[self.first.values.len() - 1];
+        let between = (first - self.value(&self.current)) * (first - number) <= 0.0;
+        let near = |a: f64, b: f64, size: f64| (a - b).abs() <= 3.0 * self.step * size;
+        let width = local.scale()[local.scale().len() - 1];
+        let same_period = self.first.period.is_nan()
+            || (self.first.period - next.measured.guess.period).abs() <= 0.02 * self.first.period;
+        let swing = Self::swing_of(next);
+        let same_state = match self.manifold.what {
+            What::Cycles(_) => (swing - self.first_swing).abs() <= 0.02 * self.swing,
+            What::Steady(_) => {
+                let apart = local.unknowns(&self.first) - local.unknowns(&next.measured.guess);
+                apart.norm() <= 3.0 * self.step
+            }
+        };
+        between && near(first, number, width) && same_period && same_state
+    }
+
+    pub(super) fn between(
+        &self,
+        local: &mut Local<'a>,
+        (x, along): (&DVector<f64>, &DVector<f64>),
+        step: f64,
+        next: &Station,
+    ) -> Result<Vec<Found>, CycleError> {
+        let mut found = Vec::new();
+        for special in self.current.tests.passed(&next.tests, self.manifold.what) {
+            let located = self.located(local, (x, along), step, special, next)?;
+            if let Some((share, station)) = located {
+                found.push((share, special, station));
+            }
+        }
+        // A fold is no crossing of branches.
+        let folds = found.iter().any(|one| one.1 == Special::Fold);
+        found.retain(|one| !(folds && one.1 == Special::BranchPoint));
+        found.sort_by(|a, b| a.0.total_cmp(&b.0));
+        Ok(found
+            .into_iter()
+            .map(|(_, special, station)| Found::Special(special, Box::new(station)))
+            .collect())
+    }
+
+    /// Special point by regula falsi (Illinois).
+    fn located(
+        &self,
+        local: &mut Local<'a>,
+        at: (&DVector<f64>, &DVector<f64>),
+        step: f64,
+        special: Special,
+        next: &Station,
+    ) -> Result<Option<(f64, Station)>, CycleError> {
+        let value = |station: &Station| station.tests.value(special, &station.measured);
+        let (mut low, mut high) = ((0.0, value(&self.current)), (step, value(next)));
+        let mut best = next.clone();
+        if (low.1 * high.1).partial_cmp(&0.0) != Some(std::cmp::Ordering::Less) {
+            // For a pair that became real on the way, bisection finds where the count changes.
+            return self.halved(local, at, step, special);
+        }
+        let mut side = 0;
+        for _ in 0..MOST_HALVINGS {
+            let share = (low.0 * high.1 - high.0 * low.1) / (high.1 - low.1);
+            let share = if share.is_finite() {
+                share
+            } else {
+                0.5 * (low.0 + high.0)
+            };
+            let Some(trial) = self.trial_near(local, at, share, step)? else {
+                return Ok(None);
+            };
+            let found = value(&trial.station);
+            best = trial.station;
+            if found == 0.0 || (high.0 - low.0).abs() <= LOCATED * step || found.abs() <= 1e-15 {
+                return Ok(Some((share, best)));
+            }
+            let before = if found * low.1 > 0.0 { low.0 } else { high.0 };
+            if found * low.1 > 0.0 {
+                low = (share, found);
+                if side == -1 {
+                    high.1 /= 2.0;
+                }
+                side = -1;
+            } else {
+                high = (share, found);
+                if side == 1 {
+                    low.1 /= 2.0;
+                }
+                side = 1;
+            }
+            if (share - before).abs() <= 1e-13 * step {
+                return Ok(Some((share, best)));
+            }
+        }
+        Ok(Some((0.5 * (low.0 + high.0), best)))
+    }
+
+    fn halved(
+        &self,
+        local: &mut Local<'a>,
+        at: (&DVector<f64>, &DVector<f64>),
+        step: f64,
+        special: Special,
+    ) -> Result<Option<(f64, Station)>, CycleError> {
+        let (mut low, mut high, mut best) = (0.0, step, None);
+        for _ in 0..MOST_HALVINGS {
+            let middle = 0.5 * (low + high);
+            if high - low <= LOCATED * step {
+                break;
+            }
+            let Some(trial) = self.trial_near(local, at, middle, step)? else {
+                return Ok(None);
+            };
+            let passed = self.current.tests.passed(&trial.station.tests, self.manifold.what);
+            if passed.contains(&special) {
+                high = middle;
+                best = Some(trial.station);
+            } else {
+                low = middle;
+            }
+        }
+        // Two multipliers that meet and separate are no bifurcation.
+        Ok(best
+            .filter(|station| station.tests.value(special, &station.measured).abs() < 1e-6)
+            .map(|best| (high, best)))
+    }
+
+    /// Trial with the tolerance of the whole step.
+    pub(super) fn trial_near(
+        &self,
+        local: &mut Local<'a>,
+        (x, along): (&DVector<f64>, &DVector<f64>),
+        share: f64,
+        step: f64,
+    ) -> Result<Option<Trial>, CycleError> {
+        let expected = x + along * share;
+        let solution = match solve(local, &expected, &row(along)) {
+            Ok(solution) => solution,
+            Err(NoSolution::Failed(CycleError::Interrupted)) => return Err(CycleError::Interrupted),
+            Err(_) => return Ok(None),
+        };
+        if (&solution.x - &expected).norm() > FARTHEST * step {
+            return Ok(None);
+        }
+        self.measured(local, solution, along).map(Some)
+    }
+}

@@ -1,0 +1,176 @@
+//! Special points of a branch: turning points, changes of stability, changes of the sequence of events.
+
+use super::manifold::{Measured, What};
+use crate::cycle::Border;
+use nalgebra::{Complex, DMatrix, DVector};
+
+/// Kind of a special point.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub enum Special {
+    /// A pair of eigenvalues of steady sliding crosses the imaginary axis: cycles are born.
+    Hopf,
+    /// The branch turns back.
+    Fold,
+    /// A multiplier is -1: cycles of twice the period are born.
+    Flip,
+    /// A pair of multipliers crosses the unit circle: motion on a torus is born.
+    Torus,
+    /// Two branches cross.
+    BranchPoint,
+    /// The sequence of events changes.
+    Border(Border),
+}
+
+impl Special {
+    /// All kinds, in the order of their codes in files.
+    pub const ALL: [Special; 13] = [
+        Special::Hopf,
+        Special::Fold,
+        Special::Flip,
+        Special::Torus,
+        Special::BranchPoint,
+        Special::Border(Border::Touch),
+        Special::Border(Border::Breakaway),
+        Special::Border(Border::Landing),
+        Special::Border(Border::Reversal),
+        Special::Border(Border::Opening),
+        Special::Border(Border::Closing),
+        Special::Border(Border::Slip),
+        Special::Border(Border::Separation),
+    ];
+
+    /// Name in studies, files and figures.
+    pub fn name(self) -> &'static str {
+        match self {
+            Special::Hopf => "hopf",
+            Special::Fold => "fold",
+            Special::Flip => "flip",
+            Special::Torus => "torus",
+            Special::BranchPoint => "branch-point",
+            Special::Border(border) => border.name(),
+        }
+    }
+
+    /// Kind with this name.
+    pub fn from_name(name: &str) -> Option<Special> {
+        Special::ALL.into_iter().find(|special| special.name() == name)
+    }
+
+    /// Code in files.
+    pub fn code(self) -> i8 {
+        Special::ALL.iter().position(|special| *special == self).unwrap_or(0) as i8
+    }
+
+    /// Description in words.
+    pub fn words(self) -> &'static str {
+        match self {
+            Special::Hopf => "Hopf: steady sliding changes its stability, cycles are born",
+            Special::Fold => "fold: the branch turns back",
+            Special::Flip => "flip: a cycle of twice the period is born",
+            Special::Torus => "torus: motion with a second frequency is born",
+            Special::BranchPoint => "branch point: another branch crosses",
+            Special::Border(border) => border.words(),
+        }
+    }
+}
+
+/// Test functions of special points between two points of a branch with one sequence of events.
+pub(crate) fn tests(what: What, measured: &Measured, direction: &DVector<f64>, jacobian: &DMatrix<f64>) -> Tests {
+    let spectrum = &measured.spectrum;
+    let (flip, crossing) = match what {
+        What::Cycles(_) => {
+            let mut product = 1.0;
+            for one in spectrum.iter().filter(|one| one.im == 0.0) {
+                product *= (one.re + 1.0) / (1.0 + one.re.abs());
+            }
+            (
+                product,
+                spectrum.iter().filter(|one| one.im != 0.0 && one.norm() > 1.0).count(),
+            )
+        }
+        What::Steady(_) => (1.0, spectrum.iter().filter(|one| one.im != 0.0 && one.re > 0.0).count()),
+    };
+    Tests {
+        fold: direction[direction.len() - 1],
+        flip,
+        crossing,
+        branch: bordered(jacobian, direction),
+    }
+}
+
+/// See [`tests`].
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Tests {
+    /// Component of the direction along the varied parameter.
+    fold: f64,
+    /// Product of (multiplier + 1) over the real multipliers.
+    flip: f64,
+    /// Number of growing complex multipliers or eigenvalues.
+    crossing: usize,
+    /// Determinant of equations and direction.
+    branch: f64,
+}
+
+fn bordered(jacobian: &DMatrix<f64>, direction: &DVector<f64>) -> f64 {
+    let columns = jacobian.ncols();
+    let mut square = DMatrix::zeros(columns, columns);
+    square.rows_mut(0, columns - 1).copy_from(jacobian);
+    square.row_mut(columns - 1).copy_from(&direction.transpose());
+    square.determinant()
+}
+
+impl Tests {
+    /// Tests for the reversed direction.
+    pub fn turned(self) -> Tests {
+        Tests {
+            fold: -self.fold,
+            branch: -self.branch,
+            ..self
+        }
+    }
+
+    /// Special points between two points.
+    pub fn passed(&self, there: &Tests, what: What) -> Vec<Special> {
+        let mut found = Vec::new();
+        if self.fold * there.fold < 0.0 {
+            found.push(Special::Fold);
+        }
+        if self.flip * there.flip < 0.0 {
+            found.push(Special::Flip);
+        }
+        if self.crossing != there.crossing {
+            found.push(match what {
+                What::Cycles(_) => Special::Torus,
+                What::Steady(_) => Special::Hopf,
+            });
+        }
+        if self.branch * there.branch < 0.0 {
+            found.push(Special::BranchPoint);
+        }
+        found
+    }
+
+    /// Test function: zero at the special point, with opposite signs on its sides.
+    pub fn value(&self, of: Special, measured: &Measured) -> f64 {
+        match of {
+            Special::Fold => self.fold,
+            Special::Flip => self.flip,
+            Special::BranchPoint => self.branch,
+            Special::Hopf | Special::Torus => critical_pair(of, &measured.spectrum).map_or(f64::NAN, |pair| match of {
+                Special::Hopf => pair.re,
+                _ => pair.norm() - 1.0,
+            }),
+            Special::Border(_) => measured.nearest.map_or(f64::NAN, |nearest| nearest.1),
+        }
+    }
+}
+
+/// Complex pair that is nearest to neutral.
+pub(crate) fn critical_pair(of: Special, spectrum: &[Complex<f64>]) -> Option<Complex<f64>> {
+    let off = |one: &Complex<f64>| match of {
+        Special::Hopf => one.re.abs(),
+        _ => (one.norm() - 1.0).abs(),
+    };
+    let complex = spectrum.iter().filter(|one| one.im > 0.0);
+    complex.min_by(|a, b| off(a).total_cmp(&off(b))).copied()
+}

@@ -1,0 +1,278 @@
+//! Study file of a continuation: case, varied parameter, and kind of the branches.
+
+use super::special::Special;
+use crate::cycle::{From, LONGEST, Search};
+use crate::study::{Head, Reader, StudySource};
+use crate::sweep::{Axis, WALL_TIME, read_axis};
+use sha2::{Digest, Sha256};
+use std::path::PathBuf;
+use stickslip_case::built_in;
+use stickslip_case::builtin::BuiltIn;
+use stickslip_case::{Case, CaseError, CaseSource, Override, WrittenCase};
+
+/// Built-in studies: the files of `data/studies`.
+pub const CONTINUATIONS: &[BuiltIn] = built_in!["studies": "belt-branches", "sliding-bifurcations"];
+
+const DEFAULT_POINTS: u64 = 400;
+const MOST_POINTS: u64 = 100_000;
+
+/// Default longest step: a share of range and motion.
+const DEFAULT_STEP: f64 = 0.03;
+
+/// Tables of a case that are not in the equations.
+const NO_EQUATION: [&str; 4] = ["initial.", "output.", "perturbation.", "solver."];
+
+const STUDY_KEYS: &[&str] = &["title", "case", "set", "axis", "branch"];
+const BRANCH_KEYS: &[&str] = &[
+    "of",
+    "from",
+    "period",
+    "periods",
+    "direction",
+    "points",
+    "step",
+    "follow",
+    "curves",
+];
+
+/// Continuation study, checked as far as possible without runs.
+#[derive(Debug, Clone)]
+pub struct ContinuationStudy {
+    /// Title of the study.
+    pub title: String,
+    /// Source text.
+    pub source: StudySource,
+    /// Text of the base case.
+    pub base: CaseSource,
+    /// Settings of the study in the base case.
+    pub settings: Vec<Override>,
+    /// Parameter that varies along branches, and a second one for curves of special points.
+    pub axes: Vec<Axis>,
+    /// Whether branches start at steady sliding.
+    pub steady: bool,
+    /// Whether branches start at a cycle.
+    pub cycle: bool,
+    /// Search for that cycle.
+    pub search: Search,
+    /// Whether branches follow the rising, and the falling parameter.
+    pub directions: (bool, bool),
+    /// Points of a branch in one direction.
+    pub points: usize,
+    /// Longest step.
+    pub step: f64,
+    /// Special points whose emerging branches are followed.
+    pub follow: Vec<Special>,
+    /// Special points that are followed in two parameters.
+    pub curves: Vec<Special>,
+    /// Input files, which must not be overwritten.
+    pub files: Vec<PathBuf>,
+}
+
+impl ContinuationStudy {
+    /// Reads a study, or reports all problems. `overrides` apply to the base case after the study's own settings.
+    pub fn parse(source: StudySource, overrides: &[Override]) -> Result<ContinuationStudy, CaseError> {
+        let (mut reader, root) = Reader::open(&source, STUDY_KEYS)?;
+        let head = Head::read(&mut reader, &root, &source, Vec::new(), overrides);
+        let missing = "missing: the number that varies; write [[axis]] with key, from and to";
+        let mut axes: Vec<Axis> = Vec::new();
+        for (path, node) in reader.tables(&root, "axis", Some(missing)) {
+            let Some(axis) = read_axis(&mut reader, &head.keys, node, &path, true) else {
+                continue;
+            };
+            if axis.range.is_none() {
+                reader.report(
+                    node,
+                    &path,
+                    "a branch is followed over a range: write from = ... and to = ...",
+                );
+            }
+            axes.push(axis);
+        }
+        if axes.len() > 2 {
+            let message = "a continuation has one number that varies, and a second one for curves of special points";
+            reader.report(&root, "axis", message);
+        }
+        let mut study = ContinuationStudy {
+            title: head.title,
+            base: head.base.clone().unwrap_or_else(|| source_without_a_case(&source)),
+            settings: head.settings,
+            files: head.files,
+            axes,
+            steady: false,
+            cycle: true,
+            search: Search::default(),
+            directions: (true, true),
+            points: DEFAULT_POINTS as usize,
+            step: DEFAULT_STEP,
+            follow: vec![Special::Hopf, Special::Flip],
+            curves: Vec::new(),
+            source,
+        };
+        study.read_branch(&mut reader, &root);
+        if !reader.is_clean() || head.base.is_none() {
+            return Err(reader.into_error());
+        }
+        let start = study.start()?;
+        // A number may stand for a list of one.
+        for key in study.axes.iter_mut().flat_map(|axis| &mut axis.keys) {
+            let first = format!("{key}.0");
+            if start.number(key).is_err() && start.number(&first).is_ok() {
+                *key = first;
+            }
+        }
+        for (index, axis) in study.axes.iter().enumerate() {
+            let key = &axis.keys[0];
+            let fails = |message: &str| Err(CaseError::one(study.source.label(), key, message));
+            if NO_EQUATION.iter().any(|table| key.starts_with(table)) {
+                return fails(
+                    "a periodic motion does not depend on it: name a number of the system or of what drives it",
+                );
+            }
+            if study.axes[..index].iter().any(|other| other.keys.contains(key)) {
+                return fails("is the number of the first [[axis]], too: name another one");
+            }
+            let Ok(own) = start.number(key) else {
+                return fails(&format!(
+                    "the case has no number there from which a branch could start: write one in the case or in [set], or name a number \
+                     inside, such as {key}.0 of a list or {key}.value of a signal"
+                ));
+            };
+            let (low, high) = study.range(index);
+            if !(low..=high).contains(&own) {
+                return fails(&format!(
+                    "the branch starts where the case is, at {own:?}, which is outside the range {low:?} to {high:?}: widen it, or \
+                     set {key} in [set]"
+                ));
+            }
+        }
+        Ok(study)
+    }
+
+    fn read_branch(&mut self, reader: &mut Reader, root: &stickslip_case::document::Node) {
+        let Some(node) = root.at("branch") else { return };
+        if reader.table(node, "branch", BRANCH_KEYS).is_none() {
+            return;
+        }
+        if let Some(of) = node.at("of")
+            && let Some(words) = reader.keys(of, "branch.of")
+        {
+            self.steady = words.iter().any(|word| word == "steady");
+            self.cycle = words.iter().any(|word| word == "cycle");
+            if let Some(other) = words.iter().find(|word| !matches!(word.as_str(), "steady" | "cycle")) {
+                let message = format!("{other} is nothing that is followed; there are \"steady\" and \"cycle\"");
+                reader.report(of, "branch.of", message);
+            }
+        }
+        if let Some(from) = node.at("from") {
+            match reader.text(from, "branch.from").as_deref() {
+                Some("end") => self.search.from = From::End,
+                Some("initial") => self.search.from = From::Initial,
+                Some(_) => reader.report(
+                    from,
+                    "branch.from",
+                    "expected \"end\", the end of the run, or \"initial\", the state of [initial]",
+                ),
+                None => {}
+            }
+        }
+        if let Some(direction) = node.at("direction") {
+            match reader.text(direction, "branch.direction").as_deref() {
+                Some("both") => self.directions = (true, true),
+                Some("up") => self.directions = (true, false),
+                Some("down") => self.directions = (false, true),
+                Some(_) => reader.report(direction, "branch.direction", "expected \"both\", \"up\" or \"down\""),
+                None => {}
+            }
+        }
+        if let Some(period) = node.at("period") {
+            let expected = "a period in s, greater than 0";
+            self.search.period = reader.number(period, "branch.period", expected, |period| period > 0.0);
+        }
+        if let Some(periods) = node.at("periods") {
+            let found = reader.whole_number(periods, "branch.periods", 1..=LONGEST as u64);
+            self.search.periods = found.map(|periods| periods as u32);
+        }
+        if let Some(points) = node.at("points")
+            && let Some(count) = reader.whole_number(points, "branch.points", 2..=MOST_POINTS)
+        {
+            self.points = count as usize;
+        }
+        if let Some(step) = node.at("step") {
+            let expected = "a share of the range from 1e-5 to 0.5";
+            if let Some(found) = reader.number(step, "branch.step", expected, |step| (1e-5..=0.5).contains(&step)) {
+                self.step = found;
+            }
+        }
+        let mut specials = |name: &str, fit: &[Special]| -> Option<Vec<Special>> {
+            let given = node.at(name)?;
+            let path = format!("branch.{name}");
+            reader.list(given, &path, |reader, element, path| {
+                let word = reader.text(element, path)?;
+                let found = Special::from_name(&word).filter(|special| fit.contains(special));
+                let words = fit.iter().map(|special| special.name()).collect::<Vec<_>>().join(", ");
+                found.or_else(|| reader.refuse(element, path, format!("expected one of {words}")))
+            })
+        };
+        if let Some(follow) = specials("follow", &[Special::Hopf, Special::Flip]) {
+            self.follow = follow;
+        }
+        let curves: Vec<Special> = Special::ALL
+            .into_iter()
+            .filter(|one| *one != Special::BranchPoint)
+            .collect();
+        if let Some(curves) = specials("curves", &curves) {
+            self.curves = curves;
+            if self.axes.len() < 2
+                && let Some(node) = node.at("curves")
+            {
+                let message = "a curve of special points is one in two numbers: write a second [[axis]]";
+                reader.report(node, "branch.curves", message);
+            }
+        }
+    }
+
+    /// Case from which branches start, if valid.
+    pub fn start(&self) -> Result<Case, CaseError> {
+        Case::read(&self.base, &self.settings)
+    }
+
+    /// Start case with its parameters as written, if valid.
+    pub fn written(&self) -> Result<WrittenCase, CaseError> {
+        WrittenCase::read(&self.base, &self.settings)
+    }
+
+    /// Least and largest value of an axis.
+    pub fn range(&self, axis: usize) -> (f64, f64) {
+        let range = self.axes[axis].range;
+        range.map_or((f64::NAN, f64::NAN), |range| {
+            (range.from.min(range.to), range.from.max(range.to))
+        })
+    }
+
+    /// Hash of all that determines the study's results, including the program version: 64 hexadecimal digits.
+    pub fn digest(&self) -> String {
+        let mut hash = Sha256::new();
+        hash.update(env!("CARGO_PKG_VERSION"));
+        hash.update(&self.base.text);
+        // The time limit does not count: a study can resume with another budget.
+        let settings: Vec<_> = self
+            .settings
+            .iter()
+            .filter(|setting| setting.key() != WALL_TIME)
+            .collect();
+        hash.update(format!("{settings:?} {:?}", self.axes));
+        hash.update(format!(
+            "{} {} {:?} {:?} {} {} {:?} {:?}",
+            self.steady, self.cycle, self.search, self.directions, self.points, self.step, self.follow, self.curves
+        ));
+        hash.finalize().iter().map(|byte| format!("{byte:02x}")).collect()
+    }
+}
+
+/// Placeholder for an unreadable base case, which has been reported.
+fn source_without_a_case(source: &StudySource) -> CaseSource {
+    CaseSource {
+        text: String::new(),
+        origin: stickslip_case::Origin::BuiltIn(source.name.clone()),
+    }
+}

@@ -1,0 +1,479 @@
+//! Certification of a cycle: Newton's method with the independent oracle, to any number of digits.
+//!
+//! The oracle solves the motion from a state over a period. The distance to the start corrects state and period,
+//! through derivatives in double precision. Each correction shrinks by the error of these derivatives, about eight
+//! digits. This contraction proves the cycle and bounds the distance to it.
+
+use super::error::CycleError;
+use super::family::Family;
+use super::forcing::in_the_long_run;
+use super::orbit::Orbit;
+use nalgebra::{DMatrix, DVector};
+use num_bigint::BigInt;
+use num_rational::BigRational;
+use num_traits::{One, Signed, Zero};
+use std::ops::ControlFlow;
+use stickslip_case::ExactCase;
+use stickslip_engine::simulation::{Excitation, Wanted, shoot};
+use stickslip_files::{Addition, Column, quantity, schema::group};
+use stickslip_oracle::{self as oracle, OracleError, OracleOptions, OracleReport, OracleState, decimal};
+use stickslip_system::model::equations::{Engagement, Side, SystemEquations};
+use stickslip_system::model::nearest_double;
+use stickslip_system::model::system::{ContactLaw, End, ExactSystem, Initial, Pressing};
+use stickslip_system::signal::{Drive, Frequency, Wave};
+
+const SPARE_DIGITS: u32 = 12;
+
+const MOST_CORRECTIONS: usize = 40;
+
+/// Largest ratio of successive corrections for a certificate.
+const LEAST_CONTRACTION: f64 = 1e-3;
+
+/// Safety factor on the extrapolated shift of the events by a correction.
+const SAFETY: f64 = 10.0;
+
+const DIGITS_OF_PI: usize = 650;
+
+/// Reason why a cycle is not certified.
+#[derive(Debug, thiserror::Error)]
+pub enum NotCertified {
+    /// Error of the oracle.
+    #[error(transparent)]
+    Oracle(#[from] OracleError),
+    /// Error of the cycle in double precision.
+    #[error(transparent)]
+    Cycle(#[from] CycleError),
+    /// The corrections do not shrink.
+    #[error(
+        "not certified: after {corrections} corrections by the oracle the last one is {ratio:.1e} of the one before, where the \
+         derivatives promise 1e-8. The cycle is too near to another sequence of events, or too unstable, for its derivatives in \
+         double precision"
+    )]
+    NoContraction {
+        /// Number of corrections.
+        corrections: usize,
+        /// Ratio of the last two.
+        ratio: f64,
+    },
+    /// Another sequence of events.
+    #[error("not certified: the oracle's motion has other events than the cycle ({found}, not {expected})")]
+    OtherEvents {
+        /// Events of the oracle's motion.
+        found: String,
+        /// Events of the cycle.
+        expected: String,
+    },
+    /// A singular matrix.
+    #[error("not certified: the cycle is neutral, so that its neighbours are cycles as well")]
+    Neutral,
+}
+
+/// Number with its error.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Enclosed {
+    /// Value, rounded to a double.
+    pub value: f64,
+    /// Decimal with all true digits.
+    pub decimal: String,
+    /// Error of the decimal in the unit of the value, rounded up.
+    pub error: f64,
+}
+
+/// A certified cycle.
+#[derive(Debug, Clone)]
+pub struct CycleCertificate {
+    /// Period, s; exact for a forced motion.
+    pub period: Enclosed,
+    /// Events since the start of the file, with their kinds.
+    pub events: Vec<(Enclosed, &'static str)>,
+    /// Decimal digits of the oracle's computation.
+    pub digits_computed: u32,
+    /// Number of corrections.
+    pub corrections: usize,
+    /// Ratio of the last two corrections.
+    pub contraction: f64,
+}
+
+/// Machin's formula: pi = 16 arctan(1/5) - 4 arctan(1/239).
+fn pi() -> BigRational {
+    let scale = BigInt::from(10).pow(DIGITS_OF_PI as u32);
+    let inverse_tangent = |of: i64| {
+        let (mut term, mut sum, mut n) = (&scale / of, BigInt::zero(), 1i64);
+        let square = of * of;
+        while !term.is_zero() {
+            let part = &term / n;
+            sum += if n % 4 == 1 { part } else { -part };
+            term /= square;
+            n += 2;
+        }
+        sum
+    };
+    let value = inverse_tangent(5) * 16 - inverse_tangent(239) * 4;
+    BigRational::new(value, scale)
+}
+
+fn rational(value: f64) -> BigRational {
+    BigRational::from_float(value).unwrap_or_default()
+}
+
+/// Drive with its origin moved to a time (s).
+fn shifted(drive: &Drive<BigRational>, time: &BigRational, pi: &BigRational) -> Drive<BigRational> {
+    match drive {
+        Drive::Wave(wave) => {
+            let turned = match &wave.frequency {
+                Frequency::Cycles(frequency) => frequency * time * pi * BigRational::from_integer(2.into()),
+                Frequency::Angular(omega) => omega * time,
+            };
+            Drive::Wave(Wave {
+                phase: &wave.phase + turned,
+                ..wave.clone()
+            })
+        }
+        Drive::Sum(terms) => Drive::Sum(terms.iter().map(|term| shifted(term, time, pi)).collect()),
+        other => other.clone(),
+    }
+}
+
+fn system_from(system: &ExactSystem, time: f64, pi: &BigRational) -> ExactSystem {
+    let (mut system, time) = (in_the_long_run(system), rational(time));
+    for train in [&mut system.rotor, &mut system.stator] {
+        if let End::Driven(speed) = &mut train.end {
+            *speed = shifted(speed, &time, pi);
+        }
+        if let Some(torque) = &mut train.torque {
+            torque.signal = shifted(&torque.signal, &time, pi);
+        }
+    }
+    if let Pressing::Force(force) = &mut system.pressing {
+        *force = shifted(force, &time, pi);
+    }
+    system
+}
+
+/// Period of the first harmonic of an exact system; only pi is rounded.
+fn exact_turn(system: &ExactSystem, pi: &BigRational) -> Option<BigRational> {
+    fn first(drive: &Drive<BigRational>) -> Option<&Wave<BigRational>> {
+        match drive {
+            Drive::Wave(wave) if !wave.amplitude.is_zero() => Some(wave),
+            Drive::Sum(terms) => terms.iter().find_map(first),
+            _ => None,
+        }
+    }
+    let wave = system.drives().into_iter().find_map(first)?;
+    Some(match &wave.frequency {
+        Frequency::Cycles(frequency) => frequency.abs().recip(),
+        Frequency::Angular(omega) => pi * BigRational::from_integer(2.into()) / omega.abs(),
+    })
+}
+
+/// Twists and speeds of a state, rotor first, then bristles, as in a case.
+fn stated(state: &OracleState) -> Vec<BigRational> {
+    let lists = [
+        &state.rotor_twist,
+        &state.rotor_speed,
+        &state.stator_twist,
+        &state.stator_speed,
+    ];
+    let all = lists.into_iter().flatten().chain(&state.deflection);
+    all.map(|number| number.to_rational().unwrap_or_default()).collect()
+}
+
+/// Corrects a cycle by the oracle to a number of true digits of period and events. The file of a driven cycle starts at
+/// phase zero of the drives, `periods_before` of their periods before the orbit's time origin; that of an autonomous
+/// cycle starts with the orbit. `told` is called at every run; `Break` ends the certification.
+///
+/// # Errors
+/// The corrections do not shrink, the oracle finds other events, or a run fails.
+pub fn certify(
+    family: &Family,
+    orbit: &Orbit,
+    exact: &ExactCase,
+    digits: u32,
+    periods_before: u32,
+    told: &mut dyn FnMut(u32, usize) -> ControlFlow<()>,
+) -> Result<CycleCertificate, NotCertified> {
+    let pi = pi();
+    let member = family.at(&orbit.values, false)?;
+    let system = system_from(&exact.system, orbit.time, &pi);
+    let forced = member.period.is_some();
+    let equations = SystemEquations::new(&member.system);
+    let outside = Excitation::new(&member.system).at(0, orbit.time);
+    let n = orbit.state.len();
+    // Components stated in a case, as a function of the mechanical state: linear except for the drives.
+    let of_state = |y: &[f64]| -> Vec<f64> {
+        let mut whole = vec![0.0; equations.dimension];
+        whole[..n].copy_from_slice(y);
+        let mut all = Vec::new();
+        for (side, driving) in [(&equations.rotor, &outside.rotor), (&equations.stator, &outside.stator)] {
+            let side: &Side = side;
+            all.extend((0..side.shafts()).map(|i| side.twist(i, &whole)));
+            all.extend(side.speeds(driving, &whole));
+        }
+        if let Engagement::Bristles(.., at) = equations.engagement {
+            all.push(whole[at]);
+        }
+        all
+    };
+    let own = of_state(&orbit.state);
+    let size = own.len();
+    let change = DMatrix::from_fn(size, n, |i, j| {
+        let mut y = orbit.state.clone();
+        y[j] += 1.0;
+        of_state(&y)[i] - own[i]
+    });
+    let back = change.clone().try_inverse().ok_or(NotCertified::Neutral)?;
+    let wanted = Wanted {
+        derivatives: Some(&[]),
+        extrema: false,
+        stop: &|| false,
+    };
+    let state = DVector::from_column_slice(&orbit.state);
+    let start = (orbit.time, &state);
+    let shot = shoot((&member.system, member.threshold), start, orbit.period, wanted).map_err(CycleError::from)?;
+    // (M - I, f; f 0) in stated components; the plane across the flow uses the components' sizes.
+    let matrix = &change * &shot.by_state * &back;
+    let (end_flow, flow) = (&change * &shot.end_rates, &change * &shot.start_rates);
+    let rows = size + usize::from(!forced);
+    let mut jacobian = DMatrix::zeros(rows, rows);
+    for i in 0..size {
+        for j in 0..size {
+            jacobian[(i, j)] = matrix[(i, j)] - f64::from(i == j);
+        }
+        if !forced {
+            jacobian[(i, size)] = end_flow[i];
+            jacobian[(size, i)] = flow[i];
+        }
+    }
+    let sizes: Vec<f64> = (0..size)
+        .map(|i| {
+            let parts = (0..n).map(|j| change[(i, j)].abs() * orbit.sizes[j]);
+            match parts.fold(0.0, f64::max) {
+                0.0 => 1.0,
+                size => size,
+            }
+        })
+        .collect();
+    let solver = jacobian.lu();
+    let mut period = match (exact_turn(&system, &pi), orbit.multiple) {
+        (Some(turn), Some(multiple)) => {
+            turn * BigRational::from_integer((family.turns().unwrap_or(1) * u64::from(multiple)).into())
+        }
+        _ => rational(orbit.period),
+    };
+    let mut x: Vec<BigRational> = own.iter().map(|value| rational(*value)).collect();
+    let computed = digits + SPARE_DIGITS;
+    let (mut before, mut ratio): (f64, f64) = (f64::INFINITY, f64::NAN);
+    let mut last: Option<OracleReport> = None;
+    let expected: Vec<&str> = orbit.events.iter().map(|event| event.kind).collect();
+    for corrections in 0..MOST_CORRECTIONS {
+        if told(computed, corrections).is_break() {
+            return Err(CycleError::Interrupted.into());
+        }
+        let mut go_on = |_| told(computed, corrections);
+        let report = run((&system, &exact.threshold), &x, &period, computed, &mut go_on)?;
+        let kinds: Vec<&str> = sequence(&report).map(|event| event.kind.name()).collect();
+        if kinds != expected {
+            return Err(NotCertified::OtherEvents {
+                found: listed(&kinds),
+                expected: listed(&expected),
+            });
+        }
+        let Some((_, end)) = report.samples.last() else {
+            return Err(NotCertified::Neutral);
+        };
+        let end = stated(end);
+        // Every step lies in the plane across the flow.
+        let mut right = DVector::zeros(rows);
+        for i in 0..size {
+            right[i] = -nearest_double(&(&end[i] - &x[i]));
+        }
+        let step = solver.solve(&right).ok_or(NotCertified::Neutral)?;
+        let length = step.iter().zip(sizes.iter().chain([&orbit.period]));
+        let length = length.map(|(step, size)| step.abs() / size);
+        let length = length.fold(0.0, f64::max);
+        let small = length <= 10f64.powi(-(digits as i32) - 1);
+        if before.is_finite() && before > 0.0 {
+            ratio = length / before;
+        }
+        let moved = last.as_ref().map(|last| differences(last, &report));
+        if small && let Some(moved) = moved {
+            let contraction = if ratio.is_nan() { 0.0 } else { ratio };
+            if contraction > LEAST_CONTRACTION {
+                return Err(NotCertified::NoContraction { corrections, ratio });
+            }
+            let resolved = 10f64.powi(-(computed as i32) + 2);
+            let of_period = if forced { 0.0 } else { step[size].abs() * SAFETY };
+            let enclosed = |value: &BigRational, error: f64| {
+                let size = nearest_double(value).abs();
+                let error = error + resolved * size;
+                let true_digits = if size > 0.0 {
+                    (size / error).log10().floor().max(1.0)
+                } else {
+                    1.0
+                };
+                let decimal = decimal(value, (true_digits as usize).min(computed as usize));
+                // The decimal is rounded as well.
+                let printed = oracle::rational(&decimal).unwrap_or_default();
+                let rounding = nearest_double(&(printed - value)).abs();
+                Enclosed {
+                    value: nearest_double(value),
+                    decimal,
+                    error: (error + rounding).next_up(),
+                }
+            };
+            let phase = rational(orbit.time);
+            let turn = match (&member.period, orbit.multiple) {
+                (Some(_), Some(multiple)) => &period / BigRational::from_integer(multiple.into()),
+                _ => BigRational::zero(),
+            };
+            let events = sequence(&report).zip(&moved).map(|(event, moved)| {
+                let mut time = event.time.to_rational().unwrap_or_default();
+                if forced {
+                    time = time + &phase + &turn * BigRational::from_integer(periods_before.into());
+                    time -= (&time / &period).floor() * &period;
+                }
+                (enclosed(&time, SAFETY * moved * contraction), event.kind.name())
+            });
+            let mut events: Vec<(Enclosed, &'static str)> = events.collect();
+            events.sort_by(|a, b| a.0.value.total_cmp(&b.0.value));
+            return Ok(CycleCertificate {
+                period: enclosed(&period, of_period),
+                events,
+                digits_computed: computed,
+                corrections,
+                contraction,
+            });
+        }
+        if corrections > 3 && ratio > LEAST_CONTRACTION.sqrt() && length > 10f64.powi(-(digits as i32)) {
+            return Err(NotCertified::NoContraction { corrections, ratio });
+        }
+        before = length;
+        for (x, step) in x.iter_mut().zip(step.iter()) {
+            *x += rational(*step);
+        }
+        if !forced {
+            period += rational(step[size]);
+        }
+        // Sums of corrections need not keep every bit.
+        let bits = 8 * computed as usize;
+        x.iter_mut().for_each(|x| *x = rounded(x, bits));
+        period = rounded(&period, bits);
+        last = Some(report);
+    }
+    Err(NotCertified::NoContraction {
+        corrections: MOST_CORRECTIONS,
+        ratio,
+    })
+}
+
+fn listed(kinds: &[&str]) -> String {
+    match kinds {
+        [] => "none".to_owned(),
+        kinds => kinds.join(", "),
+    }
+}
+
+fn rounded(value: &BigRational, bits: usize) -> BigRational {
+    let scale = BigRational::from_integer(BigInt::one() << bits);
+    (value * &scale).round() / scale
+}
+
+fn sequence(report: &OracleReport) -> impl Iterator<Item = &oracle::OracleEvent> {
+    report.events.iter().filter(|event| event.kind.in_event_sequence())
+}
+
+fn differences(one: &OracleReport, other: &OracleReport) -> Vec<f64> {
+    let pairs = sequence(one).zip(sequence(other));
+    pairs.map(|(a, b)| a.time.minus(&b.time).abs()).collect()
+}
+
+/// The oracle's motion from stated components over a period.
+fn run(
+    (system, threshold): (&ExactSystem, &Option<BigRational>),
+    x: &[BigRational],
+    period: &BigRational,
+    digits: u32,
+    control: &mut dyn FnMut(f64) -> ControlFlow<()>,
+) -> Result<OracleReport, OracleError> {
+    let mut system = system.clone();
+    let mut values = x.iter().cloned();
+    let mut take = |count: usize| values.by_ref().take(count).collect::<Vec<_>>();
+    system.initial = Initial {
+        rotor_twist: take(system.rotor.shafts()),
+        rotor_speed: take(system.rotor.inertia.len()),
+        stator_twist: take(system.stator.shafts()),
+        stator_speed: take(system.stator.inertia.len()),
+    };
+    if let ContactLaw::Bristles(bristles) = &mut system.contact
+        && let Some(deflection) = take(1).pop()
+    {
+        bristles.deflection = deflection;
+    }
+    let options = OracleOptions {
+        digits,
+        end_time: period.clone(),
+        sample_times: vec![period.clone()],
+        stability: false,
+        threshold: threshold.clone(),
+        ..OracleOptions::default()
+    };
+    oracle::run(&system, &options, control)
+}
+
+impl CycleCertificate {
+    /// Group /cycle_certificate of a file.
+    pub fn additions(&self) -> Vec<Addition> {
+        let mut group = Addition::new(group::CYCLE_CERTIFICATE);
+        let mut number = |name: &str, value: f64, units: &str, about: &str| {
+            group.attributes.extend(quantity(name, value, units, about));
+        };
+        number(
+            "period",
+            self.period.value,
+            "s",
+            "period of the exact cycle, rounded to a double",
+        );
+        number(
+            "period_uncertainty",
+            self.period.error,
+            "s",
+            "how far the decimal of the period can be off",
+        );
+        let about = "decimal digits that the oracle computed with";
+        number("digits_computed", f64::from(self.digits_computed), "1", about);
+        number(
+            "corrections",
+            self.corrections as f64,
+            "1",
+            "corrections by Newton's method",
+        );
+        number(
+            "contraction",
+            self.contraction,
+            "1",
+            "the last correction over the one before",
+        );
+        group.attribute("period_decimal", self.period.decimal.as_str());
+        group.dimension("exact_event", self.events.len(), "number of the event");
+        let times = self.events.iter().map(|event| event.0.value);
+        group.over(
+            &["exact_event"],
+            Column::numbers("exact_time", "s", "time of the event, rounded to a double", times),
+        );
+        let errors = self.events.iter().map(|event| event.0.error);
+        let about = "how far the decimal of the time can be off";
+        group.over(
+            &["exact_event"],
+            Column::numbers("exact_uncertainty", "s", about, errors),
+        );
+        let decimals: Vec<&str> = self.events.iter().map(|event| event.0.decimal.as_str()).collect();
+        let kinds: Vec<&str> = self.events.iter().map(|event| event.1).collect();
+        group.text(
+            "kinds",
+            "what happens at the events, one in each line",
+            kinds.join("\n"),
+        );
+        group.text("decimals", "times of the events as decimals, s", decimals.join("\n"));
+        vec![group]
+    }
+}

@@ -1,0 +1,172 @@
+//! A case with varied parameters: long-run system and derivatives of each member.
+
+use super::error::CycleError;
+use super::forcing::{NotPeriodic, common_turns, in_the_long_run, period_of};
+use stickslip_case::{Case, WrittenCase};
+use stickslip_engine::simulation::{MovedCases, MovedSystem};
+use stickslip_system::model::margin::twice_resistance;
+use stickslip_system::model::system::System;
+
+/// Relative change of a parameter for central differences over one and two of it. They err by its fourth power: a
+/// frequency turns a phase of many radians.
+const WIDTH: f64 = 1.0 / 262_144.0;
+const CENTRAL: [(f64, f64); 4] = [
+    (1.0, 2.0 / 3.0),
+    (-1.0, -2.0 / 3.0),
+    (2.0, -1.0 / 12.0),
+    (-2.0, 1.0 / 12.0),
+];
+
+/// Case with varied parameters.
+#[derive(Debug, Clone)]
+pub struct Family {
+    written: WrittenCase,
+    /// Key paths that take the value of each varied parameter.
+    keys: Vec<Vec<String>>,
+    /// Number of harmonics, and turns of the first in their common period.
+    turns: Option<(usize, u64)>,
+}
+
+pub(crate) struct Member {
+    pub system: System,
+    /// Threshold, rad/s.
+    pub threshold: f64,
+    /// Common period of the drives, s; `None` for an autonomous system.
+    pub period: Option<f64>,
+    pub moved: Vec<MovedCases>,
+    /// d(period)/d(parameter).
+    pub period_slopes: Vec<f64>,
+}
+
+impl Family {
+    /// Family of a case with the key paths of each varied parameter, if periodic motions can last.
+    pub fn new(written: WrittenCase, keys: &[Vec<String>]) -> Result<Family, CycleError> {
+        let system = in_the_long_run(&written.case().system);
+        if twice_resistance(&system).is_some() {
+            return Err(NotPeriodic::Stops.into());
+        }
+        Ok(Family {
+            turns: common_turns(&system)?,
+            keys: keys.to_vec(),
+            written,
+        })
+    }
+
+    /// Whether the system is independent of time.
+    pub fn is_autonomous(&self) -> bool {
+        self.turns.is_none()
+    }
+
+    pub(crate) fn turns(&self) -> Option<u64> {
+        self.turns.map(|(_, turns)| turns)
+    }
+
+    /// Number of varied parameters.
+    pub fn numbers(&self) -> usize {
+        self.keys.len()
+    }
+
+    /// All key paths with their values.
+    pub fn changes(&self, values: &[f64]) -> Vec<(&str, f64)> {
+        let pairs = self.keys.iter().zip(values);
+        pairs
+            .flat_map(|(paths, value)| paths.iter().map(|path| (path.as_str(), *value)))
+            .collect()
+    }
+
+    /// The case as written.
+    pub fn case(&self) -> &Case {
+        self.written.case()
+    }
+
+    /// Case with other values of its parameters, if valid.
+    pub fn case_at(&self, values: &[f64]) -> Result<Case, CycleError> {
+        let changes = self.changes(values);
+        let found = match changes.is_empty() {
+            true => Ok(self.case().clone()),
+            false => self.written.with_all(&changes),
+        };
+        found.map_err(|error| CycleError::NoCase(error.to_string()))
+    }
+
+    fn system_at(&self, values: &[f64]) -> Option<(System, f64)> {
+        let case = self.case();
+        let found = match values.is_empty() {
+            true => Some((case.system.clone(), case.threshold)),
+            false => self.written.moved_all(&self.changes(values)),
+        };
+        found.map(|(system, threshold)| (in_the_long_run(&system), threshold))
+    }
+
+    fn period(&self, system: &System) -> Option<f64> {
+        period_of(system, self.turns()?)
+    }
+
+    /// Checks that a member has as many harmonics, with as many turns in their common period, as the case.
+    fn check_turns(&self, system: &System, keys: &[Vec<String>]) -> Result<(), CycleError> {
+        if common_turns(system).ok() == Some(self.turns) {
+            return Ok(());
+        }
+        let number = keys.concat().join(", ");
+        Err(NotPeriodic::OtherPeriod { number }.into())
+    }
+
+    /// Member with these values, unless invalid or with another common period of the drives.
+    pub(crate) fn at(&self, values: &[f64], derivatives: bool) -> Result<Member, CycleError> {
+        let none = || {
+            let changes = self.changes(values);
+            let numbers = changes.iter().map(|(key, value)| format!("{key} = {value:?}"));
+            let numbers = numbers.collect::<Vec<_>>().join(", ");
+            match self.case_at(values) {
+                Err(CycleError::NoCase(why)) => CycleError::NoCase(format!("no valid case has {numbers}: {why}")),
+                _ => CycleError::NoCase(format!("no valid case has {numbers}")),
+            }
+        };
+        if values.iter().any(|value| !value.is_finite()) {
+            return Err(none());
+        }
+        let (system, threshold) = self.system_at(values).ok_or_else(none)?;
+        self.check_turns(&system, &self.keys)?;
+        let period = self.period(&system);
+        let (mut moved, mut period_slopes) = (Vec::new(), Vec::new());
+        for number in (0..values.len()).filter(|_| derivatives) {
+            let size = if values[number] == 0.0 {
+                1.0
+            } else {
+                values[number].abs()
+            };
+            let h = WIDTH * size;
+            let copy = |steps: f64, weight: f64| {
+                let mut values = values.to_vec();
+                values[number] += steps * h;
+                let (system, threshold) = self.system_at(&values)?;
+                Some(MovedSystem {
+                    system,
+                    threshold,
+                    weight: weight / h,
+                    bend: 1.0,
+                })
+            };
+            let all = |copies: &[(f64, f64)]| copies.iter().map(|&(steps, weight)| copy(steps, weight)).collect();
+            let central: Option<Vec<_>> = all(&CENTRAL);
+            let one_sided = |side: f64| all(&[(0.0, -1.5 * side), (side, 2.0 * side), (2.0 * side, -0.5 * side)]);
+            let found = central.or_else(|| one_sided(1.0)).or_else(|| one_sided(-1.0));
+            let copies: Vec<MovedSystem> = found.ok_or_else(none)?;
+            for copy in &copies {
+                self.check_turns(&copy.system, &self.keys[number..=number])?;
+            }
+            let slope = copies
+                .iter()
+                .filter_map(|copy| Some(copy.weight * self.period(&copy.system)?));
+            period_slopes.push(slope.sum());
+            moved.push(MovedCases { copies, rounded: None });
+        }
+        Ok(Member {
+            system,
+            threshold,
+            period,
+            moved,
+            period_slopes,
+        })
+    }
+}

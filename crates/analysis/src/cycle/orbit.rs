@@ -1,0 +1,365 @@
+//! Periodic motion and its description.
+
+use super::equations::Guess;
+use super::error::CycleError;
+use super::family::{Family, Member};
+use nalgebra::{Complex, DMatrix, DVector};
+use serde::Serialize;
+use stickslip_engine::simulation::{Border, Margin, Phase, Shot, Wanted, shoot};
+use stickslip_system::model::Mode;
+use stickslip_system::numerics::eigenvalues::eigenvalues;
+
+/// Distance from the unit circle within which a multiplier is neutral.
+pub const NEUTRAL: f64 = 1e-8;
+
+/// Share of the period's largest slip speed above which a slip counts as one of the largest.
+const ALIKE: f64 = 1.0 - 1e-6;
+
+/// Kind of a multiplier.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum MultiplierKind {
+    /// Disturbance across the motion.
+    Free,
+    /// Exactly 1: along an autonomous motion.
+    Along,
+    /// Exactly 0: a stick removes every difference of the surface speeds.
+    Stick,
+}
+
+/// Floquet multiplier: factor of a disturbance in a period.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct Multiplier {
+    /// Real part.
+    pub real: f64,
+    /// Imaginary part.
+    pub imaginary: f64,
+    /// Kind.
+    pub kind: MultiplierKind,
+}
+
+impl MultiplierKind {
+    /// All kinds, in the order of their codes in files.
+    pub const ALL: [MultiplierKind; 3] = [MultiplierKind::Free, MultiplierKind::Along, MultiplierKind::Stick];
+
+    /// Name in files.
+    pub fn name(self) -> &'static str {
+        match self {
+            MultiplierKind::Free => "free",
+            MultiplierKind::Along => "along",
+            MultiplierKind::Stick => "stick",
+        }
+    }
+}
+
+impl Multiplier {
+    /// Magnitude.
+    pub fn magnitude(&self) -> f64 {
+        self.real.hypot(self.imaginary)
+    }
+
+    fn new(value: Complex<f64>, kind: MultiplierKind) -> Multiplier {
+        Multiplier {
+            real: value.re,
+            imaginary: value.im,
+            kind,
+        }
+    }
+}
+
+/// Stability against small disturbances.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Stability {
+    /// All disturbances decay.
+    Stable,
+    /// A disturbance grows.
+    Unstable,
+    /// A disturbance stays, to rounding.
+    Neutral,
+}
+
+impl Stability {
+    /// Name in a word.
+    pub fn name(self) -> &'static str {
+        match self {
+            Stability::Stable => "stable",
+            Stability::Unstable => "unstable",
+            Stability::Neutral => "neutral",
+        }
+    }
+}
+
+/// Distance to another sequence of events.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct Nearest {
+    /// Change of the sequence.
+    pub border: Border,
+    /// Relative distance; see [`Border`].
+    pub distance: f64,
+    /// Time since the start of the period, s.
+    pub time: f64,
+}
+
+/// Event of a period.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct OrbitEvent {
+    /// Time since the start of the period, s.
+    pub time: f64,
+    /// Name in files.
+    pub kind: &'static str,
+    /// Mode after the event.
+    pub mode_after: &'static str,
+}
+
+/// Periodic motion.
+#[derive(Debug, Clone)]
+pub struct Orbit {
+    /// Period, s.
+    pub period: f64,
+    /// Periods of the drives in a period; `None` for an autonomous motion.
+    pub multiple: Option<u32>,
+    /// Phase of the drives at the start, s.
+    pub time: f64,
+    /// State at the start: twists, rates, speeds of free chains, bristles.
+    pub state: Vec<f64>,
+    /// Relative error bound of state and period: last Newton step over the size of each component.
+    pub error: f64,
+    /// Newton iterations.
+    pub iterations: usize,
+    /// Multipliers, the largest first; the one along an autonomous motion, 1, leads.
+    pub multipliers: Vec<Multiplier>,
+    /// Stability by the multipliers.
+    pub stability: Stability,
+    /// Events in order of time.
+    pub events: Vec<OrbitEvent>,
+    /// Least and largest position, rad (m in translation).
+    pub position: (f64, f64),
+    /// Least and largest omega_r, rad/s.
+    pub relative_velocity: (f64, f64),
+    /// Sticks that begin in the period.
+    pub sticks: usize,
+    /// Shortest and longest stick, s.
+    pub stick_durations: Option<(f64, f64)>,
+    /// Nearest other sequence of events.
+    pub nearest: Option<Nearest>,
+    pub(crate) margins: Vec<Margin>,
+    /// Codes of the modes in order of time: equal words are equal sequences.
+    pub(crate) word: Vec<u8>,
+    pub(crate) values: Vec<f64>,
+    pub(crate) sizes: Vec<f64>,
+    /// d(end)/d(start).
+    pub(crate) by_state: DMatrix<f64>,
+    /// Distance of the start from the nearest events, as a share of the longest slip; infinite without events.
+    pub(crate) clearance: f64,
+}
+
+impl Orbit {
+    /// Half of the position's range; NaN for a slip displacement.
+    pub fn amplitude(&self) -> f64 {
+        (self.position.1 - self.position.0) / 2.0
+    }
+
+    pub(crate) fn guess(&self) -> Guess {
+        Guess {
+            time: self.time,
+            state: DVector::from_column_slice(&self.state),
+            period: self.period,
+            values: self.values.clone(),
+        }
+    }
+
+    /// Events in words, such as "slip, stick".
+    pub fn sequence(&self) -> String {
+        self.events
+            .iter()
+            .map(|event| event.kind)
+            .collect::<Vec<_>>()
+            .join(", ")
+    }
+
+    pub(crate) fn describe(
+        family: &Family,
+        guess: &Guess,
+        (error, iterations): (f64, usize),
+        stop: &dyn Fn() -> bool,
+    ) -> Result<Orbit, CycleError> {
+        let member: Member = family.at(&guess.values, false)?;
+        let wanted = Wanted {
+            derivatives: Some(&[]),
+            extrema: true,
+            stop,
+        };
+        let shot = shoot(
+            (&member.system, member.threshold),
+            (guess.time, &guess.state),
+            guess.period,
+            wanted,
+        )?;
+        let multipliers = multipliers(&shot, family.is_autonomous());
+        let largest = multipliers.iter().filter(|one| one.kind == MultiplierKind::Free);
+        let largest = largest.map(Multiplier::magnitude).fold(0.0, f64::max);
+        let stability = match largest {
+            most if most > 1.0 + NEUTRAL => Stability::Unstable,
+            most if most >= 1.0 - NEUTRAL => Stability::Neutral,
+            _ => Stability::Stable,
+        };
+        let since = |time: f64| time - guess.time;
+        let events = shot.events.iter().filter(|event| event.kind.in_event_sequence());
+        let events = events.map(|event| OrbitEvent {
+            time: since(event.time),
+            kind: event.kind.name(),
+            mode_after: event.mode_after.name(),
+        });
+        let phases = whole(&shot.phases);
+        let durations = stick_durations(&phases);
+        // A touch is relative to the largest speed.
+        let (least, largest) = shot.relative_velocity;
+        let fastest = least.abs().max(largest.abs());
+        let margins = shot.margins.iter().map(|margin| match margin.border {
+            Border::Touch | Border::Graze => Margin {
+                distance: margin.distance / fastest,
+                ..*margin
+            },
+            _ => *margin,
+        });
+        let margins: Vec<Margin> = margins.chain(vanishing(&phases)).collect();
+        let nearest = margins.iter().min_by(|a, b| a.distance.total_cmp(&b.distance));
+        Ok(Orbit {
+            period: guess.period,
+            multiple: None,
+            time: guess.time,
+            state: guess.state.as_slice().to_vec(),
+            error,
+            iterations,
+            stability,
+            multipliers,
+            events: events.collect(),
+            position: shot.position,
+            relative_velocity: shot.relative_velocity,
+            sticks: durations.len(),
+            stick_durations: durations.iter().copied().fold(None, |known: Option<(f64, f64)>, one| {
+                let (low, high) = known.unwrap_or((one, one));
+                Some((low.min(one), high.max(one)))
+            }),
+            nearest: nearest.map(|margin| Nearest {
+                border: margin.border,
+                distance: margin.distance,
+                time: since(margin.time),
+            }),
+            word: word(&shot),
+            values: guess.values.clone(),
+            sizes: shot.sizes,
+            clearance: clearance(&shot.phases),
+            by_state: shot.by_state,
+            margins,
+        })
+    }
+}
+
+/// Modes of a motion in order of time, as a cyclic word that does not depend on the start.
+pub(crate) fn word(shot: &Shot) -> Vec<u8> {
+    // Crossings of a threshold do not change the sequence.
+    let events = shot.events.iter().filter(|event| event.mode_after != Mode::Engaged);
+    let events = events.filter(|event| event.kind.in_event_sequence());
+    let mut word: Vec<u8> = events.map(|event| event.mode_after.code() as u8).collect();
+    // The least rotation represents the cyclic word.
+    let rotations = (0..word.len().max(1)).map(|k| {
+        let mut rotated = word.clone();
+        rotated.rotate_left(k);
+        rotated
+    });
+    if let Some(least) = rotations.min() {
+        word = least;
+    }
+    word
+}
+
+/// See [`Orbit::clearance`].
+fn clearance(phases: &[Phase]) -> f64 {
+    let (Some(first), Some(last), true) = (phases.first(), phases.last(), phases.len() > 1) else {
+        return f64::INFINITY;
+    };
+    let slips = phases.iter().filter(|phase| phase.mode.slides());
+    let longest = slips.map(|phase| phase.to - phase.from).fold(0.0, f64::max);
+    (first.to - first.from).min(last.to - last.from) / longest
+}
+
+/// Phases of a period. The phase across its ends is joined, and comes first.
+pub fn whole(phases: &[Phase]) -> Vec<Phase> {
+    let mut phases = phases.to_vec();
+    if phases.len() > 1
+        && phases[0].mode == phases[phases.len() - 1].mode
+        && let Some(last) = phases.pop()
+    {
+        phases[0].to += last.to - last.from;
+        phases[0].depth = phases[0].depth.max(last.depth);
+    }
+    phases
+}
+
+/// Distances of slips and separations from vanishing. The largest slip of a period does not vanish.
+pub fn vanishing(phases: &[Phase]) -> Vec<Margin> {
+    let slips = phases.iter().filter(|phase| phase.mode.slides());
+    let largest = slips.map(|phase| phase.depth).fold(0.0, f64::max);
+    let margin = |phase: &Phase| {
+        let (border, distance) = match phase.mode {
+            Mode::Separated => (Border::Separation, phase.depth),
+            mode if mode.slides() => (Border::Slip, phase.depth / largest),
+            _ => return None,
+        };
+        let time = phase.from;
+        // Among equal slips, each counts as the largest.
+        (border == Border::Separation || distance < ALIKE).then_some(Margin { border, time, distance })
+    };
+    phases.iter().filter_map(margin).collect()
+}
+
+fn stick_durations(phases: &[Phase]) -> Vec<f64> {
+    let sticks = phases.iter().filter(|phase| phase.mode == Mode::Stick);
+    sticks.map(|phase| phase.to - phase.from).collect()
+}
+
+fn multipliers(shot: &Shot, autonomous: bool) -> Vec<Multiplier> {
+    let matrix = &shot.by_state;
+    let n = matrix.nrows();
+    let sizes: Vec<f64> = shot
+        .sizes
+        .iter()
+        .map(|&size| if size > 0.0 { size } else { 1.0 })
+        .collect();
+    let scaled = DMatrix::from_fn(n, n, |i, j| matrix[(i, j)] * sizes[j] / sizes[i]);
+    let flow = DVector::from_fn(n, |k, _| shot.end_rates[k] / sizes[k]);
+    let mut found = Vec::new();
+    let mut rest = scaled;
+    if autonomous && flow.norm() > 0.0 {
+        found.push(Multiplier::new(Complex::new(1.0, 0.0), MultiplierKind::Along));
+        rest = across(&rest, &flow.normalize());
+    }
+    let mut values = eigenvalues(&rest);
+    values.sort_by(|a, b| b.norm().total_cmp(&a.norm()));
+    let sticks = shot.phases.iter().any(|phase| phase.mode == Mode::Stick);
+    let free = values.len() - usize::from(sticks && !values.is_empty());
+    found.extend(
+        values[..free]
+            .iter()
+            .map(|&value| Multiplier::new(value, MultiplierKind::Free)),
+    );
+    if free < values.len() {
+        found.push(Multiplier::new(Complex::new(0.0, 0.0), MultiplierKind::Stick));
+    }
+    found
+}
+
+/// Restriction of a matrix to the space across a direction that it preserves.
+fn across(matrix: &DMatrix<f64>, direction: &DVector<f64>) -> DMatrix<f64> {
+    let n = direction.len();
+    // Reflection of the direction to the first axis.
+    let mut mirror = DMatrix::identity(n, n);
+    let mut normal = direction.clone();
+    normal[0] += direction[0].signum();
+    let length = normal.norm_squared();
+    mirror -= &normal * normal.transpose() * (2.0 / length);
+    let turned = &mirror * matrix * &mirror;
+    turned.view((1, 1), (n - 1, n - 1)).into_owned()
+}

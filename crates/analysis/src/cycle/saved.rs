@@ -1,0 +1,245 @@
+//! Cycle as a case, whose run over one period is an ordinary result, and its group in the file.
+
+use super::equations::Guess;
+use super::error::CycleError;
+use super::family::Family;
+use super::find::motion;
+use super::find::{closed, in_slip, to_slip};
+use super::orbit::{MultiplierKind, Orbit};
+use nalgebra::DVector;
+use stickslip_case::{Case, CaseError, CaseSource, Override, WrittenCase};
+use stickslip_engine::simulation::{Excitation, Following, Method, OutputOptions, SolverOptions, stated_start};
+use stickslip_files::{Addition, Column, Reason, ResultError, ResultFile, quantity, schema::group};
+use stickslip_system::model::equations::{Engagement, Side, SystemEquations};
+use stickslip_system::model::system::{ContactLaw, Initial, Pressing};
+
+const SAMPLES: f64 = 1000.0;
+
+impl Orbit {
+    /// Case of one period of the motion, from phase zero of the case's drives, or from the middle of the longest slip
+    /// of an autonomous motion. Signals keep their final values, and there are no kicks.
+    pub fn case(&self, family: &Family) -> Result<Case, CycleError> {
+        let member = family.at(&self.values, false)?;
+        let mut state = DVector::from_column_slice(&self.state);
+        if let Some(period) = member.period
+            && self.time > 0.0
+        {
+            let rest = period - self.time;
+            state = motion(&member, (self.time, &state), rest, false, &|| false)?.end;
+        }
+        let given = family.case_at(&self.values)?;
+        let mut case = match given.system.pressing {
+            Pressing::Axial { .. } => given.in_general_form(),
+            Pressing::Force(_) => given,
+        };
+        let equations = SystemEquations::new(&member.system);
+        let outside = Excitation::new(&member.system).at(0, 0.0);
+        let mut y = vec![0.0; equations.dimension];
+        y[..state.len()].copy_from_slice(state.as_slice());
+        let twists = |side: &Side| (0..side.shafts()).map(|i| side.twist(i, &y)).collect();
+        case.system = member.system;
+        case.system.initial = Initial {
+            rotor_twist: twists(&equations.rotor),
+            rotor_speed: equations.rotor.speeds(&outside.rotor, &y),
+            stator_twist: twists(&equations.stator),
+            stator_speed: equations.stator.speeds(&outside.stator, &y),
+        };
+        if let (Engagement::Bristles(.., at), ContactLaw::Bristles(bristles)) =
+            (equations.engagement, &mut case.system.contact)
+        {
+            bristles.deflection = y[at];
+        }
+        case.title = format!("{}: one period", case.title);
+        case.output = OutputOptions {
+            end_time: self.period,
+            interval: self.period / SAMPLES,
+            windows: Vec::new(),
+            steps: false,
+            follow: Following {
+                dense: true,
+                ..Following::default()
+            },
+        };
+        case.solver = SolverOptions {
+            method: Method::Series,
+            max_events: case.solver.max_events,
+            ..SolverOptions::default()
+        };
+        Ok(case)
+    }
+
+    /// Drive periods from the start of [`Self::case`] to the origin of [`Self::time`], modulo the period.
+    pub fn periods_before(&self) -> u32 {
+        match self.multiple {
+            Some(multiple) if self.time > 0.0 => multiple - 1,
+            _ => 0,
+        }
+    }
+
+    /// Group /cycle of the file of a period.
+    pub fn additions(&self, family: &Family, source: &str, overrides: &[String]) -> Vec<Addition> {
+        let case = family.case();
+        let angle = case
+            .motion()
+            .dimension(stickslip_case::quantity::Dimension::Angle)
+            .unit();
+        let speed = case
+            .motion()
+            .dimension(stickslip_case::quantity::Dimension::AngularVelocity)
+            .unit();
+        let mut cycle = Addition::new(group::CYCLE);
+        let mut number = |name: &str, value: f64, units: &str, long_name: &str| {
+            cycle.attributes.extend(quantity(name, value, units, long_name));
+        };
+        number("period", self.period, "s", "period of the motion");
+        number(
+            "error",
+            self.error,
+            "1",
+            "last step of Newton's method, over the size of each component",
+        );
+        let multiple = self.multiple.map_or(f64::NAN, f64::from);
+        number(
+            "multiple",
+            multiple,
+            "1",
+            "periods of the drives in it; NaN of an autonomous motion",
+        );
+        number("amplitude", self.amplitude(), angle, "half of what the position sweeps");
+        number("least_position", self.position.0, angle, "least position");
+        number("largest_position", self.position.1, angle, "largest position");
+        number(
+            "least_relative_velocity",
+            self.relative_velocity.0,
+            speed,
+            "least omega_r",
+        );
+        number(
+            "largest_relative_velocity",
+            self.relative_velocity.1,
+            speed,
+            "largest omega_r",
+        );
+        number("sticks", self.sticks as f64, "1", "sticks in a period");
+        let stick = |which: fn((f64, f64)) -> f64| self.stick_durations.map_or(f64::NAN, which);
+        number(
+            "shortest_stick",
+            stick(|both| both.0),
+            "s",
+            "duration of the shortest stick; NaN: none",
+        );
+        let nearest = self.nearest;
+        let distance = nearest.map_or(f64::NAN, |nearest| nearest.distance);
+        let about = "relative distance of the nearest other sequence of events; NaN: none is near";
+        number("margin", distance, "1", about);
+        cycle.attribute("border", nearest.map_or("none", |nearest| nearest.border.name()));
+        cycle.attribute("stability", self.stability.name());
+        cycle.attribute("sequence", self.sequence().as_str());
+        cycle.dimension(
+            "multiplier",
+            self.multipliers.len(),
+            "number of the multiplier, the largest first",
+        );
+        let over = |name: &str, long_name: &str, of: fn(&super::Multiplier) -> f64| {
+            Column::numbers(name, "1", long_name, self.multipliers.iter().map(of))
+        };
+        cycle.over(
+            &["multiplier"],
+            over("multiplier_real", "real part of the multiplier", |one| one.real),
+        );
+        let imaginary = "imaginary part of the multiplier";
+        cycle.over(
+            &["multiplier"],
+            over("multiplier_imaginary", imaginary, |one| one.imaginary),
+        );
+        let words = MultiplierKind::ALL
+            .iter()
+            .map(|kind| (*kind as i64, kind.name().to_owned()));
+        let codes = self.multipliers.iter().map(|one| one.kind as i8);
+        let about = "why the multiplier has its value: of a disturbance, 1 along an autonomous motion, 0 by a stick";
+        cycle.over(
+            &["multiplier"],
+            Column::codes("multiplier_kind", about, codes, words.collect()),
+        );
+        cycle.text(
+            "source",
+            "the case whose motion this is, as it was given (TOML)",
+            source.to_owned(),
+        );
+        let set = overrides.join("\n");
+        cycle.text("overrides", "what was set in it, KEY=VALUE in each line", set);
+        vec![cycle]
+    }
+}
+
+/// Finds the cycle of a file again: family, orbit, and original case.
+pub fn from_file(file: &ResultFile, stop: &dyn Fn() -> bool) -> Result<(Family, Orbit, Origin), CycleFileError> {
+    let text = |name: &str| {
+        let found = file.text_variable(group::CYCLE, name)?;
+        found.ok_or_else(|| Reason::Missing(format!("/cycle/{name}")).of(file.path()))
+    };
+    let source = CaseSource {
+        text: text("source")?,
+        origin: stickslip_case::Origin::Result(file.path().to_owned()),
+    };
+    let changes: Result<Vec<Override>, CaseError> = text("overrides")?
+        .lines()
+        .filter(|line| !line.is_empty())
+        .map(Override::parse)
+        .collect();
+    let changes = changes?;
+    let written = WrittenCase::read(&source, &changes)?;
+    let family = Family::new(written, &[])?;
+    let stored = Case::read(&CaseSource::result(file.path(), file.resolved()?), &[])?;
+    let added = file.added_group(group::CYCLE, 0)?;
+    let multiple = added.and_then(|added| {
+        let found = added.attributes.into_iter().find(|attribute| attribute.0 == "multiple");
+        found.and_then(|attribute| attribute.1.number())
+    });
+    let guess = Guess {
+        time: 0.0,
+        state: stated_start(&stored.system),
+        period: stored.output.end_time,
+        values: Vec::new(),
+    };
+    let multiple = multiple.filter(|multiple| *multiple >= 1.0).unwrap_or(1.0);
+    let member = family.at(&[], false)?;
+    // An autonomous motion already starts in a slip.
+    let (guess, periods_before) = match member.period {
+        None => (guess, 0),
+        Some(period) => {
+            let shift = to_slip(&member, &guess, stop)?;
+            (in_slip(&member, &guess, stop)?, (shift / period).floor() as u32)
+        }
+    };
+    let orbit = closed(&family, multiple as u32, &guess, stop)?;
+    let origin = Origin {
+        source,
+        changes,
+        periods_before,
+    };
+    Ok((family, orbit, origin))
+}
+
+/// Original case of a cycle.
+#[derive(Debug, Clone)]
+pub struct Origin {
+    /// Source text.
+    pub source: CaseSource,
+    /// Overrides.
+    pub changes: Vec<Override>,
+    /// Drive periods from the start of the file to the orbit's time origin.
+    pub periods_before: u32,
+}
+
+/// Error of reading a cycle.
+#[derive(Debug, thiserror::Error)]
+#[expect(missing_docs, reason = "each variant is described by its message")]
+pub enum CycleFileError {
+    #[error(transparent)]
+    File(#[from] ResultError),
+    #[error(transparent)]
+    Case(#[from] CaseError),
+    #[error(transparent)]
+    Cycle(#[from] CycleError),
+}

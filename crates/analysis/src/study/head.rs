@@ -1,0 +1,180 @@
+//! Common part of all studies: title, base case, settings.
+
+use super::StudySource;
+use super::reading::{Reader, dotted, join};
+use std::path::{Path, PathBuf};
+use stickslip_case::document::{Node, Place, Value};
+use stickslip_case::{Case, CaseError, CaseKeys, CaseSource, Override, Problem};
+use stickslip_files::{is_hdf5, open_sound};
+
+pub(crate) struct Head {
+    /// Title, by default the name of the study.
+    pub title: String,
+    /// Text of the base case; `None` if unreadable, which has been reported.
+    pub base: Option<CaseSource>,
+    pub settings: Vec<Override>,
+    pub keys: CaseKeys,
+    pub files: Vec<PathBuf>,
+}
+
+impl Head {
+    /// Reads `title`, `case` and `set`. The order of settings is: `before`, the study's, `overrides`.
+    pub fn read(
+        reader: &mut Reader,
+        root: &Node,
+        source: &StudySource,
+        before: Vec<Override>,
+        overrides: &[Override],
+    ) -> Head {
+        let title = root.at("title").and_then(|node| reader.text(node, "title"));
+        let mut files: Vec<PathBuf> = source.path.iter().cloned().collect();
+        let base = read_base(reader, root, source, &mut files);
+        // Without a base case, the keys of the short form.
+        let keys_with = |settings: &[Override]| {
+            base.as_ref()
+                .map_or(CaseKeys::SHORT, |base| CaseKeys::of(base, settings))
+        };
+        let mut settings = before;
+        if let Some(set) = root.at("set") {
+            read_settings(reader, &keys_with(&[]), set, "", &mut settings);
+        }
+        settings.extend(overrides.iter().cloned());
+        Head {
+            title: title.unwrap_or_else(|| source.name.clone()),
+            keys: keys_with(&settings),
+            base,
+            settings,
+            files,
+        }
+    }
+
+    /// Base case with its settings and those of a point; `None` if invalid.
+    pub fn case_with(&self, point: impl Iterator<Item = Override>) -> Option<Case> {
+        let overrides: Vec<Override> = self.settings.iter().cloned().chain(point).collect();
+        Case::read(self.base.as_ref()?, &overrides).ok()
+    }
+}
+
+fn read_base(reader: &mut Reader, root: &Node, source: &StudySource, files: &mut Vec<PathBuf>) -> Option<CaseSource> {
+    let Some(node) = root.at("case") else {
+        let message = "missing: the base case, as in case = \"paper\" or case = \"mine.toml\"";
+        return reader.refuse(root, "case", message);
+    };
+    let name = reader.text(node, "case")?;
+    let path = source.folder().join(&name);
+    let found = if path.is_file() || Path::new(&name).extension().is_some() {
+        files.push(path.clone());
+        if path.is_file() && (is_hdf5(&path) || path.extension().is_some_and(|extension| extension == "h5")) {
+            let resolved = open_sound(&path).and_then(|file| file.resolved());
+            let resolved = reader.found(node, "case", resolved.map_err(|error| error.to_string()))?;
+            return Some(CaseSource::result(&path, resolved));
+        }
+        CaseSource::file(&path)
+    } else {
+        CaseSource::built_in(&name)
+    };
+    let problems = |error: CaseError| {
+        error
+            .problems
+            .iter()
+            .for_each(|p| reader.report(node, "case", p.to_string()))
+    };
+    found.map_err(problems).ok()
+}
+
+/// Leaves of `set`: tables, dotted keys, quoted paths, or a list of texts `KEY=VALUE`.
+fn read_settings(reader: &mut Reader, known: &CaseKeys, node: &Node, path: &str, settings: &mut Vec<Override>) {
+    let whole = || Override::of_node(path, node);
+    match &node.value {
+        Value::Array(_) if path.is_empty() => {
+            let read = reader.list(node, "set", |reader, element, path| {
+                let text = reader.text(element, path)?;
+                let parsed = Override::parse(&text).map_err(|error| error.problems[0].message.clone());
+                reader.found(element, path, parsed.map(|setting| setting.at(element.place.clone())))
+            });
+            settings.extend(read.unwrap_or_default());
+        }
+        // A signal is set as a whole; the case finds errors inside.
+        _ if known.is_whole(path) && (node.at("profile").is_some() || matches!(node.value, Value::Array(_))) => {
+            settings.push(whole());
+        }
+        // Another law has other keys, so the table replaces the case's, as with --set.
+        Value::Table(entries) if path == "friction" && entries.iter().any(|(name, _)| name == "law") => {
+            settings.push(whole());
+        }
+        Value::Table(entries) if entries.is_empty() && !path.is_empty() => {
+            let within = |key: &&str| key.strip_prefix(path).is_some_and(|rest| rest.starts_with('.'));
+            let is_known = known.slot(path).is_some() || known.known().iter().any(within);
+            let message = match is_known {
+                true => "an empty table sets nothing; write a value, or leave the key out".to_owned(),
+                false => known.unknown(path),
+            };
+            reader.report(node, &format!("set.{path}"), message);
+        }
+        Value::Table(entries) => {
+            for (name, child) in entries {
+                read_settings(reader, known, child, &join(path, &dotted(name)), settings);
+            }
+        }
+        _ if path.is_empty() => {
+            reader.expected::<()>(node, "set", "a table of keys and values");
+        }
+        _ => {
+            let whole_array = matches!(node.value, Value::Array(_));
+            if known.slot(path).is_none() && !(whole_array && matches!(path, "perturbation" | "output.window")) {
+                reader.report(node, &format!("set.{path}"), known.unknown(path));
+            } else {
+                settings.push(whole());
+            }
+        }
+    }
+}
+
+/// Number of evenly spread points that are built before the first run. If none is valid, the study is at fault.
+pub(crate) const PROBES: usize = 16;
+
+/// Reports errors that all points share before anything is computed: the first problems of `cases`, if none is valid.
+pub(crate) fn check_points(
+    cases: impl Iterator<Item = Result<Case, CaseError>>,
+    settings: &[Override],
+    label: &str,
+) -> Result<(), CaseError> {
+    let mut first = None;
+    for case in cases {
+        match case {
+            Ok(_) => return Ok(()),
+            Err(error) => first = first.or(Some(error)),
+        }
+    }
+    first.map_or(Ok(()), |error| Err(relabelled(error, settings, label)))
+}
+
+/// Problems of a point, at the study's `[set]` line that sets the value, if there is one.
+fn relabelled(error: CaseError, settings: &[Override], label: &str) -> CaseError {
+    let problems = error.problems.into_iter().map(|problem| {
+        let message = format!("no point of the study is a valid case: {}", problem.message);
+        match (written(settings, &problem), problem.place.starts_with("--set ")) {
+            (Some((place, key)), _) => Problem {
+                place: place.show(label),
+                key,
+                message,
+            },
+            (None, true) => Problem {
+                place: label.to_owned(),
+                message,
+                ..problem
+            },
+            (None, false) => Problem { message, ..problem },
+        }
+    });
+    CaseError {
+        problems: problems.collect(),
+    }
+}
+
+/// Place and key of the study's setting that caused a problem of its case, if one did.
+pub(crate) fn written<'a>(settings: &'a [Override], problem: &Problem) -> Option<(&'a Place, String)> {
+    let set = problem.place.strip_prefix("--set ")?;
+    let setting = settings.iter().rev().find(|setting| setting.key() == set)?;
+    Some((setting.origin()?, format!("set.{}", problem.key)))
+}

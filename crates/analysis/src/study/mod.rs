@@ -1,0 +1,15 @@
+//! Study files: common parts of all kinds.
+//!
+//! | module | what it is |
+//! |---|---|
+//! | `source` | text and origin |
+//! | `reading` | reader of tables: all problems by file, line and key |
+//! | `head` | title, base case and settings |
+
+mod head;
+mod reading;
+mod source;
+
+pub(crate) use head::{Head, PROBES, check_points, written};
+pub(crate) use reading::{Reader, plain};
+pub use source::StudySource;

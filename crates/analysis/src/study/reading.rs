@@ -1,0 +1,219 @@
+//! Reader of a study's tables: all problems by file, line and key.
+
+use super::StudySource;
+use std::ops::RangeInclusive;
+use stickslip_case::document::{self, Node, Place, Value};
+use stickslip_case::{CaseError, Problem, suggest};
+
+pub(crate) struct Reader {
+    pub(crate) label: String,
+    /// Problems with the rank of their places.
+    problems: Vec<(usize, Problem)>,
+}
+
+impl Reader {
+    /// Reader and root node of a study with `known` tables.
+    pub(crate) fn open(source: &StudySource, known: &[&str]) -> Result<(Reader, Node), CaseError> {
+        let label = source.label();
+        let root = document::read(&source.text, &label)?;
+        let mut reader = Reader {
+            label,
+            problems: Vec::new(),
+        };
+        reader.check_keys(&root, "", known);
+        Ok((reader, root))
+    }
+
+    pub(crate) fn report(&mut self, node: &Node, key: &str, message: impl Into<String>) {
+        self.report_at(&node.place, key, message);
+    }
+
+    pub(crate) fn report_at(&mut self, place: &Place, key: &str, message: impl Into<String>) {
+        self.problems.push((
+            place.rank(),
+            Problem {
+                place: place.show(&self.label),
+                key: key.to_owned(),
+                message: message.into(),
+            },
+        ));
+    }
+
+    /// Reports a problem and returns `None`.
+    pub(crate) fn refuse<T>(&mut self, node: &Node, key: &str, message: impl Into<String>) -> Option<T> {
+        self.report(node, key, message);
+        None
+    }
+
+    pub(crate) fn expected<T>(&mut self, node: &Node, key: &str, what: &str) -> Option<T> {
+        self.refuse(node, key, format!("expected {what}, but got {}", node.value.describe()))
+    }
+
+    /// The value, or `None` with a report of the error.
+    pub(crate) fn found<T>(&mut self, node: &Node, key: &str, value: Result<T, String>) -> Option<T> {
+        value.map_err(|message| self.report(node, key, message)).ok()
+    }
+
+    pub(crate) fn is_clean(&self) -> bool {
+        self.problems.is_empty()
+    }
+
+    /// All problems in the order of the file.
+    pub(crate) fn into_error(mut self) -> CaseError {
+        self.problems.sort_by_key(|&(rank, _)| rank);
+        CaseError {
+            problems: self.problems.into_iter().map(|(_, problem)| problem).collect(),
+        }
+    }
+
+    /// Reports every key of a table that is not in `known`.
+    pub(crate) fn check_keys(&mut self, node: &Node, path: &str, known: &[&str]) {
+        let Value::Table(entries) = &node.value else {
+            return;
+        };
+        for (name, child) in entries {
+            if !known.contains(&name.as_str()) {
+                let message = match suggest(name, known.iter().copied()) {
+                    Some(close) => format!("unknown key; did you mean {close}?"),
+                    None => format!("unknown key; there are {}", known.join(", ")),
+                };
+                self.report(child, &join(path, name), message);
+            }
+        }
+    }
+
+    /// A table with `known` keys, or `None` with a report.
+    pub(crate) fn table<'a>(&mut self, node: &'a Node, path: &str, known: &[&str]) -> Option<&'a Node> {
+        let Value::Table(_) = node.value else {
+            return self.expected(node, path, "a table");
+        };
+        self.check_keys(node, path, known);
+        Some(node)
+    }
+
+    /// Tables `[[name]]` with their paths. Reports another kind of node, or `missing` if there is none.
+    pub(crate) fn tables<'a>(&mut self, root: &'a Node, name: &str, missing: Option<&str>) -> Vec<(String, &'a Node)> {
+        let node = root.at(name);
+        match node.map(|node| (node, &node.value)) {
+            Some((_, Value::Array(elements))) if !elements.is_empty() => {
+                let paths = (0..elements.len()).map(|index| format!("{name}.{index}"));
+                return paths.zip(elements).collect();
+            }
+            Some((_, Value::Array(_))) | None => {
+                if let Some(missing) = missing {
+                    self.report(node.unwrap_or(root), name, missing);
+                }
+            }
+            Some((node, other)) => {
+                let message = format!("expected tables: write [[{name}]], not {}", other.describe());
+                self.report(node, name, message);
+            }
+        }
+        Vec::new()
+    }
+
+    /// Elements of a list by `read`; `None` if one is wrong.
+    pub(crate) fn list<T>(
+        &mut self,
+        node: &Node,
+        path: &str,
+        mut read: impl FnMut(&mut Reader, &Node, &str) -> Option<T>,
+    ) -> Option<Vec<T>> {
+        let Value::Array(elements) = &node.value else {
+            return self.expected(node, path, "a list in brackets");
+        };
+        let read = elements
+            .iter()
+            .enumerate()
+            .map(|(index, element)| read(self, element, &join(path, &index.to_string())));
+        // All elements are read, to find all problems.
+        read.collect::<Vec<_>>().into_iter().collect()
+    }
+
+    pub(crate) fn text(&mut self, node: &Node, path: &str) -> Option<String> {
+        match &node.value {
+            Value::Text(text) => Some(text.clone()),
+            _ => self.expected(node, path, "text in quotes"),
+        }
+    }
+
+    /// A switch, off by default.
+    pub(crate) fn flag(&mut self, parent: &Node, table: &str, name: &str) -> bool {
+        match parent.at(name).map(|node| (node, &node.value)) {
+            None => false,
+            Some((_, Value::Flag(flag))) => *flag,
+            Some((node, _)) => self
+                .expected(node, &join(table, name), "true or false")
+                .unwrap_or(false),
+        }
+    }
+
+    /// A plain number that satisfies `fits`, or `None` with a report of what was `expected`.
+    pub(crate) fn number(
+        &mut self,
+        node: &Node,
+        path: &str,
+        expected: &str,
+        fits: impl Fn(f64) -> bool,
+    ) -> Option<f64> {
+        let number = plain(&node.value).filter(|&number| fits(number));
+        number.or_else(|| self.expected(node, path, expected))
+    }
+
+    pub(crate) fn whole_number(&mut self, node: &Node, path: &str, range: RangeInclusive<u64>) -> Option<u64> {
+        let number = match node.value {
+            Value::Integer(number) => u64::try_from(number).ok(),
+            _ => None,
+        };
+        let number = number.filter(|number| range.contains(number));
+        let (least, most) = range.into_inner();
+        number.or_else(|| self.expected(node, path, &format!("a whole number from {least} to {most}")))
+    }
+
+    pub(crate) fn whole_or(
+        &mut self,
+        table: &Node,
+        path: &str,
+        name: &str,
+        range: RangeInclusive<u64>,
+        default: u64,
+    ) -> Option<u64> {
+        table
+            .at(name)
+            .map_or(Some(default), |node| self.whole_number(node, &join(path, name), range))
+    }
+
+    /// One key or a list of keys, as dotted paths.
+    pub(crate) fn keys(&mut self, node: &Node, path: &str) -> Option<Vec<String>> {
+        let texts = match &node.value {
+            Value::Text(text) => vec![text.clone()],
+            Value::Array(elements) if !elements.is_empty() => {
+                let texts = elements.iter().map(|element| self.text(element, path));
+                texts.collect::<Option<_>>()?
+            }
+            _ => return self.expected(node, path, "a key in quotes, or a list of them"),
+        };
+        Some(texts.iter().map(|text| dotted(text.trim())).collect())
+    }
+}
+
+pub(crate) fn plain(value: &Value) -> Option<f64> {
+    match value {
+        Value::Integer(number) => Some(*number as f64),
+        Value::Float(number) => Some(*number).filter(|number| number.is_finite()),
+        _ => None,
+    }
+}
+
+/// Path with `[0]` written as `.0`.
+pub(super) fn dotted(path: &str) -> String {
+    path.replace('[', ".").replace(']', "")
+}
+
+pub(super) fn join(path: &str, name: &str) -> String {
+    if path.is_empty() {
+        name.to_owned()
+    } else {
+        format!("{path}.{name}")
+    }
+}

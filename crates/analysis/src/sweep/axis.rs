@@ -1,0 +1,244 @@
+//! Axes of a study: keys that change together, and their values.
+
+use crate::study::{Head, Reader};
+use stickslip_case::document::{Node, Value};
+use stickslip_case::{Case, CaseKeys, Override, Setting, Slot};
+use stickslip_files::SweepAxis;
+
+/// Spacing of a range's values, and scale of a boundary search.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Spacing {
+    /// Equal differences.
+    Linear,
+    /// Equal ratios; both ends have one sign.
+    Log,
+}
+
+/// Range of values.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Range {
+    /// First value, in the key's SI unit.
+    pub from: f64,
+    /// Last value, in the same unit.
+    pub to: f64,
+    /// Spacing of the values.
+    pub spacing: Spacing,
+}
+
+impl Range {
+    /// Value at a share of the range, 0 at `from` and 1 at `to`; exact at both.
+    pub fn at(&self, share: f64) -> f64 {
+        let Range { from, to, spacing } = *self;
+        if share <= 0.0 {
+            from
+        } else if share >= 1.0 {
+            to
+        } else {
+            match spacing {
+                Spacing::Linear => from + (to - from) * share,
+                Spacing::Log => from * (share * (to / from).ln()).exp(),
+            }
+        }
+    }
+
+    /// `count` values from end to end; only the first for 1.
+    fn values(&self, count: usize) -> Vec<f64> {
+        let last = (count.max(2) - 1) as f64;
+        (0..count).map(|k| self.at(k as f64 / last)).collect()
+    }
+}
+
+/// Axis of a study.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Axis {
+    /// Dotted paths of the keys that take its value. The first gives name, unit and description.
+    pub keys: Vec<String>,
+    /// Name of its variable in the result: the first key with `_` for dots.
+    pub name: String,
+    /// SI unit, `1` for a plain number; `None` for words and switches.
+    pub unit: Option<&'static str>,
+    /// Description of the first key.
+    pub description: &'static str,
+    /// Range, if it has one.
+    pub range: Option<Range>,
+    /// Values of a grid, or choices of a sample; empty for a sampled range.
+    pub levels: Vec<Setting>,
+}
+
+impl Axis {
+    /// Value at a share of the axis, in [0, 1): from the range or the list.
+    pub(crate) fn at(&self, share: f64) -> Setting {
+        match self.range {
+            Some(range) => Setting::Number(range.at(share)),
+            None => {
+                let last = self.levels.len() - 1;
+                self.levels[((share * self.levels.len() as f64) as usize).min(last)].clone()
+            }
+        }
+    }
+
+    pub(super) fn of_keys(keys: Vec<String>, key: &Slot) -> Axis {
+        Axis {
+            name: keys[0].replace('.', "_"),
+            keys,
+            unit: key.unit(),
+            description: key.description,
+            range: None,
+            levels: Vec::new(),
+        }
+    }
+
+    /// Axis of a sweep file, with the words of its codes and its grid coordinates.
+    pub(crate) fn in_a_file(&self, words: &[String], values: Vec<f64>) -> SweepAxis {
+        let (keys, unit) = (self.keys.join(" "), self.unit.unwrap_or("1"));
+        SweepAxis::new(&self.name, keys, unit, self.description, words, values)
+    }
+
+    pub(crate) fn overrides(&self, value: &Setting) -> impl Iterator<Item = Override> {
+        self.keys.iter().map(|key| Override::setting(key, value))
+    }
+
+    /// Whether its values are numbers, so that its cases differ in numbers only.
+    pub fn is_number(&self) -> bool {
+        self.levels.iter().all(|level| level.as_number().is_some())
+    }
+}
+
+/// Case at the first or last values of all axes; `None` if neither is valid, or if words may change the system.
+pub(crate) fn case_along(axes: &[Axis], head: &Head) -> Option<Case> {
+    let at = |share: f64| {
+        let settings = axes.iter().map(|axis| (axis, axis.at(share)));
+        head.case_with(settings.flat_map(|(axis, value)| axis.overrides(&value).collect::<Vec<_>>()))
+    };
+    let is_one_system = axes.iter().all(Axis::is_number);
+    [0.0, 1.0].into_iter().filter(|_| is_one_system).find_map(at)
+}
+
+/// Most values of an axis; more are a mistake.
+const MOST_LEVELS: u64 = 4_000_000;
+
+const AXIS_KEYS: &[&str] = &["key", "values", "from", "to", "count", "spacing"];
+
+/// Reads one `[[axis]]` over `known` keys. A `sampled` range has no count.
+pub(crate) fn read(reader: &mut Reader, known: &CaseKeys, node: &Node, path: &str, sampled: bool) -> Option<Axis> {
+    reader.table(node, path, AXIS_KEYS)?;
+    let at = |name: &str| format!("{path}.{name}");
+    let Some(key_node) = node.at("key") else {
+        let message = "missing: write key = \"friction.decay\", or any other key of a case";
+        return reader.refuse(node, &at("key"), message);
+    };
+    let paths = reader.keys(key_node, &at("key"))?;
+    let mut keys = Vec::with_capacity(paths.len());
+    for name in &paths {
+        match (known.slot(name), known.misplaced(name)) {
+            (Some(key), None) => keys.push(key),
+            (Some(_), Some(why)) => reader.report(key_node, &at("key"), why),
+            (None, _) => reader.report(key_node, &at("key"), known.unknown(name)),
+        }
+    }
+    let (Some(first), true) = (keys.first(), keys.len() == paths.len()) else {
+        return None;
+    };
+    if keys.iter().any(|key| key.dimension() != first.dimension()) {
+        let message = format!(
+            "\"{}\" differ in what they measure: keys that move together take one value",
+            paths.join("\" and \"")
+        );
+        return reader.refuse(key_node, &at("key"), message);
+    }
+    let mut axis = Axis::of_keys(paths, first);
+    let of_range = ["from", "to", "count", "spacing"];
+    let of_range = of_range.iter().find_map(|name| Some((*name, node.at(name)?)));
+    match (node.at("values"), of_range) {
+        (Some(_), Some((name, given))) => {
+            return reader.refuse(given, &at(name), "an axis has either values, or from, to and count");
+        }
+        (None, None) => {
+            let message = "an axis without values: write values = [...], or from = ..., to = ..., count = ...";
+            return reader.refuse(node, path, message);
+        }
+        (Some(values), None) => axis.levels = read_values(reader, values, &keys, &at("values"))?,
+        (None, Some(_)) => {
+            let (range, count) = read_range(reader, node, &keys, path, sampled)?;
+            axis.range = Some(range);
+            axis.levels = range.values(count).into_iter().map(Setting::Number).collect();
+        }
+    }
+    Some(axis)
+}
+
+fn read_values(reader: &mut Reader, values: &Node, keys: &[Slot], path: &str) -> Option<Vec<Setting>> {
+    let Value::Array(elements) = &values.value else {
+        return reader.expected(values, path, "a list, as in values = [1, 2, 3]");
+    };
+    if elements.is_empty() {
+        return reader.refuse(values, path, "an axis without values; give at least one");
+    }
+    let mut levels: Vec<Setting> = Vec::with_capacity(elements.len());
+    reader.list(values, path, |reader, element, path| {
+        let level = reader.found(element, path, one_for_all(keys, &element.value))?;
+        if levels.contains(&level) {
+            let message = format!("{} stands twice on this axis; remove one", level.word());
+            return reader.refuse(element, path, message);
+        }
+        levels.push(level);
+        Some(())
+    })?;
+    Some(levels)
+}
+
+pub(super) fn one_for_all(keys: &[Slot], value: &Value) -> Result<Setting, String> {
+    let mut setting = None;
+    for key in keys {
+        setting = Some(key.read(value)?);
+    }
+    setting.ok_or_else(|| "an axis without a key".to_owned())
+}
+
+fn read_range(reader: &mut Reader, node: &Node, keys: &[Slot], path: &str, sampled: bool) -> Option<(Range, usize)> {
+    let at = |name: &str| format!("{path}.{name}");
+    let mut end = |name: &str| {
+        let Some(given) = node.at(name) else {
+            return reader.refuse(node, &at(name), "missing: a range has from and to");
+        };
+        match reader.found(given, &at(name), one_for_all(keys, &given.value))? {
+            Setting::Number(number) => Some(number),
+            _ => {
+                let message = "this key takes words or whole numbers: list them as values = [...]";
+                reader.refuse(given, &at(name), message)
+            }
+        }
+    };
+    let (from, to) = (end("from"), end("to"));
+    let spacing = match node.at("spacing").map(|given| (given, &given.value)) {
+        None => Some(Spacing::Linear),
+        Some((_, Value::Text(word))) if word == "linear" => Some(Spacing::Linear),
+        Some((_, Value::Text(word))) if word == "log" => Some(Spacing::Log),
+        Some((given, _)) => reader.expected(given, &at("spacing"), "\"linear\" or \"log\""),
+    };
+    let count = match (node.at("count"), sampled) {
+        (None, true) => Some(0),
+        (None, false) => {
+            let message = "missing: how many values there are from end to end";
+            reader.refuse(node, &at("count"), message)
+        }
+        (Some(given), true) => {
+            let message = "this range is not divided into points; remove the count";
+            reader.refuse(given, &at("count"), message)
+        }
+        (Some(given), false) => reader.whole_number(given, &at("count"), 1..=MOST_LEVELS),
+    };
+    let (from, to, spacing, count) = (from?, to?, spacing?, count?);
+    if from == to && (sampled || count > 1) {
+        let remedy = match sampled {
+            true => "let them differ, or hold the number by [set] instead",
+            false => "give a list of one value instead",
+        };
+        return reader.refuse(node, &at("to"), format!("from and to are both {from:?}: {remedy}"));
+    }
+    if spacing == Spacing::Log && from * to <= 0.0 {
+        let message = format!("a log axis needs both ends on one side of 0, but they are {from:?} and {to:?}");
+        return reader.refuse(node, path, message);
+    }
+    Some((Range { from, to, spacing }, count as usize))
+}

@@ -1,0 +1,241 @@
+//! Tracing of a criterion's boundary in a plane of two axes.
+//!
+//! The first grid is run. Cells in which the criterion changes are halved, with their neighbours, as often as the study
+//! says. Then every edge of the finest cells with a change is bisected, and the fold of the curve is sought along x.
+//! All points of a round run together, to occupy every thread. The next round depends only on the results, so points
+//! and their numbers are reproducible.
+
+use super::contour::contours;
+use super::criterion::BoundarySpec;
+use super::curves::{Boundaries, BoundaryPoint, Branch, Curve, Line};
+use super::error::SweepEnd;
+use super::fold;
+use super::lattice::{Edge, Lattice};
+use super::limit::linear_limit;
+use super::quantities::{Outcome, quantity_index};
+use super::running::{Points, Running};
+use super::study::Study;
+use super::tracer::{Crossing, Tracer, place_in_plane};
+use crate::analysis::stability::growth::foreseen_exponent;
+use std::collections::{BTreeMap, BTreeSet};
+use stickslip_case::Setting;
+
+/// Most nodes of the grid for contours of G, and its largest refinement against the first grid.
+const CONTOUR_NODES: usize = 4000;
+const FINER: usize = 4;
+
+pub(super) fn trace(spec: &BoundarySpec, running: &mut Running, points: &mut Points) -> Result<Boundaries, SweepEnd> {
+    let study = running.study;
+    let Some(ranges) = spec.ranges(&study.axes) else {
+        return Ok(Boundaries::default());
+    };
+    let mut tracer = Tracer {
+        running,
+        asked: &mut points.asked,
+        spec,
+        ranges,
+        planes: planes(study, spec),
+    };
+    let mut lattices = vec![Lattice::new(spec.nodes, spec.refinements); tracer.planes.len()];
+    let mut first = Vec::new();
+    let mut failed = BTreeSet::new();
+    loop {
+        let wanted: Vec<_> = lattices
+            .iter()
+            .enumerate()
+            .flat_map(|(plane, lattice)| lattice.unknown().into_iter().map(move |node| (plane, node)))
+            .collect();
+        let shares: Vec<_> = wanted
+            .iter()
+            .map(|&(plane, node)| (plane, lattices[plane].share(node)))
+            .collect();
+        let outcomes = tracer.round(&shares)?;
+        for (&(plane, node), outcome) in wanted.iter().zip(&outcomes) {
+            lattices[plane].set(node, spec.criterion.is_met(outcome));
+            if outcome.result.is_err() {
+                failed.insert((plane, node));
+            }
+        }
+        if first.is_empty() {
+            first = outcomes;
+        }
+        let mut finer = true;
+        for lattice in &mut lattices {
+            finer &= lattice.refine();
+        }
+        if !finer {
+            break;
+        }
+    }
+    let lines: Vec<(usize, Vec<Edge>)> = lattices
+        .iter()
+        .enumerate()
+        .flat_map(|(plane, lattice)| lattice.lines().into_iter().map(move |line| (plane, line)))
+        .collect();
+    // Each edge once: a closed line repeats its first edge.
+    let edges = lines
+        .iter()
+        .flat_map(|(plane, line)| line.iter().map(|&edge| (*plane, edge)));
+    let edges: Vec<(usize, Edge)> = edges.collect::<BTreeSet<_>>().into_iter().collect();
+    let crossing = |&(plane, edge): &(usize, Edge)| {
+        let lattice = &lattices[plane];
+        let [a, b] = edge.ends();
+        let (met, unmet) = if lattice.is_met(a) { (a, b) } else { (b, a) };
+        Crossing {
+            plane,
+            met: lattice.share(met),
+            unmet: lattice.share(unmet),
+            unknown: failed.contains(&(plane, unmet)),
+        }
+    };
+    let mut crossings: Vec<Crossing> = edges.iter().map(crossing).collect();
+    tracer.bisect(&mut crossings)?;
+    let crossings: BTreeMap<(usize, Edge), Crossing> = edges.into_iter().zip(crossings).collect();
+    let of_line = |(plane, line): &(usize, Vec<Edge>)| -> Vec<Crossing> {
+        line.iter().map(|&edge| crossings[&(*plane, edge)].clone()).collect()
+    };
+    // A line ends where runs fail: no case exists beyond.
+    let mut traced: Vec<Vec<Crossing>> = lines
+        .iter()
+        .map(of_line)
+        .flat_map(|line| {
+            let known = line.split(|crossing| crossing.unknown).map(<[Crossing]>::to_vec);
+            known.filter(|part| !part.is_empty()).collect::<Vec<_>>()
+        })
+        .collect();
+    let cell = lattices[0].size.map(|cells| 1.0 / f64::from(cells));
+    fold::refine(&mut tracer, &mut traced, cell)?;
+    let place = |share: [f64; 2]| -> [f64; 2] { std::array::from_fn(|k| ranges[k].at(share[k])) };
+    let curves = traced.iter().map(|line| {
+        let points = line.iter().map(|crossing| BoundaryPoint {
+            met: place(crossing.met),
+            unmet: place(crossing.unmet),
+            branch: Branch::Lower,
+        });
+        let mut points: Vec<BoundaryPoint> = points.collect();
+        name_branches(&mut points);
+        Curve {
+            plane: line[0].plane,
+            points,
+        }
+    });
+    let curves = curves.collect();
+    // Kicks and tolerances do not move the limit of steady sliding: one line suffices.
+    let outside = study.axes.iter().enumerate().filter(|(k, _)| !spec.plane.contains(k));
+    let mut outside = outside.flat_map(|(_, axis)| &axis.keys);
+    let one_for_all = outside.all(|key| key.starts_with("perturbation.") || key.starts_with("solver."));
+    let limits = if one_for_all { 1 } else { tracer.planes.len() };
+    let growth = growth_contours(&tracer, &first, limits);
+    let linear_limit = (0..limits)
+        .map(|plane| Line {
+            plane,
+            level: 0.0,
+            points: linear_limit(study, spec, ranges, &tracer.planes[plane]),
+        })
+        .filter(|line| !line.points.is_empty())
+        .collect();
+    Ok(Boundaries {
+        planes: tracer.planes,
+        curves,
+        linear_limit,
+        growth,
+    })
+}
+
+/// All combinations of levels outside the plane, one value for each axis; the first value for axes in the plane.
+fn planes(study: &Study, spec: &BoundarySpec) -> Vec<Vec<Setting>> {
+    let mut planes: Vec<Vec<Setting>> = vec![Vec::new()];
+    for (k, axis) in study.axes.iter().enumerate() {
+        let count = if spec.plane.contains(&k) { 1 } else { axis.levels.len() };
+        let with = |plane: &Vec<Setting>, level: &Setting| [plane.as_slice(), std::slice::from_ref(level)].concat();
+        let levels = &axis.levels[..count];
+        planes = planes
+            .iter()
+            .flat_map(|plane| levels.iter().map(move |level| with(plane, level)))
+            .collect();
+    }
+    planes
+}
+
+/// Contours of G in the first `planes`: exact if G needs no run, else from the `outcomes` of the first grid.
+fn growth_contours(tracer: &Tracer, outcomes: &[Outcome], planes: usize) -> Vec<Line> {
+    let Some(quantity) = quantity_index("growth_exponent").filter(|_| !tracer.spec.growth_contours.is_empty()) else {
+        return Vec::new();
+    };
+    let [columns, rows] = tracer.spec.nodes;
+    let finer = ((CONTOUR_NODES as f64 / (columns * rows) as f64).sqrt() as usize).clamp(1, FINER);
+    let fine = [columns, rows].map(|count| (count - 1) * finer + 1);
+    let mut lines = Vec::new();
+    for (plane, outcomes) in outcomes.chunks(columns * rows).take(planes).enumerate() {
+        let exact = |share: [f64; 2]| {
+            let place = place_in_plane(&tracer.planes[plane], tracer.spec, tracer.ranges, share);
+            let case = tracer.running.study.case_at(&place).ok();
+            let growth = case.and_then(|case| foreseen_exponent(&case.system, case.output.end_time));
+            growth.unwrap_or(f64::NAN)
+        };
+        let node = |k: usize| {
+            let [i, j] = [k % fine[0], k / fine[0]];
+            exact([i as f64 / (fine[0] - 1) as f64, j as f64 / (fine[1] - 1) as f64])
+        };
+        let values: Vec<f64> = (0..fine[0] * fine[1]).map(node).collect();
+        let known = values.iter().all(|value| value.is_finite());
+        let of_run = |k: usize| outcomes[(k % columns) * rows + k / columns].value(quantity);
+        let (nodes, values) = if known {
+            (fine, values)
+        } else {
+            (tracer.spec.nodes, (0..columns * rows).map(of_run).collect())
+        };
+        let exact: Option<&dyn Fn([f64; 2]) -> f64> = if known { Some(&exact) } else { None };
+        for &level in &tracer.spec.growth_contours {
+            for line in contours(nodes, &values, level, exact) {
+                let place = |share: &[f64; 2]| std::array::from_fn(|k| tracer.ranges[k].at(share[k]));
+                lines.push(Line {
+                    plane,
+                    level,
+                    points: line.iter().map(place).collect(),
+                });
+            }
+        }
+    }
+    lines
+}
+
+/// Splits a curve at its largest y. Without a fold it is one branch: the lower one if the criterion is met at larger x.
+fn name_branches(points: &mut [BoundaryPoint]) {
+    let y = |point: &BoundaryPoint| point.middle()[1];
+    let Some(top) = (0..points.len()).max_by(|&a, &b| y(&points[a]).total_cmp(&y(&points[b]))) else {
+        return;
+    };
+    let last = points.len() - 1;
+    let closed = last > 1 && points[0] == points[last];
+    if !closed && (top == 0 || top == last) {
+        // From the crossings along x: the side on which the criterion is met.
+        let rising: i32 = points
+            .iter()
+            .map(|point| i32::from(point.met[0] > point.unmet[0]) - i32::from(point.met[0] < point.unmet[0]))
+            .sum();
+        let branch = if rising >= 0 { Branch::Lower } else { Branch::Upper };
+        points.iter_mut().for_each(|point| point.branch = branch);
+        return;
+    }
+    // Two ways lead from the top: to both ends of an open line, to the bottom of a closed one.
+    let bottom = (0..points.len()).min_by(|&a, &b| y(&points[a]).total_cmp(&y(&points[b])));
+    let cut = if closed { bottom.unwrap_or(0) } else { 0 };
+    let one_way = |k: usize| (top.min(cut)..top.max(cut)).contains(&k);
+    let mean = |way: bool| {
+        let x: Vec<f64> = (0..points.len())
+            .filter(|&k| one_way(k) == way)
+            .map(|k| points[k].middle()[0])
+            .collect();
+        x.iter().sum::<f64>() / x.len().max(1) as f64
+    };
+    let lower = mean(true) < mean(false);
+    let one_way: Vec<bool> = (0..points.len()).map(one_way).collect();
+    for (k, point) in points.iter_mut().enumerate() {
+        point.branch = match (k == top, one_way[k] == lower) {
+            (true, _) => Branch::Fold,
+            (false, true) => Branch::Lower,
+            (false, false) => Branch::Upper,
+        };
+    }
+}

@@ -1,0 +1,204 @@
+//! The sweep file, made from the journal.
+
+use super::curves::Boundaries;
+use super::error::SweepError;
+use super::journal::Journal;
+use super::quantities::{EventRow, NO_COUNT, QUANTITIES, is_open};
+use super::report::{NAMED_FAILURES, SweepReport};
+use super::running::Points;
+use super::study::Study;
+use crate::provenance;
+use std::path::Path;
+use stickslip_case::{Motion, Setting};
+use stickslip_files::schema::{Kind, META_MOTION, META_POINT_COMMAND, META_SHOW, Variable};
+use stickslip_files::{
+    AttributeValue, EventForm, Overwrite, Reservation, ShardPlan, Status, SweepHeader, SweepLayout, SweepPlan,
+    SweepRow, SweepWriter,
+};
+
+const LONGEST_COMMAND: usize = 32_768;
+
+/// Points of the largest study whose partial file has all of them. A larger one, less than a quarter of which is done, has a
+/// table of the points that are done: its cost follows them.
+const MOST_MISSING: u64 = 65_536;
+
+pub(crate) fn header(study: &Study, command: &str, digest: String, meta: Vec<(String, AttributeValue)>) -> SweepHeader {
+    SweepHeader {
+        title: study.title.clone(),
+        source: provenance::source(),
+        references: study.words.references().to_owned(),
+        history: format!("stickslip {command} {}", study.source.name),
+        digest,
+        study_text: study.source.text.clone(),
+        case_text: study.base.text.clone(),
+        meta,
+    }
+}
+
+fn meta(study: &Study) -> Vec<(String, AttributeValue)> {
+    let mut meta = provenance::build();
+    if let Some(tolerance) = study.default_tolerance() {
+        meta.push(("default_rtol".to_owned(), AttributeValue::Number(tolerance)));
+    }
+    meta.extend(command_attribute(study));
+    let motion = study.words.motion_attribute();
+    meta.extend(motion.map(|motion| (META_MOTION.to_owned(), AttributeValue::Text(motion.to_owned()))));
+    if !study.show.is_empty() {
+        meta.push((META_SHOW.to_owned(), AttributeValue::Text(study.show.join(" "))));
+    }
+    meta
+}
+
+/// Attribute of /meta with the command that runs a point; `None` if too long for an attribute (64 KiB).
+pub(crate) fn command_attribute(study: &Study) -> Option<(String, AttributeValue)> {
+    let command = study.point_command();
+    (command.len() < LONGEST_COMMAND).then(|| (META_POINT_COMMAND.to_owned(), AttributeValue::Text(command)))
+}
+
+pub(super) fn write(
+    study: &Study,
+    (path, overwrite): (&Path, Overwrite),
+    journal: &mut Journal,
+    points: &Points,
+    part: Option<&ShardPlan>,
+    boundaries: Option<Boundaries>,
+    interrupted: bool,
+) -> Result<SweepReport, SweepError> {
+    let count = points.count();
+    let words: Vec<Vec<String>> = (0..study.axes.len())
+        .map(|axis| words_of(study, points, axis))
+        .collect();
+    let code = |axis: usize, value: &Setting| match value.as_number() {
+        Some(number) if words[axis].is_empty() => number,
+        _ => words[axis].iter().position(|word| *word == value.word()).unwrap_or(0) as f64,
+    };
+    let axes = study.axes.iter().enumerate().map(|(k, axis)| {
+        let values = axis.levels.iter().map(|level| code(k, level));
+        axis.in_a_file(&words[k], values.collect())
+    });
+    let total = part.map_or(count, |part| part.points() as u64);
+    let few = interrupted && total > MOST_MISSING && journal.points() < total / 4;
+    let done: Option<Vec<u64>> = few.then(|| journal.numbers().collect());
+    // A shard's points are not a grid.
+    let layout = match part.is_some() || done.is_some() {
+        true => SweepLayout::Table,
+        false => study.layout(),
+    };
+    let plan = SweepPlan {
+        layout,
+        axes: axes.collect(),
+        variables: sweep_variables(study),
+        points: done.as_ref().map_or(total as usize, Vec::len),
+        events: study.keep.events.then(|| event_form(study)),
+        shard: part.cloned(),
+    };
+    let header = header(study, "sweep", study.digest(), meta(study));
+    let mut writer = SweepWriter::create(Reservation::take(path, overwrite, &study.files)?, &header, &plan)?;
+    let (mut points_done, mut failed, mut unfinished) = (0, 0, 0);
+    let mut failures = Vec::new();
+    let numbers: Box<dyn Iterator<Item = u64>> = match done {
+        Some(done) => Box::new(done.into_iter()),
+        None => Box::new((0..count).filter(|&number| part.is_none_or(|part| part.holds(number)))),
+    };
+    for number in numbers {
+        let mut row = SweepRow {
+            number,
+            ..SweepRow::default()
+        };
+        if layout == SweepLayout::Table {
+            let values = points.coordinates(number);
+            row.coordinates = values
+                .iter()
+                .enumerate()
+                .map(|(axis, value)| code(axis, value))
+                .collect();
+        }
+        if let Some(outcome) = journal.read(number)? {
+            points_done += 1;
+            let event = |e: &EventRow| {
+                let codes = [e.kind.code(), e.mode_after].map(f64::from);
+                [e.time, codes[0], codes[1], e.relative_velocity, e.internal_force]
+            };
+            row.events = outcome.events.iter().map(event).collect();
+            match outcome.result {
+                Ok(values) => {
+                    unfinished += u64::from(is_open(&values));
+                    row.values = Some(values);
+                }
+                Err(message) => {
+                    failed += 1;
+                    if failures.len() < NAMED_FAILURES {
+                        failures.push((number, message.clone()));
+                    }
+                    row.failure = Some(message);
+                }
+            }
+        }
+        writer.push(row)?;
+    }
+    if let Some(boundaries) = &boundaries {
+        boundaries.write(study, &mut writer)?;
+    }
+    let status = if interrupted {
+        Status::Interrupted
+    } else {
+        Status::Complete
+    };
+    Ok(SweepReport {
+        file: writer.finish(&status)?,
+        interrupted,
+        points: points_done,
+        run_now: 0,
+        failures,
+        failed,
+        unfinished: Some(unfinished),
+        boundaries,
+    })
+}
+
+pub(crate) fn event_form(study: &Study) -> EventForm {
+    EventForm {
+        numbers_parts: study.words.numbers_parts(),
+        translation: study.words.motion() == Motion::Translation,
+    }
+}
+
+pub(crate) fn sweep_variables(study: &Study) -> Vec<Variable> {
+    let variables = QUANTITIES.iter().map(|quantity| Variable {
+        name: quantity.name.to_owned(),
+        kind: if quantity.count { Kind::Int64 } else { Kind::Float64 },
+        units: quantity.unit(study.words.motion()).to_owned(),
+        long_name: quantity.description.to_owned(),
+        fill: quantity.count.then_some(NO_COUNT),
+        flags: quantity
+            .flags
+            .iter()
+            .map(|&(code, word)| (code, word.to_owned()))
+            .collect(),
+    });
+    variables.collect()
+}
+
+/// Distinct words on an axis, in the order of their first points; empty if all values are numbers.
+fn words_of(study: &Study, points: &Points, axis: usize) -> Vec<String> {
+    let levels = &study.axes[axis].levels;
+    if study.axes[axis].range.is_some() {
+        return Vec::new();
+    }
+    let of_points = || (0..points.count()).map(|number| points.coordinates(number)[axis].clone());
+    let values: Vec<Setting> = match levels.is_empty() {
+        true => of_points().collect(),
+        false => levels.clone(),
+    };
+    if values.iter().all(|value| value.as_number().is_some()) {
+        return Vec::new();
+    }
+    let mut words: Vec<String> = Vec::new();
+    for value in values {
+        let word = value.word();
+        if !words.contains(&word) {
+            words.push(word);
+        }
+    }
+    words
+}

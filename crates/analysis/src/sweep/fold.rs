@@ -1,0 +1,119 @@
+//! Search along x for the fold of a boundary, its point of largest y.
+//!
+//! The lattice determines the fold to one of its cells. Columns through those cells are bisected, and the search
+//! continues between the neighbours of the highest.
+
+use super::error::SweepEnd;
+use super::tracer::{Crossing, Tracer};
+
+const COLUMNS: usize = 8;
+
+/// Rounds; each shrinks the interval of x to two ninths.
+const ROUNDS: usize = 3;
+
+struct Search {
+    line: usize,
+    left: f64,
+    right: f64,
+    /// Values of y where the criterion is met, and not met, along the whole interval.
+    met: f64,
+    unmet: f64,
+    found: Vec<Crossing>,
+}
+
+/// Adds columns around the folds of lines; `cell` is the size of a cell of the finest lattice.
+pub(super) fn refine(tracer: &mut Tracer, lines: &mut [Vec<Crossing>], cell: [f64; 2]) -> Result<(), SweepEnd> {
+    let found = lines.iter().enumerate();
+    let mut searches: Vec<Search> = found.filter_map(|(k, line)| search(k, line, cell)).collect();
+    for _ in 0..ROUNDS {
+        let mut columns = Vec::new();
+        for (k, search) in searches.iter().enumerate() {
+            let plane = lines[search.line][0].plane;
+            for column in 1..=COLUMNS {
+                let x = search.left + (search.right - search.left) * column as f64 / (COLUMNS + 1) as f64;
+                let crossing = Crossing {
+                    plane,
+                    met: [x, search.met],
+                    unmet: [x, search.unmet],
+                    unknown: false,
+                };
+                columns.push((k, crossing));
+            }
+        }
+        let (of, mut columns): (Vec<usize>, Vec<Crossing>) = tracer.confirmed(columns)?.into_iter().unzip();
+        tracer.bisect(&mut columns)?;
+        let mut columns: Vec<(usize, Crossing)> = of.into_iter().zip(columns).collect();
+        columns.retain(|(_, column)| !column.unknown);
+        for (k, search) in searches.iter_mut().enumerate() {
+            let own = columns.iter().filter(|(of, _)| *of == k);
+            search.narrow(own.map(|(_, column)| column.clone()).collect());
+        }
+    }
+    for search in searches {
+        insert(&mut lines[search.line], search.found);
+    }
+    Ok(())
+}
+
+/// Search interval for the fold of a line; `None` without a fold.
+fn search(line: usize, points: &[Crossing], cell: [f64; 2]) -> Option<Search> {
+    let top = top_of(points)?;
+    let [x, y] = points[top].middle();
+    let apart = |point: &&Crossing| (point.middle()[0] - x).abs() > 1e-3 * cell[0];
+    let before = points[..top].iter().rev().find(apart)?.middle();
+    let after = points[top + 1..].iter().find(apart)?.middle();
+    let (left, right) = (before[0].min(after[0]), before[0].max(after[0]));
+    Some(Search {
+        line,
+        left: left.min(x),
+        right: right.max(x),
+        met: (before[1].min(after[1]) - 0.5 * cell[1]).max(0.0),
+        unmet: (y + cell[1]).min(1.0),
+        found: Vec::new(),
+    })
+}
+
+/// Index of the largest y, if it is not an end of the line.
+fn top_of(points: &[Crossing]) -> Option<usize> {
+    let y = |k: usize| points[k].middle()[1];
+    let top = (0..points.len()).max_by(|&a, &b| y(a).total_cmp(&y(b)))?;
+    (top > 0 && top + 1 < points.len()).then_some(top)
+}
+
+impl Search {
+    /// Adds new columns and narrows the interval to the neighbours of the highest.
+    fn narrow(&mut self, mut columns: Vec<Crossing>) {
+        columns.sort_by(|a, b| a.met[0].total_cmp(&b.met[0]));
+        let y = |column: &Crossing| column.middle()[1];
+        let Some(best) = (0..columns.len()).max_by(|&a, &b| y(&columns[a]).total_cmp(&y(&columns[b]))) else {
+            return;
+        };
+        let neighbours = [best.checked_sub(1), Some(best + 1)].map(|k| k.and_then(|k| columns.get(k)));
+        let [left, right] = neighbours;
+        self.left = left.map_or(self.left, |column| column.met[0]);
+        self.right = right.map_or(self.right, |column| column.met[0]);
+        let lowest = neighbours
+            .into_iter()
+            .flatten()
+            .map(y)
+            .fold(y(&columns[best]), f64::min);
+        // A line of one curvature exceeds the highest column by less than that exceeds its neighbours.
+        let rise = y(&columns[best]) - lowest;
+        let slack = 4.0 * columns[best].width() + rise;
+        if left.is_some() && right.is_some() {
+            self.unmet = self.unmet.min(y(&columns[best]) + slack);
+            self.met = self.met.max(lowest - slack);
+        }
+        self.found.append(&mut columns);
+    }
+}
+
+fn insert(line: &mut Vec<Crossing>, mut columns: Vec<Crossing>) {
+    let Some(top) = top_of(line) else { return };
+    columns.push(line[top].clone());
+    columns.sort_by(|a, b| a.middle()[0].total_cmp(&b.middle()[0]));
+    if line[top - 1].middle()[0] > line[top + 1].middle()[0] {
+        columns.reverse();
+    }
+    line.splice(top..=top, columns);
+}

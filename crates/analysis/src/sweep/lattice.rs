@@ -1,0 +1,172 @@
+//! Grid of the unit square with local halving of cells where a condition changes, and the lines of change.
+
+use std::collections::{BTreeMap, BTreeSet};
+
+/// Integer coordinates of a node on the finest grid.
+pub type Node = (u32, u32);
+
+/// Edge between neighbours on the finest grid.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub struct Edge {
+    /// Lower end.
+    pub node: Node,
+    /// Whether the upper end is the next node along x; otherwise along y.
+    pub along_x: bool,
+}
+
+impl Edge {
+    /// Edges of the cell with this lower corner, on the finest grid: below, right, above, left.
+    pub(super) fn around((i, j): Node) -> [Edge; 4] {
+        [((i, j), true), ((i + 1, j), false), ((i, j + 1), true), ((i, j), false)]
+            .map(|(node, along_x)| Edge { node, along_x })
+    }
+
+    /// Both ends, the lower first.
+    pub fn ends(self) -> [Node; 2] {
+        let (i, j) = self.node;
+        [self.node, if self.along_x { (i + 1, j) } else { (i, j + 1) }]
+    }
+}
+
+/// Grid of one plane.
+#[derive(Debug, Clone)]
+pub struct Lattice {
+    /// Cells of the finest grid along x and y.
+    pub size: [u32; 2],
+    /// Current side length of a cell, in cells of the finest grid.
+    step: u32,
+    /// Lower corners of current cells that the line may cross.
+    cells: BTreeSet<Node>,
+    met: BTreeMap<Node, bool>,
+}
+
+impl Lattice {
+    /// First grid with `nodes` along each axis, whose cells can be halved `refinements` times.
+    pub fn new(nodes: [usize; 2], refinements: u32) -> Self {
+        let step = 1 << refinements;
+        let size = nodes.map(|count| (count as u32 - 1) * step);
+        let mut cells = BTreeSet::new();
+        for i in (0..size[0]).step_by(step as usize) {
+            for j in (0..size[1]).step_by(step as usize) {
+                cells.insert((i, j));
+            }
+        }
+        Lattice {
+            size,
+            step,
+            cells,
+            met: BTreeMap::new(),
+        }
+    }
+
+    /// Position of a node in the unit square.
+    pub fn share(&self, node: Node) -> [f64; 2] {
+        [
+            f64::from(node.0) / f64::from(self.size[0]),
+            f64::from(node.1) / f64::from(self.size[1]),
+        ]
+    }
+
+    /// Unknown nodes of the current cells.
+    pub fn unknown(&self) -> Vec<Node> {
+        let nodes: BTreeSet<Node> = self.cells.iter().flat_map(|&cell| corners(cell, self.step)).collect();
+        nodes.into_iter().filter(|node| !self.met.contains_key(node)).collect()
+    }
+
+    /// Sets whether the condition holds at a node.
+    pub fn set(&mut self, node: Node, met: bool) {
+        self.met.insert(node, met);
+    }
+
+    pub(super) fn is_met(&self, node: Node) -> bool {
+        self.met.get(&node).copied().unwrap_or(false)
+    }
+
+    fn is_mixed(&self, cell: Node) -> bool {
+        let known = corners(cell, self.step).map(|node| self.is_met(node));
+        known.iter().any(|&met| met != known[0])
+    }
+
+    /// Halves the cells of change and their neighbours, into which a change may extend, and drops the others; `false`
+    /// at the finest.
+    pub fn refine(&mut self) -> bool {
+        if self.step == 1 {
+            return false;
+        }
+        let (step, half) = (self.step, self.step / 2);
+        let mut crossed: BTreeSet<Node> = BTreeSet::new();
+        for &(i, j) in self.cells.iter().filter(|&&cell| self.is_mixed(cell)) {
+            for i in [i.saturating_sub(step), i, i + step] {
+                for j in [j.saturating_sub(step), j, j + step] {
+                    if i < self.size[0] && j < self.size[1] {
+                        crossed.insert((i, j));
+                    }
+                }
+            }
+        }
+        self.cells = crossed.into_iter().flat_map(|cell| corners(cell, half)).collect();
+        self.step = half;
+        true
+    }
+
+    /// Edges across which the condition changes, linked to lines through the finest cells.
+    pub fn lines(&self) -> Vec<Vec<Edge>> {
+        let mut links: Vec<[Edge; 2]> = Vec::new();
+        for &cell in &self.cells {
+            let edges @ [bottom, right, top, left] = Edge::around(cell);
+            let crosses = |edge: &Edge| self.is_met(edge.ends()[0]) != self.is_met(edge.ends()[1]);
+            let crossed: Vec<Edge> = edges.into_iter().filter(crosses).collect();
+            match crossed[..] {
+                [a, b] => links.push([a, b]),
+                // Two opposite corners meet the condition: treated as separate regions.
+                [..] if crossed.len() == 4 => {
+                    let pairs = if self.is_met(cell) {
+                        [[bottom, left], [right, top]]
+                    } else {
+                        [[bottom, right], [top, left]]
+                    };
+                    links.extend(pairs);
+                }
+                _ => {}
+            }
+        }
+        join(&links)
+    }
+}
+
+/// Joins links to lines: open ones from end to end first, then closed ones, which repeat their first edge.
+pub(super) fn join<E: Copy + Ord>(links: &[[E; 2]]) -> Vec<Vec<E>> {
+    let mut neighbours: BTreeMap<E, Vec<E>> = BTreeMap::new();
+    for &[a, b] in links {
+        neighbours.entry(a).or_default().push(b);
+        neighbours.entry(b).or_default().push(a);
+    }
+    let mut left: BTreeSet<E> = neighbours.keys().copied().collect();
+    let ends = neighbours
+        .iter()
+        .filter(|(_, linked)| linked.len() == 1)
+        .map(|(edge, _)| *edge);
+    let starts: Vec<E> = ends.chain(neighbours.keys().copied()).collect();
+    let mut lines = Vec::new();
+    for start in starts {
+        if !left.remove(&start) {
+            continue;
+        }
+        let mut line = vec![start];
+        let mut at = start;
+        while let Some(&next) = neighbours[&at].iter().find(|next| left.contains(next)) {
+            left.remove(&next);
+            line.push(next);
+            at = next;
+        }
+        if line.len() > 2 && neighbours[&at].contains(&start) {
+            line.push(start);
+        }
+        lines.push(line);
+    }
+    lines
+}
+
+fn corners((i, j): Node, step: u32) -> [Node; 4] {
+    [(i, j), (i + step, j), (i, j + step), (i + step, j + step)]
+}

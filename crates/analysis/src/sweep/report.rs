@@ -1,0 +1,40 @@
+//! Progress and report of a sweep.
+
+use super::curves::Boundaries;
+use std::path::PathBuf;
+
+/// Progress of a sweep.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct SweepProgress {
+    /// Finished points, including those of an earlier start.
+    pub done: u64,
+    /// Points of the study, or the number known so far.
+    pub total: u64,
+    /// Whether there may be more than [`Self::total`].
+    pub open: bool,
+    /// Points whose run failed.
+    pub failed: u64,
+}
+
+/// Result of a sweep.
+#[derive(Debug, Clone, PartialEq)]
+pub struct SweepReport {
+    /// Sweep file, or partial file of an interrupted sweep.
+    pub file: PathBuf,
+    /// Whether the sweep was interrupted; it can be resumed.
+    pub interrupted: bool,
+    /// Finished points in the file.
+    pub points: u64,
+    /// Points of this start.
+    pub run_now: u64,
+    /// Failed points and reasons; only the first if there are many.
+    pub failures: Vec<(u64, String)>,
+    /// Points whose run failed.
+    pub failed: u64,
+    /// Points without a lasting stick (trains: without a lasting motion); `None` if the sweep was already complete.
+    pub unfinished: Option<u64>,
+    /// Boundaries, in a boundary study.
+    pub boundaries: Option<Boundaries>,
+}
+
+pub(super) const NAMED_FAILURES: usize = 5;

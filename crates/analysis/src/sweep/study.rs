@@ -1,0 +1,425 @@
+//! Study file of a sweep: base case, axes over its keys, and requested results.
+
+use super::axis::{self, Axis};
+use super::criterion::{BoundarySpec, read_boundary};
+use super::quantities::asked_for;
+use super::sampling::{self, MOST_SOBOL_AXES, MOST_SOBOL_POINTS, SampleMethod};
+use crate::study::{Head, PROBES, Reader, StudySource, check_points};
+use serde::{Deserialize, Serialize};
+use sha2::{Digest, Sha256};
+use std::path::PathBuf;
+use stickslip_case::built_in;
+use stickslip_case::builtin::BuiltIn;
+use stickslip_case::document::{self, Node, Value};
+use stickslip_case::{Case, CaseError, CaseKeys, CaseSource, METHOD, Override, Setting, Words};
+use stickslip_engine::simulation::Method;
+use stickslip_files::SweepLayout;
+use stickslip_system::model::system::System;
+use stickslip_system::quote::in_shell;
+
+/// Built-in studies: the files of `data/studies`.
+pub const STUDIES: &[BuiltIn] = built_in!["studies": "critical-curve", "groan-speed", "belt-stability"];
+
+/// Choice of a study's points.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Design {
+    /// All combinations of the axes' levels; the last axis varies fastest.
+    Grid,
+    /// Rows of a sample or a table, one value for each axis.
+    Rows(Vec<Vec<Setting>>),
+    /// Points that the trace of a boundary requests.
+    Boundary(BoundarySpec),
+}
+
+/// Default `solver.rtol` of points by `cvode`, `arkode` or `series`: all events of a critical curve are within 1e-8 s
+/// (`series`: 1e-10 s) in half the time. The other methods need their usual tolerance for that.
+pub const STUDY_RTOL: f64 = 1e-8;
+
+fn has_study_tolerance(method: Method) -> bool {
+    matches!(method, Method::Cvode | Method::Arkode | Method::Series)
+}
+
+/// Stored results of every run besides its summary.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct Keep {
+    /// Events of each run, in the study's file.
+    pub events: bool,
+    /// Result file of each run.
+    pub trajectory: bool,
+}
+
+/// Study, checked as far as possible without runs.
+#[derive(Debug, Clone)]
+pub struct Study {
+    /// Title of the study.
+    pub title: String,
+    /// Source text.
+    pub source: StudySource,
+    /// Text of the base case.
+    pub base: CaseSource,
+    /// Names of its system's parts.
+    pub words: Words,
+    /// Settings of the study in the base case.
+    pub settings: Vec<Override>,
+    /// Axes in the order of the text; the last varies fastest.
+    pub axes: Vec<Axis>,
+    /// Choice of points.
+    pub design: Design,
+    /// Stored results of each run.
+    pub keep: Keep,
+    /// Names of the quantities in figures, by default.
+    pub show: Vec<String>,
+    /// Input files, which must not be overwritten.
+    pub files: Vec<PathBuf>,
+    /// Whether the case or the study gives a tolerance; the default is [`STUDY_RTOL`].
+    pub(super) gives_tolerance: bool,
+}
+
+/// Point of a study.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Point {
+    /// Number in the study, from 0.
+    pub number: u64,
+    /// Value on each axis.
+    pub coordinates: Vec<Setting>,
+}
+
+/// Key of the time limit, which does not affect results.
+pub(crate) const WALL_TIME: &str = "solver.max_wall_time";
+
+/// Most points; more are a mistake: years of computing.
+const MOST_POINTS: u64 = 1_000_000_000;
+
+/// Most values on all axes together; more are a mistake.
+const MOST_LEVELS: usize = 4_000_000;
+
+const STUDY_KEYS: &[&str] = &[
+    "title", "case", "set", "axis", "sample", "points", "keep", "show", "boundary",
+];
+
+impl Study {
+    /// Reads a study, or reports all problems. `overrides` apply to the base case after the study's own settings.
+    pub fn parse(source: StudySource, overrides: &[Override]) -> Result<Study, CaseError> {
+        let (mut reader, root) = Reader::open(&source, STUDY_KEYS)?;
+        let mut head = Head::read(&mut reader, &root, &source, Vec::new(), overrides);
+        let mut axes = read_axes(&mut reader, &head.keys, &root);
+        // A table of points defines its columns later.
+        let case = match root.at("points") {
+            None => axis::case_along(&axes, &head),
+            Some(_) => None,
+        };
+        let system = case.as_ref().map(|case| &case.system);
+        let design = read_design(&mut reader, &mut head, system, &root, &source, &mut axes);
+        let keep = root.at("keep").map_or_else(Keep::default, |node| {
+            reader.check_keys(node, "keep", &["events", "trajectory"]);
+            Keep {
+                events: reader.flag(node, "keep", "events"),
+                trajectory: reader.flag(node, "keep", "trajectory"),
+            }
+        });
+        let show = root
+            .at("show")
+            .map_or_else(Vec::new, |node| read_show(&mut reader, system, node));
+        let design = design.filter(|_| reader.is_clean());
+        let Some(mut study) = design.and_then(|design| Study::new(head, source, axes, design)) else {
+            return Err(reader.into_error());
+        };
+        (study.keep, study.show) = (keep, show);
+        study.check()?;
+        Ok(study)
+    }
+
+    fn new(head: Head, source: StudySource, axes: Vec<Axis>, design: Design) -> Option<Study> {
+        let Head {
+            title,
+            base,
+            settings,
+            keys,
+            files,
+        } = head;
+        let base = base?;
+        Some(Study {
+            gives_tolerance: gives_tolerance(&base, &settings, &axes),
+            words: keys.words,
+            title,
+            source,
+            base,
+            settings,
+            axes,
+            design,
+            keep: Keep::default(),
+            show: Vec::new(),
+            files,
+        })
+    }
+
+    /// Study whose points are requested one by one in the ranges of the axes; `None` without a base case.
+    pub(crate) fn of_ranges(head: Head, source: StudySource, axes: Vec<Axis>) -> Option<Study> {
+        let study = Study::new(head, source, axes, Design::Rows(Vec::new()))?;
+        Some(Study {
+            // A search needs runs that vary smoothly with the parameters, so the case's own tolerance.
+            gives_tolerance: true,
+            ..study
+        })
+    }
+
+    /// Default tolerance of the points, if study and case give none.
+    pub fn default_tolerance(&self) -> Option<f64> {
+        (!self.gives_tolerance).then_some(STUDY_RTOL)
+    }
+
+    /// Whether sliding slows down by itself in the first case, with its loss of stability watched.
+    pub fn slows_down(&self) -> bool {
+        let first: Option<Vec<Setting>> = self.axes.iter().map(|axis| axis.levels.first().cloned()).collect();
+        let case = match first {
+            Some(first) => self.case_at(&first),
+            None => Case::read(&self.base, &self.settings),
+        };
+        case.is_ok_and(|case| case.stops())
+    }
+
+    /// Number of points; `None` if unknown before the sweep.
+    pub fn point_count(&self) -> Option<u64> {
+        match &self.design {
+            Design::Grid => self
+                .axes
+                .iter()
+                .try_fold(1u64, |n, axis| n.checked_mul(axis.levels.len() as u64)),
+            Design::Rows(rows) => Some(rows.len() as u64),
+            Design::Boundary(_) => None,
+        }
+    }
+
+    pub(super) fn layout(&self) -> SweepLayout {
+        match self.design {
+            Design::Grid => SweepLayout::Grid,
+            _ => SweepLayout::Table,
+        }
+    }
+
+    /// Point of a number below [`Self::point_count`]; `None` beyond, and in a boundary study.
+    pub fn point(&self, number: u64) -> Option<Point> {
+        if number >= self.point_count()? {
+            return None;
+        }
+        let coordinates = match &self.design {
+            Design::Grid => {
+                let mut rest = number;
+                let mut coordinates: Vec<Setting> = Vec::with_capacity(self.axes.len());
+                for axis in self.axes.iter().rev() {
+                    let count = axis.levels.len() as u64;
+                    coordinates.push(axis.levels[(rest % count) as usize].clone());
+                    rest /= count;
+                }
+                coordinates.reverse();
+                coordinates
+            }
+            Design::Rows(rows) => rows[usize::try_from(number).ok()?].clone(),
+            Design::Boundary(_) => return None,
+        };
+        Some(Point { number, coordinates })
+    }
+
+    /// Case at one value for each axis, if valid.
+    pub fn case_at(&self, coordinates: &[Setting]) -> Result<Case, CaseError> {
+        let mut case = self.case_with_output(coordinates)?;
+        let solver = &mut case.solver;
+        if !self.gives_tolerance && has_study_tolerance(solver.method) {
+            solver.rtol = STUDY_RTOL;
+        }
+        if !self.keep.trajectory {
+            case.without_trajectory();
+        }
+        Ok(case)
+    }
+
+    /// Case at one value for each axis, with its own tolerance and output.
+    pub(crate) fn case_with_output(&self, coordinates: &[Setting]) -> Result<Case, CaseError> {
+        let mut overrides = self.settings.clone();
+        for (axis, value) in self.axes.iter().zip(coordinates) {
+            overrides.extend(axis.overrides(value));
+        }
+        Case::read(&self.base, &overrides)
+    }
+
+    /// Command that runs a single point, without the values on the axes: `--set KEY=VALUE` for each of their keys
+    /// completes it. A base case in a file is named relative to the study's folder.
+    ///
+    /// The time limit is left out; so is the tolerance if the method is an axis.
+    pub fn point_command(&self) -> String {
+        let mut arguments = vec![self.source.named(&self.base)];
+        let settings = self.settings.iter().filter(|setting| setting.key() != WALL_TIME);
+        arguments.extend(settings.flat_map(|setting| ["--set".to_owned(), setting.argument()]));
+        let by_axis = self.axes.iter().any(|axis| axis.keys.iter().any(|key| key == METHOD));
+        let method = Case::read(&self.base, &self.settings).map(|case| case.solver.method);
+        let takes_it = method.map_or(true, has_study_tolerance);
+        if let (Some(tolerance), false, true) = (self.default_tolerance(), by_axis, takes_it) {
+            arguments.extend(["--set".to_owned(), format!("solver.rtol={tolerance:e}")]);
+        }
+        let arguments: Vec<String> = arguments.iter().map(|argument| in_shell(argument)).collect();
+        format!("stickslip run {}", arguments.join(" "))
+    }
+
+    /// Hash of all that determines the results, with the program version, without title and layout: 64 hexadecimal
+    /// digits.
+    pub fn digest(&self) -> String {
+        let mut hash = Sha256::new();
+        let mut add = |part: &str| {
+            hash.update((part.len() as u64).to_le_bytes());
+            hash.update(part.as_bytes());
+        };
+        add("stickslip sweep 2");
+        add(env!("CARGO_PKG_VERSION"));
+        add(&self.base.text);
+        // The time limit does not count: a study can resume with another budget.
+        let settings = self.settings.iter().filter(|setting| setting.key() != WALL_TIME);
+        add(&format!("{:?}", settings.collect::<Vec<_>>()));
+        add(&format!("{STUDY_RTOL}"));
+        for axis in &self.axes {
+            add(&format!("{:?} {:?} {:?}", axis.keys, axis.range, axis.levels));
+        }
+        add(&format!("{:?}", self.design));
+        add(&format!("{:?}", self.keep));
+        hash.finalize().iter().map(|byte| format!("{byte:02x}")).collect()
+    }
+
+    /// Reports errors that all points share before anything is computed.
+    fn check(&self) -> Result<(), CaseError> {
+        let label = self.source.label();
+        if let Design::Boundary(_) = self.design {
+            let corner = std::iter::once(self.case_at(&BoundarySpec::corner(&self.axes)));
+            return check_points(corner, &self.settings, &label);
+        }
+        let count = self.point_count().filter(|&count| count <= MOST_POINTS);
+        let count = count.ok_or_else(|| {
+            let message = format!("more than {MOST_POINTS:e} points; give the axes fewer values");
+            CaseError::one(&label, "axis", message)
+        })?;
+        let probes = count.min(PROBES as u64);
+        let numbers = (0..probes).map(|k| k * (count - 1) / (probes - 1).max(1));
+        let points = numbers.filter_map(|number| self.point(number));
+        let cases = points.map(|point| self.case_at(&point.coordinates));
+        check_points(cases, &self.settings, &label)
+    }
+}
+
+fn gives_tolerance(base: &CaseSource, settings: &[Override], axes: &[Axis]) -> bool {
+    const KEY: &str = "solver.rtol";
+    settings.iter().any(|setting| matches!(setting.key(), KEY | "solver"))
+        || axes.iter().any(|axis| axis.keys.iter().any(|key| key == KEY))
+        || document::read(&base.text, "").is_ok_and(|root| root.at(KEY).is_some())
+}
+
+fn read_axes(reader: &mut Reader, known: &CaseKeys, root: &Node) -> Vec<Axis> {
+    let sampled = root.at("sample").is_some();
+    let (mut axes, mut levels) = (Vec::<Axis>::new(), 0);
+    for (path, node) in reader.tables(root, "axis", None) {
+        let Some(axis) = axis::read(reader, known, node, &path, sampled) else {
+            continue;
+        };
+        levels += axis.levels.len();
+        if levels > MOST_LEVELS {
+            let message = format!("the axes have more than {MOST_LEVELS} values in all; give them fewer");
+            reader.report(node, &path, message);
+            break;
+        }
+        for (k, key) in axis.keys.iter().enumerate() {
+            let mut others = axes.iter().flat_map(|other| &other.keys).chain(&axis.keys[..k]);
+            if others.any(|other| other == key) {
+                let message = format!("{key} stands on two axes; keep one");
+                reader.report(node, &format!("{path}.key"), message);
+            }
+        }
+        axes.push(axis);
+    }
+    axes
+}
+
+fn read_design(
+    reader: &mut Reader,
+    head: &mut Head,
+    system: Option<&System>,
+    root: &Node,
+    source: &StudySource,
+    axes: &mut Vec<Axis>,
+) -> Option<Design> {
+    let given = ["sample", "points", "boundary"];
+    let mut given = given.into_iter().filter_map(|name| Some((name, root.at(name)?)));
+    let (first, second) = (given.next(), given.next());
+    if let (Some((first, _)), Some((second, node))) = (first, second) {
+        let message = format!("a study has one set of points, and {first} gives one already; remove one of them");
+        return reader.refuse(node, second, message);
+    }
+    if let Some(("points", node)) = first {
+        if let Some(axis) = root.at("axis") {
+            let message = "the first line of the table of points names the keys; remove the axes";
+            return reader.refuse(axis, "axis", message);
+        }
+        let path = source.folder().join(reader.text(node, "points")?);
+        let table = sampling::read_table(&path, &head.keys);
+        let (columns, rows) = reader.found(node, "points", table)?;
+        head.files.push(path);
+        *axes = columns;
+        return Some(Design::Rows(rows));
+    }
+    if axes.is_empty() {
+        // Unreadable axes have been reported.
+        let is_none = |node: &Node| matches!(&node.value, Value::Array(list) if list.is_empty());
+        if root.at("axis").is_none_or(is_none) {
+            let message =
+                "missing: a study varies something; write [[axis]] with a key and its values, or points = \"FILE.csv\"";
+            reader.report(root, "axis", message);
+        }
+        return None;
+    }
+    match first {
+        Some(("sample", node)) => read_sample(reader, node, axes).map(Design::Rows),
+        Some((_, node)) => read_boundary(reader, system, node, axes).map(Design::Boundary),
+        None => Some(Design::Grid),
+    }
+}
+
+fn read_show(reader: &mut Reader, system: Option<&System>, node: &Node) -> Vec<String> {
+    let names = reader.keys(node, "show").unwrap_or_default();
+    for name in &names {
+        reader.found(node, "show", asked_for(name, system, "", |_| true));
+    }
+    names
+}
+
+fn read_sample(reader: &mut Reader, node: &Node, axes: &[Axis]) -> Option<Vec<Vec<Setting>>> {
+    reader.check_keys(node, "sample", &["method", "count", "seed"]);
+    let method = match node.at("method").map(|node| (node, &node.value)) {
+        Some((_, Value::Text(name))) if name == "latin-hypercube" => Some(SampleMethod::LatinHypercube),
+        Some((_, Value::Text(name))) if name == "sobol" => Some(SampleMethod::Sobol),
+        other => {
+            let message = "expected \"latin-hypercube\" or \"sobol\"";
+            reader.refuse(other.map_or(node, |(node, _)| node), "sample.method", message)
+        }
+    };
+    let most = match method {
+        Some(SampleMethod::Sobol) => MOST_SOBOL_POINTS,
+        _ => 100_000_000,
+    };
+    let count = match node.at("count") {
+        Some(given) => reader.whole_number(given, "sample.count", 1..=most),
+        None => reader.refuse(node, "sample.count", "missing: how many points are drawn"),
+    };
+    let seed = reader.whole_or(node, "sample", "seed", 0..=u64::from(u32::MAX), 0);
+    let (method, count, seed) = (method?, count?, seed?);
+    if let Some(most) = sampling::too_many(axes.len(), count) {
+        let message = format!(
+            "{count} points of {} axes are more than the {most} that memory is given for; draw fewer, or split the study",
+            axes.len()
+        );
+        return reader.refuse(node.at("count").unwrap_or(node), "sample.count", message);
+    }
+    if method == SampleMethod::Sobol && axes.len() > MOST_SOBOL_AXES {
+        let message = format!(
+            "{} axes are more than the {MOST_SOBOL_AXES} of a Sobol sequence; use latin-hypercube",
+            axes.len()
+        );
+        return reader.refuse(node, "sample.method", message);
+    }
+    Some(sampling::draw(axes, method, count as usize, seed as u32))
+}

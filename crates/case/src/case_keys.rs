@@ -1,0 +1,201 @@
+//! The keys that the cases of a study have, and messages about unknown keys.
+
+use super::document::{self, Node, Value};
+use super::schema::{self, Kind};
+use super::setting::Slot;
+use super::signals::{PROFILES, keys_of};
+use super::{Case, CaseSource, Override, Words, suggest};
+use stickslip_system::quote::shown;
+use stickslip_system::signal::SIGNALS;
+
+/// The keys that the cases of a study have, with their lists and signals.
+#[derive(Debug)]
+pub struct CaseKeys {
+    /// Names and units of the base case.
+    pub words: Words,
+    /// The resolved case in the general form, with its lists and signals; `None` if the case cannot be read.
+    resolved: Option<Node>,
+}
+
+impl CaseKeys {
+    /// Keys of the short form.
+    pub const SHORT: CaseKeys = CaseKeys {
+        words: Words::SHORT,
+        resolved: None,
+    };
+
+    /// Keys of a base case with a study's settings. The base case alone decides the form.
+    pub fn of(base: &CaseSource, settings: &[Override]) -> CaseKeys {
+        if Words::of(base, &[]).short {
+            return CaseKeys::SHORT;
+        }
+        let case = Case::read(base, settings).ok();
+        let words = case.as_ref().map(|case| case.words);
+        CaseKeys {
+            words: words.unwrap_or_else(|| Words::of(base, settings)),
+            resolved: case.and_then(|case| document::read(&case.resolved(), "").ok()),
+        }
+    }
+
+    /// The value that a path takes; `None` if no case of this form has such a key.
+    pub fn slot(&self, path: &str) -> Option<Slot> {
+        Slot::at(path, self.words)
+    }
+
+    /// Reason why this case has no value at a path that other cases of its form may have: an element beyond a list, a
+    /// list without an index, a part that its signal lacks.
+    pub fn misplaced(&self, path: &str) -> Option<String> {
+        if !self.words.short && path == "motion" {
+            return Some("what is kept of the runs has one unit: make one study for each motion".to_owned());
+        }
+        let root = self.resolved.as_ref()?;
+        let (key, _, inner) = schema::find(path, false).next()?;
+        match key.kind {
+            Kind::List(..) => in_list(root, key.path, inner),
+            Kind::Signal(_) => in_signal(root, key.path, inner),
+            _ => None,
+        }
+    }
+
+    /// The paths of all keys, with `[]` for indices.
+    pub fn known(&self) -> Vec<&'static str> {
+        schema::known(self.words.short)
+    }
+
+    /// The known path that an unknown one most likely means.
+    pub fn suggestion(&self, path: &str) -> Option<String> {
+        let found = schema::find(path, self.words.short).find(|found| matches!(found.0.kind, Kind::Signal(_)));
+        if let (Some(_), Some((before, last))) = (found, path.rsplit_once('.')) {
+            let known = PROFILES.iter().flat_map(|profile| keys_of(profile));
+            if let Some(close) = suggest(last, known) {
+                return Some(format!("{before}.{close}"));
+            }
+        }
+        let close = suggest(path, self.known().into_iter())?;
+        let last = path.rsplit('.').next().unwrap_or_default();
+        Some(match last.parse::<usize>() {
+            Ok(index) if schema::is_list(close) => format!("{close}.{index}"),
+            _ => close.replace("[]", ".0"),
+        })
+    }
+
+    /// Whether a value at this path replaces everything at that place: a signal, or one in a sum.
+    pub fn is_whole(&self, path: &str) -> bool {
+        schema::find(path, self.words.short).any(|(key, _, inner)| {
+            let mut parts = inner.split('.').filter(|part| !part.is_empty());
+            matches!(key.kind, Kind::Signal(_)) && parts.all(|part| part == SIGNALS || part.parse::<usize>().is_ok())
+        })
+    }
+
+    /// Message about a path that is no key of a case.
+    pub fn unknown(&self, path: &str) -> String {
+        let quoted = shown(path);
+        if let Some(message) = of_other_form(path, self.words.short) {
+            return format!("\"{quoted}\" {message}");
+        }
+        if let Some(close) = self.suggestion(path) {
+            return format!("a case has no key \"{quoted}\"; did you mean {close}?");
+        }
+        match self.words.short {
+            true => format!(
+                "a case has no key \"{quoted}\"; its keys are dotted paths, such as friction.decay, torsion.damping or \
+                 perturbation.0.relative_velocity"
+            ),
+            false => format!(
+                "a case of trains has no key \"{quoted}\"; its keys are dotted paths, such as stator.damping.0, rotor.speed, \
+                 rotor.speed.amplitude of a harmonic, contact.normal_force, friction.breakaway or initial.stator_twist.0"
+            ),
+        }
+    }
+}
+
+/// Message about a key of the other form only, with the name of the place in this form.
+pub(super) fn of_other_form(path: &str, short: bool) -> Option<String> {
+    schema::find(path, !short)
+        .next()
+        .filter(|_| schema::find(path, short).next().is_none())?;
+    let other = match short {
+        true => "is a key of a case of trains, [rotor] and [stator], but the case is of the short form, [torsion]",
+        false => "is a key of the short form, [torsion], but the case has [rotor] and [stator] instead",
+    };
+    let within = |general: &&str| {
+        general
+            .strip_prefix(path)
+            .is_some_and(|rest| rest.is_empty() || rest.starts_with('.'))
+    };
+    let same = schema::SAME
+        .iter()
+        .filter(|same| same.0 == path || same.1.iter().any(&within));
+    let own: Vec<&str> = match short {
+        true => same.map(|same| same.0).collect(),
+        false => same.flat_map(|same| same.1).copied().collect(),
+    };
+    Some(match own.is_empty() {
+        true => other.to_owned(),
+        false => format!("{other}; write {}", own.join(" and ")),
+    })
+}
+
+fn in_list(root: &Node, list: &str, index: &str) -> Option<String> {
+    let count = match root.at(list).map(|node| &node.value) {
+        Some(Value::Array(elements)) => elements.len(),
+        _ => 0,
+    };
+    let elements = schema::elements(list, count);
+    match index.parse::<usize>() {
+        Ok(index) if index < count => None,
+        Ok(_) => Some(format!("there is no {list}.{index}: {elements}")),
+        // A number may replace a list of one.
+        Err(_) if count == 1 => None,
+        Err(_) => Some(format!("{list} is a list, and an axis varies one number: {elements}")),
+    }
+}
+
+fn in_signal(root: &Node, signal: &str, rest: &str) -> Option<String> {
+    if rest.is_empty() {
+        return None;
+    }
+    let mut at = signal.to_owned();
+    let mut parts = rest.split('.').peekable();
+    while let Some(part) = parts.next() {
+        let node = root.at(&at);
+        let profile = node.and_then(|node| node.at("profile")).map(|node| &node.value);
+        match (node.map(|node| &node.value), profile) {
+            (None, _) => {
+                return Some(format!(
+                    "this case has no {at}; give it one in [set], such as {at} = {{ profile = \"sine\", ... }}"
+                ));
+            }
+            (Some(Value::Array(_)), _) => return in_list(root, &at, part),
+            (Some(Value::Table(_)), Some(Value::Text(profile))) => {
+                let own = keys_of(profile);
+                if part != "profile" && !own.contains(&part) {
+                    let close = suggest(part, own.iter().copied());
+                    return Some(format!(
+                        "{at} is of profile \"{profile}\" in this case, which has {}{}",
+                        own.join(", "),
+                        close.map_or(String::new(), |close| format!("; did you mean {at}.{close}?"))
+                    ));
+                }
+                at = format!("{at}.{part}");
+                if part == SIGNALS
+                    && let Some(index) = parts.next()
+                {
+                    if let Some(why) = in_list(root, &at, index) {
+                        return Some(why);
+                    }
+                    at = format!("{at}.{index}");
+                }
+            }
+            _ => {
+                return Some(format!(
+                    "{at} is a number in this case and has no {part}: vary {at} itself, or give it a profile in [set]"
+                ));
+            }
+        }
+    }
+    match root.at(&at).map(|node| &node.value) {
+        Some(Value::Array(_)) => in_list(root, &at, ""),
+        _ => None,
+    }
+}

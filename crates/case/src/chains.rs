@@ -1,0 +1,267 @@
+//! The two chains of the general form, and their state at t = 0: lists with a number for each part.
+
+use super::document::{Node, Value};
+use super::place::Content;
+use super::quantity::Dimension;
+use super::reader::{Given, Reader, content};
+use super::{Case, schema};
+use stickslip_system::model::system::{End, Torque, Train};
+use stickslip_system::signal::Drive;
+
+fn train<'a>(case: &'a mut Case, side: &str) -> &'a mut Train {
+    match side {
+        "rotor" => &mut case.system.rotor,
+        _ => &mut case.system.stator,
+    }
+}
+
+impl Reader {
+    pub(super) fn chain(&mut self, case: &mut Case, side: &str) -> bool {
+        let path = |name: &str| format!("{side}.{name}");
+        match self.root.at(side).map(|node| &node.value) {
+            None => {
+                let message = format!(
+                    "missing: the train of the {side}; write [{side}] with inertia, stiffness and end, or with end = \"fixed\" \
+                     alone for rigid ground"
+                );
+                self.report(side, message);
+                return false;
+            }
+            Some(Value::Table(_)) => {}
+            // check_names reports it.
+            Some(_) => return false,
+        }
+        let end = match self.has(&path("end")) {
+            true => self.fill_path(case, &path("end")),
+            false => {
+                let message = "missing: what holds the far end; write end = \"free\", \"fixed\" (to the ground) or \"driven\" (at \
+                               a speed)";
+                self.report(&path("end"), message);
+                Given::Absent
+            }
+        };
+        let inertia = self.fill_path(case, &path("inertia"));
+        if end != Given::Right || inertia == Given::Wrong {
+            return false;
+        }
+        self.speed(case, side);
+        let own = train(case, side);
+        let (count, shafts, why) = (own.inertia.len(), own.shafts(), shafts_of(own));
+        if count == 0 && own.end == End::Free {
+            let message = "missing: a surface without inertia moves as its far end does, and nothing says how a free end moves; \
+                           write inertia = [...], or end = \"fixed\" or \"driven\"";
+            self.report(&path("inertia"), message);
+            return false;
+        }
+        if shafts > 0 && !self.has(&path("stiffness")) {
+            let unit = self.words.motion().dimension(Dimension::TorsionalStiffness).unit();
+            let message = format!(
+                "missing: {} expected: {why}; write stiffness = [...], numbers in {unit}{}",
+                are(shafts),
+                match own.end {
+                    End::Driven(_) => ", or leave inertia out if the surface is itself driven",
+                    End::Fixed => ", or write end = \"free\" if nothing holds it",
+                    End::Free => "",
+                }
+            );
+            self.report(&path("stiffness"), message);
+        }
+        self.counted(case, &path("stiffness"), shafts, &why, f64::NAN);
+        self.counted(case, &path("damping"), shafts, &why, 0.0);
+        let why = match count {
+            0 => "there is no inertia".to_owned(),
+            _ => format!("one for each inertia of the {side}"),
+        };
+        self.counted(case, &path("viscous"), count, &why, 0.0);
+        self.torque(case, side, count);
+        true
+    }
+
+    fn speed(&mut self, case: &mut Case, side: &str) {
+        let path = format!("{side}.speed");
+        let end = match &train(case, side).end {
+            End::Driven(_) if self.has(&path) => {
+                self.fill_path(case, &path);
+                return;
+            }
+            End::Driven(_) => {
+                let unit = self.words.motion().dimension(Dimension::AngularVelocity);
+                let message = format!(
+                    "missing: the speed of the driven end; write speed = a number in {} or \"{}\", or a signal",
+                    unit.unit(),
+                    unit.example()
+                );
+                return self.report(&path, message);
+            }
+            End::Free => "free",
+            End::Fixed => "fixed",
+        };
+        if self.has(&path) {
+            let message = format!(
+                "belongs to a driven end, but end is \"{end}\": write end = \"driven\", or remove it; speeds at t = 0 are in \
+                 [initial]"
+            );
+            self.report(&path, message);
+        }
+    }
+
+    fn torque(&mut self, case: &mut Case, side: &str, count: usize) {
+        let [torque, on_path] = ["torque", "torque_on"].map(|name| format!("{side}.{name}"));
+        if !self.has(&torque) {
+            if self.has(&on_path) {
+                self.report(
+                    &on_path,
+                    format!("there is no {torque} that it is about: give one, or remove it"),
+                );
+            }
+            return;
+        }
+        if count == 0 {
+            let message = format!(
+                "a torque acts on an inertia, and the {side} has none: its end holds against any torque; remove it, or give inertia"
+            );
+            return self.report(&torque, message);
+        }
+        let on = match self.root.at(&on_path).map(|node| &node.value) {
+            None => count - 1,
+            Some(Value::Integer(on)) if (0..count as i64).contains(on) => *on as usize,
+            Some(other) => {
+                let written = match other {
+                    Value::Integer(on) => on.to_string(),
+                    other => other.describe(),
+                };
+                let message = match count {
+                    1 => format!("must be 0, the only inertia of the {side}, but is {written}"),
+                    _ => format!(
+                        "must be from 0 (the surface) to {} (the outermost of {count} inertias), but is {written}",
+                        count - 1
+                    ),
+                };
+                self.report(&on_path, message);
+                0
+            }
+        };
+        let signal = Drive::Value(f64::NAN);
+        train(case, side).torque = Some(Torque { signal, on });
+        self.fill_path(case, &torque);
+    }
+
+    pub(super) fn initial(&mut self, case: &mut Case) {
+        for side in ["rotor", "stator"] {
+            let own = train(case, side);
+            let (inertias, shafts) = (own.inertia.len(), own.stiffness.len());
+            let turning = match &own.end {
+                End::Driven(speed) => speed.at_start(),
+                _ => 0.0,
+            };
+            let why = format!("one for each shaft of the {side}");
+            self.counted(case, &format!("initial.{side}_twist"), shafts, &why, 0.0);
+            let why = format!("one for each inertia of the {side}");
+            self.counted(case, &format!("initial.{side}_speed"), inertias, &why, turning);
+        }
+        const SPEED: &str = "initial.speed";
+        if !self.has(SPEED) {
+            return;
+        }
+        self.fill_path(case, SPEED);
+        if case.system.rotor.end != End::Free {
+            let message = "is that of every inertia of a rotor with a free end, which this one has not: remove it, or give \
+                           rotor_speed";
+            self.report(SPEED, message);
+        } else if self.has("initial.rotor_speed") {
+            let message = "the speeds of the rotor are given twice, with initial.rotor_speed: keep one of them";
+            self.report(SPEED, message);
+        }
+    }
+
+    /// Reads a list that must have `count` elements; `why` explains the count. Missing elements take `default`.
+    fn counted(&mut self, case: &mut Case, path: &str, count: usize, why: &str, default: f64) {
+        let Some((key, ..)) = schema::find(path, false).next() else {
+            return;
+        };
+        let mut list = vec![default; count];
+        if let Some(node) = self.whole_list(path, count, default) {
+            match self.taken(content(key, path, &node, self.words.motion())) {
+                Some(Content::List(values)) if values.len() == count => list = values,
+                Some(Content::List(values)) => {
+                    let remedy = if count == 0 { "; remove it" } else { "" };
+                    let message = format!("{}, but {} expected: {why}{remedy}", have(values.len()), are(count));
+                    self.report(path, message);
+                }
+                _ => {}
+            }
+        }
+        for mut place in (key.places)(case, 0) {
+            place.set(Content::List(list.clone()));
+        }
+    }
+
+    /// The list at a path. Elements that were not set in a list set element by element take `default`. `None` without a
+    /// list, or if an element is beyond it, which is reported.
+    fn whole_list(&mut self, path: &str, count: usize, default: f64) -> Option<Node> {
+        let node = self.root.at(path)?;
+        let Value::Table(entries) = &node.value else {
+            return Some(node.clone());
+        };
+        let index = |name: &String| name.parse::<usize>().ok();
+        if entries.is_empty() || entries.iter().any(|(name, _)| index(name).is_none()) {
+            return Some(node.clone());
+        }
+        let unset = Node {
+            value: Value::Float(default),
+            place: node.place.clone(),
+        };
+        let mut list = vec![unset.clone(); count];
+        for (index, element) in entries
+            .iter()
+            .filter_map(|(name, element)| Some((index(name)?, element)))
+        {
+            let Some(place) = list.get_mut(index) else {
+                let message = format!("there is no {path}.{index}: {}", schema::elements(path, count));
+                self.report(&format!("{path}.{index}"), message);
+                return None;
+            };
+            *place = element.clone();
+        }
+        Some(Node {
+            value: Value::Array(list),
+            ..unset
+        })
+    }
+}
+
+fn have(count: usize) -> String {
+    match count {
+        0 => "has no number".to_owned(),
+        1 => "has one number".to_owned(),
+        _ => format!("has {count} numbers"),
+    }
+}
+
+fn are(count: usize) -> String {
+    match count {
+        0 => "none is".to_owned(),
+        1 => "one is".to_owned(),
+        _ => format!("{count} are"),
+    }
+}
+
+fn shafts_of(train: &Train) -> String {
+    let between = match train.inertia.len() {
+        0 => return "without inertia there is no shaft".to_owned(),
+        1 => None,
+        2 => Some("one shaft between the 2 inertias".to_owned()),
+        count => Some(format!("{} shafts between the {count} inertias", count - 1)),
+    };
+    let to_end = match train.end {
+        End::Free => None,
+        End::Fixed => Some("one from the outermost inertia to the ground"),
+        End::Driven(_) => Some("one from the outermost inertia to the driven end"),
+    };
+    match (between, to_end) {
+        (Some(between), Some(to_end)) => format!("{between}, and {to_end}"),
+        (Some(between), None) => between,
+        (None, Some(to_end)) => to_end.to_owned(),
+        (None, None) => "a single inertia with a free end has no shaft".to_owned(),
+    }
+}

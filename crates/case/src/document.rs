@@ -1,0 +1,385 @@
+//! The case file as a tree of values, each with its place: a line of the file, or an override.
+
+use stickslip_system::quote::{quoted, shown};
+use toml_edit::{Document, Item, Table, TableLike, Value as TomlValue};
+
+use super::error::{CaseError, Problem};
+use super::schema;
+
+/// Where a value was written.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Place {
+    /// 1-based line of the file.
+    Line(usize),
+    /// The key of an override.
+    Override(String),
+}
+
+impl Place {
+    /// Sort key: the order of the file, then the overrides.
+    pub fn rank(&self) -> usize {
+        match self {
+            Place::Line(line) => *line,
+            Place::Override(_) => usize::MAX,
+        }
+    }
+
+    /// `paper.toml:12` or `--set torsion.damping`.
+    pub fn show(&self, label: &str) -> String {
+        match self {
+            Place::Line(line) => format!("{label}:{line}"),
+            Place::Override(key) => format!("--set {key}"),
+        }
+    }
+}
+
+/// A value with the place where it stands.
+#[derive(Debug, Clone)]
+pub struct Node {
+    /// The value.
+    pub value: Value,
+    /// Line of the file, or the override that set it.
+    pub place: Place,
+}
+
+/// A value of TOML.
+#[derive(Debug, Clone)]
+pub enum Value {
+    /// Keys with their values, in the order of the text.
+    Table(Vec<(String, Node)>),
+    /// A list.
+    Array(Vec<Node>),
+    /// A string.
+    Text(String),
+    /// A number without point and exponent.
+    Integer(i64),
+    /// A number with a point or an exponent.
+    Float(f64),
+    /// `true` or `false`.
+    Flag(bool),
+    /// A date or a time of day, which no key takes.
+    Date,
+}
+
+impl Value {
+    /// The kind of value with its article, for messages.
+    pub fn describe(&self) -> String {
+        match self {
+            Value::Table(_) => "a table".to_owned(),
+            Value::Array(_) => "an array".to_owned(),
+            Value::Text(text) => format!("the text \"{text}\"", text = shown(text)),
+            Value::Integer(number) => format!("the number {number}"),
+            Value::Float(number) => format!("the number {number:?}"),
+            Value::Flag(flag) => flag.to_string(),
+            Value::Date => "a date".to_owned(),
+        }
+    }
+
+    /// TOML on one line. A date, which no key takes, becomes an empty text.
+    fn toml(&self) -> String {
+        let text = |text: &str| TomlValue::from(text).to_string();
+        match self {
+            Value::Table(entries) => {
+                let entries = entries.iter().map(|(key, node)| {
+                    let plain = |c: char| c.is_ascii_alphanumeric() || matches!(c, '_' | '-');
+                    let bare = !key.is_empty() && key.chars().all(plain);
+                    let key = if bare { key.clone() } else { text(key) };
+                    format!("{key} = {}", node.value.toml())
+                });
+                format!("{{ {} }}", entries.collect::<Vec<_>>().join(", "))
+            }
+            Value::Array(nodes) => {
+                let nodes = nodes.iter().map(|node| node.value.toml());
+                format!("[{}]", nodes.collect::<Vec<_>>().join(", "))
+            }
+            Value::Text(words) => text(words),
+            Value::Integer(number) => number.to_string(),
+            Value::Float(number) => format!("{number:?}"),
+            Value::Flag(flag) => flag.to_string(),
+            Value::Date => text(""),
+        }
+    }
+}
+
+impl Node {
+    /// The node at a path of keys and indices.
+    pub fn at(&self, path: &str) -> Option<&Node> {
+        path.split('.').try_fold(self, |node, segment| node.child(segment))
+    }
+
+    /// The node at `path`, or the closest one above it.
+    pub fn closest(&self, path: &str) -> &Node {
+        let mut node = self;
+        for segment in path.split('.') {
+            match node.child(segment) {
+                Some(child) => node = child,
+                None => break,
+            }
+        }
+        node
+    }
+
+    fn child(&self, segment: &str) -> Option<&Node> {
+        match &self.value {
+            Value::Table(entries) => entries.iter().find(|(key, _)| key == segment).map(|(_, node)| node),
+            Value::Array(elements) => elements.get(segment.parse::<usize>().ok()?),
+            _ => None,
+        }
+    }
+}
+
+/// Reads TOML text; `label` names it in errors.
+pub fn read(text: &str, label: &str) -> Result<Node, CaseError> {
+    let text = text.strip_prefix('\u{feff}').unwrap_or(text);
+    let ends: Vec<usize> = text.match_indices('\n').map(|(at, _)| at).collect();
+    let line = |offset: usize| 1 + ends.partition_point(|&end| end < offset);
+    let document = Document::parse(text).map_err(|error| {
+        let at = error.span().map_or(1, |span| line(span.start));
+        let mut message = error.message().lines().collect::<Vec<_>>().join(", ");
+        // The parser quotes the offending text, except for a key.
+        if message == "duplicate key" {
+            let key = error.span().and_then(|span| text.get(span)).unwrap_or_default();
+            message = format!("{message} {}", shown(key));
+        }
+        CaseError::one(format!("{label}:{at}"), "", format!("not valid TOML: {message}"))
+    })?;
+    let place = |at: usize| Place::Line(line(at));
+    Ok(Node {
+        value: from_table(document.as_table(), 0, &place),
+        place: Place::Line(1),
+    })
+}
+
+type PlaceAt<'a> = &'a dyn Fn(usize) -> Place;
+
+/// `at` is the offset of the enclosing item, for values without a span.
+fn from_table(table: &dyn TableLike, at: usize, place: PlaceAt) -> Value {
+    let entries = table.iter().map(|(name, item)| {
+        let key = table.key(name).and_then(|key| key.span()).map(|span| span.start);
+        let at = key.or(item.span().map(|span| span.start)).unwrap_or(at);
+        (name.to_owned(), from_item(item, at, place))
+    });
+    Value::Table(entries.collect())
+}
+
+fn from_item(item: &Item, at: usize, place: PlaceAt) -> Node {
+    let node = |value: Value, at: usize| Node {
+        value,
+        place: place(at),
+    };
+    match item {
+        Item::Value(value) => from_value(value, at, place),
+        Item::Table(table) => node(from_table(table, at, place), at),
+        Item::ArrayOfTables(tables) => {
+            let element = |table: &Table| {
+                let at = table.span().map_or(at, |span| span.start);
+                node(from_table(table, at, place), at)
+            };
+            node(Value::Array(tables.iter().map(element).collect()), at)
+        }
+        Item::None => node(Value::Table(Vec::new()), at),
+    }
+}
+
+fn from_value(value: &TomlValue, at: usize, place: PlaceAt) -> Node {
+    let own = match value {
+        TomlValue::String(text) => Value::Text(text.value().clone()),
+        TomlValue::Integer(number) => Value::Integer(*number.value()),
+        TomlValue::Float(number) => Value::Float(*number.value()),
+        TomlValue::Boolean(flag) => Value::Flag(*flag.value()),
+        TomlValue::Datetime(_) => Value::Date,
+        TomlValue::Array(array) => {
+            let element = |value: &TomlValue| from_value(value, value.span().map_or(at, |span| span.start), place);
+            Value::Array(array.iter().map(element).collect())
+        }
+        TomlValue::InlineTable(table) => from_table(table, at, place),
+    };
+    Node {
+        value: own,
+        place: place(at),
+    }
+}
+
+/// A value set from outside the file, by the dotted path of its key.
+#[derive(Clone)]
+pub struct Override {
+    /// Dotted path, with `.0` for `[0]`.
+    path: String,
+    value: Value,
+    origin: Option<Place>,
+}
+
+impl std::fmt::Debug for Override {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_struct("Override")
+            .field("path", &self.path)
+            .field("value", &self.value)
+            .finish()
+    }
+}
+
+impl Override {
+    /// Reads `KEY=VALUE`. The key is a dotted path; an element of an array is `perturbation.0.time` or
+    /// `perturbation[0].time`. The value is TOML (`perturbation=[]`, `actuation={profile="ramp", ...}`) or, if it is
+    /// not valid TOML, text: `200 lbf in s/rad`, `cvode-bdf`.
+    ///
+    /// # Errors
+    /// No `=`, or no key. [`super::Case::read`] finds whether key and value fit.
+    pub fn parse(text: &str) -> Result<Override, CaseError> {
+        let wrong = |message: String| Err(CaseError::one(format!("--set {text}"), "", message));
+        let Some((key, value)) = text.split_once('=') else {
+            return wrong("expected KEY=VALUE, such as torsion.damping=22.6".to_owned());
+        };
+        let path = key.trim().replace('[', ".").replace(']', "");
+        if path.split('.').any(|segment| segment.trim().is_empty()) {
+            let key = quoted(key.trim());
+            return wrong(format!(
+                "{key} is not a key: expected a dotted path, such as torsion.damping"
+            ));
+        }
+        Ok(Override::value(&path, override_value(value.trim(), &path)))
+    }
+
+    /// `KEY=VALUE` as `--set` takes it, the value in TOML.
+    pub fn argument(&self) -> String {
+        format!("{}={}", self.path, self.value.toml())
+    }
+
+    /// The dotted path of the key.
+    pub fn key(&self) -> &str {
+        &self.path
+    }
+
+    pub(super) fn value(path: &str, value: Value) -> Override {
+        Override {
+            path: path.to_owned(),
+            value,
+            origin: None,
+        }
+    }
+
+    /// Sets a number, SI.
+    pub fn number(path: &str, value: f64) -> Override {
+        Override::value(path, Value::Float(value))
+    }
+
+    /// The override with `place` as its origin.
+    pub fn at(self, place: Place) -> Override {
+        let origin = Some(place);
+        Override { origin, ..self }
+    }
+
+    /// Place where it was written, if that is a study.
+    pub fn origin(&self) -> Option<&Place> {
+        self.origin.as_ref()
+    }
+
+    /// Sets the value of a study's node.
+    pub fn of_node(path: &str, node: &Node) -> Override {
+        let origin = Some(node.place.clone());
+        let mut node = node.clone();
+        re_place(&mut node, &Place::Override(path.to_owned()));
+        Override {
+            origin,
+            ..Override::value(path, node.value)
+        }
+    }
+}
+
+fn override_value(text: &str, path: &str) -> Value {
+    if let Ok(value) = text.parse::<TomlValue>() {
+        let place = |_| Place::Override(path.to_owned());
+        return from_value(&value, 0, &place).value;
+    }
+    // Numbers that TOML rejects: .5, 5., 007.
+    match text.parse::<f64>() {
+        Ok(number) if number.is_finite() => Value::Float(number),
+        _ => Value::Text(text.to_owned()),
+    }
+}
+
+const DEEPEST: usize = 8;
+
+pub(super) fn apply(root: &mut Node, change: &Override) -> Result<(), Problem> {
+    let place = Place::Override(change.path.clone());
+    let problem = |message: String| Problem {
+        place: place.show(""),
+        key: change.path.clone(),
+        message,
+    };
+    let empty = || Node {
+        value: Value::Table(Vec::new()),
+        place: place.clone(),
+    };
+    // No key is deeper than a few tables. The limit bounds the recursion over the tree.
+    if change.path.split('.').count() > DEEPEST {
+        return Err(problem("unknown key".to_owned()));
+    }
+    let mut node = root;
+    let mut walked: Vec<&str> = Vec::new();
+    for segment in change.path.split('.') {
+        let here = walked.join(".");
+        let of_list = schema::is_list(&here);
+        // A number may replace a list of one.
+        if of_list && matches!(node.value, Value::Integer(_) | Value::Float(_) | Value::Text(_)) {
+            node.value = Value::Array(vec![node.clone()]);
+        }
+        // Element 0 of a missing array creates the array. A chain's list has a length that the chain decides, so its
+        // elements stay in a table until the case is read.
+        if segment == "0" && !of_list && matches!(&node.value, Value::Table(entries) if entries.is_empty()) {
+            node.value = Value::Array(Vec::new());
+        }
+        node = match &mut node.value {
+            Value::Table(entries) => {
+                let index = entries.iter().position(|(key, _)| key == segment).unwrap_or_else(|| {
+                    entries.push((segment.to_owned(), empty()));
+                    entries.len() - 1
+                });
+                &mut entries[index].1
+            }
+            Value::Array(elements) => {
+                let count = elements.len();
+                let Ok(index) = segment.parse::<usize>() else {
+                    return Err(problem(format!(
+                        "{here} is an array: its elements are numbered, as in {here}.0"
+                    )));
+                };
+                if of_list && index >= count {
+                    let there = schema::elements(&here, count);
+                    return Err(problem(format!("there is no {here}.{index}: {there}")));
+                }
+                if index > count {
+                    return Err(problem(format!(
+                        "there is no {here}.{index}: the next new element is {here}.{count}"
+                    )));
+                }
+                if index == count {
+                    elements.push(empty());
+                }
+                &mut elements[index]
+            }
+            other => {
+                return Err(problem(format!(
+                    "{here} is {}, which has nothing inside",
+                    other.describe()
+                )));
+            }
+        };
+        walked.push(segment);
+    }
+    *node = Node {
+        value: change.value.clone(),
+        place: place.clone(),
+    };
+    re_place(node, &place);
+    Ok(())
+}
+
+fn re_place(node: &mut Node, place: &Place) {
+    node.place = place.clone();
+    match &mut node.value {
+        Value::Table(entries) => entries.iter_mut().for_each(|(_, child)| re_place(child, place)),
+        Value::Array(elements) => elements.iter_mut().for_each(|child| re_place(child, place)),
+        _ => {}
+    }
+}

@@ -1,0 +1,128 @@
+//! Reading files and streams from other programs, within size limits.
+
+use std::fs::File;
+use std::io::{self, ErrorKind, Read};
+use std::path::Path;
+use toml_edit::{Item, Value};
+
+/// Largest case, study or mapping, bytes. Its tree of values takes a hundred times that.
+pub(crate) const LARGEST_TEXT: u64 = 8 << 20;
+
+/// Longest line of a table, bytes.
+pub const LONGEST_LINE: usize = 16 << 20;
+
+/// The text of a small file. The inner error is the first line that is not UTF-8; `None` for a binary file.
+pub fn text(path: &Path) -> io::Result<Result<String, Option<usize>>> {
+    text_of(File::open(path)?)
+}
+
+/// Like [`text`], from an open source.
+pub(crate) fn text_of(source: impl Read) -> io::Result<Result<String, Option<usize>>> {
+    let mut bytes = Vec::new();
+    source.take(LARGEST_TEXT + 1).read_to_end(&mut bytes)?;
+    if bytes.len() as u64 > LARGEST_TEXT {
+        let largest = LARGEST_TEXT >> 20;
+        let what = format!("it is larger than {largest} MB, which no such file is; check the name");
+        return Err(io::Error::new(ErrorKind::FileTooLarge, what));
+    }
+    Ok(String::from_utf8(bytes).map_err(|error| {
+        let valid = &error.as_bytes()[..error.utf8_error().valid_up_to()];
+        let is_binary = error.as_bytes().iter().any(|byte| matches!(byte, 0..=8 | 14..=26));
+        (!is_binary).then(|| valid.iter().filter(|&&byte| byte == b'\n').count() + 1)
+    }))
+}
+
+/// A TOML document, or a part of one, as JSON.
+pub fn json_of_toml(item: &Item) -> serde_json::Value {
+    let of_table = |table: &toml_edit::Table| -> serde_json::Value {
+        table
+            .iter()
+            .map(|(key, item)| (key.to_owned(), json_of_toml(item)))
+            .collect()
+    };
+    match item {
+        Item::None => serde_json::Value::Null,
+        Item::Value(value) => json_of_value(value),
+        Item::Table(table) => of_table(table),
+        Item::ArrayOfTables(tables) => tables.iter().map(of_table).collect(),
+    }
+}
+
+/// A value of a TOML document as JSON.
+pub fn json_of_value(value: &Value) -> serde_json::Value {
+    match value {
+        Value::String(text) => text.value().as_str().into(),
+        Value::Integer(number) => (*number.value()).into(),
+        Value::Float(number) => (*number.value()).into(),
+        Value::Boolean(truth) => (*truth.value()).into(),
+        Value::Datetime(time) => time.value().to_string().into(),
+        Value::Array(list) => list.iter().map(json_of_value).collect(),
+        Value::InlineTable(table) => table
+            .iter()
+            .map(|(key, value)| (key.to_owned(), json_of_value(value)))
+            .collect(),
+    }
+}
+
+/// A file read by lines. A line longer than [`LONGEST_LINE`] is an error, since a line is kept in memory.
+pub struct Lines<R> {
+    inner: R,
+    since_end: usize,
+}
+
+impl<R: Read> Lines<R> {
+    /// Reads from `inner`.
+    pub fn new(inner: R) -> Self {
+        Lines { inner, since_end: 0 }
+    }
+}
+
+impl<R: Read> Read for Lines<R> {
+    fn read(&mut self, buffer: &mut [u8]) -> io::Result<usize> {
+        let count = self.inner.read(buffer)?;
+        self.since_end = match buffer[..count].iter().rposition(|&byte| byte == b'\n') {
+            Some(last) => count - last - 1,
+            None => self.since_end + count,
+        };
+        if self.since_end > LONGEST_LINE {
+            let what = format!("a line of more than {} MB, which no table has", LONGEST_LINE >> 20);
+            return Err(io::Error::new(ErrorKind::InvalidData, what));
+        }
+        Ok(count)
+    }
+}
+
+/// A table read by rows. A row longer than [`LONGEST_LINE`] is an error, however many lines it has: an unclosed quote
+/// makes one row of the rest.
+pub struct Rows<R> {
+    lines: Lines<R>,
+    since_row: usize,
+}
+
+impl<R: Read> Rows<R> {
+    /// Reads a table from `inner`.
+    pub fn new(inner: R) -> Self {
+        Rows {
+            lines: Lines::new(inner),
+            since_row: 0,
+        }
+    }
+
+    /// Marks a row as taken: later input belongs to the next row, even if it is already buffered.
+    pub fn taken(&mut self) {
+        self.since_row = 0;
+    }
+}
+
+impl<R: Read> Read for Rows<R> {
+    fn read(&mut self, buffer: &mut [u8]) -> io::Result<usize> {
+        let count = self.lines.read(buffer)?;
+        self.since_row += count;
+        if self.since_row > LONGEST_LINE {
+            let most = LONGEST_LINE >> 20;
+            let what = format!("a row of more than {most} MB, as a quote makes one that is not closed");
+            return Err(io::Error::new(ErrorKind::InvalidData, what));
+        }
+        Ok(count)
+    }
+}

@@ -1,0 +1,269 @@
+//! What does the text say? A case file is TOML with units, which is read into a system and the words for its places.
+//!
+//! A [`CaseSource`] is text and where it is from; [`Case::read`] turns it, with overrides, into a valid [`Case`] in SI or into a
+//! [`CaseError`] that names every problem by file, line and key. A file has the short form, `[torsion]`, or the general one,
+//! `[rotor]` and `[stator]`: two lists of keys for one system. Only this crate knows which.
+//!
+//! | file | question |
+//! |---|---|
+//! | `source`, `builtin` | Where is the text from? |
+//! | `document` | What is the text? A tree of values with their lines, and overrides in it |
+//! | `schema` | Which keys are there? One row for each: path, form, default, kind, places of a case, description |
+//! | `place` | What stands at a place of a case, and how is it set and written? |
+//! | `quantity`, `motion` | What does a number measure, and in which unit? |
+//! | `value`, `signals` | What does one value say: a number, a word, a list, a signal? |
+//! | `reader` | What does the tree say? Every key by its row, and every problem |
+//! | `chains`, `contact` | The same where keys depend on each other: parts of a chain, radius, pressing, law |
+//! | `conditions` | Do the values go together? |
+//! | `resolved` | The case as text in SI |
+//! | `numbers`, `written` | Which numbers has a case, with how many digits, and what is it with another one? |
+//! | `exact` | The system without rounding |
+//! | `setting`, `case_keys` | What may vary in a study? |
+//! | `words` | What are the names and units of the places of the system? |
+//! | `error` | What is wrong, and where? |
+//!
+//! ```
+//! use stickslip_case::{Case, CaseSource, Override};
+//!
+//! let source = CaseSource::built_in("paper")?;
+//! let case = Case::read(&source, &[Override::parse("torsion.damping=200 lbf in s/rad")?])?;
+//! assert_eq!(case.number("torsion.damping")?, 22.59696580552334);
+//! # Ok::<(), stickslip_case::CaseError>(())
+//! ```
+//!
+//! A [`Case`] is what `stickslip_engine::Run` takes. The crate runs nothing, and reads neither study files (`stickslip-analysis` does)
+//! nor results.
+
+pub mod builtin;
+pub mod quantity;
+pub mod schema;
+
+mod case_keys;
+mod chains;
+mod conditions;
+mod contact;
+pub mod document;
+mod error;
+mod exact;
+pub mod input;
+mod motion;
+mod numbers;
+mod place;
+mod reader;
+mod resolved;
+mod setting;
+mod signals;
+mod source;
+mod value;
+pub mod words;
+mod written;
+
+pub use case_keys::CaseKeys;
+pub use document::Override;
+pub use error::{CaseError, Problem};
+pub use exact::ExactCase;
+pub use motion::Motion;
+pub use numbers::CaseNumber;
+pub use schema::train_keys;
+pub use schema::{METHOD, key_of};
+pub use setting::Setting;
+pub use setting::Slot;
+pub use source::{CaseSource, Origin};
+pub use source::{toml_text, words};
+pub use words::Words;
+pub use written::WrittenCase;
+
+use stickslip_engine::Runnable;
+use stickslip_engine::simulation::{Following, OutputOptions, SolverOptions};
+use stickslip_system::friction::{Exponential, Parameters as _};
+use stickslip_system::model::margin::twice_resistance;
+use stickslip_system::model::system::{ContactLaw, End, Initial, Pressing, System, Train};
+use stickslip_system::model::{Axial, BreakawayTest, Parameters};
+use stickslip_system::signal::{Drive, Profile as _, Ramp};
+
+/// A case: system, solver and output. A case from [`Case::read`] is valid.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Case {
+    /// Title for reports and figures.
+    pub title: String,
+    /// The system, SI.
+    pub system: System,
+    /// Solver options.
+    pub solver: SolverOptions,
+    /// Computed and recorded times.
+    pub output: OutputOptions,
+    /// Names and units of the system's places.
+    pub words: Words,
+    /// Sliding speed (rad/s) below which a contact without stick counts as stuck; 0 with stick and slip.
+    pub threshold: f64,
+}
+
+impl Case {
+    /// Reads a case and applies the overrides in order.
+    ///
+    /// # Errors
+    /// All problems, each with its place, its key and a remedy.
+    pub fn read(source: &CaseSource, overrides: &[Override]) -> Result<Case, CaseError> {
+        reader::read(source, overrides).map(|read| read.case)
+    }
+
+    /// The system without rounding: decimals as written, units by their exact factors. A plain number is the shortest
+    /// decimal of its double, which equals the written number up to 15 digits. Defaults follow from exact values. The
+    /// speed of an inertia that turns with an end driven by a sine or cosine is irrational: it has an error up to
+    /// 2^-2400 of the amplitude.
+    ///
+    /// # Errors
+    /// See [`Case::read`].
+    pub fn exact(source: &CaseSource, overrides: &[Override]) -> Result<ExactCase, CaseError> {
+        exact::read(&reader::read(source, overrides)?)
+    }
+
+    /// The case as TOML with every number in SI, which reads back as the identical case. Diameters of the contact have
+    /// become the radius.
+    pub fn resolved(&self) -> String {
+        resolved::write(self)
+    }
+
+    /// The number at a dotted path of the resolved text, such as `torsion.damping` or `stator.speed.amplitude`, in the
+    /// unit of its key.
+    ///
+    /// # Errors
+    /// No number there: an unknown path, no such element, an option left to its default, a word.
+    pub fn number(&self, path: &str) -> Result<f64, CaseError> {
+        let root = document::read(&self.resolved(), &self.title)?;
+        match root.at(path).map(|node| &node.value) {
+            Some(document::Value::Float(number)) => Ok(*number),
+            Some(document::Value::Integer(number)) => Ok(*number as f64),
+            _ => Err(CaseError::one("", path, "the case has no number of that path")),
+        }
+    }
+
+    /// The same case with `[rotor]` and `[stator]`.
+    #[must_use]
+    pub fn in_general_form(&self) -> Case {
+        Case {
+            words: Words::general(self.motion()),
+            ..self.clone()
+        }
+    }
+
+    fn is_short(&self) -> bool {
+        self.words.short && Parameters::of(&self.system).is_some()
+    }
+
+    /// Defaults of the schema, and NaN for numbers without one. In the short form: a free rotor of surface and inertia
+    /// on one shaft, and a surface on a shaft to the ground.
+    fn blank(title: String, words: Words) -> Case {
+        let [rotor, stator] = if words.short { [2, 1] } else { [0, 0] };
+        let train = |inertias: usize, end: End| Train {
+            inertia: vec![f64::NAN; inertias],
+            stiffness: vec![f64::NAN; inertias.min(1)],
+            damping: vec![f64::NAN; inertias.min(1)],
+            viscous: vec![0.0; inertias],
+            end,
+            torque: None,
+        };
+        Case {
+            title,
+            system: System {
+                rotor: train(rotor, End::Free),
+                stator: train(stator, End::Fixed),
+                radius: f64::NAN,
+                pressing: match words.short {
+                    true => Case::axial_mode(),
+                    false => Pressing::Force(Drive::Value(f64::NAN)),
+                },
+                breakaway: f64::NAN,
+                breakaway_test: BreakawayTest::default(),
+                law: Exponential::unset().into(),
+                contact: ContactLaw::StickSlip,
+                initial: Initial {
+                    rotor_twist: vec![0.0; rotor.min(1)],
+                    rotor_speed: vec![f64::NAN; rotor],
+                    stator_twist: vec![0.0; stator],
+                    stator_speed: vec![0.0; stator],
+                },
+                kicks: Vec::new(),
+            },
+            solver: SolverOptions::default(),
+            output: OutputOptions {
+                end_time: 10.0,
+                interval: f64::NAN,
+                windows: Vec::new(),
+                steps: false,
+                follow: Following::default(),
+            },
+            words,
+            threshold: f64::NAN,
+        }
+    }
+
+    fn axial_mode() -> Pressing {
+        Pressing::Axial {
+            axial: Axial {
+                mass: f64::NAN,
+                stiffness: f64::NAN,
+                damping: f64::NAN,
+                ringing_floor: Axial::RINGING_FLOOR,
+            },
+            actuation: Ramp::blank().into(),
+        }
+    }
+
+    /// Removes all samples except those at the ends and at events.
+    pub fn without_trajectory(&mut self) {
+        self.output.interval = self.output.end_time;
+        self.output.windows.clear();
+        self.output.steps = false;
+        self.output.follow = Following::default();
+    }
+
+    /// Whether sliding slows down by itself to a stop: nothing drives the only free train.
+    pub fn stops(&self) -> bool {
+        twice_resistance(&self.system).is_some()
+    }
+
+    /// Kind of coordinates.
+    pub fn motion(&self) -> Motion {
+        self.words.motion()
+    }
+}
+
+/// The most similar known name, if one is close; case-insensitive.
+pub fn suggest<'a>(unknown: &str, known: impl Iterator<Item = &'a str>) -> Option<&'a str> {
+    // With a lower similarity, suggestions for misspelt keys are more often wrong than right.
+    const CLOSE: f64 = 0.8;
+    // No name is longer, and the cost of a comparison grows with the length.
+    const LONGEST: usize = 100;
+    if unknown.len() > LONGEST {
+        return None;
+    }
+    let unknown = unknown.to_lowercase();
+    known
+        .map(|name| (name, strsim::jaro_winkler(&unknown, &name.to_lowercase())))
+        .filter(|&(_, similarity)| similarity >= CLOSE)
+        .max_by(|a, b| a.1.total_cmp(&b.1))
+        .map(|(name, _)| name)
+}
+
+impl Runnable for Case {
+    fn system(&self) -> &System {
+        &self.system
+    }
+
+    fn threshold(&self) -> f64 {
+        self.threshold
+    }
+
+    fn numbers_parts(&self) -> bool {
+        self.words.numbers_parts()
+    }
+
+    fn solver(&self) -> &SolverOptions {
+        &self.solver
+    }
+
+    fn output(&self) -> &OutputOptions {
+        &self.output
+    }
+}

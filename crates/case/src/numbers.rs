@@ -1,0 +1,133 @@
+//! The physical parameters of a case, by dotted path: the parameters of sensitivities and searches.
+
+use super::document::{Node, Value};
+use super::place::Content;
+use super::quantity::{self, Dimension};
+use super::schema::{self, Kind};
+use super::{Case, Words, signals};
+
+/// A parameter of a case.
+#[derive(Debug, Clone, PartialEq)]
+pub struct CaseNumber {
+    /// Dotted path, such as `torsion.damping`, `rotor.inertia.1` or `contact.normal_force.amplitude`. Without an index
+    /// if one number replaces a list.
+    pub path: String,
+    /// SI unit, in the notation of the case file.
+    pub unit: &'static str,
+    /// Value in that unit.
+    pub value: f64,
+    /// Half a unit of the last written digit, in that unit. Trailing zeros of a plain number do not count. `None` if
+    /// the written form is not known.
+    pub half_last_digit: Option<f64>,
+}
+
+/// A longer list is a measured curve: its numbers are no parameters.
+const LONGEST_LIST: usize = 32;
+
+const TABLES: &[&str] = &[
+    "rotor",
+    "stator",
+    "axial",
+    "actuation",
+    "torsion",
+    "contact",
+    "friction",
+    "initial",
+    "perturbation",
+];
+
+/// Parameters without effect on events, or whole numbers. The ringing floor is a convention: it moves no event, but
+/// omits some. The first speed of a friction table is 0 by definition. The short form lists whole numbers too.
+const APART: &[&str] = &[
+    "rotor.torque_on",
+    "stator.torque_on",
+    "friction.exponent",
+    schema::FIRST_SPEED,
+    schema::AXIAL_RINGING_FLOOR,
+];
+
+/// Every physical parameter of a tree of values, in its order. The general form omits zeros, which have no digits, and
+/// lists of more than 32 elements. Defaults that follow from other parameters are not listed.
+pub(super) fn of(root: &Node, words: Words) -> Vec<CaseNumber> {
+    let mut numbers = Vec::new();
+    for table in TABLES {
+        if let Some(node) = root.at(table) {
+            collect(node, table, words, &mut numbers);
+        }
+    }
+    numbers
+}
+
+pub(super) fn half_last_digit(root: &Node, path: &str, words: Words) -> Option<f64> {
+    printed(&root.at(path)?.value, dimension(path, words)?).map(|number| number.1)
+}
+
+/// A number as written, and half a unit of its last digit, SI. A plain number is in SI; it counts as the shortest
+/// decimal of its double, so trailing zeros are lost.
+fn printed(value: &Value, dimension: Dimension) -> Option<(f64, f64)> {
+    let printed = match value {
+        Value::Integer(number) => quantity::printed(&number.to_string(), Dimension::Number),
+        Value::Float(number) => quantity::printed(&format!("{number:e}"), Dimension::Number),
+        Value::Text(text) => quantity::printed(text, dimension),
+        _ => return None,
+    };
+    printed.ok()
+}
+
+fn collect(node: &Node, path: &str, words: Words, numbers: &mut Vec<CaseNumber>) {
+    let apart = &APART[if words.short { 3 } else { 0 }..];
+    match &node.value {
+        Value::Table(entries) => {
+            for (name, entry) in entries {
+                collect(entry, &format!("{path}.{name}"), words, numbers);
+            }
+        }
+        Value::Array(elements) if words.short || elements.len() <= LONGEST_LIST => {
+            for (index, element) in elements.iter().enumerate() {
+                collect(element, &format!("{path}.{index}"), words, numbers);
+            }
+        }
+        _ if apart.contains(&path) => {}
+        value => {
+            if let Some(dimension) = dimension(path, words)
+                && let Some((value, half_last_digit)) = printed(value, dimension)
+                && (words.short || value != 0.0)
+            {
+                numbers.push(CaseNumber {
+                    path: path.to_owned(),
+                    unit: dimension.unit(),
+                    value,
+                    half_last_digit: Some(half_last_digit),
+                });
+            }
+        }
+    }
+}
+
+pub(super) fn dimension(path: &str, words: Words) -> Option<Dimension> {
+    let motion = words.motion();
+    let (key, _, inner) = schema::find(path, words.short).next()?;
+    match key.kind {
+        Kind::Signal(dimension) => Some(signals::measure(inner, dimension, motion).0),
+        _ => key.dimension().map(|dimension| motion.dimension(dimension)),
+    }
+}
+
+impl Case {
+    /// Sets a number at `path` of either form, for differences; the case may become invalid. Returns whether there is
+    /// such a place.
+    pub(super) fn put(&mut self, path: &str, value: f64, short: bool) -> bool {
+        for (key, index, inner) in schema::find(path, short) {
+            let mut places = (key.places)(self, index);
+            let is_time = matches!(key.kind, Kind::Moment);
+            let content = places.first().and_then(|place| place.get());
+            let there = |content: &Content| is_time || content.number(inner).is_some();
+            let Some(content) = content.filter(there) else { continue };
+            for place in &mut places {
+                place.set(content.clone().with_number(inner, value));
+            }
+            return true;
+        }
+        false
+    }
+}

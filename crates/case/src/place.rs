@@ -1,0 +1,180 @@
+//! A place of a case that a key sets, and the value there.
+
+use toml_edit::Value;
+
+use super::Setting;
+use stickslip_system::friction::FrictionLaw;
+use stickslip_system::model::KickTime;
+use stickslip_system::signal::{Drive, Frequency, SIGNALS, Shape, Signal, Table};
+
+pub(super) const INSTABILITY: &str = "instability";
+
+pub(super) enum Place<'a> {
+    Text(&'a mut String),
+    Flag(&'a mut bool),
+    Count(&'a mut usize),
+    OptionalCount(&'a mut Option<usize>),
+    Number(&'a mut f64),
+    OptionalNumber(&'a mut Option<f64>),
+    Moment(&'a mut KickTime),
+    List(&'a mut Vec<f64>),
+    Signal(&'a mut Drive),
+    Law(&'a mut FrictionLaw, &'static str),
+    Word(Option<&'static str>, Box<dyn FnMut(&str) + 'a>),
+}
+
+#[derive(Debug, Clone)]
+pub(super) enum Content {
+    One(Setting),
+    List(Vec<f64>),
+    Signal(Drive),
+}
+
+macro_rules! of_fields {
+    ($($place:ident: $field:ty,)*) => {
+        $(impl<'a> From<&'a mut $field> for Place<'a> {
+            fn from(field: &'a mut $field) -> Self {
+                Place::$place(field)
+            }
+        })*
+    };
+}
+
+of_fields! {
+    Text: String,
+    Flag: bool,
+    Count: usize,
+    OptionalCount: Option<usize>,
+    Number: f64,
+    OptionalNumber: Option<f64>,
+    Moment: KickTime,
+    List: Vec<f64>,
+    Signal: Drive,
+}
+
+pub(super) fn at<'a, T>(field: &'a mut T) -> Place<'a>
+where
+    Place<'a>: From<&'a mut T>,
+{
+    field.into()
+}
+
+impl<'a> Place<'a> {
+    pub(super) fn word(now: Option<&'static str>, set: impl FnMut(&str) + 'a) -> Place<'a> {
+        Place::Word(now, Box::new(set))
+    }
+
+    /// `None` for an option left to its default.
+    pub(super) fn get(&self) -> Option<Content> {
+        Some(Content::One(match self {
+            Place::Text(text) => Setting::Text(text.to_string()),
+            Place::Flag(flag) => Setting::Flag(**flag),
+            Place::Count(count) => Setting::Count(**count),
+            Place::OptionalCount(count) => Setting::Count((**count)?),
+            Place::Number(number) => Setting::Number(**number),
+            Place::OptionalNumber(number) => Setting::Number((**number)?),
+            Place::Moment(KickTime::At(time)) => Setting::Number(*time),
+            Place::Moment(KickTime::Instability) => Setting::Text(INSTABILITY.to_owned()),
+            Place::List(numbers) => return Some(Content::List(numbers.to_vec())),
+            Place::Signal(drive) => return Some(Content::Signal((*drive).clone())),
+            Place::Law(law, key) => match (law.number(key), law.list(key)) {
+                (Some(number), _) => Setting::Number(number),
+                (None, Some(list)) => return Some(Content::List(list.to_vec())),
+                (None, None) => Setting::Text(law.word(key)?.to_owned()),
+            },
+            Place::Word(now, _) => Setting::Text((*now)?.to_owned()),
+        }))
+    }
+
+    pub(super) fn set(&mut self, content: Content) {
+        match (self, content) {
+            (Place::Text(text), Content::One(Setting::Text(new))) => **text = new,
+            (Place::Flag(flag), Content::One(Setting::Flag(new))) => **flag = new,
+            (Place::Count(count), Content::One(Setting::Count(new))) => **count = new,
+            (Place::OptionalCount(count), Content::One(Setting::Count(new))) => **count = Some(new),
+            (Place::Number(number), Content::One(Setting::Number(new))) => **number = new,
+            (Place::OptionalNumber(number), Content::One(Setting::Number(new))) => **number = Some(new),
+            (Place::Moment(time), Content::One(Setting::Number(new))) => **time = KickTime::At(new),
+            (Place::Moment(time), Content::One(Setting::Text(_))) => **time = KickTime::Instability,
+            (Place::List(numbers), Content::List(new)) => **numbers = new,
+            (Place::Signal(drive), Content::Signal(new)) => **drive = new,
+            (Place::Law(law, key), Content::One(Setting::Number(new))) => law.set_number(key, new),
+            (Place::Law(law, key), Content::One(Setting::Text(new))) => law.set_word(key, &new),
+            (Place::Law(law, key), Content::List(new)) => law.set_list(key, new),
+            (Place::Word(_, set), Content::One(Setting::Text(new))) => set(&new),
+            (_, content) => unreachable!("{content:?} is not of the kind of its key"),
+        }
+    }
+}
+
+impl Content {
+    pub(super) fn number(&self, inner: &str) -> Option<f64> {
+        match self {
+            Content::One(Setting::Number(number)) if inner.is_empty() => Some(*number),
+            Content::One(_) => None,
+            Content::List(numbers) => numbers.get(inner.parse::<usize>().ok()?).copied(),
+            Content::Signal(Drive::Value(value)) if inner.is_empty() => Some(*value),
+            Content::Signal(_) => None,
+        }
+    }
+
+    pub(super) fn with_number(self, inner: &str, new: f64) -> Content {
+        match self {
+            Content::One(_) => Content::One(Setting::Number(new)),
+            Content::List(mut numbers) => {
+                if let Some(number) = inner.parse().ok().and_then(|index: usize| numbers.get_mut(index)) {
+                    *number = new;
+                }
+                Content::List(numbers)
+            }
+            Content::Signal(_) => Content::Signal(Drive::Value(new)),
+        }
+    }
+
+    /// TOML. Debug prints the shortest decimal that reads back as the same double.
+    pub(super) fn toml(&self) -> String {
+        match self {
+            Content::One(Setting::Text(text)) => Value::from(text).to_string(),
+            Content::One(other) => other.word(),
+            Content::List(numbers) => format!("{numbers:?}"),
+            Content::Signal(drive) => signal(drive),
+        }
+    }
+}
+
+fn signal(drive: &Drive) -> String {
+    match drive {
+        Drive::Value(value) => format!("{value:?}"),
+        Drive::Linear(Signal::Ramp(ramp)) => format!(
+            "{{ profile = \"ramp\", value = {:?}, rise_time = {:?} }}",
+            ramp.value, ramp.rise_time
+        ),
+        Drive::Linear(Signal::Table(Table { time, value })) => {
+            format!("{{ profile = \"table\", time = {time:?}, value = {value:?} }}")
+        }
+        Drive::Wave(wave) => {
+            let shape = match wave.shape {
+                Shape::Sine => "sine",
+                Shape::Cosine => "cosine",
+            };
+            let frequency = match wave.frequency {
+                Frequency::Cycles(frequency) => format!("frequency = {frequency:?}"),
+                Frequency::Angular(frequency) => format!("angular_frequency = {frequency:?}"),
+            };
+            let time =
+                |name: &str, time: Option<f64>| time.map_or(String::new(), |time| format!(", {name} = {time:?}"));
+            format!(
+                "{{ profile = \"{shape}\", mean = {:?}, amplitude = {:?}, {frequency}, phase = {:?}{}{} }}",
+                wave.mean,
+                wave.amplitude,
+                wave.phase,
+                time("from", wave.from),
+                time("to", wave.to)
+            )
+        }
+        Drive::Sum(terms) => {
+            let terms: Vec<String> = terms.iter().map(signal).collect();
+            format!("{{ profile = \"sum\", {SIGNALS} = [{}] }}", terms.join(", "))
+        }
+    }
+}

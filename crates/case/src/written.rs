@@ -1,0 +1,157 @@
+//! A case with its written parameters, each of which can be changed: for derivatives, reruns and searches.
+
+use super::error::CaseError;
+use super::quantity::Dimension;
+use super::{Case, CaseNumber, CaseSource, Origin, Override, Words, conditions, document, numbers, reader, schema};
+use stickslip_system::model::system::System;
+
+/// A case with its physical parameters: in the short form all of them, in the general form those that are written and
+/// not zero. Parameters without effect on events are omitted, and in the general form lists of more than 32 elements.
+#[derive(Debug, Clone)]
+pub struct WrittenCase {
+    case: Case,
+    numbers: Vec<CaseNumber>,
+    /// Text and overrides for reading the case with a changed parameter. The short form uses the resolved text, which
+    /// lists every parameter.
+    text: (CaseSource, Vec<Override>),
+}
+
+impl WrittenCase {
+    /// Reads a case with the written form of its parameters.
+    ///
+    /// # Errors
+    /// All problems that were found in the case.
+    pub fn read(source: &CaseSource, overrides: &[Override]) -> Result<WrittenCase, CaseError> {
+        let reader::Read { case, written } = reader::read(source, overrides)?;
+        if !case.is_short() {
+            return Ok(WrittenCase {
+                numbers: numbers::of(&written, case.words),
+                text: (source.clone(), overrides.to_vec()),
+                case,
+            });
+        }
+        let mut read = WrittenCase::of(&case);
+        for number in &mut read.numbers {
+            number.half_last_digit = numbers::half_last_digit(&written, &number.path, case.words);
+        }
+        Ok(read)
+    }
+
+    /// From a case without its text: the written form of the parameters is not known.
+    pub fn of(case: &Case) -> WrittenCase {
+        let text = CaseSource {
+            text: case.resolved(),
+            origin: Origin::BuiltIn(case.title.clone()),
+        };
+        let words = match case.is_short() {
+            true => case.words,
+            false => Words::general(case.motion()),
+        };
+        let root = document::read(&text.text, "");
+        let mut numbers = root.map_or_else(|_| Vec::new(), |root| numbers::of(&root, words));
+        numbers.iter_mut().for_each(|number| number.half_last_digit = None);
+        WrittenCase {
+            case: case.clone(),
+            numbers,
+            text: (text, Vec::new()),
+        }
+    }
+
+    /// Takes the last digits from the text that a resolved case was made of, for parameters of equal value. The digits
+    /// of others are unknown.
+    #[must_use]
+    pub fn digits_of(mut self, given: &CaseSource) -> WrittenCase {
+        let given = WrittenCase::read(given, &[]).map_or_else(|_| Vec::new(), |given| given.numbers);
+        for number in &mut self.numbers {
+            // A number may replace a list of one.
+            let same = |other: &&CaseNumber| {
+                let of_list = number.path.strip_suffix(".0");
+                (other.path == number.path || of_list == Some(&other.path)) && other.value == number.value
+            };
+            number.half_last_digit = given.iter().find(same).and_then(|other| other.half_last_digit);
+        }
+        self
+    }
+
+    /// Sets half a unit of the last digit of a parameter, in its unit.
+    #[must_use]
+    pub fn with_half_last_digit(mut self, path: &str, half: f64) -> WrittenCase {
+        let found = self.numbers.iter_mut().filter(|number| number.path == path);
+        found.for_each(|number| number.half_last_digit = Some(half));
+        self
+    }
+
+    /// The case itself.
+    pub fn case(&self) -> &Case {
+        &self.case
+    }
+
+    /// Its physical parameters.
+    pub fn numbers(&self) -> &[CaseNumber] {
+        &self.numbers
+    }
+
+    /// The parameter at a path.
+    pub fn number(&self, path: &str) -> Option<&CaseNumber> {
+        self.numbers.iter().find(|number| number.path == path)
+    }
+
+    /// The case with another value of a parameter, in the unit of its key.
+    ///
+    /// # Errors
+    /// No parameter at this path, or an invalid case.
+    pub fn with(&self, path: &str, value: f64) -> Result<Case, CaseError> {
+        self.with_all(&[(path, value)])
+    }
+
+    /// The case with other values of several parameters.
+    ///
+    /// # Errors
+    /// See [`Self::with`].
+    pub fn with_all(&self, changes: &[(&str, f64)]) -> Result<Case, CaseError> {
+        let (source, overrides) = &self.text;
+        let mut overrides = overrides.clone();
+        overrides.extend(changes.iter().map(|(path, value)| Override::number(path, *value)));
+        Case::read(source, &overrides)
+    }
+
+    /// For differences: the system with another value of a parameter, and the sliding speed (rad/s) below which a
+    /// contact without stick counts as stuck. In the short form the value may lie beyond the limits of a valid case.
+    /// `None` without such a system. A time of zero cannot be moved: before t = 0 nothing happens, and after it there
+    /// is one corner more.
+    pub fn moved(&self, path: &str, value: f64) -> Option<(System, f64)> {
+        let is_time = |number: &&CaseNumber| number.path == path && number.unit == Dimension::Time.unit();
+        if self
+            .numbers
+            .iter()
+            .find(is_time)
+            .is_some_and(|number| number.value == 0.0)
+        {
+            return None;
+        }
+        self.moved_all(&[(path, value)])
+    }
+
+    /// Like [`Self::moved`], for several parameters.
+    pub fn moved_all(&self, changes: &[(&str, f64)]) -> Option<(System, f64)> {
+        if self.case.is_short() {
+            let mut case = self.case.clone();
+            let strange: Vec<_> = changes
+                .iter()
+                .filter(|(path, value)| !case.put(path, *value, true))
+                .collect();
+            // A place that the short form has no key for, such as a bearing: there the value must be valid.
+            let fits = |(path, value): &(&str, f64)| {
+                let key = [true, false]
+                    .into_iter()
+                    .find_map(|short| schema::find(path, short).next());
+                key.is_some_and(|(key, ..)| key.domain().complaint(*value).is_none())
+            };
+            let found = strange.iter().all(|(path, value)| case.put(path, *value, false));
+            let valid = strange.is_empty() || changes.iter().all(fits) && conditions::violated(&case).is_empty();
+            return (found && valid).then_some((case.system, 0.0));
+        }
+        let case = self.with_all(changes).ok()?;
+        Some((case.system, case.threshold))
+    }
+}

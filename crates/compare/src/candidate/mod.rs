@@ -1,0 +1,542 @@
+//! Results of other solvers, in all supported formats.
+//!
+//! | module | content |
+//! |---|---|
+//! | `source` | the file, which is read several times |
+//! | `table` | a file as columns of numbers |
+//! | `csv`, `npz`, `hdf5` | the formats |
+//! | `npy` | an array of an NPZ archive |
+//! | `mapping`, `rows` | columns of channels; rows in SI units |
+//! | `events` | event tables |
+
+mod csv;
+pub(super) mod events;
+mod hdf5;
+mod mapping;
+mod npy;
+mod npz;
+mod rows;
+mod source;
+mod table;
+
+pub use mapping::{Column, Mapping, TimeOffset};
+pub use rows::Block;
+pub(super) use rows::Rows;
+
+use super::attractor::Attractor;
+use super::case_differences::{CaseDifference, case_differences};
+use super::reference::Physics;
+use super::resolution::{Clock, ClockWatch, Digital, Rounding};
+use super::vocabulary::Known;
+use super::{Channel, CompareError, Found, saved_case};
+use csv::CsvTable;
+use hdf5::{ForeignTable, OwnTable};
+use npz::NpzTable;
+use rows::Supply;
+use source::Source;
+use std::path::{Path, PathBuf};
+use stickslip_case::quantity::Dimension;
+use stickslip_files::{ForeignFile, Reason, ResultFile, check_sound};
+use stickslip_system::model::system::Pressing;
+use stickslip_system::quote::shown;
+use table::{LeftOut, Table, unread};
+
+const HEAD: u64 = 512;
+
+const TIME_NAMES: [&str; 4] = ["time", "t", "times", "trajectory/time"];
+
+#[derive(Debug)]
+pub(crate) struct Candidate {
+    pub path: PathBuf,
+    /// "result file", "HDF5", "CSV", "NPZ" or "events table".
+    pub format: &'static str,
+    table: Option<Box<dyn Table>>,
+    columns: Vec<String>,
+    pub clock: Clock,
+    /// The first times show that they are rounded.
+    clock_rounds: bool,
+    digital: Vec<Digital>,
+    supplies: Vec<Supply>,
+    direct: Vec<Channel>,
+    /// Contents of the file that cannot be read, and channel names that are no column.
+    left_out: Vec<LeftOut>,
+    /// Events of the sequence, if the file has an event table.
+    pub events: Option<Vec<Found>>,
+    pub events_rounding: Option<Rounding>,
+    /// Differences between its case and the reference's; `None` unless it is a result file.
+    differences: Option<Vec<CaseDifference>>,
+    pub attractor: Option<Attractor>,
+}
+
+impl Candidate {
+    /// Opens a candidate. Fails if its format is unknown, if it is damaged, if it lacks a time column, if it has
+    /// neither events nor a relative velocity, or if the mapping names a missing column.
+    pub fn open(path: &Path, mapping: &Mapping, physics: &Physics) -> Result<Candidate, CompareError> {
+        let source = Source::open(path)?;
+        let head = source.head(HEAD)?;
+        if head.starts_with(b"\x89HDF") {
+            refuse_pipe(&source)?;
+            match ResultFile::open(path) {
+                Ok(file) => {
+                    check_sound(path)?;
+                    return Candidate::own(path, file, physics);
+                }
+                Err(error) if matches!(error.reason, Reason::NotAResult(_)) => {}
+                Err(error) => return Err(error.into()),
+            }
+        }
+        let (format, table) = table_of(source, &head)?;
+        Candidate::foreign(path, format, table, mapping, physics)
+    }
+
+    fn own(path: &Path, file: ResultFile, physics: &Physics) -> Result<Candidate, CompareError> {
+        let case = saved_case(path, &file)?;
+        let events = file.events()?;
+        let refuse = |what: &str, remedy: &str| Err(CompareError::whole(path, what, remedy));
+        let case = &case;
+        let system = &case.system;
+        if case.motion() != physics.vocabulary().motion() {
+            let what = "is a run of another motion than the reference: one is of rotation, one of translation";
+            return refuse(what, "compare runs of one motion");
+        }
+        let axial = matches!(system.pressing, Pressing::Axial { .. });
+        let is_there = |channel: &Channel| match channel {
+            _ if channel.is_axial() => axial,
+            _ => file.column(&channel.name(), 0..0).is_ok(),
+        };
+        let mut candidate = Candidate::empty(path, "result file");
+        candidate.columns.push("time".to_owned());
+        for channel in physics.vocabulary().channels().filter(is_there) {
+            candidate.take(channel, channel.name().into_owned(), 1.0);
+        }
+        candidate.events = Some(events::own(path, &events, system.radius)?);
+        candidate.differences = Some(case_differences(&physics.case, case));
+        candidate.attractor = Attractor::of_file(&file)?;
+        candidate.table = Some(Box::new(OwnTable { file }));
+        Ok(candidate)
+    }
+
+    fn empty(path: &Path, format: &'static str) -> Candidate {
+        Candidate {
+            path: path.to_owned(),
+            format,
+            columns: Vec::new(),
+            clock: Clock::seconds(),
+            clock_rounds: false,
+            digital: Vec::new(),
+            events_rounding: None,
+            supplies: Vec::new(),
+            direct: Vec::new(),
+            left_out: Vec::new(),
+            events: None,
+            differences: None,
+            attractor: None,
+            table: None,
+        }
+    }
+
+    fn take(&mut self, channel: Channel, column: String, factor: f64) {
+        self.supplies.push(Supply::direct(channel, factor, self.columns.len()));
+        self.columns.push(column);
+        self.direct.push(channel);
+    }
+
+    fn foreign(
+        path: &Path,
+        format: &'static str,
+        table: Box<dyn Table>,
+        mapping: &Mapping,
+        physics: &Physics,
+    ) -> Result<Candidate, CompareError> {
+        let stated = (physics.kinds_are_events && table.has_texts("kind")).then(|| mapping.clone().stated());
+        let mapping = stated.as_ref().unwrap_or(mapping);
+        let mut candidate = Candidate::empty(path, format);
+        candidate.left_out = table.left_out().to_vec();
+        for channel in physics.vocabulary().channels() {
+            if let Some((name, factor)) = candidate.find(&*table, channel, mapping, physics)? {
+                if candidate.columns.is_empty() {
+                    candidate.find_time(&*table, mapping)?;
+                }
+                candidate.take(channel, name, factor);
+            }
+        }
+        rows::derive(&mut candidate.supplies, physics);
+        if let Some((events, rounding)) = events::find(&*table, mapping, candidate.direct.is_empty())? {
+            candidate.events = Some(events);
+            candidate.events_rounding = rounding;
+        }
+        if candidate.direct.is_empty() {
+            if candidate.events.is_none() {
+                let what = format!(
+                    "no column is known as a channel; there are {}",
+                    candidate.there(&*table)
+                );
+                let remedy = "say which column is what, such as --column relative_velocity=NAME:rad/s, or in a mapping";
+                return Err(CompareError::whole(path, what, remedy));
+            }
+            candidate.format = "events table";
+        } else {
+            candidate.look_at_digits(&*table)?;
+            candidate.table = Some(table);
+        }
+        if candidate.events.is_none() && !candidate.has(Channel::RelativeVelocity) {
+            let given: Vec<_> = candidate.direct.iter().map(|c| c.name()).collect();
+            let what = format!(
+                "has neither events nor a relative velocity to find them by, but {}{}",
+                given.join(", "),
+                candidate.without()
+            );
+            let speeds = physics.vocabulary().surface_speeds();
+            let remedy = format!("add relative_velocity, or {speeds}, or a table of events");
+            return Err(CompareError::whole(path, what, &remedy));
+        }
+        Ok(candidate)
+    }
+
+    /// Estimates the rounding of the file's numbers from its first rows.
+    fn look_at_digits(&mut self, table: &dyn Table) -> Result<(), CompareError> {
+        let of_texts = table.roundings(&self.columns)?;
+        let mut first = vec![Vec::new(); self.columns.len()];
+        let mut pass = table.pass(&self.columns)?;
+        pass(&mut first)?;
+        let columns = first.iter().zip(&of_texts);
+        self.digital = columns
+            .map(|(values, of_texts)| Digital::of(values, *of_texts))
+            .collect();
+        let single = Some(Rounding::Single).filter(|single| first[0].len() > 2 && single.hold(&first[0]));
+        self.clock.rounding = of_texts[0].or(single);
+        let mut watch = ClockWatch::default();
+        if let Some(rounding) = self.clock.rounding {
+            first[0].iter().for_each(|&raw| watch.add(rounding, raw));
+        }
+        self.clock_rounds = watch.is_rounded();
+        // A sum has the rounding of its largest terms, which may come later.
+        let is_rounded = |column: usize| self.digital[column].rounding.is_some();
+        let mut computed = self.supplies.iter().filter(|supply| supply.is_computed());
+        if computed.any(|supply| supply.columns().any(is_rounded)) {
+            while pass(&mut first).is_ok() && !first[0].is_empty() {
+                for (digital, values) in self.digital.iter_mut().zip(&first) {
+                    let finite = values.iter().filter(|value| value.is_finite());
+                    digital.largest = finite.fold(digital.largest, |largest, value| largest.max(value.abs()));
+                }
+            }
+        }
+        Ok(())
+    }
+
+    fn find_time(&mut self, table: &dyn Table, mapping: &Mapping) -> Result<(), CompareError> {
+        let mapped = mapping.time.as_ref();
+        let name = match mapped {
+            Some(column) => Some(self::mapped(table, "time", &column.name)?),
+            None => only(table, "time", &TIME_NAMES, &|_| false)?,
+        };
+        let name = name.ok_or_else(|| {
+            self.leave_out(table, &TIME_NAMES);
+            let what = format!("has no column of times; there are {}", self.there(table));
+            let remedy = "name it with --column time=NAME or in a mapping";
+            CompareError::whole(&self.path, what, remedy)
+        })?;
+        self.clock.factor = unit_factor(table, &name, mapped, Dimension::Time)?;
+        self.columns.push(name);
+        Ok(())
+    }
+
+    /// The column of a channel with its factor to SI, by the mapping or by name.
+    fn find(
+        &mut self,
+        table: &dyn Table,
+        channel: Channel,
+        mapping: &Mapping,
+        physics: &Physics,
+    ) -> Result<Option<(String, f64)>, CompareError> {
+        let vocabulary = physics.vocabulary();
+        let mut of_mapping = mapping.channels.iter();
+        let mapped = of_mapping.find(|(known, _)| vocabulary.canonical(*known) == Some(channel));
+        let mapped = mapped.map(|(_, column)| column);
+        let taken = |name: &str| mapping.channels.iter().any(|(_, column)| column.name == name);
+        let own = channel.name();
+        let names = vocabulary.names(channel).iter().map(String::as_str);
+        // If a file names the bristles by their own name, its z is the axial position.
+        let is_axial = |name: &str| name == "z" && name != own && table.has(&own);
+        let is_name = |name: &&str| !taken(name) && !is_axial(name);
+        let names: Vec<&str> = names.filter(is_name).collect();
+        let name = match mapped {
+            Some(column) => Some(self::mapped(table, &own, &column.name)?),
+            None => {
+                let of_file = |name: &&&str| vocabulary.is_own_name(channel, name) && table.has(name);
+                match names.iter().filter(of_file).count() > 1 {
+                    true => names.iter().find(of_file).map(|name| (*name).to_owned()),
+                    false => only(table, &own, &names, &taken)?,
+                }
+            }
+        };
+        let Some(name) = name else {
+            self.leave_out(table, &names);
+            return Ok(None);
+        };
+        let factor = unit_factor(table, &name, mapped, vocabulary.dimension(channel))?;
+        Ok(Some((name, factor)))
+    }
+
+    fn leave_out(&mut self, table: &dyn Table, names: &[&str]) {
+        let found = names.iter().filter_map(|name| unread(table, name));
+        for left_out in found {
+            if !self.left_out.iter().any(|known| known.name == left_out.name) {
+                self.left_out.push(left_out);
+            }
+        }
+    }
+
+    pub fn left_out(&self) -> impl Iterator<Item = (&str, &str)> {
+        self.left_out.iter().map(|one| (&*one.name, &*one.why))
+    }
+
+    fn without(&self) -> String {
+        let one = |one: &LeftOut| format!("{} {} ({})", shown(&one.name), one.why, one.remedy);
+        let all: Vec<String> = self.left_out.iter().take(MOST_NAMED).map(one).collect();
+        let more = if self.left_out.len() > MOST_NAMED { "; ..." } else { "" };
+        match all.is_empty() {
+            true => String::new(),
+            false => format!("; left out: {}{more}", all.join("; ")),
+        }
+    }
+
+    fn there(&self, table: &dyn Table) -> String {
+        listed(&table.names()) + &self.without()
+    }
+
+    pub fn shift(&mut self, offset: f64) {
+        self.clock.offset += offset;
+        self.events.iter_mut().flatten().for_each(|event| event.time += offset);
+    }
+
+    /// The names of the columns that are read, that of the times first.
+    pub fn columns(&self) -> &[String] {
+        &self.columns
+    }
+
+    pub fn is_own(&self) -> bool {
+        self.differences.is_some()
+    }
+
+    pub fn differences(&self) -> &[CaseDifference] {
+        self.differences.as_deref().unwrap_or_default()
+    }
+
+    pub(crate) fn has_rows(&self) -> bool {
+        self.table.is_some()
+    }
+
+    /// Channels that it has or that follow from its columns, in the reference's order.
+    pub fn channels(&self, physics: &Physics) -> Vec<Channel> {
+        let all = physics.vocabulary().channels();
+        all.filter(|&channel| self.has(channel)).collect()
+    }
+
+    pub fn has(&self, channel: Channel) -> bool {
+        self.supplies.iter().any(|supply| supply.channel == channel)
+    }
+
+    /// Whether a channel follows from its columns alone, without the reference's motion of a driven end.
+    pub fn is_its_own(&self, channel: Channel) -> bool {
+        self.has(channel) && self.drive_of(channel).is_empty()
+    }
+
+    /// The motion of driven ends in a channel, which the reference supplies.
+    pub fn drive_of(&self, channel: Channel) -> &[(Known, f64)] {
+        let supply = self.supplies.iter().find(|supply| supply.channel == channel);
+        supply.map_or(&[], Supply::drive)
+    }
+
+    /// Error bound of a channel at this value due to rounding in the file; 0 for a missing channel.
+    pub fn rounding_of(&self, channel: Channel, value: f64) -> f64 {
+        let supply = self.supplies.iter().find(|supply| supply.channel == channel);
+        supply.map_or(0.0, |supply| supply.rounding(value, &self.digital))
+    }
+
+    /// Error of a channel due to rounded times (s, up to `to`), at which the reference supplies the motion of its driven
+    /// ends.
+    pub fn clock_error_of(&self, channel: Channel, physics: &Physics, (from, to): (f64, f64)) -> f64 {
+        let rounding = self.clock.rounding.filter(|_| self.clock_rounds);
+        let supply = self
+            .supplies
+            .iter()
+            .find(|supply| supply.channel == channel && !supply.drive().is_empty());
+        let error = rounding.zip(supply).map(|(rounding, supply)| {
+            let quantum = self.clock.quantum(rounding, to);
+            0.5 * supply.change_of_drive(physics, (from, to), quantum)
+        });
+        error.unwrap_or(0.0)
+    }
+
+    /// The coarsest rounding, relative to the values, of the columns behind `channels`; `None` for doubles.
+    pub fn coarsest(&self, channels: &[Channel]) -> Option<Rounding> {
+        let known = self.supplies.iter().filter(|supply| channels.contains(&supply.channel));
+        let columns = known
+            .flat_map(Supply::columns)
+            .filter_map(|column| self.digital.get(column));
+        let part = |digital: &&Digital| digital.error(digital.largest) / digital.largest;
+        let rounded = columns.filter(|digital| digital.rounding.is_some());
+        rounded.max_by(|a, b| part(a).total_cmp(&part(b)))?.rounding
+    }
+
+    pub fn rows<'a>(&'a self, channels: &[Channel], physics: &'a Physics) -> Result<Rows<'a>, CompareError> {
+        let none = || {
+            CompareError::whole(
+                &self.path,
+                "has events but no samples",
+                "give a time series to compare states",
+            )
+        };
+        let table = self.table.as_deref().ok_or_else(none)?;
+        let supply = |channel: &Channel| self.supplies.iter().find(|supply| supply.channel == *channel).cloned();
+        let supplies: Vec<Supply> = channels.iter().filter_map(supply).collect();
+        Rows::new(table, &self.columns, &self.clock, supplies, physics)
+    }
+}
+
+type OfFormat = (&'static str, Box<dyn Table>);
+
+fn table_of(source: Source, head: &[u8]) -> Result<OfFormat, CompareError> {
+    if let Some(known) = hdf5_or_npz(&source, head)? {
+        return Ok(known);
+    }
+    let path = source.path();
+    if let Some((what, how)) = to_convert(path, head) {
+        let what = format!("is {what}, which this version does not read");
+        return Err(CompareError::whole(path, what, format!("convert it to CSV: {how}")));
+    }
+    let is_named_hdf5 = ["h5", "hdf5", "nc"]
+        .iter()
+        .any(|known| path.extension().is_some_and(|end| end == *known));
+    if is_named_hdf5 || head[..head.len().min(8)].contains(&0) {
+        let what = "does not begin as an HDF5, NPZ or CSV file does";
+        let remedy = "it was cut off or is of another format: give HDF5, NPZ or CSV";
+        return Err(CompareError::whole(path, what, remedy));
+    }
+    Ok(("CSV", Box::new(CsvTable::open(source)?)))
+}
+
+fn hdf5_or_npz(source: &Source, head: &[u8]) -> Result<Option<OfFormat>, CompareError> {
+    if head.starts_with(b"\x89HDF") {
+        refuse_pipe(source)?;
+        check_sound(source.path())?;
+        let file = ForeignFile::open(source.path())?;
+        return Ok(Some(("HDF5", Box::new(ForeignTable::of(file)))));
+    }
+    if head.starts_with(b"PK") {
+        return Ok(Some(("NPZ", Box::new(NpzTable::open(source)?))));
+    }
+    Ok(None)
+}
+
+/// A history of a finite-element code: its format, and the command that converts it to CSV.
+fn to_convert(path: &Path, head: &[u8]) -> Option<(&'static str, &'static str)> {
+    let name = path.file_name().unwrap_or_default().to_string_lossy().to_lowercase();
+    // A Fortran record of 84 bytes: version and title of the run.
+    if head.starts_with(b"\0\0\0\x54\0") {
+        return Some(("a time history of OpenRadioss", "th_to_csv FILE"));
+    }
+    // The widths of the numbers in an LSDA file.
+    if head.starts_with(&[8, 8, 8, 1, 1]) || name.starts_with("binout") && head.contains(&0) {
+        let how = "python3 -c 'from lasso.dyna import Binout; \
+                   Binout(\"binout*\").as_df(\"nodout\", \"rz_velocity\").to_csv(\"binout.csv\")'";
+        return Some(("a binout of LS-DYNA", how));
+    }
+    let is_header = |line: &str| line.split_whitespace().next() == Some("X");
+    let text = String::from_utf8_lossy(head);
+    if name.ends_with(".rpt") && text.lines().find(|line| !line.trim().is_empty()).is_some_and(is_header) {
+        let how = "awk -v OFS=, 'BEGIN { print \"time,phi2_dot,phi1_dot\" } \
+                   /^ *[-+]?[0-9]/ && !/NoValue/ { $1 = $1; print }' FILE > FILE.csv, with the names of its columns";
+        return Some(("an XY report of Abaqus", how));
+    }
+    None
+}
+
+fn refuse_pipe(source: &Source) -> Result<(), CompareError> {
+    if source.is_piped() {
+        let remedy = "save it in a file, and name that";
+        return Err(CompareError::whole(source.path(), "HDF5 came through a pipe", remedy));
+    }
+    Ok(())
+}
+
+/// The factor to SI: from the mapping, from the file, or 1.
+fn unit_factor(
+    table: &dyn Table,
+    name: &str,
+    mapped: Option<&Column>,
+    dimension: Dimension,
+) -> Result<f64, CompareError> {
+    if let Some(factor) = mapped.and_then(|column| column.factor) {
+        return Ok(factor);
+    }
+    let Some(unit) = table.unit(name) else {
+        return Ok(1.0);
+    };
+    mapping::factor(&unit, dimension).map_err(|what| {
+        let what = format!("its unit \"{}\": {what}", shown(&unit));
+        let remedy = "say its unit in a mapping, or as --column CHANNEL=COLUMN:UNIT";
+        CompareError::content(table.path(), name, what, remedy)
+    })
+}
+
+/// The only column that matches one of `names`, exactly or else nearly; `None` if there is none, an error if there are
+/// several. `taken` are columns of other channels.
+fn only(
+    table: &dyn Table,
+    what: &str,
+    names: &[&str],
+    taken: &dyn Fn(&str) -> bool,
+) -> Result<Option<String>, CompareError> {
+    for exact in [true, false] {
+        let mut found: Vec<String> = Vec::new();
+        for column in names.iter().flat_map(|name| table.columns_of(name, exact)) {
+            if !taken(&column) && !found.contains(&column) {
+                found.push(column);
+            }
+        }
+        if found.len() > 1 {
+            let listed = listed(&found);
+            let remedy = format!("say which it is with --column {what}=NAME or in a mapping");
+            let several = format!("several columns have names of {what}: {listed}");
+            return Err(CompareError::whole(table.path(), several, &remedy));
+        }
+        if found.len() == 1 {
+            return Ok(found.pop());
+        }
+    }
+    Ok(None)
+}
+
+fn mapped(table: &dyn Table, what: &str, name: &str) -> Result<String, CompareError> {
+    if !table.has(name) {
+        return Err(absent(table, name));
+    }
+    Ok(only(table, what, &[name], &|_| false)?.unwrap_or_else(|| name.to_owned()))
+}
+
+fn absent(table: &dyn Table, name: &str) -> CompareError {
+    let remedy = "correct the mapping or the option --column";
+    if let Some(left_out) = unread(table, name) {
+        return left_out.error(table.path());
+    }
+    let names = table.names();
+    let hint = match stickslip_case::suggest(name, names.iter().map(String::as_str)) {
+        Some(close) => format!("did you mean {close}?"),
+        None => format!("there are {}", listed(&names)),
+    };
+    let what = format!("has no column \"{name}\"; {hint}", name = shown(name));
+    CompareError::whole(table.path(), what, remedy)
+}
+
+const MOST_NAMED: usize = 20;
+
+fn listed(names: &[String]) -> String {
+    if names.is_empty() {
+        return "no columns of numbers".to_owned();
+    }
+    let more = if names.len() > MOST_NAMED { ", ..." } else { "" };
+    let shown: Vec<String> = names.iter().take(MOST_NAMED).map(|name| shown(name)).collect();
+    shown.join(", ") + more
+}

@@ -1,0 +1,465 @@
+//! The outcome of a comparison.
+
+use super::attractor::Attractor;
+use super::case_differences::CaseDifference;
+use super::cycles::CycleErrors;
+use super::detect::Detection;
+use super::diagnosis::{Cause, Diagnosis, percent};
+use super::energy::EnergyDrift;
+use super::event_errors::EventErrors;
+use super::follows::Follows;
+use super::hysteresis::HysteresisEffect;
+use super::impulse::ImpulseErrors;
+use super::limit::OutOfTime;
+use super::reference::{Physics, TimeScale};
+use super::resolution::Resolution;
+use super::score::Score;
+use super::states::{StatePass, Tally};
+use super::statistics::Statistic;
+use super::windows::Phase;
+use super::wrong_event::WrongEvent;
+use super::{Channel, FoundOffset, OtherClock, OtherKick, OtherParameters};
+use serde::Serialize;
+use std::borrow::Cow;
+use stickslip_system::record::sequence::{Difference, Fault};
+use stickslip_system::record::{Event, EventKind};
+
+/// How far a candidate agrees with its reference. Errors are candidate minus reference.
+#[derive(Debug, Clone, Serialize)]
+pub struct Comparison {
+    /// The reference's file.
+    pub reference: String,
+    /// The candidate's file.
+    pub candidate: String,
+    /// "result file", "HDF5", "CSV", "NPZ" or "events table".
+    pub format: &'static str,
+    /// Resolution of the candidate's times, if they are rounded.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub resolution: Option<Resolution>,
+    /// Offset that was added to the candidate's times, s.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub time_offset: Option<f64>,
+    /// Offset found from the events: the one that was added, or a proposal.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub found_time_offset: Option<FoundOffset>,
+    /// Result in one line.
+    pub verdict: String,
+    /// Causes of the differences, the most fundamental first.
+    pub causes: Vec<Diagnosis>,
+    /// A difference that none of the changes to the reference's run reproduces. Otherwise written as `null`, because
+    /// readers of `causes` read it next.
+    pub unexplained: Option<Unexplained>,
+    /// Present if the search for causes was ended by its limit of wall time.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub out_of_time: Option<OutOfTime>,
+    /// Keys of the case in which the two runs differ, in SI; empty if the candidate's case is unknown.
+    pub case_differences: Vec<CaseDifference>,
+    /// Parameters of the case that differ in another program's candidate.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub parameters: Option<OtherParameters>,
+    /// Kick of another program's candidate, if it differs from the reference's.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub kick: Option<OtherKick>,
+    /// Clock of another program's candidate, if its times have another origin. Its offset is an error, candidate minus
+    /// reference.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub clock: Option<OtherClock>,
+    /// The coarsest rounding of the samples in which events were found, if they are rounded.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub values: Option<String>,
+    /// Events were found in samples, all their differences are within the resolution of the samples, and the samples
+    /// show no other cause.
+    pub agrees_to_resolution: bool,
+    /// Parameters of event detection by the relative velocity; `None` if the candidate states its events.
+    pub detection: Option<Detection>,
+    /// Effect of the hysteresis of the detection; `None` without hysteresis.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub hysteresis: Option<HysteresisEffect>,
+    /// Unit of the velocity tolerance: "rad/s", or "m/s" in translation.
+    #[serde(skip)]
+    pub velocity_unit: &'static str,
+    /// Part of the reference that the candidate covers; `None` for an event table.
+    pub span: Option<Span>,
+    /// Mean interval of the candidate's samples in the reference's stick-slip, s.
+    pub interval: Option<f64>,
+    /// Events of the reference's word in the candidate's span.
+    pub reference_events: usize,
+    /// Events of the reference's word outside the candidate's span, which are neither matched nor missing.
+    pub uncovered: usize,
+    /// Events of the candidate's word.
+    pub candidate_events: usize,
+    /// Events of the reference that the candidate does not have.
+    pub missing: usize,
+    /// Events of the candidate that the reference does not have.
+    pub spurious: usize,
+    /// Where and how the words differ; empty if they are equal.
+    pub sequence: Vec<Difference>,
+    /// The first wrong event.
+    pub first_wrong: Option<WrongEvent>,
+    /// Errors of the times of matched events.
+    pub event_errors: EventErrors,
+    /// Statistics of the paper for both runs.
+    pub statistics: Vec<Statistic>,
+    /// Errors of the samples that depend on no threshold; `None` for an event table.
+    pub score: Option<Score>,
+    /// Errors of channels by phase.
+    pub channels: Vec<ChannelErrors>,
+    /// Errors of impulses.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub impulses: Vec<ImpulseErrors>,
+    /// Samples of the candidate that were compared.
+    pub samples: u64,
+    /// Samples at an event, or in a segment that only one of the runs has.
+    pub samples_outside: u64,
+    /// Samples in gaps of the reference that are too wide to interpolate.
+    pub samples_too_sparse: u64,
+    /// Whether the reference's equations were integrated again between samples in more than one step, or its run was
+    /// repeated where its samples are too sparse.
+    pub reference_repeated: bool,
+    /// Whether the reference's run was repeated.
+    #[serde(skip)]
+    pub was_rerun: bool,
+    /// The energy balance of the candidate's own channels, if it has the twists, their rates and the rotor speed.
+    pub energy_drift: Option<EnergyDrift>,
+    /// The time scale; `None` for a system that slows down by itself, whose time scale is the natural period.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub time_scale: Option<TimeScale>,
+    /// Growth of event errors in a system that does not slow down by itself, if there are enough cycles.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub cycles: Option<CycleErrors>,
+    /// Attractors of reference and candidate in a system that does not slow down by itself.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub attractors: Option<[Option<Attractor>; 2]>,
+    /// Missing results, with the reasons.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub absent: Vec<Absent>,
+    /// The command that scores the candidate by the rules of a benchmark set, if the reference is one of its problems.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub score_command: Option<String>,
+}
+
+/// A result that a comparison lacks.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
+pub struct Absent {
+    /// Name of the result.
+    pub what: String,
+    /// Reason.
+    pub why: String,
+}
+
+impl Absent {
+    pub(super) fn of((what, why): (&str, &str)) -> Absent {
+        let (what, why) = (what.to_owned(), why.to_owned());
+        Absent { what, why }
+    }
+}
+
+/// A difference without a cause.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Unexplained {
+    /// Start of the difference, s: the first sample that is off by a thousandth of its channel's size, or the first
+    /// wrong event.
+    pub begins: Option<f64>,
+    /// Root mean square of the differences of the samples, in parts of the channels' sizes; `None` without samples.
+    pub difference: Option<f64>,
+    /// Phase of the reference at that time: "in stick", "in slip", "before the first event".
+    pub during: &'static str,
+    /// Whether its samples follow the reference's equations between its events; `None` if they do not show the whole
+    /// state.
+    pub follows: Option<Follows>,
+    /// Data that would help to find the cause.
+    pub would_tell: Option<String>,
+    /// The closest change; `None` if nothing could be run.
+    pub closest: Option<Closest>,
+    /// The other causes that were tried, each at its best, the closest first.
+    pub ruled_out: Vec<Closest>,
+}
+
+/// A change of the reference's run that does not reproduce the candidate.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct Closest {
+    /// The cause that the change stands for.
+    pub cause: Cause,
+    /// Part of the squared difference that the change removes; negative if it adds to it.
+    pub explained: f64,
+}
+
+/// The part of the reference that a candidate covers.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct Span {
+    /// First time, s.
+    pub from: f64,
+    /// Last time, s.
+    pub to: f64,
+    /// Whether it begins before the reference's first event.
+    pub from_start: bool,
+    /// Whether it ends after the reference's last event.
+    pub to_end: bool,
+}
+
+/// The errors of one channel in one phase.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct ChannelErrors {
+    /// Phase of the run.
+    pub phase: Phase,
+    /// The channel's name in /trajectory.
+    pub channel: Cow<'static, str>,
+    /// Its SI unit.
+    pub unit: &'static str,
+    /// Number of compared samples.
+    pub samples: u64,
+    /// Largest absolute error, in `unit`.
+    pub max: f64,
+    /// Time of the largest error in the candidate, s.
+    pub max_at: f64,
+    /// Root mean square of the error, in `unit`.
+    pub rms: f64,
+    /// -log10 of the largest error relative to the largest |reference| of the phase; 17 without an error.
+    pub scd: Option<f64>,
+    /// -log10 of the largest |error|/(size + |reference|), with the channel's natural size; 17 without an error.
+    pub mescd: Option<f64>,
+}
+
+impl Comparison {
+    /// Notes missing results of a system that does not come to rest by itself, with reasons. `lacking` are the state's
+    /// channels that the candidate lacks.
+    pub(super) fn find_absent(&mut self, lacking: &[Cow<'static, str>]) {
+        let Some([reference, candidate]) = self.attractors else {
+            return;
+        };
+        let mut add = |what: &str, why: &str| {
+            self.absent.push(Absent::of((what, why)));
+        };
+        if reference.is_some() {
+            add(
+                "final_stick",
+                "a motion in cycles has no last stick: period, sticks in a period and amplitude are compared instead",
+            );
+        }
+        match (reference, candidate) {
+            (Some(_), Some(candidate)) if candidate.amplitude.is_none() => {
+                let why = "the candidate has no column of the position over its last period";
+                add("amplitude", why);
+            }
+            (Some(_), None) => {
+                let why = "its last two periods do not agree to 1e-4, or are not in what it covers";
+                add("attractor of the candidate", why);
+            }
+            (None, _) => {
+                let why = "its run does not repeat itself by the end, or was not run to it";
+                add("attractor of the reference", why);
+            }
+            _ => {}
+        }
+        if self.span.is_none() {
+            add("states", "the candidate is a table of events");
+        } else if self.energy_drift.is_none() {
+            let why = match lacking {
+                [] => "the samples are nowhere eight to a natural period, or an energy is beyond the largest number"
+                    .to_owned(),
+                _ => format!("the candidate has no {}", lacking.join(", ")),
+            };
+            add("energy_drift", &why);
+        }
+    }
+
+    /// Notes separations and contacts, in the reference's `events`, that a candidate without a normal force cannot show.
+    pub(super) fn leave_out_contacts(&mut self, events: &[Event], span: Span) {
+        let is_change = |event: &&Event| {
+            matches!(event.kind, EventKind::Separation | EventKind::Contact)
+                && (span.from..=span.to).contains(&event.time)
+        };
+        let count = events.iter().filter(is_change).count();
+        if count > 0 {
+            let why = format!("the candidate has no normal_force, which would show the {count} of the reference");
+            self.absent.push(Absent::of(("separations and contacts", &why)));
+        }
+    }
+
+    /// One line: whether the sequences agree or where they part, how far the times agree, and the likely cause.
+    pub(super) fn find_verdict(&mut self, quick: bool, creeps: bool) {
+        self.agrees_to_resolution = !quick
+            && self.detection.is_some()
+            && self.sequence.iter().all(|difference| difference.shorter_than_interval)
+            && self.event_errors.matched > 0
+            && self.event_errors.within() == self.event_errors.matched
+            && self.causes.is_empty()
+            && self.unexplained.is_none()
+            && self.out_of_time.is_none();
+        let (errors, uncovered) = (&self.event_errors, self.uncovered);
+        let (covered, of_all) = (self.reference_events, self.reference_events + uncovered);
+        let creep = self.score.as_ref().and_then(|score| score.creep).filter(|_| creeps);
+        let creep = creep.map(|creep| {
+            let (speed, unit, slid) = (creep.candidate, creep.unit, creep.slid);
+            let of_length = unit.trim_end_matches("/s");
+            format!(
+                "creeps at {speed:.3e} {unit}, {slid:.2e} {of_length} in {:.3} s",
+                creep.slid_in
+            )
+        });
+        let mut text = match self.sequence.first() {
+            _ if creep.is_some() && of_all == 0 => "the reference sticks throughout, and the candidate".to_owned(),
+            None => match errors.matched {
+                0 if uncovered > 0 => format!("the candidate covers none of the reference's {of_all} events"),
+                0 => "neither run has an event".to_owned(),
+                _ => "the event sequences agree".to_owned(),
+            },
+            Some(first) => {
+                let what = match first.fault {
+                    Fault::Missing => "is missing".to_owned(),
+                    Fault::Spurious => "is not in the reference".to_owned(),
+                    Fault::Doubled => "is there twice".to_owned(),
+                    Fault::Swapped => "has changed places with its neighbour".to_owned(),
+                    Fault::Renamed => format!("is a {}", first.candidate_kind.unwrap_or("different event")),
+                };
+                let (position, kind, time) = (first.position, first.kind, first.time);
+                let unseen = match self.sequence.iter().filter(|d| d.shorter_than_interval).count() {
+                    0 => String::new(),
+                    all if all == self.sequence.len() => {
+                        ", of a motion shorter than the interval of the samples, as are all differences".to_owned()
+                    }
+                    some => format!(
+                        "; {some} of {} differences are of motions shorter than the interval of the samples",
+                        self.sequence.len()
+                    ),
+                };
+                format!("the event sequences part at event {position}: the {kind} at {time:.9} s {what}{unseen}")
+            }
+        };
+        if let Some(creep) = &creep {
+            text += match of_all {
+                0 => " ",
+                _ => "; in the stick that lasts to the end it ",
+            };
+            text += creep;
+        }
+        if covered > 0 && uncovered > 0 {
+            text += &format!(" (the candidate covers {covered} of {of_all} events)");
+        }
+        if let Some(max) = errors.max {
+            text += &match max {
+                0.0 => "; matched events have the same times".to_owned(),
+                _ => format!("; matched events are within {max:.1e} s"),
+            };
+            // A difference below the resolution of a file is no error of a solver.
+            if self.agrees_to_resolution {
+                let bound = errors.largest_bound();
+                text += &format!(", below the resolution of its file, {bound:.1e} s: it agrees to its resolution");
+                let times = self.resolution.as_ref().map(|resolution| ("times", &resolution.of));
+                let values = self.values.as_ref().map(|values| ("values", values));
+                let printed = times.into_iter().chain(values);
+                let printed: Vec<String> = printed.map(|(what, of)| format!("its {what} are {of}")).collect();
+                if !printed.is_empty() {
+                    text += &format!(" ({})", printed.join(", "));
+                }
+            } else if let Some(resolution) = self.resolution.as_ref().filter(|r| r.events_below > 0 && max > 0.0) {
+                let (below, of_file) = (resolution.events_below, resolution.event_error);
+                if below < errors.matched {
+                    text += &format!(", {below} of {}", errors.matched);
+                }
+                text += if below < errors.matched { " below" } else { ", below" };
+                text += &format!(" the resolution of its file, {of_file:.1e} s");
+            }
+        }
+        // Where some events match, segments of one run alone are not its states.
+        let counts = |row: &&ChannelErrors| row.phase != Phase::Apart || errors.max.is_none();
+        let worst = self.channels.iter().filter(counts);
+        let worst = worst.filter_map(|row| Some((row, row.mescd?)));
+        match worst.min_by(|a, b| a.1.total_cmp(&b.1)) {
+            Some((row, digits)) if digits < 0.0 => {
+                let (channel, max, unit) = (&row.channel, row.max, row.unit);
+                text += &format!(
+                    "; states do not agree: {channel} is off by {max:.1e} {unit} at {:.6} s",
+                    row.max_at
+                );
+            }
+            Some((_, digits)) if errors.max.is_none() && creep.is_none() => {
+                text += &format!("; states agree to {digits:.1} digits")
+            }
+            _ => {}
+        }
+        if let Some(first) = self.causes.first() {
+            text += &format!("; likely cause: {}: {}", first.cause.name(), first.evidence);
+        } else if let Some(unexplained) = &self.unexplained {
+            text += match self.out_of_time {
+                Some(_) => "; no cause was found of the difference",
+                None => "; no single cause explains the difference",
+            };
+            if let Some(difference) = unexplained.difference {
+                text += &format!(" of {difference:.1e} of the channels' sizes");
+            }
+            if let Some(begins) = unexplained.begins {
+                text += &format!(", which begins at {begins:.6} s, {}", unexplained.during);
+            }
+            match &unexplained.follows {
+                Some(Follows { holds: true, .. }) => {
+                    text += "; between its events its samples follow the equations of the reference, so that it differs by \
+                             its events or by how it begins";
+                }
+                Some(Follows { channels, from, .. }) => {
+                    let from = from.map_or(String::new(), |from| format!(" from {from:.6} s on"));
+                    text += &format!(
+                        "; its samples do not follow the equations of {}{from}",
+                        channels.join(" and ")
+                    );
+                }
+                None => {}
+            }
+            if let Some(Closest { cause, explained }) = unexplained.closest.filter(|closest| closest.explained > 0.01) {
+                text += &format!(
+                    "; the closest, {}, explains {} % of the squared difference",
+                    cause.name(),
+                    percent(explained)
+                );
+                if explained >= super::hypotheses::EXPLAINED {
+                    text += ", which is not enough for it, or its events are elsewhere, or others do as well";
+                }
+            }
+            let is_named = unexplained.closest.is_some_and(|closest| closest.explained > 0.01);
+            let less = |other: &&Closest| {
+                unexplained
+                    .closest
+                    .is_some_and(|closest| other.explained < closest.explained)
+            };
+            let others = unexplained
+                .ruled_out
+                .iter()
+                .filter(less)
+                .map(|other| other.cause.name());
+            let others: Vec<&str> = others.filter(|_| is_named).collect();
+            if !others.is_empty() {
+                let verb = if others.len() == 1 { "explains" } else { "explain" };
+                text += &format!("; {} {verb} less", others.join(", "));
+            }
+            if let Some(more) = &unexplained.would_tell {
+                text += &format!("; {more} would tell more");
+            }
+        }
+        if let Some(OutOfTime { allowed, tried }) = self.out_of_time {
+            text += &format!(
+                "; the search for causes ended after {allowed} s of wall time, with {tried} changes of the reference's run \
+                 tried; allow more (--max-wall-time)"
+            );
+        }
+        self.verdict = text;
+    }
+}
+
+pub(super) fn channel_errors(pass: &StatePass<'_>, physics: &Physics) -> Vec<ChannelErrors> {
+    let of_phase = |phase: Phase| {
+        let tallies = pass.channels.iter().zip(pass.tallies(phase));
+        let errors = move |(&channel, tally): (&Channel, &Tally)| ChannelErrors {
+            phase,
+            channel: channel.name(),
+            unit: physics.vocabulary().unit(channel),
+            samples: tally.samples,
+            max: tally.max,
+            max_at: tally.max_at,
+            rms: tally.rms(),
+            scd: tally.scd(),
+            mescd: tally.mescd(),
+        };
+        tallies.filter(|(_, tally)| tally.samples > 0).map(errors)
+    };
+    Phase::ALL.into_iter().flat_map(of_phase).collect()
+}

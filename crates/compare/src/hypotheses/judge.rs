@@ -1,0 +1,300 @@
+//! Part of a candidate's difference that a motion explains.
+
+use super::super::detect::Detection;
+use super::super::parameters::{self, Agreement};
+use super::observation::Observation;
+use super::play::Played;
+use std::sync::OnceLock;
+use stickslip_system::record::sequence::SequenceEvent;
+
+/// Smallest explained part of the squared difference for a cause, and of squared event times if samples show more than
+/// events.
+pub(in super::super) const EXPLAINED: f64 = 0.99;
+const OF_EVENTS: f64 = 0.9;
+/// A motion that leaves less than this part of the squares of the samples has the events found in them.
+pub(super) const ALL: f64 = 1e-4;
+/// A motion that explains this part is the candidate's, whatever events were found.
+pub(super) const EXACT: f64 = 1.0 - 1e-6;
+/// Mean squares (in parts of the sizes) and squares of event times (s^2) below this are rounding.
+const FLOOR: f64 = 1e-18;
+/// Two motions explain equally if their remaining squares differ by less than this factor.
+const AS_MUCH: f64 = 2.0;
+
+#[derive(Debug)]
+pub(in super::super) struct Evidence<'a> {
+    pub observation: Option<&'a Observation>,
+    /// Events of the candidate and of the reference.
+    pub word: &'a [SequenceEvent],
+    pub reference: &'a [SequenceEvent],
+    pub covered: (f64, f64),
+    pub period: f64,
+    /// Uncertainty of the candidate's event times, s.
+    pub bound: f64,
+    /// How the events were found in the samples, which then say more; `None` if they were stated.
+    pub detected: Option<Detection>,
+    /// The contact has a stick.
+    pub sticks: bool,
+    /// Difference of a sample that needs no explanation, in parts of the sizes.
+    pub least: f64,
+    /// The candidate ends before the first event, which starts amplified rounding.
+    pub is_smooth: bool,
+    /// Agreement of the reference's events with the candidate's, computed on demand.
+    pub before: OnceLock<Agreement>,
+    /// Events found in the kept samples of the candidate, computed on demand.
+    pub found: OnceLock<Option<Vec<SequenceEvent>>>,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(in super::super) struct Judged {
+    /// Part of the squared difference of candidate and reference that the motion removes.
+    pub explained: f64,
+    pub left: f64,
+    /// Agreement of the candidate's events with the reference's, and with the motion's.
+    pub before: Agreement,
+    pub after: Agreement,
+    events: bool,
+    /// What the candidate does before its first difference contradicts the motion, or a constant of each channel explains
+    /// as much.
+    refuted: bool,
+}
+
+impl Judged {
+    pub fn is_cause(&self) -> bool {
+        self.explained >= EXPLAINED && self.events && !self.refuted
+    }
+
+    /// Whether no more events lack a partner than with the reference.
+    pub fn has_events(&self) -> bool {
+        self.after.unmatched <= self.before.unmatched
+    }
+
+    /// Judges by samples alone: a contact without stick has no events to compare.
+    pub fn by_samples(self) -> Judged {
+        Judged { events: true, ..self }
+    }
+
+    pub fn far() -> Judged {
+        Judged {
+            explained: 0.0,
+            left: f64::INFINITY,
+            before: Agreement::default(),
+            after: Agreement::default(),
+            events: false,
+            refuted: true,
+        }
+    }
+
+    pub fn as_much_as(&self, best: &Judged) -> bool {
+        self.left <= AS_MUCH * best.left + FLOOR
+    }
+}
+
+/// Motions are close while no channel differs by more than this part of its size, and no event by more than this part
+/// of the natural period. A window has this many samples, or events, more: they show the error of an event.
+pub(super) const CLOSE: f64 = 0.05;
+const FEWEST: usize = 8;
+
+/// A motion that is farther than this many times what needs no explanation is another.
+pub(super) const FARTHER: f64 = 10.0;
+
+const PROJECTIONS: usize = 6;
+
+impl Evidence<'_> {
+    fn inside(&self, event: &SequenceEvent) -> bool {
+        event.time >= self.covered.0 && event.time <= self.covered.1
+    }
+
+    /// Times of the candidate's events paired with those of a motion while the kinds agree, s.
+    fn pairs<'a>(&'a self, played: &'a Played) -> impl Iterator<Item = (f64, f64)> + 'a {
+        let theirs = self.word.iter().filter(|event| self.inside(event));
+        let ours = played.events.iter().filter(|event| self.inside(event));
+        let pairs = theirs.zip(ours).take_while(|(theirs, ours)| theirs.kind == ours.kind);
+        pairs.map(|(theirs, ours)| (theirs.time, ours.time))
+    }
+
+    /// Number of samples, or of events without samples, that are compared during a fit.
+    pub(super) fn window(&self, played: &Played) -> usize {
+        match self.observation {
+            Some(observation) => {
+                let covered = observation.time.partition_point(|time| *time <= self.covered.1);
+                let window = (observation.close(&played.values, CLOSE) + FEWEST).min(covered);
+                observation.known_up_to(&played.values, window)
+            }
+            None => {
+                let near = |(theirs, ours): &(f64, f64)| (theirs - ours).abs() <= CLOSE * self.period;
+                let close = self.pairs(played).take_while(near).count();
+                (close + FEWEST).min(self.pairs(played).count())
+            }
+        }
+    }
+
+    /// Differences of a motion from the candidate in a window, channel by channel in parts of the sizes, or event by
+    /// event in natural periods; NaN if the motion has no value.
+    pub(super) fn residual(&self, played: &Played, window: usize) -> Vec<f64> {
+        match self.observation {
+            Some(observation) => observation.residual(&played.values, window),
+            None => {
+                let known = self.pairs(played).map(|(theirs, ours)| (ours - theirs) / self.period);
+                known.chain(std::iter::repeat(f64::NAN)).take(window).collect()
+            }
+        }
+    }
+
+    pub(super) fn reference(&self) -> Played {
+        Played {
+            values: self.observation.map_or_else(Vec::new, |seen| seen.reference.clone()),
+            events: self.reference.to_vec(),
+            steps: 0,
+        }
+    }
+
+    /// Value, searched from `begin`, at which the candidate's difference from the reference, projected onto the
+    /// motion's, equals the motion's. The motion is the reference at zero, and differs from it by the power `order` of
+    /// the value.
+    pub(super) fn projected(&self, begin: f64, order: i32, play: &dyn Fn(f64) -> Option<Played>) -> Option<f64> {
+        let reference = self.reference();
+        let window = self.window(&reference);
+        let off = self.residual(&reference, window);
+        let mut value = begin;
+        for _ in 0..PROJECTIONS {
+            let left = self.residual(&play(value)?, window);
+            let (mut own, mut both) = (0.0, 0.0);
+            for (off, left) in off.iter().zip(&left) {
+                let moved = off - left;
+                if moved.is_finite() {
+                    own += moved * moved;
+                    both += off * moved;
+                }
+            }
+            let factor = both / own;
+            if !factor.is_finite() {
+                return None;
+            }
+            // The power law fails if the difference points the other way.
+            let change = factor.max(0.0).powf(1.0 / f64::from(order)).clamp(0.1, 1e2);
+            value *= change;
+            if (change - 1.0).abs() < 1e-3 {
+                break;
+            }
+        }
+        Some(value)
+    }
+
+    /// Whether the candidate has an event at a time, s.
+    pub(super) fn has_event(&self, time: f64) -> bool {
+        let near = self.bound.max(self.least * self.period);
+        self.word.iter().any(|event| (event.time - time).abs() <= near)
+    }
+
+    /// Whether two motions differ by rounding only.
+    pub(super) fn is_same(&self, one: &Played, other: &Played) -> bool {
+        let events = one.events.iter().zip(&other.events);
+        let near = |(a, b): (&SequenceEvent, &SequenceEvent)| {
+            a.kind == b.kind && (a.time - b.time).abs() <= 1e-9 * self.period
+        };
+        one.events.len() == other.events.len()
+            && events.into_iter().all(near)
+            && self
+                .observation
+                .is_none_or(|seen| seen.between(&one.values, &other.values) <= FLOOR)
+    }
+
+    /// Whether a motion's events differ from those of a table before the reference's do.
+    fn contradicted(&self, word: &[SequenceEvent], events: &[SequenceEvent]) -> bool {
+        let least = self.bound.max(self.least * self.period);
+        let off = |(a, b): (&SequenceEvent, &SequenceEvent)| match a.kind == b.kind {
+            true => (a.time - b.time).abs(),
+            false => f64::INFINITY,
+        };
+        let inside = |event: &&SequenceEvent| self.inside(event);
+        let reference = self.reference.iter().filter(inside);
+        let same = word
+            .iter()
+            .zip(reference)
+            .take_while(|pair| off(*pair) <= least)
+            .count();
+        let pairs = word.iter().zip(events.iter().filter(inside)).take(same);
+        pairs.filter(|pair| off(*pair) <= FARTHER * least).count() < same
+    }
+
+    pub fn judged(&self, played: &Played, until: f64) -> Option<Judged> {
+        let until = until.min(self.covered.1);
+        let left = self.observation.map(|seen| seen.left(&played.values, until));
+        if left.is_some_and(f64::is_nan) {
+            return None;
+        }
+        let covered = |events: &[SequenceEvent]| -> Vec<SequenceEvent> {
+            let inside = |e: &&SequenceEvent| e.time >= self.covered.0 && e.time <= until;
+            events.iter().filter(inside).copied().collect()
+        };
+        let word = covered(self.word);
+        // The end of an event table is unknown: an event less than its longest pause later may have been cut off.
+        let last = word.last().map_or(f64::NEG_INFINITY, |event| event.time);
+        let pauses = word.windows(2).map(|two| two[1].time - two[0].time);
+        let pause = pauses.fold(0.0, f64::max);
+        let after = last + (0.25 * self.period).min(0.5 * pause);
+        let is_open = |event: &SequenceEvent| event.time > after && event.time <= last + pause;
+        let agreement = |events: &[SequenceEvent]| {
+            let mut events = covered(events);
+            if self.observation.is_none() {
+                events.retain(|event| !is_open(event));
+            }
+            parameters::agreement(&events, &word, self.period)
+        };
+        let before = match until >= self.covered.1 {
+            true => *self.before.get_or_init(|| agreement(self.reference)),
+            false => agreement(self.reference),
+        };
+        let mut after = agreement(&played.events);
+        // Found in the motion's samples, as the candidate's were: its relative velocity may follow from another drive, and
+        // samples hide short motions.
+        let found = self.detected.zip(self.observation).and_then(|(detection, seen)| {
+            let theirs = self
+                .found
+                .get_or_init(|| seen.found(&seen.values, detection, self.sticks));
+            Some((theirs.as_ref()?, seen.found(&played.values, detection, self.sticks)?))
+        });
+        if let Some((theirs, ours)) = found {
+            let like = parameters::agreement(&covered(&ours), &covered(theirs), self.period);
+            after = if like.cost < after.cost { like } else { after };
+        }
+        let unmatched = (0.25 * self.period) * (0.25 * self.period);
+        let square = |a: &Agreement| a.rms * a.rms * a.matched as f64 + a.unmatched as f64 * unmatched;
+        let (events_before, events_left) = (square(&before), square(&after));
+        let within = after.unmatched == 0 && after.max <= self.bound;
+        let part = |left: f64, before: f64| {
+            if before > 0.0 {
+                1.0 - left / before
+            } else {
+                f64::NEG_INFINITY
+            }
+        };
+        let of_events = part(events_left, events_before);
+        Some(match self.observation.zip(left) {
+            Some((observation, left)) => {
+                let explained = part(left, observation.left(&observation.reference, until));
+                let whole = observation.left(&observation.reference, f64::INFINITY);
+                let constants = observation.constants;
+                Judged {
+                    explained,
+                    left,
+                    before,
+                    after,
+                    events: within
+                        || of_events >= OF_EVENTS
+                        || self.detected.is_some() && explained >= 1.0 - ALL && after.cost <= 0.5 * before.cost,
+                    refuted: observation.contradicts(&played.values, self.least, until)
+                        || part(constants, whole) >= EXPLAINED && constants <= AS_MUCH * left + FLOOR,
+                }
+            }
+            None => Judged {
+                explained: of_events,
+                left: events_left,
+                before,
+                after,
+                events: true,
+                refuted: self.contradicted(&word, &played.events),
+            },
+        })
+    }
+}

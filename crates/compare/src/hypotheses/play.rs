@@ -1,0 +1,230 @@
+//! Motion of a case sampled like a candidate: its events, and its channels at the candidate's times.
+
+use super::super::Channel;
+use super::super::limit::Limit;
+use super::super::open_contact::sequence;
+use super::super::parameters::Start;
+use super::super::reference::Physics;
+use super::observation::{Observation, Values};
+use std::ops::ControlFlow;
+use stickslip_engine::simulation::{Course, Method, OutputOptions, Problem, Progress, SolverOptions, simulate_from};
+use stickslip_system::model::Mode;
+use stickslip_system::model::system::System;
+use stickslip_system::record::sequence::SequenceEvent;
+use stickslip_system::record::{Event, NoRecorder, Recorder, RecorderError, Sample, Segment};
+
+/// As in a certificate's reruns: within 1e-12 s of exact events.
+const RTOL: f64 = 1e-12;
+/// Effort of a run: stop checks between two events, each after 256 steps or some 2 ms.
+const MOST_QUESTIONS: usize = 400;
+const MOST_EXPANSIONS: usize = 10_000;
+/// Most states of a run that are kept.
+const MOST_NODES: usize = 500_000;
+
+/// A run: its start, its end (s), and its most events and steps.
+#[derive(Debug, Clone, Copy)]
+pub(in super::super) struct Score<'a> {
+    pub system: &'a System,
+    /// Threshold of a contact without stick, rad/s.
+    pub threshold: f64,
+    pub start: &'a Start,
+    pub end: f64,
+    pub most_events: usize,
+    pub most_steps: Option<usize>,
+    /// The candidate shows when the contact opens and closes.
+    pub shows_contact: bool,
+    pub limit: Limit,
+}
+
+#[derive(Debug, Clone, Default)]
+pub(in super::super) struct Played {
+    /// NaN where the motion is unknown.
+    pub values: Values,
+    pub events: Vec<SequenceEvent>,
+    pub steps: u64,
+}
+
+impl Score<'_> {
+    /// Events of the run; `None` if it fails or takes too long.
+    pub fn events(&self) -> Option<Played> {
+        self.run(false, &mut NoRecorder)
+    }
+
+    /// Events, and the channels of the observation at its times.
+    pub fn play(&self, physics: &Physics, observation: &Observation) -> Option<Played> {
+        Some(self.traced()?.sampled(physics, observation))
+    }
+
+    pub fn traced(&self) -> Option<Traced> {
+        let mut kept = Kept {
+            course: Course::new(self.system, self.threshold, &self.solver()),
+            further: Vec::new(),
+            nodes: Vec::new(),
+            begins: None,
+        };
+        let played = self.run(true, &mut kept)?;
+        let Kept {
+            course,
+            mut nodes,
+            begins,
+            ..
+        } = kept;
+        // A run from a state has no sample at its start.
+        if let (Start::At(time, y), Some(mode)) = (self.start, begins)
+            && nodes.first().is_none_or(|node| node.0 > *time)
+        {
+            nodes.insert(0, (*time, mode, y.clone()));
+        }
+        Some(Traced { course, nodes, played })
+    }
+
+    fn solver(&self) -> SolverOptions {
+        SolverOptions {
+            method: Method::Series,
+            rtol: RTOL,
+            max_steps: self.most_steps,
+            ..SolverOptions::default()
+        }
+    }
+
+    fn run(&self, steps: bool, recorder: &mut dyn Recorder) -> Option<Played> {
+        if self.limit.is_over() {
+            return None;
+        }
+        let problem = Problem {
+            system: self.system,
+            threshold: self.threshold,
+            further: steps,
+        };
+        let start = match self.start {
+            Start::Case => None,
+            Start::At(time, state) => Some((*time, &state[..])),
+        };
+        let output = OutputOptions {
+            steps,
+            ..OutputOptions::at_the_ends(self.end)
+        };
+        let (mut questions, mut events) = (0, 0);
+        let control = &mut |progress: Progress| {
+            questions = if progress.events == events { questions + 1 } else { 0 };
+            events = progress.events;
+            match questions > MOST_QUESTIONS || events > self.most_events || self.limit.is_over() {
+                true => ControlFlow::Break(()),
+                false => ControlFlow::Continue(()),
+            }
+        };
+        let report = simulate_from(problem, start, &self.solver(), &output, recorder, control).ok()?;
+        if report.interrupted {
+            return None;
+        }
+        Some(Played {
+            values: Vec::new(),
+            events: sequence(&report.events, self.shows_contact),
+            steps: report.work.iter().map(|work| work.steps).sum(),
+        })
+    }
+}
+
+/// A state of a run: time (s), mode from there on, state.
+pub(super) type Node = (f64, Mode, Vec<f64>);
+
+pub(in super::super) struct Traced {
+    pub course: Course,
+    pub nodes: Vec<Node>,
+    pub played: Played,
+}
+
+impl Traced {
+    pub fn state_at(&mut self, time: f64) -> Option<(Mode, Vec<f64>)> {
+        let (from, mode, y) = self.nodes.iter().rfind(|node| node.0 <= time)?;
+        let mut y = y.clone();
+        let arrived = self
+            .course
+            .go(*mode, (*from, time), &mut y, MOST_EXPANSIONS, &mut |_, _| {});
+        arrived.then_some((*mode, y))
+    }
+
+    pub fn sampled(mut self, physics: &Physics, observation: &Observation) -> Played {
+        let mut values = sampled(
+            &mut self.course,
+            &self.nodes,
+            physics,
+            &observation.channels,
+            &observation.time,
+        );
+        observation.complete(&mut values, physics, &self.course, 0.0);
+        Played { values, ..self.played }
+    }
+}
+
+struct Kept {
+    course: Course,
+    /// State of the next sample, or before and after the next event.
+    further: Vec<f64>,
+    nodes: Vec<Node>,
+    begins: Option<Mode>,
+}
+
+impl Recorder for Kept {
+    fn further(&mut self, values: &[f64]) -> Result<(), RecorderError> {
+        self.further.extend_from_slice(values);
+        Ok(())
+    }
+
+    fn segment(&mut self, segment: &Segment) -> Result<(), RecorderError> {
+        self.begins.get_or_insert(segment.mode);
+        Ok(())
+    }
+
+    fn sample(&mut self, sample: &Sample) -> Result<(), RecorderError> {
+        let y = self.course.state(&sample.state, &self.further);
+        self.further.clear();
+        self.nodes.push((sample.time, sample.mode, y));
+        match self.nodes.len() > MOST_NODES {
+            true => Err("more states than are kept".into()),
+            false => Ok(()),
+        }
+    }
+
+    fn event(&mut self, event: &Event) -> Result<(), RecorderError> {
+        let y = self.course.state(&event.after, &self.further[self.further.len() / 2..]);
+        self.further.clear();
+        self.nodes.push((event.time, event.mode_after, y));
+        Ok(())
+    }
+}
+
+/// The channels at increasing times (s) of the motion that leads from each node to the next.
+fn sampled(course: &mut Course, nodes: &[Node], physics: &Physics, channels: &[Channel], times: &[f64]) -> Values {
+    let mut values = vec![vec![f64::NAN; times.len()]; channels.len()];
+    let mut row = 0;
+    for (k, (from, mode, y)) in nodes.iter().enumerate() {
+        let to = nodes.get(k + 1).map_or(*from, |next| next.0);
+        let last = k + 1 == nodes.len();
+        row += times[row..].partition_point(|time| *time < *from);
+        let inside = |row: usize| times.get(row).is_some_and(|time| *time < to || last && *time == to);
+        if !inside(row) {
+            continue;
+        }
+        let (mut at, mut y) = (*from, y.clone());
+        for _ in 0..MOST_EXPANSIONS {
+            let length = course.expand(*mode, at, &y, (to - at).max(f64::MIN_POSITIVE));
+            let end = if at + length >= to { to } else { at + length };
+            let first = row;
+            row += times[row..].partition_point(|time| *time < end || last && end == to && *time == to);
+            if first < row {
+                // Most steps have one or two samples, too few for a series of each channel.
+                for (column, &channel) in values.iter_mut().zip(channels) {
+                    let since = times[first..row].iter().map(|time| time - at);
+                    course.values(physics.quantity(channel), since, &mut column[first..row]);
+                }
+            }
+            if end == to || !inside(row) || end == at {
+                break;
+            }
+            course.after(length, &mut y);
+            at = end;
+        }
+    }
+    values
+}

@@ -1,0 +1,228 @@
+//! First pass over a candidate's samples: its events, its span, the resolution of its times.
+
+use super::candidate::{Block, Candidate};
+use super::crossings::Crossings;
+use super::detect::{Detection, Detector, Found, Point};
+use super::event_errors::{self, EventErrors};
+use super::locate::Locator;
+use super::resolution::{ClockWatch, Resolution, Rounding};
+use super::torques::TorqueWatch;
+use super::{Channel, CompareError, Reference};
+use stickslip_system::record::EventKind;
+
+/// Error of an event found in samples, in distances of times: one for each neighbouring sample.
+pub(super) const FOUND: f64 = 2.0;
+
+const MOST_EVENTS: usize = 1_000_000;
+
+#[derive(Debug, Default)]
+pub(super) struct Survey {
+    pub span: Option<(f64, f64)>,
+    /// Mean interval of samples in the reference's stick-slip, s.
+    pub interval: Option<f64>,
+    pub plateau: f64,
+    /// Rounding of the times, and number of rows left out because of it.
+    pub rounding: Option<Rounding>,
+    pub repeated: u64,
+}
+
+enum Finder {
+    Given(TorqueWatch),
+    /// Its relative velocity, for a contact with stick, and without.
+    Detector(Box<Detector>),
+    Crossings(Crossings),
+}
+
+pub(super) fn resolution_of(candidate: &Candidate, survey: &Survey, errors: &EventErrors) -> Option<Resolution> {
+    let clock = &candidate.clock;
+    let stated = candidate.events.is_some();
+    let rounding = survey.rounding.or(candidate.events_rounding.filter(|_| stated))?;
+    let of_event = if stated {
+        candidate.events_rounding
+    } else {
+        survey.rounding
+    };
+    let last = errors.events.last().map(|event| event.time + event.error);
+    let at = last.or(survey.span.map(|(_, to)| to)).unwrap_or(0.0);
+    let limit = |time: f64| {
+        let several = if stated { 1.0 } else { FOUND };
+        of_event.map_or(0.0, |rounding| several * clock.quantum(rounding, time))
+    };
+    let below = |event: &&event_errors::EventError| event.error.abs() <= limit(event.time + event.error);
+    Some(Resolution {
+        of: rounding.name(),
+        seconds: clock.quantum(rounding, at),
+        at,
+        repeated: survey.repeated,
+        event_error: limit(at),
+        events_below: errors.events.iter().filter(below).count(),
+    })
+}
+
+impl Finder {
+    fn finish(self) -> Vec<Found> {
+        match self {
+            Finder::Given(watch) => watch.events,
+            Finder::Detector(detector) => detector.finish(),
+            Finder::Crossings(crossings) => crossings.events,
+        }
+    }
+}
+
+fn clock_error(candidate: &Candidate, watch: &ClockWatch, time: f64) -> f64 {
+    let rounding = candidate.clock.rounding.filter(|_| watch.is_rounded());
+    rounding.map_or(f64::EPSILON * time.abs(), |rounding| {
+        candidate.clock.quantum(rounding, time)
+    }) / 2.0
+}
+
+impl Reference {
+    pub(super) fn breaks(&self) -> Vec<f64> {
+        let others = self.events.iter().filter(|event| {
+            use EventKind::{Contact, Corner, Kick, Separation};
+            matches!(event.kind, Contact | Corner | Kick | Separation)
+        });
+        others.map(|event| event.time).collect()
+    }
+
+    /// Reads the times, the relative velocity if events must be found, and the twists for the torques at breakaways.
+    /// Returns the events of the candidate, or those found.
+    pub(super) fn survey(
+        &self,
+        candidate: &Candidate,
+        detection: Detection,
+        watch_progress: &mut dyn FnMut(f64),
+    ) -> Result<(Survey, Vec<Found>), CompareError> {
+        let physics = &self.physics;
+        let given = candidate.events.clone();
+        if !candidate.has_rows() {
+            return Ok((Survey::default(), given.unwrap_or_default()));
+        }
+        let twists = physics.torque_channels();
+        let with_twists = !candidate.is_own() && twists.iter().all(|&channel| candidate.has(channel));
+        let mut locator = match &given {
+            Some(_) => None,
+            None => Locator::new(physics, candidate, detection.velocity_tolerance, self.breaks()),
+        };
+        let mut channels = Vec::new();
+        if given.is_none() {
+            channels.push(Channel::RelativeVelocity);
+            channels.extend(Some(Channel::NormalForce).filter(|&force| candidate.has(force)));
+        }
+        let base = channels.len();
+        if locator.is_some() {
+            channels.extend_from_slice(&physics.state);
+        } else if with_twists {
+            channels.extend_from_slice(&twists);
+        }
+        let place = |channel: &Channel| channels[base..].iter().position(|known| known == channel);
+        let twists: Vec<usize> = twists.iter().filter_map(place).map(|place| base + place).collect();
+        let torques = |block: &Block, row: usize| {
+            with_twists.then(|| physics.torques_by(block.time[row], |k| block.columns[twists[k]][row]))
+        };
+        let mut finder = match (given, physics.threshold()) {
+            (Some(events), _) => Finder::Given(TorqueWatch::new(events)),
+            (None, Some(_)) => {
+                let rounding = candidate.rounding_of(Channel::RelativeVelocity, detection.velocity_tolerance);
+                Finder::Crossings(Crossings::new(detection.velocity_tolerance, rounding))
+            }
+            (None, None) => Finder::Detector(Box::new(Detector::new(detection))),
+        };
+        let mut rows = candidate.rows(&channels, physics)?;
+        let mut block = Block::default();
+        let mut span: Option<(f64, f64)> = None;
+        // Samples in the stick-slip: their number, first and last time, s.
+        let (stretch, mut inside) = (self.stretch(), None);
+        let mut located = 0;
+        while rows.next(&mut block)? {
+            let (time, c) = (&block.time, &block.columns);
+            let clock = clock_error(candidate, rows.watch(), time[time.len() - 1]);
+            let to = time[time.len() - 1];
+            span = Some((span.map_or(time[0], |span| span.0), to));
+            watch_progress(to);
+            let first = time.partition_point(|t| *t < stretch.0);
+            let last = time.partition_point(|t| *t <= stretch.1);
+            if first < last {
+                let (count, from, _) = inside.unwrap_or((0, time[first], 0.0));
+                inside = Some((count + (last - first) as u64, from, time[last - 1]));
+            }
+            let count = match &mut finder {
+                Finder::Crossings(crossings) => {
+                    for (row, (&time, &velocity)) in time.iter().zip(&c[0]).enumerate() {
+                        crossings.add(time, velocity);
+                        if let Some(locator) = &mut locator {
+                            locator.add(time, |k| c[base + k][row]);
+                            locator.locate_all(&mut crossings.events, &mut located, clock);
+                        }
+                    }
+                    crossings.events.len()
+                }
+                Finder::Given(watch) => {
+                    for (row, &time) in time.iter().enumerate() {
+                        torques(&block, row)
+                            .into_iter()
+                            .for_each(|(rotor, stator)| watch.add(time, rotor, stator));
+                    }
+                    0
+                }
+                Finder::Detector(detector) => {
+                    let forces = if base == 2 { &c[1][..] } else { &[] };
+                    let mut row = 0;
+                    while row < time.len() {
+                        row += detector.skip(&c[0][row..], forces.get(row..).unwrap_or_default());
+                        detector.add(Point {
+                            time: time[row],
+                            velocity: c[0][row],
+                            normal_force: forces.get(row).copied().unwrap_or(f64::INFINITY),
+                            torques: torques(&block, row),
+                        });
+                        if let Some(locator) = &mut locator {
+                            locator.add(time[row], |k| c[base + k][row]);
+                            locator.locate_all(detector.events(), &mut located, clock);
+                        }
+                        row += 1;
+                    }
+                    detector.count()
+                }
+            };
+            if count > MOST_EVENTS {
+                let what = format!("more than {MOST_EVENTS} events up to {to:.6} s: omega_r chatters about zero");
+                let remedy = "raise --velocity-tolerance above the size of the chatter";
+                return Err(CompareError::content(
+                    &candidate.path,
+                    "relative_velocity",
+                    what,
+                    remedy,
+                ));
+            }
+        }
+        if span.is_none() {
+            return Err(CompareError::whole(
+                &candidate.path,
+                "holds no samples",
+                "check how it was written",
+            ));
+        }
+        let inside = inside.filter(|inside| inside.0 > 1);
+        let survey = Survey {
+            span,
+            interval: inside.map(|(count, from, to)| (to - from) / (count - 1) as f64),
+            plateau: match &finder {
+                Finder::Detector(detector) => detector.plateau(),
+                _ => 0.0,
+            },
+            repeated: rows.watch().repeated,
+            rounding: candidate.clock.rounding.filter(|_| rows.watch().is_rounded()),
+        };
+        let clock = clock_error(candidate, rows.watch(), survey.span.map_or(0.0, |(_, to)| to));
+        let mut events = finder.finish();
+        if let Some(locator) = &mut locator {
+            locator.locate_all(&mut events, &mut located, clock);
+        }
+        if survey.rounding.is_some() && candidate.events.is_none() {
+            // Both times of an interpolated interval are rounded.
+            events.iter_mut().for_each(|event| event.bound += clock);
+        }
+        Ok((survey, events))
+    }
+}

@@ -1,0 +1,383 @@
+//! The channels of one reference, including those of its trains: names, units, and dependencies.
+
+use super::Channel;
+use stickslip_case::quantity::Dimension;
+use stickslip_case::{Motion, Words};
+use stickslip_engine::simulation::{Part, Quantity, Which};
+use stickslip_system::model::system::{ContactLaw, End, Pressing, System, Train};
+
+/// Channels that a reference can be compared in.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Vocabulary {
+    motion: Motion,
+    bodies: &'static str,
+    entries: Vec<Entry>,
+    same: Vec<(Channel, Channel)>,
+}
+
+#[derive(Debug, Clone, PartialEq)]
+struct Entry {
+    channel: Channel,
+    /// The channel's own name and its aliases, in lower case.
+    names: Vec<String>,
+    /// Sum over the angles and then the speeds of the inertias, in order; `None` if the channel follows from no
+    /// positions and speeds.
+    form: Option<Sum>,
+}
+
+/// The motion of a driven end.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Known {
+    /// Train of the end.
+    pub of: Which,
+    /// Speed of the end, not its angle.
+    pub is_rate: bool,
+}
+
+/// A channel as a sum of other channels and motions of driven ends, with factors.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Sum {
+    /// Places of other channels, with their factors.
+    pub terms: Vec<(usize, f64)>,
+    /// Motions of driven ends, with their factors.
+    pub known: Vec<(Known, f64)>,
+}
+
+impl Default for Vocabulary {
+    /// The names of the short form, for no particular reference and without dependencies.
+    fn default() -> Self {
+        let entry = |channel: Channel| Entry {
+            channel,
+            names: names(channel, true),
+            form: None,
+        };
+        Vocabulary {
+            motion: Motion::Rotation,
+            bodies: "surfaces",
+            entries: Channel::ALL.into_iter().chain(impulses()).map(entry).collect(),
+            same: Vec::new(),
+        }
+    }
+}
+
+fn impulses() -> impl Iterator<Item = Channel> {
+    Channel::IMPULSES.into_iter().map(|(impulse, _)| impulse)
+}
+
+struct Forms<'a> {
+    trains: &'a System,
+}
+
+impl Forms<'_> {
+    fn train(&self, of: Which) -> &Train {
+        match of {
+            Which::Rotor => &self.trains.rotor,
+            Which::Stator => &self.trains.stator,
+        }
+    }
+
+    fn count(&self, of: Which) -> usize {
+        self.train(of).inertia.len()
+    }
+
+    fn shafts(&self, of: Which) -> usize {
+        self.train(of).shafts()
+    }
+
+    fn inertia(&self, Part { of, index }: Part, is_rate: bool) -> Sum {
+        let (rotor, stator) = (self.count(Which::Rotor), self.count(Which::Stator));
+        let mut form = Sum::default();
+        if index < self.count(of) {
+            let first = if of == Which::Rotor { 0 } else { rotor };
+            let rates = if is_rate { rotor + stator } else { 0 };
+            form.terms.push((rates + first + index, 1.0));
+        } else if matches!(self.train(of).end, End::Driven(_)) {
+            form.known.push((Known { of, is_rate }, 1.0));
+        }
+        form
+    }
+
+    fn shaft(&self, Part { of, index }: Part, is_rate: bool) -> Sum {
+        let sign = if of == Which::Rotor { 1.0 } else { -1.0 };
+        let [outer, inner] = [index + 1, index].map(|index| self.inertia(Part { of, index }, is_rate));
+        Sum::difference(sign, &outer, &inner)
+    }
+
+    fn across(&self, is_rate: bool) -> Sum {
+        let [rotor, stator] = Which::BOTH.map(|of| self.inertia(Part { of, index: 0 }, is_rate));
+        Sum::difference(1.0, &rotor, &stator)
+    }
+
+    fn of(&self, quantity: Quantity) -> Option<Sum> {
+        Some(match quantity {
+            Quantity::RelativeVelocity => self.across(true),
+            Quantity::Slip => self.across(false),
+            Quantity::Twist(part) => self.shaft(part, false),
+            Quantity::TwistRate(part) => self.shaft(part, true),
+            Quantity::Angle(part) => self.inertia(part, false),
+            Quantity::Speed(part) => self.inertia(part, true),
+            _ => return None,
+        })
+    }
+
+    /// Every channel, in the order of reports: channels of motion in every file first.
+    fn channels(&self) -> Vec<Channel> {
+        let of_motion = |channel: &&Channel| self.of(channel.quantity(0)).is_some();
+        let (motion, forces): (Vec<&Channel>, Vec<&Channel>) = Channel::ALL.iter().partition(of_motion);
+        let has_twist = self.shafts(Which::Rotor) > 0;
+        let mut found: Vec<Channel> = motion.into_iter().copied().collect();
+        found.retain(|channel| has_twist || !matches!(channel, Channel::RotorTwist | Channel::RotorTwistRate));
+        for of in Which::BOTH {
+            let shafts = (0..self.shafts(of)).map(|index| Part { of, index });
+            found.extend(shafts.flat_map(|part| [Channel::Twist(part), Channel::TwistRate(part)]));
+            let inertias = (0..self.count(of)).map(|index| Part { of, index });
+            found.extend(inertias.flat_map(|part| [Channel::Speed(part), Channel::Angle(part)]));
+        }
+        let has_axial = matches!(self.trains.pressing, Pressing::Axial { .. });
+        let has_bristles = matches!(self.trains.contact, ContactLaw::Bristles(_));
+        found.extend(has_bristles.then_some(Channel::Deflection));
+        found.extend(forces.into_iter().filter(|channel| has_axial || !channel.is_axial()));
+        found.extend(impulses());
+        found
+    }
+}
+
+fn add<T: PartialEq>(sum: &mut Vec<(T, f64)>, of: T, factor: f64) {
+    match sum.iter_mut().find(|(known, _)| *known == of) {
+        Some((_, there)) => *there += factor,
+        None => sum.push((of, factor)),
+    }
+}
+
+impl Sum {
+    fn difference(sign: f64, a: &Sum, b: &Sum) -> Sum {
+        let mut sum = Sum::default();
+        for (form, factor) in [(a, sign), (b, -sign)] {
+            for &(index, c) in &form.terms {
+                add(&mut sum.terms, index, factor * c);
+            }
+            sum.known
+                .extend(form.known.iter().map(|&(known, c)| (known, factor * c)));
+        }
+        sum.terms.retain(|&(_, c)| c != 0.0);
+        sum.terms.sort_by_key(|&(index, _)| index);
+        sum
+    }
+}
+
+impl Vocabulary {
+    /// The vocabulary of a system, with the names of its case.
+    pub fn of(words: Words, trains: &System) -> Vocabulary {
+        let forms = Forms { trains };
+        let is_short = words.has_letters();
+        let outermost = forms.count(Which::Rotor).saturating_sub(1);
+        let mut entries: Vec<Entry> = Vec::new();
+        let mut same = Vec::new();
+        for channel in forms.channels() {
+            let form = forms.of(channel.quantity(outermost));
+            // A channel that a drive or the ground prescribes needs no comparison.
+            if form.as_ref().is_some_and(|form| form.terms.is_empty()) {
+                continue;
+            }
+            let known = entries.iter_mut().find(|entry| form.is_some() && entry.form == form);
+            match known {
+                Some(entry) => {
+                    same.push((channel, entry.channel));
+                    entry.names.extend(names(channel, is_short));
+                }
+                None => entries.push(Entry {
+                    channel,
+                    names: names(channel, is_short),
+                    form,
+                }),
+            }
+        }
+        if let [(of, 1), (_, 0)] | [(_, 0), (of, 1)] = Which::BOTH.map(|of| (of, forms.count(of))) {
+            let names: [(bool, &[&str]); 2] = [
+                (false, &["x", "position", "angle"]),
+                (true, &["v", "velocity", "speed", "x_dot", "xdot", "dx"]),
+            ];
+            for (is_rate, names) in names {
+                let alone = Some(forms.inertia(Part { of, index: 0 }, is_rate));
+                for entry in entries.iter_mut().filter(|entry| entry.form == alone) {
+                    entry.names.extend(names.iter().map(|&name| name.to_owned()));
+                }
+            }
+        }
+        // A name belongs to one channel, and z in a result file is the axial displacement.
+        let axial = entries.iter().any(|entry| entry.channel == Channel::Z);
+        for entry in entries
+            .iter_mut()
+            .filter(|entry| axial && entry.channel == Channel::Deflection)
+        {
+            entry.names.retain(|name| *name != Channel::Z.name());
+        }
+        Vocabulary {
+            motion: words.motion(),
+            bodies: if is_short { "disks" } else { "surfaces" },
+            entries,
+            same,
+        }
+    }
+
+    pub(super) fn also(&mut self, known: &str, name: &str) {
+        let (known, name) = (known.to_lowercase(), name.to_lowercase());
+        if self.find(&name).is_none()
+            && let Some(entry) = self.entries.iter_mut().find(|entry| entry.names.contains(&known))
+        {
+            entry.names.push(name);
+        }
+    }
+
+    /// Kind of the coordinates.
+    pub fn motion(&self) -> Motion {
+        self.motion
+    }
+
+    /// Names of the channels behind the relative velocity: "phi1_dot and phi2_dot".
+    pub(super) fn surface_speeds(&self) -> String {
+        let speeds = [Channel::Phi1Dot, Channel::Phi2Dot].into_iter();
+        let speeds = speeds.filter_map(|speed| self.canonical(speed));
+        speeds.map(|speed| speed.name()).collect::<Vec<_>>().join(" and ")
+    }
+
+    /// Every channel, in the order of reports.
+    pub fn channels(&self) -> impl Iterator<Item = Channel> + '_ {
+        self.entries.iter().map(|entry| entry.channel)
+    }
+
+    /// The channel with this name or alias; upper and lower case are equivalent.
+    pub fn find(&self, name: &str) -> Option<Channel> {
+        let name = name.to_lowercase();
+        let known = self.entries.iter().find(|entry| entry.names.contains(&name));
+        known.map(|entry| entry.channel)
+    }
+
+    /// The channel that represents an equal one, which may be itself; `None` if the reference does not have it.
+    pub fn canonical(&self, channel: Channel) -> Option<Channel> {
+        let same = self.same.iter().find(|(other, _)| *other == channel);
+        let same = same.map(|(_, one)| *one);
+        same.or_else(|| self.channels().find(|&one| one == channel))
+    }
+
+    /// Whether result files have a channel, or an equal one, under this name.
+    pub(super) fn is_own_name(&self, channel: Channel, name: &str) -> bool {
+        let mut same = self
+            .same
+            .iter()
+            .filter(|(_, one)| *one == channel)
+            .map(|(other, _)| *other);
+        channel.name() == name || same.any(|other| other.name() == name)
+    }
+
+    pub(crate) fn names(&self, channel: Channel) -> &[String] {
+        let entry = self.entries.iter().find(|entry| entry.channel == channel);
+        entry.map_or(&[], |entry| &entry.names)
+    }
+
+    /// Dimension of a channel.
+    pub fn dimension(&self, channel: Channel) -> Dimension {
+        self.motion.dimension(channel.dimension())
+    }
+
+    /// SI unit of a channel, for readers.
+    pub fn unit(&self, channel: Channel) -> &'static str {
+        self.dimension(channel).unit()
+    }
+
+    /// Channels that follow from `direct` ones, in the order of reports, without `direct`.
+    pub fn derived(&self, direct: &[Channel]) -> Vec<(Channel, Sum)> {
+        let place = |channel: Channel| direct.iter().position(|&known| known == channel);
+        let mut found = Vec::new();
+        for entry in self.entries.iter().filter(|entry| place(entry.channel).is_none()) {
+            let sum = entry.form.as_ref().and_then(|form| self.solved(form, direct));
+            found.extend(sum.map(|sum| (entry.channel, sum)));
+        }
+        found
+    }
+
+    /// `form` as a sum of `direct`, with twists and speeds before absolute angles; `None` if impossible.
+    fn solved(&self, form: &Sum, direct: &[Channel]) -> Option<Sum> {
+        /// Factors are small whole numbers, so smaller values are zero.
+        const NOTHING: f64 = 1e-9;
+        let absolute = |channel: Channel| {
+            use Channel::{Angle, Phi1, Phi2, SlipDisplacement, Theta};
+            matches!(channel, Angle(_) | Phi1 | Phi2 | Theta | SlipDisplacement)
+        };
+        let mut columns: Vec<(usize, &Sum)> = Vec::new();
+        for wanted in [false, true] {
+            for (index, &channel) in direct.iter().enumerate().filter(|(_, c)| absolute(**c) == wanted) {
+                let entry = self.entries.iter().find(|entry| entry.channel == channel);
+                columns.extend(entry.and_then(|entry| entry.form.as_ref()).map(|form| (index, form)));
+            }
+        }
+        let rows = self.entries.iter().filter_map(|entry| entry.form.as_ref());
+        let rows = rows
+            .flat_map(|form| form.terms.iter().map(|&(index, _)| index + 1))
+            .max()?;
+        let width = columns.len();
+        let mut matrix = vec![vec![0.0; width + 1]; rows];
+        for (column, of) in columns.iter().map(|(_, form)| *form).chain([form]).enumerate() {
+            for &(row, c) in &of.terms {
+                matrix[row][column] = c;
+            }
+        }
+        let mut pivots: Vec<usize> = Vec::new();
+        for column in 0..width {
+            let done = pivots.len();
+            let Some(best) = (done..rows).max_by(|&a, &b| matrix[a][column].abs().total_cmp(&matrix[b][column].abs()))
+            else {
+                break;
+            };
+            if matrix[best][column].abs() < NOTHING {
+                continue;
+            }
+            matrix.swap(done, best);
+            let pivot = matrix[done].clone();
+            for (row, line) in matrix.iter_mut().enumerate() {
+                let factor = line[column] / pivot[column];
+                if row != done && factor != 0.0 {
+                    for (x, p) in line.iter_mut().zip(&pivot) {
+                        *x -= factor * p;
+                    }
+                }
+            }
+            pivots.push(column);
+        }
+        if matrix[pivots.len()..].iter().any(|row| row[width].abs() > NOTHING) {
+            return None;
+        }
+        let mut sum = Sum::default();
+        let mut known = form.known.clone();
+        for (row, &column) in pivots.iter().enumerate() {
+            let factor = matrix[row][width] / matrix[row][column];
+            if factor.abs() > NOTHING {
+                let (index, of) = columns[column];
+                sum.terms.push((index, factor));
+                known.extend(of.known.iter().map(|&(known, c)| (known, -factor * c)));
+            }
+        }
+        for (one, factor) in known {
+            add(&mut sum.known, one, factor);
+        }
+        sum.known.retain(|(_, factor)| factor.abs() > NOTHING);
+        Some(sum)
+    }
+}
+
+/// The names of a channel, its own first; `short` with the letters of the short form.
+fn names(channel: Channel, short: bool) -> Vec<String> {
+    let own = channel.name().into_owned();
+    let linear = match channel {
+        Channel::Angle(_) => Some(own.replace("angle", "position")),
+        Channel::Speed(_) => Some(own.replace("speed", "velocity")),
+        _ => None,
+    };
+    // With any number of inertias and shafts, these letters are ambiguous.
+    let letters = ["u", "u_dot", "v", "v_dot", "twist", "twist_rate", "omega"];
+    let aliases = channel.aliases().filter(|alias| short || !letters.contains(alias));
+    std::iter::once(own)
+        .chain(aliases.map(str::to_owned))
+        .chain(linear)
+        .collect()
+}

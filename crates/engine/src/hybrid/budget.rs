@@ -1,0 +1,157 @@
+//! Limits that end a run without progress: budgets of events and steps, chattering, and steps that become too short.
+
+use super::RunError;
+use std::collections::VecDeque;
+
+/// Steps and restarts in a row that may leave the time unchanged (within its rounding at the end).
+const STANDSTILL: u32 = 10_000;
+
+/// Steps (and restarts) over which the pace of a run is measured.
+pub(super) const STRIDE: u32 = 100_000;
+
+/// Steps that one fruitless search of a closed-form stretch counts as.
+const SEARCH: u32 = 5000;
+
+/// Larger bound on the steps with restarts: a run of many short segments may become faster later.
+const MOST_RESTARTS: f64 = 1e10;
+
+/// Limits that end a run without progress.
+#[derive(Debug, Clone, Copy)]
+pub struct Limits {
+    /// Largest number of counted transitions.
+    pub max_events: usize,
+    /// Counted transitions within [`Rules::chatter_window`](super::Rules::chatter_window) that mean chattering.
+    pub chatter_count: usize,
+    /// Largest number of solver steps.
+    pub max_steps: Option<u64>,
+    /// The run fails if the pace of a segment predicts more steps than this.
+    pub foreseen_steps: Option<f64>,
+}
+
+pub(super) struct Budget {
+    limits: Limits,
+    end_time: f64,
+    transitions: usize,
+    recent: VecDeque<f64>,
+    steps: u64,
+    came_to: f64,
+    idle: u32,
+    /// Start of the present stride, steps and restarts in it, and whether a new segment has begun since.
+    from: f64,
+    taken: u32,
+    restarted: bool,
+}
+
+#[derive(Clone, Copy)]
+pub(super) struct Place<'a> {
+    pub(super) time: f64,
+    pub(super) describe: &'a dyn Fn() -> String,
+}
+
+impl Budget {
+    pub(super) fn new(limits: Limits, start: f64, end_time: f64) -> Self {
+        Budget {
+            limits,
+            end_time,
+            transitions: 0,
+            recent: VecDeque::with_capacity(limits.chatter_count + 1),
+            steps: 0,
+            came_to: start,
+            idle: 0,
+            from: start,
+            taken: 0,
+            restarted: false,
+        }
+    }
+
+    /// Counts a transition. [`Limits::chatter_count`] transitions within `window` (s) are chattering.
+    pub(super) fn transition(&mut self, place: Place<'_>, window: f64, guard: &str) -> Result<(), RunError> {
+        self.transitions += 1;
+        if self.transitions > self.limits.max_events {
+            return Err(RunError::TooManyEvents {
+                time: place.time,
+                budget: self.limits.max_events,
+                location: (place.describe)(),
+                guard: guard.to_owned(),
+            });
+        }
+        self.recent.push_back(place.time);
+        if self.recent.len() > self.limits.chatter_count {
+            self.recent.pop_front();
+            let taken = place.time - self.recent[0];
+            if taken < window {
+                return Err(RunError::Chattering {
+                    time: place.time,
+                    count: self.recent.len(),
+                    window: taken,
+                    location: (place.describe)(),
+                    guard: guard.to_owned(),
+                });
+            }
+        }
+        Ok(())
+    }
+
+    pub(super) fn step(&mut self, place: Place<'_>, stop: f64, solver: &'static str) -> Result<(), RunError> {
+        self.steps += 1;
+        if let Some(budget) = self.limits.max_steps.filter(|&budget| self.steps > budget) {
+            return Err(RunError::TooManySteps {
+                time: place.time,
+                budget,
+                location: (place.describe)(),
+            });
+        }
+        self.get_on(place, stop, solver, 1)
+    }
+
+    pub(super) fn restart(&mut self, place: Place<'_>) -> Result<(), RunError> {
+        self.restarted = true;
+        self.get_on(place, self.end_time, "the solvers", 1)
+    }
+
+    pub(super) fn search(&mut self, place: Place<'_>, stop: f64) -> Result<(), RunError> {
+        self.get_on(place, stop, "the search for a breakaway", SEARCH)
+    }
+
+    pub(super) fn search_for_time_event(&mut self, place: Place<'_>) -> Result<(), RunError> {
+        self.get_on(place, self.end_time, "the search for the next event", STRIDE)
+    }
+
+    fn get_on(&mut self, place: Place<'_>, stop: f64, solver: &'static str, taken: u32) -> Result<(), RunError> {
+        if place.time > self.came_to + f64::EPSILON * self.end_time {
+            (self.came_to, self.idle) = (place.time, 0);
+        } else {
+            self.idle += 1;
+        }
+        if self.idle > STANDSTILL {
+            return Err(RunError::Standstill {
+                time: self.came_to,
+                location: (place.describe)(),
+                why: format!("{STANDSTILL} steps and restarts in a row have not moved the time"),
+            });
+        }
+        self.taken += taken;
+        if self.taken < STRIDE {
+            return Ok(());
+        }
+        let covered = place.time - self.from;
+        let foreseen = self.limits.foreseen_steps;
+        let (ahead, most) = if self.restarted {
+            (self.end_time - place.time, foreseen.map(|_| MOST_RESTARTS))
+        } else {
+            (stop - place.time, foreseen)
+        };
+        (self.from, self.taken, self.restarted) = (place.time, 0, false);
+        match most {
+            Some(most) if ahead * f64::from(STRIDE) > covered * most => Err(RunError::NoProgress {
+                time: place.time,
+                location: (place.describe)(),
+                solver,
+                covered,
+                ahead,
+                most,
+            }),
+            _ => Ok(()),
+        }
+    }
+}

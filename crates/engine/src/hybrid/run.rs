@@ -1,0 +1,339 @@
+//! The loop: segment after segment, until the end.
+
+use super::budget::{Budget, Limits, Place};
+use super::engine::Engines;
+use super::{
+    Advance, ChosenSolver, Dynamics, Engine, EngineError, Fired, Observer, ObserverError, Rules, RunError, Segment,
+    SegmentReport, Transition,
+};
+use crate::sundials::Counters;
+use std::sync::Arc;
+
+/// Steps between two questions to the observer whether to go on.
+const STEPS_BETWEEN_QUESTIONS: u32 = 256;
+
+/// Samples between two such questions: samples can be far denser than steps, and take milliseconds each if a solver
+/// integrates up to them anew.
+const SAMPLES_BETWEEN_QUESTIONS: u32 = 32;
+
+/// Start of a run.
+#[derive(Debug, Clone)]
+pub struct Start<L> {
+    /// Start time, s.
+    pub time: f64,
+    /// Initial location.
+    pub location: L,
+    /// Initial state, of length [`Dynamics::dimension`].
+    pub state: Vec<f64>,
+}
+
+/// End of a run.
+#[derive(Debug, Clone)]
+pub struct Finish<L> {
+    /// End time, s.
+    pub time: f64,
+    /// Final location.
+    pub location: L,
+    /// Whether the observer ended the run early.
+    pub interrupted: bool,
+}
+
+enum SegmentEnd {
+    Guards(Fired),
+    Stop,
+    Searched,
+    Interrupted,
+}
+
+/// Integrates from `start` to `end_time`. Samples, events and segments before a failure have been handed out.
+pub fn run<D, R, O>(
+    dynamics: &Arc<D>,
+    rules: &mut R,
+    start: Start<D::Location>,
+    end_time: f64,
+    limits: Limits,
+    observer: &mut O,
+) -> Result<Finish<D::Location>, RunError>
+where
+    D: Dynamics,
+    R: Rules<D>,
+    O: Observer<D::Location, R::Kind>,
+{
+    let mut run = Run {
+        dynamics: dynamics.clone(),
+        rules,
+        engines: Engines::new(dynamics.clone()),
+        observer,
+        budget: Budget::new(limits, start.time, end_time),
+        time: start.time,
+        location: start.location,
+        state: start.state,
+        sampled: 0,
+        interrupted_at: None,
+        sample: vec![0.0; dynamics.dimension()],
+    };
+    let interrupted = run.to(end_time)?;
+    Ok(Finish {
+        time: run.time,
+        location: run.location,
+        interrupted,
+    })
+}
+
+struct Run<'a, D: Dynamics, R, O> {
+    dynamics: Arc<D>,
+    rules: &'a mut R,
+    engines: Engines<D>,
+    observer: &'a mut O,
+    budget: Budget,
+    time: f64,
+    location: D::Location,
+    state: Vec<f64>,
+    sampled: u32,
+    interrupted_at: Option<f64>,
+    sample: Vec<f64>,
+}
+
+impl<D, R, O> Run<'_, D, R, O>
+where
+    D: Dynamics,
+    R: Rules<D>,
+    O: Observer<D::Location, R::Kind>,
+{
+    /// Runs to `end_time`; true if the observer ends the run before.
+    fn to(&mut self, end_time: f64) -> Result<bool, RunError> {
+        loop {
+            let mut stop = end_time;
+            while let Some(next) = self.rules.next_time_event(&self.location, self.time) {
+                if next > self.time {
+                    stop = stop.min(next);
+                    break;
+                }
+                let transitions = self.rules.at_time_event(&self.location, self.time, &self.state);
+                let in_vain = transitions.is_empty();
+                self.apply(transitions, "a time event")?;
+                if in_vain {
+                    self.counted(|budget, place| budget.search_for_time_event(place))?;
+                } else {
+                    self.counted(Budget::restart)?;
+                }
+            }
+            if self.time >= end_time {
+                break;
+            }
+            let location = self.location;
+            let searched = match self.segment(stop)? {
+                SegmentEnd::Stop => false,
+                SegmentEnd::Searched => true,
+                SegmentEnd::Interrupted => return Ok(true),
+                SegmentEnd::Guards(fired) => {
+                    let transitions = self.rules.at_guards(&location, self.time, &self.state, fired);
+                    let name = self.dynamics.guards(&location)[fired.first()].name;
+                    self.apply(transitions, name)?;
+                    false
+                }
+            };
+            if self.observer.progress(self.time, &self.location).is_break() {
+                return Ok(true);
+            }
+            if searched {
+                self.counted(|budget, place| budget.search(place, stop))?;
+            } else {
+                self.counted(Budget::restart)?;
+            }
+        }
+        self.samples_until(self.time, true, |run, _| {
+            run.sample.copy_from_slice(&run.state);
+            Ok(())
+        })?;
+        Ok(false)
+    }
+
+    fn segment(&mut self, stop: f64) -> Result<SegmentEnd, RunError> {
+        let (start, location, state) = (self.time, self.location, self.state.clone());
+        let chosen = &self.rules.solver(&location, start, &state);
+        let segment = Segment {
+            location,
+            start,
+            stop,
+            state: &state,
+        };
+        let engine = self.engines.take(chosen, &segment, &*self.rules);
+        let (end, counters) = match engine.map_err(|source| self.failed(chosen, start, source)) {
+            Ok(mut engine) => {
+                let end = self.advance(&mut *engine, &segment, chosen);
+                let counters = engine.counters();
+                self.engines.put(chosen, engine);
+                match (end, counters) {
+                    (Ok(end), Ok(counters)) => (Ok(end), counters),
+                    (Ok(_), Err(source)) => (Err(self.failed(chosen, self.time, source)), Counters::default()),
+                    (Err(error), _) => (Err(error), Counters::default()),
+                }
+            }
+            Err(error) => (Err(error), Counters::default()),
+        };
+        if let Err(RunError::Observer(error)) = end {
+            return Err(RunError::Observer(error));
+        }
+        if let Err(RunError::Overflow { time, .. }) = &end {
+            self.time = self.time.max(*time);
+        }
+        // Reported before a failure is passed on, so that the samples before it have their segment.
+        let report = SegmentReport {
+            start,
+            end: self.time,
+            location,
+            solver: chosen.kind,
+            counters,
+        };
+        self.observer.segment(&report).map_err(|error| self.observed(error))?;
+        end
+    }
+
+    fn advance(
+        &mut self,
+        engine: &mut dyn Engine<D::Location>,
+        segment: &Segment<'_, D::Location>,
+        chosen: &ChosenSolver,
+    ) -> Result<SegmentEnd, RunError> {
+        let start = segment.start;
+        let begun = engine.begin(segment, chosen);
+        begun.map_err(|source| self.failed(chosen, start, source))?;
+        let mut steps = 0u32;
+        let end = loop {
+            let from = self.time;
+            let advance = engine.advance();
+            let advance = advance.map_err(|source| self.failed(chosen, self.time, source))?;
+            self.state.copy_from_slice(engine.state());
+            self.time = match advance {
+                Advance::Stop => segment.stop,
+                _ => start + engine.time(),
+            };
+            if let Some((tau, guard)) = engine.grazed() {
+                let guard = &self.dynamics.guards(&segment.location)[guard];
+                self.observer.grazed(start + tau, &segment.location, guard);
+            }
+            if self.observer.wants_inside() && self.time > from {
+                let mut at = |t: f64, out: &mut [f64]| engine.state_at(t - start, out);
+                let inside = self.observer.inside(from, self.time, &segment.location, &mut at);
+                inside.map_err(|error| match error.downcast::<EngineError>() {
+                    Ok(source) => self.failed(chosen, self.time, *source),
+                    Err(error) => self.observed(error),
+                })?;
+            }
+            self.samples_until(self.time, false, |run, t| {
+                let inside = engine.state_at(t - start, &mut run.sample);
+                inside.map_err(|source| run.failed(chosen, t, source))
+            })?;
+            if let Some(t) = self.interrupted_at {
+                self.time = t;
+                self.state.copy_from_slice(&self.sample);
+                break SegmentEnd::Interrupted;
+            }
+            match advance {
+                Advance::Stepped => {}
+                Advance::Stop => break SegmentEnd::Stop,
+                Advance::Guards(fired) => break SegmentEnd::Guards(fired),
+                Advance::Searched => break SegmentEnd::Searched,
+            }
+            if self.observer.wants_steps() {
+                self.observer
+                    .step(self.time, &segment.location, &self.state)
+                    .map_err(|error| self.observed(error))?;
+            }
+            self.counted(|budget, place| budget.step(place, segment.stop, chosen.kind.name()))?;
+            steps = steps.wrapping_add(1);
+            if steps.is_multiple_of(STEPS_BETWEEN_QUESTIONS)
+                && self.observer.progress(self.time, &segment.location).is_break()
+            {
+                break SegmentEnd::Interrupted;
+            }
+        };
+        self.check_finite()?;
+        Ok(end)
+    }
+
+    /// Hands out the samples due before `t` (and at `t`, if `inclusive`); `fill` puts the state into `self.sample`.
+    fn samples_until(
+        &mut self,
+        t: f64,
+        inclusive: bool,
+        mut fill: impl FnMut(&mut Self, f64) -> Result<(), RunError>,
+    ) -> Result<(), RunError> {
+        loop {
+            let due = self.observer.next_sample_time();
+            // A NaN is never reached.
+            if !(due < t || (due == t && inclusive)) {
+                return Ok(());
+            }
+            fill(self, due)?;
+            self.observer
+                .sample(due, &self.location, &self.sample)
+                .map_err(|error| self.observed(error))?;
+            self.sampled = self.sampled.wrapping_add(1);
+            if self.sampled.is_multiple_of(SAMPLES_BETWEEN_QUESTIONS)
+                && self.observer.progress(due, &self.location).is_break()
+            {
+                self.interrupted_at = Some(due);
+                return Ok(());
+            }
+        }
+    }
+
+    fn apply(&mut self, transitions: Vec<Transition<R::Kind, D::Location>>, guard: &str) -> Result<(), RunError> {
+        for transition in transitions {
+            if let Some(kind) = transition.kind {
+                self.observer
+                    .event(
+                        self.time,
+                        kind,
+                        (&self.location, &self.state),
+                        (&transition.location, &transition.state),
+                    )
+                    .map_err(|error| self.observed(error))?;
+                if self.rules.counts(&kind) {
+                    let place = Place {
+                        time: self.time,
+                        describe: &|| self.dynamics.describe(&self.location),
+                    };
+                    self.budget.transition(place, self.rules.chatter_window(), guard)?;
+                }
+            }
+            self.location = transition.location;
+            self.state = transition.state;
+            if let Some(what) = self.rules.outside(&self.location, self.time, &self.state) {
+                return Err(RunError::Outside {
+                    time: self.time,
+                    location: self.dynamics.describe(&self.location),
+                    what,
+                });
+            }
+        }
+        Ok(())
+    }
+
+    fn counted(&mut self, count: impl FnOnce(&mut Budget, Place<'_>) -> Result<(), RunError>) -> Result<(), RunError> {
+        let place = Place {
+            time: self.time,
+            describe: &|| self.dynamics.describe(&self.location),
+        };
+        count(&mut self.budget, place)
+    }
+
+    fn failed(&self, chosen: &ChosenSolver, time: f64, source: EngineError) -> RunError {
+        RunError::Engine {
+            solver: chosen.kind.name(),
+            time,
+            location: self.dynamics.describe(&self.location),
+            source,
+        }
+    }
+
+    fn observed(&self, error: ObserverError) -> RunError {
+        RunError::observed(error, || self.dynamics.describe(&self.location))
+    }
+
+    fn check_finite(&self) -> Result<(), RunError> {
+        RunError::check_finite(&self.state, self.time, || self.dynamics.describe(&self.location))
+    }
+}

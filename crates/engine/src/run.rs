@@ -1,0 +1,115 @@
+//! Entry point: one run of a system.
+
+use crate::simulation::{self, Method, OutputOptions, Progress, RunFailure, RunReport, SolverOptions, procedure};
+use crate::workers::go_on_unless;
+use std::ops::ControlFlow;
+use stickslip_system::model::system::System;
+use stickslip_system::record::{NoRecorder, Recorder};
+
+/// A source of a system and its options, such as a case.
+pub trait Runnable {
+    /// The system.
+    fn system(&self) -> &System;
+    /// Relative velocity (rad/s) below which a contact without stick counts as stuck.
+    fn threshold(&self) -> f64;
+    /// Whether the inner bodies, besides the two surfaces and their masses, have columns of their own.
+    fn numbers_parts(&self) -> bool;
+    /// Method and tolerances.
+    fn solver(&self) -> &SolverOptions;
+    /// Samples and end time.
+    fn output(&self) -> &OutputOptions;
+}
+
+/// A run that is being prepared; [`Run::start`] computes it.
+#[must_use = "nothing is computed before `start`"]
+pub struct Run<'a> {
+    problem: simulation::Problem<'a>,
+    solver: &'a SolverOptions,
+    output: &'a OutputOptions,
+    recorder: Option<&'a mut dyn Recorder>,
+    control: Option<Box<dyn FnMut(Progress) -> ControlFlow<()> + 'a>>,
+}
+
+impl<'a> Run<'a> {
+    /// The run described by a case.
+    pub fn new(case: &'a impl Runnable) -> Self {
+        let problem = simulation::Problem {
+            system: case.system(),
+            threshold: case.threshold(),
+            further: case.numbers_parts(),
+        };
+        Run::prepared(problem, case.solver(), case.output())
+    }
+
+    /// The run of a system without a case. Values are used as given: only reading a case validates. `threshold` (rad/s)
+    /// is the speed below which a contact without stick counts as stuck.
+    pub fn of_system(system: &'a System, threshold: f64, solver: &'a SolverOptions, output: &'a OutputOptions) -> Self {
+        let problem = simulation::Problem {
+            system,
+            threshold,
+            further: true,
+        };
+        Run::prepared(problem, solver, output)
+    }
+
+    fn prepared(problem: simulation::Problem<'a>, solver: &'a SolverOptions, output: &'a OutputOptions) -> Self {
+        Run {
+            problem,
+            solver,
+            output,
+            recorder: None,
+            control: None,
+        }
+    }
+
+    /// Replaces the case's solver.
+    pub fn solver(mut self, solver: &'a SolverOptions) -> Self {
+        self.solver = solver;
+        self
+    }
+
+    /// Replaces the case's output, including the end time.
+    pub fn output(mut self, output: &'a OutputOptions) -> Self {
+        self.output = output;
+        self
+    }
+
+    /// Sets the recorder of samples, events and segments, in order of time. Without one, only events are kept, in the
+    /// report.
+    pub fn record(mut self, recorder: &'a mut dyn Recorder) -> Self {
+        self.recorder = Some(recorder);
+        self
+    }
+
+    /// Called now and then during the run; `Break` ends it in good order.
+    pub fn control(mut self, control: impl FnMut(Progress) -> ControlFlow<()> + 'a) -> Self {
+        self.control = Some(Box::new(control));
+        self
+    }
+
+    /// Called now and then during the run; `true` ends it in good order.
+    pub fn stop(self, stop: impl Fn() -> bool + 'a) -> Self {
+        self.control(move |_| go_on_unless(stop()))
+    }
+
+    /// Computes the run from t = 0 to the end time of its output.
+    ///
+    /// # Errors
+    /// Solver failure, chattering, an exhausted budget of events or steps, or an error of the recorder, each with time
+    /// and mode, and the report of the run so far.
+    pub fn start(self) -> Result<RunReport, Box<RunFailure>> {
+        let mut go_on = |_| ControlFlow::Continue(());
+        let mut control = self.control;
+        let control: &mut dyn FnMut(Progress) -> ControlFlow<()> = match &mut control {
+            Some(control) => control,
+            None => &mut go_on,
+        };
+        let mut nobody = NoRecorder;
+        let recorder = self.recorder.unwrap_or(&mut nobody);
+        let problem = self.problem;
+        match self.solver.method {
+            Method::Paper => procedure::run(problem, self.solver, self.output, recorder, control),
+            _ => simulation::simulate(problem, self.solver, self.output, recorder, control),
+        }
+    }
+}

@@ -1,0 +1,118 @@
+//! Runs of a system, by the automaton or by the paper's procedure.
+//!
+//! | module | contents |
+//! |---|---|
+//! | `options` | methods, tolerances, recorded times |
+//! | `simulate` | a run, from its start to its record |
+//! | `excitation` | signals and normal force as functions of time |
+//! | `dynamics` | locations, guards and equations for the automaton |
+//! | `rules` | effects of guards and time events |
+//! | `regime` | where steps must resolve the fast modes |
+//! | `plan` | solver and tolerances of each location |
+//! | `closed_form` | stick and separation in closed form |
+//! | `series`, `expansion` | the engine of `series`: Taylor series and Radau IIA |
+//! | `course` | motion from a known state, within one mode |
+//! | `variation` | derivatives of events by parameters |
+//! | `shot` | motion over a given time, with its derivatives |
+//! | `sliding` | initial states, and sliding at a state |
+//! | `portrait` | one period of a motion, densely |
+//! | `readings`, `state_readings` | recorded values of a state |
+//! | `observer`, `sampling`, `follower` | recorded times |
+//! | `report` | end and cost of a run |
+//! | `fixed_step` | longest fixed steps |
+//! | `procedure`, `runge_kutta` | the paper's procedure |
+
+mod closed_form;
+mod course;
+mod dynamics;
+mod excitation;
+pub mod expansion;
+pub mod fixed_step;
+mod follower;
+mod foresight;
+mod observer;
+pub mod options;
+mod plan;
+pub mod portrait;
+pub mod procedure;
+mod readings;
+mod regime;
+mod report;
+mod rules;
+pub mod runge_kutta;
+pub mod sampling;
+pub mod series;
+mod shot;
+pub mod simulate;
+pub mod sliding;
+mod state_readings;
+mod variation;
+
+pub use course::{Course, Part, Quantity, Which};
+pub use course::{TERMS, is_short};
+pub use dynamics::{SystemDynamics, SystemLocation, Watch};
+pub use excitation::Excitation;
+pub(crate) use options::FORESEEN_STEPS;
+pub use plan::single_method;
+pub use portrait::Section;
+pub use portrait::{PortraitPoint, portrait, position_of};
+pub use shot::{Border, Margin, Phase};
+pub use shot::{Peak, Shot, ShotError, Wanted, shoot};
+pub use simulate::natural_period;
+pub use simulate::{Problem, further, simulate, simulate_from, solver_settings};
+pub use sliding::{moving_state, sliding, state_of_parts, stated_start, weights};
+pub use state_readings::Further;
+pub use variation::deviation_weights;
+pub use variation::{MovedCases, MovedSystem, Variation, variation};
+
+pub use options::{Around, Following, Method, OutputOptions, OutputWindow, SolverOptions};
+pub use report::{Grazing, Progress, RunFailure, RunReport, SolverWork};
+
+use crate::hybrid::{self, Dynamics, Limits, Rules, RunError, Start};
+use observer::Recording;
+use readings::Readings;
+use std::sync::Arc;
+use stickslip_system::record::EventKind;
+
+/// Transitions within a twentieth of the natural period that mean chattering.
+const CHATTER_COUNT: usize = 32;
+
+fn automaton<D, R, V>(
+    dynamics: &Arc<D>,
+    rules: &mut R,
+    start: Start<D::Location>,
+    solver: &SolverOptions,
+    output: &OutputOptions,
+    mut recording: Recording<'_, V>,
+) -> (Result<(), RunError>, RunReport)
+where
+    D: Dynamics<Location = V::Place>,
+    R: Rules<D, Kind = EventKind>,
+    V: Readings,
+{
+    // A user who sets the length or number of steps knows how many there are.
+    let foresee = solver.max_steps.is_none() && solver.max_step.is_none() && solver.fixed_step.is_none();
+    let limits = Limits {
+        max_events: solver.max_events,
+        chatter_count: CHATTER_COUNT,
+        max_steps: solver.max_steps.map(|steps| steps as u64),
+        foreseen_steps: foresee.then_some(FORESEEN_STEPS),
+    };
+    let result = hybrid::run(dynamics, rules, start, output.end_time, limits, &mut recording);
+    let result = match result {
+        Ok(finish) if finish.interrupted => recording.in_time(finish.time, &finish.location).map(|()| finish),
+        other => other,
+    };
+    // Pending pieces are handed on even after a failure.
+    let flushed = recording.flush();
+    let mut report = recording.into_report();
+    let result = result.and_then(|finish| match flushed {
+        Ok(()) => Ok(finish),
+        Err(error) => Err(RunError::observed(error, || dynamics.describe(&finish.location))),
+    });
+    let result = result.map(|finish| {
+        report.end = finish.time;
+        report.interrupted = finish.interrupted;
+    });
+    (result, report)
+}

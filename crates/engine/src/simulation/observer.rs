@@ -1,0 +1,378 @@
+//! Observer of a run: turns states into rows of the record.
+
+use super::follower::{At, Follower};
+use super::options::{OutputOptions, SolverOptions};
+use super::readings::{Place, Readings};
+use super::report::{Grazing, Progress, RunReport, SolverWork};
+use super::sampling::{SampleTimes, TimesAround};
+use crate::hybrid::{Guard, Observer, ObserverError, Overflow, RunError, SegmentReport, Start, StateAt};
+use crate::sundials::Counters;
+use std::ops::ControlFlow;
+use std::time::Instant;
+use stickslip_system::model::Mode;
+use stickslip_system::record::EventDigest;
+use stickslip_system::record::{Channels, Event, EventKind, Recorder, Sample, Segment, State};
+
+pub(super) struct Recording<'a, R> {
+    readings: R,
+    recorder: &'a mut dyn Recorder,
+    control: &'a mut dyn FnMut(Progress) -> ControlFlow<()>,
+    times: SampleTimes,
+    around: Option<TimesAround>,
+    follower: Option<Follower>,
+    inside: Vec<f64>,
+    steps: bool,
+    last_sample: f64,
+    segments: u32,
+    counted: usize,
+    work_perturbation: f64,
+    report: RunReport,
+    /// Largest wall time (s), its start, and whether it has run out.
+    wall_time: Option<f64>,
+    started: Instant,
+    out_of_time: bool,
+    further: Vec<f64>,
+}
+
+fn overflow<'v>(
+    time: f64,
+    names: &'static [(&'static str, &'static str, &'static str)],
+    values: impl IntoIterator<Item = &'v f64>,
+) -> Result<(), Overflow> {
+    let found = names.iter().zip(values).find(|(_, value)| !value.is_finite());
+    found.map_or(Ok(()), |((what, ..), &value)| Err(Overflow { time, what, value }))
+}
+
+/// Adds the work of kicks so far and the energy residual.
+fn with_history(mut c: Channels, work_perturbation: f64, initial_energy: f64) -> Channels {
+    c.work_perturbation = work_perturbation;
+    c.energy_residual = c.energy_kinetic + c.energy_elastic + c.dissipated_friction + c.dissipated_damping
+        - c.work_applied
+        - c.work_perturbation
+        - initial_energy;
+    c
+}
+
+fn check_state(time: f64, state: &State) -> Result<(), Overflow> {
+    overflow(time, State::DESCRIPTIONS, &state.values())
+}
+
+impl<'a, R: Readings> Recording<'a, R> {
+    pub(super) fn new(
+        readings: R,
+        digest: EventDigest,
+        (solver, output): (&SolverOptions, &OutputOptions),
+        recorder: &'a mut dyn Recorder,
+        control: &'a mut dyn FnMut(Progress) -> ControlFlow<()>,
+        start: &Start<R::Place>,
+    ) -> Self {
+        let (_, channels) = readings.read(start.time, &start.location, &start.state);
+        Recording {
+            readings,
+            recorder,
+            control,
+            times: SampleTimes::new(output),
+            around: None,
+            follower: None,
+            inside: Vec::new(),
+            steps: output.steps,
+            last_sample: f64::NEG_INFINITY,
+            segments: 0,
+            counted: 0,
+            work_perturbation: 0.0,
+            report: RunReport {
+                digest,
+                initial_energy: channels.energy_kinetic + channels.energy_elastic,
+                ..RunReport::default()
+            },
+            wall_time: solver.max_wall_time,
+            started: Instant::now(),
+            out_of_time: false,
+            further: Vec::new(),
+        }
+    }
+
+    /// Records the motion where it happens, as `output` says. The periods (s) are the natural and the shortest one;
+    /// `foreseen` are the events that the run will have.
+    pub(super) fn follow(
+        &mut self,
+        output: &OutputOptions,
+        dimension: usize,
+        (period, shortest): (f64, f64),
+        rtol: f64,
+        foreseen: &[Event],
+    ) {
+        self.follower = Follower::new(output, shortest, rtol, self.recorder);
+        self.inside = vec![0.0; dimension];
+        if self.recorder.stores_motion() {
+            self.around = TimesAround::new(output, period, foreseen);
+        }
+    }
+
+    pub(super) fn flush(&mut self) -> Result<(), ObserverError> {
+        self.follower
+            .as_mut()
+            .map_or(Ok(()), |follower| follower.finish(self.recorder))
+    }
+
+    /// Takes no samples before `t` (s).
+    pub fn begin_at(&mut self, t: f64) {
+        self.times.begin_at(t);
+    }
+
+    pub(super) fn in_time(&self, time: f64, location: &R::Place) -> Result<(), RunError> {
+        match self.wall_time.filter(|_| self.out_of_time) {
+            Some(budget) => Err(RunError::OutOfTime {
+                time,
+                budget,
+                location: format!("mode {}", location.mode().name()),
+            }),
+            None => Ok(()),
+        }
+    }
+
+    pub(super) fn into_report(self) -> RunReport {
+        self.report
+    }
+
+    fn complete(&mut self, t: f64, channels: Channels) -> Result<Channels, Overflow> {
+        let channels = with_history(channels, self.work_perturbation, self.report.initial_energy);
+        overflow(t, Channels::DESCRIPTIONS, &channels.values())?;
+        let c = &channels;
+        let held = c.energy_kinetic + c.energy_elastic + c.dissipated_friction + c.dissipated_damping;
+        let report = &mut self.report;
+        report.energy_residual = report.energy_residual.max(c.energy_residual.abs());
+        report.energy_turnover = report.energy_turnover.max(held.abs()).max(c.work_applied.abs());
+        Ok(channels)
+    }
+
+    fn record(&mut self, t: f64, location: &R::Place, y: &[f64]) -> Result<(), ObserverError> {
+        if t <= self.last_sample {
+            return Ok(());
+        }
+        self.last_sample = t;
+        let finished = t >= self.report.end && self.times_are_over();
+        let segment = if finished {
+            self.segments.saturating_sub(1)
+        } else {
+            self.segments
+        };
+        let (state, channels) = self.readings.read(t, location, y);
+        check_state(t, &state)?;
+        let channels = self.complete(t, channels)?;
+        let sample = Sample {
+            time: t,
+            mode: location.mode(),
+            segment,
+            state,
+            channels,
+        };
+        self.further.clear();
+        self.readings.further(t, location, y, &mut self.further);
+        self.recorder.further(&self.further)?;
+        self.recorder.sample(&sample)
+    }
+
+    /// Hands over a state without a row; the record does not depend on it.
+    fn strobe(&mut self, t: f64, location: &R::Place, y: &[f64]) -> Result<(), ObserverError> {
+        let (state, _) = self.readings.read(t, location, y);
+        self.further.clear();
+        self.readings.further(t, location, y, &mut self.further);
+        self.recorder.further(&self.further)?;
+        self.recorder.strobe(t, location.mode(), state.relative_velocity)
+    }
+
+    pub(super) fn end_segment(
+        &mut self,
+        span: (f64, f64),
+        location: &R::Place,
+        solver: &'static str,
+        c: &Counters,
+    ) -> Result<(), ObserverError> {
+        let (start, end) = span;
+        if let Some(follower) = &mut self.follower {
+            follower.segment_ended();
+        }
+        self.segments += 1;
+        self.report.end = end;
+        let work = &mut self.report.work;
+        let position = work.iter().position(|w| w.solver == solver).unwrap_or_else(|| {
+            work.push(SolverWork {
+                solver,
+                segments: 0,
+                simulated_time: 0.0,
+                steps: 0,
+                rhs_evaluations: 0,
+                jacobian_evaluations: 0,
+            });
+            work.len() - 1
+        });
+        let row = &mut work[position];
+        row.segments += 1;
+        row.simulated_time += end - start;
+        row.steps += c.steps;
+        row.rhs_evaluations += c.rhs_evaluations;
+        row.jacobian_evaluations += c.jacobian_evaluations;
+        self.recorder.segment(&Segment {
+            start,
+            end,
+            mode: location.mode(),
+            solver,
+            resolved: Some(location.resolved()),
+            steps: c.steps,
+            rhs_evaluations: c.rhs_evaluations,
+            jacobian_evaluations: c.jacobian_evaluations,
+            linear_solver_setups: c.linear_solver_setups,
+            error_test_failures: c.error_test_failures,
+            nonlinear_iterations: c.nonlinear_iterations,
+            nonlinear_convergence_failures: c.nonlinear_convergence_failures,
+            root_evaluations: c.root_evaluations,
+            last_order: c.last_order,
+            last_step: c.last_step,
+        })
+    }
+
+    /// Whether the present sample is the run's last, which follows the report of the last segment.
+    fn times_are_over(&self) -> bool {
+        self.segments > 0 && self.report.end == self.times.end_time
+    }
+}
+
+impl<R: Readings> Observer<R::Place, EventKind> for Recording<'_, R> {
+    fn next_sample_time(&self) -> f64 {
+        let around = self.around.as_ref().map_or(f64::INFINITY, |around| around.next);
+        self.times.next.min(around).min(self.recorder.next_strobe())
+    }
+
+    fn sample(&mut self, t: f64, location: &R::Place, y: &[f64]) -> Result<(), ObserverError> {
+        if t == self.recorder.next_strobe() {
+            self.strobe(t, location, y)?;
+            let around = self.around.as_ref().map_or(f64::INFINITY, |around| around.next);
+            if t < self.times.next.min(around) {
+                return Ok(());
+            }
+        }
+        if t == self.times.next {
+            self.times.advance();
+        }
+        if let Some(around) = &mut self.around {
+            around.taken(t);
+        }
+        self.record(t, location, y)
+    }
+
+    fn wants_steps(&self) -> bool {
+        self.steps
+    }
+
+    fn step(&mut self, t: f64, location: &R::Place, y: &[f64]) -> Result<(), ObserverError> {
+        self.record(t, location, y)
+    }
+
+    fn wants_inside(&self) -> bool {
+        self.follower.as_ref().is_some_and(Follower::wants_inside)
+    }
+
+    fn inside(&mut self, from: f64, to: f64, location: &R::Place, at: &mut StateAt<'_>) -> Result<(), ObserverError> {
+        let Some(follower) = &mut self.follower else {
+            return Ok(());
+        };
+        let (readings, y) = (&self.readings, &mut self.inside);
+        let (work_perturbation, initial_energy) = (self.work_perturbation, self.report.initial_energy);
+        let mut row = |t: f64| {
+            at(t, y)?;
+            let (state, channels) = readings.read(t, location, y);
+            let channels = with_history(channels, work_perturbation, initial_energy);
+            let mut row = state.values().to_vec();
+            row.extend(channels.values());
+            readings.further(t, location, y, &mut row);
+            Ok(row)
+        };
+        let mut at = At {
+            mode: location.mode(),
+            segment: self.segments,
+            row: &mut row,
+        };
+        follower.inside(from, to, &mut at, self.recorder)
+    }
+
+    fn event(
+        &mut self,
+        t: f64,
+        kind: EventKind,
+        before: (&R::Place, &[f64]),
+        after: (&R::Place, &[f64]),
+    ) -> Result<(), ObserverError> {
+        if kind == EventKind::Kick {
+            self.work_perturbation +=
+                self.readings.kinetic_energy(t, after.0, after.1) - self.readings.kinetic_energy(t, before.0, before.1);
+        }
+        self.counted += usize::from(kind.in_event_sequence());
+        if let Some(around) = &mut self.around {
+            around.event(t, kind);
+        }
+        let (state_after, _) = self.readings.read(t, after.0, after.1);
+        // After a kick beyond the end of its mode, friction is that of the mode that the reversal begins.
+        let reversed = f64::from(after.0.mode().sense()) * state_after.relative_velocity < 0.0;
+        let place = match after.0.mode() {
+            Mode::SlipForward if kind == EventKind::Kick && reversed => after.0.in_mode(Mode::SlipBackward),
+            Mode::SlipBackward if kind == EventKind::Kick && reversed => after.0.in_mode(Mode::SlipForward),
+            _ => *after.0,
+        };
+        let (_, channels) = self.readings.read(t, &place, after.1);
+        self.complete(t, channels)?;
+        let event = Event {
+            time: t,
+            kind,
+            mode_after: after.0.mode(),
+            segment: self.segments.saturating_sub(1),
+            before: self.readings.read(t, before.0, before.1).0,
+            after: state_after,
+            internal_force: self.readings.internal_force(t, before.0, before.1),
+        };
+        check_state(t, &event.before)?;
+        check_state(t, &event.after)?;
+        overflow(t, &[("internal_force", "", "")], [&event.internal_force])?;
+        if !self.recorder.stores_events() {
+            self.report.events.push(event);
+        }
+        let cycle = self.report.digest.push(&event);
+        self.further.clear();
+        self.readings.further(t, before.0, before.1, &mut self.further);
+        self.readings.further(t, after.0, after.1, &mut self.further);
+        self.recorder.further(&self.further)?;
+        self.recorder.event(&event)?;
+        cycle.map_or(Ok(()), |cycle| self.recorder.cycle(&cycle))
+    }
+
+    fn grazed(&mut self, t: f64, _: &R::Place, guard: &Guard) {
+        if !guard.ends_mode {
+            return;
+        }
+        let first = Grazing {
+            count: 0,
+            time: t,
+            guard: guard.name,
+        };
+        self.report.grazing.get_or_insert(first).count += 1;
+    }
+
+    fn segment(&mut self, report: &SegmentReport<R::Place>) -> Result<(), ObserverError> {
+        let span = (report.start, report.end);
+        self.end_segment(span, &report.location, report.solver.name(), &report.counters)
+    }
+
+    fn progress(&mut self, t: f64, location: &R::Place) -> ControlFlow<()> {
+        if let Some(most) = self.wall_time
+            && self.started.elapsed().as_secs_f64() > most
+        {
+            self.out_of_time = true;
+            return ControlFlow::Break(());
+        }
+        (self.control)(Progress {
+            time: t,
+            mode: location.mode(),
+            events: self.counted,
+        })
+    }
+}

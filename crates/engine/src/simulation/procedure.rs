@@ -1,0 +1,417 @@
+//! The paper's own procedure, for study: absolute angles, a Runge-Kutta method of order 5 with steps from 1e-8 to 1e-4
+//! s, and the state of the contact by equation (9), tested at the end of each step.
+//!
+//! Events are not located. An event has the time of the first step end at which (9) gives another state. If omega_r
+//! passes zero by more than epsilon within a step, friction changes sign inside the right-hand side until a step
+//! happens to end within epsilon of zero; each change is recorded as a reversal.
+//!
+//! Gaps in the paper are filled as usual: Dormand and Prince's pair; an absolute tolerance on every component in SI
+//! units and radians; a step of the smallest length is always accepted; entering stick gives both surfaces their mean
+//! speed, as (4) has one speed; the torque in (10) follows the case's `contact.breakaway_test`. Steps are shortened for
+//! kicks only.
+
+use super::observer::Recording;
+use super::options::{OutputOptions, SolverOptions};
+use super::readings::AbsoluteReadings;
+use super::report::{Progress, RunFailure, RunReport};
+use super::runge_kutta::EmbeddedPair;
+use super::{Problem, Watch};
+use crate::hybrid::{Observer, ObserverError, RunError, Start};
+use crate::sundials::{Counters, ErkTable};
+use std::ops::ControlFlow;
+use stickslip_system::friction::Law;
+use stickslip_system::model::absolute_angles::{AbsoluteModel, AbsoluteState, DIMENSION, UNKNOWNS};
+use stickslip_system::model::{KickTime, Mode};
+use stickslip_system::record::{EventDigest, EventKind, Recorder};
+
+pub(crate) const PAIR: ErkTable = ErkTable::DormandPrince7s45;
+
+/// epsilon of equation (9), rad/s.
+pub const EPSILON: f64 = 1e-5;
+
+/// Shortest and longest step, s.
+pub const STEPS: (f64, f64) = (1e-8, 1e-4);
+
+/// Tolerance on the error estimate in units of `solver.rtol`: the paper's 1e-11 by default.
+const TOLERANCE_SHARE: f64 = 0.1;
+
+/// Usual bounds of step control: safety factor,
+const SAFETY: f64 = 0.9;
+
+/// and smallest and largest change of the step.
+const CHANGE: (f64, f64) = (0.2, 5.0);
+
+const STEPS_BETWEEN_QUESTIONS: u64 = 256;
+
+pub(crate) const SOLVER: &str = "paper";
+
+/// Step control of the procedure.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Settings {
+    /// Largest error estimate of a step in any component, in its SI unit.
+    pub tolerance: f64,
+    /// Shortest step, s.
+    pub shortest_step: f64,
+    /// Longest step, s.
+    pub longest_step: f64,
+}
+
+impl Settings {
+    /// Settings of a run with these options.
+    pub fn new(solver: &SolverOptions) -> Self {
+        let longest_step = solver.max_step.map_or(STEPS.1, |step| step.min(STEPS.1));
+        Settings {
+            tolerance: TOLERANCE_SHARE * solver.rtol,
+            shortest_step: STEPS.0.min(longest_step),
+            longest_step,
+        }
+    }
+}
+
+/// Message for a system that the procedure does not cover.
+pub const FOREIGN: &str = "method \"paper\" is the procedure of the paper for its two alike disks, a free rotor on a shaft and a surface on an equal shaft that \
+     ends in the ground, pressed by an axial motion: take another for this case";
+
+/// Integrates the paper's pair of disks by the procedure; the counterpart of [`super::simulate()`], with the same
+/// contract.
+pub(crate) fn run(
+    problem: Problem<'_>,
+    solver: &SolverOptions,
+    output: &OutputOptions,
+    recorder: &mut dyn Recorder,
+    control: &mut dyn FnMut(Progress) -> ControlFlow<()>,
+) -> Result<RunReport, Box<RunFailure>> {
+    let system = problem.system;
+    let Some(model) = AbsoluteModel::new(system) else {
+        let error = RunError::Refused(FOREIGN);
+        let report = RunReport::default();
+        return Err(Box::new(RunFailure { error, report }));
+    };
+    let state = model.start();
+    let mode = if model.force.starts_positive() {
+        model.contact(&state, false, EPSILON)
+    } else {
+        Mode::Separated
+    };
+    let readings = AbsoluteReadings {
+        model: &model,
+        further: problem.further,
+    };
+    let (mut kicks, mut waiting_kicks) = (Vec::new(), Vec::new());
+    for kick in &system.kicks {
+        match kick.time {
+            KickTime::At(time) => kicks.push((time, kick.relative_velocity)),
+            KickTime::Instability => waiting_kicks.push(kick.relative_velocity),
+        }
+    }
+    kicks.sort_by(|a, b| a.0.total_cmp(&b.0));
+    let watch = if mode == Mode::Stick { Watch::Off } else { Watch::Stable };
+    let digest = EventDigest::new(Some(model.natural_period()));
+    let start = Start {
+        time: 0.0,
+        location: mode,
+        state: state.to_vec(),
+    };
+    let recording = Recording::new(readings, digest, (solver, output), recorder, control, &start);
+    let mut run = Run {
+        model: &model,
+        pair: EmbeddedPair::new(PAIR, UNKNOWNS),
+        settings: Settings::new(solver),
+        recording,
+        time: 0.0,
+        state,
+        mode,
+        watch,
+        kicks,
+        next_kick: 0,
+        waiting_kicks,
+        corner: model.force.next_corner(0.0),
+        segment_start: 0.0,
+        counters: Counters::default(),
+        counted: 0,
+        max_events: solver.max_events,
+        max_steps: solver.max_steps.map(|steps| steps as u64),
+    };
+    let result = match run.to(output.end_time) {
+        Ok(true) => run.recording.in_time(run.time, &run.mode).map(|()| true),
+        other => other,
+    };
+    let waiting = run.waiting_kicks.len();
+    let end = run.time;
+    let mut report = run.recording.into_report();
+    report.count_kicks(system.kicks.len(), waiting);
+    match result {
+        Ok(interrupted) => {
+            report.end = end;
+            report.interrupted = interrupted;
+            Ok(report)
+        }
+        Err(error) => Err(Box::new(RunFailure { error, report })),
+    }
+}
+
+struct Run<'a> {
+    model: &'a AbsoluteModel,
+    pair: EmbeddedPair<DIMENSION>,
+    settings: Settings,
+    recording: Recording<'a, AbsoluteReadings<'a>>,
+    time: f64,
+    state: AbsoluteState,
+    mode: Mode,
+    watch: Watch,
+    kicks: Vec<(f64, f64)>,
+    next_kick: usize,
+    waiting_kicks: Vec<f64>,
+    corner: Option<f64>,
+    segment_start: f64,
+    counters: Counters,
+    counted: usize,
+    max_events: usize,
+    max_steps: Option<u64>,
+}
+
+impl Run<'_> {
+    fn to(&mut self, end: f64) -> Result<bool, RunError> {
+        let mut proposed = self.settings.shortest_step;
+        let mut steps = 0u64;
+        while self.time < end {
+            self.kick_now()?;
+            let kick = self.kicks.get(self.next_kick).map_or(f64::INFINITY, |k| k.0);
+            let stop = end.min(kick);
+            let (step, next) = self.step(proposed, stop);
+            let before = (self.time, self.state);
+            // A remainder of the size of rounding deserves no step of its own.
+            self.time = if step >= stop - before.0 { stop } else { before.0 + step };
+            if self.time <= before.0 {
+                return Err(self.stuck());
+            }
+            self.state = self.pair.solution;
+            proposed = next;
+            self.samples(before, step)?;
+            self.check_finite()?;
+            self.check_law()?;
+            self.end_of_step()?;
+            steps += 1;
+            let mode = self.mode;
+            if let Some(budget) = self.max_steps.filter(|&budget| steps > budget) {
+                return Err(RunError::TooManySteps {
+                    time: self.time,
+                    budget,
+                    location: describe(mode),
+                });
+            }
+            if self.recording.wants_steps() && self.time < end {
+                self.recording
+                    .step(self.time, &mode, &self.state)
+                    .map_err(|error| observed(error, mode))?;
+            }
+            if steps.is_multiple_of(STEPS_BETWEEN_QUESTIONS) && self.recording.progress(self.time, &mode).is_break() {
+                self.end_segment()?;
+                return Ok(true);
+            }
+        }
+        self.end_segment()?;
+        while self.recording.next_sample_time() <= end {
+            let mode = self.mode;
+            let due = self.recording.next_sample_time();
+            self.recording
+                .sample(due, &mode, &self.state)
+                .map_err(|error| observed(error, mode))?;
+        }
+        Ok(false)
+    }
+
+    /// Takes a step that passes the error test or has the smallest length, at most to `stop`. Returns its length and
+    /// the next proposal.
+    fn step(&mut self, proposed: f64, stop: f64) -> (f64, f64) {
+        let Settings {
+            tolerance,
+            shortest_step,
+            longest_step,
+        } = self.settings;
+        let left = stop - self.time;
+        let mut step = proposed;
+        loop {
+            let taken = step.min(left);
+            let (model, mode) = (self.model, self.mode);
+            let error = self.pair.step(self.time, &self.state, taken, |t, y, dydt| {
+                model.rhs(mode, t, y, dydt);
+            });
+            self.counters.rhs_evaluations += self.pair.slopes.len() as u64;
+            // A NaN error shortens the step as far as allowed.
+            let wanted = if error.is_finite() {
+                let share = (error / tolerance).max(1e-30);
+                taken * (SAFETY * share.powf(-1.0 / f64::from(self.pair.order))).clamp(CHANGE.0, CHANGE.1)
+            } else {
+                CHANGE.0 * taken
+            };
+            let passes = error <= tolerance;
+            if passes || taken <= shortest_step {
+                self.counters.steps += 1;
+                self.counters.last_step = taken;
+                self.counters.last_order = self.pair.order;
+                // A step that was cut for the stop does not reduce the proposal.
+                let next = if passes && taken < step {
+                    step.max(wanted)
+                } else {
+                    wanted
+                };
+                return (taken, next.clamp(shortest_step, longest_step));
+            }
+            self.counters.error_test_failures += 1;
+            step = wanted.clamp(shortest_step, longest_step);
+        }
+    }
+
+    fn samples(&mut self, before: (f64, AbsoluteState), step: f64) -> Result<(), RunError> {
+        let (model, mode) = (self.model, self.mode);
+        loop {
+            let due = self.recording.next_sample_time();
+            if due >= self.time {
+                return Ok(());
+            }
+            let sample = if due > before.0 {
+                self.pair
+                    .step(before.0, &before.1, (due - before.0).min(step), |t, y, dydt| {
+                        model.rhs(mode, t, y, dydt);
+                    });
+                self.pair.solution
+            } else {
+                before.1
+            };
+            self.recording
+                .sample(due, &mode, &sample)
+                .map_err(|error| observed(error, mode))?;
+        }
+    }
+
+    fn end_of_step(&mut self) -> Result<(), RunError> {
+        if let Some(corner) = self.corner.filter(|&corner| corner <= self.time) {
+            self.corner = self.model.force.next_corner(corner);
+            self.happen(EventKind::Corner, self.mode, self.watch, self.state)?;
+        }
+        self.test_stability()?;
+        let found = self.model.contact(&self.state, self.mode == Mode::Separated, EPSILON);
+        let kind = match (self.mode, found) {
+            (before, after) if before == after => return Ok(()),
+            (_, Mode::Separated) => EventKind::Separation,
+            (Mode::Separated, _) => EventKind::Contact,
+            (_, Mode::Stick) => EventKind::Stick,
+            (Mode::Stick, _) => EventKind::Slip,
+            _ => EventKind::Reversal,
+        };
+        let (state, watch) = if found == Mode::Stick {
+            (self.model.joined(&self.state), Watch::Off)
+        } else {
+            (self.state, self.watch)
+        };
+        self.happen(kind, found, watch, state)
+    }
+
+    fn test_stability(&mut self) -> Result<(), RunError> {
+        if self.mode.sense() == 0 || self.watch == Watch::Off {
+            return Ok(());
+        }
+        let sense = f64::from(self.mode.sense());
+        let force = self.model.pressing_force(&self.state).max(0.0);
+        let w = self.model.relative_velocity(&self.state);
+        let stable = self.model.is_stable(sense, w, force);
+        match (self.watch, stable) {
+            (Watch::Stable, false) => {
+                self.happen(EventKind::Destabilised, self.mode, Watch::Unstable, self.state)?;
+                for delta in std::mem::take(&mut self.waiting_kicks) {
+                    self.kick(delta)?;
+                }
+                Ok(())
+            }
+            (Watch::Unstable, true) => self.happen(EventKind::Restabilised, self.mode, Watch::Stable, self.state),
+            _ => Ok(()),
+        }
+    }
+
+    fn kick_now(&mut self) -> Result<(), RunError> {
+        while let Some(&(_, delta)) = self.kicks.get(self.next_kick).filter(|kick| kick.0 <= self.time) {
+            self.next_kick += 1;
+            self.kick(delta)?;
+        }
+        Ok(())
+    }
+
+    fn kick(&mut self, delta: f64) -> Result<(), RunError> {
+        let kicked = self.model.kicked(self.mode, &self.state, delta);
+        self.happen(EventKind::Kick, self.mode, self.watch, kicked)
+    }
+
+    fn happen(&mut self, kind: EventKind, mode: Mode, watch: Watch, state: AbsoluteState) -> Result<(), RunError> {
+        if self.time > self.segment_start {
+            self.end_segment()?;
+        }
+        let before = self.mode;
+        (self.mode, self.watch) = (mode, watch);
+        let after = self.mode;
+        self.recording
+            .event(self.time, kind, (&before, &self.state), (&after, &state))
+            .map_err(|error| observed(error, after))?;
+        self.state = state;
+        self.counted += usize::from(kind.in_event_sequence());
+        if self.counted > self.max_events {
+            return Err(RunError::TooManyEvents {
+                time: self.time,
+                budget: self.max_events,
+                location: describe(before),
+                guard: "the test at the end of a step".to_owned(),
+            });
+        }
+        Ok(())
+    }
+
+    fn end_segment(&mut self) -> Result<(), RunError> {
+        let counters = std::mem::take(&mut self.counters);
+        let span = (self.segment_start, self.time);
+        self.segment_start = self.time;
+        let mode = self.mode;
+        self.recording
+            .end_segment(span, &mode, SOLVER, &counters)
+            .map_err(|error| observed(error, mode))
+    }
+
+    fn check_finite(&self) -> Result<(), RunError> {
+        RunError::check_finite(&self.state, self.time, || describe(self.mode))
+    }
+
+    /// Fails if the sliding speed has left the friction law's range.
+    fn check_law(&self) -> Result<(), RunError> {
+        let speed = self.model.relative_velocity(&self.state).abs();
+        let end = self.model.law.ends_at();
+        if self.mode.sense() == 0 || speed < end || end.is_infinite() {
+            return Ok(());
+        }
+        let what = format!(
+            "the sliding speed has come to {speed:.6} rad/s, and the friction law is valid below {end:?} rad/s"
+        );
+        Err(RunError::Outside {
+            time: self.time,
+            location: describe(self.mode),
+            what,
+        })
+    }
+
+    fn stuck(&self) -> RunError {
+        RunError::Standstill {
+            time: self.time,
+            location: describe(self.mode),
+            why: format!(
+                "a step of {:.1e} s is below the resolution of the time",
+                self.counters.last_step
+            ),
+        }
+    }
+}
+
+fn observed(error: ObserverError, mode: Mode) -> RunError {
+    RunError::observed(error, || describe(mode))
+}
+
+fn describe(mode: Mode) -> String {
+    format!("mode {}", mode.name())
+}

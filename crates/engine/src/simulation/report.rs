@@ -1,0 +1,137 @@
+//! Report of a run: its end, its events, and the work of its solvers.
+
+use crate::hybrid::{EngineError, RunError};
+use stickslip_system::model::Mode;
+use stickslip_system::record::{Event, EventDigest, EventKind};
+
+/// Progress of a run.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Progress {
+    /// Present time, s.
+    pub time: f64,
+    /// Present mode.
+    pub mode: Mode,
+    /// Number of events of the sequence so far.
+    pub events: usize,
+}
+
+/// Guards that came as near to their boundaries as the solver can tell and turned, or had just left them: a change of
+/// the contact there, and its duration, are undecided.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Grazing {
+    /// Number of occurrences.
+    pub count: usize,
+    /// First time, s.
+    pub time: f64,
+    /// First guard.
+    pub guard: &'static str,
+}
+
+/// Summary of a run; everything else went to the recorder.
+#[derive(Debug, Clone, Default)]
+pub struct RunReport {
+    /// End time, s.
+    pub end: f64,
+    /// Whether the control ended the run early.
+    pub interrupted: bool,
+    /// All events; none if the recorder stores them ([`Recorder::stores_events`](stickslip_system::record::Recorder::stores_events)).
+    pub events: Vec<Event>,
+    /// Digest of the events, always kept.
+    pub digest: EventDigest,
+    /// Solver work, one row for each solver used.
+    pub work: Vec<SolverWork>,
+    /// Largest |residual| of the energy balance at samples and events, J.
+    pub energy_residual: f64,
+    /// Largest energy turnover at samples and events, J: held plus dissipated energy, or the drives' work.
+    pub energy_turnover: f64,
+    /// Total energy at the start, J.
+    pub initial_energy: f64,
+    /// Undecided grazing.
+    pub grazing: Option<Grazing>,
+    /// Kicks of the case that the run did not reach.
+    pub kicks_never_given: usize,
+    /// Kicks among them that wait for an instability that did not come.
+    pub kicks_without_instability: usize,
+    /// Whether one surface's torque alone is compared with the breakaway torque.
+    pub one_sided_test: bool,
+    /// Whether the first stop ended sliding on its slow manifold, so that no rounding had grown.
+    pub stopped_smoothly: bool,
+}
+
+impl RunReport {
+    pub(super) fn ended(self, result: Result<(), RunError>) -> Result<RunReport, Box<RunFailure>> {
+        match result {
+            Ok(()) => Ok(self),
+            Err(error) => Err(Box::new(RunFailure { error, report: self })),
+        }
+    }
+
+    pub(super) fn count_kicks(&mut self, all: usize, waiting: usize) {
+        self.kicks_never_given = all.saturating_sub(self.digest.cycles.count(&[EventKind::Kick]));
+        self.kicks_without_instability = waiting;
+    }
+}
+
+/// Work of one solver in a run.
+#[derive(Debug, Clone, PartialEq, serde::Serialize)]
+pub struct SolverWork {
+    /// Name, as in [`Segment::solver`](stickslip_system::record::Segment::solver).
+    pub solver: &'static str,
+    /// Number of integrated segments.
+    pub segments: u64,
+    /// Simulated time, s.
+    pub simulated_time: f64,
+    /// Accepted steps.
+    pub steps: u64,
+    /// Evaluations of the right-hand side.
+    pub rhs_evaluations: u64,
+    /// Evaluations of the Jacobian.
+    pub jacobian_evaluations: u64,
+}
+
+/// A failed run with its results so far. The message ends with a remedy, in the words of the case file.
+#[derive(Debug, thiserror::Error)]
+#[error("{error}{}", remedy(error, report.one_sided_test))]
+pub struct RunFailure {
+    #[source]
+    /// Error that ended the run.
+    pub error: RunError,
+    /// Results until then.
+    pub report: RunReport,
+}
+
+fn remedy(error: &RunError, one_sided_test: bool) -> &'static str {
+    match error {
+        RunError::Engine {
+            source: EngineError::Sundials(_),
+            ..
+        }
+        | RunError::NotFinite { .. } => "; another solver.method, solver.rtol or solver.max_step may get over it",
+        RunError::Engine { .. } => ". Try another solver.method",
+        RunError::Chattering { .. } if one_sided_test => {
+            ". Each transition is undone at once; with a one-sided breakaway test that is a property of the test, and \
+             contact.breakaway_test = \"transmitted\" is free of it"
+        }
+        RunError::Chattering { .. } => {
+            ". Each transition is undone at once: look for a drive or a normal force that changes as fast as that, or try \
+             another solver.method or a smaller solver.rtol"
+        }
+        RunError::TooManyEvents { .. } => ". Raise solver.max_events if so many are expected",
+        RunError::Overflow { .. } => {
+            ". The case is beyond what double precision can hold: check its numbers and their units"
+        }
+        RunError::TooManySteps { .. } => {
+            ". Raise solver.max_steps if so many are expected, or try another solver.method"
+        }
+        RunError::Outside { .. } => {
+            ". Raise friction.valid_below if the law holds there, or take one that is given at every speed"
+        }
+        RunError::OutOfTime { .. } => ". Raise --max-wall-time (solver.max_wall_time), or try another solver.method",
+        RunError::Standstill { .. } => ". Check the numbers of the case and their units, or try another solver.method",
+        RunError::NoProgress { .. } => {
+            ". Check the numbers of the case and their units, or try another solver.method or a larger solver.rtol; if so \
+             many steps are meant, say how many with solver.max_steps"
+        }
+        RunError::Refused(_) | RunError::Observer(_) => "",
+    }
+}

@@ -1,0 +1,87 @@
+//! Initial states of a motion, and sliding at a state without events.
+
+use super::dynamics::{SystemDynamics, SystemLocation};
+use super::portrait::{position, state_of};
+use super::variation::deviation_weights;
+use crate::hybrid::Dynamics as _;
+use nalgebra::{DMatrix, DVector};
+use stickslip_system::model::Mode;
+use stickslip_system::model::equations::SystemEquations;
+use stickslip_system::model::system::System;
+
+/// Mechanical state from a recorder's further values.
+pub fn moving_state(system: &System, further: &[f64]) -> DVector<f64> {
+    let dynamics = SystemDynamics::new(system, 0.0);
+    let y = state_of(&dynamics, further);
+    DVector::from_column_slice(&y[..dynamics.system.mechanical()])
+}
+
+/// Initial state of a system.
+pub fn stated_start(system: &System) -> DVector<f64> {
+    let dynamics = SystemDynamics::new(system, 0.0);
+    let y = super::simulate::start(system, &dynamics);
+    DVector::from_column_slice(&y[..dynamics.system.mechanical()])
+}
+
+/// Mechanical state with these twists of the shafts, rotor first, and two rigid trains at these speeds.
+pub fn state_of_parts(system: &System, (rotor, stator): (&[f64], &[f64]), speeds: (f64, f64)) -> DVector<f64> {
+    let equations = SystemEquations::new(system);
+    let mut y = vec![0.0; equations.mechanical()];
+    for (side, twists, speed) in [
+        (&equations.rotor, rotor, speeds.0),
+        (&equations.stator, stator, speeds.1),
+    ] {
+        for (i, twist) in twists.iter().enumerate() {
+            y[side.twists + 2 * i] = *twist;
+        }
+        if let Some(index) = side.speed {
+            y[index] = speed;
+        }
+    }
+    DVector::from_vec(y)
+}
+
+/// Factors that turn each component of the state into a speed.
+pub fn weights(system: &System) -> Vec<f64> {
+    deviation_weights(&SystemEquations::new(system))
+}
+
+/// Sliding in one sense at a state, without events.
+pub struct Sliding {
+    /// d(state)/dt, 1/s.
+    pub rates: DVector<f64>,
+    /// Derivatives of the rates by the state.
+    pub jacobian: DMatrix<f64>,
+    /// omega_r, rad/s.
+    pub relative_velocity: f64,
+    /// Position of a portrait; NaN for a slip displacement.
+    pub position: f64,
+}
+
+/// Sliding in one sense at a state of an autonomous system.
+pub fn sliding((system, threshold): (&System, f64), sense: i8, state: &DVector<f64>) -> Sliding {
+    let dynamics = SystemDynamics::new(system, threshold);
+    let n = state.len();
+    let mut y = vec![0.0; dynamics.system.dimension];
+    y[..n].copy_from_slice(state.as_slice());
+    let mode = match (dynamics.is_engaged(), sense < 0) {
+        (true, _) => Mode::Engaged,
+        (false, false) => Mode::SlipForward,
+        (false, true) => Mode::SlipBackward,
+    };
+    let mut location = SystemLocation::new(mode, 0);
+    location.sense = sense;
+    let outside = dynamics.outside(&location, 0.0);
+    let relative_velocity = dynamics.system.relative_velocity(&outside, &y);
+    location.piece = dynamics.system.piece_of(relative_velocity);
+    let mut rates = vec![0.0; y.len()];
+    dynamics.rhs(&location, 0.0, &y, &mut rates);
+    let mut jacobian = DMatrix::zeros(y.len(), y.len());
+    dynamics.jacobian(&location, 0.0, &y, jacobian.as_view_mut());
+    Sliding {
+        rates: DVector::from_column_slice(&rates[..n]),
+        jacobian: jacobian.view((0, 0), (n, n)).into_owned(),
+        relative_velocity,
+        position: position(&dynamics, &y).map_or(f64::NAN, |position| position.0),
+    }
+}

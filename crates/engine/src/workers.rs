@@ -1,0 +1,87 @@
+//! Thread pool for independent jobs: runs of a ladder, points of a study, reruns.
+
+use std::ops::ControlFlow;
+use std::sync::{Mutex, PoisonError, mpsc};
+
+const WAITING: usize = 256;
+
+/// Number of processors.
+pub fn processors() -> usize {
+    std::thread::available_parallelism().map_or(1, usize::from)
+}
+
+/// `Break` if `stop`, otherwise `Continue`.
+pub fn go_on_unless(stop: bool) -> ControlFlow<()> {
+    match stop {
+        true => ControlFlow::Break(()),
+        false => ControlFlow::Continue(()),
+    }
+}
+
+/// Runs `job` for each of `items`, started in order, on `threads` threads. Results go to `receive` on the calling
+/// thread in the order of completion; at most `waiting` of them wait. A job without a result ends its thread's work.
+///
+/// # Panics
+/// Resumes the panic of a job; panics if no thread can be made.
+pub fn on_threads<I, T: Send, O>(
+    threads: usize,
+    waiting: usize,
+    items: impl Iterator<Item = I> + Send,
+    job: impl Fn(I) -> Option<T> + Sync,
+    receive: impl FnOnce(mpsc::Receiver<T>) -> O,
+) -> O {
+    let threads = threads.max(1);
+    let items = Mutex::new(items);
+    let (sender, receiver) = mpsc::sync_channel(waiting);
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
+    let pool = pool.unwrap_or_else(|error| panic!("no threads to work on: {error}"));
+    pool.in_place_scope(|scope| {
+        for _ in 0..threads {
+            let (sender, items, job) = (sender.clone(), &items, &job);
+            scope.spawn(move |_| {
+                loop {
+                    let next = items.lock().unwrap_or_else(PoisonError::into_inner).next();
+                    let Some(result) = next.and_then(job) else { break };
+                    if sender.send(result).is_err() {
+                        break;
+                    }
+                }
+            });
+        }
+        drop(sender);
+        receive(receiver)
+    })
+}
+
+/// Runs `job(0)`, `job(1)`, ... below `count`, started in order on at most `threads` threads; `done` gets the number of
+/// finished jobs. A job without a result ends its thread's work.
+pub fn in_order<T: Send>(
+    threads: usize,
+    count: usize,
+    job: impl Fn(usize) -> Option<T> + Sync,
+    done: &mut dyn FnMut(usize),
+) -> Vec<Option<T>> {
+    let mut results: Vec<Option<T>> = (0..count).map(|_| None).collect();
+    let numbered = |index| job(index).map(|result| (index, result));
+    on_threads(threads.min(count), WAITING, 0..count, numbered, |receiver| {
+        for (finished, (index, result)) in receiver.iter().enumerate() {
+            results[index] = Some(result);
+            done(finished + 1);
+        }
+    });
+    results
+}
+
+/// Runs `job(0)`, `job(1)`, ... below `count` over all processors; results in order. Once `stop` is true no further job
+/// starts, and its result is missing.
+pub fn over_processors<T: Send>(
+    count: usize,
+    stop: &(dyn Fn() -> bool + Sync),
+    job: impl Fn(usize) -> T + Sync,
+) -> Vec<T> {
+    let unless_stopped = |index| (!stop()).then(|| job(index));
+    in_order(processors(), count, unless_stopped, &mut |_| {})
+        .into_iter()
+        .flatten()
+        .collect()
+}

@@ -1,0 +1,133 @@
+//! Additions to a finished result file: `certify` adds /certificate, /sensitivity and /events/time_uncertainty, a
+//! witness adds /witness and /events/witness_time.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use super::attributes::{describe, describe_text, write_attributes};
+use super::schema::{self, Kind, Variable};
+use super::table::{create_empty, create_group};
+use super::target::{self, Overwrite};
+use super::values::{Column, Values, with_type};
+use super::{AttributeValue, ResultError, raw};
+
+/// Additions to a group of a result file. /events exists already; any other group is made anew.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Addition {
+    group: String,
+    /// Attributes of the group.
+    pub attributes: Vec<(String, AttributeValue)>,
+    /// Columns in the order of the file, with their dimensions. A column without one is a dimension.
+    columns: Vec<(Column, Vec<String>)>,
+    /// Name, description, text.
+    texts: Vec<[String; 3]>,
+}
+
+impl Addition {
+    /// An empty addition.
+    pub fn new(group: &str) -> Self {
+        Addition {
+            group: group.to_owned(),
+            attributes: Vec::new(),
+            columns: Vec::new(),
+            texts: Vec::new(),
+        }
+    }
+
+    /// Adds an attribute.
+    pub fn attribute(&mut self, name: &str, value: impl Into<AttributeValue>) {
+        self.attributes.push((name.to_owned(), value.into()));
+    }
+
+    /// Adds a dimension with its coordinate, 0, 1, ...
+    pub fn dimension(&mut self, name: &str, length: usize, long_name: &str) {
+        let column = Column {
+            variable: Variable::index(name, long_name),
+            values: Values::Int32((0..length as i32).collect()),
+        };
+        self.columns.push((column, Vec::new()));
+    }
+
+    /// Adds a column over one dimension, or over several with the last one fastest.
+    pub fn over(&mut self, dimensions: &[&str], column: Column) {
+        let dimensions = dimensions.iter().map(|&name| name.to_owned());
+        self.columns.push((column, dimensions.collect()));
+    }
+
+    /// Adds a text after the columns.
+    pub fn text(&mut self, name: &str, long_name: &str, text: String) {
+        self.texts.push([name.to_owned(), long_name.to_owned(), text]);
+    }
+
+    pub(super) fn write(&self, file: &hdf5::File) -> hdf5::Result<()> {
+        let group = match file.link_exists(&self.group) {
+            true => file.group(&self.group)?,
+            false => create_group(file, &self.group)?,
+        };
+        write_attributes(&group, &self.attributes)?;
+        for (Column { variable, values }, dimensions) in &self.columns {
+            if group.link_exists(&variable.name) {
+                group.unlink(&variable.name)?;
+            }
+            let scales = dimensions.iter().map(|name| group.dataset(name));
+            let scales = scales.collect::<hdf5::Result<Vec<_>>>()?;
+            let shape: Vec<usize> = match &scales[..] {
+                [] => vec![values.len()],
+                scales => scales.iter().map(|scale| scale.size()).collect(),
+            };
+            let builder = group.new_dataset_builder();
+            let dataset = with_type!(variable.kind, create_empty(builder, shape, &variable.name))?;
+            values.write(&dataset)?;
+            describe(&dataset, variable)?;
+            if scales.is_empty() {
+                raw::set_scale(&dataset, &variable.name)?;
+            }
+            for (index, scale) in (0..).zip(&scales) {
+                raw::attach_scale(&dataset, scale, index)?;
+            }
+        }
+        for [name, long_name, text] in &self.texts {
+            describe_text(&raw::write_text(&group, name, text)?, "1", long_name)?;
+        }
+        Ok(())
+    }
+}
+
+/// Copies a complete result file to `to` with a certificate. `to` appears when it is complete.
+///
+/// # Errors
+/// Errors of [`super::check_target`], of copying and of writing.
+pub fn write_certified(
+    from: &Path,
+    to: &Path,
+    overwrite: Overwrite,
+    additions: &[Addition],
+) -> Result<(), ResultError> {
+    target::check_target(to, overwrite, &[from.to_owned()])?;
+    let partial: PathBuf = target::partial_path(to);
+    let whole = copy_with(from, &partial, additions).and_then(|()| target::rename(&partial, to, overwrite));
+    if whole.is_err() {
+        let _ = fs::remove_file(&partial);
+    }
+    whole
+}
+
+fn copy_with(from: &Path, partial: &Path, additions: &[Addition]) -> Result<(), ResultError> {
+    fs::copy(from, partial).map_err(|error| ResultError::io(partial, "copying the result", error))?;
+    add_to(partial, additions).map_err(|error| ResultError::write(partial, false, &error))?;
+    target::save(partial)
+}
+
+fn add_to(path: &Path, additions: &[Addition]) -> hdf5::Result<()> {
+    let file = hdf5::File::open_rw(path)?;
+    // Checksums of an earlier version would not cover the certificate.
+    if file.link_exists(schema::CHECKSUMS) {
+        file.unlink(schema::CHECKSUMS)?;
+    }
+    let groups = additions.iter().map(|addition| &addition.group);
+    for group in groups.filter(|group| *group != schema::group::EVENTS && file.link_exists(group)) {
+        file.unlink(group)?;
+    }
+    additions.iter().try_for_each(|addition| addition.write(&file))?;
+    file.flush()
+}

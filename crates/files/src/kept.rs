@@ -1,0 +1,125 @@
+//! Rows of a run in memory, in the columns of a result file.
+
+use super::rows::{PIECE_COEFFICIENTS, PIECES, TRAJECTORY, TableRows};
+use super::schema::{self, Extension, Table};
+use super::values::Values;
+use super::{Addition, ResultError, Status, StickSlipTable};
+
+/// A table with its columns.
+#[derive(Debug, Clone)]
+pub struct KeptTable {
+    /// Name, unit and description of each column.
+    pub schema: Table,
+    /// Columns in the order of `schema.variables`, all of one length.
+    pub columns: Vec<Values<'static>>,
+}
+
+impl KeptTable {
+    fn new(schema: Table) -> Self {
+        let columns = schema.variables.iter().map(|variable| Values::new(variable.kind, 0));
+        KeptTable {
+            columns: columns.collect(),
+            schema,
+        }
+    }
+
+    /// Number of rows.
+    pub fn rows(&self) -> usize {
+        self.columns.first().map_or(0, Values::len)
+    }
+}
+
+/// A recorder that keeps all tables of a result file in memory.
+#[derive(Debug, Clone)]
+pub struct KeptRows {
+    /// Tables of every run, then /dense and /dense/coefficients if there is dense output.
+    pub tables: Vec<KeptTable>,
+    /// Table of each row, in the order of recording. The coefficients of a piece follow the piece.
+    pub order: Vec<u8>,
+    further: Vec<f64>,
+    events_alone: bool,
+}
+
+impl KeptRows {
+    /// For a run whose files have this extension.
+    pub fn new(extension: &Extension) -> Self {
+        KeptRows {
+            tables: schema::all_tables(extension).into_iter().map(KeptTable::new).collect(),
+            order: Vec::new(),
+            further: Vec::new(),
+            events_alone: false,
+        }
+    }
+
+    /// Removes all rows, for a run with this extension.
+    pub fn emptied(self, extension: &Extension) -> Self {
+        KeptRows {
+            events_alone: self.events_alone,
+            ..KeptRows::new(extension)
+        }
+    }
+
+    /// Keeps no samples and no pieces.
+    pub fn events_alone(mut self) -> Self {
+        self.events_alone = true;
+        self
+    }
+}
+
+impl TableRows for KeptRows {
+    fn rows(&self, table: usize) -> usize {
+        self.tables.get(table).map_or(0, KeptTable::rows)
+    }
+
+    fn take(&mut self, table: usize, row: &[&[f64]]) -> Result<(), ResultError> {
+        let of_motion = [TRAJECTORY, PIECES, PIECE_COEFFICIENTS].contains(&table);
+        if let Some(kept) = self.tables.get_mut(table).filter(|_| !(of_motion && self.events_alone)) {
+            for (column, &value) in kept.columns.iter_mut().zip(row.iter().copied().flatten()) {
+                column.push(value);
+            }
+            if table != PIECE_COEFFICIENTS {
+                self.order.push(table as u8);
+            }
+        }
+        Ok(())
+    }
+
+    fn further(&mut self) -> &mut Vec<f64> {
+        &mut self.further
+    }
+
+    fn stores_motion(&self) -> bool {
+        !self.events_alone
+    }
+}
+
+/// A view of [`KeptRows`] whose columns may be stored elsewhere.
+#[derive(Debug)]
+pub struct KeptView<'a> {
+    /// Columns of [`KeptRows::tables`]. Further columns, such as that of the witness in a table that is shown whole, are not
+    /// written: what they say is in [`KeptEnd`].
+    pub tables: Vec<Vec<Values<'a>>>,
+    /// [`KeptRows::order`].
+    pub order: &'a [u8],
+}
+
+impl KeptView<'_> {
+    /// The first columns of a row.
+    pub(super) fn row(&self, table: usize, row: usize, columns: usize) -> Vec<f64> {
+        let columns = self.tables[table].iter().take(columns);
+        columns.map(|column| column.at(row)).collect()
+    }
+}
+
+/// Parts of a result file besides its rows.
+#[derive(Debug)]
+pub struct KeptEnd<'a> {
+    /// Status of the run.
+    pub status: &'a Status,
+    /// Attributes of /stick_slip, and rows after the recorded ones.
+    pub stick_slip: &'a StickSlipTable,
+    /// Results of another method.
+    pub witness: &'a [Addition],
+    /// Wall time, s.
+    pub wall_time: f64,
+}

@@ -1,0 +1,107 @@
+//! How does it lie on disk? Tables of results in HDF5 files that are also valid netCDF-4; no physics.
+//!
+//! A run streams into `NAME.partial.h5` through [`ResultWriter`]. The partial file is marked interrupted and flushed block by block;
+//! [`ResultWriter::finish`] gives a complete run its own name and a seal. [`ResultFile`] reads both, [`ForeignFile`] the HDF5 files
+//! of other programs, [`SweepFile`] and [`ContinuationFile`] those of studies. [`KeptRows`] keeps the columns of a run in memory.
+//! Every name, unit and code is in [`schema`].
+//!
+//! ```
+//! use stickslip_files::{Header, Overwrite, ResultFile, ResultWriter, Status, StickSlipTable, check};
+//! use stickslip_system::model::Mode;
+//! use stickslip_system::record::{Channels, Recorder, Sample, State};
+//!
+//! let folder = tempfile::tempdir()?;
+//! let path = folder.path().join("run.h5");
+//! let header = Header { title: "Free fall".to_owned(), ..Header::default() };
+//!
+//! let mut writer = ResultWriter::create(&path, Overwrite::OwnResults, &[], &header)?;
+//! for row in 0..1000 {
+//!     let time = 1e-3 * f64::from(row);
+//!     let state = State { z: -4.905 * time * time, z_dot: -9.81 * time, ..State::default() };
+//!     let channels = Channels::default();
+//!     writer.sample(&Sample { time, mode: Mode::Separated, segment: 0, state, channels })?;
+//! }
+//! assert!(!path.exists()); // the rows are in run.partial.h5
+//! writer.finish(Status::Complete, &StickSlipTable::default(), 0.1)?;
+//!
+//! let file = ResultFile::open(&path)?;
+//! assert_eq!(file.title(), "Free fall");
+//! assert_eq!(file.status(), &Status::Complete);
+//! assert_eq!(file.sample_count()?, 1000);
+//! assert_eq!(file.column("z_dot", 500..501)?, [-9.81 * (1e-3 * 500.0)]);
+//!
+//! // A check reads every value. It says that the rows belong to a segment which nobody has written.
+//! let report = check(&path)?;
+//! assert!(report.sealed);
+//! assert_eq!(report.problems[0].what, "there is no segment 0");
+//! # Ok::<(), Box<dyn std::error::Error + Send + Sync>>(())
+//! ```
+//!
+//! | module | what it is |
+//! |---|---|
+//! | [`schema`] | names, units, descriptions and codes |
+//! | `writer`, `rows`, `table`, [`packed`], `values`, `attributes` | a run written as it is computed: rows, tables, chunks, columns, attributes |
+//! | `header`, `stick_slip`, `certificate` | what a file says besides its rows |
+//! | `sweep`, `work_precision`, `continuation` | the files of studies |
+//! | `kept` | the rows of a run in memory |
+//! | `target`, `lock`, [`disk`] | where a file goes, who writes it, files on the disk |
+//! | `reader`, `dense`, `contents` | reading tables, polynomials, and what a file holds |
+//! | `source`, `raw` | a file that this process did not write, opened with care; HDF5 calls that the binding lacks |
+//! | `foreign` | HDF5 files of other programs |
+//! | `check`, `seal` | whether a file is as it was written |
+//! | `error` | what can go wrong |
+//!
+//! The crate reads no case: a file holds its text and its numbers in SI as TOML. It writes neither CSV nor NPZ nor MAT (the module
+//! `export` of `stickslip` does). A seal shows damage. It is no protection against malice.
+
+mod attributes;
+mod certificate;
+mod check;
+mod contents;
+mod continuation;
+mod dense;
+pub mod disk;
+mod error;
+mod foreign;
+mod header;
+mod kept;
+mod lock;
+#[doc(hidden)]
+pub mod packed;
+mod raw;
+mod reader;
+mod rows;
+pub mod schema;
+mod seal;
+mod source;
+mod stick_slip;
+mod sweep;
+mod table;
+pub(crate) mod target;
+mod values;
+mod work_precision;
+mod writer;
+
+pub use attributes::AttributeValue;
+pub use attributes::quantity;
+pub use certificate::{Addition, write_certified};
+pub use check::{CheckReport, Problem, check, check_sound, open_sound};
+pub use contents::{AttributeInfo, Contents, FlagInfo, VariableInfo};
+pub use continuation::ContinuationFile;
+pub use continuation::{ContinuationColumn, StoredContinuation};
+pub use dense::{DenseOutput, Side};
+pub use disk::{folder_of, is_hdf5};
+pub use error::{Reason, ResultError};
+pub use foreign::{ForeignColumn, ForeignFile};
+pub use header::{Header, Status};
+pub use kept::{KeptEnd, KeptRows, KeptTable, KeptView};
+pub use reader::{AddedGroup, Matrix, ResultFile, TableColumn};
+pub use source::{TableReader, follow_external, probe, probe_by_this_program, probe_if_asked, run_probe, set_probe};
+pub use stick_slip::{Extra, StickSlipTable};
+pub use sweep::SweepHeader;
+pub use sweep::{EventForm, ShardFile, ShardPlan, SweepAxis, SweepPlan, SweepRow, SweepWriter};
+pub use sweep::{MergeError, MergeOptions, MergeReport, Partition, SweepFile, SweepLayout, merge};
+pub use target::{Overwrite, Reservation, check_target, partial_path};
+pub use values::{Column, Values};
+pub use work_precision::{WorkPrecisionFile, WorkPrecisionRow};
+pub use writer::{ResultWriter, SavedRows};

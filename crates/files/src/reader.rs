@@ -1,0 +1,624 @@
+//! Reads result files, complete or partial, and lists their contents.
+
+use std::ops::Range;
+use std::path::Path;
+
+use super::attributes::AttributeValue;
+use super::schema::{self, attribute, group, root};
+use super::source::{DatasetInfo, Holds, Object, Source, uneven};
+use super::values::Number;
+use super::{Extra, Reason, ResultError, Status, StickSlipTable, Values};
+use stickslip_system::model::Mode;
+use stickslip_system::record::{Channels, Cycle, Event, EventKind, Sample, Segment, State};
+
+const BLOCK: usize = 65_536;
+/// Largest number of events, segments or cycles held at once: 0.5 GB of events.
+const MOST_ROWS: usize = 1 << 21;
+
+/// A result file, open for reading. Readers fail if the file is damaged, or lacks the requested column or row.
+///
+/// A partial file can be read while it is written: each column then has its length at the time of opening.
+#[derive(Debug)]
+pub struct ResultFile {
+    pub(super) source: Source,
+    status: Status,
+    title: String,
+}
+
+impl ResultFile {
+    /// Opens a result file and checks that this program understands it.
+    ///
+    /// # Errors
+    /// A file that is missing, not HDF5, no result, of a newer format, truncated or damaged, or locked by its writer, or a
+    /// complete one with a table whose columns differ in length.
+    pub fn open(path: &Path) -> Result<Self, ResultError> {
+        let file = Self::open_unchecked(path)?;
+        // A run that was killed leaves columns of different lengths.
+        if file.status == Status::Complete {
+            file.source.check_tables()?;
+        }
+        Ok(file)
+    }
+
+    pub(super) fn open_unchecked(path: &Path) -> Result<Self, ResultError> {
+        let source = Source::open(path)?;
+        let found = source.text_attribute("", root::FORMAT)?;
+        if found.as_deref() != Some(schema::FORMAT) {
+            let own = schema::FORMATS.into_iter().find(|own| found.as_deref() == Some(*own));
+            return Err(own.map_or(Reason::NotAResult(found), Reason::AnotherKind).of(path));
+        }
+        let mut result = ResultFile {
+            source,
+            status: Status::Interrupted,
+            title: String::new(),
+        };
+        let found = match result.attribute("", root::FORMAT_VERSION)? {
+            AttributeValue::Integer(version) => version,
+            _ => return Err(result.source.missing("integer root attribute format_version")),
+        };
+        let known = i64::from(schema::FORMAT_VERSION);
+        if found > known {
+            return Err(Reason::Newer { found, known }.of(path));
+        }
+        result.status = match result.text(root::STATUS)?.as_str() {
+            "complete" => Status::Complete,
+            "failed" => Status::Failed(result.source.text_attribute("", root::FAILURE)?.unwrap_or_default()),
+            _ => Status::Interrupted,
+        };
+        result.title = result.text(root::TITLE)?;
+        Ok(result)
+    }
+
+    /// Path as opened.
+    pub fn path(&self) -> &Path {
+        self.source.path()
+    }
+
+    /// Status of the run. A file that is still being written counts as interrupted.
+    pub fn status(&self) -> &Status {
+        &self.status
+    }
+
+    /// Title of the case.
+    pub fn title(&self) -> &str {
+        &self.title
+    }
+
+    /// A text root attribute: see [`schema::root`].
+    pub fn text(&self, name: &str) -> Result<String, ResultError> {
+        self.source
+            .text_attribute("", name)?
+            .ok_or_else(|| self.source.missing(format!("text in root attribute {name}")))
+    }
+
+    /// TOML text of the case as given.
+    pub fn case_text(&self) -> Result<String, ResultError> {
+        self.input(schema::INPUT_CASE)
+    }
+
+    /// Every parameter in SI and in full precision, as TOML, which repeats the run.
+    pub fn resolved(&self) -> Result<String, ResultError> {
+        self.input(schema::INPUT_RESOLVED)
+    }
+
+    /// Attributes of /meta, in alphabetical order.
+    pub fn meta(&self) -> Result<Vec<(String, AttributeValue)>, ResultError> {
+        self.attributes_of(group::META)
+    }
+
+    /// Number of samples that every column of the trajectory has.
+    pub fn sample_count(&self) -> Result<usize, ResultError> {
+        self.rows(&schema::trajectory())
+    }
+
+    /// Rows `range` of a column of the trajectory, as numbers.
+    pub fn column(&self, name: &str, range: Range<usize>) -> Result<Vec<f64>, ResultError> {
+        self.values(group::TRAJECTORY, name, range)
+    }
+
+    /// The first of `rows` of a column from which on a condition holds, by bisection.
+    pub fn first_row(
+        &self,
+        group: &str,
+        name: &str,
+        rows: Range<usize>,
+        is_past: impl Fn(f64) -> bool,
+    ) -> Result<usize, ResultError> {
+        let (mut low, mut high) = (rows.start, rows.end);
+        while low < high {
+            let middle = low + (high - low) / 2;
+            if is_past(self.values::<f64>(group, name, middle..middle + 1)?[0]) {
+                high = middle;
+            } else {
+                low = middle + 1;
+            }
+        }
+        Ok(low)
+    }
+
+    /// A column of the trajectory, by blocks.
+    pub fn column_blocks(
+        &self,
+        name: &str,
+    ) -> Result<impl Iterator<Item = Result<Vec<f64>, ResultError>>, ResultError> {
+        self.dataset(group::TRAJECTORY, name)?;
+        let name = name.to_owned();
+        Ok(blocks(self.sample_count()?).map(move |range| self.values(group::TRAJECTORY, &name, range)))
+    }
+
+    /// Checks that the times of the trajectory are finite and increasing: searches in a file, and divisions by time
+    /// differences, rely on it. Fails at the first wrong time.
+    pub fn check_times(&self) -> Result<(), ResultError> {
+        let (mut row, mut before) = (0, f64::NEG_INFINITY);
+        for block in self.column_blocks("time")? {
+            for time in block? {
+                if !(time > before && time.is_finite()) {
+                    return Err(Reason::Times { row, time, before }.of(self.path()));
+                }
+                (row, before) = (row + 1, time);
+            }
+        }
+        Ok(())
+    }
+
+    /// Rows `range` of the trajectory. Fails if a state or a channel is not finite.
+    pub fn finite_samples(&self, range: Range<usize>) -> Result<Vec<Sample>, ResultError> {
+        let samples = self.samples(range.clone())?;
+        for (row, sample) in range.zip(&samples) {
+            self.finite(row, State::DESCRIPTIONS, sample.state.values())?;
+            self.finite(row, Channels::DESCRIPTIONS, sample.channels.values())?;
+        }
+        Ok(samples)
+    }
+
+    fn finite<const N: usize>(
+        &self,
+        row: usize,
+        names: &[(&'static str, &'static str, &'static str)],
+        values: [f64; N],
+    ) -> Result<(), ResultError> {
+        let odd = names.iter().zip(values).find(|(_, value)| !value.is_finite());
+        odd.map_or(Ok(()), |(&(name, _, _), value)| {
+            Err(Reason::NotFinite { row, name, value }.of(self.path()))
+        })
+    }
+
+    /// Rows `range` of the trajectory, finite or not.
+    pub fn samples(&self, range: Range<usize>) -> Result<Vec<Sample>, ResultError> {
+        let table = schema::trajectory();
+        let rows = Rows::read(self, &table, range.clone())?;
+        let sample = |row: usize| {
+            Ok(Sample {
+                time: rows.columns[0][row],
+                mode: rows.mode(1, row)?,
+                segment: rows.count(2, row)?,
+                state: State::from_values(rows.part(3, row)),
+                channels: Channels::from_values(rows.part(3 + State::COUNT, row)),
+            })
+        };
+        (0..range.len()).map(sample).collect()
+    }
+
+    /// Time (s), mode and state of rows `range` of the trajectory. Fails if a state is not finite.
+    pub fn states(&self, range: Range<usize>) -> Result<Vec<(f64, Mode, State)>, ResultError> {
+        let mut table = schema::trajectory();
+        table.variables.truncate(3 + State::COUNT);
+        let rows = Rows::read(self, &table, range.clone())?;
+        let state = |row: usize| {
+            let values = rows.part(3, row);
+            self.finite(range.start + row, State::DESCRIPTIONS, values)?;
+            Ok((rows.columns[0][row], rows.mode(1, row)?, State::from_values(values)))
+        };
+        (0..range.len()).map(state).collect()
+    }
+
+    /// Every event, in order of time.
+    pub fn events(&self) -> Result<Vec<Event>, ResultError> {
+        let table = schema::events();
+        let count = self.few(&table)?;
+        let mut events = Vec::with_capacity(count);
+        for block in blocks(count) {
+            let rows = Rows::read(self, &table, block.clone())?;
+            for row in 0..block.len() {
+                let code = rows.columns[2][row] as i8;
+                let kind = EventKind::ALL.into_iter().find(|kind| kind.code() == code);
+                events.push(Event {
+                    time: rows.columns[1][row],
+                    kind: kind.ok_or_else(|| self.unknown("an event's kind", code))?,
+                    mode_after: rows.mode(3, row)?,
+                    segment: rows.count(5, row)?,
+                    before: State::from_values(rows.part(6, row)),
+                    after: State::from_values(rows.part(6 + State::COUNT, row)),
+                    internal_force: rows.columns[6 + 2 * State::COUNT][row],
+                });
+            }
+        }
+        Ok(events)
+    }
+
+    /// A column of /events, a row for each event.
+    pub fn event_column(&self, name: &str) -> Result<Vec<f64>, ResultError> {
+        self.values(group::EVENTS, name, 0..self.few(&schema::events())?)
+    }
+
+    /// Every segment, in order of time.
+    pub fn segments(&self) -> Result<Vec<Segment>, ResultError> {
+        let table = schema::segments();
+        let all = 0..self.few(&table)?;
+        let rows = Rows::read(self, &table, all.clone())?;
+        let segment = |row: usize| {
+            let code = rows.columns[4][row] as i8;
+            let solver = schema::SOLVERS.iter().find(|flag| flag.0 == code);
+            Ok(Segment {
+                start: rows.columns[1][row],
+                end: rows.columns[2][row],
+                mode: rows.mode(3, row)?,
+                solver: solver.ok_or_else(|| self.unknown("a segment's solver", code))?.1,
+                resolved: None,
+                steps: rows.count(5, row)?,
+                rhs_evaluations: rows.count(6, row)?,
+                jacobian_evaluations: rows.count(7, row)?,
+                linear_solver_setups: rows.count(8, row)?,
+                error_test_failures: rows.count(9, row)?,
+                nonlinear_iterations: rows.count(10, row)?,
+                nonlinear_convergence_failures: rows.count(11, row)?,
+                root_evaluations: rows.count(12, row)?,
+                last_order: rows.count(13, row)?,
+                last_step: rows.columns[14][row],
+            })
+        };
+        all.map(segment).collect()
+    }
+
+    /// Statistics of stick-slip; `None` if the run was killed before they were written.
+    pub fn stick_slip(&self) -> Result<Option<StickSlipTable>, ResultError> {
+        let attributes = self.attributes_of(group::STICK_SLIP)?;
+        if attributes.is_empty() {
+            return Ok(None);
+        }
+        let cycles = schema::stick_slip();
+        let all = 0..self.few(&cycles)?;
+        let rows = Rows::read(self, &cycles, all.clone())?;
+        let cycle = |row: usize| {
+            let [stick_duration, slip_duration, period] = rows.part(1, row);
+            Cycle {
+                stick_duration,
+                slip_duration,
+                period,
+            }
+        };
+        let mut table = StickSlipTable {
+            cycles: all.map(cycle).collect(),
+            ..StickSlipTable::default()
+        };
+        let text = |name: &str, suffix: &str| {
+            let name = format!("{name}{suffix}");
+            let found = attributes.iter().find(|(known, _)| *known == name);
+            found.map_or_else(String::new, |(_, value)| value.to_string())
+        };
+        for (name, value) in &attributes {
+            let known = table.attributes.iter().any(|known| known.name == *name);
+            match value {
+                AttributeValue::Number(value) if !known => table.attributes.push(Extra {
+                    name: name.clone(),
+                    unit: text(name, attribute::UNITS_SUFFIX),
+                    description: text(name, attribute::LONG_NAME_SUFFIX),
+                    value: *value,
+                }),
+                value => {
+                    if let Some(value) = value.number() {
+                        table.set(name, Some(value));
+                    }
+                }
+            }
+        }
+        Ok(Some(table))
+    }
+
+    /// Attributes of a group added by later versions or other programs, and its one-dimensional numeric variables with
+    /// up to `limit` of their first values; `None` if there is no such group.
+    pub fn added_group(&self, name: &str, limit: usize) -> Result<Option<AddedGroup>, ResultError> {
+        match self.source.members(name) {
+            Err(ResultError {
+                reason: Reason::Damaged(_),
+                ..
+            }) if !self.has(name)? => return Ok(None),
+            members => members?,
+        };
+        let columns = self.columns_in(name)?.into_iter().map(|column| {
+            let values = self.values(name, &column.name, 0..column.rows.min(limit))?;
+            Ok((column, values))
+        });
+        Ok(Some(AddedGroup {
+            columns: columns.collect::<Result<_, ResultError>>()?,
+            attributes: self.attributes_of(name)?,
+        }))
+    }
+
+    /// Groups with their numeric columns, in the order of the file; nested groups by their paths. Groups without such
+    /// columns are left out.
+    pub fn tables(&self) -> Result<Vec<(String, Vec<TableColumn>)>, ResultError> {
+        let mut groups = Vec::new();
+        self.source.walk(&mut |path, member| {
+            if let Object::Group(_) = member.is {
+                groups.push(path.to_owned());
+            }
+            Ok(())
+        })?;
+        let mut tables = Vec::new();
+        for group in groups {
+            let columns = self.columns_in(&group)?;
+            if !columns.is_empty() {
+                tables.push((group, columns));
+            }
+        }
+        Ok(tables)
+    }
+
+    /// A column of [`Self::tables`] in its own type; in a partial file only the rows that are certain.
+    pub fn typed_column(&self, group: &str, name: &str) -> Result<Values<'static>, ResultError> {
+        let info = self.dataset(group, name)?;
+        let all = 0..match schema::tables().iter().any(|table| table.group == group) {
+            true => self.table_rows(group)?,
+            false => info.size(),
+        };
+        Ok(match info.holds {
+            Holds::Integers(1) => Values::Int8(self.values(group, name, all)?.into()),
+            Holds::Integers(4) => Values::Int32(self.values(group, name, all)?.into()),
+            Holds::Integers(_) => Values::Int64(self.values(group, name, all)?.into()),
+            _ => Values::Float64(self.values(group, name, all)?.into()),
+        })
+    }
+
+    /// Numeric columns of a group, in the order of the file; none if there is no such group.
+    pub fn table(&self, group: &str) -> Result<Vec<TableColumn>, ResultError> {
+        if !self.has(group)? {
+            return Ok(Vec::new());
+        }
+        self.columns_in(group)
+    }
+
+    fn columns_in(&self, group: &str) -> Result<Vec<TableColumn>, ResultError> {
+        let mut columns = Vec::new();
+        for member in self.source.members(group)? {
+            let Object::Dataset(info) = member.is else { continue };
+            if info.shape.len() != 1 || !info.holds.is_number() {
+                continue;
+            }
+            let path = format!("{group}/{}", member.name);
+            let described = self.source.described(&path)?;
+            columns.push(TableColumn {
+                units: described.units.unwrap_or_default(),
+                long_name: described.long_name.unwrap_or_default(),
+                whole: !matches!(info.holds, Holds::Floats(_)),
+                flags: described.flags,
+                rows: info.size(),
+                name: member.name,
+            });
+        }
+        Ok(columns)
+    }
+
+    /// Rows `range` of a column of [`Self::table`].
+    pub fn table_values(&self, group: &str, name: &str, range: Range<usize>) -> Result<Vec<f64>, ResultError> {
+        self.values(group, name, range)
+    }
+
+    /// Number of rows that every column of a group's table certainly has; in a partial file some columns may have more.
+    pub fn table_rows(&self, group: &str) -> Result<usize, ResultError> {
+        match schema::tables().iter().find(|table| table.group == group) {
+            Some(table) => self.rows(table),
+            None => Ok(self.table(group)?.iter().map(|column| column.rows).min().unwrap_or(0)),
+        }
+    }
+
+    /// A text attribute of a group.
+    pub fn group_text(&self, group: &str, name: &str) -> Result<Option<String>, ResultError> {
+        self.source.text_attribute(group, name)
+    }
+
+    /// A two-dimensional table, row by row, with its shape; `None` if there is none.
+    pub fn matrix(&self, group: &str, name: &str) -> Result<Option<Matrix>, ResultError> {
+        let path = format!("{group}/{name}");
+        let Some(info) = self.source.dataset(&path)? else {
+            return Ok(None);
+        };
+        let &[rows, columns] = &info.shape[..] else {
+            return Ok(None);
+        };
+        let values = self.source.read::<f64>(&path, &[0..rows, 0..columns])?;
+        Ok(Some((values, [rows, columns])))
+    }
+
+    /// A text variable; `None` if there is none.
+    pub fn text_variable(&self, group: &str, name: &str) -> Result<Option<String>, ResultError> {
+        let path = format!("{group}/{name}");
+        match self.source.dataset(&path)? {
+            Some(_) => self.source.text(&path),
+            None => Ok(None),
+        }
+    }
+
+    pub(super) fn has(&self, name: &str) -> Result<bool, ResultError> {
+        Ok(self.source.members("")?.iter().any(|member| member.name == name))
+    }
+
+    fn input(&self, name: &str) -> Result<String, ResultError> {
+        self.dataset(group::INPUT, name)?;
+        self.source
+            .text(&format!("{}/{name}", group::INPUT))?
+            .ok_or_else(|| self.source.missing(format!("text in /{}/{name}", group::INPUT)))
+    }
+
+    pub(super) fn few(&self, table: &schema::Table) -> Result<usize, ResultError> {
+        let rows = self.rows(table)?;
+        if rows > MOST_ROWS {
+            return Err(self.source.refused(format!("/{} has {rows} rows", table.group)));
+        }
+        Ok(rows)
+    }
+
+    /// Number of rows that every column of a table has. A run killed in a flush may leave columns of different lengths,
+    /// or longer than their data.
+    pub(super) fn rows(&self, table: &schema::Table) -> Result<usize, ResultError> {
+        let mut rows = usize::MAX;
+        for variable in &table.variables {
+            let info = self.dataset(table.group, &variable.name)?;
+            let mut sound = info.size().min(rows);
+            if self.status == Status::Complete && rows != usize::MAX && info.size() != rows {
+                let path = format!("{}/{}", table.group, variable.name);
+                return Err(uneven(&path, &info.shape, &[rows]).of(self.path()));
+            }
+            if self.status != Status::Complete {
+                let chunk = info
+                    .chunk
+                    .as_ref()
+                    .and_then(|shape| shape.first().copied())
+                    .unwrap_or(1)
+                    .max(1);
+                sound = sound.min(info.chunks.unwrap_or(0).saturating_mul(chunk));
+                while sound > 0
+                    && self
+                        .values::<f64>(table.group, &variable.name, sound - 1..sound)
+                        .is_err()
+                {
+                    sound = (sound - 1) / chunk * chunk;
+                }
+            }
+            rows = sound;
+        }
+        Ok(rows)
+    }
+
+    pub(super) fn values<T: Number>(
+        &self,
+        group: &str,
+        name: &str,
+        range: Range<usize>,
+    ) -> Result<Vec<T>, ResultError> {
+        let info = self.dataset(group, name)?;
+        let size = info.size();
+        if range.end > size {
+            return Err(self
+                .source
+                .missing(format!("row {} in /{group}/{name}, but {size} rows", range.end - 1)));
+        }
+        self.source.read_rows(&format!("{group}/{name}"), range)
+    }
+
+    fn dataset(&self, group: &str, name: &str) -> Result<DatasetInfo, ResultError> {
+        let info = self.source.dataset(&format!("{group}/{name}"))?;
+        let info = match info {
+            Some(info) => info,
+            None if self.has(group)? => return Err(self.source.missing(format!("variable /{group}/{name}"))),
+            None => {
+                let there: Vec<String> = self.source.members("")?.into_iter().map(|member| member.name).collect();
+                return Err(self
+                    .source
+                    .missing(format!("group /{group} (there are: {})", there.join(", "))));
+            }
+        };
+        if group != group::INPUT && (info.shape.len() != 1 || !info.holds.is_number()) {
+            let what = format!(
+                "column of numbers /{group}/{name}, but {} of shape {:?}",
+                info.holds.name(),
+                info.shape
+            );
+            return Err(self.source.missing(what));
+        }
+        Ok(info)
+    }
+
+    fn attribute(&self, object: &str, name: &str) -> Result<AttributeValue, ResultError> {
+        self.source
+            .attribute(object, name)?
+            .ok_or_else(|| self.source.missing(format!("attribute {name} in /{object}")))
+    }
+
+    fn attributes_of(&self, group: &str) -> Result<Vec<(String, AttributeValue)>, ResultError> {
+        self.source.attributes(group).map_err(|error| match &error.reason {
+            Reason::Damaged(_) if !self.has(group).unwrap_or(true) => self.source.missing(format!("group /{group}")),
+            _ => error,
+        })
+    }
+
+    fn unknown(&self, what: &'static str, code: i8) -> ResultError {
+        Reason::UnknownCode { what, code }.of(self.path())
+    }
+}
+
+struct Rows<'a> {
+    file: &'a ResultFile,
+    table: &'a schema::Table,
+    first: usize,
+    columns: Vec<Vec<f64>>,
+}
+
+impl<'a> Rows<'a> {
+    fn read(file: &'a ResultFile, table: &'a schema::Table, range: Range<usize>) -> Result<Self, ResultError> {
+        let column = |variable: &schema::Variable| file.values(table.group, &variable.name, range.clone());
+        Ok(Rows {
+            columns: table.variables.iter().map(column).collect::<Result<_, _>>()?,
+            first: range.start,
+            file,
+            table,
+        })
+    }
+
+    /// Values of a row in `N` columns from `first` on.
+    fn part<const N: usize>(&self, first: usize, row: usize) -> [f64; N] {
+        std::array::from_fn(|k| self.columns[first + k][row])
+    }
+
+    fn mode(&self, column: usize, row: usize) -> Result<Mode, ResultError> {
+        let code = self.columns[column][row] as i8;
+        let mode = Mode::ALL.into_iter().find(|mode| mode.code() == code);
+        mode.ok_or_else(|| self.file.unknown("a mode", code))
+    }
+
+    fn count<T: TryFrom<i64>>(&self, column: usize, row: usize) -> Result<T, ResultError> {
+        let value = self.columns[column][row] as i64;
+        T::try_from(value).map_err(|_| {
+            let (group, name) = (self.table.group, &self.table.variables[column].name);
+            let row = self.first + row;
+            self.file
+                .source
+                .missing(format!("count in row {row} of /{group}/{name}, but {value}"))
+        })
+    }
+}
+
+/// A group of which this version knows the name only.
+#[derive(Debug, Clone, PartialEq)]
+pub struct AddedGroup {
+    /// Attributes in alphabetical order.
+    pub attributes: Vec<(String, AttributeValue)>,
+    /// Columns in the order of the file, with their first values.
+    pub columns: Vec<(TableColumn, Vec<f64>)>,
+}
+
+/// Values row by row, and numbers of rows and columns.
+pub type Matrix = (Vec<f64>, [usize; 2]);
+
+/// A numeric column in a result file.
+#[derive(Debug, Clone, PartialEq)]
+pub struct TableColumn {
+    /// Name in the group.
+    pub name: String,
+    /// UDUNITS unit.
+    pub units: String,
+    /// Description.
+    pub long_name: String,
+    /// Whether the values are integers.
+    pub whole: bool,
+    /// Meanings of codes; empty if there are none.
+    pub flags: Vec<(i64, String)>,
+    /// Number of values.
+    pub rows: usize,
+}
+
+fn blocks(rows: usize) -> impl Iterator<Item = Range<usize>> {
+    (0..rows)
+        .step_by(BLOCK)
+        .map(move |start| start..rows.min(start + BLOCK))
+}

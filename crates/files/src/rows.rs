@@ -1,0 +1,125 @@
+//! Rows of a run as table rows of a result file, in memory or on disk.
+
+use super::ResultError;
+use super::schema;
+use stickslip_system::numerics::chebyshev::COEFFICIENTS;
+use stickslip_system::record::{Cycle, Event, Piece, Recorder, RecorderError, Sample, Segment};
+
+/// Positions in [`schema::tables`]; tables of the dense output follow.
+pub(super) const TRAJECTORY: usize = 0;
+pub(super) const EVENTS: usize = 1;
+pub(super) const SEGMENTS: usize = 2;
+pub(super) const STICK_SLIP: usize = 3;
+pub(super) const PIECES: usize = 4;
+pub(super) const PIECE_COEFFICIENTS: usize = 5;
+
+/// Takes table rows, with a value for every variable of the table in the order of the schema.
+pub(super) trait TableRows {
+    fn rows(&self, table: usize) -> usize;
+
+    /// Takes a row in consecutive parts; ignored if the table does not exist.
+    fn take(&mut self, table: usize, row: &[&[f64]]) -> Result<(), ResultError>;
+
+    /// Values of the next row beyond [`State`](stickslip_system::record::State).
+    fn further(&mut self) -> &mut Vec<f64>;
+
+    fn stores_motion(&self) -> bool {
+        true
+    }
+
+    fn numbered(&mut self, table: usize, row: &[f64]) -> Result<(), ResultError> {
+        let number = self.rows(table) as f64;
+        self.take(table, &[&[number], row])
+    }
+}
+
+/// Makes recorders of types that take rows. (A blanket implementation would also cover types of other crates.)
+macro_rules! record_rows {
+    ($($takes:ty),*) => {$(
+        impl Recorder for $takes {
+            fn further(&mut self, values: &[f64]) -> Result<(), RecorderError> {
+                values.clone_into(TableRows::further(self));
+                Ok(())
+            }
+
+            fn sample(&mut self, sample: &Sample) -> Result<(), RecorderError> {
+                let further = std::mem::take(TableRows::further(self));
+                let head = [sample.time, sample.mode.code().into(), sample.segment.into()];
+                let (state, channels) = (sample.state.values(), sample.channels.values());
+                let taken = self.take(TRAJECTORY, &[&head, &state, &channels, &further]);
+                *TableRows::further(self) = further;
+                Ok(taken?)
+            }
+
+            fn event(&mut self, event: &Event) -> Result<(), RecorderError> {
+                let further = std::mem::take(TableRows::further(self));
+                let head = [
+                    TableRows::rows(self, EVENTS) as f64,
+                    event.time,
+                    event.kind.code().into(),
+                    event.mode_after.code().into(),
+                    event.mode_after.sense().into(),
+                    event.segment.into(),
+                ];
+                let (before, after) = (event.before.values(), event.after.values());
+                let taken = self.take(EVENTS, &[&head, &before, &after, &[event.internal_force], &further]);
+                *TableRows::further(self) = further;
+                Ok(taken?)
+            }
+
+            fn segment(&mut self, segment: &Segment) -> Result<(), RecorderError> {
+                let row = [
+                    segment.start,
+                    segment.end,
+                    segment.mode.code().into(),
+                    solver_code(segment.solver).into(),
+                    segment.steps as f64,
+                    segment.rhs_evaluations as f64,
+                    segment.jacobian_evaluations as f64,
+                    segment.linear_solver_setups as f64,
+                    segment.error_test_failures as f64,
+                    segment.nonlinear_iterations as f64,
+                    segment.nonlinear_convergence_failures as f64,
+                    segment.root_evaluations as f64,
+                    segment.last_order.into(),
+                    segment.last_step,
+                ];
+                Ok(self.numbered(SEGMENTS, &row)?)
+            }
+
+            fn piece(&mut self, piece: &Piece<'_>) -> Result<(), RecorderError> {
+                let row = [piece.start, piece.end, piece.mode.code().into(), piece.segment.into()];
+                self.numbered(PIECES, &row)?;
+                for degree in 0..COEFFICIENTS {
+                    let of_channels = piece.coefficients.iter().skip(degree).step_by(COEFFICIENTS);
+                    let row: Vec<f64> = of_channels.copied().collect();
+                    self.numbered(PIECE_COEFFICIENTS, &row)?;
+                }
+                Ok(())
+            }
+
+            fn cycle(&mut self, cycle: &Cycle) -> Result<(), RecorderError> {
+                let row = [cycle.stick_duration, cycle.slip_duration, cycle.period];
+                Ok(self.numbered(STICK_SLIP, &row)?)
+            }
+
+            fn stores_events(&self) -> bool {
+                true
+            }
+
+            fn stores_motion(&self) -> bool {
+                TableRows::stores_motion(self)
+            }
+        }
+    )*};
+}
+
+record_rows!(super::kept::KeptRows, super::writer::ResultWriter);
+
+/// "erk-NAME" counts as "erk".
+fn solver_code(solver: &str) -> i8 {
+    let named = |name: &str| schema::SOLVERS.iter().find(|flag| flag.1 == name).map(|flag| flag.0);
+    named(solver)
+        .or_else(|| named(solver.split('-').next().unwrap_or_default()))
+        .unwrap_or(-1)
+}

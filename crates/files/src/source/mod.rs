@@ -1,0 +1,474 @@
+//! An HDF5 file that this process did not write, open for reading.
+//!
+//! HDF5 trusts its input: a damaged file can crash it, keep it busy for ever, or make it request all memory. A file is
+//! therefore opened only if its seal is intact or if a short-lived process has read it first ([`probe`]). Without a
+//! program for this, every file is opened at once.
+
+mod handles;
+mod objects;
+mod probe;
+mod tables;
+
+use std::collections::{HashMap, HashSet};
+use std::ops::Range;
+use std::path::{Path, PathBuf};
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Mutex, MutexGuard, Once, PoisonError};
+use std::time::{Duration, SystemTime};
+
+use super::attributes::AttributeValue;
+use super::schema::{Kind, Variable, attribute};
+use super::values::Number;
+use super::{Reason, ResultError, disk, lock, raw, schema};
+use handles::{Answered, Handles, VALUES, joined};
+pub(super) use objects::{DatasetInfo, Fault, Holds, Member, Object};
+pub use probe::{probe, probe_by_this_program, probe_if_asked, run_probe, set_probe};
+pub use tables::TableReader;
+pub(super) use tables::uneven;
+
+static FOLLOW_EXTERNAL: AtomicBool = AtomicBool::new(false);
+
+/// Identity of a file's content, which changes when the file is written or replaced.
+#[derive(Debug, Clone, PartialEq)]
+struct Identity {
+    /// Device and inode, if the system knows them.
+    at: Option<(u64, u64)>,
+    length: u64,
+    changed: Option<SystemTime>,
+}
+
+impl Identity {
+    fn of(path: &Path) -> Option<Identity> {
+        let found = std::fs::metadata(path).ok()?;
+        Some(Identity {
+            at: disk::number_of(&found),
+            length: found.len(),
+            changed: found.modified().ok(),
+        })
+    }
+}
+
+/// Sets whether links into other files, external storage, and virtual datasets over files elsewhere are followed
+/// (default: no).
+pub fn follow_external(follow: bool) {
+    FOLLOW_EXTERNAL.store(follow, Ordering::Relaxed);
+}
+
+fn locked<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
+    mutex.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+#[derive(Debug, Clone)]
+struct Opening {
+    follow_external: bool,
+    /// Cached bytes of each variable.
+    chunk_cache: Option<usize>,
+    /// Whether the file is growing: all metadata is then read at once, and kept.
+    growing: bool,
+}
+
+pub(super) struct Source {
+    path: PathBuf,
+    opening: Opening,
+    identity: Option<Identity>,
+    handles: Mutex<Option<Handles>>,
+    known: Mutex<HashMap<String, Option<DatasetInfo>>>,
+}
+
+impl std::fmt::Debug for Source {
+    fn fmt(&self, formatter: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        formatter
+            .debug_struct("Source")
+            .field("path", &self.path)
+            .finish_non_exhaustive()
+    }
+}
+
+#[derive(Debug, Default)]
+pub(super) struct Described {
+    pub(super) units: Option<String>,
+    pub(super) long_name: Option<String>,
+    pub(super) flags: Vec<(i64, String)>,
+    pub(super) fill: Option<AttributeValue>,
+}
+
+impl Described {
+    pub(super) fn variable(self, name: String, kind: Kind) -> Variable {
+        Variable {
+            name,
+            kind,
+            fill: self.count_fill(),
+            units: self.units.unwrap_or_default(),
+            long_name: self.long_name.unwrap_or_default(),
+            flags: self.flags,
+        }
+    }
+
+    pub(super) fn count_fill(&self) -> Option<i64> {
+        self.fill.as_ref().and_then(AttributeValue::integer)
+    }
+}
+
+/// Attempts to open a file that is being written, and the pause between them.
+const ATTEMPTS: usize = 50;
+const PAUSE: Duration = Duration::from_millis(20);
+
+impl Source {
+    /// Opens any HDF5 file. A file that a run is writing is read as of its last flush, and stays so.
+    pub(super) fn open(path: &Path) -> Result<Source, ResultError> {
+        Self::open_with(path, None)
+    }
+
+    pub(super) fn open_known(path: &Path) -> Result<Source, ResultError> {
+        let source = Self::open(path)?;
+        let known = i64::from(schema::FORMAT_VERSION);
+        match source.attribute("", schema::root::FORMAT_VERSION)? {
+            Some(AttributeValue::Integer(found)) if found > known => Err(Reason::Newer { found, known }.of(path)),
+            _ => Ok(source),
+        }
+    }
+
+    /// Opens a file of one of this program's formats, in tables whose columns have one length.
+    pub(super) fn open_format(path: &Path, format: &str) -> Result<Source, ResultError> {
+        let source = Self::open_known(path)?;
+        let found = source.text_attribute("", schema::root::FORMAT)?;
+        if found.as_deref() != Some(format) {
+            return Err(Reason::NotAResult(found).of(path));
+        }
+        source.check_tables()?;
+        Ok(source)
+    }
+
+    /// Whether a file is of this format, be its tables as they may.
+    pub(super) fn is_of_format(path: &Path, format: &str) -> bool {
+        let is_uneven = |error: &ResultError| matches!(error.reason, Reason::Uneven { .. });
+        Self::open_format(path, format).map_or_else(|error| is_uneven(&error), |_| true)
+    }
+
+    /// [`Self::open`] with a chunk cache for each variable: a compressed chunk beyond HDF5's own choice is unpacked
+    /// again for every block of rows.
+    pub(super) fn open_with(path: &Path, chunk_cache: Option<usize>) -> Result<Source, ResultError> {
+        check_plain(path)?;
+        let opening = Opening {
+            follow_external: FOLLOW_EXTERNAL.load(Ordering::Relaxed),
+            chunk_cache,
+            growing: false,
+        };
+        let (mut has_grown, mut probed) = (false, false);
+        for _ in 0..ATTEMPTS {
+            let flushes = lock::flushes(path);
+            has_grown |= flushes.is_some();
+            if has_grown && !path.exists() {
+                return Err(Reason::Ended.of(path));
+            }
+            match flushes {
+                None => {
+                    let identity = Identity::of(path);
+                    match probe::admit(path, opening.follow_external, false) {
+                        Err(Reason::Changed) => {}
+                        Err(reason) => return Err(reason.of(path)),
+                        Ok(()) => {
+                            let opened = Self::opened(path, opening.clone());
+                            if Identity::of(path) == identity {
+                                return opened;
+                            }
+                        }
+                    }
+                }
+                // The probe takes longer than the time between two flushes, so that the file opened later is of a later
+                // flush.
+                Some(_) if !probed => match probe::admit(path, opening.follow_external, true) {
+                    Err(Reason::Changed) => {}
+                    Err(reason) => return Err(reason.of(path)),
+                    Ok(()) => {
+                        probed = true;
+                        continue;
+                    }
+                },
+                Some(before) if before.is_multiple_of(2) => {
+                    let growing = Opening {
+                        growing: true,
+                        ..opening.clone()
+                    };
+                    let opened = Self::opened(path, growing);
+                    if lock::flushes(path) == Some(before) {
+                        return opened;
+                    }
+                }
+                Some(_) => {}
+            }
+            std::thread::sleep(PAUSE);
+        }
+        Err(if has_grown { Reason::Growing } else { Reason::Changed }.of(path))
+    }
+
+    fn opened(path: &Path, opening: Opening) -> Result<Source, ResultError> {
+        // HDF5 would follow such links behind virtual datasets. Another program may need them for its own files.
+        static FORGOTTEN: Once = Once::new();
+        if !opening.follow_external && probe::owns_process() {
+            FORGOTTEN.call_once(|| {
+                if let Err(error) = raw::forget_external_links() {
+                    log::debug!("links into other files: {error}");
+                }
+            });
+        }
+        let source = Source {
+            path: path.to_owned(),
+            identity: Identity::of(path),
+            opening,
+            handles: Mutex::new(None),
+            known: Mutex::default(),
+        };
+        source.ask(|_| Ok(()))?;
+        Ok(source)
+    }
+
+    /// Closes the file until its next use: a merger has a thousand shards, more than a process may open.
+    pub(super) fn close(&self) {
+        // The state of a growing file at opening would be lost.
+        if !self.opening.growing {
+            *locked(&self.handles) = None;
+        }
+    }
+
+    fn close_datasets(&self) {
+        if let Some(handles) = &mut *locked(&self.handles)
+            && !self.opening.growing
+        {
+            handles.close_datasets();
+        }
+    }
+
+    pub(super) fn path(&self) -> &Path {
+        &self.path
+    }
+
+    pub(super) fn is_growing(&self) -> bool {
+        self.opening.growing
+    }
+
+    fn ask<T>(&self, question: impl FnOnce(&mut Handles) -> Answered<T>) -> Result<T, ResultError> {
+        let mut handles = locked(&self.handles);
+        let handles = match &mut *handles {
+            Some(handles) => handles,
+            closed => {
+                if Identity::of(&self.path) != self.identity && !self.opening.growing {
+                    return Err(Reason::Changed.of(&self.path));
+                }
+                let opened = Handles::open(&self.path, &self.opening);
+                closed.insert(opened.map_err(|fault| self.fault(&fault))?)
+            }
+        };
+        question(handles).map_err(|fault| self.fault(&fault))
+    }
+
+    /// Members of a group, in the order of creation if it is known.
+    pub(super) fn members(&self, group: &str) -> Result<Vec<Member>, ResultError> {
+        self.identity_and_members(group).map(|found| found.1)
+    }
+
+    fn identity_and_members(&self, group: &str) -> Result<(String, Vec<Member>), ResultError> {
+        self.ask(|handles| handles.members(group))
+    }
+
+    pub(super) fn attributes(&self, object: &str) -> Result<Vec<(String, AttributeValue)>, ResultError> {
+        self.ask(|handles| handles.attributes(object))
+    }
+
+    pub(super) fn attribute(&self, object: &str, name: &str) -> Result<Option<AttributeValue>, ResultError> {
+        self.ask(|handles| handles.attribute(object, name))
+    }
+
+    pub(super) fn text_attribute(&self, object: &str, name: &str) -> Result<Option<String>, ResultError> {
+        Ok(match self.attribute(object, name)? {
+            Some(AttributeValue::Text(text)) => Some(text),
+            _ => None,
+        })
+    }
+
+    pub(super) fn described(&self, path: &str) -> Result<Described, ResultError> {
+        let mut described = Described::default();
+        let (mut codes, mut meanings) = (Vec::new(), String::new());
+        for (name, value) in self.attributes(path)? {
+            match (name.as_str(), value) {
+                (attribute::UNITS, AttributeValue::Text(text)) => described.units = Some(text),
+                (attribute::LONG_NAME, AttributeValue::Text(text)) => described.long_name = Some(text),
+                (attribute::FLAG_MEANINGS, AttributeValue::Text(text)) => meanings = text,
+                (attribute::FLAG_VALUES, AttributeValue::Integers(list)) => codes = list,
+                (attribute::FLAG_VALUES, AttributeValue::Integer(code)) => codes = vec![code],
+                (attribute::FILL_VALUE, fill) => described.fill = Some(fill),
+                _ => {}
+            }
+        }
+        let words = meanings.split_whitespace().map(str::to_owned);
+        described.flags = codes.into_iter().zip(words).collect();
+        Ok(described)
+    }
+
+    pub(super) fn dataset(&self, path: &str) -> Result<Option<DatasetInfo>, ResultError> {
+        if let Some(known) = locked(&self.known).get(path) {
+            return Ok(known.clone());
+        }
+        let info = self.ask(|handles| handles.look(path))?;
+        locked(&self.known).insert(path.to_owned(), info.clone());
+        Ok(info)
+    }
+
+    /// A part of a dataset, the last dimension fastest, read in pieces of limited size.
+    pub(super) fn read<T: Number>(&self, path: &str, part: &[Range<usize>]) -> Result<Vec<T>, ResultError> {
+        let size = |part: &[Range<usize>]| part.iter().map(ExactSizeIterator::len).product::<usize>();
+        let whole = size(part);
+        if whole > MOST_VALUES {
+            return Err(self.refused(format!("{whole} values of /{path} are wanted at once")));
+        }
+        if whole > VALUES
+            && let Some(at) = part.iter().position(|range| range.len() > 1)
+        {
+            // Halves the slowest dimension that can be halved.
+            let middle = part[at].start + part[at].len() / 2;
+            let [mut first, mut second] = [part.to_vec(), part.to_vec()];
+            first[at].end = middle;
+            second[at].start = middle;
+            let mut values = self.read(path, &first)?;
+            values.extend(self.read::<T>(path, &second)?);
+            return Ok(values);
+        }
+        self.ask(|handles| handles.read(path, part))
+    }
+
+    pub(super) fn read_rows<T: Number>(&self, path: &str, rows: Range<usize>) -> Result<Vec<T>, ResultError> {
+        self.read(path, std::slice::from_ref(&rows))
+    }
+
+    pub(super) fn blocks<T: Number>(
+        &self,
+        path: &str,
+        shape: &[usize],
+        block: usize,
+        take: &mut dyn FnMut(Vec<T>),
+    ) -> Result<(), ResultError> {
+        let part: Vec<Range<usize>> = shape.iter().map(|&length| 0..length).collect();
+        self.blocks_of(path, &part, 0, block, take)
+    }
+
+    /// Divides a part along dimension `along` and, if one index is too large, along the next.
+    fn blocks_of<T: Number>(
+        &self,
+        path: &str,
+        part: &[Range<usize>],
+        along: usize,
+        block: usize,
+        take: &mut dyn FnMut(Vec<T>),
+    ) -> Result<(), ResultError> {
+        let Some(whole) = part.get(along).cloned() else {
+            take(self.read(path, part)?);
+            return Ok(());
+        };
+        let across: usize = part[along + 1..].iter().map(ExactSizeIterator::len).product();
+        let step = (block / across.max(1)).max(1);
+        let mut part = part.to_vec();
+        for start in whole.clone().step_by(step).take_while(|_| across > 0) {
+            part[along] = start..whole.end.min(start + step);
+            if across > VALUES {
+                self.blocks_of(path, &part, along + 1, block, take)?;
+            } else {
+                take(self.read(path, &part)?);
+            }
+        }
+        Ok(())
+    }
+
+    pub(super) fn text(&self, path: &str) -> Result<Option<String>, ResultError> {
+        self.ask(|handles| handles.text(path))
+    }
+
+    pub(super) fn texts(&self, path: &str) -> Result<Vec<String>, ResultError> {
+        self.ask(|handles| handles.texts(path))
+    }
+
+    /// Calls `visit` for every dataset and group below the root, in the order of the file, each group once. Fails if
+    /// there are too many or too deep ones, or the file cannot be read.
+    pub(super) fn walk(
+        &self,
+        visit: &mut dyn FnMut(&str, &Member) -> Result<(), ResultError>,
+    ) -> Result<(), ResultError> {
+        let mut walk = Walk {
+            seen: HashSet::new(),
+            count: 0,
+            visit,
+        };
+        self.walk_in("", DEPTH, &mut walk)
+    }
+
+    fn walk_in(&self, group: &str, depth: usize, walk: &mut Walk) -> Result<(), ResultError> {
+        let (identity, members) = self.identity_and_members(group)?;
+        walk.seen.insert(identity);
+        for member in members {
+            walk.count += 1;
+            if walk.count > OBJECTS {
+                return Err(self.refused(format!("has more than {OBJECTS} objects")));
+            }
+            let inside = joined(group, &member.name);
+            if let Object::Group(identity) = &member.is {
+                if walk.seen.contains(identity) {
+                    continue;
+                }
+                if depth == 0 {
+                    return Err(self.refused(format!("has more than {DEPTH} groups within each other")));
+                }
+                (walk.visit)(&inside, &member)?;
+                self.walk_in(&inside, depth - 1, walk)?;
+            } else {
+                (walk.visit)(&inside, &member)?;
+            }
+        }
+        Ok(())
+    }
+
+    pub(super) fn fault(&self, fault: &Fault) -> ResultError {
+        match fault.clone() {
+            Fault::Hdf5(detail) => return ResultError::read_detail(&self.path, detail),
+            Fault::Refused(what) => Reason::BeyondLimits(what),
+            Fault::Unnamed(place) => Reason::Unnamed(place),
+            Fault::Absent(what) => Reason::Absent(what),
+            Fault::Elsewhere(what) => Reason::Elsewhere(what),
+        }
+        .of(&self.path)
+    }
+
+    pub(super) fn missing(&self, what: impl Into<String>) -> ResultError {
+        Reason::Missing(what.into()).of(&self.path)
+    }
+
+    pub(super) fn refused(&self, what: String) -> ResultError {
+        Reason::BeyondLimits(what).of(&self.path)
+    }
+}
+
+struct Walk<'a> {
+    seen: HashSet<String>,
+    count: usize,
+    visit: &'a mut dyn FnMut(&str, &Member) -> Result<(), ResultError>,
+}
+
+/// Limits: nested groups, objects in a file,
+const DEPTH: usize = 32;
+const OBJECTS: usize = 65_536;
+/// values held at once (0.5 GB).
+const MOST_VALUES: usize = 1 << 26;
+
+fn check_plain(path: &Path) -> Result<(), ResultError> {
+    if !path.exists() {
+        return Err(Reason::NotFound.of(path));
+    }
+    if path.is_dir() {
+        return Err(Reason::FolderIsNoResult.of(path));
+    }
+    // Only plain files are opened: a pipe would block.
+    let has_signature =
+        || disk::has_hdf5_signature(path).map_err(|error| ResultError::io(path, "reading the file", error));
+    if !path.is_file() || !has_signature()? {
+        return Err(Reason::NotHdf5.of(path));
+    }
+    Ok(())
+}

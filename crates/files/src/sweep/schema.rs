@@ -1,0 +1,164 @@
+//! Names and plan of a sweep file.
+
+use super::partition::Partition;
+use crate::AttributeValue;
+use crate::schema::{self, Table, Variable};
+
+/// Smallest number of points in the buffer, and size of a chunk.
+pub(super) const BLOCK: usize = 16_384;
+/// Variable with the outcome of a point.
+pub(super) const POINT_STATUS: &str = "status";
+pub(super) const POINT_STATUSES: [(i8, &str); 3] = [(0, "complete"), (1, "failed"), (2, "missing")];
+pub(super) const POINT: &str = "point";
+/// Groups of a sweep file, with their dimensions.
+pub(super) const FAILURES: (&str, &str) = ("failures", "failure");
+pub(super) const EVENTS: (&str, &str) = ("events", "event");
+/// Group of a shard with the axes of a grid.
+pub(super) const AXES_GROUP: &str = "axes";
+pub(super) const INPUT_STUDY: &str = "study";
+pub(super) const INPUT_CASE: &str = "case";
+pub(super) const DIGEST: &str = "study_digest";
+
+/// Metadata of a study.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct SweepHeader {
+    /// Root attribute `title`.
+    pub title: String,
+    /// Program with its version; root attribute `source`.
+    pub source: String,
+    /// Publication of the model; root attribute `references`.
+    pub references: String,
+    /// Root attribute `history`, without a time, so that the same study gives the same file.
+    pub history: String,
+    /// Digest that identifies the study.
+    pub digest: String,
+    /// The study's TOML text as given.
+    pub study_text: String,
+    /// Text of the base case, as TOML.
+    pub case_text: String,
+    /// Attributes of /meta.
+    pub meta: Vec<(String, AttributeValue)>,
+}
+
+/// An axis: a dimension of a grid, or a column of a table. Words are stored as codes.
+#[derive(Debug, Clone, PartialEq)]
+pub struct SweepAxis {
+    /// Name, unit and description of its coordinates.
+    pub variable: Variable,
+    /// Keys of the axis, separated by blanks.
+    pub keys: String,
+    /// Coordinates in a grid (codes for words); empty for a column.
+    pub values: Vec<f64>,
+}
+
+impl SweepAxis {
+    /// An axis of numbers or, if there are any, of these words.
+    pub fn new(name: &str, keys: String, units: &str, long_name: &str, words: &[String], values: Vec<f64>) -> Self {
+        let mut variable = match words {
+            [] => Variable::quantity(name, units, long_name),
+            _ => Variable::index(name, long_name),
+        };
+        let words = words.iter().map(|word| word.replace(char::is_whitespace, "_"));
+        variable.flags = (0..).zip(words).collect();
+        SweepAxis { variable, keys, values }
+    }
+}
+
+/// Wording of a study's events.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct EventForm {
+    /// Whether cases number their parts; their contact may be engaged.
+    pub numbers_parts: bool,
+    /// Whether metres replace radians.
+    pub translation: bool,
+}
+
+impl EventForm {
+    /// Table of the events of all points, point after point.
+    pub(super) fn table(self) -> Table {
+        let speed = if self.translation { "m s-1" } else { "rad s-1" };
+        let (group, dimension) = EVENTS;
+        let number = Variable::quantity;
+        let variables = vec![
+            Variable::count(dimension, "index of the event"),
+            Variable::count(POINT, "number of the point that the event belongs to"),
+            number("time", "s", "time of the event"),
+            Variable::code("kind", "what happened", &schema::kind_flags()),
+            Variable::code(
+                "mode_after",
+                "mode after the event",
+                &schema::mode_flags(self.numbers_parts),
+            ),
+            number("relative_velocity", speed, "relative velocity omega_r before the event"),
+            number("internal_force", "N", "T_f / r just before the event"),
+        ];
+        Table::new(group, BLOCK, variables)
+    }
+}
+
+/// Layout of the points.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum SweepLayout {
+    /// Every variable has the axes as dimensions, the last one fastest.
+    Grid,
+    /// The axes are columns over the dimension `point`.
+    Table,
+}
+
+/// Size and contents of a sweep file.
+#[derive(Debug, Clone, PartialEq)]
+pub struct SweepPlan {
+    /// A grid or a table of points.
+    pub layout: SweepLayout,
+    /// The axes; in a grid, the last runs fastest.
+    pub axes: Vec<SweepAxis>,
+    /// Variables; missing values are [`Variable::fill`] in counts, NaN in quantities.
+    pub variables: Vec<Variable>,
+    /// Number of points.
+    pub points: usize,
+    /// Wording of the events, if they are kept.
+    pub events: Option<EventForm>,
+    /// The shard, if the file holds one instead of the whole study; its points form a table.
+    pub shard: Option<ShardPlan>,
+}
+
+/// An event of a point: time (s), codes of kind and later mode, relative velocity (rad/s), internal force (N).
+pub(crate) type SweepCell = [f64; 5];
+
+/// A point of a sweep file.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct SweepRow {
+    /// Number of the point in the study, from 0.
+    pub number: u64,
+    /// Values on the axes of a table; empty in a grid.
+    pub coordinates: Vec<f64>,
+    /// A value for each variable (NaN if missing); `None` if the point failed or is missing.
+    pub values: Option<Vec<f64>>,
+    /// Message of a failed point.
+    pub failure: Option<String>,
+    /// Events of the point; empty where they are not kept.
+    pub events: Vec<SweepCell>,
+}
+
+impl ShardPlan {
+    /// Whether the shard contains a point of the study.
+    pub fn holds(&self, number: u64) -> bool {
+        self.partition.owner(number as usize) == self.shard
+    }
+
+    /// Number of points in the shard.
+    pub fn points(&self) -> usize {
+        self.partition.size(self.shard)
+    }
+}
+
+/// Part of a study in a shard's file.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct ShardPlan {
+    /// Index of the shard, from 0.
+    pub shard: usize,
+    /// How the points of the study are divided into shards.
+    pub partition: Partition,
+    /// Layout of the whole study.
+    pub layout: SweepLayout,
+}

@@ -1,0 +1,417 @@
+//! File of a shard: some of a study's points, with all data for the merger.
+//!
+//! The points form a table, whatever the study's layout; `point` has their numbers in the study. Root attributes have
+//! number and count of the shard; a grid's axes are in /axes.
+
+use std::path::Path;
+use std::sync::Arc;
+
+use super::columns::write_axis;
+use super::file::SweepFile;
+use super::partition::Partition;
+use super::schema::{
+    AXES_GROUP, DIGEST, EVENTS, EventForm, INPUT_CASE, INPUT_STUDY, POINT, POINT_STATUS, POINT_STATUSES, ShardPlan,
+    SweepAxis, SweepCell, SweepHeader, SweepLayout, SweepPlan, SweepRow,
+};
+use crate::attributes::{AttributeValue, write_attribute};
+use crate::schema::{self, Kind, root};
+use crate::source::Source;
+use crate::table::create_group;
+use crate::{Reason, ResultError};
+
+/// Root attributes: number of the shard, from 1, and number of shards;
+const SHARD: &str = "shard";
+const SHARD_COUNT: &str = "shard_count";
+/// axis lengths of a grid, number of points of a table;
+const SHAPE: &str = "study_shape";
+/// layout of the whole, "grid" or "table";
+const LAYOUT: &str = "study_layout";
+/// names of axes and of variables, in order, separated by blanks;
+const AXES: &str = "study_axes";
+const VARIABLES: &str = "study_variables";
+/// names of /meta's attributes, in order.
+const META: &str = "study_meta";
+/// Limits of a study far beyond any real one: points; shards; axes or variables of a point.
+const POINTS: usize = 1 << 40;
+const SHARDS: usize = 1 << 20;
+const NAMES: usize = 4096;
+
+pub(super) fn describe(
+    file: &hdf5::File,
+    header: &SweepHeader,
+    shard: &ShardPlan,
+    plan: &SweepPlan,
+) -> hdf5::Result<()> {
+    for (name, number) in [(SHARD, shard.shard + 1), (SHARD_COUNT, shard.partition.shards())] {
+        write_attribute(file, name, number as i64)?;
+    }
+    let shape: Vec<i64> = shard.partition.shape().iter().map(|&length| length as i64).collect();
+    write_attribute(file, SHAPE, shape)?;
+    let layout = match shard.layout {
+        SweepLayout::Grid => "grid",
+        SweepLayout::Table => "table",
+    };
+    write_attribute(file, LAYOUT, layout)?;
+    let names: Vec<&str> = plan.axes.iter().map(|axis| axis.variable.name.as_str()).collect();
+    write_attribute(file, AXES, names.join(" "))?;
+    let names: Vec<&str> = plan.variables.iter().map(|variable| variable.name.as_str()).collect();
+    write_attribute(file, VARIABLES, names.join(" "))?;
+    let names: Vec<&str> = header.meta.iter().map(|(name, _)| name.as_str()).collect();
+    write_attribute(file, META, names.join(" "))?;
+    if shard.layout == SweepLayout::Grid {
+        let group = create_group(file, AXES_GROUP)?;
+        for axis in &plan.axes {
+            write_axis(&group, axis)?;
+        }
+    }
+    Ok(())
+}
+
+/// The file of a shard, open for reading.
+#[derive(Debug)]
+pub struct ShardFile {
+    inner: Arc<SweepFile>,
+    shard: usize,
+    partition: Partition,
+    layout: SweepLayout,
+}
+
+impl ShardFile {
+    /// Opens a shard's file. Fails if it is missing, of another kind, damaged, or of a newer version.
+    pub fn open(path: &Path) -> Result<Self, ResultError> {
+        let source = Source::open_known(path)?;
+        let inner = SweepFile { source };
+        if inner.text(root::FORMAT).as_deref() != Some(schema::SWEEP_SHARD_FORMAT) {
+            return Err(Reason::NotAShard.of(path));
+        }
+        inner.source.check_tables()?;
+        let damaged = |what: &str| Reason::Missing(format!("usable attribute {what}")).of(path);
+        let positive = |value: i64| usize::try_from(value).ok().filter(|&value| value >= 1);
+        let number = |name: &str| match inner.source.attribute("", name)? {
+            Some(AttributeValue::Integer(value)) => positive(value).ok_or_else(|| damaged(name)),
+            _ => Err(damaged(name)),
+        };
+        let (shard, count) = (number(SHARD)? - 1, number(SHARD_COUNT)?);
+        let shape: Option<Vec<usize>> = match inner.source.attribute("", SHAPE)? {
+            Some(AttributeValue::Integers(lengths)) => lengths.into_iter().map(positive).collect(),
+            _ => None,
+        };
+        let shape = shape.ok_or_else(|| damaged(SHAPE))?;
+        let layout = match inner.text(LAYOUT).as_deref() {
+            Some("grid") => SweepLayout::Grid,
+            Some("table") => SweepLayout::Table,
+            _ => return Err(damaged(LAYOUT)),
+        };
+        let points = shape
+            .iter()
+            .try_fold(1_usize, |points, &length| points.checked_mul(length));
+        if shape.is_empty() || points.is_none_or(|points| points > POINTS) {
+            return Err(damaged(SHAPE));
+        }
+        if shard >= count || count > SHARDS || points.is_none_or(|points| count > points) {
+            return Err(damaged(SHARD_COUNT));
+        }
+        let partition = Partition::new(&shape, count);
+        let (rows, expected) = (inner.shape(POINT)?, partition.size(shard));
+        if rows != [expected] {
+            let what = format!("column {POINT} of {expected} points, but one of shape {rows:?}");
+            return Err(Reason::Missing(what).of(path));
+        }
+        Ok(ShardFile {
+            inner: Arc::new(inner),
+            shard,
+            partition,
+            layout,
+        })
+    }
+
+    /// Path of the file.
+    pub fn path(&self) -> &Path {
+        self.inner.path()
+    }
+
+    pub(super) fn close(&self) {
+        self.inner.source.close();
+    }
+
+    /// Index of the shard, from 0.
+    pub fn shard(&self) -> usize {
+        self.shard
+    }
+
+    /// Distribution of the study's points.
+    pub fn partition(&self) -> &Partition {
+        &self.partition
+    }
+
+    /// Digest of the study.
+    pub fn digest(&self) -> Option<String> {
+        self.inner.digest()
+    }
+
+    /// Failed points with their messages. Fails if they are unreadable.
+    pub fn failures(&self) -> Result<Vec<(u64, String)>, ResultError> {
+        self.inner.failures()
+    }
+
+    /// Number of finished points, failed ones included. Fails if it is unreadable.
+    pub fn done(&self) -> Result<usize, ResultError> {
+        let missing = f64::from(POINT_STATUSES[2].0);
+        let status = self.inner.numbers(POINT_STATUS)?;
+        Ok(status.iter().filter(|&&status| status != missing).count())
+    }
+
+    fn event_form(&self) -> Result<Option<EventForm>, ResultError> {
+        let members = self.inner.source.members("")?;
+        if !members.iter().any(|member| member.name == EVENTS.0) {
+            return Ok(None);
+        }
+        let motion = match self.inner.source.attribute(schema::group::META, schema::META_MOTION)? {
+            Some(AttributeValue::Text(motion)) => Some(motion),
+            _ => None,
+        };
+        Ok(Some(EventForm {
+            numbers_parts: motion.is_some(),
+            translation: motion.as_deref() == Some(schema::TRANSLATION),
+        }))
+    }
+
+    pub(super) fn header(&self) -> Result<SweepHeader, ResultError> {
+        let text = |name: &str| self.inner.text(name).ok_or_else(|| self.inner.missing(name));
+        let input = |name: &str| {
+            let name = format!("{}/{name}", schema::group::INPUT);
+            self.inner.dataset(&name)?;
+            self.inner.source.text(&name)?.ok_or_else(|| self.inner.missing(&name))
+        };
+        let mut meta = Vec::new();
+        for name in text(META)?.split_whitespace() {
+            let value = self.inner.source.attribute(schema::group::META, name)?;
+            let missing = || self.inner.missing(&format!("{}/{name}", schema::group::META));
+            meta.push((name.to_owned(), value.ok_or_else(missing)?));
+        }
+        Ok(SweepHeader {
+            title: text(root::TITLE)?,
+            source: text(root::SOURCE)?,
+            references: text(root::REFERENCES)?,
+            history: text(root::HISTORY)?,
+            digest: text(DIGEST)?,
+            study_text: input(INPUT_STUDY)?,
+            case_text: input(INPUT_CASE)?,
+            meta,
+        })
+    }
+
+    pub(super) fn plan(&self) -> Result<SweepPlan, ResultError> {
+        let names = |list: &str| -> Result<Vec<String>, ResultError> {
+            let text = self.inner.text(list).ok_or_else(|| self.inner.missing(list))?;
+            let names: Vec<String> = text.split_whitespace().map(str::to_owned).collect();
+            if names.is_empty() || names.len() > NAMES {
+                let what = format!("usable attribute {list}: 1 to {NAMES} names");
+                return Err(Reason::Missing(what).of(self.path()));
+            }
+            Ok(names)
+        };
+        let mut axes = Vec::new();
+        for name in names(AXES)? {
+            let described = self.inner.source.described(&name).unwrap_or_default();
+            axes.push(SweepAxis {
+                keys: self.inner.attribute(&name, "keys").unwrap_or_default(),
+                values: match self.layout {
+                    SweepLayout::Grid => self.inner.numbers(&format!("{AXES_GROUP}/{name}"))?,
+                    SweepLayout::Table => Vec::new(),
+                },
+                variable: match described.flags.is_empty() {
+                    true => described.variable(name, Kind::Float64),
+                    false => described.variable(name, Kind::Int32),
+                },
+            });
+        }
+        let mut variables = Vec::new();
+        for name in names(VARIABLES)? {
+            self.inner.dataset(&name)?;
+            let described = self.inner.source.described(&name)?;
+            variables.push(match described.count_fill() {
+                Some(_) => described.variable(name, Kind::Int64),
+                None => described.variable(name, Kind::Float64),
+            });
+        }
+        let shape = self.partition.shape();
+        let fits = match self.layout {
+            SweepLayout::Grid => axes.iter().map(|axis| axis.values.len()).eq(shape.iter().copied()),
+            SweepLayout::Table => shape.len() == 1,
+        };
+        if !fits {
+            let what = format!("usable attribute {SHAPE}: it is {shape:?}");
+            return Err(Reason::Missing(what).of(self.path()));
+        }
+        Ok(SweepPlan {
+            layout: self.layout,
+            axes,
+            variables,
+            points: self.partition.points(),
+            events: self.event_form()?,
+            shard: None,
+        })
+    }
+
+    /// Points one by one, in the order of their numbers.
+    pub(super) fn rows(&self, plan: &SweepPlan) -> Result<ShardRows, ResultError> {
+        let axes: &[SweepAxis] = match self.layout {
+            SweepLayout::Grid => &[],
+            SweepLayout::Table => &plan.axes,
+        };
+        let mut events = None;
+        if plan.events.is_some() {
+            let number = |name: &str| self.column(&format!("{}/{name}", EVENTS.0));
+            let names = ["time", "kind", "mode_after", "relative_velocity", "internal_force"];
+            events = Some(EventRows {
+                point: self.column(&format!("{}/{POINT}", EVENTS.0))?,
+                columns: names.into_iter().map(number).collect::<Result<_, _>>()?,
+                next: 0,
+            });
+        }
+        Ok(ShardRows {
+            number: self.column(POINT)?,
+            status: self.column(POINT_STATUS)?,
+            coordinates: axes
+                .iter()
+                .map(|axis| self.column(&axis.variable.name))
+                .collect::<Result<_, _>>()?,
+            values: plan
+                .variables
+                .iter()
+                .map(|variable| Ok((self.column(&variable.name)?, variable.fill)))
+                .collect::<Result<_, ResultError>>()?,
+            failures: self.failures()?.into_iter().rev().collect(),
+            events,
+            next: 0,
+            file: Arc::clone(&self.inner),
+        })
+    }
+
+    fn column(&self, name: &str) -> Result<Blocks, ResultError> {
+        let info = self.inner.dataset(name)?;
+        let ([length], true) = (&info.shape[..], info.holds.is_number()) else {
+            return Err(self.inner.missing(&format!("{name} that is a column of numbers")));
+        };
+        Ok(Blocks {
+            length: *length,
+            file: Arc::clone(&self.inner),
+            name: name.to_owned(),
+            start: 0,
+            rows: Vec::new(),
+        })
+    }
+}
+
+const BLOCK: usize = 4096;
+
+/// A column, read in blocks from its beginning.
+struct Blocks {
+    file: Arc<SweepFile>,
+    name: String,
+    length: usize,
+    start: usize,
+    rows: Vec<f64>,
+}
+
+impl Blocks {
+    /// Value of a row at or after the last one read; `None` beyond the end.
+    fn at(&mut self, row: usize) -> Result<Option<f64>, ResultError> {
+        if row >= self.length {
+            return Ok(None);
+        }
+        if row >= self.start + self.rows.len() {
+            self.start = row;
+            let end = (row + BLOCK).min(self.length);
+            self.rows = self.file.source.read_rows(&self.name, row..end)?;
+        }
+        Ok(self.rows.get(row - self.start).copied())
+    }
+
+    fn value(&mut self, row: usize) -> Result<f64, ResultError> {
+        self.at(row)?.ok_or_else(|| {
+            self.file
+                .missing(&format!("{} with a row {row}, as its neighbours have", self.name))
+        })
+    }
+}
+
+pub(super) struct ShardRows {
+    file: Arc<SweepFile>,
+    number: Blocks,
+    status: Blocks,
+    coordinates: Vec<Blocks>,
+    values: Vec<(Blocks, Option<i64>)>,
+    /// In reverse order.
+    failures: Vec<(u64, String)>,
+    events: Option<EventRows>,
+    next: usize,
+}
+
+struct EventRows {
+    point: Blocks,
+    columns: Vec<Blocks>,
+    next: usize,
+}
+
+impl EventRows {
+    fn of_point(&mut self, number: u64) -> Result<Vec<SweepCell>, ResultError> {
+        let mut cells = Vec::new();
+        while self.point.at(self.next)? == Some(number as f64) {
+            let mut row = [0.0; 5];
+            for (value, column) in row.iter_mut().zip(&mut self.columns) {
+                *value = column.value(self.next)?;
+            }
+            cells.push(row);
+            self.next += 1;
+        }
+        Ok(cells)
+    }
+}
+
+impl ShardRows {
+    /// The next point, which must have this number. Closes the file.
+    pub(super) fn next(&mut self, number: u64) -> Result<SweepRow, ResultError> {
+        let row = self.read(number)?;
+        self.file.source.close();
+        self.next += 1;
+        row.ok_or_else(|| Reason::Missing(format!("point {number} where it belongs")).of(self.file.path()))
+    }
+
+    fn read(&mut self, number: u64) -> Result<Option<SweepRow>, ResultError> {
+        let at = self.next;
+        let (Some(found), Some(status)) = (self.number.at(at)?, self.status.at(at)?) else {
+            return Ok(None);
+        };
+        let [complete, _, missing] = POINT_STATUSES.map(|status| f64::from(status.0));
+        if found != number as f64 || status == missing {
+            return Ok(None);
+        }
+        let mut row = SweepRow {
+            number,
+            ..SweepRow::default()
+        };
+        for column in &mut self.coordinates {
+            row.coordinates.push(column.value(at)?);
+        }
+        if status == complete {
+            let mut values = Vec::with_capacity(self.values.len());
+            for (column, fill) in &mut self.values {
+                let value = column.value(at)?;
+                let nothing = fill.is_some_and(|fill| value == fill as f64);
+                values.push(if nothing { f64::NAN } else { value });
+            }
+            row.values = Some(values);
+        } else {
+            match self.failures.pop() {
+                Some((point, message)) if point == number => row.failure = Some(message),
+                _ => return Ok(None),
+            }
+        }
+        if let Some(events) = &mut self.events {
+            row.events = events.of_point(number)?;
+        }
+        Ok(Some(row))
+    }
+}

@@ -1,0 +1,133 @@
+//! Writes a sweep file: a row, or a cell of a grid, for each point, in the order of their numbers.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use super::columns::{Columns, write_columns};
+use super::schema::{DIGEST, INPUT_CASE, INPUT_STUDY, SweepHeader, SweepPlan, SweepRow};
+use super::shard;
+use crate::attributes::{write_attribute, write_attributes, write_input, write_root};
+use crate::schema;
+use crate::table::{create_file as create_hdf5, create_group};
+use crate::target::{self, Reservation};
+use crate::{Column, ResultError, Status};
+
+/// Writes one sweep file, under a hidden name until it is complete.
+pub struct SweepWriter {
+    made: PathBuf,
+    /// Drop order: the datasets close before their file.
+    columns: Columns,
+    file: hdf5::File,
+    place: Reservation,
+}
+
+impl std::fmt::Debug for SweepWriter {
+    fn fmt(&self, formatter: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        formatter
+            .debug_struct("SweepWriter")
+            .field("path", &self.place.path)
+            .finish_non_exhaustive()
+    }
+}
+
+impl SweepWriter {
+    /// Creates the file under a hidden name.
+    pub fn create(place: Reservation, header: &SweepHeader, plan: &SweepPlan) -> Result<Self, ResultError> {
+        let made = place.lock.sibling();
+        let created = (|| {
+            let format = match plan.shard {
+                Some(_) => schema::SWEEP_SHARD_FORMAT,
+                None => schema::SWEEP_FORMAT,
+            };
+            let file = create_file(&made, header, format)?;
+            if let Some(shard) = &plan.shard {
+                shard::describe(&file, header, shard, plan)?;
+            }
+            let columns = Columns::create(&file, plan)?;
+            Ok((file, columns))
+        })();
+        let (file, columns) = created.map_err(|error| ResultError::write(&place.path, false, &error))?;
+        Ok(SweepWriter {
+            made,
+            columns,
+            file,
+            place,
+        })
+    }
+
+    /// Adds the next point, in the order of the numbers.
+    pub fn push(&mut self, row: SweepRow) -> Result<(), ResultError> {
+        self.columns
+            .push(row)
+            .map_err(|error| ResultError::write(&self.place.path, false, &error))
+    }
+
+    /// Adds a group with a table; the first column is its dimension.
+    pub fn add_table(
+        &mut self,
+        group: &str,
+        attributes: &[(&str, String)],
+        columns: &[Column],
+    ) -> Result<(), ResultError> {
+        (|| {
+            let group = create_group(&self.file, group)?;
+            for (name, text) in attributes {
+                write_attribute(&group, name, text)?;
+            }
+            write_columns(&group, columns).map(drop)
+        })()
+        .map_err(|error| ResultError::write(&self.place.path, false, &error))
+    }
+
+    /// Ends the file, and returns its path: its own name if the sweep is complete, otherwise its partial name. Fails if
+    /// it cannot be written, or a file that may not be replaced has appeared at the target.
+    pub fn finish(self, status: &Status) -> Result<PathBuf, ResultError> {
+        let SweepWriter {
+            made,
+            mut columns,
+            file,
+            place,
+        } = self;
+        let Reservation { path, partial, .. } = &place;
+        let closed = (|| {
+            columns.flush()?;
+            columns.finish(&file)?;
+            write_attribute(&file, schema::root::STATUS, status.name())?;
+            drop(columns);
+            file.close()
+        })();
+        closed.map_err(|error| ResultError::write(path, false, &error))?;
+        target::save(&made)?;
+        let target = if *status == Status::Complete { path } else { partial };
+        target::rename(&made, target, place.overwrite)?;
+        if *status == Status::Complete {
+            // Left by an earlier interruption, if it exists.
+            let _ = fs::remove_file(partial);
+        }
+        Ok(target.clone())
+    }
+}
+
+fn create_file(path: &Path, header: &SweepHeader, format: &str) -> hdf5::Result<hdf5::File> {
+    let file = create_hdf5(path)?;
+    let texts = [
+        (schema::root::CONVENTIONS, schema::CONVENTIONS),
+        (schema::root::TITLE, &header.title),
+        (schema::root::SOURCE, &header.source),
+        (schema::root::HISTORY, &header.history),
+        (schema::root::REFERENCES, &header.references),
+        (schema::root::FORMAT, format),
+        (DIGEST, &header.digest),
+    ];
+    write_root(&file, &texts)?;
+    let input = create_group(&file, schema::group::INPUT)?;
+    for (name, text, long_name) in [
+        (INPUT_STUDY, &header.study_text, "the study as it was given (TOML)"),
+        (INPUT_CASE, &header.case_text, "the base case (TOML)"),
+    ] {
+        write_input(&input, name, text, long_name)?;
+    }
+    let meta = create_group(&file, schema::group::META)?;
+    write_attributes(&meta, &header.meta)?;
+    Ok(file)
+}

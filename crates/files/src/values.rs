@@ -1,0 +1,156 @@
+//! Values of a column in its four types, in memory and in a file.
+
+use std::borrow::Cow;
+
+use hdf5::H5Type;
+use hdf5::types::OwnedDynValue;
+
+use super::schema::{Kind, Variable};
+
+pub(super) trait Number: H5Type + Copy + Into<OwnedDynValue> {
+    fn of(value: f64) -> Self;
+    /// Bytes as in the file, the first one lowest.
+    fn bytes(self) -> u64;
+}
+
+macro_rules! numbers {
+    ($($type:ty, $bits:ty;)*) => {
+        $(impl Number for $type {
+            fn of(value: f64) -> Self {
+                value as $type
+            }
+            fn bytes(self) -> u64 {
+                <$bits>::from_le_bytes(self.to_ne_bytes()).into()
+            }
+        })*
+    };
+}
+
+numbers! {
+    i8, u8;
+    i32, u32;
+    i64, u64;
+    f64, u64;
+}
+
+macro_rules! with_type {
+    ($kind:expr, $($function:ident)::+ ($($argument:expr),*)) => {
+        match $kind {
+            Kind::Int8 => $($function)::+::<i8>($($argument),*),
+            Kind::Int32 => $($function)::+::<i32>($($argument),*),
+            Kind::Int64 => $($function)::+::<i64>($($argument),*),
+            Kind::Float64 => $($function)::+::<f64>($($argument),*),
+        }
+    };
+}
+pub(super) use with_type;
+
+/// Values of a column, owned or borrowed.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Values<'a> {
+    /// Codes.
+    Int8(Cow<'a, [i8]>),
+    /// Indices.
+    Int32(Cow<'a, [i32]>),
+    /// Counts.
+    Int64(Cow<'a, [i64]>),
+    /// Quantities.
+    Float64(Cow<'a, [f64]>),
+}
+
+/// Applies an expression to the values of any type.
+macro_rules! each {
+    ($values:expr, $list:ident => $then:expr) => {
+        match $values {
+            Values::Int8($list) => $then,
+            Values::Int32($list) => $then,
+            Values::Int64($list) => $then,
+            Values::Float64($list) => $then,
+        }
+    };
+}
+
+pub(super) use each;
+
+impl Values<'_> {
+    pub(super) fn new(kind: Kind, capacity: usize) -> Self {
+        match kind {
+            Kind::Int8 => Values::Int8(Vec::with_capacity(capacity).into()),
+            Kind::Int32 => Values::Int32(Vec::with_capacity(capacity).into()),
+            Kind::Int64 => Values::Int64(Vec::with_capacity(capacity).into()),
+            Kind::Float64 => Values::Float64(Vec::with_capacity(capacity).into()),
+        }
+    }
+
+    /// Number of values.
+    pub fn len(&self) -> usize {
+        each!(self, list => list.len())
+    }
+
+    /// Whether there are no values.
+    pub fn is_empty(&self) -> bool {
+        self.len() == 0
+    }
+
+    /// Borrows the values.
+    pub fn view(&self) -> Values<'_> {
+        match self {
+            Values::Int8(list) => Values::Int8(Cow::Borrowed(list)),
+            Values::Int32(list) => Values::Int32(Cow::Borrowed(list)),
+            Values::Int64(list) => Values::Int64(Cow::Borrowed(list)),
+            Values::Float64(list) => Values::Float64(Cow::Borrowed(list)),
+        }
+    }
+
+    /// Value of a row; counts are at most 2^53.
+    pub(super) fn at(&self, row: usize) -> f64 {
+        match self {
+            Values::Int8(list) => f64::from(list[row]),
+            Values::Int32(list) => f64::from(list[row]),
+            Values::Int64(list) => list[row] as f64,
+            Values::Float64(list) => list[row],
+        }
+    }
+
+    /// Adds the nearest value of the type.
+    pub(super) fn push(&mut self, value: f64) {
+        each!(self, list => list.to_mut().push(Number::of(value)));
+    }
+}
+
+/// A column with its values.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Column {
+    /// Name, unit and description.
+    pub variable: Variable,
+    /// Values.
+    pub values: Values<'static>,
+}
+
+impl Column {
+    /// A column of doubles; NaN if a value is missing.
+    pub fn numbers(name: &str, units: &str, long_name: &str, values: impl IntoIterator<Item = f64>) -> Self {
+        Column {
+            variable: Variable::quantity(name, units, long_name),
+            values: Values::Float64(values.into_iter().collect()),
+        }
+    }
+
+    /// A column of integers.
+    pub fn counts(name: &str, long_name: &str, values: impl IntoIterator<Item = i64>) -> Self {
+        Column {
+            variable: Variable::count(name, long_name),
+            values: Values::Int64(values.into_iter().collect()),
+        }
+    }
+
+    /// A column of codes, with their meanings.
+    pub fn codes(name: &str, long_name: &str, values: impl IntoIterator<Item = i8>, words: Vec<(i64, String)>) -> Self {
+        let mut variable = Variable::code(name, long_name, &[]);
+        variable.flags = words;
+        Column {
+            variable,
+            values: Values::Int8(values.into_iter().collect()),
+        }
+    }
+}

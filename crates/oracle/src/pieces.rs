@@ -1,0 +1,71 @@
+//! A signal without harmonics, as linear pieces.
+
+use num_rational::BigRational;
+use num_traits::{Signed, Zero};
+use stickslip_system::signal::{Ramp, Signal, Table};
+
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct Piece {
+    pub start: BigRational,
+    pub force: BigRational,
+    /// Just before the next piece; `force` for the last.
+    pub end_force: BigRational,
+    pub slope: BigRational,
+}
+
+impl Piece {
+    pub fn constant(start: BigRational, force: BigRational) -> Piece {
+        Piece {
+            start,
+            end_force: force.clone(),
+            force,
+            slope: BigRational::zero(),
+        }
+    }
+}
+
+/// F(t) from t = 0 on. The last piece never ends.
+pub(super) fn pieces(actuation: &Signal<BigRational>) -> Vec<Piece> {
+    let zero = BigRational::zero;
+    match actuation {
+        Signal::Ramp(Ramp { value, rise_time }) if rise_time.is_positive() => vec![
+            Piece {
+                start: zero(),
+                force: zero(),
+                end_force: value.clone(),
+                slope: value / rise_time,
+            },
+            Piece::constant(rise_time.clone(), value.clone()),
+        ],
+        Signal::Ramp(Ramp { value, .. }) => vec![Piece::constant(zero(), value.clone())],
+        Signal::Table(Table { time, value }) => table_pieces(time, value),
+    }
+}
+
+/// The first force is valid before the table, the last one after it. Points before t = 0 are cut off; two points of one
+/// time are a step.
+fn table_pieces(time: &[BigRational], force: &[BigRational]) -> Vec<Piece> {
+    let zero = BigRational::zero();
+    let mut pieces = Vec::with_capacity(time.len() + 1);
+    if time.first().is_some_and(|first| first > &zero) {
+        pieces.push(Piece::constant(zero.clone(), force[0].clone()));
+    }
+    for (index, (start, at_start)) in time.iter().zip(force).enumerate() {
+        let begin = start.max(&zero).clone();
+        let Some(end) = time.get(index + 1) else {
+            pieces.push(Piece::constant(begin, at_start.clone()));
+            break;
+        };
+        if end <= &zero || end <= start {
+            continue;
+        }
+        let slope = (&force[index + 1] - at_start) / (end - start);
+        pieces.push(Piece {
+            force: at_start + &slope * (&begin - start),
+            end_force: force[index + 1].clone(),
+            start: begin,
+            slope,
+        });
+    }
+    pieces
+}

@@ -1,0 +1,275 @@
+//! Two equal disks in absolute angles, with the contact state of equation (9): the model of the paper's procedure.
+//!
+//! The equations are as printed: torques are differences of angles that reach hundreds of radians, and friction changes
+//! its sign inside the right-hand side. The reference runs use [`super::equations`] instead, which explains why.
+
+use super::system::{ContactLaw, End, KickSide, Pressing, System, Train};
+use super::{Axial, BreakawayTest, Mode};
+use crate::friction::{FrictionLaw, Law};
+use crate::signal::Pieces;
+
+/// Number of components of the state.
+pub const DIMENSION: usize = 11;
+
+/// Number of leading components that are unknowns; the others are quadratures.
+pub const UNKNOWNS: usize = 8;
+
+/// theta, rad.
+pub const THETA: usize = 0;
+/// theta', rad/s.
+pub const THETA_DOT: usize = 1;
+/// phi_1, rad.
+pub const PHI1: usize = 2;
+/// phi_1', rad/s.
+pub const PHI1_DOT: usize = 3;
+/// phi_2, rad.
+pub const PHI2: usize = 4;
+/// phi_2', rad/s.
+pub const PHI2_DOT: usize = 5;
+/// z, m.
+pub const Z: usize = 6;
+/// z', m/s.
+pub const Z_DOT: usize = 7;
+/// Energy dissipated by friction, J.
+pub const FRICTION_LOSS: usize = 8;
+/// Energy dissipated by c_t of both disks and by c_a, J.
+pub const DAMPING_LOSS: usize = 9;
+/// Work of F, J.
+pub const WORK: usize = 10;
+
+/// The state; the constants of this module name its components.
+pub type AbsoluteState = [f64; DIMENSION];
+
+/// The paper's two disks: a free rotor with its surface on a shaft, and a surface on an equal shaft to the ground.
+#[derive(Debug)]
+pub struct AbsoluteModel {
+    /// I, kg m^2.
+    rotor_inertia: f64,
+    /// J, kg m^2, of each surface.
+    surface_inertia: f64,
+    /// k_t, N m/rad, of each shaft.
+    stiffness: f64,
+    /// c_t, N m s/rad, of each shaft.
+    damping: f64,
+    radius: f64,
+    breakaway: f64,
+    breakaway_test: BreakawayTest,
+    /// mu(x).
+    pub law: FrictionLaw,
+    axial: Axial,
+    /// F(t), N.
+    pub force: Pieces,
+    /// Rotor and its surface at t = 0, rad/s.
+    speed: f64,
+}
+
+impl AbsoluteModel {
+    /// From a system of two equal disks without initial twist, under nothing but the axial motion and kicks to both
+    /// surfaces; `None` for other systems.
+    pub fn new(system: &System) -> Option<Self> {
+        let (rotor, stator, initial) = (&system.rotor, &system.stator, &system.initial);
+        let Pressing::Axial { axial, actuation } = &system.pressing else {
+            return None;
+        };
+        let ([surface_inertia, rotor_inertia], [of_stator]) = (&rotor.inertia[..], &stator.inertia[..]) else {
+            return None;
+        };
+        let ([stiffness], [damping]) = (&rotor.stiffness[..], &rotor.damping[..]) else {
+            return None;
+        };
+        let undriven = |train: &Train| train.torque.is_none() && train.viscous.iter().all(|&viscous| viscous == 0.0);
+        let rest = |values: &[f64]| values.iter().all(|&value| value == 0.0);
+        let &speed = initial.rotor_speed.first()?;
+        let is_two_disks = matches!((&rotor.end, &stator.end), (End::Free, End::Fixed))
+            && of_stator == surface_inertia
+            && (&rotor.stiffness, &rotor.damping) == (&stator.stiffness, &stator.damping)
+            && undriven(rotor)
+            && undriven(stator)
+            && system.contact == ContactLaw::StickSlip
+            && system.kicks.iter().all(|kick| kick.on == KickSide::Both)
+            && initial.rotor_speed.iter().all(|&other| other == speed)
+            && [&initial.rotor_twist, &initial.stator_twist, &initial.stator_speed].map(|values| rest(values))
+                == [true; 3];
+        is_two_disks.then(|| AbsoluteModel {
+            rotor_inertia: *rotor_inertia,
+            surface_inertia: *surface_inertia,
+            stiffness: *stiffness,
+            damping: *damping,
+            radius: system.radius,
+            breakaway: system.breakaway,
+            breakaway_test: system.breakaway_test,
+            law: system.law.clone(),
+            axial: *axial,
+            force: actuation.pieces(),
+            speed,
+        })
+    }
+
+    /// T_n = 2 pi sqrt(J/k_t), s.
+    pub fn natural_period(&self) -> f64 {
+        std::f64::consts::TAU / (self.stiffness / self.surface_inertia).sqrt()
+    }
+
+    /// The state at t = 0: only the rotor and its surface move.
+    pub fn start(&self) -> AbsoluteState {
+        let mut state = [0.0; DIMENSION];
+        state[THETA_DOT] = self.speed;
+        state[PHI2_DOT] = self.speed;
+        state
+    }
+
+    /// -c_a z' - k_e z, N: the contact force (5) where positive.
+    pub fn pressing_force(&self, y: &AbsoluteState) -> f64 {
+        -self.axial.damping * y[Z_DOT] - self.axial.stiffness * y[Z]
+    }
+
+    /// omega_r = phi_2' - phi_1', rad/s.
+    pub fn relative_velocity(&self, y: &AbsoluteState) -> f64 {
+        y[PHI2_DOT] - y[PHI1_DOT]
+    }
+
+    /// (T_r, T_s), equation (2), N m: differences of absolute angles, which lose digits.
+    fn torques(&self, y: &AbsoluteState) -> (f64, f64) {
+        let (rate, twist) = (y[THETA_DOT] - y[PHI2_DOT], y[THETA] - y[PHI2]);
+        (
+            self.damping * rate + self.stiffness * twist,
+            self.damping * y[PHI1_DOT] + self.stiffness * y[PHI1],
+        )
+    }
+
+    /// T_f = (T_r + T_s)/2, N m.
+    pub fn transmitted_torque(&self, y: &AbsoluteState) -> f64 {
+        let (rotor, stator) = self.torques(y);
+        (rotor + stator) / 2.0
+    }
+
+    /// T_f / r, N.
+    pub fn internal_force(&self, y: &AbsoluteState) -> f64 {
+        self.transmitted_torque(y) / self.radius
+    }
+
+    /// The torque of the interface in a mode under F_n (N), N m.
+    pub fn friction_torque(&self, mode: Mode, y: &AbsoluteState, normal_force: f64) -> f64 {
+        match mode {
+            Mode::Separated | Mode::Engaged => 0.0,
+            Mode::Stick => self.transmitted_torque(y),
+            Mode::SlipForward | Mode::SlipBackward => {
+                let (sense, twist_rate) = (f64::from(mode.sense()), y[THETA_DOT] - y[PHI2_DOT]);
+                let mu = self.law.coefficient(sense * (y[THETA_DOT] - twist_rate - y[PHI1_DOT]));
+                sense * mu * self.radius * normal_force
+            }
+        }
+    }
+
+    /// c_t + 2 r F_n mu'(|omega_r|), N m s/rad, in slip with sense `s`.
+    pub fn stability_margin(&self, sense: f64, relative_velocity: f64, normal_force: f64) -> f64 {
+        let (_, slope) = self.law.coefficient_and_slope(sense * relative_velocity);
+        self.damping + 2.0 * self.radius * normal_force * slope
+    }
+
+    /// Whether the margin is not negative. Without damping it has the sign of the slope of friction, whatever the force.
+    pub fn is_stable(&self, sense: f64, relative_velocity: f64, normal_force: f64) -> bool {
+        if self.damping != 0.0 {
+            return self.stability_margin(sense, relative_velocity, normal_force) >= 0.0;
+        }
+        !self.law.only_falls() && self.stability_margin(sense, relative_velocity, 1.0) >= 0.0
+    }
+
+    /// mu_0 r F_n, N m.
+    pub fn breakaway_torque(&self, normal_force: f64) -> f64 {
+        self.breakaway * self.radius * normal_force
+    }
+
+    /// Contact state by (5) and (9): stick if |omega_r| < `epsilon` (rad/s) and the tested torque is within mu_0 r F_n.
+    /// `separated`: the disks were apart, and touch only under a positive force.
+    pub fn contact(&self, y: &AbsoluteState, separated: bool, epsilon: f64) -> Mode {
+        let force = self.pressing_force(y);
+        if force < 0.0 || (separated && force == 0.0) {
+            return Mode::Separated;
+        }
+        let w = self.relative_velocity(y);
+        let torque = match self.breakaway_test {
+            BreakawayTest::Transmitted => self.transmitted_torque(y),
+            BreakawayTest::Stator => self.torques(y).1,
+            BreakawayTest::Rotor => self.torques(y).0,
+        };
+        if w.abs() >= epsilon {
+            Mode::sliding(w)
+        } else if torque.abs() <= self.breakaway_torque(force) {
+            Mode::Stick
+        } else {
+            Mode::sliding(torque)
+        }
+    }
+
+    /// dy/dt with a fixed contact mode: (1), (2), (5) and (3), (4) or neither. Friction has the sign of omega_r at each
+    /// evaluation, or the sense of the mode if omega_r is exactly zero.
+    pub fn rhs(&self, mode: Mode, t: f64, y: &AbsoluteState, dydt: &mut AbsoluteState) {
+        let w = self.relative_velocity(y);
+        let interface = if mode.sense() == 0 {
+            0.0
+        } else {
+            let normal_force = self.pressing_force(y).max(0.0);
+            let sense = if w == 0.0 { f64::from(mode.sense()) } else { w.signum() };
+            let mu = self.law.coefficient(w.abs());
+            sense * mu * self.radius * normal_force
+        };
+        let ((t_r, t_s), j) = (self.torques(y), self.surface_inertia);
+        let (phi2_ddot, phi1_ddot) = if mode == Mode::Stick {
+            let both = (t_r - t_s) / (2.0 * j);
+            (both, both)
+        } else {
+            ((t_r - interface) / j, (interface - t_s) / j)
+        };
+        let Axial {
+            mass,
+            stiffness,
+            damping,
+            ..
+        } = self.axial;
+        let (force, twist_rate) = (self.force.value(t), y[THETA_DOT] - y[PHI2_DOT]);
+        dydt[THETA] = y[THETA_DOT];
+        dydt[THETA_DOT] = -t_r / self.rotor_inertia;
+        dydt[PHI1] = y[PHI1_DOT];
+        dydt[PHI1_DOT] = phi1_ddot;
+        dydt[PHI2] = y[PHI2_DOT];
+        dydt[PHI2_DOT] = phi2_ddot;
+        dydt[Z] = y[Z_DOT];
+        dydt[Z_DOT] = (-force - damping * y[Z_DOT] - stiffness * y[Z]) / mass;
+        dydt[FRICTION_LOSS] = interface * w;
+        dydt[DAMPING_LOSS] =
+            self.damping * (twist_rate * twist_rate + y[PHI1_DOT] * y[PHI1_DOT]) + damping * y[Z_DOT] * y[Z_DOT];
+        dydt[WORK] = -force * y[Z_DOT];
+    }
+
+    /// Both surfaces at their mean speed, as in (4).
+    pub fn joined(&self, y: &AbsoluteState) -> AbsoluteState {
+        let mean = 0.5 * (y[PHI1_DOT] + y[PHI2_DOT]);
+        let mut joined = *y;
+        joined[PHI1_DOT] = mean;
+        joined[PHI2_DOT] = mean;
+        joined
+    }
+
+    /// State after a kick that adds `delta` (rad/s) to omega_r, half to each surface; stick absorbs it.
+    pub fn kicked(&self, mode: Mode, y: &AbsoluteState, delta: f64) -> AbsoluteState {
+        let mut kicked = *y;
+        if mode != Mode::Stick {
+            kicked[PHI1_DOT] -= 0.5 * delta;
+            kicked[PHI2_DOT] += 0.5 * delta;
+        }
+        kicked
+    }
+
+    /// Kinetic energy of the disks and of the axial motion, J.
+    pub fn kinetic_energy(&self, y: &AbsoluteState) -> f64 {
+        let surfaces = self.surface_inertia * (y[PHI1_DOT] * y[PHI1_DOT] + y[PHI2_DOT] * y[PHI2_DOT]);
+        0.5 * (self.rotor_inertia * y[THETA_DOT] * y[THETA_DOT] + surfaces + self.axial.mass * y[Z_DOT] * y[Z_DOT])
+    }
+
+    /// Elastic energy of both twists and of the axial motion, J.
+    pub fn elastic_energy(&self, y: &AbsoluteState) -> f64 {
+        let twist = y[THETA] - y[PHI2];
+        0.5 * self.stiffness * (twist * twist + y[PHI1] * y[PHI1]) + 0.5 * self.axial.stiffness * y[Z] * y[Z]
+    }
+}

@@ -1,0 +1,112 @@
+//! Breakaway of a stick, located by bounds of the tested torque.
+
+use super::bounds::positive_for;
+
+/// Most steps of one search for a breakaway. A system with a damped fast mode takes a few hundred. A system so
+/// overdamped that its time scales are a million apart could take minutes, during which the run must stay
+/// interruptible.
+const MOST_ROUNDS: u64 = 100_000;
+
+/// Result of a search for a breakaway.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Breakaway {
+    /// Slip begins.
+    After {
+        /// Time since the start, s.
+        after: f64,
+        /// Sense of the slip, +1 or -1.
+        sense: f64,
+    },
+    /// No breakaway within the searched stretch.
+    NotYet,
+    /// No breakaway before `until`; the search has used its steps.
+    NotBefore {
+        /// Time since the start, s.
+        until: f64,
+    },
+    /// No breakaway as long as the bounds are valid.
+    Never,
+}
+
+/// A function of time at one instant, with a bound for all later times.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Bounded {
+    /// Value at the time.
+    pub value: f64,
+    /// Derivative by time at the time, 1/s of the value.
+    pub rate: f64,
+    /// The largest |second derivative| from here on.
+    pub curvature: f64,
+}
+
+impl Bounded {
+    /// The function times `factor` >= 0.
+    pub fn scaled(self, factor: f64) -> Bounded {
+        Bounded {
+            value: factor * self.value,
+            rate: factor * self.rate,
+            curvature: factor * self.curvature,
+        }
+    }
+}
+
+/// Input of a search for a breakaway.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Search {
+    /// Time scale of the motion, s.
+    pub period: f64,
+    /// Searched time, s.
+    pub within: f64,
+    /// A torque up to this (N m) is rounding and breaks no stick.
+    pub noise: f64,
+}
+
+/// The first time since the start of a stick at which the tested torque reaches the breakaway torque.
+///
+/// `tested` gives the torque a time after the start, and its largest magnitude from then on; `limit` the breakaway
+/// torque, and `lowest` its least value from then on. The search steps over times in which the bounds exclude a root,
+/// so that it passes over none.
+pub(crate) fn first_breakaway(
+    search: Search,
+    tested: impl Fn(f64) -> (Bounded, f64),
+    limit: impl Fn(f64) -> Bounded,
+    lowest: impl Fn(f64) -> f64,
+) -> Breakaway {
+    let mut tau = 0.0;
+    for round in 0..MOST_ROUNDS {
+        let (torque, largest) = tested(tau);
+        let limit = limit(tau);
+        let asks = round % 16 == 4 || round == 0 && search.noise > 0.0;
+        if asks && (largest <= search.noise || lowest(tau) > largest) {
+            return Breakaway::Never;
+        }
+        let curvature = limit.curvature + torque.curvature;
+        // Before delta neither distance to the limit can reach zero.
+        let (mut delta, mut sense) = (f64::INFINITY, 0.0);
+        for s in [1.0, -1.0] {
+            let (g, rate) = (limit.value - s * torque.value, limit.rate - s * torque.rate);
+            let step = if g <= 0.0 {
+                0.0
+            } else {
+                positive_for(g, rate, curvature)
+            };
+            if step < delta {
+                (delta, sense) = (step, s);
+            }
+        }
+        // Contact that is closing under no torque: the limit is zero now, and positive right after.
+        let unloaded = torque.value.abs() <= search.noise;
+        if round == 0 && limit.value <= 0.0 && unloaded && (limit.rate > 0.0 || curvature > 0.0) {
+            tau = 1e-3 * search.period;
+            continue;
+        }
+        if delta <= f64::EPSILON * tau.max(1e-4 * search.period) {
+            return Breakaway::After { after: tau, sense };
+        }
+        tau += delta;
+        if tau >= search.within {
+            return Breakaway::NotYet;
+        }
+    }
+    Breakaway::NotBefore { until: tau }
+}

@@ -1,0 +1,41 @@
+//! Band matrices, as LAPACK and SUNDIALS store them.
+
+/// A square band matrix in the memory of another, for writing.
+#[derive(Debug)]
+pub struct BandMut<'a> {
+    /// Columns in sequence; element (i, j) is at `above + i - j` from the start of its column.
+    entries: &'a mut [f64],
+    stride: usize,
+    above: usize,
+    half_width: usize,
+}
+
+impl<'a> BandMut<'a> {
+    /// A matrix with columns `stride` apart, and the diagonal at `above` from the start of each. Elements up to
+    /// `half_width` from the diagonal may be written.
+    ///
+    /// # Panics
+    /// A column is too short for them.
+    pub fn new(entries: &'a mut [f64], stride: usize, above: usize, half_width: usize) -> Self {
+        assert!(half_width <= above && above + half_width < stride);
+        BandMut {
+            entries,
+            stride,
+            above,
+            half_width,
+        }
+    }
+
+    /// Adds to an element.
+    ///
+    /// # Panics
+    /// The element is outside the band, or the column outside the matrix.
+    #[inline]
+    pub fn add(&mut self, row: usize, column: usize, value: f64) {
+        assert!(
+            row.abs_diff(column) <= self.half_width,
+            "({row}, {column}) is outside of the band"
+        );
+        self.entries[column * self.stride + self.above + row - column] += value;
+    }
+}

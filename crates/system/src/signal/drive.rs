@@ -1,0 +1,434 @@
+//! The signals of a train: a constant, a profile, a harmonic, or a sum.
+//!
+//! Between its corners ([`Drive::corners`]) a drive is linear plus harmonics: its Taylor series and antiderivative have
+//! closed forms.
+
+use std::convert::Infallible;
+
+use super::pieces::sum_without_rounding;
+use super::{Piece, Pieces, Signal};
+use crate::numerics::Number;
+
+/// A signal of a train. `T` is the number type: doubles or exact numbers.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Drive<T = f64> {
+    /// Constant.
+    Value(T),
+    /// A ramp or a table.
+    Linear(Signal<T>),
+    /// A harmonic.
+    Wave(Wave<T>),
+    /// A sum.
+    Sum(Vec<Drive<T>>),
+}
+
+/// mean + amplitude sin(omega t + phase), or the cosine. With `from` (inclusive) or `to`, the harmonic part acts within
+/// these times only; outside the signal is the mean. t is the time of the run, not since `from`.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Wave<T = f64> {
+    /// Sine or cosine.
+    pub shape: Shape,
+    /// Mean, in the unit of the driven quantity.
+    pub mean: T,
+    /// Amplitude, in the unit of the driven quantity.
+    pub amplitude: T,
+    /// Frequency.
+    pub frequency: Frequency<T>,
+    /// Phase, rad.
+    pub phase: T,
+    /// Start of the harmonic part, s.
+    pub from: Option<T>,
+    /// End of the harmonic part, s.
+    pub to: Option<T>,
+}
+
+/// Sine or cosine.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Shape {
+    /// sin.
+    Sine,
+    /// cos.
+    Cosine,
+}
+
+/// Frequency of a harmonic.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Frequency<T = f64> {
+    /// f, Hz: omega = 2 pi f.
+    Cycles(T),
+    /// omega, rad/s.
+    Angular(T),
+}
+
+impl<T> Drive<T> {
+    /// Converts each number by `number`, from its path and value. The path is relative to the signal's key: empty for a
+    /// value, `amplitude`, `time.3`, `signals.0.value`.
+    ///
+    /// # Errors
+    /// The first error of `number`.
+    pub fn try_map<U, E>(&self, mut number: impl FnMut(&str, &T) -> Result<U, E>) -> Result<Drive<U>, E> {
+        self.mapped("", &mut number)
+    }
+
+    fn mapped<U, E>(&self, prefix: &str, number: &mut dyn FnMut(&str, &T) -> Result<U, E>) -> Result<Drive<U>, E> {
+        Ok(match self {
+            Drive::Value(value) => Drive::Value(number(prefix.strip_suffix('.').unwrap_or(prefix), value)?),
+            Drive::Linear(signal) => Drive::Linear(signal.try_map(|field, index, value| {
+                let element = index.map_or(String::new(), |index| format!(".{index}"));
+                number(&format!("{prefix}{field}{element}"), value)
+            })?),
+            Drive::Wave(wave) => Drive::Wave(wave.mapped(prefix, number)?),
+            Drive::Sum(signals) => {
+                let terms = signals.iter().enumerate();
+                let terms = terms.map(|(index, term)| term.mapped(&format!("{prefix}{SIGNALS}.{index}."), number));
+                Drive::Sum(terms.collect::<Result<_, E>>()?)
+            }
+        })
+    }
+
+    /// Converts each number.
+    pub fn map<U>(&self, number: impl Fn(&T) -> U) -> Drive<U> {
+        match self.try_map(|_, value| Ok::<U, Infallible>(number(value))) {
+            Ok(drive) => drive,
+        }
+    }
+}
+
+/// Key of the terms of a sum.
+pub const SIGNALS: &str = "signals";
+
+impl<T> Wave<T> {
+    fn mapped<U, E>(&self, prefix: &str, number: &mut dyn FnMut(&str, &T) -> Result<U, E>) -> Result<Wave<U>, E> {
+        let mut at = |key: &str, value: &T| number(&format!("{prefix}{key}"), value);
+        Ok(Wave {
+            shape: self.shape,
+            mean: at("mean", &self.mean)?,
+            amplitude: at("amplitude", &self.amplitude)?,
+            frequency: match &self.frequency {
+                Frequency::Cycles(frequency) => Frequency::Cycles(at("frequency", frequency)?),
+                Frequency::Angular(frequency) => Frequency::Angular(at("angular_frequency", frequency)?),
+            },
+            phase: at("phase", &self.phase)?,
+            from: self.from.as_ref().map(|time| at("from", time)).transpose()?,
+            to: self.to.as_ref().map(|time| at("to", time)).transpose()?,
+        })
+    }
+}
+
+impl Drive {
+    /// Bound of its magnitude at all times t >= 0.
+    pub fn largest(&self) -> f64 {
+        match self {
+            Drive::Value(value) => value.abs(),
+            Drive::Linear(signal) => signal.pieces().largest(),
+            Drive::Wave(wave) => wave.mean.abs() + wave.amplitude.abs(),
+            Drive::Sum(signals) => signals.iter().map(Drive::largest).sum(),
+        }
+    }
+
+    /// Value at t = 0.
+    pub fn at_start(&self) -> f64 {
+        Timeline::new(&[self]).value(0, 0, 0.0)
+    }
+}
+
+impl Wave {
+    /// omega, rad/s.
+    pub fn angular_frequency(&self) -> f64 {
+        self.rate()
+    }
+
+    /// Start and end of the harmonic part within t >= 0, s.
+    pub fn acts(&self) -> (f64, f64) {
+        (self.from.unwrap_or(0.0).max(0.0), self.to.unwrap_or(f64::INFINITY))
+    }
+
+    fn rate<T: Number>(&self) -> T {
+        match self.frequency {
+            Frequency::Cycles(frequency) => T::of(2.0) * T::pi() * T::of(frequency),
+            Frequency::Angular(frequency) => T::of(frequency),
+        }
+    }
+
+    /// Sine or cosine at `t` (s), and its derivative by the argument. The product of frequency and time is not rounded.
+    fn shape_and_slope<T: Number>(&self, t: f64) -> (T, T) {
+        let (sine, cosine) = match self.frequency {
+            Frequency::Cycles(frequency) => {
+                let turns = frequency * t;
+                let rest = frequency.mul_add(t, -turns);
+                let turns = T::of(turns - turns.round()) + T::of(rest);
+                (T::of(2.0) * T::pi() * turns + T::of(self.phase)).sin_cos()
+            }
+            Frequency::Angular(frequency) => {
+                let angle = frequency * t;
+                let rest = frequency.mul_add(t, -angle);
+                let (sine, cosine) = T::of(angle).sin_cos();
+                let (phase_sine, phase_cosine) = (T::of(self.phase) + T::of(rest)).sin_cos();
+                (
+                    sine * phase_cosine + cosine * phase_sine,
+                    cosine * phase_cosine - sine * phase_sine,
+                )
+            }
+        };
+        match self.shape {
+            Shape::Sine => (sine, cosine),
+            Shape::Cosine => (cosine, -sine),
+        }
+    }
+
+    /// The harmonic part at `t` (s), without `from` and `to`.
+    fn value(&self, t: f64) -> f64 {
+        self.amplitude * self.shape_and_slope::<f64>(t).0
+    }
+
+    /// Integral of the harmonic part over the `tau` (s) after `from` (s), without regard to `from` and `to` of the
+    /// wave.
+    fn integral(&self, from: f64, tau: f64) -> f64 {
+        let omega = self.angular_frequency();
+        let (shape, slope) = self.shape_and_slope::<f64>(from);
+        let half = omega * tau / 2.0;
+        if half.abs() < 1.0 {
+            // From the middle, since the antiderivatives at both ends hardly differ.
+            let mean = if half == 0.0 { 1.0 } else { half.sin() / half };
+            return self.amplitude * tau * mean * (shape * half.cos() + slope * half.sin());
+        }
+        let to = from + tau;
+        let added = to - from;
+        let rounded = (from - (to - added)) + (tau - added);
+        let (end, end_slope) = self.shape_and_slope::<f64>(to);
+        self.amplitude * ((slope - end_slope) / omega + end * rounded)
+    }
+}
+
+/// Several drives as functions of the time t >= 0, over common stretches on which all are smooth. A drive is addressed
+/// by its index in the list.
+///
+/// Values continue smoothly beyond both ends of a stretch: a solver may evaluate slightly outside.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Timeline {
+    corners: Vec<f64>,
+    tracks: Vec<Track>,
+}
+
+#[derive(Debug, Clone, PartialEq)]
+struct Track {
+    lines: Vec<Line>,
+    waves: Vec<Wave>,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct Line {
+    start: f64,
+    value: f64,
+    slope: f64,
+    /// Integral from t = 0 to the start.
+    before: f64,
+}
+
+impl Line {
+    #[inline]
+    fn at(&self, t: f64) -> f64 {
+        self.value + self.slope * (t - self.start)
+    }
+
+    fn integral(&self, t: f64) -> f64 {
+        self.before + self.integral_from(self.start, t - self.start)
+    }
+
+    fn integral_from(&self, from: f64, tau: f64) -> f64 {
+        (self.at(from) + self.slope * tau / 2.0) * tau
+    }
+}
+
+fn parts(drive: &Drive, linear: &mut Vec<Pieces>, waves: &mut Vec<Wave>) {
+    let constant = |value: f64| Pieces(vec![Piece::constant(0.0, value)]);
+    match drive {
+        Drive::Value(value) => linear.push(constant(*value)),
+        Drive::Linear(signal) => linear.push(signal.pieces()),
+        Drive::Wave(wave) => {
+            linear.push(constant(wave.mean));
+            waves.push(wave.clone());
+        }
+        Drive::Sum(signals) => {
+            for signal in signals {
+                parts(signal, linear, waves);
+            }
+        }
+    }
+}
+
+impl Timeline {
+    /// A timeline of valid drives: increasing times, and as many values.
+    pub fn new(drives: &[&Drive]) -> Timeline {
+        let mut split = Vec::with_capacity(drives.len());
+        let mut corners = Vec::new();
+        for drive in drives {
+            let (mut linear, mut waves) = (Vec::new(), Vec::new());
+            parts(drive, &mut linear, &mut waves);
+            corners.extend(linear.iter().flat_map(Pieces::corners));
+            corners.extend(waves.iter().flat_map(|wave| {
+                let (from, to) = wave.acts();
+                [from, to].into_iter().filter(|time| *time > 0.0 && time.is_finite())
+            }));
+            split.push((linear, waves));
+        }
+        corners.sort_by(f64::total_cmp);
+        corners.dedup();
+        let tracks = split.into_iter().map(|(linear, waves)| Track {
+            lines: lines(&linear, &corners),
+            waves,
+        });
+        Timeline {
+            tracks: tracks.collect(),
+            corners,
+        }
+    }
+
+    /// Times t > 0 (s, increasing) at which any drive has a corner or jumps: end of a ramp, points of a table, start
+    /// and end of a harmonic.
+    pub fn corners(&self) -> &[f64] {
+        &self.corners
+    }
+
+    /// The stretch around `t` (s): the number of corners up to and including `t`.
+    #[inline]
+    pub fn stretch(&self, t: f64) -> usize {
+        self.corners.partition_point(|&corner| corner <= t)
+    }
+
+    /// Start of a stretch, s.
+    pub fn start(&self, stretch: usize) -> f64 {
+        stretch.checked_sub(1).map_or(0.0, |before| self.corners[before])
+    }
+
+    /// End of a stretch, s; infinite for the last.
+    pub fn end(&self, stretch: usize) -> f64 {
+        self.corners.get(stretch).copied().unwrap_or(f64::INFINITY)
+    }
+
+    fn waves(&self, drive: usize, stretch: usize) -> impl Iterator<Item = &Wave> {
+        let start = self.start(stretch);
+        self.tracks[drive].waves.iter().filter(move |wave| {
+            let (from, to) = wave.acts();
+            from <= start && start < to
+        })
+    }
+
+    fn harmonics(&self, drive: usize, stretch: usize, of: impl Fn(&Wave) -> f64) -> f64 {
+        self.waves(drive, stretch).map(of).sum()
+    }
+
+    /// The value of a drive at `t` (s).
+    pub fn value(&self, drive: usize, stretch: usize, t: f64) -> f64 {
+        self.tracks[drive].lines[stretch].at(t) + self.harmonics(drive, stretch, |wave| wave.value(t))
+    }
+
+    /// Its slope at `t` (s), per second.
+    pub fn slope(&self, drive: usize, stretch: usize, t: f64) -> f64 {
+        let harmonics = self.harmonics(drive, stretch, |wave| {
+            wave.amplitude * wave.angular_frequency() * wave.shape_and_slope::<f64>(t).1
+        });
+        self.tracks[drive].lines[stretch].slope + harmonics
+    }
+
+    /// Whether a drive is constant over a stretch.
+    pub fn is_constant(&self, drive: usize, stretch: usize) -> bool {
+        self.tracks[drive].lines[stretch].slope == 0.0 && self.waves(drive, stretch).all(|wave| wave.amplitude == 0.0)
+    }
+
+    /// Its integral from 0 to `t` (s), by antiderivatives.
+    pub fn integral(&self, drive: usize, t: f64) -> f64 {
+        let track = &self.tracks[drive];
+        let harmonics = track.waves.iter().map(|wave| {
+            let (from, to) = wave.acts();
+            if to.min(t) > from {
+                wave.integral(from, to.min(t) - from)
+            } else {
+                0.0
+            }
+        });
+        track.lines[self.stretch(t)].integral(t) + harmonics.sum::<f64>()
+    }
+
+    /// Its integral over the `tau` (s) after `from` (s), with the stretch continued.
+    pub fn integral_from(&self, drive: usize, stretch: usize, from: f64, tau: f64) -> f64 {
+        let harmonics = self.harmonics(drive, stretch, |wave| wave.integral(from, tau));
+        self.tracks[drive].lines[stretch].integral_from(from, tau) + harmonics
+    }
+
+    /// Fills `out` with the Taylor coefficients of a drive about `t` (s), by powers of tau/`unit` (s). For enclosures,
+    /// the numbers of lines and harmonics are the doubles stored here.
+    pub fn series<T: Number>(&self, drive: usize, stretch: usize, t: f64, unit: f64, out: &mut [T]) {
+        let line = &self.tracks[drive].lines[stretch];
+        let [now, start, value, slope, unit] = [t, line.start, line.value, line.slope, unit].map(T::of);
+        for (n, coefficient) in out.iter_mut().enumerate() {
+            *coefficient = match n {
+                0 => value + slope * (now - start),
+                1 => slope * unit,
+                _ => T::of(0.0),
+            };
+        }
+        for wave in self.waves(drive, stretch) {
+            let (shape, slope) = wave.shape_and_slope::<T>(t);
+            // The derivatives by the argument repeat with a period of four.
+            let turning = [shape, slope, -shape, -slope];
+            let rate = wave.rate::<T>() * unit;
+            let mut size = T::of(wave.amplitude);
+            for (n, coefficient) in out.iter_mut().enumerate() {
+                *coefficient = *coefficient + size * turning[n % 4];
+                size = size * (rate / T::of((n + 1) as f64));
+            }
+        }
+    }
+
+    /// The value of a drive at `t` (s) without its harmonics.
+    pub fn mean(&self, drive: usize, stretch: usize, t: f64) -> f64 {
+        self.tracks[drive].lines[stretch].at(t)
+    }
+
+    /// Sum of the amplitudes of a drive's harmonics in a stretch, each times its angular frequency to the power
+    /// `order`: a bound of their derivative of that order.
+    pub fn amplitude(&self, drive: usize, stretch: usize, order: i32) -> f64 {
+        self.harmonics(drive, stretch, |wave| {
+            (wave.amplitude * wave.angular_frequency().powi(order)).abs()
+        })
+    }
+
+    /// Lower and upper bound of a drive from `t` (s) to the end of a stretch.
+    pub fn bounds(&self, drive: usize, stretch: usize, t: f64) -> (f64, f64) {
+        let line = &self.tracks[drive].lines[stretch];
+        let swing = self.amplitude(drive, stretch, 0);
+        let from = line.at(t);
+        let to = if line.slope == 0.0 {
+            from
+        } else {
+            line.at(self.end(stretch))
+        };
+        (from.min(to) - swing, from.max(to) + swing)
+    }
+
+    /// Largest angular frequency (rad/s) of a harmonic of any drive in a stretch; 0 without one.
+    pub fn fastest(&self, stretch: usize) -> f64 {
+        let acting = (0..self.tracks.len()).flat_map(|drive| self.waves(drive, stretch));
+        let frequencies = acting.filter(|wave| wave.amplitude != 0.0);
+        let frequencies = frequencies.map(|wave| wave.angular_frequency().abs());
+        frequencies.fold(0.0, f64::max)
+    }
+}
+
+/// Sums linear signals on the stretches between `corners`, which include all of theirs.
+fn lines(linear: &[Pieces], corners: &[f64]) -> Vec<Line> {
+    let mut found: Vec<Line> = Vec::with_capacity(corners.len() + 1);
+    for start in std::iter::once(0.0).chain(corners.iter().copied()) {
+        let value = sum_without_rounding(linear.iter().map(|pieces| pieces.value(start)));
+        let slope = sum_without_rounding(linear.iter().map(|pieces| pieces.slope(start)));
+        let before = found.last().map_or(0.0, |line| line.integral(start));
+        found.push(Line {
+            start,
+            value,
+            slope,
+            before,
+        });
+    }
+    found
+}

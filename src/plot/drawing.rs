@@ -1,0 +1,215 @@
+//! A figure as lines, surfaces and texts, the source of all formats.
+//!
+//! Coordinates and lengths are in drawing units from the upper left corner; lines have butt ends and round joins.
+
+use super::{font, typeset};
+use plotters_backend::text_anchor::{HPos, VPos};
+use plotters_backend::{
+    BackendColor, BackendCoord, BackendStyle, BackendTextStyle, DrawingBackend, DrawingErrorKind, FontTransform,
+};
+use std::convert::Infallible;
+use stickslip_system::quote;
+use tiny_skia::{Path, PathBuilder, Rect, Transform};
+
+/// A laid-out figure.
+#[derive(Debug, Clone)]
+pub struct Drawing {
+    /// Name of the figure.
+    pub name: String,
+    /// Title, also if it is not drawn.
+    pub title: String,
+    /// Its files, as by [`super::signature::source`]; may be empty.
+    pub source: String,
+    /// Width and height.
+    pub size: (u32, u32),
+    /// Drawing units per millimetre.
+    pub units_per_mm: f64,
+    /// Elements; later ones cover earlier ones.
+    pub elements: Vec<Element>,
+}
+
+/// A line, surface or text in one colour.
+#[derive(Debug, Clone)]
+pub struct Element {
+    /// Form and position.
+    pub form: Form,
+    /// Red, green and blue.
+    pub color: [u8; 3],
+    /// Opacity, 0 to 1.
+    pub opacity: f64,
+    /// Line width; `None`: filled.
+    pub stroke: Option<u32>,
+}
+
+/// Form of an element.
+#[derive(Debug, Clone)]
+#[expect(missing_docs, reason = "each variant is called what it is")]
+pub enum Form {
+    Line([BackendCoord; 2]),
+    Polyline(Vec<BackendCoord>),
+    Polygon(Vec<BackendCoord>),
+    Rectangle([BackendCoord; 2]),
+    Circle(BackendCoord, u32),
+    Text(Text),
+}
+
+/// A line of text.
+#[derive(Debug, Clone)]
+pub struct Text {
+    /// The text.
+    pub words: String,
+    /// Anchor point.
+    pub at: BackendCoord,
+    /// Font size.
+    pub size: f64,
+    /// `text-anchor` in SVG, and the share of the width left of the anchor point.
+    pub anchor: (&'static str, f64),
+    /// `dy` in SVG, and the distance of the line below the anchor point in font sizes.
+    pub drop: (&'static str, f64),
+    /// Clockwise rotation about the anchor point, degrees.
+    pub turn: u32,
+}
+
+impl Element {
+    /// The line, or the outline of a filled form; `None` if nothing is visible.
+    pub fn outline(&self) -> Option<Path> {
+        let point = |(x, y): BackendCoord| (x as f32, y as f32);
+        let through = |points: &[BackendCoord], closed: bool| {
+            let mut path = PathBuilder::new();
+            for (k, (x, y)) in points.iter().copied().map(point).enumerate() {
+                if k == 0 {
+                    path.move_to(x, y);
+                } else {
+                    path.line_to(x, y);
+                }
+            }
+            if closed {
+                path.close();
+            }
+            path.finish()
+        };
+        match &self.form {
+            Form::Line(points) => through(points, false),
+            Form::Polyline(points) => through(points, false),
+            Form::Polygon(points) => through(points, true),
+            Form::Rectangle(corners) => {
+                let [(left, top), (right, bottom)] = corners.map(point);
+                let area = Rect::from_ltrb(left, top, right, bottom)?;
+                (area.width() > 0.0 && area.height() > 0.0).then(|| PathBuilder::from_rect(area))
+            }
+            Form::Circle(center, radius) => {
+                let (x, y) = point(*center);
+                PathBuilder::from_circle(x, y, *radius as f32)
+            }
+            Form::Text(text) => text.outline(),
+        }
+    }
+}
+
+impl Text {
+    fn outline(&self) -> Option<Path> {
+        let (x, y) = (f64::from(self.at.0), f64::from(self.at.1));
+        let mut letters = PathBuilder::new();
+        let mut from = x - self.anchor.1 * font::text_width(&self.words, self.size);
+        for (level, piece) in typeset::pieces(&self.words) {
+            let (size, below) = level.place(self.size);
+            let line = y + self.drop.1 * self.size + below;
+            font::add_letters(&mut letters, &piece, size, (from, line));
+            from += font::plain_width(&piece, size);
+        }
+        letters
+            .finish()?
+            .transform(Transform::from_rotate_at(self.turn as f32, x as f32, y as f32))
+    }
+}
+
+type Drawn = Result<(), DrawingErrorKind<Infallible>>;
+
+impl Drawing {
+    fn add(&mut self, form: Form, color: BackendColor, stroke: Option<u32>) -> Drawn {
+        let (red, green, blue) = color.rgb;
+        if color.alpha > 0.0 {
+            self.elements.push(Element {
+                form,
+                color: [red, green, blue],
+                opacity: color.alpha,
+                stroke,
+            });
+        }
+        Ok(())
+    }
+}
+
+/// Records the calls of the drawing library.
+impl DrawingBackend for &mut Drawing {
+    type ErrorType = Infallible;
+
+    fn get_size(&self) -> (u32, u32) {
+        self.size
+    }
+
+    fn ensure_prepared(&mut self) -> Drawn {
+        Ok(())
+    }
+
+    fn present(&mut self) -> Drawn {
+        Ok(())
+    }
+
+    fn draw_pixel(&mut self, (x, y): BackendCoord, color: BackendColor) -> Drawn {
+        self.draw_rect((x, y), (x + 1, y + 1), &color, true)
+    }
+
+    fn draw_line<S: BackendStyle>(&mut self, from: BackendCoord, to: BackendCoord, style: &S) -> Drawn {
+        self.add(Form::Line([from, to]), style.color(), Some(style.stroke_width()))
+    }
+
+    /// A frame is always a hairline.
+    fn draw_rect<S: BackendStyle>(&mut self, from: BackendCoord, to: BackendCoord, style: &S, fill: bool) -> Drawn {
+        self.add(Form::Rectangle([from, to]), style.color(), (!fill).then_some(1))
+    }
+
+    fn draw_path<S: BackendStyle, I: IntoIterator<Item = BackendCoord>>(&mut self, path: I, style: &S) -> Drawn {
+        let points = path.into_iter().collect();
+        self.add(Form::Polyline(points), style.color(), Some(style.stroke_width()))
+    }
+
+    fn draw_circle<S: BackendStyle>(&mut self, center: BackendCoord, radius: u32, style: &S, fill: bool) -> Drawn {
+        let stroke = (!fill).then(|| style.stroke_width());
+        self.add(Form::Circle(center, radius), style.color(), stroke)
+    }
+
+    fn fill_polygon<S: BackendStyle, I: IntoIterator<Item = BackendCoord>>(&mut self, corners: I, style: &S) -> Drawn {
+        let corners = corners.into_iter().collect();
+        self.add(Form::Polygon(corners), style.color(), None)
+    }
+
+    fn draw_text<S: BackendTextStyle>(&mut self, text: &str, style: &S, at: BackendCoord) -> Drawn {
+        let words: Vec<&str> = text.split_ascii_whitespace().collect();
+        if words.is_empty() {
+            return Ok(());
+        }
+        let text = Text {
+            words: quote::for_terminal(&words.join(" ")),
+            at,
+            size: style.size(),
+            anchor: match style.anchor().h_pos {
+                HPos::Left => ("start", 0.0),
+                HPos::Center => ("middle", 0.5),
+                HPos::Right => ("end", 1.0),
+            },
+            drop: match style.anchor().v_pos {
+                VPos::Top => ("0.76em", 0.76),
+                VPos::Center => ("0.5ex", 0.25),
+                VPos::Bottom => ("-0.5ex", -0.25),
+            },
+            turn: match style.transform() {
+                FontTransform::None => 0,
+                FontTransform::Rotate90 => 90,
+                FontTransform::Rotate180 => 180,
+                FontTransform::Rotate270 => 270,
+            },
+        };
+        self.add(Form::Text(text), style.color(), None)
+    }
+}

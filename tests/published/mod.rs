@@ -1,0 +1,6 @@
+//! Held against printed numbers.
+
+mod benchmark_set;
+mod cycles;
+mod figures;
+mod problems;

@@ -1,8 +1,0 @@
-//! Held against earlier behaviour.
-
-#[path = "../common/mod.rs"]
-mod common;
-
-mod calibrate;
-mod memory;
-mod solver_counters;

@@ -1,0 +1,5 @@
+//! Held against earlier behaviour.
+
+mod calibrate;
+mod memory;
+mod solver_counters;

@@ -1,0 +1,11 @@
+//! The result file, and the page that is made of it.
+
+mod format;
+mod kept;
+mod kill;
+mod packed;
+mod page;
+mod page_channels;
+mod probe;
+mod roundtrip;
+mod target;
