@@ -30,6 +30,7 @@ SUMMARY = {
 }
 DEFAULT_THRESHOLD = 1e-8
 DEFAULT_HYSTERESIS = 2.0
+LEAST_LIMIT = 0.01  # a threshold may be so large in a problem without higher speeds
 SAME_TIME = 1e-9  # rows nearer to a grid point than this part of the grid's step are at it
 LARGEST = 1e100  # of numbers; no power of them that is taken here overflows
 MOST_BYTES = 1 << 30
@@ -132,8 +133,14 @@ class Problem:
     @staticmethod
     def text(folder: str, name: str) -> str:
         """A file of the folder."""
-        with open(os.path.join(folder, name), encoding="utf-8") as file:
-            return file.read()
+        with open(os.path.join(folder, name), "rb") as file:
+            data = file.read()
+        try:
+            return data.decode("utf-8")
+        except UnicodeDecodeError as error:
+            start = data.rfind(b"\n", 0, error.start) + 1
+            line = shown(data[start:start + 200].split(b"\n")[0].decode("utf-8", "replace"))
+            raise ValueError(f"line {data.count(10, 0, start) + 1} is no UTF-8: {line}") from None
 
 
 def bounded(value: Any) -> float:
@@ -303,7 +310,7 @@ def read_comment(table: Table, raw: bytes, number: int) -> None:
     if name == "threshold":
         words = text.split()
         table.threshold = to_float(words[0]) if words else None
-        if table.threshold is None or table.threshold < 0.0:
+        if table.threshold is None or not 0.0 <= table.threshold <= LARGEST:
             remedy = "write a speed in the problem's unit, such as # threshold: 1e-6"
             raise BadInput(f"{table.path}: line {number}: threshold {shown(text)} is no speed; {remedy}")
 
@@ -325,9 +332,11 @@ def read_header(table: Table, problem: Problem, cells: Sequence[bytes], number: 
         raise BadInput(f"{place}: is no header, but numbers; {remedy if table.commented else example}")
     if len(named) == 1 and re.search(r"[;\t ]", named[0]):
         raise BadInput(f"{place}: has no comma; separate the columns by commas, and write decimal points")
-    for k, name in enumerate(named):
-        if name in named[:k]:
+    seen = set()
+    for name in named:
+        if name in seen:
             raise BadInput(f"{place}, column {shown(name)}: stands there twice; leave one out or rename it")
+        seen.add(name)
     if "time" not in named:
         near = [f"rename {shown(name)} to time" for name in named if name.lower().startswith("t")]
         raise BadInput(f"{place}: no column is named time, but {listed(named)}; {(near or [example])[0]}")
@@ -828,6 +837,14 @@ def mean_period(times: Sequence[float], values: Sequence[float], level: float, s
 # --- The comparison ---------------------------------------------------------------------------------------------------
 
 
+def check_threshold(problem: Problem, path: str, threshold: float) -> None:
+    """Refuses a threshold above the speeds of the answer, by which whatever slides is at rest."""
+    largest = max(LEAST_LIMIT, max(map(abs, problem.samples["relative_velocity"])))
+    if threshold > largest:
+        what = f"threshold {threshold:g} {problem.velocity_unit}: is above every speed of the problem, {largest:g}"
+        raise BadInput(f"{path}: {what}; give one that only rest is below")
+
+
 def compare(problem: Problem, main: Table, events: Optional[Table], threshold: Optional[float],
             hysteresis: float) -> Dict[str, Any]:
     """Everything that is said of a candidate, in the layout of scoring.md."""
@@ -839,6 +856,8 @@ def compare(problem: Problem, main: Table, events: Optional[Table], threshold: O
     said = {**(events.said if events else {}), **main.said}
     known = (("problem", problem.threshold), ("option", threshold), ("file", main.threshold))
     source, used = next(((name, v) for name, v in known if v is not None), ("default", DEFAULT_THRESHOLD))
+    if source in ("option", "file") and not stated:
+        check_threshold(problem, main.path, used)
     span = (0.0, problem.end_time) if stated or not rows else (rows.times[0], rows.times[-1])
     result: Dict[str, Any] = {
         "set": problem.set, "problem": problem.name, "title": problem.title,

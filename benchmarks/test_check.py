@@ -1454,6 +1454,7 @@ BAD_FILES: List[Tuple[str, bytes, List[str]]] = [
         b"# threshold: small\ntime,x,v\n0,1,1\n1,1,1\n",
         ["line 1", '"small"', "# threshold: 1e-6"],
     ),
+    ("threshold that is no number", b"# threshold: nan\ntime,x,v\n0,1,1\n1,1,1\n", ["line 1", '"nan"']),
     ("threshold below zero", b"# threshold: -1\ntime,x,v\n0,1,1\n1,1,1\n", ["line 1", '"-1"']),
     ("control characters", b"time,x,v\n0,\x1b[31mred,1\n", ["line 2, column x", '"?[31mred"']),
     ("one endless line", b"time,x,v\n0,1," + b"1" * 5000 + b"\n", ["line 2, column v"]),
@@ -1490,6 +1491,25 @@ class BadInput(Case):
             file.truncate(check.MOST_BYTES + 1)
         self.assertIn(f"{check.MOST_BYTES + 1} bytes", self.refused("09", path))
 
+    def test_a_threshold_above_all_speeds(self) -> None:
+        """By it whatever slides is at rest; a table of events has no use for it."""
+        slides = [[float(t), 5.0 * t, 5.0] for t in range(101)]
+        for problem, speed in (("02", "0.01"), ("09", "")):
+            for given in ("1e99", "7"):
+                path = self.table("time,x,v", slides, before=f"# threshold: {given}\n")
+                self.assertIn(f"above every speed of the problem, {speed}", self.refused(problem, path))
+                path = self.table("time,x,v", slides)
+                self.assertIn("give one that only rest is below", self.refused(problem, path, "--threshold", given))
+        self.check("02", self.table("time,x,v", slides, before="# threshold: 0.01\n"), "--require", "digits=6", status=1)
+        self.check("09", self.table("time,kind", belt_events()), "--threshold", "1e99")
+
+    def test_a_million_columns(self) -> None:
+        """The time follows their number."""
+        names = ",".join(f"c{k}" for k in range(10**6))
+        row = ",1" * 10**6
+        document = self.check("02", self.write("wide.csv", f"time,v,{names}\n0,0{row}\n100,0{row}\n"))
+        self.assertEqual(len(document["candidate"]["ignored_columns"]), 10**6)
+
     def test_tables_in_the_wrong_place(self) -> None:
         """Events where samples belong, and the other way round."""
         events = self.table("time,kind", belt_events(), name="events.csv")
@@ -1509,6 +1529,20 @@ class BadInput(Case):
         shutil.copytree(os.path.join(HERE, FOLDERS[8]), folder)
         self.write("problem/summary.json", '{"values": [{"name": "a", "unit": "m", "value": 1, "from": "samples"}]}')
         self.assertIn("summary.json: cannot be used (KeyError('column')", self.refused(folder, path))
+
+    def test_a_problem_that_is_no_text(self) -> None:
+        """Quotes the line, not the file."""
+        folder = self.copy("09")
+        path = os.path.join(folder, "samples.csv")
+        with open(path, "rb") as file:
+            lines = file.read().split(b"\n")
+        lines[3] = b"0.5,\xff\xfe,1"
+        with open(path, "wb") as file:
+            file.write(b"\n".join(lines))
+        said = self.refused(folder, self.table("time,kind", belt_events()))
+        self.assertIn("samples.csv: cannot be used", said)
+        self.assertIn("line 4 is no UTF-8", said)
+        self.assertLess(len(said), 400)
 
     def test_a_problem_with_wrong_values(self) -> None:
         """Each is refused in one line."""
