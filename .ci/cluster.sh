@@ -1,20 +1,16 @@
 #!/usr/bin/env bash
-# One machine, a Slurm job array of four and the ranks of an MPI job give identical files:
+# One machine and a Slurm job array of four give identical files:
 #
-#   .ci/slurm.sh .ci/cluster.sh PROGRAM MPI_PROGRAM FOLDER
+#   .ci/slurm.sh .ci/cluster.sh PROGRAM FOLDER
 #
-# by the scripts of examples/cluster, with a task and an MPI job that are taken off their node on the way and started
-# again. MPI_PROGRAM is the program built with MPI. FOLDER is made; the files one.h5 and virtual.h5 are left in it.
+# by the scripts of examples/cluster, with a task that is taken off its node on the way and started again. FOLDER is made.
 set -euo pipefail
 program=$1
-mpi_program=$2
-folder=$3
+folder=$2
 examples=$(cd "$(dirname "$0")/../examples/cluster" && pwd)
 rm -rf "$folder"
 mkdir -p "$folder"
 cd "$folder"
-# mpirun asks for it where jobs run as root.
-export OMPI_ALLOW_RUN_AS_ROOT=1 OMPI_ALLOW_RUN_AS_ROOT_CONFIRM=1
 
 # A map of which a part is no valid case; ten seconds on one thread.
 cat >map.toml <<'STUDY'
@@ -86,15 +82,3 @@ submitted=$(STICKSLIP=$program "$examples/submit.sh" map.toml array.h5 4)
 wait_for "the second array does not end" is_gone "$(sed -E 's/.*merger ([0-9]+),.*/\1/' <<<"$submitted")"
 [[ $(cat array.shards/log/?.log | grep -c "none of them run now") == 4 ]] || complain "a shard was run again"
 grep -q "array.h5: exists" array.shards/log/merge.log || complain "the result was replaced"
-
-job=$(STICKSLIP=$mpi_program sbatch --parsable --ntasks=2 --output=mpi.log "$examples/mpi.sbatch" map.toml mpi.h5)
-wait_for "the MPI job does not begin" has_points mpi.rank-1.journal
-scontrol requeue "$job"
-wait_for "the MPI job was not started again" restarted "$job"
-wait_for "the MPI job does not end" is_gone "$job"
-grep -q "of them now" mpi.log || complain "the MPI job that was started again did not go on"
-[[ -f mpi.h5 ]] || complain "the MPI job left no file"
-cmp one.h5 mpi.h5
-echo "two ranks of an MPI job: the bytes of one machine, the job having been queued again"
-
-"$program" merge array.shards/?.h5 --virtual --output virtual.h5 --quiet

@@ -3,7 +3,7 @@
 
     python .ci/export.py PROGRAM CERTIFIED.h5 FOLDER
 
-Tables as CSV, NPZ, MAT and Parquet, against the result file itself; the benchmark package by the validators of
+Tables as CSV, NPZ and MAT, against the result file itself; the benchmark package by the validators of
 Frictionless and RO-Crate, and by its own script. Needs .ci/requirements.txt. Exits with 1 if a check fails.
 """
 
@@ -17,7 +17,6 @@ from unittest import mock
 import h5py
 import numpy as np
 import pandas as pd
-import pyarrow.parquet as pq
 import requests
 import scipy.io
 from frictionless import validate
@@ -47,14 +46,13 @@ def words(data, meanings):
 def tables(program, result, folder):
     with h5py.File(result) as file:
         for group in GROUPS:
-            paths = {form: folder / f"{group}.{form}" for form in ("csv", "npz", "mat", "parquet")}
+            paths = {form: folder / f"{group}.{form}" for form in ("csv", "npz", "mat")}
             for path in paths.values():
                 subprocess.run([program, "export", result, "-o", path, "--table", group, "--quiet"], check=True)
             table = pd.read_csv(paths["csv"], float_precision="round_trip")
             table.columns = [name.split(" [")[0] for name in table.columns]
-            frame, parquet = pd.read_parquet(paths["parquet"]), pq.read_metadata(paths["parquet"]).metadata
             arrays, vectors = np.load(paths["npz"]), scipy.io.loadmat(paths["mat"])
-            texts = (parquet[b"stickslip-export"].decode(), str(arrays["metadata"]), str(vectors["metadata"][0]))
+            texts = (str(arrays["metadata"]), str(vectors["metadata"][0]))
             for text in texts:
                 described = {column["name"]: column for column in json.loads(text)["columns"]}
                 check(f"{group}: the metadata describe every column", list(described) == list(table.columns))
@@ -68,10 +66,8 @@ def tables(program, result, folder):
                 meanings = data.attrs.get("flag_meanings")
                 if meanings is None:
                     check(f"csv: {where} has the values of the file", same(table[name], data[...]))
-                    check(f"parquet: {where} has the values of the file", same(frame[name], data[...]))
                 else:
                     check(f"csv: {where} has the words of the file", table[name].tolist() == words(data, meanings))
-                    check(f"parquet: {where} has the words of the file", frame[name].tolist() == words(data, meanings))
 
 
 def crate_issues(bench):

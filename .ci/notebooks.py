@@ -43,7 +43,7 @@ def validate_solve_ivp(shown, drawn):
     tolerances = dict(re.findall(r"^(1e-\d+): (.*)$", shown, re.MULTILINE))
     assert list(tolerances) == ["1e-04", "1e-06", "1e-08", "1e-10"], shown
     # The planted error is found, and called by its name: 0.0113 kg m^2 times 1.001.
-    assert "another parameter: J = 0.0113113 " in shown, shown
+    assert "another parameter: torsion.surface_inertia (J) = 0.0113113 " in shown, shown
     assert drawn == 1
 
 

@@ -64,7 +64,7 @@ import tomllib
 import yaml
 
 with open("Cargo.toml", "rb") as file:
-    version = tomllib.load(file)["package"]["version"]
+    version = tomllib.load(file)["workspace"]["package"]["version"]
 with open("packaging/conda/recipe.yaml") as file:
     recipe = yaml.safe_load(file)
 assert recipe["context"]["version"] == version, recipe["context"]
