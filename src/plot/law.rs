@@ -7,15 +7,15 @@ use super::style::{BLACK, VERMILLION, line_color};
 use std::f64::consts::FRAC_2_PI;
 use stickslip_analysis::analysis::stability::SystemModes;
 use stickslip_case::Motion;
-use stickslip_system::friction::Law;
+use stickslip_system::friction::{FrictionLaw, Law};
 use stickslip_system::model::system::{Bristles, ContactLaw, Regularisation, Smoothing, System};
 
 /// Points of the curve, evenly spaced; a contact without stick has as many again close to rest.
 const POINTS: i32 = 240;
 
-/// Friction coefficient at a steady relative velocity `x`.
-fn coefficient(trains: &System, x: f64) -> f64 {
-    let law = trains.law.coefficient(x);
+/// Friction coefficient at a steady relative speed `x` by a law of the system.
+fn coefficient(trains: &System, law: &FrictionLaw, x: f64) -> f64 {
+    let law = law.coefficient(x);
     match &trains.contact {
         ContactLaw::StickSlip => law,
         ContactLaw::Regularised(Regularisation { function, speed }) => match function {
@@ -55,26 +55,42 @@ pub(super) fn friction_law(entry: &Entry, subject: &Subject) -> Drawn {
         // A regularised law rises very close to rest.
         let near = (0..POINTS).map(|k| end * 10f64.powf(f64::from(k) / 24.0 - 10.0));
         let near = near.filter(|_| run.system.contact != ContactLaw::StickSlip);
-        let mut points: Vec<(f64, f64)> = even.chain(near).map(|x| (x, coefficient(&run.system, x))).collect();
-        points.sort_by(|a, b| a.0.total_cmp(&b.0));
-        let label = match several {
-            true => run.label(),
-            false => format!("sliding, μ(|{symbol}|)"),
+        let mut speeds: Vec<f64> = even.chain(near).collect();
+        speeds.sort_by(f64::total_cmp);
+        let curve = |law: &FrictionLaw, label: &str| {
+            let points = speeds.iter().map(|&x| (x, coefficient(&run.system, law, x))).collect();
+            Curve::line(label, line_color(number), points)
         };
-        curves.push(Curve::line(&label, line_color(number), points));
+        let backward = run.system.law.backward();
+        let label = match (several, backward.is_some()) {
+            (true, _) => run.label(),
+            (false, false) => format!("sliding, μ(|{symbol}|)"),
+            (false, true) => format!("forward, μ(|{symbol}|)"),
+        };
+        curves.push(curve(&run.system.law, &label));
+        if let Some(backward) = backward {
+            let label = if several {
+                format!("{label}, backward")
+            } else {
+                "backward".to_owned()
+            };
+            curves.push(curve(&backward.law, &label).styled(CurveStyle::Dashed));
+        }
     }
     let most = |curve: &Curve| curve.points().map(|point| point.1).fold(0.0, f64::max);
     let mut largest = curves.iter().map(most).fold(1e-3, f64::max);
     if trains.contact == ContactLaw::StickSlip {
-        largest = largest.max(trains.breakaway);
+        let backward = trains.law.backward().map(|backward| backward.breakaway);
+        let breakaways = [Some(trains.breakaway), backward].into_iter().flatten();
+        largest = breakaways.clone().fold(largest, f64::max);
         if !several {
-            let rest = Curve::line("rest, μ₀", VERMILLION, vec![(0.0, trains.breakaway)]);
+            let rest = Curve::line("rest, μ₀", VERMILLION, breakaways.map(|mu| (0.0, mu)).collect());
             curves.push(rest.styled(CurveStyle::Points));
         }
     }
     if !several {
         let within = critical_speeds(run).into_iter().filter(|&x| x <= end);
-        let points = within.map(|x| (x, coefficient(trains, x))).collect();
+        let points = within.map(|x| (x, coefficient(trains, &trains.law, x))).collect();
         curves.push(Curve::line("critical speed", BLACK, points).styled(CurveStyle::OpenPoints));
     }
     let x = Axis::new("relative velocity", units)

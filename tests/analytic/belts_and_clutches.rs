@@ -49,6 +49,82 @@ fn energies(c: &Channels) -> [f64; 5] {
 
 // Masses on a belt.
 
+/// A mass on a spring, on a ground that holds it less one way than the other: each half swing takes 2 mu_d F_n/k of its own sense
+/// from the amplitude, until the spring is below the breakaway force of the sense in which it pulls.
+#[test]
+fn analytic_asymmetric_friction_takes_its_own_share_of_each_half_swing() {
+    let (mass, stiffness, force, start) = (2.0, 50.0, 10.0, 1.0);
+    // omega_r is minus the speed of the mass: from x > 0 it slides forward. Kinetic and breakaway coefficients.
+    let (forward, backward) = ((0.3, 0.9), (0.1, 0.25));
+    let text = format!(
+        r#"
+title = "a mass on a ground with a grain"
+motion = "translation"
+rotor = {{ end = "fixed" }}
+stator = {{ inertia = {mass}, stiffness = {stiffness}, end = "fixed" }}
+contact = {{ normal_force = {force} }}
+friction = {{ law = "asymmetric", kinetic = {}, breakaway = {}, kinetic_backward = {}, breakaway_backward = {} }}
+initial = {{ stator_twist = {start} }}
+output = {{ end_time = 10.0 }}
+"#,
+        forward.0, forward.1, backward.0, backward.1
+    );
+    let half = PI * f64::sqrt(mass / stiffness);
+    let (mut x, mut expected): (f64, Vec<(EventKind, f64)>) = (start, Vec::new());
+    while expected.last().is_none_or(|event| event.0 != EventKind::Stick) {
+        let taken = if x > 0.0 { forward.0 } else { backward.0 };
+        x = -x.signum() * (x.abs() - 2.0 * taken * force / stiffness);
+        let holds = if x > 0.0 { forward.1 } else { backward.1 };
+        let kind = match stiffness * x.abs() <= holds * force {
+            true => EventKind::Stick,
+            false => EventKind::Reversal,
+        };
+        expected.push((kind, (expected.len() + 1) as f64 * half));
+    }
+    assert_eq!(expected.len(), 12);
+    for (method, within) in [
+        ("series", SERIES),
+        ("cvode", PROMISED),
+        ("arkode", PROMISED),
+        ("erk", PROMISED),
+        ("cvode-adams", 1e-7),
+        ("cvode-bdf", 1e-7),
+        ("esdirk", 1e-7),
+    ] {
+        let recorder = recorded(&case_of(&text, method));
+        expect(&recorder.events, &expected, within);
+        near(recorder.samples.last().unwrap().state.phi1, x, 1e-6);
+    }
+}
+
+/// The belt that runs backward, with the coefficients exchanged, is the mirror image of the belt that runs forward.
+#[test]
+fn property_exchanged_coefficients_mirror_the_motion() {
+    let of = |settings: &str, method: &str| {
+        let settings: Vec<&str> = settings.split(' ').collect();
+        recorded(&case_by("belt-coulomb", method, &settings)).events
+    };
+    let one = "friction.law=asymmetric friction.kinetic=0.3 friction.breakaway=0.4 friction.kinetic_backward=0.1 \
+               friction.breakaway_backward=0.2";
+    let other = "friction.law=asymmetric friction.kinetic=0.1 friction.breakaway=0.2 friction.kinetic_backward=0.3 \
+                 friction.breakaway_backward=0.4";
+    let same = "friction.law=asymmetric friction.kinetic=0.3 friction.breakaway=0.4 friction.kinetic_backward=0.3 \
+                friction.breakaway_backward=0.4";
+    for method in ["series", "cvode", "arkode"] {
+        let forward = of(one, method);
+        let mirrored = of(
+            &format!("{other} rotor.speed=-0.1 initial.stator_twist=-0.02 initial.stator_speed=-0.1"),
+            method,
+        );
+        let times = |events: &[Event]| events.iter().map(|event| (event.kind, event.time)).collect::<Vec<_>>();
+        assert!(forward.len() > 10);
+        assert_eq!(times(&forward), times(&mirrored), "{method}");
+        // Equal coefficients are Coulomb's law, to the last bit.
+        let coulomb = of("friction.kinetic=0.3 friction.breakaway=0.4", method);
+        assert_eq!(times(&of(same, method)), times(&coulomb), "{method}");
+    }
+}
+
 /// Slip (pi + 2 atan(v k/(w D)))/w, stick 2 D/(k v), of the built-in numbers and of others. The first stick begins with a slack
 /// spring, or in the middle: where the spring has a twist of x it lasts (mu_0 F_n/k - x)/v.
 #[test]

@@ -77,7 +77,7 @@ mod absolute_angles {
         let model = AbsoluteModel::new(&system).unwrap();
         let mut y = [0.0; DIMENSION];
         y[Z] = -4e-5;
-        let limit = model.breakaway_torque(model.pressing_force(&y));
+        let limit = model.breakaway_torque(1.0, model.pressing_force(&y));
         let stiffness = Parameters::of(&system).unwrap().torsion.stiffness;
         let twist = |share: f64| share * limit / stiffness;
         let at = |w: f64, share: f64| {

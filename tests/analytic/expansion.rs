@@ -3,7 +3,7 @@
 use std::cmp::Ordering;
 use std::ops::{Add, Div, Mul, Neg, Sub};
 use stickslip::friction::{
-    Coulomb, Exponential, FrictionLaw, Hyperbolic, Interpolation, Law, Polynomial, Stribeck, Table,
+    Asymmetric, Coulomb, Exponential, FrictionLaw, Hyperbolic, Interpolation, Law, Polynomial, Stribeck, Table,
 };
 use stickslip::model::equations::SystemEquations;
 use stickslip::model::system::{
@@ -412,6 +412,11 @@ fn belts() -> Vec<System> {
     let table = |interpolation| Table::new(vec![0.0, 0.3, 0.8, 2.0], vec![0.6, 0.45, 0.4, 0.42], interpolation);
     let mut belts = vec![
         belt(Coulomb { kinetic: 0.4 }),
+        belt(Asymmetric {
+            kinetic: 0.4,
+            kinetic_backward: 0.3,
+            breakaway_backward: 0.5,
+        }),
         belt(falling()),
         belt(Hyperbolic {
             low_speed: 0.6,
@@ -491,7 +496,8 @@ impl Motion {
         take("T_f", &expansion.transmitted(system));
         match self.location.mode {
             Mode::Stick => {
-                take("limit", &expansion.limit);
+                take("forward limit", &expansion.limit(system, 1.0));
+                take("backward limit", &expansion.limit(system, -1.0));
                 take("tested", &expansion.tested(system));
             }
             Mode::SlipForward | Mode::SlipBackward => {

@@ -1,7 +1,9 @@
 //! The friction laws against what the rest of the program is promised of a law.
 
 use proptest::prelude::*;
-use stickslip::friction::{self, Bounds, Coulomb, Exponential, FrictionLaw, Hyperbolic, Law, LawSeries, Stribeck};
+use stickslip::friction::{
+    self, Asymmetric, Bounds, Coulomb, Exponential, FrictionLaw, Hyperbolic, Law, LawSeries, Stribeck,
+};
 use stickslip::numerics::taylor;
 
 const TERMS: usize = 28;
@@ -158,6 +160,34 @@ proptest! {
         let pressed = series.pressed(&[3.0; TERMS], 1, 1);
         prop_assert_eq!((factors.constant, factors.slope * series.slope_shape(1)), (2.0 * kinetic, 0.0));
         prop_assert_eq!(factors.shape * series.shape(0) + factors.shape * pressed, 0.0);
+    }
+
+    /// Coulomb's law in each sense, with bounds for both.
+    #[test]
+    fn analytic_the_asymmetric_law(
+        kinetic in 0.0..1.0f64, kinetic_backward in 0.0..1.0f64, reserve in -0.5..0.5f64, x in -1.5..1.5f64,
+    ) {
+        let breakaway_backward = kinetic_backward + reserve;
+        let law = FrictionLaw::from(Asymmetric { kinetic, kinetic_backward, breakaway_backward });
+        let backward = law.backward().unwrap();
+        prop_assert_eq!(&backward.law, &FrictionLaw::from(Coulomb { kinetic: kinetic_backward }));
+        prop_assert_eq!(backward.breakaway, breakaway_backward);
+        prop_assert_eq!(law.coefficient_and_slope(x), Coulomb { kinetic }.coefficient_and_slope(x));
+        prop_assert_eq!(law.at_vanishing_speed(), kinetic);
+        let (mu, slopes) = (law.coefficient_bounds(0.0, x.abs()), law.slope_bounds(0.0, f64::INFINITY));
+        prop_assert_eq!(mu, Bounds::between(kinetic, kinetic_backward));
+        prop_assert_eq!(slopes, Bounds::between(0.0, 0.0));
+        prop_assert_eq!(law.typical_coefficient(x.abs()), kinetic.max(kinetic_backward));
+        prop_assert!(!law.falls() && law.damping_zeros(20.0, 100.0).is_empty() && law.extent().is_infinite());
+        let mut series = law.series::<f64, TERMS>();
+        series.start(x, 1.0);
+        prop_assert_eq!((series.factors(2.0, 2.0).constant, series.slope_shape(0)), (2.0 * kinetic, 0.0));
+        // Only a backward breakaway below backward sliding is complained of.
+        let complaints = law.complaints();
+        prop_assert_eq!(complaints.is_empty(), breakaway_backward >= kinetic_backward);
+        prop_assert!(complaints.iter().all(|(key, _)| key == "breakaway_backward"));
+        let laws = [FrictionLaw::from(Coulomb { kinetic }), backward.law];
+        prop_assert!(laws.iter().all(|law| law.backward().is_none()));
     }
 
     #[test]

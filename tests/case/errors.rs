@@ -254,13 +254,27 @@ fn a_friction_law_takes_its_own_keys() {
     );
     assert_eq!(
         with_friction("law = \"colomb\"\nbreakaway = 0.6"),
-        "brake.toml:24: friction.law: expected one of \"exponential\", \"coulomb\", \"hyperbolic\", \"stribeck\", \"polynomial\", \
+        "brake.toml:24: friction.law: expected one of \"exponential\", \"coulomb\", \"asymmetric\", \"hyperbolic\", \"stribeck\", \"polynomial\", \
          \"table\", but got \"colomb\"; did you mean \"coulomb\"?"
     );
     assert_eq!(
         with_friction("law = \"coulomb\"\nbreakaway = 0.2\nkinetic = 0.3"),
         "brake.toml:25: friction.breakaway: must be at least friction.kinetic: 0.2 is below 0.3, and between the two torques neither \
          stick nor slip is consistent; raise breakaway or lower kinetic"
+    );
+    assert_eq!(
+        with_friction("law = \"asymmetric\"\nbreakaway = 0.6\nkinetic = 0.3"),
+        "brake.toml:23: friction.breakaway_backward: missing: mu_0-, friction coefficient at rest against backward sliding; breakaway \
+         is then that against forward sliding; write breakaway_backward = a number\n\
+         brake.toml:23: friction.kinetic_backward: missing: mu_d-, friction coefficient in backward sliding, omega_r < 0; kinetic is \
+         then that in forward sliding; write kinetic_backward = a number"
+    );
+    assert_eq!(
+        with_friction(
+            "law = \"asymmetric\"\nbreakaway = 0.6\nkinetic = 0.3\nbreakaway_backward = 0.2\nkinetic_backward = 0.3"
+        ),
+        "brake.toml:27: friction.breakaway_backward: must be at least friction.kinetic_backward: 0.2 is below 0.3, and between the \
+         two torques neither stick nor slip is consistent; raise breakaway_backward or lower kinetic_backward"
     );
     let stribeck = with_friction(
         "law = \"stribeck\"\nbreakaway = 0.6\nlow_speed = 0.6\nhigh_speed = 0.3\nscale = \"10 rpm\"\nexponent = 0.5",

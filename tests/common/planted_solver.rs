@@ -156,7 +156,7 @@ fn coefficient(law: &FrictionLaw, x: f64) -> f64 {
             l.high_speed + (l.low_speed - l.high_speed) * (-power).exp() + l.viscous * x
         }
         FrictionLaw::Polynomial(l) => l.low_speed + x * (l.linear + x * (l.quadratic + x * l.cubic)),
-        FrictionLaw::Table(_) => unimplemented!("no case here has a table"),
+        FrictionLaw::Asymmetric(_) | FrictionLaw::Table(_) => unimplemented!("no case here has such a law"),
     }
 }
 

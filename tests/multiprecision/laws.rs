@@ -5,7 +5,7 @@
 //! instability, or where the law has none at the end of sliding; a kick in stick-slip, or a force that lets go, makes it
 //! slip again.
 
-use crate::common::cases::recorded;
+use crate::common::cases::{recorded, source, written};
 use crate::common::random_brakes::{Random, difference, exact_events};
 use std::ops::ControlFlow;
 use stickslip::Run;
@@ -131,6 +131,46 @@ fn multiprecision_coulomb() {
         &["initial.speed=1.5", "perturbation=[]", GRIP_AGAIN],
         3,
     );
+}
+
+/// The brake turns backward first: friction differs from that of the stick that follows, and of the slip after it.
+#[test]
+fn multiprecision_asymmetric() {
+    hold_and_certify(
+        "{law=\"asymmetric\", breakaway=0.5, kinetic=0.4, breakaway_backward=0.45, kinetic_backward=0.3}",
+        &["initial.speed=-1.5", "perturbation=[]", GRIP_AGAIN],
+        3,
+    );
+}
+
+/// A mass on a spring and on a belt that swings: slips and sticks of both senses, each by its own coefficients.
+#[test]
+fn multiprecision_asymmetric_on_a_belt_that_swings() {
+    let text = r#"
+title = "a belt that swings"
+motion = "translation"
+rotor = { end = "driven", speed = { profile = "cosine", amplitude = 0.4, frequency = 0.3 } }
+stator = { inertia = 1.0, stiffness = 40.0, damping = 0.05, end = "fixed" }
+contact = { normal_force = 10.0 }
+friction = { law = "asymmetric", breakaway = 0.5, kinetic = 0.35, breakaway_backward = 0.3, kinetic_backward = 0.15 }
+output = { end_time = 10.0 }
+"#;
+    let exact = exact_events(&source(text), &[], 10.0, 30);
+    let senses: Vec<i8> = exact.iter().map(|event| event.mode_after.sense()).collect();
+    assert!([-1, 0, 1].iter().all(|sense| senses.contains(sense)), "{senses:?}");
+    for (method, allowed) in [
+        ("series", 1e-11),
+        ("cvode", 1e-8),
+        ("arkode", 1e-8),
+        ("cvode-bdf", 1e-6),
+        ("esdirk", 1e-6),
+    ] {
+        let recorder = recorded(&written(text, &[&format!("solver.method={method}")]));
+        let errors = errors(&recorder.events, &exact, method);
+        let worst = errors.iter().map(|error| error.1).fold(0.0, f64::max);
+        println!("{method}: {} events within {worst:.1e} s", exact.len());
+        assert!(worst <= allowed, "{method}: {worst:.1e}");
+    }
 }
 
 #[test]
@@ -315,6 +355,7 @@ fn multiprecision_the_oracle_has_every_law() {
 const EXAMPLES: &[&str] = &[
     "{law=\"exponential\", breakaway=0.6, low_speed=0.6, high_speed=0.3, decay=3.5}",
     "{law=\"coulomb\", breakaway=0.6, kinetic=0.3}",
+    "{law=\"asymmetric\", breakaway=0.6, kinetic=0.3, breakaway_backward=0.4, kinetic_backward=0.2}",
     "{law=\"hyperbolic\", breakaway=0.6, low_speed=0.6, high_speed=0.3, scale=0.25}",
     "{law=\"stribeck\", breakaway=0.6, low_speed=0.6, high_speed=0.3, scale=0.5, viscous=0.01}",
     "{law=\"polynomial\", breakaway=0.6, low_speed=0.6, linear=-0.3, quadratic=0.1, cubic=-0.01, valid_below=4}",

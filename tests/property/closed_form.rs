@@ -253,7 +253,7 @@ proptest! {
                 BreakawayTest::Rotor => dynamics.system.surface_torques(&outside, y).0,
                 BreakawayTest::Stator => dynamics.system.surface_torques(&outside, y).1,
             };
-            let limit = dynamics.system.breakaway_torque(outside.normal_force);
+            let limit = dynamics.system.breakaway_torque(1.0, outside.normal_force);
             (limit - torque.abs(), limit)
         };
         let mut inside = y.clone();

@@ -207,7 +207,7 @@ fn results_page_of_bristles_counts_falls_below_the_threshold() {
     // A stop of 3.43 s, and after it one bounce across the threshold.
     assert_eq!(value("falls below the threshold in a period"), Some("2"));
     assert!(value("counted as a stick").unwrap().contains("each fall"));
-    assert!(page.run["breakaway_arm"].is_null());
+    assert!(page.run["breakaway_arms"].is_null());
 }
 
 /// The orbit is the last period, from samples and the states at events: it closes, and passes through these exactly.

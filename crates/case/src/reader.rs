@@ -87,12 +87,16 @@ impl Reader {
         let needs_breakaway = sticks || self.has("friction.breakaway");
         self.fill(case, |key| match key.split() {
             ("rotor" | "stator", _) | ("contact", "radius") | ("friction", "law") => false,
-            ("friction", "breakaway") => needs_breakaway,
+            ("friction", "breakaway" | "breakaway_backward") => needs_breakaway,
             ("initial", _) => short,
             _ => true,
         });
         if !needs_breakaway && self.problems.is_empty() {
-            case.system.breakaway = case.system.law.at_vanishing_speed();
+            let law = &mut case.system.law;
+            case.system.breakaway = law.at_vanishing_speed();
+            if let Some(backward) = law.backward() {
+                law.set_number("breakaway_backward", backward.law.at_vanishing_speed());
+            }
         }
         self.radius(case);
         self.threshold(case);

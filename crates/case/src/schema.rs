@@ -527,6 +527,8 @@ keys! { |case, index|
         "how friction depends on the sliding speed";
     "friction.breakaway", Both, Required, Number(D::Number, NotNegative) => [at(&mut case.system.breakaway)],
         "mu_0, friction coefficient at rest; at least low_speed";
+    "friction.breakaway_backward", Both, OF_LAW, Number(D::Number, NotNegative) => law(case, "breakaway_backward"),
+        "mu_0-, friction coefficient at rest against backward sliding; breakaway is then that against forward sliding";
     "friction.low_speed", Both, OF_LAW, Number(D::Number, NotNegative) => law(case, "low_speed"),
         "mu_s, friction coefficient at vanishing sliding speed";
     "friction.high_speed", Both, OF_LAW, Number(D::Number, NotNegative) => law(case, "high_speed"),
@@ -569,6 +571,8 @@ keys! { |case, index|
         "what goes through the points";
     "friction.kinetic", Both, OF_LAW, Number(D::Number, NotNegative) => law(case, "kinetic"),
         "mu_d, friction coefficient at every sliding speed";
+    "friction.kinetic_backward", Both, OF_LAW, Number(D::Number, NotNegative) => law(case, "kinetic_backward"),
+        "mu_d-, friction coefficient in backward sliding, omega_r < 0; kinetic is then that in forward sliding";
     "friction.threshold", General, Default("10 regularisation.speed, or scale / 10 with law \"lugre\""),
         Number(D::AngularVelocity, Positive)
         => (case.system.contact != ContactLaw::StickSlip).then_some(at(&mut case.threshold)),

@@ -115,7 +115,7 @@ impl<'a> CreepPass<'a> {
         let (Some((earlier, was)), true) = (before, w.abs() < SLOW * self.speed) else {
             return;
         };
-        let limit = system.law.coefficient(w.abs()) * system.radius * physics.course.outside(time).normal_force;
+        let limit = system.law_of(w).coefficient(w.abs()) * system.radius * physics.course.outside(time).normal_force;
         if limit <= 0.0 {
             return;
         }

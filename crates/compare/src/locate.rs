@@ -139,7 +139,7 @@ impl<'a> Locator<'a> {
             (Mode::Engaged, EventKind::Stick) => velocity().abs() - self.threshold,
             (Mode::Engaged, _) => self.threshold - velocity().abs(),
             (Mode::Stick, _) => {
-                let limit = system.breakaway_torque(outside.normal_force);
+                let limit = system.breakaway_torque(switch.sense, outside.normal_force);
                 limit - switch.sense * system.tested_torque(&outside, y)
             }
             _ => switch.sense * velocity(),

@@ -17,7 +17,7 @@ pub(super) fn breakaway_ratios(physics: &Physics, found: &[Found], test: Breakaw
                 BreakawayTest::Stator => stator,
                 BreakawayTest::Rotor => rotor,
             };
-            let limit = physics.limit(f.time);
+            let limit = physics.limit(torque, f.time);
             (limit > 0.0).then(|| torque.abs() / limit)
         })
         .collect();

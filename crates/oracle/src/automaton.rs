@@ -110,9 +110,9 @@ struct Run<const N: usize> {
     ends: bool,
     /// Guards that the last event left at zero, with the number of their leading coefficients that vanish.
     zeros: Vec<(Guard, usize)>,
-    /// For a take-off from stick: 2 if breakaway and low-speed friction are equal, since omega_r' then also
-    /// starts at 0.
-    take_off_zeros: usize,
+    /// For a take-off from stick into forward and into backward slip: 2 if breakaway and low-speed friction are equal,
+    /// since omega_r' then also starts at 0.
+    take_off_zeros: [usize; 2],
     /// The ringing of an open contact is below its floor: it stays open up to the next corner.
     stays_open: bool,
     corners: VecDeque<BigRational>,
@@ -197,7 +197,10 @@ impl<const N: usize> Run<N> {
             piece: 0,
             ends,
             zeros: Vec::new(),
-            take_off_zeros: 1 + usize::from(exact.breakaway == at_vanishing_speed(&exact.law)),
+            take_off_zeros: [1, -1].map(|sense| {
+                let breakaway = friction::breakaway(&exact.law, &exact.breakaway, sense);
+                1 + usize::from(breakaway == at_vanishing_speed(&exact.law, sense))
+            }),
             stays_open: false,
             corners: corners.into(),
             kicks: kicks.into_iter().map(|(time, kick)| (number(time), kick)).collect(),
@@ -358,7 +361,9 @@ impl<const N: usize> Run<N> {
     /// Mode of surfaces with equal speed: stick, or slip in the sense of the transmitted torque if it exceeds the
     /// limit.
     fn settled(&self) -> Mode {
-        let [transmitted, limit] = self.expansion(Regime::Stick, 0).stick_test(&self.model);
+        let expansion = self.expansion(Regime::Stick, 0);
+        let transmitted = expansion.held();
+        let limit = expansion.limit(&self.model, transmitted.signum());
         let limit = if limit.signum() > 0 { limit } else { Float::zero() };
         let excess = &magnitude(&transmitted) - &limit;
         if excess.signum() <= 0 || excess.log2() < limit.log2().max(self.scales.torque) - self.resolved() {
@@ -775,7 +780,8 @@ impl<const N: usize> Run<N> {
                 self.mode = slip(sense);
                 self.piece = 0;
                 // A torque beyond its limit accelerates the surfaces at once.
-                let zeros = if fired.beyond { 1 } else { self.take_off_zeros };
+                let tangential = self.take_off_zeros[usize::from(sense < 0)];
+                let zeros = if fired.beyond { 1 } else { tangential };
                 self.zeros.push((Guard::Stop, zeros));
                 self.record(EventKind::Slip)
             }

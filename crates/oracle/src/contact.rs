@@ -8,6 +8,7 @@ use stickslip_system::model::system::{ContactLaw, ExactSystem, Smoothing};
 #[derive(Debug)]
 pub(super) struct Contact<const N: usize> {
     friction: Vec<Friction<N>>,
+    backward: Option<Friction<N>>,
     engaged: Engaged<N>,
 }
 
@@ -30,6 +31,7 @@ impl<const N: usize> Contact<N> {
         let number = Float::from_rational;
         Contact {
             friction: friction::pieces(&exact.radius, &exact.law),
+            backward: friction::backward(&exact.radius, &exact.law),
             engaged: match &exact.contact {
                 ContactLaw::StickSlip => Engaged::Never,
                 ContactLaw::Regularised(regularisation) => Engaged::Smooth {
@@ -41,6 +43,13 @@ impl<const N: usize> Contact<N> {
                     radius: number(&exact.radius),
                 },
             },
+        }
+    }
+
+    fn friction(&self, sense: i8, piece: usize) -> &Friction<N> {
+        match &self.backward {
+            Some(backward) if sense < 0 => backward,
+            _ => &self.friction[piece],
         }
     }
 
@@ -128,7 +137,7 @@ impl<const N: usize> ContactSeries<N> {
         (relative, normal): (&Float<N>, &[Float<N>]),
     ) -> Float<N> {
         let speed = if sense < 0 { -relative } else { *relative };
-        let friction = &contact.friction[piece];
+        let friction = contact.friction(sense, piece);
         self.shapes.extend(friction, speed, table);
         self.deflection.push(Float::zero());
         let mut torque = match normal.last() {
@@ -148,11 +157,11 @@ impl<const N: usize> ContactSeries<N> {
     pub fn margin(
         &self,
         contact: &Contact<N>,
-        piece: usize,
+        (sense, piece): (i8, usize),
         twice_resistance: &Float<N>,
         normal: &[Float<N>],
     ) -> Vec<Float<N>> {
-        let friction = &contact.friction[piece];
+        let friction = contact.friction(sense, piece);
         let taken = |w: &Float<N>| -&(&friction.negative_damping * w);
         let undamped = twice_resistance.is_zero();
         let mut margin: Vec<Float<N>> = match self.shapes.slope(friction) {
@@ -179,7 +188,7 @@ impl<const N: usize> ContactSeries<N> {
     ) -> Float<N> {
         let k = relative.len() - 1;
         let speed = if sense < 0 { -&relative[k] } else { relative[k] };
-        let coefficient = self.law(&contact.friction[piece], table, speed);
+        let coefficient = self.law(contact.friction(sense, piece), table, speed);
         match &contact.engaged {
             Engaged::Never => {
                 self.deflection.push(Float::zero());

@@ -10,6 +10,7 @@ use super::contact::{Contact, ContactSeries};
 use super::courses::{Course, CourseSeries};
 use super::elementary::Elementary;
 use super::float::Float;
+use super::friction;
 use super::margin::twice_resistance;
 use super::roots::evaluate;
 use super::scales::Scales;
@@ -142,7 +143,8 @@ pub(super) struct Model<const N: usize> {
     per_sum: Float<N>,
     pub axial: Option<AxialMotion<N>>,
     pub force: Option<usize>,
-    breakaway: Float<N>,
+    /// mu_0 r into forward and into backward slip.
+    breakaway: [Float<N>; 2],
     /// 2 R of the margin of steady sliding, N m s/rad; `None` if sliding does not slow down by itself, or nothing can
     /// swing.
     pub twice_resistance: Option<Float<N>>,
@@ -151,6 +153,10 @@ pub(super) struct Model<const N: usize> {
 }
 
 impl<const N: usize> Model<N> {
+    fn breakaway(&self, sense: i8) -> &Float<N> {
+        &self.breakaway[usize::from(sense < 0)]
+    }
+
     pub fn new(exact: &ExactSystem) -> Self {
         let mut courses = 0;
         let chains = [
@@ -179,7 +185,10 @@ impl<const N: usize> Model<N> {
             per_sum: Float::from_rational(&per_sum),
             axial,
             force,
-            breakaway: Float::from_rational(&(&exact.radius * &exact.breakaway)),
+            breakaway: [1, -1].map(|sense| {
+                let breakaway = friction::breakaway(&exact.law, &exact.breakaway, sense);
+                Float::from_rational(&(&exact.radius * breakaway))
+            }),
             twice_resistance: twice_resistance(exact),
             contact: Contact::new(exact),
             table: Elementary::new(largest_order(Float::<N>::BITS) + 2),
@@ -401,7 +410,7 @@ impl<const N: usize> Expansion<N> {
         let pairs = self.normal.iter().zip(&self.transmitted);
         pairs
             .map(|(normal, transmitted)| {
-                let limit = &model.breakaway * normal;
+                let limit = model.breakaway(sense) * normal;
                 if sense < 0 {
                     &limit + transmitted
                 } else {
@@ -414,16 +423,22 @@ impl<const N: usize> Expansion<N> {
     /// The margin of steady sliding, 2 (R + r F_n mu'), N m s/rad; empty outside slip.
     pub fn margin(&self, model: &Model<N>) -> Vec<Float<N>> {
         match (self.regime, &model.twice_resistance) {
-            (Regime::Slip(_, piece), Some(resistance)) => {
-                self.contact.margin(&model.contact, piece, resistance, &self.normal)
+            (Regime::Slip(sense, piece), Some(resistance)) => {
+                let place = (sense, piece);
+                self.contact.margin(&model.contact, place, resistance, &self.normal)
             }
             _ => Vec::new(),
         }
     }
 
-    /// T_f and mu_0 r F_n at the present time, in stick.
-    pub fn stick_test(&self, model: &Model<N>) -> [Float<N>; 2] {
-        [self.transmitted[0], &model.breakaway * &self.normal[0]]
+    /// T_f at the present time, in stick.
+    pub fn held(&self) -> Float<N> {
+        self.transmitted[0]
+    }
+
+    /// mu_0 r F_n into slip of a sense at the present time.
+    pub fn limit(&self, model: &Model<N>, sense: i8) -> Float<N> {
+        model.breakaway(sense) * &self.normal[0]
     }
 
     pub fn ends(&self, model: &Model<N>, step: &Float<N>) -> [Float<N>; 2] {

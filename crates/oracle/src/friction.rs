@@ -44,12 +44,36 @@ enum Kind<const N: usize> {
     },
 }
 
-/// The pieces of a law between its knots, by increasing speed; one without knots.
+/// The pieces of a law of forward sliding between its knots, by increasing speed; one without knots.
 pub(super) fn pieces<const N: usize>(radius: &BigRational, law: &ExactLaw) -> Vec<Friction<N>> {
     if law.name == "table" {
         table(radius, law)
     } else {
-        vec![Friction::whole(radius, law)]
+        vec![Friction::whole(radius, law, 1)]
+    }
+}
+
+/// The law of backward sliding, if it differs.
+pub(super) fn backward<const N: usize>(radius: &BigRational, law: &ExactLaw) -> Option<Friction<N>> {
+    (law.name == ASYMMETRIC).then(|| Friction::whole(radius, law, -1))
+}
+
+/// The law with other coefficients for backward sliding, omega_r < 0.
+const ASYMMETRIC: &str = "asymmetric";
+
+/// mu_d of a constant law in a sense.
+fn kinetic(law: &ExactLaw, sense: i8) -> BigRational {
+    match (law.name, sense) {
+        (ASYMMETRIC, -1) => law.number("kinetic_backward"),
+        _ => law.number("kinetic"),
+    }
+}
+
+/// mu_0 into slip of a sense; `forward` is that of omega_r > 0.
+pub(super) fn breakaway(law: &ExactLaw, forward: &BigRational, sense: i8) -> BigRational {
+    match (law.name, sense) {
+        (ASYMMETRIC, -1) => law.number("breakaway_backward"),
+        _ => forward.clone(),
     }
 }
 
@@ -131,11 +155,11 @@ impl<const N: usize> Friction<N> {
         }
     }
 
-    /// A law of one piece.
+    /// A law of one piece, in a sense of sliding.
     ///
     /// # Panics
     /// If the oracle does not know the law.
-    fn whole(radius: &BigRational, law: &ExactLaw) -> Self {
+    fn whole(radius: &BigRational, law: &ExactLaw, sense: i8) -> Self {
         let number = Float::from_rational;
         let two = BigRational::from_integer(BigInt::from(2));
         let of = |key: &str| law.number(key);
@@ -147,7 +171,7 @@ impl<const N: usize> Friction<N> {
                 let kind = Kind::Exponential(number(&-of("decay")));
                 (radius * of("high_speed"), falling, negative, kind)
             }
-            "coulomb" => (radius * of("kinetic"), zero.clone(), zero, Kind::Constant),
+            "coulomb" | ASYMMETRIC => (radius * kinetic(law, sense), zero.clone(), zero, Kind::Constant),
             "hyperbolic" => {
                 let falling = radius * (of("low_speed") - of("high_speed"));
                 let negative = two * &falling / of("scale");
@@ -180,17 +204,18 @@ impl<const N: usize> Friction<N> {
     }
 }
 
-pub(super) fn at_vanishing_speed(law: &ExactLaw) -> BigRational {
+pub(super) fn at_vanishing_speed(law: &ExactLaw, sense: i8) -> BigRational {
     match law.name {
         "table" => law.list("coefficient")[0].clone(),
-        "coulomb" => law.number("kinetic"),
+        "coulomb" | ASYMMETRIC => kinetic(law, sense),
         _ => law.number("low_speed"),
     }
 }
 
 pub(super) fn size(law: &ExactLaw) -> f64 {
     let of = |key: &str| nearest_double(&law.number(key));
-    of("high_speed").max(nearest_double(&at_vanishing_speed(law)))
+    let at_rest = [1, -1].map(|sense| nearest_double(&at_vanishing_speed(law, sense)));
+    of("high_speed").max(at_rest[0]).max(at_rest[1])
 }
 
 /// Coefficients of q^2, as many as of q.

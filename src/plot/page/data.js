@@ -158,7 +158,7 @@ class Source {
     this.events = { count, kinds, time: doubles(time), kind: codes(kind), mode_after: codes(mode_after), internal_force: doubles(internal_force) };
     this.events.states = new Map(run.events.states.map(({ name, before, after }) => [name, Source.sides(doubles(before), doubles(after))]));
     this.sparse = { from: doubles(run.sparse.from), to: doubles(run.sparse.to), remedy: run.remedy };
-    this.addLimit(run.breakaway_arm, run.torque_unit);
+    this.addLimit(run.breakaway_arms, run.torque_unit);
   }
 
   static sides(before, after) {
@@ -166,12 +166,12 @@ class Source {
     return { before, after, pyramid: new Pyramid(low, high) };
   }
 
-  // What stick can carry: mu_0 r F_n, either way.
-  addLimit(arm, unit) {
-    if (arm === null || !this.trajectory.has("normal_force")) return;
+  // What stick can carry: mu_0 r F_n, each way.
+  addLimit(arms, unit) {
+    if (arms === null || !this.trajectory.has("normal_force")) return;
     const force = this.trajectory.channel("normal_force"), states = this.events.states.get("normal_force");
     const times = (values, factor) => values.map(value => value * factor);
-    for (const [name, factor] of [["breakaway_torque", arm], ["breakaway_torque_backward", -arm]]) {
+    for (const [name, factor] of [["breakaway_torque", arms[0]], ["breakaway_torque_backward", -arms[1]]]) {
       const one = times(force.low, factor), other = force.high === force.low ? one : times(force.high, factor);
       this.trajectory.add(name, factor > 0 ? one : other, factor > 0 ? other : one, unit);
       if (states) this.events.states.set(name, Source.sides(times(states.before, factor), times(states.after, factor)));

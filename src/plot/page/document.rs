@@ -36,8 +36,8 @@ struct OneRun {
     file: String,
     /// complete, interrupted or failed.
     status: &'static str,
-    /// mu_0 r, m: multiplied by the contact force, the largest stick torque.
-    breakaway_arm: Option<f64>,
+    /// mu_0 r, m, of forward and of backward sliding: multiplied by the contact force, the largest stick torque.
+    breakaway_arms: Option<[f64; 2]>,
     torque_unit: &'static str,
     modes: Modes,
     events: Events,
@@ -164,7 +164,7 @@ impl OneRun {
             remedy: sparse.remedy(&name),
             file: name,
             status: file.status().name(),
-            breakaway_arm: form.breakaway_arm,
+            breakaway_arms: form.breakaway_arms,
             torque_unit: form.torque_unit,
             modes: modes(file, notes)?,
             events: Events::of(shown(events, form), form, events.len()),

@@ -14,6 +14,7 @@ use crate::plot::{PlotError, Run};
 use stickslip_case::Motion;
 use stickslip_files::ResultFile;
 use stickslip_files::schema::{self, Variable};
+use stickslip_system::friction::Law;
 use stickslip_system::model::system::{ContactLaw, Pressing, System};
 use stickslip_system::record::State;
 use stickslip_system::signal::Drive;
@@ -97,7 +98,8 @@ pub(super) struct Form {
     /// Channels on both sides of each event; those of all runs first.
     pub(super) sides: Vec<(String, Rc<Sides>)>,
     /// mu_0 r, m: multiplied by the contact force, the largest stick torque; `None` for a contact without stick.
-    pub(super) breakaway_arm: Option<f64>,
+    /// mu_0 r of forward and of backward sliding, m.
+    pub(super) breakaway_arms: Option<[f64; 2]>,
     pub(super) torque_unit: &'static str,
     cards: String,
     /// Time from which all samples are kept, s: the last period of a periodic motion.
@@ -128,7 +130,13 @@ impl Form {
             variables,
             panels,
             portraits,
-            breakaway_arm: stick.map(|system| system.breakaway * system.radius),
+            breakaway_arms: stick.map(|system| {
+                let backward = system
+                    .law
+                    .backward()
+                    .map_or(system.breakaway, |backward| backward.breakaway);
+                [system.breakaway, backward].map(|breakaway| breakaway * system.radius)
+            }),
             torque_unit: match words.motion {
                 Motion::Rotation => "N m",
                 Motion::Translation => "N",

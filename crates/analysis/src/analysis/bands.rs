@@ -361,7 +361,7 @@ impl Compare<'_> {
                 .find(|one| one.0 == "relative_velocity")
                 .map_or(0.0, |one| one.1),
         );
-        let coefficient = system.breakaway.max(system.law.typical_coefficient(fastest));
+        let coefficient = system.larger_breakaway().1.max(system.law.typical_coefficient(fastest));
         let size = |(name, largest): (&str, f64)| match name {
             "work_perturbation" => largest + at_kicks,
             "energy_residual" => energies + at_kicks,

@@ -97,9 +97,11 @@ impl Change {
 const RADIUS: &str = "contact.radius";
 
 /// Numbers by which friction is proportional if they change by one factor.
-const COEFFICIENTS: [&str; 9] = [
+const COEFFICIENTS: [&str; 11] = [
     "breakaway",
+    "breakaway_backward",
     "kinetic",
+    "kinetic_backward",
     "low_speed",
     "high_speed",
     "viscous",

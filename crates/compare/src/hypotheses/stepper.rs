@@ -149,7 +149,7 @@ impl Motion<'_> {
             let sign = self
                 .smooth
                 .map_or(sense, |(shape, speed)| (SHAPES[shape].value)(w / speed));
-            let share = system.law_in(system.piece_of(w)).coefficient(w.abs()) * sign;
+            let share = system.law_in(w, system.piece_of(w)).coefficient(w.abs()) * sign;
             let torque = share * system.radius * outside.normal_force;
             rates
                 .iter_mut()
@@ -446,7 +446,7 @@ impl Stepper {
                 (false, _) => Mode::Engaged,
                 (true, w) if w.abs() > 1e-12 * physics.speed() => Mode::sliding(w),
                 (true, _) => match torque(motion.t, &motion.y) {
-                    driving if driving.abs() <= self.limit(physics, motion.t)? => Mode::Stick,
+                    driving if driving.abs() <= self.limit(physics, driving, motion.t)? => Mode::Stick,
                     driving => Mode::sliding(driving),
                 },
             })
@@ -497,10 +497,10 @@ impl Stepper {
         })
     }
 
-    /// Torque at which a stick ends, N m; `None` if the contact is open.
-    fn limit(&self, physics: &Physics, t: f64) -> Option<f64> {
+    /// Torque at which a stick ends into a sense of sliding, N m; `None` if the contact is open.
+    fn limit(&self, physics: &Physics, sense: f64, t: f64) -> Option<f64> {
         let force = physics.course.outside(t).normal_force;
-        (force > 0.0).then(|| self.breakaway * physics.system().breakaway_torque(force))
+        (force > 0.0).then(|| self.breakaway * physics.system().breakaway_torque(sense, force))
     }
 
     /// A step, or its part up to an event; `true` if it was completed.
@@ -516,9 +516,10 @@ impl Stepper {
         let torque = |motion: &Motion<'_>| system.tested_torque(&physics.course.outside(motion.t), &motion.y);
         // The event at the end of a step to the current state.
         let happens = |motion: &Motion<'_>| -> Option<Option<EventKind>> {
-            let limit = self.limit(physics, motion.t)?;
+            let driving = torque(motion);
+            let limit = self.limit(physics, driving, motion.t)?;
             Some(match mode {
-                Mode::Stick => (torque(motion).abs() > limit).then_some(EventKind::Slip),
+                Mode::Stick => (driving.abs() > limit).then_some(EventKind::Slip),
                 Mode::SlipForward | Mode::SlipBackward => {
                     let w = motion.velocity();
                     let through = f64::from(mode.sense()) * w <= 0.0;
@@ -528,7 +529,7 @@ impl Stepper {
                             through && !self.strict || w.abs() <= band && w.abs() < before.abs()
                         }
                     };
-                    match stops && torque(motion).abs() <= limit {
+                    match stops && driving.abs() <= limit {
                         true => Some(EventKind::Stick),
                         false => through.then_some(EventKind::Reversal),
                     }

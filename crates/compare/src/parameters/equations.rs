@@ -202,7 +202,7 @@ impl Equations {
     /// Contact torque over r F_n at a sample without stick, and the rate of the bristles.
     fn engaged(&self, stretch: &Stretch, k: usize, y: &[f64]) -> (f64, f64) {
         let w = stretch.velocity[k];
-        let law = self.system.law_in(self.system.piece_of(w));
+        let law = self.system.law_in(w, self.system.piece_of(w));
         self.system.engaged(law, w.signum(), w, y)
     }
 
@@ -217,7 +217,7 @@ impl Equations {
         let share = |k: usize| match (system.engagement, states) {
             (Engagement::StickSlip, _) => {
                 let w = stretch.velocity[k];
-                w.signum() * system.law.coefficient(w.abs())
+                w.signum() * system.law_of(w).coefficient(w.abs())
             }
             (_, Some(states)) => self.engaged(stretch, k, &states[k]).0,
             (_, None) => self.engaged(stretch, k, &[]).0,

@@ -195,9 +195,10 @@ impl Physics {
         }
     }
 
-    /// mu_0 r F_n, N m.
-    pub(crate) fn limit(&self, t: f64) -> f64 {
-        self.system().breakaway_torque(self.course.outside(t).normal_force)
+    /// mu_0 r F_n into a sense of sliding, N m.
+    pub(crate) fn limit(&self, sense: f64, t: f64) -> f64 {
+        self.system()
+            .breakaway_torque(sense, self.course.outside(t).normal_force)
     }
 
     pub(crate) fn sticks(&self) -> bool {

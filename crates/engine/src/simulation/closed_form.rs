@@ -27,9 +27,11 @@ impl SystemDynamics {
             return true;
         }
         let noise = self.torque_noise();
-        let torque = motion.tested_torque(y, torques).abs();
-        let limit = self.system.breakaway_torque(self.outside(location, t).normal_force);
-        torque <= noise || (limit - torque).abs() > noise
+        let torque = motion.tested_torque(y, torques);
+        let limit = self
+            .system
+            .breakaway_torque(torque, self.outside(location, t).normal_force);
+        torque.abs() <= noise || (limit - torque.abs()).abs() > noise
     }
 
     /// Whether a stick that begins at `t` (s) with the state `y` lasts to the next corner of the signals: its closed
@@ -44,14 +46,15 @@ impl SystemDynamics {
     fn breakaway(&self, location: &SystemLocation, t: f64, y: &[f64], within: f64) -> Option<Breakaway> {
         let (motion, torques) = self.motion(location).filter(|_| location.mode == Mode::Stick)?;
         let (system, excitation, stretch) = (&self.system, &self.excitation, location.stretch);
-        let capacity = system.breakaway_torque(1.0);
+        let capacity = |sense: f64| system.breakaway_torque(sense, 1.0);
+        let least = capacity(1.0).min(capacity(-1.0));
         let search = Search {
             period: self.natural_period().unwrap_or(TAU * self.unit(stretch)),
             within,
             noise: self.torque_noise(),
         };
-        let limit = |tau: f64| excitation.pressing(stretch, t + tau).scaled(capacity);
-        let lowest = |tau: f64| capacity * excitation.lowest_pressing(stretch, t + tau, t + within);
+        let limit = |sense: f64, tau: f64| excitation.pressing(stretch, t + tau).scaled(capacity(sense));
+        let lowest = |tau: f64| least * excitation.lowest_pressing(stretch, t + tau, t + within);
         Some(motion.breakaway(y, torques, search, limit, lowest))
     }
 }

@@ -174,9 +174,9 @@ pub(super) enum Watched {
     Threshold,
     Below,
     Above,
-    /// mu_0 r F_n minus the tested torque.
+    /// mu_0 r F_n into forward sliding minus the tested torque.
     Forward,
-    /// mu_0 r F_n plus the tested torque.
+    /// mu_0 r F_n into backward sliding plus the tested torque.
     Backward,
 }
 
@@ -336,10 +336,15 @@ impl SystemDynamics {
         series.coefficient(1)
     }
 
+    fn largest_breakaway_torque(&self, normal_force: f64) -> f64 {
+        self.system
+            .breakaway_torque(self.system.larger_breakaway().0, normal_force)
+    }
+
     /// Smallest speed of a surface that swings on its shaft with the static twist under friction as amplitude, rad/s; 0
     /// if none swings.
     fn oscillation_speed(&self, normal_force: f64) -> f64 {
-        let torque = self.system.breakaway_torque(normal_force);
+        let torque = self.largest_breakaway_torque(normal_force);
         let of = |side: &Side| {
             let (inertia, stiffness) = (side.inertia.first()?, side.stiffness.first().filter(|k| **k > 0.0)?);
             Some(torque / stiffness * (stiffness / inertia).sqrt())
@@ -372,7 +377,7 @@ impl SystemDynamics {
 
     /// Rounding of the interface torque, N m: less breaks no stick, however weak the normal force.
     pub(super) fn torque_noise(&self) -> f64 {
-        TORQUE_NOISE * self.system.breakaway_torque(self.excitation.largest_force())
+        TORQUE_NOISE * self.largest_breakaway_torque(self.excitation.largest_force())
     }
 
     /// Whether the contact has no stick.
@@ -460,7 +465,7 @@ impl Dynamics for SystemDynamics {
         let outside = self.outside(location, t);
         let watched = self.watched(location);
         if location.mode == Mode::Stick {
-            let limit = self.system.breakaway_torque(outside.normal_force);
+            let limit = |sense: f64| self.system.breakaway_torque(sense, outside.normal_force);
             let torque = self.system.tested_torque(&outside, y);
             // The limit of a stick without load may fall to zero when the contact opens.
             let least = if torque.abs() <= self.torque_noise() {
@@ -468,8 +473,8 @@ impl Dynamics for SystemDynamics {
             } else {
                 f64::NEG_INFINITY
             };
-            values[GUARD_FORWARD] = (limit - torque).max(least);
-            values[GUARD_FORWARD + 1] = (limit + torque).max(least);
+            values[GUARD_FORWARD] = (limit(1.0) - torque).max(least);
+            values[GUARD_FORWARD + 1] = (limit(-1.0) + torque).max(least);
             return;
         }
         for (value, &watched) in values.iter_mut().zip(watched) {
@@ -485,10 +490,10 @@ impl Dynamics for SystemDynamics {
         let system = &self.system;
         let changes = self.outside_rates(location, t).scaled(dt);
         if location.mode == Mode::Stick {
-            let limit = system.breakaway_torque(changes.normal_force);
+            let limit = |sense: f64| system.breakaway_torque(sense, changes.normal_force);
             let torque = system.tested_torque(&changes, dy);
-            slopes[GUARD_FORWARD] = limit - torque;
-            slopes[GUARD_FORWARD + 1] = limit + torque;
+            slopes[GUARD_FORWARD] = limit(1.0) - torque;
+            slopes[GUARD_FORWARD + 1] = limit(-1.0) + torque;
             return;
         }
         let x = location.sign() * system.relative_velocity(&changes, dy);
@@ -543,7 +548,9 @@ impl Dynamics for SystemDynamics {
         }
         let (system, unit) = (&self.system, self.unit(location.stretch));
         let x = system.relative_velocity(&self.outside(location, t), y).abs();
-        let of_law = system.law_in(location.piece).followed_fall(x, FOLLOWED);
+        let of_law = system
+            .law_in(location.sign(), location.piece)
+            .followed_fall(x, FOLLOWED);
         let change = of_law.min(self.followed_smoothing(x));
         if !change.is_finite() {
             return f64::INFINITY;

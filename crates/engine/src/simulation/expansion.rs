@@ -58,12 +58,11 @@ pub struct Expansion<T: Number = f64> {
     pub relative_velocity: Series<T>,
     /// Torque of the interface, N m: T_f in stick.
     pub interface: Series<T>,
-    /// mu_0 r F_n, N m, in stick.
-    pub limit: Series<T>,
     outside: OutsideSeries<T, TERMS>,
     ringing: Option<Ringing<T>>,
     law: FrictionSeries<T, TERMS>,
-    piece: usize,
+    /// Whether the law is that of backward sliding alone, and its piece.
+    place: (bool, usize),
     engaged: Engaged<T>,
     /// 1/n; index 0 is unused.
     reciprocals: Series<T>,
@@ -92,11 +91,10 @@ impl<T: Number> Expansion<T> {
             state: vec![none; system.dimension],
             relative_velocity: none,
             interface: none,
-            limit: none,
             outside: OutsideSeries::new(),
             ringing: excitation.ringing(),
-            law: system.law_in(0).series(),
-            piece: 0,
+            law: system.law_in(1.0, 0).series(),
+            place: (false, 0),
             engaged: Engaged::new(),
             reciprocals: std::array::from_fn(|n| one / T::of(n.max(1) as f64)),
             lag: surfaces.fold(T::of(0.0), |sum, per_inertia| sum + *per_inertia),
@@ -117,9 +115,10 @@ impl<T: Number> Expansion<T> {
         unit: f64,
     ) {
         self.unit = unit;
-        if self.piece != location.piece {
-            self.piece = location.piece;
-            self.law = system.law_in(location.piece).series();
+        let place = place(system, location);
+        if self.place != place {
+            self.place = place;
+            self.law = system.law_in(location.sign(), location.piece).series();
         }
         excitation.series(self.ringing.as_ref(), location.stretch, t, unit, &mut self.outside);
         for (series, &start) in self.state.iter_mut().zip(y) {
@@ -198,7 +197,6 @@ impl<T: Number> Expansion<T> {
         for n in 0..self.terms {
             let (torque, joined) = self.shared(system, n);
             self.interface[n] = torque;
-            self.limit[n] = system.breakaway_torque(self.outside.normal_force[n]);
             if n + 1 == self.terms {
                 break;
             }
@@ -434,7 +432,16 @@ impl<T: Number> Expansion<T> {
         Some(margin)
     }
 
-    /// Torque that the breakaway test compares with the limit, N m, in stick.
+    /// mu_0 r F_n, N m, into sliding in the sense of the sign of `sense`.
+    pub fn limit(&self, system: &SystemEquations<T>, sense: f64) -> Series<T> {
+        let mut series = taylor::zeros();
+        for (c, force) in series[..self.terms].iter_mut().zip(&self.outside.normal_force) {
+            *c = system.breakaway_torque(sense, *force);
+        }
+        series
+    }
+
+    /// Torque that the breakaway test compares with [`Self::limit`], N m, in stick.
     pub fn tested(&self, system: &SystemEquations<T>) -> Series<T> {
         let of = |side: &Side<T>, index: usize| std::array::from_fn(|n| self.surface_torque(side, index, n));
         match system.breakaway_test {
@@ -463,6 +470,10 @@ impl<T: Number> Expansion<T> {
             *value = taylor::value(&series[..self.terms], x);
         }
     }
+}
+
+fn place<T: Number>(system: &SystemEquations<T>, location: &SystemLocation) -> (bool, usize) {
+    (system.is_asymmetric() && location.sense < 0, location.piece)
 }
 
 /// Coefficient `n` of the torque of the shaft on the inner side of inertia `i`, N m.
@@ -596,7 +607,7 @@ impl Expansion {
         self.relative_velocity = slow.relative_velocity();
         self.interface = slow.torque;
         self.law = slow.friction.clone();
-        self.piece = location.piece;
+        self.place = place(system, location);
         self.quadratures(system, location);
     }
 

@@ -126,7 +126,7 @@ impl Foresight {
     fn look_ahead(&mut self, location: &SystemLocation, t: f64, y: &[f64]) -> Option<QuietStretch> {
         let dynamics = self.dynamics.clone();
         let (system, excitation) = (&dynamics.system, &dynamics.excitation);
-        let law = system.law_in(location.piece);
+        let law = system.law_in(location.sign(), location.piece);
         let least = LONG * self.period;
         let disturbance = self.disturbances.iter().find(|at| **at > t);
         let next = disturbance.map_or(self.end_time, |at| at.min(self.end_time));

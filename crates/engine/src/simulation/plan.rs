@@ -169,7 +169,7 @@ pub(super) fn sizes(dynamics: &SystemDynamics, stretch: usize, outside: &Outside
     let system = &dynamics.system;
     let unit = dynamics.unit(stretch);
     let sliding = system.relative_velocity(outside, y).abs();
-    let friction = system.breakaway.max(system.law.typical_coefficient(sliding));
+    let friction = system.larger_breakaway().1.max(system.law.typical_coefficient(sliding));
     let torque = friction * system.radius * outside.normal_force.max(0.0)
         + outside.rotor.torque.abs()
         + outside.stator.torque.abs();

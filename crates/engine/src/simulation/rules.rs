@@ -161,8 +161,8 @@ impl SystemRules {
     fn settle(&self, location: &SystemLocation, t: f64, y: &[f64]) -> Mode {
         let system = &self.dynamics.system;
         let outside = self.dynamics.outside(location, t);
-        let limit = system.breakaway_torque(outside.normal_force.max(0.0));
         let torque = system.transmitted_torque(&outside, y);
+        let limit = system.breakaway_torque(torque, outside.normal_force.max(0.0));
         if torque.abs() <= limit.max(self.dynamics.torque_noise()) {
             Mode::Stick
         } else {

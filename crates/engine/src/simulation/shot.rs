@@ -313,9 +313,9 @@ impl Tape<'_> {
                 system.tested_torque(&outside, y),
                 system.tested_torque(&changes, &rates),
             );
-            let limit = system.breakaway_torque(outside.normal_force);
-            let limit_rise = system.breakaway_torque(changes.normal_force);
             let sense = torque.signum();
+            let limit = system.breakaway_torque(sense, outside.normal_force);
+            let limit_rise = system.breakaway_torque(sense, changes.normal_force);
             let rate = -sense * (rise * limit - torque * limit_rise) / (limit * limit);
             return (1.0 - sense * torque / limit, rate);
         }
@@ -442,8 +442,9 @@ impl Tape<'_> {
         let unit = self.dynamics.unit(location.stretch);
         beyond.expand((system, excitation), location, time, y, unit);
         let (border, [start, rate, curvature, ..], size) = if location.mode == Mode::Stick {
-            let (limit, tested) = (beyond.limit, beyond.tested(system));
+            let tested = beyond.tested(system);
             let sense = tested[0].signum();
+            let limit = beyond.limit(system, sense);
             let spare: [f64; 3] = std::array::from_fn(|n| (limit[n] - sense * tested[n]) / limit[0]);
             (Border::Release, spare, 1.0)
         } else {
@@ -462,7 +463,8 @@ impl Tape<'_> {
         let outside = self.dynamics.outside(location, t);
         let mut joined = y.to_vec();
         system.join(&outside, &mut joined);
-        1.0 - system.tested_torque(&outside, &joined).abs() / system.breakaway_torque(outside.normal_force)
+        let torque = system.tested_torque(&outside, &joined);
+        1.0 - torque.abs() / system.breakaway_torque(torque, outside.normal_force)
     }
 }
 

@@ -101,8 +101,8 @@ impl<const N: usize> Run<N> {
         }
         guards.push((Guard::Separation, expansion.normal.clone()));
         if self.mode == Mode::Stick {
-            let [_, limit] = expansion.stick_test(&self.model);
             for sense in [1, -1] {
+                let limit = expansion.limit(&self.model, sense);
                 let mut reserve = expansion.reserve(&self.model, sense);
                 // At the limit up to rounding, the higher coefficients decide.
                 if reserve[0].log2() < limit.log2().max(self.scales.torque) - self.resolved() {

@@ -18,11 +18,6 @@ impl Law for Coulomb {
     type Series<T: Number, const N: usize> = CoulombSeries<T>;
 
     #[inline]
-    fn coefficient(&self, _: f64) -> f64 {
-        self.kinetic
-    }
-
-    #[inline]
     fn coefficient_and_slope(&self, _: f64) -> (f64, f64) {
         (self.kinetic, 0.0)
     }
@@ -50,10 +45,6 @@ impl Law for Coulomb {
 
     fn followed_fall(&self, _: f64, _: f64) -> f64 {
         f64::INFINITY
-    }
-
-    fn expandable_share(&self, _: f64, _: f64) -> f64 {
-        1.0
     }
 
     fn speed_of_derivative(&self, _: i32, _: f64) -> f64 {

@@ -58,11 +58,6 @@ impl Law for Exponential {
     type Series<T: Number, const N: usize> = ExponentialSeries<T, N>;
 
     #[inline]
-    fn coefficient(&self, x: f64) -> f64 {
-        self.high_speed + self.excess(x)
-    }
-
-    #[inline]
     fn coefficient_and_slope(&self, x: f64) -> (f64, f64) {
         let excess = self.excess(x);
         (self.high_speed + excess, -self.decay * excess)

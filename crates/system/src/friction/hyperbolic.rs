@@ -55,11 +55,6 @@ impl Law for Hyperbolic {
     type Series<T: Number, const N: usize> = HyperbolicSeries<T, N>;
 
     #[inline]
-    fn coefficient(&self, x: f64) -> f64 {
-        self.high_speed + self.friction_drop() * self.shape(x).0
-    }
-
-    #[inline]
     fn coefficient_and_slope(&self, x: f64) -> (f64, f64) {
         let (shape, slope) = self.shape(x);
         (

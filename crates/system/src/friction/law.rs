@@ -1,24 +1,34 @@
 //! The interface of a friction law.
 
+use super::FrictionLaw;
 use crate::numerics::Number;
 use crate::numerics::taylor::Unfolding;
 
 /// A law mu(x) of the sliding speed x = |omega_r| >= 0, rad/s.
 ///
 /// The law is smooth through x = 0, so that a solver may evaluate it slightly beyond the end of a slip, and between its
-/// [`knots`](Self::knots). An infinite speed means the limit at high speed. Bounds need not be attained.
+/// [`knots`](Self::knots). An infinite speed means the limit at high speed. Bounds need not be attained. Values are those
+/// of forward sliding if the law differs in [`backward`](Self::backward) sliding; bounds and scales hold in both.
 pub trait Law {
     /// Taylor coefficients along a motion.
     type Series<T: Number, const N: usize>: LawSeries<T, N>;
 
     /// mu(x).
-    fn coefficient(&self, x: f64) -> f64;
+    #[inline]
+    fn coefficient(&self, x: f64) -> f64 {
+        self.coefficient_and_slope(x).0
+    }
 
     /// (mu(x), mu'(x)); mu' in s/rad.
     fn coefficient_and_slope(&self, x: f64) -> (f64, f64);
 
     /// mu_s, the limit of mu(x) at vanishing speed. A contact at rest must hold as much: mu_0 >= mu_s.
     fn at_vanishing_speed(&self) -> f64;
+
+    /// Friction in backward sliding (omega_r < 0), if it differs from forward sliding. Such a law has no knots.
+    fn backward(&self) -> Option<Backward> {
+        None
+    }
 
     /// Bounds of mu at speeds from `from` to `to` (rad/s, `to` may be infinite).
     fn coefficient_bounds(&self, from: f64, to: f64) -> Bounds;
@@ -107,7 +117,9 @@ pub trait Law {
 
     /// Share (0 to 1) of a change of speed `change` (rad/s, either way) from `x` over which some twenty Taylor
     /// coefficients represent the law, with an error shown by the last ones.
-    fn expandable_share(&self, x: f64, change: f64) -> f64;
+    fn expandable_share(&self, _x: f64, _change: f64) -> f64 {
+        1.0
+    }
 
     /// Speed (rad/s) below which the derivative of mu of this order may exceed `size` ((s/rad)^order); zero or negative
     /// if it never does.
@@ -167,6 +179,15 @@ pub trait LawSeries<T: Number, const N: usize> {
             _ => shape.product(force, n, 1, degree) + newest,
         }
     }
+}
+
+/// Friction in backward sliding.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Backward {
+    /// mu(x), x = -omega_r; the same in both senses.
+    pub law: FrictionLaw,
+    /// mu_0, the coefficient at which a stick breaks away into backward sliding.
+    pub breakaway: f64,
 }
 
 /// Lower and upper bound of a quantity.

@@ -8,6 +8,7 @@
 //! |---|---|
 //! | `exponential` | mu_d + (mu_s - mu_d) exp(-alpha x), equation (8) |
 //! | `coulomb` | mu_d |
+//! | `asymmetric` | mu_d, another in each sense of sliding |
 //! | `hyperbolic` | mu_d + (mu_s - mu_d)/(1 + x/x_s) |
 //! | `stribeck` | mu_d + (mu_s - mu_d) exp(-(x/x_s)^delta) + mu_v x |
 //! | `polynomial` | mu_s + c_1 x + c_2 x^2 + c_3 x^3 up to a stated speed |
@@ -19,6 +20,7 @@
 //! also needs keys for its own parameters (`case/schema.rs`), its formula in the oracle (`oracle/friction.rs`), which
 //! shares no code with this folder, a case of `tests/analytic/friction.rs`, and a line in the docs.
 
+mod asymmetric;
 mod coulomb;
 mod cubic;
 mod exponential;
@@ -29,10 +31,11 @@ mod polynomial;
 mod stribeck;
 mod table;
 
+pub use asymmetric::Asymmetric;
 pub use coulomb::Coulomb;
 pub use exponential::Exponential;
 pub use hyperbolic::Hyperbolic;
-pub use law::{Bounds, Factors, Law, LawSeries};
+pub use law::{Backward, Bounds, Factors, Law, LawSeries};
 pub use parameters::Parameters;
 pub use polynomial::Polynomial;
 pub use stribeck::Stribeck;
@@ -44,7 +47,7 @@ use crate::numerics::taylor::Unfolding;
 /// Friction of the contact.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Friction {
-    /// mu_0, the friction coefficient at which a stick breaks away.
+    /// mu_0, the friction coefficient at which a stick breaks away; see [`Backward`].
     pub breakaway: f64,
     /// mu(x), the coefficient of friction in slip.
     pub law: FrictionLaw,
@@ -136,6 +139,8 @@ laws! { $
     Exponential
     /// Constant.
     Coulomb
+    /// Constant, with another coefficient in each sense of sliding.
+    Asymmetric
     /// Falls as the inverse of the speed.
     Hyperbolic
     /// Falls, and rises again.
@@ -202,6 +207,7 @@ impl Law for FrictionLaw {
         #[inline]
         fn coefficient_and_slope(&self, x: f64) -> (f64, f64);
         fn at_vanishing_speed(&self) -> f64;
+        fn backward(&self) -> Option<Backward>;
         fn coefficient_bounds(&self, from: f64, to: f64) -> Bounds;
         fn slope_bounds(&self, from: f64, to: f64) -> Bounds;
         fn knots(&self) -> &[f64];

@@ -51,11 +51,6 @@ impl Law for Polynomial {
     type Series<T: Number, const N: usize> = CubicSeries<T, N>;
 
     #[inline]
-    fn coefficient(&self, x: f64) -> f64 {
-        self.whole().value(x)
-    }
-
-    #[inline]
     fn coefficient_and_slope(&self, x: f64) -> (f64, f64) {
         let whole = self.whole();
         (whole.value(x), whole.slope(x))
@@ -115,10 +110,6 @@ impl Law for Polynomial {
 
     fn followed_fall(&self, x: f64, share: f64) -> f64 {
         share / self.steepness_rate(x)
-    }
-
-    fn expandable_share(&self, _: f64, _: f64) -> f64 {
-        1.0
     }
 
     fn speed_of_derivative(&self, order: i32, _: f64) -> f64 {

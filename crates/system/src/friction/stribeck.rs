@@ -142,14 +142,10 @@ impl Law for Stribeck {
     type Series<T: Number, const N: usize> = StribeckSeries<T, N>;
 
     #[inline]
-    fn coefficient(&self, x: f64) -> f64 {
-        let share = self.raised(x / self.scale, 0);
-        self.high_speed + self.friction_drop() * (-share).exp() + self.viscous * x
-    }
-
-    #[inline]
     fn coefficient_and_slope(&self, x: f64) -> (f64, f64) {
-        (self.coefficient(x), self.slope(x))
+        let share = self.raised(x / self.scale, 0);
+        let coefficient = self.high_speed + self.friction_drop() * (-share).exp() + self.viscous * x;
+        (coefficient, self.slope(x))
     }
 
     fn at_vanishing_speed(&self) -> f64 {

@@ -267,11 +267,6 @@ impl Law for Table {
     type Series<T: Number, const N: usize> = TableSeries<T, N>;
 
     #[inline]
-    fn coefficient(&self, x: f64) -> f64 {
-        self.piece_at(x).value(x)
-    }
-
-    #[inline]
     fn coefficient_and_slope(&self, x: f64) -> (f64, f64) {
         let piece = self.piece_at(x);
         (piece.value(x), piece.slope(x))
@@ -346,10 +341,6 @@ impl Law for Table {
     fn followed_fall(&self, x: f64, _: f64) -> f64 {
         let last = self.knots.last().copied().unwrap_or(x);
         self.width_at(x).max(last / MOST_FOLLOWED)
-    }
-
-    fn expandable_share(&self, _: f64, _: f64) -> f64 {
-        1.0
     }
 
     fn speed_of_derivative(&self, _: i32, _: f64) -> f64 {

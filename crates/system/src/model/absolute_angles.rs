@@ -5,7 +5,7 @@
 
 use super::system::{ContactLaw, End, KickSide, Pressing, System, Train};
 use super::{Axial, BreakawayTest, Mode};
-use crate::friction::{FrictionLaw, Law};
+use crate::friction::{Backward, FrictionLaw, Law};
 use crate::signal::Pieces;
 
 /// Number of components of the state.
@@ -54,8 +54,9 @@ pub struct AbsoluteModel {
     radius: f64,
     breakaway: f64,
     breakaway_test: BreakawayTest,
-    /// mu(x).
+    /// mu(x), see `law_of`.
     pub law: FrictionLaw,
+    backward: Option<Backward>,
     axial: Axial,
     /// F(t), N.
     pub force: Pieces,
@@ -98,6 +99,7 @@ impl AbsoluteModel {
             radius: system.radius,
             breakaway: system.breakaway,
             breakaway_test: system.breakaway_test,
+            backward: system.law.backward(),
             law: system.law.clone(),
             axial: *axial,
             force: actuation.pieces(),
@@ -148,6 +150,13 @@ impl AbsoluteModel {
         self.transmitted_torque(y) / self.radius
     }
 
+    fn law_of(&self, sense: f64) -> &FrictionLaw {
+        match &self.backward {
+            Some(backward) if sense < 0.0 => &backward.law,
+            _ => &self.law,
+        }
+    }
+
     /// The torque of the interface in a mode under F_n (N), N m.
     pub fn friction_torque(&self, mode: Mode, y: &AbsoluteState, normal_force: f64) -> f64 {
         match mode {
@@ -155,7 +164,8 @@ impl AbsoluteModel {
             Mode::Stick => self.transmitted_torque(y),
             Mode::SlipForward | Mode::SlipBackward => {
                 let (sense, twist_rate) = (f64::from(mode.sense()), y[THETA_DOT] - y[PHI2_DOT]);
-                let mu = self.law.coefficient(sense * (y[THETA_DOT] - twist_rate - y[PHI1_DOT]));
+                let x = sense * (y[THETA_DOT] - twist_rate - y[PHI1_DOT]);
+                let mu = self.law_of(sense).coefficient(x);
                 sense * mu * self.radius * normal_force
             }
         }
@@ -163,7 +173,7 @@ impl AbsoluteModel {
 
     /// c_t + 2 r F_n mu'(|omega_r|), N m s/rad, in slip with sense `s`.
     pub fn stability_margin(&self, sense: f64, relative_velocity: f64, normal_force: f64) -> f64 {
-        let (_, slope) = self.law.coefficient_and_slope(sense * relative_velocity);
+        let (_, slope) = self.law_of(sense).coefficient_and_slope(sense * relative_velocity);
         self.damping + 2.0 * self.radius * normal_force * slope
     }
 
@@ -175,9 +185,13 @@ impl AbsoluteModel {
         !self.law.only_falls() && self.stability_margin(sense, relative_velocity, 1.0) >= 0.0
     }
 
-    /// mu_0 r F_n, N m.
-    pub fn breakaway_torque(&self, normal_force: f64) -> f64 {
-        self.breakaway * self.radius * normal_force
+    /// mu_0 r F_n, N m, into sliding in the sense of the sign of `sense`.
+    pub fn breakaway_torque(&self, sense: f64, normal_force: f64) -> f64 {
+        let breakaway = match &self.backward {
+            Some(backward) if sense < 0.0 => backward.breakaway,
+            _ => self.breakaway,
+        };
+        breakaway * self.radius * normal_force
     }
 
     /// Contact state by (5) and (9): stick if |omega_r| < `epsilon` (rad/s) and the tested torque is within mu_0 r F_n.
@@ -195,7 +209,7 @@ impl AbsoluteModel {
         };
         if w.abs() >= epsilon {
             Mode::sliding(w)
-        } else if torque.abs() <= self.breakaway_torque(force) {
+        } else if torque.abs() <= self.breakaway_torque(torque, force) {
             Mode::Stick
         } else {
             Mode::sliding(torque)
@@ -211,7 +225,7 @@ impl AbsoluteModel {
         } else {
             let normal_force = self.pressing_force(y).max(0.0);
             let sense = if w == 0.0 { f64::from(mode.sense()) } else { w.signum() };
-            let mu = self.law.coefficient(w.abs());
+            let mu = self.law_of(sense).coefficient(w.abs());
             sense * mu * self.radius * normal_force
         };
         let ((t_r, t_s), j) = (self.torques(y), self.surface_inertia);

@@ -64,26 +64,26 @@ pub struct Search {
 /// The first time since the start of a stick at which the tested torque reaches the breakaway torque.
 ///
 /// `tested` gives the torque a time after the start, and its largest magnitude from then on; `limit` the breakaway
-/// torque, and `lowest` its least value from then on. The search steps over times in which the bounds exclude a root,
+/// torque into a sense (+1 or -1), and `lowest` its least value from then on in both. The search steps over times in which the bounds exclude a root,
 /// so that it passes over none.
 pub(crate) fn first_breakaway(
     search: Search,
     tested: impl Fn(f64) -> (Bounded, f64),
-    limit: impl Fn(f64) -> Bounded,
+    limit: impl Fn(f64, f64) -> Bounded,
     lowest: impl Fn(f64) -> f64,
 ) -> Breakaway {
     let mut tau = 0.0;
     for round in 0..MOST_ROUNDS {
         let (torque, largest) = tested(tau);
-        let limit = limit(tau);
         let asks = round % 16 == 4 || round == 0 && search.noise > 0.0;
         if asks && (largest <= search.noise || lowest(tau) > largest) {
             return Breakaway::Never;
         }
-        let curvature = limit.curvature + torque.curvature;
-        // Before delta neither distance to the limit can reach zero.
-        let (mut delta, mut sense) = (f64::INFINITY, 0.0);
+        // Before delta neither distance to its limit can reach zero.
+        let (mut delta, mut sense, mut closes) = (f64::INFINITY, 0.0, false);
         for s in [1.0, -1.0] {
+            let limit = limit(s, tau);
+            let curvature = limit.curvature + torque.curvature;
             let (g, rate) = (limit.value - s * torque.value, limit.rate - s * torque.rate);
             let step = if g <= 0.0 {
                 0.0
@@ -92,11 +92,11 @@ pub(crate) fn first_breakaway(
             };
             if step < delta {
                 (delta, sense) = (step, s);
+                closes = limit.value <= 0.0 && (limit.rate > 0.0 || curvature > 0.0);
             }
         }
         // Contact that is closing under no torque: the limit is zero now, and positive right after.
-        let unloaded = torque.value.abs() <= search.noise;
-        if round == 0 && limit.value <= 0.0 && unloaded && (limit.rate > 0.0 || curvature > 0.0) {
+        if round == 0 && closes && torque.value.abs() <= search.noise {
             tau = 1e-3 * search.period;
             continue;
         }

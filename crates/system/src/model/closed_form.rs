@@ -137,13 +137,13 @@ impl Motion {
     }
 
     /// Breakaway of a stick that begins with `y`, under the external torques of rotor and stator (N m). `limit` gives
-    /// the breakaway torque a time after the start, and `lowest` the least from there on, N m.
+    /// the breakaway torque into a sense (+1 or -1) a time after the start, and `lowest` the least from there on, N m.
     pub fn breakaway(
         &self,
         y: &[f64],
         torques: [f64; 2],
         search: Search,
-        limit: impl Fn(f64) -> Bounded,
+        limit: impl Fn(f64, f64) -> Bounded,
         lowest: impl Fn(f64) -> f64,
     ) -> Breakaway {
         let start = self.coordinates(y, torques);

@@ -354,14 +354,18 @@ pub struct SystemEquations<T = f64> {
     pub stator: Side<T>,
     /// r, m.
     pub radius: T,
-    /// mu_0.
+    /// mu_0 into forward sliding.
     pub breakaway: T,
+    /// mu_0 into backward sliding.
+    pub breakaway_backward: T,
     /// Torque that is compared with mu_0 r F_n in stick.
     pub breakaway_test: BreakawayTest,
     /// Constant part of the margin of steady sliding, N m s/rad; `None` without a margin.
     pub twice_resistance: Option<T>,
-    /// mu(x), or g(x) for bristles.
+    /// mu(x), or g(x) for bristles; see [`Self::law_in`].
     pub law: FrictionLaw,
+    /// mu(x) in backward sliding, if it differs.
+    backward: Option<FrictionLaw>,
     /// The law of each piece between its knots, smooth beyond them; empty without knots.
     pieces: Vec<FrictionLaw>,
     /// Behaviour at rest.
@@ -418,9 +422,11 @@ impl<T: Number> SystemEquations<T> {
             stator: self.stator.map(&number),
             radius: number(self.radius),
             breakaway: number(self.breakaway),
+            breakaway_backward: number(self.breakaway_backward),
             breakaway_test: self.breakaway_test,
             twice_resistance: self.twice_resistance.map(&number),
             law: self.law.clone(),
+            backward: self.backward.clone(),
             engagement: self.engagement.map(&number),
             pieces: self.pieces.clone(),
             slip: self.slip,
@@ -439,10 +445,25 @@ impl<T: Number> SystemEquations<T> {
         self.slip
     }
 
-    /// The law between the knots `piece` - 1 and `piece`.
+    /// The law of sliding in the sense of the sign of `sense`, over all speeds.
     #[inline]
-    pub fn law_in(&self, piece: usize) -> &FrictionLaw {
-        self.pieces.get(piece).unwrap_or(&self.law)
+    pub fn law_of(&self, sense: f64) -> &FrictionLaw {
+        match &self.backward {
+            Some(law) if sense < 0.0 => law,
+            _ => &self.law,
+        }
+    }
+
+    /// Whether friction differs between the senses of sliding.
+    #[inline]
+    pub fn is_asymmetric(&self) -> bool {
+        self.backward.is_some()
+    }
+
+    /// [`Self::law_of`] between the knots `piece` - 1 and `piece`.
+    #[inline]
+    pub fn law_in(&self, sense: f64, piece: usize) -> &FrictionLaw {
+        self.pieces.get(piece).unwrap_or_else(|| self.law_of(sense))
     }
 
     /// omega_r = phi_2' - phi_1', rad/s.
@@ -482,9 +503,13 @@ impl<T: Number> SystemEquations<T> {
         }
     }
 
-    /// mu_0 r F_n, N m.
-    pub fn breakaway_torque(&self, normal_force: T) -> T {
-        self.breakaway * self.radius * normal_force
+    /// mu_0 r F_n, N m, into sliding in the sense of the sign of `sense`.
+    pub fn breakaway_torque(&self, sense: f64, normal_force: T) -> T {
+        let breakaway = match sense < 0.0 {
+            true => self.breakaway_backward,
+            false => self.breakaway,
+        };
+        breakaway * self.radius * normal_force
     }
 
     /// 2 r F_n, N m: factor of mu' in the margin.
@@ -520,7 +545,12 @@ impl SystemEquations {
             0 => 0,
             knots => knots + 1,
         };
+        let backward = system.law.backward();
         let system = SystemEquations {
+            breakaway_backward: backward
+                .as_ref()
+                .map_or(system.breakaway, |backward| backward.breakaway),
+            backward: backward.map(|backward| backward.law),
             pieces: (0..count).map(|piece| system.law.continued(piece)).collect(),
             rotor,
             stator,
@@ -573,6 +603,14 @@ impl SystemEquations {
         (rotor.torque, stator.torque)
     }
 
+    /// The larger mu_0 of both senses, with its sense.
+    pub fn larger_breakaway(&self) -> (f64, f64) {
+        match self.breakaway_backward > self.breakaway {
+            true => (-1.0, self.breakaway_backward),
+            false => (1.0, self.breakaway),
+        }
+    }
+
     /// The torque that breakaway compares with mu_0 r F_n, N m.
     pub fn tested_torque(&self, outside: &Outside, y: &[f64]) -> f64 {
         match self.breakaway_test {
@@ -617,7 +655,7 @@ impl SystemEquations {
             return -1.0;
         }
         let x = sense * self.relative_velocity(outside, y);
-        self.law_in(piece).coefficient_and_slope(x).1
+        self.law_in(sense, piece).coefficient_and_slope(x).1
     }
 
     /// Derivative of [`Self::stability_guard`] if inputs and state `now` move by `change`, per unit of the change; 0
@@ -633,7 +671,7 @@ impl SystemEquations {
         if self.twice_resistance.is_none() || self.twice_resistance == Some(0.0) && self.law.only_falls() {
             return 0.0;
         }
-        let mut law = self.law_in(piece).series::<f64, 2>();
+        let mut law = self.law_in(sense, piece).series::<f64, 2>();
         law.start(sense * self.relative_velocity(now.0, now.1), 1.0);
         law.extend(1, sense * self.relative_velocity(change.0, change.1), 1.0);
         let slope = law.factors(1.0, self.slope_weight(1.0)).slope;
@@ -647,7 +685,7 @@ impl SystemEquations {
     /// kappa = r F_n mu'(|omega_r|), N m s/rad: damping of the contact in slip, negative for falling friction.
     pub fn contact_damping(&self, sense: f64, piece: usize, outside: &Outside, y: &[f64]) -> f64 {
         let w = self.relative_velocity(outside, y);
-        let (_, slope) = self.law_in(piece).coefficient_and_slope(sense * w);
+        let (_, slope) = self.law_in(sense, piece).coefficient_and_slope(sense * w);
         self.radius * outside.normal_force * slope
     }
 
@@ -671,7 +709,7 @@ impl SystemEquations {
         rates: (&Outside, &[f64]),
     ) -> f64 {
         let x = sense * self.relative_velocity(now.0, now.1);
-        let (mu, slope) = self.law_in(piece).coefficient_and_slope(x);
+        let (mu, slope) = self.law_in(sense, piece).coefficient_and_slope(x);
         let acceleration = self.relative_velocity(rates.0, rates.1);
         self.radius * (slope * acceleration * now.0.normal_force + sense * mu * rates.0.normal_force)
     }
@@ -704,11 +742,11 @@ impl SystemEquations {
             Mode::Stick => self.transmitted_torque(outside, y),
             Mode::SlipForward | Mode::SlipBackward => {
                 let w = self.relative_velocity(outside, y);
-                self.sliding_torque(self.law_in(piece), sense, w, outside.normal_force)
+                self.sliding_torque(self.law_in(sense, piece), sense, w, outside.normal_force)
             }
             Mode::Engaged => {
                 let w = self.relative_velocity(outside, y);
-                self.engaged(self.law_in(piece), sense, w, y).0 * self.radius * outside.normal_force
+                self.engaged(self.law_in(sense, piece), sense, w, y).0 * self.radius * outside.normal_force
             }
         }
     }
@@ -729,13 +767,13 @@ impl SystemEquations {
                 let w = self.relative_velocity(outside, y);
                 (
                     w,
-                    self.sliding_torque(self.law_in(piece), sense, w, outside.normal_force),
+                    self.sliding_torque(self.law_in(sense, piece), sense, w, outside.normal_force),
                 )
             }
             Mode::Engaged => {
                 let w = self.relative_velocity(outside, y);
                 let coefficient;
-                (coefficient, deflection_rate) = self.engaged(self.law_in(piece), sense, w, y);
+                (coefficient, deflection_rate) = self.engaged(self.law_in(sense, piece), sense, w, y);
                 (w, coefficient * self.radius * outside.normal_force)
             }
         };
@@ -770,7 +808,7 @@ impl SystemEquations {
     /// Share (0 to 1) of a change of omega_r by `change` (rad/s, either way) from `w` over which some twenty Taylor
     /// coefficients represent the interface's torque, with an error shown by the last ones.
     pub fn expandable_share(&self, piece: usize, w: f64, change: f64) -> f64 {
-        let share = self.law_in(piece).expandable_share(w.abs(), change);
+        let share = self.law_in(w, piece).expandable_share(w.abs(), change);
         match self.engagement {
             // tanh approaches its limit as exp(-2 |w|/eps). Once this is below rounding, no coefficient shows the
             // region where it is not.
@@ -880,7 +918,7 @@ impl SystemEquations {
             Mode::Engaged => {}
         }
         let w = self.relative_velocity(outside, y);
-        let (mu, slope) = self.law_in(piece).coefficient_and_slope(sense * w);
+        let (mu, slope) = self.law_in(sense, piece).coefficient_and_slope(sense * w);
         let pressed = self.radius * outside.normal_force;
         match self.engagement {
             Engagement::StickSlip => of_speed(0.0),

@@ -346,7 +346,7 @@ impl<const N: usize> SlowSeries<N> {
             sides: [SlowSide::zero(&system.rotor), SlowSide::zero(&system.stator)],
             speed: [0.0; N],
             sense: slip.sense,
-            friction: system.law_in(slip.piece).series(),
+            friction: system.law_in(slip.sense, slip.piece).series(),
             torque: [0.0; N],
         }
     }

@@ -325,7 +325,7 @@ impl Forecast {
         until: f64,
     ) -> Option<Self> {
         let braking = Braking::new(system)?;
-        let law = &system.law;
+        let law = system.law_of(relative_velocity);
         let slowing = |t: f64, x: f64| braking.slowing(law.coefficient(x), force(t).value.max(0.0), x);
         let mut decay = |t: f64, x: f64| {
             let SmoothForce { value, swing } = force(t);

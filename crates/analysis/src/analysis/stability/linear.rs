@@ -28,7 +28,7 @@ pub(super) fn state(system: &SystemEquations, w: f64, force: f64) -> (Outside, V
     if let Engagement::Bristles(stiffness, .., at) = system.engagement
         && w != 0.0
     {
-        y[at] = w.signum() * system.law_in(system.piece_of(w)).coefficient(w.abs()) / stiffness;
+        y[at] = w.signum() * system.law_in(w, system.piece_of(w)).coefficient(w.abs()) / stiffness;
     }
     (outside, y)
 }

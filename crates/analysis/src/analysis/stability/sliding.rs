@@ -89,16 +89,19 @@ impl<'a> Sliding<'a> {
         }
     }
 
-    /// Interface torque of steady sliding at `x` > 0, over r F_n.
-    fn coefficient(&self, x: f64) -> f64 {
-        let (outside, y) = state(&self.system, x, 1.0 / self.system.radius);
-        let piece = self.system.piece_of(x);
-        self.system.interface_torque(self.mode(1.0), 1.0, piece, &outside, &y)
+    /// Interface torque of steady sliding at omega_r = `w`, over r F_n: positive, of either sense.
+    fn coefficient(&self, w: f64) -> f64 {
+        let (outside, y) = state(&self.system, w, 1.0 / self.system.radius);
+        let (sense, piece) = (1f64.copysign(w), self.system.piece_of(w));
+        sense
+            * self
+                .system
+                .interface_torque(self.mode(sense), sense, piece, &outside, &y)
     }
 
     /// Contact damping at `x` over r F_n, s/rad. Not for bristles: their damping depends on the frequency.
     fn slope(&self, x: f64) -> f64 {
-        let (system, law) = (&self.system, self.system.law_in(self.system.piece_of(x)));
+        let (system, law) = (&self.system, self.system.law_in(x, self.system.piece_of(x)));
         let (outside, y) = state(system, x, 1.0 / system.radius);
         match system.engagement {
             Engagement::StickSlip => law.coefficient_and_slope(x).1,
@@ -222,9 +225,9 @@ pub(super) fn balance(rotor: &Base, stator: &Base, sense: f64) -> Balance {
 }
 
 impl Sliding<'_> {
-    pub(super) fn steady(&self, balance: Balance, force: f64, start: f64) -> Vec<f64> {
+    pub(super) fn steady(&self, sense: f64, balance: Balance, force: f64, start: f64) -> Vec<f64> {
         let pressed = self.system.radius * force;
-        let torque = |x: f64| pressed * self.coefficient(x);
+        let torque = |x: f64| pressed * self.coefficient(sense * x);
         let ends = self.system.law.ends_at();
         let (to, missing): (f64, Box<dyn Fn(f64) -> f64 + '_>) = match balance {
             _ if force <= 0.0 => return Vec::new(),
@@ -249,7 +252,7 @@ impl Sliding<'_> {
     }
 
     pub(super) fn operating(&self, sense: f64, x: f64, force: f64, bases: Option<(&Base, &Base)>) -> OperatingPoint {
-        let interface = sense * self.system.radius * force * self.coefficient(x);
+        let interface = sense * self.system.radius * force * self.coefficient(sense * x);
         let stability = self.verdict(x, force);
         let mut point = OperatingPoint {
             steady: bases.is_some(),
@@ -286,11 +289,12 @@ impl Sliding<'_> {
         search((0.0, to), found, |x| (x, frequency(x)))
     }
 
-    /// Search along the branches of steady sliding, whose speed depends on the force; else at the speed `x`.
-    pub(super) fn critical_forces(&self, force: f64, x: f64, balance: Balance) -> Search {
+    /// Search along the branches of steady sliding, whose speed depends on the force; else at omega_r = `w`.
+    pub(super) fn critical_forces(&self, force: f64, w: f64, balance: Balance) -> Search {
+        let x = w.abs();
         let range = (force / MULTIPLES, force * MULTIPLES);
         let of_speed = |x: f64| {
-            let unit = self.system.radius * self.coefficient(x);
+            let unit = self.system.radius * self.coefficient(x.copysign(w));
             match balance {
                 Balance::Speed { speed, yielding } => (speed - x) / (yielding * unit),
                 Balance::Torque(held) => held / unit,

@@ -186,7 +186,7 @@ impl SmoothSliding<'_> {
     }
 
     fn law(&self) -> &FrictionLaw {
-        self.of.system.law_in(self.piece)
+        self.of.system.law_in(self.sense, self.piece)
     }
 
     fn pressing(&self, t: f64) -> [f64; 2] {

@@ -118,7 +118,7 @@ impl SystemModes {
                 true => settled.balance(point.relative_velocity.signum()),
                 false => Balance::Never,
             };
-            sliding.critical_forces(force, point.relative_velocity.abs(), balance)
+            sliding.critical_forces(force, point.relative_velocity, balance)
         });
         let mut damping = |what: &'static str, train: &Train, scale: fn(f64) -> (f64, f64)| {
             if !train.damping.iter().any(|&c| c > 0.0) {
@@ -176,7 +176,9 @@ impl<'a> Settled<'a> {
 
     fn steady(&self) -> impl Iterator<Item = OperatingPoint> {
         let of_sense = |sense: f64| {
-            let speeds = self.sliding.steady(self.balance(sense), self.force, self.start.abs());
+            let speeds = self
+                .sliding
+                .steady(sense, self.balance(sense), self.force, self.start.abs());
             speeds.into_iter().map(move |x| (sense, x))
         };
         let mut found: Vec<(f64, f64)> = [1.0, -1.0].into_iter().flat_map(of_sense).collect();

@@ -254,10 +254,11 @@ impl TaylorEngine {
             Mode::Separated => {}
             Mode::Stick => {
                 let tested = expansion.tested(system);
-                let torque = size(&tested).max(size(&expansion.limit));
+                let limit = expansion.limit(system, system.larger_breakaway().0);
+                let torque = size(&tested).max(size(&limit));
                 if torque > 0.0 {
                     take(&tested, self.relative * torque);
-                    take(&expansion.limit, self.relative * torque);
+                    take(&limit, self.relative * torque);
                 }
             }
             _ => {
@@ -323,9 +324,10 @@ impl TaylorEngine {
             Watched::Below => of_speed(sense, -self.dynamics.knot(&self.location, false)?),
             Watched::Above => of_speed(-sense, self.dynamics.knot(&self.location, true)?),
             Watched::Forward | Watched::Backward => {
-                let tested = expansion.tested(&self.dynamics.system);
-                let sign = if watched == Watched::Forward { -1.0 } else { 1.0 };
-                std::array::from_fn(|n| expansion.limit[n] + sign * tested[n])
+                let system = &self.dynamics.system;
+                let sense = if watched == Watched::Forward { 1.0 } else { -1.0 };
+                let (limit, tested) = (expansion.limit(system, sense), expansion.tested(system));
+                std::array::from_fn(|n| limit[n] - sense * tested[n])
             }
         })
     }
@@ -339,7 +341,11 @@ impl TaylorEngine {
         let of_force = excitation.largest_force() + (force[1] / unit * t).abs();
         let of_rate = excitation.curvature_bound(t) * (t + self.dynamics.natural_period().unwrap_or(0.0));
         let x = self.location.sign() * self.expansion.relative_velocity[0];
-        let slope = system.law_in(self.location.piece).coefficient_and_slope(x).1.abs();
+        let slope = system
+            .law_in(self.location.sign(), self.location.piece)
+            .coefficient_and_slope(x)
+            .1
+            .abs();
         let noise = |of: f64| system.slope_weight(FORCE_NOISE * of) * slope;
         (noise(of_force), noise(of_rate))
     }

@@ -1,0 +1,90 @@
+//! Friction with another constant coefficient for each sense of sliding.
+
+use super::coulomb::CoulombSeries;
+use super::parameters::numbers;
+use super::{Backward, Bounds, Coulomb, Law};
+use crate::numerics::Number;
+
+/// mu(x) = mu_d in forward and mu_d- in backward sliding, with a breakaway coefficient for each: of a surface with a
+/// grain, such as brushes, fabrics and scales.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Asymmetric {
+    /// mu_d, for omega_r > 0.
+    pub kinetic: f64,
+    /// mu_d-, for omega_r < 0.
+    pub kinetic_backward: f64,
+    /// mu_0-, at which a stick breaks away into omega_r < 0.
+    pub breakaway_backward: f64,
+}
+
+numbers!(Asymmetric, "asymmetric", at rest kinetic:
+    kinetic = f64::NAN, kinetic_backward = f64::NAN, breakaway_backward = f64::NAN;
+    complaints |law| law.weak_breakaway());
+
+impl Asymmetric {
+    fn forward(&self) -> Coulomb {
+        Coulomb { kinetic: self.kinetic }
+    }
+
+    fn weak_breakaway(&self) -> Vec<(String, String)> {
+        let (breakaway, sliding) = (self.breakaway_backward, self.kinetic_backward);
+        if breakaway < sliding {
+            let message = format!(
+                "must be at least friction.kinetic_backward: {breakaway:?} is below {sliding:?}, and between the two torques \
+                 neither stick nor slip is consistent; raise breakaway_backward or lower kinetic_backward"
+            );
+            return vec![("breakaway_backward".to_owned(), message)];
+        }
+        Vec::new()
+    }
+}
+
+impl Law for Asymmetric {
+    type Series<T: Number, const N: usize> = CoulombSeries<T>;
+
+    fn coefficient_and_slope(&self, x: f64) -> (f64, f64) {
+        self.forward().coefficient_and_slope(x)
+    }
+
+    fn at_vanishing_speed(&self) -> f64 {
+        self.kinetic
+    }
+
+    fn backward(&self) -> Option<Backward> {
+        Some(Backward {
+            law: Coulomb {
+                kinetic: self.kinetic_backward,
+            }
+            .into(),
+            breakaway: self.breakaway_backward,
+        })
+    }
+
+    fn coefficient_bounds(&self, _: f64, _: f64) -> Bounds {
+        Bounds::between(self.kinetic, self.kinetic_backward)
+    }
+
+    fn slope_bounds(&self, from: f64, to: f64) -> Bounds {
+        self.forward().slope_bounds(from, to)
+    }
+
+    fn damping_zeros(&self, damping: f64, weight: f64) -> Vec<f64> {
+        self.forward().damping_zeros(damping, weight)
+    }
+
+    fn steepness_rate(&self, x: f64) -> f64 {
+        self.forward().steepness_rate(x)
+    }
+
+    fn followed_fall(&self, x: f64, share: f64) -> f64 {
+        self.forward().followed_fall(x, share)
+    }
+
+    fn speed_of_derivative(&self, order: i32, size: f64) -> f64 {
+        self.forward().speed_of_derivative(order, size)
+    }
+
+    fn series<T: Number, const N: usize>(&self) -> CoulombSeries<T> {
+        Law::series::<T, N>(&self.forward())
+    }
+}
