@@ -95,7 +95,7 @@ fn accuracy(method: Method) -> Accuracy {
         Method::Erk | Method::Esdirk | Method::ErkPair(_) => (1e-10, 1e-8),
         Method::Cvode => (1e-9, 1e-7),
         Method::CvodeBdf | Method::CvodeAdams => (1e-8, 1e-5),
-        Method::Paper => unreachable!("it locates nothing"),
+        Method::Paper | Method::Rk4 => unreachable!("they locate nothing"),
     };
     Accuracy { time, state }
 }

@@ -36,6 +36,13 @@ fn cli_a_fixed_step_needs_a_method_a_unit_and_stability() {
         --method erk-dormand-prince-54 --set 'solver.fixed_step=89 us' |
             unstable & 8.798e-5 s & 4.157 kHz & power of 5
         --method paper --set solver.atol_rate=1e-9 | solver.atol_rate & no meaning with method "paper"
+        --method rk4 | solver.step is missing: length of every step & write step =
+        --method rk4 --set 'solver.step=1 N' | solver.step & a force
+        --method rk4 --set 'solver.step=120 us' | solver.step & unstable & power of 4
+        --method rk4 --set 'solver.step=1 us' --set solver.atol_rate=1e-9 | solver.atol_rate & no meaning with method "rk4"
+        --method rk4 --set 'solver.step=1 us' --set 'solver.max_step=1 us' | solver.step & max_step has no meaning
+        --method rk4 --set 'solver.step=1 us' --set 'solver.fixed_step=1 us' | solver.fixed_step & is solver.step
+        --set 'solver.step=1 us' | solver.step & belongs to method "rk4" & solver={method="rk4", step=...}
     "#,
     ) {
         folder.refused_short(arguments, words);
@@ -49,32 +56,29 @@ fn cli_a_fixed_step_needs_a_method_a_unit_and_stability() {
     assert!(value("event_location").contains("\"located\""));
 }
 
-/// The result of the paper's procedure says that nothing was located, in /meta and at the events, warns, and is the
-/// input of the same run.
+/// The result of a method that locates nothing says so, in /meta and at the events, warns, and is the input of the same run.
 #[test]
-fn cli_the_papers_procedure_is_flagged() {
+fn cli_methods_that_locate_nothing_are_flagged() {
     let folder = Folder::new();
-    let paper = ["--method", "paper", "-o", "paper.h5"];
-    let (_, warned) = output(&mut folder.short_run(&paper), 0);
-    assert!(warned.contains("nothing was located"), "{warned}");
-    let file = unlocked::open(folder.path("paper.h5")).unwrap();
-    for group in ["events", "meta"] {
-        let attribute = file.group(group).unwrap().attr("event_location").unwrap();
-        let text = attribute.read_scalar::<hdf5::types::VarLenUnicode>().unwrap();
-        assert_eq!(text.as_str(), "end-of-step", "/{group}");
+    for (method, settings) in [("paper", &[][..]), ("rk4", &["--set", "solver.step=2e-6"])] {
+        let file = format!("{method}.h5");
+        let arguments = ["--method", method, "-o", &file];
+        let (_, warned) = output(&mut folder.short_run(&[&arguments[..], settings].concat()), 0);
+        assert!(warned.contains("nothing was located"), "{warned}");
+        let opened = unlocked::open(folder.path(&file)).unwrap();
+        for group in ["events", "meta"] {
+            let attribute = opened.group(group).unwrap().attr("event_location").unwrap();
+            let text = attribute.read_scalar::<hdf5::types::VarLenUnicode>().unwrap();
+            assert_eq!(text.as_str(), "end-of-step", "/{group}");
+        }
+        drop(opened);
+        let first = folder.result(&file);
+        let segments = first.segments().unwrap();
+        assert!(segments.iter().all(|segment| segment.solver == method));
+        let samples = first.samples(0..first.sample_count().unwrap()).unwrap();
+        drop(first);
+        folder.ok(format!("run {file} -o again.h5 --force").as_str());
+        let again = folder.result("again.h5");
+        assert_eq!(again.samples(0..again.sample_count().unwrap()).unwrap(), samples);
     }
-    drop(file);
-    let first = folder.result("paper.h5");
-    assert!(
-        first
-            .segments()
-            .unwrap()
-            .iter()
-            .all(|segment| segment.solver == "paper")
-    );
-    let samples = first.samples(0..first.sample_count().unwrap()).unwrap();
-    drop(first);
-    folder.ok("run paper.h5 -o again.h5");
-    let again = folder.result("again.h5");
-    assert_eq!(again.samples(0..again.sample_count().unwrap()).unwrap(), samples);
 }

@@ -134,6 +134,9 @@ fn meta(case: &Case, started: &str) -> Attributes {
         ]));
         return meta;
     }
+    if solver.method == Method::Rk4 {
+        return meta;
+    }
     let [sliding, resolved] = simulation::solver_settings(&case.system, solver);
     for (phase, settings) in [("sliding", sliding), ("resolved", resolved)] {
         let numbers = [

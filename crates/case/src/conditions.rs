@@ -4,8 +4,8 @@ use std::f64::consts::TAU;
 
 use super::{Case, Motion};
 use stickslip_engine::simulation::Method;
-use stickslip_engine::simulation::fixed_step::longest_stable_step;
 use stickslip_engine::simulation::procedure::FOREIGN;
+use stickslip_engine::simulation::stepping::longest_stable_step;
 use stickslip_system::friction::Law as _;
 use stickslip_system::model::absolute_angles::AbsoluteModel;
 use stickslip_system::model::margin;
@@ -25,8 +25,6 @@ const COARSEST_CLOCK: f64 = 1e-4;
 
 /// Most dense samples per natural period; with more, neighbouring late times hardly differ.
 const MOST_PER_PERIOD: f64 = 1e5;
-
-const FIXED_STEP: &str = "solver.fixed_step";
 
 pub(super) struct Violation {
     pub(super) path: String,
@@ -50,7 +48,7 @@ pub(super) fn violated(case: &Case) -> Vec<Violation> {
     friction(case, &mut complain);
     actuation(case, &mut complain);
     fixed_step(case, &mut complain);
-    paper(case, &mut complain);
+    without_location(case, &mut complain);
     output(case, &mut complain);
     start(case, &mut complain);
     one_sided_test(case, &mut complain);
@@ -142,31 +140,32 @@ pub(super) fn points(path: &str, time: &[f64], (value, values, count): (&str, &s
 fn fixed_step(case: &Case, complain: &mut impl FnMut(&str, &[&str], String)) {
     let Some(step) = case.solver.fixed_step else { return };
     let method = case.solver.method;
-    let Some(table) = method.explicit_table() else {
+    let key = method.step_key();
+    let Some((coefficients, order)) = method.fixed_steps() else {
         let message = format!(
             "only the explicit Runge-Kutta methods take fixed steps: with method \"{}\" remove it, or set solver.method to \
              \"erk\" or one of \"erk-NAME\"",
             method.name()
         );
-        return complain(FIXED_STEP, &["solver.method"], message);
+        return complain(key, &["solver.method"], message);
     };
     if case.solver.max_step.is_some() {
         let message = "every step has this length, so that solver.max_step has no meaning: remove one of them";
-        return complain(FIXED_STEP, &["solver.max_step"], message.to_owned());
+        return complain(key, &["solver.max_step"], message.to_owned());
     }
     if step < SHORTEST_RUN {
         let message = format!("must be at least {SHORTEST_RUN:?} s, but is {step:?} s");
-        complain(FIXED_STEP, &[], message);
+        complain(key, &[], message);
     }
     // The stability bound is known for two equal disks only.
     let Some(Parameters { torsion, .. }) = Parameters::of(&case.system).filter(|_| case.words.short) else {
         return;
     };
-    let longest = longest_stable_step(table, &torsion);
+    let longest = longest_stable_step(&coefficients, &torsion);
     if step > longest {
         let frequency = (torsion.stiffness / torsion.surface_inertia).sqrt() / TAU;
         complain(
-            FIXED_STEP,
+            key,
             &[
                 "solver.method",
                 "torsion.stiffness",
@@ -179,30 +178,30 @@ fn fixed_step(case: &Case, complain: &mut impl FnMut(&str, &[&str], String)) {
                  leave the steps to the tolerances",
                 method.name(),
                 1e-3 * frequency,
-                table.order(),
+                order,
             ),
         );
     }
 }
 
-/// The paper's procedure is for its own disks, and has a single tolerance, rtol.
-fn paper(case: &Case, complain: &mut impl FnMut(&str, &[&str], String)) {
+/// Methods without location of events have no absolute tolerances, and the paper's procedure is for its own disks.
+fn without_location(case: &Case, complain: &mut impl FnMut(&str, &[&str], String)) {
     let solver = &case.solver;
-    if solver.method != Method::Paper {
-        return;
-    }
+    let why = match solver.method {
+        Method::Paper => "with method \"paper\", whose one tolerance is a tenth of solver.rtol",
+        Method::Rk4 => "with method \"rk4\", which has steps of one length and no tolerance",
+        _ => return,
+    };
     for (path, given) in [
         ("solver.atol_twist", solver.atol_twist),
         ("solver.atol_rate", solver.atol_rate),
         ("solver.atol_speed", solver.atol_speed),
     ] {
         if given.is_some() {
-            let message =
-                "has no meaning with method \"paper\", whose one tolerance is a tenth of solver.rtol: remove it";
-            complain(path, &["solver.method"], message.to_owned());
+            complain(path, &["solver.method"], format!("has no meaning {why}: remove it"));
         }
     }
-    if AbsoluteModel::new(&case.system).is_none() {
+    if solver.method == Method::Paper && AbsoluteModel::new(&case.system).is_none() {
         complain("solver.method", &[], FOREIGN.to_owned());
     }
 }

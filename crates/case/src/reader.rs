@@ -11,7 +11,7 @@ use super::source::Origin;
 use super::value::{number, numbers, single};
 use super::words::{form_of, named_motion};
 use super::{Case, CaseSource, Motion, Override, Words, signals, suggest};
-use stickslip_engine::simulation::Around;
+use stickslip_engine::simulation::{Around, Method};
 use stickslip_system::friction::Law as _;
 use stickslip_system::signal::Signal;
 
@@ -97,6 +97,13 @@ impl Reader {
             if let Some(backward) = law.backward() {
                 law.set_number("breakaway_backward", backward.law.at_vanishing_speed());
             }
+        }
+        const FIXED_STEP: &str = "solver.fixed_step";
+        let key = case.solver.method.step_key();
+        if key != FIXED_STEP && self.has(FIXED_STEP) {
+            let method = case.solver.method.name();
+            let message = format!("with method \"{method}\" the length of the steps is {key}: give that alone");
+            self.report(FIXED_STEP, message);
         }
         self.radius(case);
         self.threshold(case);
@@ -266,7 +273,7 @@ impl Reader {
             let in_table = matches!(self.root.closest(&path).value, Value::Table(_));
             let required = matches!(
                 key.presence,
-                Presence::Required | Presence::Profile(_) | Presence::Law { default: None }
+                Presence::Required | Presence::Profile(_) | Presence::Method(_) | Presence::Law { default: None }
             );
             if in_table && required {
                 self.report(&path, missing(key, self.words.motion()));
@@ -313,7 +320,7 @@ impl Reader {
             return;
         }
         let mut foreign = self.foreign(choice, chosen).map(|key| key.path);
-        let overridden = self.is_overridden(choice.path);
+        let overridden = self.has(choice.path) && self.is_overridden(choice.path);
         // Only one message says how to switch.
         let is_told = match overridden {
             true => foreign.next() == Some(key.path),
@@ -377,6 +384,13 @@ const PROFILE: Choice = Choice {
     named: "the profile",
 };
 
+const SOLVER_METHOD: Choice = Choice {
+    path: schema::METHOD,
+    words: |_| Method::all().map(Method::name).collect(),
+    has_default: true,
+    named: schema::METHOD,
+};
+
 const LAW: Choice = Choice {
     path: schema::FRICTION_LAW,
     words: schema::laws,
@@ -389,6 +403,7 @@ impl Choice {
         match key.presence {
             Presence::Profile(_) => Some(&PROFILE),
             Presence::Law { .. } => Some(&LAW),
+            Presence::Method(_) => Some(&SOLVER_METHOD),
             _ => None,
         }
     }
@@ -396,7 +411,7 @@ impl Choice {
 
 fn belongs(key: &Key, word: &str) -> bool {
     match key.presence {
-        Presence::Profile(profile) => profile == word,
+        Presence::Profile(own) | Presence::Method(own) => own == word,
         Presence::Law { .. } => schema::keys_of_law(word).contains(&key.split().1),
         _ => false,
     }

@@ -47,6 +47,8 @@ pub enum Presence {
         /// Default in words.
         default: Option<&'static str>,
     },
+    /// Required with, and only allowed with, this `solver.method`.
+    Method(&'static str),
     /// One of two ways to give the radius: `contact.radius`, or diameters and wear.
     Alternative,
     /// Default in words.
@@ -628,8 +630,11 @@ keys! { |case, index|
         Number(D::Time, Positive) => [at(&mut case.solver.max_step)],
         "upper bound of every step";
     "solver.fixed_step", Both, Default("steps by the tolerances"), Number(D::Time, Positive)
-        => [at(&mut case.solver.fixed_step)],
+        => (case.solver.method != Method::Rk4).then_some(at(&mut case.solver.fixed_step)),
         "length of every step, without control of the error; for erk and erk-NAME";
+    "solver.step", Both, Presence::Method("rk4"), Number(D::Time, Positive)
+        => (case.solver.method == Method::Rk4).then_some(at(&mut case.solver.fixed_step)),
+        "length of every step of method \"rk4\", which has no control of the error";
     "solver.max_events", Both, Default("100000"), Count => [at(&mut case.solver.max_events)],
         "transitions after which a run is ended with an error";
     "solver.max_steps", Both, Default("none, but a run that foresees 3e7 steps in a segment is ended"), Count

@@ -238,7 +238,7 @@ pub(crate) fn kind_flags() -> Vec<Flag> {
 const SENSES: [Flag; 3] = [(-1, "backward"), (0, "none"), (1, "forward")];
 
 /// Codes of `solver`; -1 for a solver without a name here.
-pub(crate) const SOLVERS: [Flag; 8] = [
+pub(crate) const SOLVERS: [Flag; 9] = [
     (-1, "other"),
     (0, "cvode-bdf"),
     (1, "cvode-adams"),
@@ -247,6 +247,7 @@ pub(crate) const SOLVERS: [Flag; 8] = [
     (4, "closed-form"),
     (5, "series"),
     (6, "paper"),
+    (7, "rk4"),
 ];
 
 /// /trajectory: a row for each sample.

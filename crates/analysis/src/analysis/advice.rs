@@ -146,10 +146,10 @@ fn candidates(own: &SolverOptions) -> Vec<SolverOptions> {
         fixed_step: None,
         ..own.clone()
     };
-    // A tolerance does not make the paper's method accurate.
-    let method = match own.method {
-        Method::Paper => Method::default(),
-        other => other,
+    // A tolerance does not make a method accurate that locates no events.
+    let method = match own.method.locates_events() {
+        true => own.method,
+        false => Method::default(),
     };
     let mut candidates = vec![
         with(Method::Series, own.rtol.min(1e-9)),
@@ -176,7 +176,7 @@ fn setting(candidate: &SolverOptions, own: &SolverOptions) -> String {
         keys.push(format!("--set solver.rtol={:e}", candidate.rtol));
     }
     if own.fixed_step.is_some() {
-        keys.push("and without solver.fixed_step".to_owned());
+        keys.push(format!("and without {}", own.method.step_key()));
     }
     keys.join(" ")
 }

@@ -112,7 +112,7 @@ pub enum BalanceRemedy {
     Tolerances(SolverOptions),
 }
 
-/// Allowed open share of the turnover. Fixed steps and the paper's procedure control no error by `rtol`.
+/// Allowed open share of the turnover. Fixed steps and methods without location control no error by `rtol`.
 fn allowed_open(solver: &SolverOptions) -> f64 {
     if solver.fixed_step.is_some() || !solver.method.locates_events() {
         return OPEN_BALANCE;
@@ -202,8 +202,8 @@ pub fn finer(solver: &SolverOptions) -> String {
     let (method, rtol) = (solver.method.name(), solver.rtol);
     let better = solver.rtol > floor(solver.method);
     match solver.method {
+        Method::Paper | Method::Rk4 => "Use solver.method = \"cvode\" or \"series\", which locate events".to_owned(),
         _ if solver.fixed_step.is_some() => "Use a smaller solver.fixed_step, or solver.rtol in its place".to_owned(),
-        Method::Paper => "Use solver.method = \"cvode\" or \"series\", which locate events".to_owned(),
         Method::Series if better => "Use a smaller solver.rtol".to_owned(),
         Method::Series => format!(
             "With series at rtol {rtol:e} only rounding to double precision is left; what is exact is told by certify \
@@ -228,12 +228,13 @@ impl fmt::Display for BalanceRemedy {
             BalanceRemedy::Tolerances(solver) => {
                 let defaults = SolverOptions::default();
                 let given = [solver.atol_twist, solver.atol_rate, solver.atol_speed];
+                let smaller = format!("use a smaller {}", solver.method.step_key());
                 let mut ways = Vec::with_capacity(3);
                 if given.iter().any(Option::is_some) {
                     ways.push("leave the solver's atol_ keys to their defaults");
                 }
                 if solver.fixed_step.is_some() {
-                    ways.push("use a smaller solver.fixed_step");
+                    ways.push(&smaller);
                 } else if solver.rtol > defaults.rtol {
                     ways.push("use a smaller solver.rtol");
                 }

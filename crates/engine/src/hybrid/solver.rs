@@ -21,6 +21,8 @@ pub enum SolverKind {
     ClosedForm,
     /// The model's own engine, see [`Rules::engine`](super::Rules::engine).
     Series,
+    /// Fixed steps without location of guards, see [`Rules::engine`](super::Rules::engine).
+    Rk4,
 }
 
 impl SolverKind {
@@ -35,6 +37,7 @@ impl SolverKind {
             SolverKind::Esdirk => "esdirk",
             SolverKind::ClosedForm => "closed-form",
             SolverKind::Series => "series",
+            SolverKind::Rk4 => "rk4",
         }
     }
 }
@@ -49,6 +52,6 @@ pub struct ChosenSolver {
     /// Longest step, s.
     pub max_step: Option<f64>,
     /// Constant step (s) without error control; the last before an event or a stop time is shorter. Only for
-    /// [`SolverKind::Erk`].
+    /// [`SolverKind::Erk`] and [`SolverKind::Rk4`].
     pub fixed_step: Option<f64>,
 }

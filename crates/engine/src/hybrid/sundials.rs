@@ -245,7 +245,7 @@ fn create<D: Dynamics>(chosen: &ChosenSolver, flow: Flow<D>, y: &[f64]) -> Resul
             fixed_step: chosen.fixed_step,
         },
         SolverKind::Esdirk => Method::ESDIRK,
-        SolverKind::ClosedForm | SolverKind::Series => return Err(EngineError::Missing),
+        SolverKind::ClosedForm | SolverKind::Series | SolverKind::Rk4 => return Err(EngineError::Missing),
     };
     Ok(Solver::new(flow, method, 0.0, y, &chosen.tolerances)?)
 }

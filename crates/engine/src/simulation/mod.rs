@@ -19,15 +19,14 @@
 //! | `readings`, `state_readings` | recorded values of a state |
 //! | `observer`, `sampling`, `follower` | recorded times |
 //! | `report` | end and cost of a run |
-//! | `fixed_step` | longest fixed steps |
-//! | `procedure`, `runge_kutta` | the paper's procedure |
+//! | `stepping` | explicit steps, and the engine of `rk4` |
+//! | `procedure` | the paper's procedure |
 
 mod closed_form;
 mod course;
 mod dynamics;
 mod excitation;
 pub mod expansion;
-pub mod fixed_step;
 mod follower;
 mod foresight;
 mod observer;
@@ -39,13 +38,13 @@ mod readings;
 mod regime;
 mod report;
 mod rules;
-pub mod runge_kutta;
 pub mod sampling;
 pub mod series;
 mod shot;
 pub mod simulate;
 pub mod sliding;
 mod state_readings;
+pub mod stepping;
 mod variation;
 
 pub use course::{Course, Part, Quantity, Which};

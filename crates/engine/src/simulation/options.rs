@@ -1,6 +1,7 @@
 //! Options of a run: method, tolerances, budgets, and what is recorded.
 
-use crate::sundials::ErkTable;
+use super::stepping::classical;
+use crate::sundials::{Coefficients, ErkTable};
 use stickslip_system::record::EventKind;
 
 /// Integration method of a run.
@@ -27,6 +28,9 @@ pub enum Method {
     ErkPair(ErkTable),
     /// The paper's procedure, without location of events: see [`crate::simulation::procedure`].
     Paper,
+    /// The classical Runge-Kutta method with [`SolverOptions::fixed_step`], without location of events: the naive solver
+    /// that people compare with.
+    Rk4,
 }
 
 /// Embedded explicit pairs by their user names: digits are the orders of the method and of the embedded method; stages
@@ -75,7 +79,10 @@ impl Method {
     /// Every method.
     pub fn all() -> impl Iterator<Item = Method> {
         let pairs = PAIRS.iter().map(|&(_, table)| Method::ErkPair(table));
-        Method::KINDS.into_iter().chain([Method::Paper]).chain(pairs)
+        Method::KINDS
+            .into_iter()
+            .chain([Method::Paper, Method::Rk4])
+            .chain(pairs)
     }
 
     /// Name in case files, on the command line and in /meta of a result.
@@ -89,6 +96,7 @@ impl Method {
             Method::Esdirk => "esdirk",
             Method::Series => "series",
             Method::Paper => "paper",
+            Method::Rk4 => "rk4",
             Method::ErkPair(table) => PAIRS
                 .iter()
                 .find(|pair| pair.1 == table)
@@ -107,7 +115,7 @@ impl Method {
         }
     }
 
-    /// Butcher table if one explicit Runge-Kutta method integrates everything: only these take fixed steps.
+    /// Butcher table if one of ARKODE's explicit Runge-Kutta methods integrates everything.
     pub fn explicit_table(self) -> Option<ErkTable> {
         match self {
             Method::Erk => Some(Method::BEST_PAIR),
@@ -124,9 +132,25 @@ impl Method {
         }
     }
 
-    /// Whether events are located between the steps; the paper's procedure checks at the end of a step only.
+    /// Coefficients and order of a method that takes fixed steps; `None` for the others.
+    pub fn fixed_steps(self) -> Option<(Coefficients, u32)> {
+        match self {
+            Method::Rk4 => Some((classical(), 4)),
+            _ => self.explicit_table().map(|table| (table.coefficients(), table.order())),
+        }
+    }
+
+    /// Key of the length of fixed steps in a case.
+    pub fn step_key(self) -> &'static str {
+        match self {
+            Method::Rk4 => "solver.step",
+            _ => "solver.fixed_step",
+        }
+    }
+
+    /// Whether events are located between the steps, not only looked for at the ends of steps.
     pub fn locates_events(self) -> bool {
-        self != Method::Paper
+        !matches!(self, Method::Paper | Method::Rk4)
     }
 }
 
@@ -145,7 +169,7 @@ pub struct SolverOptions {
     pub atol_speed: Option<f64>,
     /// Upper bound of every step, s.
     pub max_step: Option<f64>,
-    /// Step without error control, s; for methods with an [`Method::explicit_table`].
+    /// Step without error control, s; for methods with [`Method::fixed_steps`].
     pub fixed_step: Option<f64>,
     /// Largest number of transitions before the run fails.
     pub max_events: usize,

@@ -251,6 +251,7 @@ impl SystemPlan {
         let stiff = dynamics.rates.stiffness > STIFF;
         let has_regimes = system.twice_resistance.is_some()
             && has_slow_manifold(system)
+            && options.method != Method::Rk4
             && !(stiff && matches!(options.method, Method::Cvode | Method::CvodeBdf));
         SystemPlan {
             dynamics: dynamics.clone(),
@@ -370,6 +371,7 @@ impl SystemPlan {
             },
             Method::Cvode if !implicit => self.multistep(CVODE_ADAMS, location.mode),
             Method::Cvode | Method::CvodeBdf => self.multistep(CvodeOptions::BDF, location.mode),
+            Method::Rk4 => SolverKind::Rk4,
             Method::Paper => unreachable!("the paper's procedure steps by itself"),
         };
         let relative = match kind {
@@ -395,7 +397,8 @@ impl SystemPlan {
             _ if self.method == Method::Cvode => (CVODE_ADAMS_TIGHTENING * self.rtol).max(SMALLEST_ADAMS),
             _ => (TIGHTENING * self.rtol).max(SMALLEST_IMPLICIT),
         };
-        let fixed_step = self.fixed_step.filter(|_| matches!(kind, SolverKind::Erk(_)));
+        let takes_fixed = matches!(kind, SolverKind::Erk(_) | SolverKind::Rk4);
+        let fixed_step = self.fixed_step.filter(|_| takes_fixed);
         let fastest = self.dynamics.excitation.fastest(location.stretch);
         let of_signals = (fastest > 0.0 && kind != SolverKind::Series).then(|| TAU / fastest / STEPS_PER_PERIOD);
         // Errors of resolved steps are amplified until the first stick.
@@ -460,7 +463,7 @@ impl SystemPlan {
 /// and their distances would not show it.
 fn share_of_step(method: Method) -> f64 {
     let number = match method {
-        Method::Arkode | Method::Series | Method::Paper => 0.0,
+        Method::Arkode | Method::Series | Method::Paper | Method::Rk4 => 0.0,
         Method::Erk | Method::ErkPair(_) => 1.0,
         Method::CvodeAdams => 2.0,
         Method::CvodeBdf => 3.0,

@@ -14,7 +14,7 @@ use super::observer::Recording;
 use super::options::{OutputOptions, SolverOptions};
 use super::readings::AbsoluteReadings;
 use super::report::{Progress, RunFailure, RunReport};
-use super::runge_kutta::EmbeddedPair;
+use super::stepping::ExplicitStep;
 use super::{Problem, Watch};
 use crate::hybrid::{Observer, ObserverError, RunError, Start};
 use crate::sundials::{Counters, ErkTable};
@@ -115,7 +115,8 @@ pub(crate) fn run(
     let recording = Recording::new(readings, digest, (solver, output), recorder, control, &start);
     let mut run = Run {
         model: &model,
-        pair: EmbeddedPair::new(PAIR, UNKNOWNS),
+        pair: ExplicitStep::new(PAIR.coefficients(), [0.0; DIMENSION]),
+        order: PAIR.order(),
         settings: Settings::new(solver),
         recording,
         time: 0.0,
@@ -152,7 +153,8 @@ pub(crate) fn run(
 
 struct Run<'a> {
     model: &'a AbsoluteModel,
-    pair: EmbeddedPair<DIMENSION>,
+    pair: ExplicitStep<AbsoluteState>,
+    order: u32,
     settings: Settings,
     recording: Recording<'a, AbsoluteReadings<'a>>,
     time: f64,
@@ -234,14 +236,15 @@ impl Run<'_> {
         loop {
             let taken = step.min(left);
             let (model, mode) = (self.model, self.mode);
-            let error = self.pair.step(self.time, &self.state, taken, |t, y, dydt| {
+            self.pair.take(self.time, &self.state, taken, |t, y, dydt| {
                 model.rhs(mode, t, y, dydt);
             });
-            self.counters.rhs_evaluations += self.pair.slopes.len() as u64;
+            let error = self.pair.error(taken, UNKNOWNS);
+            self.counters.rhs_evaluations += self.pair.stages();
             // A NaN error shortens the step as far as allowed.
             let wanted = if error.is_finite() {
                 let share = (error / tolerance).max(1e-30);
-                taken * (SAFETY * share.powf(-1.0 / f64::from(self.pair.order))).clamp(CHANGE.0, CHANGE.1)
+                taken * (SAFETY * share.powf(-1.0 / f64::from(self.order))).clamp(CHANGE.0, CHANGE.1)
             } else {
                 CHANGE.0 * taken
             };
@@ -249,7 +252,7 @@ impl Run<'_> {
             if passes || taken <= shortest_step {
                 self.counters.steps += 1;
                 self.counters.last_step = taken;
-                self.counters.last_order = self.pair.order;
+                self.counters.last_order = self.order;
                 // A step that was cut for the stop does not reduce the proposal.
                 let next = if passes && taken < step {
                     step.max(wanted)
@@ -272,7 +275,7 @@ impl Run<'_> {
             }
             let sample = if due > before.0 {
                 self.pair
-                    .step(before.0, &before.1, (due - before.0).min(step), |t, y, dydt| {
+                    .take(before.0, &before.1, (due - before.0).min(step), |t, y, dydt| {
                         model.rhs(mode, t, y, dydt);
                     });
                 self.pair.solution

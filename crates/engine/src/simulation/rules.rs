@@ -5,6 +5,7 @@ use super::foresight::{Foresight, LONG};
 use super::plan::SystemPlan;
 use super::regime::Regimes;
 use super::series::TaylorEngine;
+use super::stepping::FixedSteps;
 use crate::hybrid::{ChosenSolver, ClosedFormEngine, Engine, Fired, Rules, SolverKind, Transition};
 use std::sync::Arc;
 use stickslip_system::friction::Law;
@@ -503,6 +504,7 @@ impl Rules<SystemDynamics> for SystemRules {
         match kind {
             SolverKind::Series => Some(Box::new(TaylorEngine::new(self.dynamics.clone()))),
             SolverKind::ClosedForm => Some(Box::new(ClosedFormEngine::new(self.dynamics.clone()))),
+            SolverKind::Rk4 => Some(Box::new(FixedSteps::new(self.dynamics.clone()))),
             _ => None,
         }
     }

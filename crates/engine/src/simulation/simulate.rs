@@ -189,6 +189,10 @@ pub fn simulate_from(
         let error = RunError::Refused("a run cannot end before t = 0; give a later end time");
         return RunReport::default().ended(Err(error));
     }
+    if solver.method == Method::Rk4 && solver.fixed_step.is_none() {
+        let error = RunError::Refused("method \"rk4\" has no step control; give the length of its steps, solver.step");
+        return RunReport::default().ended(Err(error));
+    }
     let system = problem.system;
     let (dynamics, mut rules, start) = prepared((system, problem.threshold), from, solver, output.end_time);
     let time = start.time;

@@ -95,7 +95,7 @@ const KEYS: [&str; 6] = ["title", "case", "set", "repeat", "series", "reference"
 const SERIES_KEYS: [&str; 3] = ["methods", "tolerances", "steps"];
 const REFERENCE_KEYS: [&str; 4] = ["truth", "method", "check", "rtol"];
 
-const VARIED: [&str; 3] = ["solver.method", TOLERANCE, STEP];
+const VARIED: [&str; 4] = ["solver.method", TOLERANCE, STEP, "solver.step"];
 const TOLERANCE: &str = "solver.rtol";
 const STEP: &str = "solver.fixed_step";
 
@@ -148,7 +148,7 @@ impl Study {
             ));
             overrides.push(match knob {
                 Knob::Tolerance(rtol) => Override::number(TOLERANCE, rtol),
-                Knob::FixedStep(step) => Override::number(STEP, step),
+                Knob::FixedStep(step) => Override::number(method.step_key(), step),
             });
             let case = Case::read(base, &overrides);
             let mut case = case
