@@ -264,10 +264,10 @@ fn a_friction_law_takes_its_own_keys() {
     );
     assert_eq!(
         with_friction("law = \"asymmetric\"\nbreakaway = 0.6\nkinetic = 0.3"),
-        "brake.toml:23: friction.breakaway_backward: missing: mu_0-, friction coefficient at rest against backward sliding; breakaway \
-         is then that against forward sliding; write breakaway_backward = a number\n\
-         brake.toml:23: friction.kinetic_backward: missing: mu_d-, friction coefficient in backward sliding, omega_r < 0; kinetic is \
-         then that in forward sliding; write kinetic_backward = a number"
+        "brake.toml:23: friction.kinetic_backward: missing: mu_d-, friction coefficient in backward sliding, omega_r < 0; kinetic is \
+         then that in forward sliding; write kinetic_backward = a number\n\
+         brake.toml:23: friction.breakaway_backward: missing: mu_0-, friction coefficient at rest against backward sliding; breakaway \
+         is then that against forward sliding; write breakaway_backward = a number"
     );
     assert_eq!(
         with_friction(

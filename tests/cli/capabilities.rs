@@ -49,7 +49,10 @@ const LONGEST_CELL: usize = 40;
 
 /// The tables of the page: a marker, and the columns.
 const TABLES: [(&str, &[&str]); 6] = [
-    ("runs", &["series", "cvode", "cvode-bdf", "erk", "esdirk", "paper"]),
+    (
+        "runs",
+        &["series", "cvode", "cvode-bdf", "erk", "esdirk", "paper", "rk4"],
+    ),
     ("truth", &["true to the oracle", "error bands", "sensitivities"]),
     (
         "stability",
@@ -119,9 +122,18 @@ impl Trial {
     fn runs(&mut self) {
         self.series = self.run(&["--method", "series", "-o", "series.h5"]).unwrap();
         self.cell("series", self.series["summary"]["events"].to_string());
-        for method in ["cvode", "cvode-bdf", "erk", "esdirk", "paper"] {
+        let step = match self.subject.case {
+            "paper" | "paper-si" | "unperturbed" | "release" => "solver.step=2e-6",
+            "groan" | "lugre-slider" => "solver.step=1e-5",
+            _ => "solver.step=1e-4",
+        };
+        for method in ["cvode", "cvode-bdf", "erk", "esdirk", "paper", "rk4"] {
             let name = format!("{method}.h5");
-            let events = self.events(&["--method", method, "-o", &name]);
+            let mut arguments = vec!["--method", method, "-o", &name];
+            if method == "rk4" {
+                arguments.extend(["--set", step]);
+            }
+            let events = self.events(&arguments);
             // How many events amplified errors make hangs on the last bit, and so on the machine.
             let others = events.parse::<u32>().is_ok() && events != self.cells["series"];
             self.cell(method, if others { "others".to_owned() } else { events });

@@ -191,7 +191,7 @@ impl Reader {
                 _ => {}
             }
         }
-        for mut place in (key.places)(case, 0) {
+        for mut place in key.places(case, 0) {
             place.set(Content::List(list.clone()));
         }
     }

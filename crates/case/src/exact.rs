@@ -132,17 +132,17 @@ impl Exact<'_> {
             words: Vec::new(),
         };
         let bristles = matches!(self.case.system.contact, ContactLaw::Bristles(_));
-        for &key in FrictionLaw::keys_of(law.name()) {
-            let path = format!("friction.{key}");
+        for parameter in FrictionLaw::parameters_of(law.name()) {
+            let (key, path) = (parameter.key(), parameter.path);
             if let Some(values) = law.list(key) {
-                exact.lists.push((key, self.list(&path, values)?));
+                exact.lists.push((key, self.list(path, values)?));
             } else if let Some(word) = law.word(key) {
                 exact.words.push((key, word));
             } else {
                 let default = law.number(key).unwrap_or(f64::NAN);
                 let number = match bristles && key == "viscous" {
-                    true => decimal(&path, default),
-                    false => self.number(&path, default),
+                    true => decimal(path, default),
+                    false => self.number(path, default),
                 };
                 exact.numbers.push((key, number?));
             }

@@ -118,7 +118,7 @@ impl Case {
     /// such a place.
     pub(super) fn put(&mut self, path: &str, value: f64, short: bool) -> bool {
         for (key, index, inner) in schema::find(path, short) {
-            let mut places = (key.places)(self, index);
+            let mut places = key.places(self, index);
             let is_time = matches!(key.kind, Kind::Moment);
             let content = places.first().and_then(|place| place.get());
             let there = |content: &Content| is_time || content.number(inner).is_some();

@@ -265,7 +265,7 @@ impl Reader {
                 return Given::Wrong;
             }
         }
-        if (key.places)(case, index).is_empty() {
+        if key.places(case, index).is_empty() {
             return Given::Absent;
         }
         let Some(node) = self.root.at(&path) else {
@@ -282,7 +282,7 @@ impl Reader {
         };
         let read = content(key, &path, node, self.words.motion());
         self.taken(read).map_or(Given::Wrong, |content| {
-            for mut place in (key.places)(case, index) {
+            for mut place in key.places(case, index) {
                 place.set(content.clone());
             }
             Given::Right
@@ -412,7 +412,7 @@ impl Choice {
 fn belongs(key: &Key, word: &str) -> bool {
     match key.presence {
         Presence::Profile(own) | Presence::Method(own) => own == word,
-        Presence::Law { .. } => schema::keys_of_law(word).contains(&key.split().1),
+        Presence::Law { .. } => schema::law_has(word, key.split().1),
         _ => false,
     }
 }

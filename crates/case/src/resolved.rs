@@ -37,7 +37,7 @@ fn value(case: &mut Case, key: &Key, index: usize, short: bool) -> Option<String
         "output.dense" => case.output.follow.dense,
         _ => true,
     };
-    let value = (key.places)(case, index).first().filter(|_| is_written)?.get()?.toml();
+    let value = key.places(case, index).first().filter(|_| is_written)?.get()?.toml();
     (value != "[]").then_some(value)
 }
 

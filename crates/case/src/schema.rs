@@ -8,7 +8,7 @@ use super::Case;
 use super::place::{Place, at};
 use super::quantity::Dimension;
 use stickslip_engine::simulation::{Around, Method, OutputWindow};
-use stickslip_system::friction::{FrictionLaw, Interpolation};
+use stickslip_system::friction::{FrictionLaw, LawParameter, LawValue};
 use stickslip_system::model::system::{
     Bristles, ContactLaw, End, Kick, KickSide, Pressing, Regularisation, Smoothing, Train,
 };
@@ -19,7 +19,7 @@ use stickslip_system::signal::{Drive, Profile as _, Ramp, Signal, Table};
 pub const METHOD: &str = "solver.method";
 
 /// One key of the case file.
-#[derive(Debug)]
+#[derive(Debug, Clone, Copy)]
 pub struct Key {
     /// Dotted path; `[]` marks the elements of an array of tables, as in `perturbation[].time`.
     pub path: &'static str,
@@ -31,7 +31,7 @@ pub struct Key {
     pub(super) kind: Kind,
     /// All places of a case that the key sets, by the index of the array element. Empty if the case has no such place:
     /// another profile or friction law, no such element.
-    pub(super) places: for<'a> fn(&'a mut Case, usize) -> Vec<Place<'a>>,
+    places: for<'a> fn(&Key, &'a mut Case, usize) -> Vec<Place<'a>>,
 }
 
 /// Default of a key, or condition of its presence.
@@ -41,7 +41,7 @@ pub enum Presence {
     Required,
     /// Required with, and only allowed with, this `actuation.profile`.
     Profile(&'static str),
-    /// A parameter of friction laws: only allowed with a law that has it (`keys_of_law`), and required there unless it
+    /// A parameter of friction laws: only allowed with a law that has it (`law_has`), and required there unless it
     /// has a default.
     Law {
         /// Default in words.
@@ -107,6 +107,10 @@ impl Domain {
 }
 
 impl Key {
+    pub(super) fn places<'a>(&self, case: &'a mut Case, index: usize) -> Vec<Place<'a>> {
+        (self.places)(self, case, index)
+    }
+
     /// Dimension of its number in rotation; `None` for other types.
     pub fn dimension(&self) -> Option<Dimension> {
         match self.kind {
@@ -262,20 +266,14 @@ pub(super) fn laws(short: bool) -> Vec<&'static str> {
     FrictionLaw::NAMES.iter().copied().chain(further).collect()
 }
 
-/// The keys of `[friction]` with a law's parameters. `breakaway` belongs to every law and is not listed.
-pub(super) fn keys_of_law(law: &str) -> &'static [&'static str] {
+/// Whether a law has the parameter `key` of `[friction]`. `breakaway` belongs to every law.
+pub(super) fn law_has(law: &str, key: &str) -> bool {
+    let of_bristles = ["bristle_stiffness", "bristle_damping", "bristle_deflection"];
     match law {
-        LUGRE => &[
-            "low_speed",
-            "high_speed",
-            "scale",
-            "exponent",
-            "bristle_stiffness",
-            "bristle_damping",
-            "bristle_deflection",
-            "viscous",
-        ],
-        _ => FrictionLaw::keys_of(law),
+        LUGRE => law_has("stribeck", key) || of_bristles.contains(&key),
+        _ => FrictionLaw::parameters_of(law)
+            .iter()
+            .any(|parameter| parameter.key() == key),
     }
 }
 
@@ -385,10 +383,57 @@ fn friction_law(case: &mut Case) -> Place<'_> {
     })
 }
 
-fn law<'a>(case: &'a mut Case, key: &'static str) -> Option<Place<'a>> {
+fn law_places<'a>(key: &Key, case: &'a mut Case, _: usize) -> Vec<Place<'a>> {
+    let key = key.split().1;
+    if let (ContactLaw::Bristles(bristles), "viscous") = (&mut case.system.contact, key) {
+        return vec![at(&mut bristles.viscous)];
+    }
     let law = &mut case.system.law;
-    keys_of_law(law.name()).contains(&key).then_some(Place::Law(law, key))
+    let has = law_has(law.name(), key);
+    has.then_some(Place::Law(law, key)).into_iter().collect()
 }
+
+/// The key of a parameter of friction laws.
+fn law_key(parameter: &LawParameter) -> Key {
+    let dimension = match parameter.speed {
+        1 => D::AngularVelocity,
+        0 => D::Number,
+        -1 => D::FrictionDecay,
+        -2 => D::FrictionCurvature,
+        _ => D::FrictionThird,
+    };
+    Key {
+        path: parameter.path,
+        description: parameter.about,
+        presence: Presence::Law {
+            default: parameter.default,
+        },
+        form: Form::Both,
+        kind: match parameter.value {
+            LawValue::Any => Number(dimension, Any),
+            LawValue::NotNegative => Number(dimension, NotNegative),
+            LawValue::Positive => Number(dimension, Positive),
+            LawValue::List => Series(dimension),
+            LawValue::Word(words) => Word(words),
+        },
+        places: law_places,
+    }
+}
+
+/// All keys: those below, and after `friction.breakaway` the parameters of the laws, each once.
+static KEYS: LazyLock<Vec<Key>> = LazyLock::new(|| {
+    let mut keys = OWN_KEYS.to_vec();
+    let before = keys.iter().position(|key| key.path == "friction.breakaway");
+    let mut next = before.map_or(0, |before| before + 1);
+    let names = FrictionLaw::NAMES.iter();
+    for parameter in names.flat_map(|name| FrictionLaw::parameters_of(name)) {
+        if keys.iter().all(|key| key.path != parameter.path) {
+            keys.insert(next, law_key(parameter));
+            next += 1;
+        }
+    }
+    keys
+});
 
 fn both<'a>(one: &'a mut [f64], other: &'a mut [f64]) -> impl Iterator<Item = Place<'a>> {
     one.first_mut().into_iter().chain(other.first_mut()).map(at)
@@ -396,13 +441,13 @@ fn both<'a>(one: &'a mut [f64], other: &'a mut [f64]) -> impl Iterator<Item = Pl
 
 macro_rules! keys {
     (|$case:ident, $index:ident| $($path:literal, $form:ident, $presence:expr, $kind:expr => $places:expr, $about:literal;)*) => {
-        const KEYS: &[Key] = &[$(Key {
+        const OWN_KEYS: &[Key] = &[$(Key {
             path: $path,
             description: $about,
             presence: $presence,
             form: Form::$form,
             kind: $kind,
-            places: |$case, $index| {
+            places: |_, $case, $index| {
                 let _ = (&$case, $index);
                 Vec::from_iter($places)
             },
@@ -529,18 +574,6 @@ keys! { |case, index|
         "how friction depends on the sliding speed";
     "friction.breakaway", Both, Required, Number(D::Number, NotNegative) => [at(&mut case.system.breakaway)],
         "mu_0, friction coefficient at rest; at least low_speed";
-    "friction.breakaway_backward", Both, OF_LAW, Number(D::Number, NotNegative) => law(case, "breakaway_backward"),
-        "mu_0-, friction coefficient at rest against backward sliding; breakaway is then that against forward sliding";
-    "friction.low_speed", Both, OF_LAW, Number(D::Number, NotNegative) => law(case, "low_speed"),
-        "mu_s, friction coefficient at vanishing sliding speed";
-    "friction.high_speed", Both, OF_LAW, Number(D::Number, NotNegative) => law(case, "high_speed"),
-        "mu_d, friction coefficient at high sliding speed";
-    "friction.decay", Both, OF_LAW, Number(D::FrictionDecay, NotNegative) => law(case, "decay"),
-        "alpha, decay of the friction coefficient with sliding speed";
-    "friction.scale", Both, OF_LAW, Number(D::AngularVelocity, Positive) => law(case, "scale"),
-        "x_s, sliding speed over which the friction coefficient falls";
-    "friction.exponent", Both, of_law("2"), Number(D::Number, Positive) => law(case, "exponent"),
-        "delta, power of the sliding speed over the scale in the exponential; 1, 2, 3 or 4";
     "friction.bristle_stiffness", General, OF_LAW, Number(D::InverseAngle, Positive)
         => bristles(case).map(|bristles| at(&mut bristles.stiffness)),
         "sigma_0, stiffness of bristles over the normal force";
@@ -550,31 +583,6 @@ keys! { |case, index|
     "friction.bristle_deflection", General, of_law("0"), Number(D::Angle, Any)
         => bristles(case).map(|bristles| at(&mut bristles.deflection)),
         "z, deflection of the bristles at t = 0";
-    "friction.viscous", Both, of_law("0"), Number(D::FrictionDecay, NotNegative)
-        => match bristles(case).is_some() {
-            true => bristles(case).map(|bristles| at(&mut bristles.viscous)),
-            false => law(case, "viscous"),
-        },
-        "mu_v, rise of the friction coefficient with sliding speed";
-    "friction.linear", Both, OF_LAW, Number(D::FrictionDecay, Any) => law(case, "linear"),
-        "c_1, slope of the friction coefficient at vanishing sliding speed";
-    "friction.quadratic", Both, of_law("0"), Number(D::FrictionCurvature, Any) => law(case, "quadratic"),
-        "c_2, coefficient of the square of the sliding speed";
-    "friction.cubic", Both, of_law("0"), Number(D::FrictionThird, Any) => law(case, "cubic"),
-        "c_3, coefficient of the cube of the sliding speed";
-    "friction.valid_below", Both, OF_LAW, Number(D::AngularVelocity, Positive) => law(case, "valid_below"),
-        "sliding speed up to which the polynomial is given; a run that gets there ends with an error";
-    "friction.speed", Both, OF_LAW, Series(D::AngularVelocity) => law(case, "speed"),
-        "sliding speeds of the points, increasing from 0; above the last its coefficient holds";
-    "friction.coefficient", Both, OF_LAW, Series(D::Number) => law(case, "coefficient"),
-        "friction coefficients at these speeds";
-    "friction.interpolation", Both, of_law("monotone-cubic"), Word(|| Interpolation::ALL.map(Interpolation::name).to_vec())
-        => law(case, "interpolation"),
-        "what goes through the points";
-    "friction.kinetic", Both, OF_LAW, Number(D::Number, NotNegative) => law(case, "kinetic"),
-        "mu_d, friction coefficient at every sliding speed";
-    "friction.kinetic_backward", Both, OF_LAW, Number(D::Number, NotNegative) => law(case, "kinetic_backward"),
-        "mu_d-, friction coefficient in backward sliding, omega_r < 0; kinetic is then that in forward sliding";
     "friction.threshold", General, Default("10 regularisation.speed, or scale / 10 with law \"lugre\""),
         Number(D::AngularVelocity, Positive)
         => (case.system.contact != ContactLaw::StickSlip).then_some(at(&mut case.threshold)),

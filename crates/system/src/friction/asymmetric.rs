@@ -1,7 +1,7 @@
 //! Friction with another constant coefficient for each sense of sliding.
 
 use super::coulomb::CoulombSeries;
-use super::parameters::numbers;
+use super::parameters::{KINETIC, LawParameter, numbers};
 use super::{Backward, Bounds, Coulomb, Law};
 use crate::numerics::Number;
 
@@ -18,7 +18,11 @@ pub struct Asymmetric {
 }
 
 numbers!(Asymmetric, "asymmetric", at rest kinetic:
-    kinetic = f64::NAN, kinetic_backward = f64::NAN, breakaway_backward = f64::NAN;
+    kinetic = KINETIC,
+    kinetic_backward = LawParameter::coefficient(
+        "mu_d-, friction coefficient in backward sliding, omega_r < 0; kinetic is then that in forward sliding"),
+    breakaway_backward = LawParameter::coefficient(
+        "mu_0-, friction coefficient at rest against backward sliding; breakaway is then that against forward sliding");
     complaints |law| law.weak_breakaway());
 
 impl Asymmetric {

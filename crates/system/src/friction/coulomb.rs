@@ -1,6 +1,6 @@
 //! Friction independent of the sliding speed.
 
-use super::parameters::numbers;
+use super::parameters::{KINETIC, numbers};
 use super::{Bounds, Factors, Law, LawSeries};
 use crate::numerics::Number;
 use crate::numerics::taylor::Unfolding;
@@ -12,7 +12,7 @@ pub struct Coulomb {
     pub kinetic: f64,
 }
 
-numbers!(Coulomb, "coulomb", at rest kinetic: kinetic = f64::NAN);
+numbers!(Coulomb, "coulomb", at rest kinetic: kinetic = KINETIC);
 
 impl Law for Coulomb {
     type Series<T: Number, const N: usize> = CoulombSeries<T>;

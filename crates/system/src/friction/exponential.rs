@@ -1,6 +1,6 @@
 //! Friction that falls exponentially with speed, equation (8).
 
-use super::parameters::numbers;
+use super::parameters::{HIGH_SPEED, LOW_SPEED, LawParameter, LawValue, numbers};
 use super::{Bounds, Factors, Law, LawSeries};
 use crate::numerics::Number;
 use crate::numerics::taylor::{Unfolding, zeros};
@@ -32,7 +32,8 @@ pub struct Exponential {
 }
 
 numbers!(Exponential, "exponential", at rest low_speed:
-    low_speed = f64::NAN, high_speed = f64::NAN, decay = f64::NAN);
+    low_speed = LOW_SPEED, high_speed = HIGH_SPEED,
+    decay = LawParameter::new(LawValue::NotNegative, -1, "alpha, decay of the friction coefficient with sliding speed"));
 
 impl Exponential {
     #[inline]

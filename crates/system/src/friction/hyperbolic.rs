@@ -1,6 +1,6 @@
 //! Friction that falls as the inverse of the sliding speed.
 
-use super::parameters::numbers;
+use super::parameters::{HIGH_SPEED, LOW_SPEED, SCALE, numbers};
 use super::{Bounds, Factors, Law, LawSeries};
 use crate::numerics::Number;
 use crate::numerics::taylor::{Unfolding, zeros};
@@ -24,7 +24,7 @@ pub struct Hyperbolic {
 }
 
 numbers!(Hyperbolic, "hyperbolic", at rest low_speed:
-    low_speed = f64::NAN, high_speed = f64::NAN, scale = f64::NAN);
+    low_speed = LOW_SPEED, high_speed = HIGH_SPEED, scale = SCALE);
 
 impl Hyperbolic {
     #[inline]

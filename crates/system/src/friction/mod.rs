@@ -16,9 +16,8 @@
 //!
 //! `law` has the interface, `parameters` the link to a case, `cubic` the common part of the last two laws.
 //!
-//! A new law is a file in this folder that implements [`Law`] and [`Parameters`], and its name in `laws!` below. It
-//! also needs keys for its own parameters (`case/schema.rs`), its formula in the oracle (`oracle/friction.rs`), which
-//! shares no code with this folder, a case of `tests/analytic/friction.rs`, and a line in the docs.
+//! A new law is a file in this folder that implements [`Law`] and [`Parameters`], and its name in `laws!` below;
+//! CONTRIBUTING.md has the steps.
 
 mod asymmetric;
 mod coulomb;
@@ -36,7 +35,7 @@ pub use coulomb::Coulomb;
 pub use exponential::Exponential;
 pub use hyperbolic::Hyperbolic;
 pub use law::{Backward, Bounds, Factors, Law, LawSeries};
-pub use parameters::Parameters;
+pub use parameters::{LawParameter, LawValue, Parameters};
 pub use polynomial::Polynomial;
 pub use stribeck::Stribeck;
 pub use table::{Interpolation, Table};
@@ -101,10 +100,10 @@ macro_rules! laws {
             /// The words of `friction.law`; the first is the default.
             pub const NAMES: &'static [&'static str] = &[$(<$law as Parameters>::NAME),+];
 
-            /// The keys of `[friction]` with the parameters of this law; empty for an unknown name.
-            pub fn keys_of(name: &str) -> &'static [&'static str] {
+            /// The parameters of the law of this name; empty for an unknown name.
+            pub fn parameters_of(name: &str) -> &'static [LawParameter] {
                 match name {
-                    $(<$law as Parameters>::NAME => <$law as Parameters>::KEYS,)+
+                    $(<$law as Parameters>::NAME => <$law as Parameters>::PARAMETERS,)+
                     _ => &[],
                 }
             }

@@ -5,8 +5,8 @@ pub trait Parameters: Sized {
     /// The word of `friction.law`.
     const NAME: &'static str;
 
-    /// The keys, in the order of a written case. `breakaway` belongs to every law and is not listed.
-    const KEYS: &'static [&'static str];
+    /// The parameters, in the order of a written case. `breakaway` belongs to every law and is not listed.
+    const PARAMETERS: &'static [LawParameter];
 
     /// Key of the coefficient at vanishing speed ([`Law::at_vanishing_speed`](super::Law::at_vanishing_speed)).
     const AT_VANISHING_SPEED: &'static str;
@@ -42,21 +42,115 @@ pub trait Parameters: Sized {
     }
 }
 
-/// Implements [`Parameters`] for a law of numbers: word, key of the coefficient at vanishing speed, and fields with
-/// their unset values.
-macro_rules! numbers {
-    ($law:ident, $name:literal, at rest $at_rest:ident: $($field:ident = $unset:expr),+) => {
-        numbers!($law, $name, at rest $at_rest: $($field = $unset),+; complaints |_law| Vec::new());
+/// A parameter of a law: its key in a case, and what a reader has to know of it.
+#[derive(Debug, Clone, Copy)]
+pub struct LawParameter {
+    /// Path of the key, `friction.NAME`.
+    pub path: &'static str,
+    /// Type and limits of the value.
+    pub value: LawValue,
+    /// Power of the sliding speed in its unit: 0 for a coefficient, -1 for the slope of one.
+    pub speed: i8,
+    /// Default in words; `None` for a required parameter.
+    pub default: Option<&'static str>,
+    /// One line, beginning with the symbol.
+    pub about: &'static str,
+}
+
+/// Type and limits of a parameter's value.
+#[derive(Debug, Clone, Copy)]
+pub enum LawValue {
+    /// Any finite number.
+    Any,
+    /// A number that is not negative.
+    NotNegative,
+    /// A number above zero.
+    Positive,
+    /// A list of numbers.
+    List,
+    /// One of these words.
+    Word(fn() -> Vec<&'static str>),
+}
+
+impl LawParameter {
+    /// A required parameter; the path is given by its field.
+    pub(super) const fn new(value: LawValue, speed: i8, about: &'static str) -> LawParameter {
+        LawParameter {
+            path: "",
+            value,
+            speed,
+            default: None,
+            about,
+        }
+    }
+
+    /// A coefficient of friction.
+    pub(super) const fn coefficient(about: &'static str) -> LawParameter {
+        LawParameter::new(LawValue::NotNegative, 0, about)
+    }
+
+    /// The same with a default.
+    pub(super) const fn or(self, default: &'static str) -> LawParameter {
+        LawParameter {
+            default: Some(default),
+            ..self
+        }
+    }
+
+    /// The key in `[friction]`.
+    pub fn key(&self) -> &'static str {
+        self.path.trim_start_matches("friction.")
+    }
+
+    /// The default number; NaN without one.
+    pub(super) fn unset(&self) -> f64 {
+        let number = self.default.and_then(|default| default.parse().ok());
+        number.unwrap_or(f64::NAN)
+    }
+}
+
+/// mu_s of several laws.
+pub(super) const LOW_SPEED: LawParameter =
+    LawParameter::coefficient("mu_s, friction coefficient at vanishing sliding speed");
+/// mu_d of several laws.
+pub(super) const HIGH_SPEED: LawParameter =
+    LawParameter::coefficient("mu_d, friction coefficient at high sliding speed");
+/// mu_d of constant laws.
+pub(super) const KINETIC: LawParameter = LawParameter::coefficient("mu_d, friction coefficient at every sliding speed");
+/// x_s of several laws.
+pub(super) const SCALE: LawParameter = LawParameter::new(
+    LawValue::Positive,
+    1,
+    "x_s, sliding speed over which the friction coefficient falls",
+);
+
+/// The parameter of a field of a law or, for lists and words, of this name.
+macro_rules! parameter {
+    ($field:ident, $parameter:expr) => {
+        crate::friction::LawParameter {
+            path: concat!("friction.", stringify!($field)),
+            ..$parameter
+        }
     };
-    ($law:ident, $name:literal, at rest $at_rest:ident: $($field:ident = $unset:expr),+;
+}
+pub(super) use parameter;
+
+/// Implements [`Parameters`] for a law of numbers: word, key of the coefficient at vanishing speed, and fields with
+/// their [`LawParameter`].
+macro_rules! numbers {
+    ($law:ident, $name:literal, at rest $at_rest:ident: $($field:ident = $parameter:expr),+) => {
+        numbers!($law, $name, at rest $at_rest: $($field = $parameter),+; complaints |_law| Vec::new());
+    };
+    ($law:ident, $name:literal, at rest $at_rest:ident: $($field:ident = $parameter:expr),+;
      complaints |$of:ident| $complaints:expr) => {
         impl crate::friction::Parameters for $law {
             const NAME: &'static str = $name;
-            const KEYS: &'static [&'static str] = &[$(stringify!($field)),+];
+            const PARAMETERS: &'static [crate::friction::LawParameter] =
+                &[$(crate::friction::parameters::parameter!($field, $parameter)),+];
             const AT_VANISHING_SPEED: &'static str = stringify!($at_rest);
 
             fn unset() -> Self {
-                $law { $($field: $unset),+ }
+                $law { $($field: $parameter.unset()),+ }
             }
 
             fn number(&self, key: &str) -> Option<f64> {

@@ -1,7 +1,7 @@
 //! Friction as a cubic of the sliding speed, up to a stated speed.
 
 use super::cubic::{Cubic, CubicSeries};
-use super::parameters::numbers;
+use super::parameters::{LOW_SPEED, LawParameter, LawValue, numbers};
 use super::{Bounds, Law};
 use crate::numerics::Number;
 
@@ -21,7 +21,13 @@ pub struct Polynomial {
 }
 
 numbers!(Polynomial, "polynomial", at rest low_speed:
-    low_speed = f64::NAN, linear = f64::NAN, quadratic = 0.0, cubic = 0.0, valid_below = f64::NAN;
+    low_speed = LOW_SPEED,
+    linear = LawParameter::new(LawValue::Any, -1,
+        "c_1, slope of the friction coefficient at vanishing sliding speed"),
+    quadratic = LawParameter::new(LawValue::Any, -2, "c_2, coefficient of the square of the sliding speed").or("0"),
+    cubic = LawParameter::new(LawValue::Any, -3, "c_3, coefficient of the cube of the sliding speed").or("0"),
+    valid_below = LawParameter::new(LawValue::Positive, 1,
+        "sliding speed up to which the polynomial is given; a run that gets there ends with an error");
     complaints |law| law.negative());
 
 impl Polynomial {

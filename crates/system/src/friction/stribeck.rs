@@ -1,6 +1,6 @@
 //! Stribeck's curve: an exponential of a power of the sliding speed, and a rising viscous part.
 
-use super::parameters::numbers;
+use super::parameters::{HIGH_SPEED, LOW_SPEED, LawParameter, LawValue, SCALE, numbers};
 use super::{Bounds, Factors, Law, LawSeries};
 use crate::numerics::Number;
 use crate::numerics::taylor::{Unfolding, zeros};
@@ -39,7 +39,11 @@ pub struct Stribeck {
 }
 
 numbers!(Stribeck, "stribeck", at rest low_speed:
-    low_speed = f64::NAN, high_speed = f64::NAN, scale = f64::NAN, exponent = 2.0, viscous = 0.0;
+    low_speed = LOW_SPEED, high_speed = HIGH_SPEED, scale = SCALE,
+    exponent = LawParameter::new(LawValue::Positive, 0,
+        "delta, power of the sliding speed over the scale in the exponential; 1, 2, 3 or 4").or("2"),
+    viscous = LawParameter::new(LawValue::NotNegative, -1,
+        "mu_v, rise of the friction coefficient with sliding speed").or("0");
     complaints |law| law.wrong_exponent());
 
 impl Stribeck {

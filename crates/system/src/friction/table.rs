@@ -1,7 +1,8 @@
 //! Friction through given points.
 
 use super::cubic::{Cubic, CubicSeries};
-use super::{Bounds, Factors, Law, LawSeries, Parameters};
+use super::parameters::parameter;
+use super::{Bounds, Factors, Law, LawParameter, LawSeries, LawValue, Parameters};
 use crate::numerics::Number;
 use crate::numerics::taylor::Unfolding;
 
@@ -176,7 +177,29 @@ fn monotone_slopes(width: &[f64], secant: &[f64]) -> Vec<f64> {
 
 impl Parameters for Table {
     const NAME: &'static str = "table";
-    const KEYS: &'static [&'static str] = &["speed", "coefficient", "interpolation"];
+    const PARAMETERS: &'static [LawParameter] = &[
+        parameter!(
+            speed,
+            LawParameter::new(
+                LawValue::List,
+                1,
+                "sliding speeds of the points, increasing from 0; above the last its coefficient holds",
+            )
+        ),
+        parameter!(
+            coefficient,
+            LawParameter::new(LawValue::List, 0, "friction coefficients at these speeds")
+        ),
+        parameter!(
+            interpolation,
+            LawParameter::new(
+                LawValue::Word(|| Interpolation::ALL.map(Interpolation::name).to_vec()),
+                0,
+                "what goes through the points",
+            )
+            .or("monotone-cubic")
+        ),
+    ];
     const AT_VANISHING_SPEED: &'static str = "coefficient.0";
 
     fn unset() -> Self {
