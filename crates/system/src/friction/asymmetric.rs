@@ -68,26 +68,6 @@ impl Law for Asymmetric {
         Bounds::between(self.kinetic, self.kinetic_backward)
     }
 
-    fn slope_bounds(&self, from: f64, to: f64) -> Bounds {
-        self.forward().slope_bounds(from, to)
-    }
-
-    fn damping_zeros(&self, damping: f64, weight: f64) -> Vec<f64> {
-        self.forward().damping_zeros(damping, weight)
-    }
-
-    fn steepness_rate(&self, x: f64) -> f64 {
-        self.forward().steepness_rate(x)
-    }
-
-    fn followed_fall(&self, x: f64, share: f64) -> f64 {
-        self.forward().followed_fall(x, share)
-    }
-
-    fn speed_of_derivative(&self, order: i32, size: f64) -> f64 {
-        self.forward().speed_of_derivative(order, size)
-    }
-
     fn series<T: Number, const N: usize>(&self) -> CoulombSeries<T> {
         Law::series::<T, N>(&self.forward())
     }

@@ -30,27 +30,6 @@ impl Law for Coulomb {
         Bounds::between(self.kinetic, self.kinetic)
     }
 
-    fn slope_bounds(&self, _: f64, _: f64) -> Bounds {
-        Bounds::between(0.0, 0.0)
-    }
-
-    /// Constant friction has no negative damping.
-    fn damping_zeros(&self, _: f64, _: f64) -> Vec<f64> {
-        Vec::new()
-    }
-
-    fn steepness_rate(&self, _: f64) -> f64 {
-        0.0
-    }
-
-    fn followed_fall(&self, _: f64, _: f64) -> f64 {
-        f64::INFINITY
-    }
-
-    fn speed_of_derivative(&self, _: i32, _: f64) -> f64 {
-        0.0
-    }
-
     fn series<T: Number, const N: usize>(&self) -> CoulombSeries<T> {
         CoulombSeries {
             kinetic: T::of(self.kinetic),

@@ -8,7 +8,8 @@ use crate::numerics::taylor::Unfolding;
 ///
 /// The law is smooth through x = 0, so that a solver may evaluate it slightly beyond the end of a slip, and between its
 /// [`knots`](Self::knots). An infinite speed means the limit at high speed. Bounds need not be attained. Values are those
-/// of forward sliding if the law differs in [`backward`](Self::backward) sliding; bounds and scales hold in both.
+/// of forward sliding if the law differs in [`backward`](Self::backward) sliding; bounds and scales hold in both. Defaults
+/// are those of a law that does not depend on the speed.
 pub trait Law {
     /// Taylor coefficients along a motion.
     type Series<T: Number, const N: usize>: LawSeries<T, N>;
@@ -34,7 +35,9 @@ pub trait Law {
     fn coefficient_bounds(&self, from: f64, to: f64) -> Bounds;
 
     /// Bounds of mu' (s/rad) at speeds from `from` to `to` (rad/s, `to` may be infinite).
-    fn slope_bounds(&self, from: f64, to: f64) -> Bounds;
+    fn slope_bounds(&self, _from: f64, _to: f64) -> Bounds {
+        Bounds::between(0.0, 0.0)
+    }
 
     /// Bounds of mu for sliding that slows down from `speed` (rad/s): at every speed if the upper bound is finite, else
     /// up to `speed`.
@@ -83,7 +86,9 @@ pub trait Law {
     /// m s/rad) and the weight 2 r F_n (N m) these are the zeros of the stability margin of steady sliding: the
     /// negative damping of falling friction, -2 r F_n mu', outweighs c_t below the first zero, no longer below the
     /// second, and so on.
-    fn damping_zeros(&self, damping: f64, weight: f64) -> Vec<f64>;
+    fn damping_zeros(&self, _damping: f64, _weight: f64) -> Vec<f64> {
+        Vec::new()
+    }
 
     /// Speed (rad/s) above which `damping` + `weight` mu'(x) is never negative; 0 if it never is, infinite if it always
     /// is.
@@ -109,11 +114,15 @@ pub trait Law {
     /// Relative rate of change of mu' at `x` and above, s/rad: |mu''| is at most about this times the largest |mu'|
     /// there (alpha for exp(-alpha x)). Its inverse is the speed scale of the law; zero for a constant slope. It
     /// decides on steps and enters no result.
-    fn steepness_rate(&self, x: f64) -> f64;
+    fn steepness_rate(&self, _x: f64) -> f64 {
+        0.0
+    }
 
     /// Largest fall of the speed from `x` (rad/s) in one step of a method of low order: `share` of the speed scale, or,
     /// if the law is flat to rounding, half of the way down to where it is not.
-    fn followed_fall(&self, x: f64, share: f64) -> f64;
+    fn followed_fall(&self, _x: f64, _share: f64) -> f64 {
+        f64::INFINITY
+    }
 
     /// Share (0 to 1) of a change of speed `change` (rad/s, either way) from `x` over which some twenty Taylor
     /// coefficients represent the law, with an error shown by the last ones.
@@ -123,7 +132,9 @@ pub trait Law {
 
     /// Speed (rad/s) below which the derivative of mu of this order may exceed `size` ((s/rad)^order); zero or negative
     /// if it never does.
-    fn speed_of_derivative(&self, order: i32, size: f64) -> f64;
+    fn speed_of_derivative(&self, _order: i32, _size: f64) -> f64 {
+        0.0
+    }
 
     /// Memory for the Taylor coefficients along a motion.
     fn series<T: Number, const N: usize>(&self) -> Self::Series<T, N>;

@@ -89,7 +89,7 @@ impl LawParameter {
         LawParameter::new(LawValue::NotNegative, 0, about)
     }
 
-    /// The same with a default.
+    /// This parameter with a default.
     pub(super) const fn or(self, default: &'static str) -> LawParameter {
         LawParameter {
             default: Some(default),
