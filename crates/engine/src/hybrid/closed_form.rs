@@ -14,7 +14,7 @@ pub enum ClosedEnd {
         /// Index of the guard.
         index: usize,
     },
-    /// No guard fires up to here; later times are not searched yet.
+    /// No guard fires up to here; later times have not been searched.
     Unknown {
         /// Time since the segment's start, s.
         after: f64,
@@ -36,7 +36,7 @@ pub trait ClosedForm: Dynamics {
 pub struct ClosedFormEngine<D: ClosedForm> {
     dynamics: Arc<D>,
     location: Option<D::Location>,
-    /// Start and stop, s.
+    /// s.
     span: (f64, f64),
     start: Vec<f64>,
     tau: f64,
