@@ -92,11 +92,11 @@ pub struct OracleProgress {
 /// The events of a case with their error bounds.
 #[derive(Debug, Clone)]
 pub struct OracleSolution {
-    /// The most precise run.
+    /// Report of the most precise run.
     pub report: OracleReport,
     /// Error bound of each event time, s.
     pub errors: Vec<f64>,
-    /// Correct digits of all event times; at least the requested ones.
+    /// Correct digits of all event times, at least the requested number.
     pub digits: u32,
     /// Decimal digits of the arithmetic.
     pub digits_computed: u32,
