@@ -36,7 +36,7 @@ pub trait ClosedForm: Dynamics {
 pub struct ClosedFormEngine<D: ClosedForm> {
     dynamics: Arc<D>,
     location: Option<D::Location>,
-    /// s.
+    /// Start and stop, s.
     span: (f64, f64),
     start: Vec<f64>,
     tau: f64,

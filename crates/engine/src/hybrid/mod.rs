@@ -164,7 +164,7 @@ pub trait Rules<D: Dynamics> {
         fired: Fired,
     ) -> Vec<Transition<Self::Kind, D::Location>>;
 
-    /// Reason if the state after a transition lies outside the model's domain.
+    /// Why the state after a transition lies outside the model's domain, if it does.
     fn outside(&self, _location: &D::Location, _t: f64, _y: &[f64]) -> Option<String> {
         None
     }

@@ -42,7 +42,7 @@ pub(super) struct Rounded {
 pub(super) struct Rounding {
     /// Covariance of the state at the last event.
     state: DMatrix<f64>,
-    /// s^2.
+    /// Variance of the clock, s^2.
     clock: f64,
 }
 

@@ -50,7 +50,7 @@ impl Which {
 /// An inertia or a shaft of a train, counted from the contact.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct Part {
-    /// Train.
+    /// Train to which the part belongs.
     pub of: Which,
     /// Index, counted from 0.
     pub index: usize,

@@ -19,11 +19,11 @@ use stickslip_system::numerics::eigenvalues::eigenvalues;
 /// How the stability of steady sliding is watched (until the first stick).
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Watch {
-    /// Sliding is stable; its loss is an event.
+    /// Sliding is stable; its loss of stability is an event.
     Stable,
-    /// Sliding is unstable; its return is an event.
+    /// Sliding is unstable; its return to stability is an event.
     Unstable,
-    /// After the first stick crossings of the margin are part of each slip, and no events.
+    /// After the first stick, crossings of the margin are part of each slip, and no events.
     Off,
 }
 

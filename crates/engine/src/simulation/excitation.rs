@@ -322,8 +322,8 @@ impl Excitation {
     }
 
     /// Taylor coefficients about `t` by powers of time over `unit` (s), with the [ringing](Self::ringing) of the axial
-    /// motion. For enclosures, the [signals](Timeline::series) and the [force](AxialMotion::pressing_series) in
-    /// doubles are enclosed.
+    /// motion. Enclosures contain the values that the [signals](Timeline::series) and the
+    /// [force](AxialMotion::pressing_series) have in doubles.
     pub(super) fn series<T: Number, const N: usize>(
         &self,
         ringing: Option<&Ringing<T>>,

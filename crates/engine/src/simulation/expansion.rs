@@ -391,7 +391,7 @@ impl<T: Number> Expansion<T> {
         })
     }
 
-    /// rad/s, of inertia `i` of the rotor (0) or the stator (1).
+    /// Speed of inertia `i` of the rotor (0) or the stator (1), rad/s.
     #[inline(always)]
     pub(super) fn speed(&self, side: &Side<T>, index: usize, i: usize) -> Series<T> {
         std::array::from_fn(|n| self.speed_at(side, index, i, n))

@@ -18,7 +18,7 @@ pub struct Section {
     pub time: f64,
     /// Mode after the event.
     pub mode: Mode,
-    /// Sign of omega_r after the event or, in rest, of its direction afterwards.
+    /// Sign of omega_r after the event or, at rest, of its later direction.
     pub sense: i8,
     /// A recorder's further values after the event.
     pub further: Vec<f64>,

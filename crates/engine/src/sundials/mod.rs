@@ -118,7 +118,7 @@ pub enum Task {
     /// Integrates past the output time, and returns the solution at that time by dense output. (`CV_NORMAL`,
     /// `ARK_NORMAL`)
     Normal,
-    /// One step; the output time gives the direction only. (`CV_ONE_STEP`, `ARK_ONE_STEP`)
+    /// Takes one step; the output time only gives the direction. (`CV_ONE_STEP`, `ARK_ONE_STEP`)
     OneStep,
 }
 

@@ -92,7 +92,7 @@ pub struct TaylorEngine {
     counters: Counters,
     radau: Radau<STAGES>,
     radau_before: Work,
-    /// s. The natural period or, if sliding does not slow down by itself, the period of the fastest mode.
+    /// Natural period or, if sliding does not slow down by itself, period of the fastest mode, s.
     period: f64,
     /// Whether the fast modes may exceed the tolerance although steps need not resolve them.
     ringing: bool,
