@@ -1,4 +1,4 @@
-//! Samples of a candidate that `stickslip compare` handles per second, beside the cost of reading them.
+//! Samples of a candidate that `stickslip compare` handles per second, and the cost of reading them.
 //!
 //! The candidate is an HDF5 file of another program with time and relative velocity: four million samples in the
 //! stick-slip window of the built-in case `paper`. Its events have to be found, so that it is read twice.

@@ -1,5 +1,5 @@
 //! Points of a critical curve: runs per second, the cost of a run by phase, how cost and memory depend on the number
-//! of points, and the cost of writing. Processor time is printed beside wall time, which other programs disturb.
+//! of points, and the cost of writing. Processor time is printed next to wall time, which other programs disturb.
 //! `STICKSLIP_BENCH_POINTS` is the largest number of points (default 1000; 100,000 takes minutes).
 
 use std::path::Path;

@@ -207,7 +207,7 @@ boundary = { refinements = 0, width = 1e-4 }
         let beside = decay * (0.01 * f64::from(k)).exp();
         assert!(!meets(beside, damping + open), "{beside} rises above {decay}");
     }
-    // And it is the top: 20 % to each side the curve is lower by far more.
+    // The fold is the top: 20 % to each side the curve is lower by far more.
     for beside in [decay / 1.2, decay * 1.2] {
         assert!(!meets(beside, damping - 10.0 * open), "{beside}");
     }

@@ -106,7 +106,7 @@ impl Dips {
         let first = last_step.start == 0.0;
         let length = tau - last_step.start;
         if first {
-            // A guard may stand on its boundary at the segment's start, and then leaves it.
+            // At the segment's start a guard may be on its boundary, which it then leaves.
             let mut before = std::mem::take(&mut self.before);
             self.read(of, (0.0, &last_step.start_state), length, &mut before);
             self.before = before;

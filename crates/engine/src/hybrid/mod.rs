@@ -11,7 +11,7 @@
 //!   length and not on the time since the start.
 //! * A guard counts as being on its allowed side at the very start of a segment, whatever rounding says. A guard that
 //!   just fired cannot fire again by itself, a tangential departure (zero value, zero slope) is no root, and neither
-//!   time nor state is nudged. A guard that truly stands beyond its boundary fires within the first step.
+//!   time nor state is nudged. A guard that is truly beyond its boundary fires within the first step.
 //! * Time events are stop times of the solver: no step crosses one.
 //!
 //! | module | what it is |

@@ -608,7 +608,7 @@ where
     fn at_time_event(&mut self, location: &D::Location, t: f64, y: &[f64]) -> Vec<Transition<R::Kind, D::Location>> {
         let transitions = self.own.at_time_event(location, t, y);
         if transitions.is_empty() {
-            // The search for the next instant goes on, also in the copies.
+            // The search for the next instant continues, also in the copies.
             let mut carried = locked(&self.carried);
             let copies = carried.columns.iter_mut().flat_map(|column| &mut column.copies);
             for moved in copies.filter(|moved| moved.next.is_some_and(|next| next <= t)) {

@@ -10,9 +10,9 @@
 //! [`advance`](Solver::advance) until its [`Outcome`] reports an end. A [`SolverError`] has the C function, the flag's
 //! name, the time, SUNDIALS' message, and the callback value that caused it.
 //!
-//! - A panic in a callback does not unwind through C: it goes on in Rust, out of `advance`.
+//! - A panic in a callback does not unwind through C: it is resumed in Rust, out of `advance`.
 //! - If a right-hand side is not finite, the solver tries a shorter step before it fails.
-//! - After a failed step, time and state are those handed out last, and the solver needs a
+//! - After a failed step, time and state are the last that were returned, and the solver needs a
 //!   [`restart`](Solver::restart).
 //! - Each solver has its own SUNDIALS context: it may move between threads, and solvers may run in parallel.
 //!
