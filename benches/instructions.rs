@@ -35,7 +35,6 @@ const WITHOUT_SAMPLES: &[&str] = &[
     "output.around=none",
 ];
 
-/// Instructions of the program with these arguments.
 fn instructions(folder: &Path, arguments: &[&str]) -> Result<u64, Box<dyn Error>> {
     let output = Command::new("valgrind")
         .args(["--tool=callgrind", "--callgrind-out-file=/dev/null"])

@@ -150,7 +150,6 @@ impl Problem<DIMENSION, 1> for Slip {
     }
 }
 
-/// The problem for the safe layer.
 struct Safe<P, const N: usize, const G: usize>(P);
 
 impl<P: Problem<N, G>, const N: usize, const G: usize> OdeSystem for Safe<P, N, G> {
@@ -225,7 +224,6 @@ impl<P: Problem<N, G>, const N: usize, const G: usize> Raw<P, N, G> {
     }
 }
 
-/// Does the same as a C program.
 fn by_c<P: Problem<N, G>, const N: usize, const G: usize>(mut problem: P) -> (u64, Vec<f64>) {
     // SAFETY: every object is made, used and freed in this function, in the order that SUNDIALS asks for.
     unsafe {

@@ -46,7 +46,6 @@ fn sticks(run: Run<'_>) -> (usize, f64) {
     (sticks().count(), sticks().next_back().map_or(0.0, |e| e.time))
 }
 
-/// Records the wall time of the kick and of every stick.
 struct Stopwatch {
     kick: Option<Instant>,
     last_stick: Option<Instant>,

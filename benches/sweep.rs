@@ -50,7 +50,6 @@ fn processor() -> f64 {
     }
 }
 
-/// Largest resident memory so far, MB.
 fn peak_memory() -> f64 {
     let text = std::fs::read_to_string("/proc/self/status").unwrap_or_default();
     let line = text.lines().find_map(|line| line.strip_prefix("VmHWM:"));
@@ -58,7 +57,6 @@ fn peak_memory() -> f64 {
     kilobytes.map_or(f64::NAN, |kilobytes| kilobytes / 1e3)
 }
 
-/// Records the wall time of the kick and the last stick.
 #[derive(Default)]
 struct Stopwatch {
     kick: Option<Instant>,

@@ -23,17 +23,14 @@ const SERIES: f64 = 1e-12;
 /// The promise of `arkode` with default settings: 1e-9 s.
 const PROMISED: f64 = 1e-9;
 
-/// The same case by another method.
 fn with(case: &Case, method: &str) -> Case {
     by(case, Method::from_name(method).unwrap())
 }
 
-/// A built-in case by a method.
 fn case_by(name: &str, method: &str, settings: &[&str]) -> Case {
     with(&built_in(name, settings), method)
 }
 
-/// A case from text, by a method.
 fn case_of(text: &str, method: &str) -> Case {
     with(&written(text, &[]), method)
 }
@@ -543,7 +540,6 @@ fn from_series(case: &Case, method: &str) -> (f64, f64) {
     (events, farthest / turnover.energy_turnover)
 }
 
-/// A mass on a belt, with this inertia, stiffness, damping, friction and output.
 fn on_a_belt(speed: &str, stator: &str, force: &str, friction: &str, end: &str) -> Case {
     written(
         &format!(

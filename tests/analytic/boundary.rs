@@ -109,7 +109,6 @@ boundary = { refinements = 0, width = 1e-3 }
     assert!(checked >= 10, "{checked}");
 }
 
-/// The paper's brake without kicks, by the method that stays on smooth sliding.
 const SMOOTH: &str = r#"
 case = "paper"
 set = { perturbation = [], solver.method = "series" }

@@ -33,7 +33,6 @@ fn found(free_and_targets: &str) -> Calibration {
     calibrate(&study, &options, &mut |_| {}).unwrap()
 }
 
-/// J for a natural period, kg m^2.
 fn inertia(period: f64) -> f64 {
     STIFFNESS * (period / TAU).powi(2)
 }

@@ -42,7 +42,6 @@ speed = 200
 end_time = 5
 "#;
 
-/// A run with its pieces.
 #[derive(Default)]
 struct Followed {
     rows: MemoryRecorder,

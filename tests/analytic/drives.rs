@@ -187,7 +187,6 @@ fn any_drive() -> impl Strategy<Value = Drive> {
     })
 }
 
-/// The integral of a smooth function by Gauss's rule with five points on short intervals.
 fn quadrature(from: f64, to: f64, value: impl Fn(f64) -> f64) -> f64 {
     const RULE: [(f64, f64); 3] = [
         (0.0, 128.0 / 225.0),

@@ -52,7 +52,6 @@ impl Interval {
         self.high - self.low
     }
 
-    /// The enclosure of a rising function.
     fn rising(self, function: impl Fn(f64) -> f64) -> Interval {
         Interval::outwards(function(self.low).next_down(), function(self.high).next_up())
     }

@@ -6,7 +6,6 @@ use stickslip::numerics::taylor;
 
 const TERMS: usize = 28;
 
-/// Values from `from` to `to` in `count` equal steps.
 fn grid(from: f64, to: f64, count: usize) -> impl Iterator<Item = f64> {
     (0..=count).map(move |k| from + (to - from) * k as f64 / count as f64)
 }
@@ -60,7 +59,6 @@ fn hold(law: &impl Law, end: f64, damping: f64, weight: f64) -> Result<(), TestC
     zeros_are_sign_changes(law, end, damping, weight)
 }
 
-/// The zeros of the margin are all of its changes of sign, the highest first.
 fn zeros_are_sign_changes(law: &impl Law, end: f64, damping: f64, weight: f64) -> Result<(), TestCaseError> {
     let margin = |x: f64| damping + weight * law.coefficient_and_slope(x).1;
     let zeros = law.damping_zeros(damping, weight);

@@ -101,7 +101,6 @@ impl Matrices {
     }
 }
 
-/// The state with these angles and speeds.
 fn state(system: &SystemEquations, q: &DVector<f64>, q_dot: &DVector<f64>) -> Vec<f64> {
     let mut y = vec![0.0; system.dimension];
     let mut first = 0;

@@ -14,7 +14,6 @@ use stickslip::model::system::System;
 use stickslip::record::{Event, EventKind};
 use stickslip::simulation::{Method, RunReport};
 
-/// A kick at the loss of stability of sliding.
 const AT_INSTABILITY: &str = "perturbation=[{time=\"instability\", relative_velocity=1e-4}]";
 
 /// Built-in brakes and changes to them: both senses, and every breakaway test.
@@ -169,7 +168,6 @@ fn analytic_a_brake_loses_its_stability_to_the_swing_of_its_disks() {
     assert!((frequency * slowing.natural_period - 1.0).abs() < 0.01, "{frequency}");
 }
 
-/// A brake written as `[rotor]` and `[stator]`.
 fn as_trains(case: &Case) -> Case {
     let Torsion {
         rotor_inertia,

@@ -31,7 +31,6 @@ fn analytic_effective_radii() {
     assert!((uniform_pressure_radius(0.1_f64, 0.1) - 0.05).abs() < 1e-17);
 }
 
-/// Tables, some of them with steps.
 fn tables() -> impl Strategy<Value = Signal> {
     prop::collection::vec((0.001..0.05f64, -500.0..3000.0f64, any::<bool>()), 1..6).prop_map(|rows| {
         let (mut time, mut force) = (Vec::new(), Vec::new());

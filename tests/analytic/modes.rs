@@ -19,7 +19,6 @@ fn modes_of(case: &Case) -> Modes {
     Modes::of_case(&case.system, &case.solver, case.output.end_time)
 }
 
-/// The modes of sliding that slows down by itself.
 fn slowing_of(case: &Case) -> SlowingModes {
     modes_of(case).slowing.expect("a brake")
 }
@@ -100,7 +99,6 @@ fn torsions() -> impl Strategy<Value = (Torsion, f64)> {
     })
 }
 
-/// A radius of the contact, m.
 const RADIUS: f64 = 0.05;
 
 fn law(decay: f64) -> Exponential {
@@ -111,7 +109,6 @@ fn law(decay: f64) -> Exponential {
     }
 }
 
-/// The modes in stick, and in slip at the relative velocity `x` under a force.
 fn stick_and_slip(torsion: &Torsion, decay: f64, force: f64, x: f64) -> (SystemState, SystemState) {
     let train = |inertia: &[f64], end: End| Train {
         inertia: inertia.to_vec(),

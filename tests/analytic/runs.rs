@@ -10,12 +10,10 @@ use stickslip::record::{EventKind, MemoryRecorder, Sample, State};
 use stickslip::signal::{Ramp, Signal, Table};
 use stickslip::simulation::{Method, OutputOptions, OutputWindow, SolverOptions};
 
-/// The default relative tolerance.
 fn rtol() -> f64 {
     SolverOptions::default().rtol
 }
 
-/// The SI brake without kicks.
 fn brake() -> Parameters {
     Parameters {
         perturbations: Vec::new(),
@@ -75,7 +73,6 @@ fn table_case(breakaway: f64) -> Parameters {
     parameters
 }
 
-/// Accuracy of a method at the default tolerance.
 struct Accuracy {
     /// Error of an event, s.
     time: f64,
@@ -309,7 +306,6 @@ fn analytic_quadratures_by_every_method() {
     }
 }
 
-/// Torque through the interface and its rate, from the state of a sample or an event.
 fn interface_torque(p: &Parameters, mode: Mode, s: &State) -> (f64, f64) {
     let t = p.torsion;
     let (r_fn, r_fn_rate) = (p.contact.radius * 2225.0, 0.0);
@@ -638,7 +634,6 @@ fn analytic_a_negative_speed_mirrors_the_run() {
     }
 }
 
-/// The torsional state negated, the axial state unchanged.
 fn mirror(s: &State) -> State {
     State {
         z: s.z,

@@ -7,7 +7,6 @@ mod excitation {
     use stickslip::signal::{Drive, Frequency, Ramp, Shape, Signal, Wave};
     use stickslip::simulation::Excitation;
 
-    /// A free inertia on the ground under this pressing.
     fn pressed(pressing: Pressing) -> Excitation {
         let free = Train {
             inertia: vec![1.0],

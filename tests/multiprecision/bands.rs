@@ -33,7 +33,6 @@ fn solve(exact: &ExactSystem, end: f64, sample_times: Vec<BigRational>) -> Oracl
     oracle::run(exact, &options, &mut |_| ControlFlow::Continue(())).unwrap()
 }
 
-/// The states of the program's columns, from the oracle's states.
 fn states(s: &OracleState) -> Vec<(&'static str, BigRational)> {
     let r = |x: &Number| x.to_rational().expect("finite");
     let components = s.components();

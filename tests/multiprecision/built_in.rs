@@ -60,7 +60,6 @@ fn certified(text: &str, changes: &[&str], digits: u32) -> (MemoryRecorder, Cert
     (record, certified.certificate)
 }
 
-/// Index of a channel among the bands.
 fn channel(certificate: &Certificate, name: &str) -> usize {
     let mut channels = certificate.bands.channels.iter();
     channels.position(|channel| channel.name == name).unwrap()
@@ -135,7 +134,6 @@ perturbation = [{{ kind = "kick", {kick} }}]
     }
 }
 
-/// sin x.
 fn sine(x: &BigRational) -> BigRational {
     let (mut sum, mut term) = (BigRational::zero(), x.clone());
     let mut n = BigRational::one();

@@ -13,7 +13,6 @@ use stickslip::case::{Case, CaseSource};
 use stickslip::record::{Channels, MemoryRecorder, Sample, State};
 use stickslip::simulation::{Method, RunReport, SolverOptions};
 
-/// A whole number below `count`.
 fn below(random: &mut Random, count: usize) -> usize {
     (random.next() * count as f64) as usize
 }
@@ -90,7 +89,6 @@ fn friction(random: &mut Random) -> String {
     format!("breakaway = {breakaway:.3}\n{law}")
 }
 
-/// Random system number `index` as the text of a case.
 fn system(index: u64) -> String {
     let random = &mut Random(0x7a11_0000 + 1009 * index);
     let end = 40.0;
@@ -153,7 +151,6 @@ fn system(index: u64) -> String {
     text
 }
 
-/// The systems of the campaign.
 fn systems() -> impl Iterator<Item = (u64, CaseSource)> {
     let number = |name: &str, default: u64| {
         let text = std::env::var(name).ok();

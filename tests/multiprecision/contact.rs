@@ -6,7 +6,6 @@ use stickslip::case::{Case, CaseSource};
 use stickslip::oracle::OracleEvent;
 use stickslip::record::{Event, EventKind};
 
-/// Events by the run and by the oracle, for `paper-si` with these changes.
 fn both(settings: &[String]) -> (Vec<Event>, Vec<OracleEvent>) {
     let overrides = parsed(settings);
     let source = CaseSource::built_in("paper-si").unwrap();

@@ -24,7 +24,6 @@ const OF_ROUNDING: f64 = 100.0;
 /// unknown.
 const ILL_CONDITIONED: f64 = 0.02;
 
-/// The short brake with a friction table, and further changes.
 fn overrides(friction: &str, more: &[&str]) -> Vec<Override> {
     let base = [
         "initial.speed=3",
@@ -314,7 +313,6 @@ fn multiprecision_the_oracle_has_every_law() {
     }
 }
 
-/// One example of each law.
 const EXAMPLES: &[&str] = &[
     "{law=\"exponential\", breakaway=0.6, low_speed=0.6, high_speed=0.3, decay=3.5}",
     "{law=\"coulomb\", breakaway=0.6, kinetic=0.3}",

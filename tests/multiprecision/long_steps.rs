@@ -6,14 +6,12 @@ use stickslip::case::Case;
 use stickslip::record::{Event, MemoryRecorder, State};
 use stickslip::simulation::{Method, SolverOptions};
 
-/// The disk of the paper's brake on its shaft.
 const DISK: &str = "inertia = 0.0113\nstiffness = 7.708e6\ndamping = 22.6\n";
 
 /// The paper's law, with which these disks slide stably above 0.55 rad/s, and one that falls less.
 const STEEP: &str = "low_speed = 0.6\nhigh_speed = 0.3\ndecay = 5";
 const FLAT: &str = "low_speed = 0.4\nhigh_speed = 0.38\ndecay = 0.5";
 
-/// A rotor and a stator at one contact.
 fn case((rotor, stator): (&str, &str), law: &str, more: &str, end: f64) -> String {
     format!(
         "title = \"Long steps\"\n[rotor]\n{rotor}\nend = \"driven\"\n[stator]\n{stator}\nend = \"fixed\"\n\

@@ -51,7 +51,6 @@ fn table(time: &[&str], value: &[&str]) -> Drive<Real> {
     }))
 }
 
-/// A law by its name and its parameters, KEY=VALUE.
 fn law(text: &'static str) -> ExactLaw {
     let mut words = text.split(' ');
     let name = words.next().unwrap();
@@ -96,7 +95,6 @@ fn regularised(function: Smoothing, speed: &str) -> ContactLaw<Real> {
     ContactLaw::Regularised(Regularisation { function, speed })
 }
 
-/// A free inertia.
 fn flywheel(inertia: &str) -> Train<Real> {
     train(&[inertia], &[], &[], End::Free)
 }
@@ -120,7 +118,6 @@ fn train(inertia: &[&str], stiffness: &[&str], damping: &[&str], end: End<Real>)
     }
 }
 
-/// A surface without inertia.
 fn rigid(end: End<Real>) -> Train<Real> {
     train(&[], &[], &[], end)
 }

@@ -12,7 +12,6 @@ use stickslip::case::{Case, CaseSource, Override, WrittenCase};
 use stickslip::model::Mode;
 use stickslip::record::Event;
 
-/// The events of a case by its own method.
 fn events(source: &CaseSource, changes: &[Override]) -> Vec<Event> {
     recorded(&Case::read(source, changes).unwrap()).events
 }

@@ -571,7 +571,6 @@ impl<const N: usize> Run<N> {
             .retain(|(guard, _)| matches!(guard, Guard::Separation | Guard::Contact | Guard::Breakaway(_)));
     }
 
-    /// Handles a change of the sign of omega_r after its jump in slip or in a contact without stick.
     fn turned(&mut self) -> Result<(), OracleError> {
         if self.mode == Mode::Engaged {
             self.find_sense();
@@ -683,7 +682,6 @@ impl<const N: usize> Run<N> {
         })
     }
 
-    /// One step: to the next guard, the next time event, or the end of the series' reach.
     fn step(&mut self) -> Result<(), OracleError> {
         let sliding = matches!(self.mode, Mode::SlipForward | Mode::SlipBackward | Mode::Engaged);
         if sliding && self.ends && self.piece == self.knots.len() {

@@ -174,7 +174,6 @@ impl<const N: usize> Course<N> {
 }
 
 impl<const N: usize> Harmonic<N> {
-    /// The wave, and its derivative by the angle.
     fn derivatives(&self, time: &Float<N>, table: &Elementary<N>) -> [Float<N>; 2] {
         let [sine, cosine] = table.sine_and_cosine(&(&(&self.omega * time) + &self.phase));
         match self.shape {

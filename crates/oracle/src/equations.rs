@@ -340,7 +340,6 @@ impl<const N: usize> Expansion<N> {
         }
     }
 
-    /// Appends coefficient k of the speeds of a chain; returns the surface's.
     fn push_speeds(&mut self, chain: &Chain<N>, c: usize, k: usize) -> Float<N> {
         let ChainSeries { rate, speed, free, .. } = &mut self.chains[c];
         let mut outer = match chain.far {
@@ -491,7 +490,6 @@ fn transmitted<const N: usize>(model: &Model<N>, sums: [Option<&Float<N>>; 2], f
     }
 }
 
-/// The speeds of all inertias of a state, and of the surfaces. `ends` are the speeds of driven ends, rad/s.
 pub(super) fn speeds<const N: usize>(
     model: &Model<N>,
     state: &State<N>,

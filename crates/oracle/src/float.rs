@@ -187,7 +187,6 @@ impl<const N: usize> Wide<N> {
         self.cancelled(exponent, negative)
     }
 
-    /// Like [`Self::normalised`], after whole words have cancelled.
     #[cold]
     #[inline(never)]
     fn cancelled(&self, exponent: i64, negative: bool) -> Float<N> {

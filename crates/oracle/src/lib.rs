@@ -130,7 +130,6 @@ fn words_beyond(words: usize) -> Option<usize> {
     (words < MOST_WORDS).then_some(words + 1)
 }
 
-/// Decimal digits of a precision in words, without [`GUARD_BITS`].
 fn digits_of(words: usize) -> u32 {
     (((words * float::WORD_BITS) as f64 - GUARD_BITS) / std::f64::consts::LOG2_10) as u32
 }

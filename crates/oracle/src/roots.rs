@@ -122,7 +122,6 @@ struct Search<const N: usize> {
 }
 
 impl<const N: usize> Search<N> {
-    /// The first root in [from, to], where the Bernstein coefficients are `b`.
     fn first(&self, from: f64, to: f64, b: Vec<f64>) -> Option<Float<N>> {
         if b.iter().all(|&b| b > self.bound) {
             return None;

@@ -187,7 +187,6 @@ pub fn solve(
     }
 }
 
-/// Runs with a precision in words, and announces the duration. `spent` is the wall time of earlier runs.
 fn attempt(
     parameters: &ExactSystem,
     request: &OracleRequest,

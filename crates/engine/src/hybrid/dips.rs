@@ -40,7 +40,6 @@ pub(super) struct Dips {
     largest: Vec<f64>,
     /// Share of `largest` within which a value cannot be distinguished from the boundary.
     near: f64,
-    /// Last dip that came within `near` of the boundary and turned.
     grazed: Option<Dip>,
     slope: Vec<f64>,
     moved: Vec<f64>,
@@ -92,7 +91,6 @@ impl Dips {
         }
     }
 
-    /// The first dip beyond the boundary in the step from `last_step` to `tau`, where the state is `y`.
     pub(super) fn in_step<D: Dynamics>(
         &mut self,
         of: &Of<'_, D>,

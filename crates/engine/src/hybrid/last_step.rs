@@ -10,7 +10,6 @@ pub(super) struct Flow<D: Dynamics> {
     pub(super) dynamics: Arc<D>,
     pub(super) location: D::Location,
     pub(super) origin: f64,
-    /// Time during which guards count as being on their allowed side, s.
     pub(super) settling: f64,
 }
 
@@ -73,7 +72,6 @@ impl<D: Dynamics> OdeSystem for Flow<D> {
 pub(super) struct LastStep<D: Dynamics> {
     pub(super) solver: Solver<Flow<D>>,
     pub(super) probe: Option<Solver<Flow<D>>>,
-    /// Start of the step on the segment's clock, with its state.
     pub(super) start: f64,
     pub(super) start_state: Vec<f64>,
 }

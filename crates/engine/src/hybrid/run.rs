@@ -100,7 +100,6 @@ where
     R: Rules<D>,
     O: Observer<D::Location, R::Kind>,
 {
-    /// Runs to `end_time`; true if the observer ends the run early.
     fn to(&mut self, end_time: f64) -> Result<bool, RunError> {
         loop {
             let mut stop = end_time;
@@ -253,7 +252,6 @@ where
         Ok(end)
     }
 
-    /// Hands out the samples before `t`, and the one at `t` if `inclusive`. `fill` puts the state into `self.sample`.
     fn samples_until(
         &mut self,
         t: f64,

@@ -145,7 +145,6 @@ struct Column<D, R> {
 }
 
 impl<D, R> Column<D, R> {
-    /// Sum of weight times value over the copies; NaN if a copy has no value.
     fn sum(&mut self, mut value: impl FnMut(&mut Moved<D, R>) -> Option<f64>) -> f64 {
         let of = |moved: &mut Moved<D, R>| moved.of.weight * value(moved).unwrap_or(f64::NAN);
         self.copies.iter_mut().map(of).sum()
@@ -180,7 +179,6 @@ enum Steps {
 pub(crate) struct Carried<D: Dynamics, R: Rules<D>> {
     dynamics: Arc<D>,
     measures: Box<dyn Measures<D::Location, R::Kind>>,
-    /// Number of leading components of the state on which the motion depends.
     moving: usize,
     /// Columns: the effect of each parameter; the effect of each through separately derived constants; unit deviations
     /// since the last event; unit deviations since the start of growth.
@@ -466,7 +464,6 @@ pub(crate) struct CarryingRules<D: Dynamics, R: Rules<D>> {
 }
 
 impl<D: Dynamics, R: Rules<D>> CarryingRules<D, R> {
-    /// `own` decides; `carried` gives the derivatives afterwards.
     pub(crate) fn new(own: R, carried: Arc<Mutex<Carried<D, R>>>) -> Self {
         CarryingRules { own, carried }
     }

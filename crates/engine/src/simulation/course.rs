@@ -357,8 +357,6 @@ impl Course {
         self.fill(mode, t, y, 1, false);
     }
 
-    /// Expands the motion from a state. At a corner of a signal the expansion is valid in the stretch that begins
-    /// (`forward`) or ends.
     fn fill(&mut self, mode: Mode, t: f64, y: &[f64], terms: usize, forward: bool) {
         self.location = self.place(mode, t, y, forward);
         let unit = self.dynamics.unit(self.location.stretch);

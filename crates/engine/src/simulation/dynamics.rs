@@ -251,8 +251,6 @@ impl SystemDynamics {
         if fastest > 0.0 { 1.0 / fastest } else { 1.0 }
     }
 
-    /// Shorter period of a surface on its shaft, otherwise the period of the fastest motion, s; `None` if nothing
-    /// moves by itself.
     pub(crate) fn natural_period(&self) -> Option<f64> {
         let sides = [&self.system.rotor, &self.system.stator].into_iter();
         let periods = sides.filter_map(|side| {

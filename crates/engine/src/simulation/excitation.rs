@@ -204,7 +204,6 @@ impl Excitation {
         }
     }
 
-    /// Inputs at `t` (s) by the functions of a stretch, with a normal force of 0.
     pub(super) fn driving_alone(&self, stretch: usize, t: f64) -> Outside {
         Outside {
             rotor: self.driving(&self.rotor, stretch, t),
@@ -366,7 +365,6 @@ impl Excitation {
         series.normal_force
     }
 
-    /// Whether the contact is closed just after t = 0.
     pub(super) fn starts_closed(&self) -> bool {
         match &self.normal_force {
             NormalForce::Axial(motion, _) => motion.force.starts_positive(),

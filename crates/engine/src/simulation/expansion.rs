@@ -269,7 +269,6 @@ impl<T: Number> Expansion<T> {
         }
     }
 
-    /// Coefficient `n` + 1 of the state that the acceleration of a surface (rad/s^2) changes.
     #[inline(always)]
     fn extend_surface(&mut self, side: &Side<T>, n: usize, step: T, acceleration: T, beyond: T) {
         if side.shafts() > 0 {
@@ -391,7 +390,6 @@ impl<T: Number> Expansion<T> {
         })
     }
 
-    /// Speed of inertia `i` of the rotor (0) or the stator (1), rad/s.
     #[inline(always)]
     pub(super) fn speed(&self, side: &Side<T>, index: usize, i: usize) -> Series<T> {
         std::array::from_fn(|n| self.speed_at(side, index, i, n))

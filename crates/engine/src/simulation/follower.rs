@@ -215,7 +215,6 @@ impl Follower {
         self.open.take().map_or(Ok(()), |piece| self.close(&piece, recorder))
     }
 
-    /// Coefficients from `start` to `end` (s), and the roughness of the last two.
     fn fitted(&mut self, start: f64, end: f64, at: &mut At<'_>) -> Result<(DMatrix<f64>, f64), RecorderError> {
         let times = chebyshev::nodes(start, end);
         let mut columns = DMatrix::zeros(0, 0);

@@ -87,7 +87,6 @@ impl Foresight {
         self.ask_at.is_finite().then_some(self.ask_at)
     }
 
-    /// Longest step at a location, s.
     pub fn longest_step(&self, location: &SystemLocation) -> Option<f64> {
         let strides = !location.resolved && location.mode.sense() != 0;
         strides.then_some(self.longest).filter(|longest| longest.is_finite())

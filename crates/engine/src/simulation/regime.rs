@@ -184,7 +184,7 @@ impl Regimes {
         Some(&self.forecast.insert(forecast).2)
     }
 
-    /// Plans the steps after a corner of a signal or of the law, which excites the fast modes weakly.
+    /// A corner of a signal or of the law excites the fast modes only weakly.
     pub fn pass_corner(&mut self, location: &mut SystemLocation, t: f64, y: &[f64], resolved: bool) {
         self.disturb(location, t, y);
         let excited = resolved || self.steps.stride.is_some() && location.mode.sense() != 0;

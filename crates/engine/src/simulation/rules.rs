@@ -302,7 +302,6 @@ impl SystemRules {
         transitions
     }
 
-    /// Transitions at a zero of the margin of steady sliding. Its first loss of stability releases the waiting kicks.
     fn stability_changes(&mut self, location: &mut SystemLocation, t: f64, state: &mut [f64]) -> Vec<SystemTransition> {
         let is_lost = location.watch == Watch::Stable;
         let (kind, watch) = if is_lost {

@@ -303,7 +303,6 @@ impl Tape<'_> {
         self.rates = [None; 3];
     }
 
-    /// Curve of a mode, with its rate: |omega_r| in slip, 1 - |T|/(mu_0 r F_n) in stick.
     fn watched(&self, location: &SystemLocation, t: f64, y: &[f64]) -> (f64, f64) {
         let system = &self.dynamics.system;
         let outside = self.dynamics.outside(location, t);
@@ -468,7 +467,6 @@ impl Tape<'_> {
     }
 }
 
-/// Zero of a rate between two times. `rises`: the rate is negative at the first time.
 fn between(
     mut low: f64,
     mut high: f64,

@@ -142,7 +142,6 @@ unsafe extern "C" fn clone_of_zeros(vector: ffi::N_Vector) -> ffi::N_Vector {
     }
 }
 
-/// A serial `N_Vector` that owns its memory.
 pub(super) struct Vector {
     raw: ffi::N_Vector,
     pub(super) length: usize,

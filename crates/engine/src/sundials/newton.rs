@@ -16,7 +16,6 @@ pub(super) struct Newton {
     band: Option<NonNull<BandSolver>>,
 }
 
-/// Content of a linear solver in the coordinates of [`OdeSystem::enter_band`].
 struct BandSolver {
     inner: ffi::SUNLinearSolver,
     z: Vector,

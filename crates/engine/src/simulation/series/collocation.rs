@@ -63,7 +63,6 @@ impl TaylorEngine {
         self.accepted = (0.0, 0.0);
     }
 
-    /// A Radau step; `None` if an expansion is cheaper.
     pub(super) fn collocation_step(&mut self) -> Result<Option<Advance>, EngineError> {
         let shortest = SHORTEST_RADAU * self.period;
         self.weigh();
