@@ -104,7 +104,7 @@ impl<'a> KeptRun<'a> {
         self
     }
 
-    /// Sets a callback that is polled during the run and its witness; `Break` ends both in good order.
+    /// Sets a callback that is polled during the run and its witness; `Break` ends both cleanly.
     pub fn control(mut self, control: impl FnMut() -> ControlFlow<()> + 'a) -> Self {
         self.control = Some(Box::new(control));
         self

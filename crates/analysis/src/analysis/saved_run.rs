@@ -111,13 +111,13 @@ impl<'a> SavedRun<'a> {
         self
     }
 
-    /// Sets a flag that ends the run and its witness in good order.
+    /// Sets a flag that ends the run and its witness cleanly.
     pub fn stop(mut self, stop: &'a AtomicBool) -> Self {
         self.stop = Some(stop);
         self
     }
 
-    /// Sets a callback that is polled during the run; `Break` ends the run in good order.
+    /// Sets a callback that is polled during the run; `Break` ends the run cleanly.
     pub fn control(mut self, control: impl FnMut(Progress) -> ControlFlow<()> + 'a) -> Self {
         self.control = Some(Box::new(control));
         self

@@ -12,7 +12,7 @@ use std::sync::atomic::AtomicBool;
 pub struct CalibrationOptions<'a> {
     /// Number of threads; it does not change the result.
     pub workers: usize,
-    /// Flag that ends the calibration in good order.
+    /// Flag that ends the calibration cleanly.
     pub stop: &'a AtomicBool,
 }
 

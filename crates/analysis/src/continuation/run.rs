@@ -86,7 +86,7 @@ impl<'a> Continuation<'a> {
         self
     }
 
-    /// Sets a flag that ends the continuation in good order.
+    /// Sets a flag that ends the continuation cleanly.
     pub fn stop(mut self, stop: &'a AtomicBool) -> Self {
         self.stop = stop;
         self

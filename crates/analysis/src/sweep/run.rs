@@ -93,7 +93,7 @@ impl<'a> Sweep<'a> {
         self
     }
 
-    /// Sets a flag that ends the sweep in good order.
+    /// Sets a flag that ends the sweep cleanly.
     pub fn stop(mut self, stop: &'a AtomicBool) -> Self {
         self.stop = stop;
         self

@@ -39,7 +39,7 @@ pub(super) fn jacobian(system: &SystemEquations, mode: Mode, sense: f64, outside
     let w = system.relative_velocity(outside, y);
     let piece = system.piece_of(w);
     system.jacobian(mode, sense, piece, outside, y, &mut whole.as_view_mut());
-    // Bristles stand still without contact.
+    // Bristles do not move without contact.
     let rows = match (system.engagement, mode) {
         (Engagement::Bristles(.., at), Mode::Separated) => at,
         _ => system.mechanical(),
