@@ -88,7 +88,7 @@ fn events(method: Method) -> Attributes {
     named([("event_location", event_location(method)), ("comment", comment)])
 }
 
-/// Attributes of /meta on program and machine. A sweep file has no others, so all sweeps of a study are equal.
+/// Attributes of /meta on program and machine. A sweep file has no others, so it is the same in every sweep.
 pub(crate) fn build() -> Attributes {
     named([
         ("program_version", env!("CARGO_PKG_VERSION")),

@@ -2,7 +2,7 @@
 
 use stickslip_system::record::{Event, EventKind, Recorder, RecorderError, Segment};
 
-/// Events agree within this fraction of the time since the previous event. A larger distance has grown.
+/// Events agree within this fraction of the time since the previous one. Larger distances grew between the runs.
 const SAME: f64 = 1e-3;
 
 /// Events within this distance (s) always agree: a short stick follows its slip by less than a method's error.

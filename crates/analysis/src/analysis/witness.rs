@@ -16,7 +16,7 @@ use stickslip_files::{Addition, AttributeValue, Column, quantity};
 use stickslip_system::model::margin;
 use stickslip_system::quote::bound;
 
-/// Limit of a second or two for a brake. In steps, the report is the same on every machine.
+/// Limit of a witness: a second or two for a brake. A limit in steps gives the same report on every machine.
 pub(super) const MOST_STEPS: usize = 1_500_000;
 
 /// Steps of `cvode` per natural period of sliding with an undamped fast mode: 57 in `paper-si` with c_t = 0.

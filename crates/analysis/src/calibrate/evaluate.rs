@@ -60,8 +60,7 @@ impl Evaluator<'_> {
     }
 
     /// Runs `f` for every item on the threads and appends the results to `pool` in the order of the items. `done` gets
-    /// the number of finished items. Returns the index in the pool at which the runs of each item begin, and the final
-    /// one.
+    /// the number of finished items. Returns the pool index at which each item's runs begin, and the end of the last.
     pub fn each<T: Sync, R: IntoIterator<Item = Evaluation> + Send>(
         &self,
         pool: &mut Vec<Evaluation>,

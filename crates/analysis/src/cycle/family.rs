@@ -7,8 +7,8 @@ use stickslip_engine::simulation::{MovedCases, MovedSystem};
 use stickslip_system::model::margin::twice_resistance;
 use stickslip_system::model::system::System;
 
-/// Relative change of a parameter in central differences over one and two changes. Their error is of fourth order,
-/// because a frequency turns a phase of many radians.
+/// Relative change of a parameter in central differences over one and two changes. They are of fourth order, because
+/// a frequency turns a phase of many radians.
 const WIDTH: f64 = 1.0 / 262_144.0;
 const CENTRAL: [(f64, f64); 4] = [
     (1.0, 2.0 / 3.0),

@@ -37,7 +37,7 @@ impl Growth {
         self.to_first_stick > NOISE_E_FOLDS
     }
 
-    /// Growth in a run, from its events; `None` if sliding does not slow down by itself, or is stable until a stick.
+    /// Growth in a run, from its events; `None` if sliding does not slow down by itself, or is stable to the first stick.
     ///
     /// lambda is the least damped fast mode of the slip: the eigenvalue of its Jacobian with the largest real part,
     /// without the slow root of the free train.

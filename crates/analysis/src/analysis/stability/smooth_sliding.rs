@@ -238,7 +238,7 @@ impl SmoothSliding<'_> {
         (t + step, momentum + step * (k1 + 2.0 * k2 + 2.0 * k3 + k4) / 6.0)
     }
 
-    /// (t, Re lambda), latest first, from before `start`, where |omega_r| is `start_speed` (rad/s), back to `until`.
+    /// (t, Re lambda) from `start` (excluded; |omega_r| = `start_speed`, rad/s) back to `until`, latest first.
     pub(crate) fn rates_before(&self, start: Point, start_speed: f64, until: f64) -> Vec<(f64, f64)> {
         let inertia = self.of.inertia();
         let mut corners = self.corners_between(start.0, until).into_iter().peekable();
