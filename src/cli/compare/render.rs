@@ -11,7 +11,7 @@ pub(super) fn terminal(pages: &[Page]) -> String {
             text.push('\n');
             match part {
                 Part::Text(paragraph) => text += &format!("{paragraph}\n"),
-                // Only reports in files have figures.
+                // Only a report in a file has figures.
                 Part::Figure(_) => {}
                 Part::Table(table) => {
                     if !table.title.is_empty() {
