@@ -95,7 +95,6 @@ pub(super) fn channels() -> ArgValueCandidates {
     })
 }
 
-/// Channels of a comparison with their equals sign.
 pub(super) fn columns() -> ArgValueCandidates {
     ArgValueCandidates::new(|| {
         let channels = Channel::ALL.iter().map(|channel| channel.name());

@@ -48,7 +48,6 @@ thread_local! {
     static CAPTURE: RefCell<Option<Capture>> = const { RefCell::new(None) };
 }
 
-/// Captures the output of this thread while it exists.
 #[derive(Debug)]
 pub(super) struct Capturing(());
 
@@ -73,7 +72,6 @@ impl Drop for Capturing {
     }
 }
 
-/// Captures a text. Returns `false` if nothing is being captured.
 pub(super) fn text(text: &str) -> bool {
     with(|said| said.text.push_str(text))
 }
@@ -98,7 +96,6 @@ pub(super) fn progress(done: u64, total: u64) {
     });
 }
 
-/// The executor for the points of a sweep; `None` if this process runs them.
 pub(super) fn executor() -> Option<Box<dyn Executor>> {
     CAPTURE.with_borrow(|capture| capture.as_ref()?.watch.executor.lock().ok()?.take())
 }

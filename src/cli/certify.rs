@@ -301,7 +301,6 @@ fn examine(
     })
 }
 
-/// Adds to the error of a file without its case that the case itself must be certified.
 fn without_case(mut error: CommandError) -> CommandError {
     if error.text.contains("/input") {
         error.text +=

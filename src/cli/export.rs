@@ -127,7 +127,6 @@ fn without(left_out: &[String]) -> String {
     format!("without {}, which are known at the samples alone", left_out.join(", "))
 }
 
-/// Says how far the run goes, if the window exceeds it.
 fn tell_window(file: &ResultFile, options: &ExportOptions, common: &Common) -> Result<(), CommandError> {
     let (Some((from, to)), Some((start, end))) = (options.window, export::span(file)?) else {
         return Ok(());

@@ -47,7 +47,6 @@ impl Given {
     }
 }
 
-/// The overrides of a command: each `--set`, followed by `--method`.
 pub(super) fn overrides(set: &[String], method: Option<&str>) -> Result<Vec<Override>, CaseError> {
     let method = method.map(|method| format!("solver.method={method}"));
     set.iter()

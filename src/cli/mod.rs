@@ -77,7 +77,6 @@ pub enum End {
     Interrupted,
 }
 
-/// Exit status after an interruption.
 const INTERRUPTED: u8 = 130;
 
 impl End {
@@ -105,7 +104,6 @@ pub struct CommandError {
 }
 
 impl CommandError {
-    /// Wrong usage or input: exit status 2.
     fn input(text: impl ToString) -> CommandError {
         CommandError {
             is_input: true,
@@ -114,7 +112,6 @@ impl CommandError {
         }
     }
 
-    /// Failed computation: exit status 1.
     fn computation(text: impl ToString) -> CommandError {
         CommandError {
             is_input: false,

@@ -393,7 +393,6 @@ fn operating(point: &OperatingPoint, motion: Motion) -> String {
     pairs(rows.into_iter().filter_map(|(name, value)| Some((name, value?))))
 }
 
-/// Table of the modes with the inertia that moves most.
 fn mode_table(modes: &SystemModes, motion: Motion) -> String {
     let header = ["state", "omega_r", "Hz", "damping", "decay 1/s", "moves most"];
     let rows = modes.states.iter().flat_map(|state| {
@@ -428,7 +427,6 @@ fn rough(value: f64) -> String {
     }
 }
 
-/// Table of the changes of stability.
 fn changes_of_stability(modes: &SystemModes, motion: Motion) -> String {
     let of_speed = format!("omega_r, {}", speed_unit(motion));
     let searches = [
@@ -467,7 +465,6 @@ fn changes_of_stability(modes: &SystemModes, motion: Motion) -> String {
     )
 }
 
-/// Names the features that the case lacks.
 fn absent(modes: &SystemModes) -> String {
     let mut text = String::new();
     for (k, absent) in modes.absent.iter().enumerate() {

@@ -271,7 +271,6 @@ fn finish_page(path: &Path, page: &impl Serialize, common: &Common) -> Result<En
     Ok(End::Done)
 }
 
-/// Lists all figures with their kinds of files, or the possible figures of one file.
 fn list(options: &PlotOptions, common: &Common) -> Result<End, CommandError> {
     let listed = match options.files.first() {
         Some(path) => listed_of(path, options)?,
@@ -523,7 +522,6 @@ pub(super) fn spare(path: &Path, source: &str, product: Product) -> Result<(), P
     }
 }
 
-/// The layout; an error if it has no room for axes.
 fn layout(options: &PlotOptions) -> Result<Layout, CommandError> {
     let layout = Layout {
         width: options.width,

@@ -41,7 +41,6 @@ pub(super) struct NotDrawn {
     pub why: String,
 }
 
-/// The kind of file at `path`. A shard of a sweep and a damaged file are errors.
 pub(super) fn kind(path: &Path) -> Result<Kind, PlotError> {
     let kind = match SweepFile::open(path) {
         Ok(file) => Kind::Sweep(Box::new(file)),
@@ -56,7 +55,6 @@ pub(super) fn kind(path: &Path) -> Result<Kind, PlotError> {
     Ok(kind)
 }
 
-/// The choice in the options. Options that do not apply to many runs are errors.
 pub(super) fn choice(options: &PlotOptions) -> Result<Choice, String> {
     let place = |text: &String| match text.split_once('=') {
         Some((name, value)) => Ok((name.trim().to_owned(), value.trim().to_owned())),

@@ -22,7 +22,6 @@ impl Bar {
         Bar(bar(common, TICKS as u64, MESSAGE))
     }
 
-    /// A bar for a sweep: points, rate and remaining time.
     pub(super) fn of_points(common: &Common) -> Self {
         let bar = bar(common, 1, "{bar:16} {pos} of {msg}  {rate}  {elapsed} (left {eta})");
         bar.set_message("0 points");
@@ -37,7 +36,6 @@ impl Bar {
         });
     }
 
-    /// Shows simulated time and digits of the exact solution's current run.
     pub(super) fn oracle(&self, progress: OracleProgress) {
         let OracleProgress { digits, time, end_time } = progress;
         // A further run with more digits has started.
@@ -94,7 +92,6 @@ impl Bar {
         bar.set_message(format!("{}{more} points{failed}", progress.total));
     }
 
-    /// A bar for a continuation, whose length is unknown.
     pub(super) fn of_branches(common: &Common) -> Self {
         Bar(bar(common, 1, "{spinner} {msg}  {elapsed}"))
     }

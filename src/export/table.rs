@@ -56,7 +56,6 @@ impl Column {
 
 #[derive(Debug)]
 enum Rows<'a> {
-    /// Result file, the group of each column, and the first row.
     File(&'a ResultFile, Vec<String>, usize),
     /// Temporary file: blocks of rows, each stored column by column.
     Spool(File),

@@ -25,7 +25,6 @@ pub(super) enum Part {
 }
 
 pub(super) struct Drawn {
-    /// File name without folder, if the figure is a separate file.
     pub file: String,
     pub title: String,
     pub svg: String,
@@ -136,7 +135,6 @@ pub(super) fn page(c: &Comparison, length: Length) -> Page {
     }
 }
 
-/// Table of the errors, without a threshold.
 fn score(score: &Score) -> Table {
     let row = |name: &str, reference: String, candidate: String, error: String, relative: f64| {
         vec![name.to_owned(), reference, candidate, error, format!("{relative:.1e}")]
@@ -217,7 +215,6 @@ fn resolution(c: &Comparison) -> Option<String> {
     Some(text)
 }
 
-/// Impulses since the first sample.
 fn impulses(c: &Comparison) -> Table {
     let row = |i: &stickslip_compare::ImpulseErrors| {
         vec![
@@ -394,7 +391,6 @@ fn sequence(differences: &[Difference], shown: usize) -> Table {
     Table::new("", 2, &["sequence", "kind", "event", "time, s"], rows)
 }
 
-/// One table for each phase.
 fn channels(c: &Comparison) -> Vec<Table> {
     let digits = |d: Option<f64>| d.map_or_else(String::new, |d| format!("{d:.1}"));
     // Without an error there is no time of the largest error.

@@ -54,11 +54,9 @@ struct About {
     method: String,
     certified_by: String,
     events: usize,
-    /// Number of events whose time has an uncertainty.
     certain: usize,
     largest_uncertainty: f64,
     numbers_parts: bool,
-    /// Whether the package contains a script that repeats the run.
     example: bool,
 }
 

@@ -1,4 +1,5 @@
-//! Marks of special points: filled for eigenvalues or multipliers, open for changes of the event sequence.
+//! Marks of special points: filled if they follow from eigenvalues or multipliers, open if the event sequence
+//! changes.
 
 use crate::plot::figure::Shape;
 use crate::plot::style::{BLACK, VERMILLION};
@@ -6,7 +7,7 @@ use plotters::style::RGBColor;
 use stickslip_analysis::continuation::Special;
 use stickslip_analysis::cycle::Border;
 
-/// Legend name, colour and shape of a kind of special point.
+/// Legend name, colour and shape for a kind of special point.
 pub fn mark(special: Special) -> (&'static str, RGBColor, Shape) {
     let border = |words, shape| (words, VERMILLION, shape);
     match special {
