@@ -108,6 +108,7 @@ fn portrait(entry: &Entry, subject: &Subject) -> Drawn {
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Shown {
     pub(super) axes: (&'static str, &'static str),
+    /// Start and end, s.
     pub(super) window: (f64, f64),
     pub(super) periodic: bool,
 }

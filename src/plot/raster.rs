@@ -5,6 +5,7 @@ use super::error::PlotError;
 use super::signature;
 use tiny_skia::{Color, FillRule, LineJoin, Paint, Pixmap, Stroke, Transform};
 
+/// Pixels.
 const LARGEST: f64 = 2e8;
 
 impl Drawing {

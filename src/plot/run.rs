@@ -101,6 +101,7 @@ pub struct Run {
 /// Stretches between contact events that have too few samples to be drawn.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub(crate) struct Undersampled {
+    /// (start, end), s, in order.
     pub(crate) stretches: Vec<(f64, f64)>,
     pub(crate) of: usize,
 }

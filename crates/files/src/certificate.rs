@@ -15,6 +15,7 @@ use super::{AttributeValue, ResultError, raw};
 #[derive(Debug, Clone, PartialEq)]
 pub struct Addition {
     group: String,
+    /// Attributes of the group.
     pub attributes: Vec<(String, AttributeValue)>,
     /// In the order of the file, with their dimensions. A column without dimensions is a dimension itself.
     columns: Vec<(Column, Vec<String>)>,

@@ -49,6 +49,7 @@ struct About {
     program: String,
     version: String,
     references: String,
+    /// Dates of the run and of the package, UTC.
     run: String,
     made: String,
     method: String,

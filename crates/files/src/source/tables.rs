@@ -15,6 +15,7 @@ pub struct TableReader<'a> {
 }
 
 impl TableReader<'_> {
+    /// The values of a column.
     pub fn column(&self, name: &str) -> Result<Vec<f64>, ResultError> {
         Ok(self.read(name, 1)?.0)
     }

@@ -356,6 +356,7 @@ impl AxialMotion {
         piece.highest_later.max(self.bounds_in_piece(piece, t).1)
     }
 
+    /// Bounds of the pressing force from `t` (s) to the end of the piece, N.
     fn bounds_in_piece(&self, piece: &Piece, t: f64) -> (f64, f64) {
         let tau = (t - piece.force.start).max(0.0);
         let from = piece.force.at(tau);
@@ -499,6 +500,7 @@ impl AxialMotion {
         }
     }
 
+    /// Amplitude of the ringing at the end of a piece, N.
     fn ringing_at_end(&self, piece: &Piece) -> f64 {
         let end = piece.force.end - piece.force.start;
         ringing_amplitude(&self.axial, self.ringing_at(piece, end))

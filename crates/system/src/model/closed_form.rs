@@ -29,6 +29,7 @@ impl ClosedForm {
 /// The linear motion of one mode.
 #[derive(Debug)]
 pub struct Motion {
+    /// Its linear function is the torque that the breakaway test uses, N m.
     flow: Box<dyn Flow>,
     energy: DMatrix<f64>,
     dimension: usize,

@@ -384,6 +384,7 @@ struct LinearMaps {
 
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct ContactSlopes {
+    /// dT/d omega_r, N m s/rad.
     pub by_speed: f64,
     pub bristles: Option<BristleSlopes>,
 }
@@ -391,6 +392,7 @@ pub(super) struct ContactSlopes {
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct BristleSlopes {
     pub at: usize,
+    /// N m per unit of the deflection.
     pub torque_by_deflection: f64,
     /// Derivatives of the deflection's rate with respect to omega_r and to the deflection.
     pub rate_by_speed: f64,
@@ -447,6 +449,7 @@ impl<T: Number> SystemEquations<T> {
         self.rotor.surface_speed(&outside.rotor, y) - self.stator.surface_speed(&outside.stator, y)
     }
 
+    /// J_2 and J_1, kg m^2; `None` for a rigid surface.
     #[inline]
     fn surface_inertias(&self) -> (Option<T>, Option<T>) {
         (

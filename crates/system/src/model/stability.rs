@@ -29,6 +29,7 @@ const E_FOLDS: f64 = 20.0;
 /// Decay of the fast modes in a slip, as a function of the contact's damping kappa.
 #[derive(Debug, Clone)]
 pub struct FastModes {
+    /// 2 R, N m s/rad.
     twice_resistance: f64,
     spectrum: Option<Spectrum>,
 }
@@ -94,6 +95,7 @@ impl FastModes {
         }
     }
 
+    /// The least decay for all kappa in `between`, 1/s.
     fn least_decay(&mut self, system: &SystemEquations, between: Bounds) -> f64 {
         let ends = [between.least, between.most].map(|kappa| self.decay(system, kappa));
         let least = ends[0].min(ends[1]);
@@ -305,6 +307,7 @@ pub struct SmoothForce {
 pub struct Forecast {
     /// Time (s), and damping of the least damped fast mode since the start, in e-folds.
     path: Vec<(f64, f64)>,
+    /// (t (s), |omega_r| (rad/s)).
     speeds: Vec<(f64, f64)>,
     /// Time (s) at which sliding becomes unstable or the relative velocity reaches zero, whichever is first.
     pub instability: Option<f64>,
