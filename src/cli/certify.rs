@@ -269,8 +269,7 @@ fn read_back(file: &ResultFile, case: &Case) -> Result<MemoryRecorder, ResultErr
     Ok(record)
 }
 
-/// Computes the ladder, the exact solution if required, and the sensitivities. If interrupted later, the ladder is
-/// kept.
+/// Computes the ladder, the exact solution if required, and the sensitivities. A later interruption keeps the ladder.
 fn examine(
     (case, written): (&Case, &Written),
     record: &MemoryRecorder,

@@ -109,7 +109,6 @@ impl Report<'_> {
         known_sensitivities(self.certified)?.result.as_ref()
     }
 
-    /// Explains "(smooth)" if the ladder contains it.
     fn smooth_stop(&self) -> &'static str {
         if !self.certified.certificate.ladder.iter().any(|rung| rung.smooth_stop) {
             return "";
@@ -320,7 +319,6 @@ impl Report<'_> {
     }
 }
 
-/// Table of the sensitivities of the run's result, largest first.
 pub(super) fn sensitivities(found: &Sensitivities) -> String {
     let mut rows: Vec<&Sensitivity> = found.rows.iter().collect();
     rows.sort_by(|a, b| b.largest().total_cmp(&a.largest()));
@@ -643,7 +641,6 @@ fn sensitivity(case: &Case, certified: &Certified) -> Addition {
     group
 }
 
-/// The result that a run of the case should have reached, if it has not.
 fn expected(case: &Case) -> Affected {
     match case.stops() {
         true => Affected::FinalStick,

@@ -7,7 +7,6 @@ use clap::CommandFactory;
 use clap_complete::CompleteEnv;
 use clap_complete::env::{Bash, EnvCompleter, Fish, Shells, Zsh};
 
-/// Environment variable of a request. Its value is the name of the shell.
 const ASKED: &str = "STICKSLIP_COMPLETE";
 const NAME: &str = "stickslip";
 

@@ -11,12 +11,10 @@ use stickslip_files::{Overwrite, is_hdf5, open_sound};
 
 const STANDARD_INPUT: &str = "-";
 
-/// A case argument whose text is not yet parsed.
 pub(super) struct Given {
     pub source: CaseSource,
     /// Text for /input/case. A repeated run passes on the text of the first run.
     pub text: String,
-    /// Inputs, which must not be overwritten.
     pub files: Vec<PathBuf>,
 }
 

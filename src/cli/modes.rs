@@ -215,7 +215,6 @@ fn shape(mode: &SystemMode, coordinate: &str) -> String {
         .unwrap_or_default()
 }
 
-/// Rows of the damping curve at important fractions of the critical speed.
 fn damping_table(modes: &SlowingModes, motion: Motion) -> String {
     let speed = format!("omega_r {}", speed_unit(motion));
     let damping = format!(

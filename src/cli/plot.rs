@@ -164,7 +164,6 @@ fn of_many_runs(options: &PlotOptions) -> Result<Option<Chosen>, CommandError> {
     )))
 }
 
-/// Draws a candidate next to a result: figures of the comparison, or the requested channels.
 fn beside(options: &PlotOptions, candidate: &Path, common: &Common) -> Result<End, CommandError> {
     let [file] = &options.files[..] else {
         return Err(CommandError::input(format!(
@@ -347,7 +346,6 @@ fn tell_status(run: &Run) {
     ));
 }
 
-/// The requested figures, and the figures of the catalogue that the run lacks.
 fn figures(options: &PlotOptions, runs: &[Run], only: &[&Entry]) -> Result<Chosen, CommandError> {
     if !options.channels.is_empty() || !options.phase.is_empty() {
         if let (Some(from), Some(to)) = (options.from, options.to)

@@ -67,7 +67,6 @@ pub(super) fn choice(options: &PlotOptions) -> Result<Choice, String> {
     })
 }
 
-/// The figures of a sweep or a calibration with the requested names, or all of them.
 pub(super) fn of_sweep(file: &SweepFile, choice: &Choice, only: &[String]) -> Result<Chosen, PlotError> {
     let figures = named(studies::figures(file, choice)?, only, file.path())?;
     let mut chosen = Chosen::of(figures);
@@ -104,7 +103,6 @@ fn named(mut figures: Vec<Figure>, only: &[String], path: &Path) -> Result<Vec<F
     }
 }
 
-/// Whether a figure has this full name, kind, or number in the paper.
 fn is_named(figure: &Figure, name: &str) -> bool {
     let of_kind = figure.name.strip_prefix(name).is_some_and(|rest| rest.starts_with('-'));
     let mut entries = studies::ENTRIES.iter().chain(&branches::ENTRIES);

@@ -269,7 +269,6 @@ fn text_report(
     format!("{text}{}\n{}\n", spread(study, shard, report), report.file.display())
 }
 
-/// Distribution of the most important quantity over a sample; empty if the points were chosen.
 fn spread(study: &Study, shard: Option<Shard>, report: &SweepReport) -> String {
     if !matches!(study.design, Design::Rows(_)) || shard.is_some() {
         return String::new();

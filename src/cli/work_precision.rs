@@ -85,7 +85,6 @@ pub(super) fn work_precision(options: &WorkPrecisionOptions, common: &Common) ->
     Ok(End::Done)
 }
 
-/// Paths of the figure's files in a folder, which is created if it is missing.
 fn figure_targets(
     folder: Option<&Path>,
     force: bool,

@@ -122,7 +122,6 @@ fn origin(file: &ResultFile, evaluated: Option<String>) -> Origin {
     }
 }
 
-/// The requested columns in their order; all columns if none is requested.
 fn chosen<T>(
     file: &ResultFile,
     table: &str,

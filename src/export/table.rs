@@ -129,7 +129,6 @@ impl<'a> Table<'a> {
     }
 }
 
-/// Collects the rows of a table in a temporary file.
 #[derive(Debug)]
 pub(super) struct Spool {
     file: File,

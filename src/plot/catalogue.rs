@@ -124,7 +124,6 @@ const OF_A_STOP: [&str; 4] = [
 ];
 const OF_GROWTH: [&str; 3] = ["relative-velocity-growth", "phase-growth-stator", "phase-growth-rotor"];
 
-/// Reason why a run cannot have a figure, whatever its events and samples.
 fn reason(name: &str, run: &Run) -> Option<&'static str> {
     let (rotor, stator, stops) = (&run.system.rotor, &run.system.stator, run.stops());
     let of_axial_mode = name.contains("axial") || name == "phase-plateau";
@@ -296,7 +295,6 @@ fn last_cycles(subject: &Subject) -> View {
     Ok(((end - length - 0.2 * period, end + 2.0 * period), period))
 }
 
-/// Total duration of some cycles, s.
 fn length<'a>(cycles: impl Iterator<Item = &'a Cycle>) -> Result<f64, Absent> {
     let lengths = cycles.map(|cycle| cycle.period);
     lengths.reduce(|one, other| one + other).ok_or_else(|| NO_CYCLE.into())

@@ -15,7 +15,6 @@ pub const ENTRIES: &[Entry] = &[
 /// Smallest drawn uncertainty, s, about the spacing of doubles at the times. Zero has no logarithm.
 const LEAST: f64 = 1e-16;
 
-/// Channels with error bands, common to brakes and other systems.
 const CHANNELS: [&str; 2] = ["relative_velocity", "friction_torque"];
 
 const WITHOUT: &str = "the file has no certificate: `stickslip certify FILE` writes a copy with one";

@@ -41,7 +41,6 @@ struct View {
 
 struct Traced {
     candidate: MinMax,
-    /// Separate pieces between which the error is not defined.
     error: Vec<MinMax>,
     open: bool,
     samples: usize,

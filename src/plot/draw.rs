@@ -38,7 +38,6 @@ const AREA_OPACITY: f64 = 0.35;
 const CELL_OVERLAP: f64 = 40.0;
 /// Of a panel, drawing units.
 const LEAST_HEIGHT: f64 = 1300.0;
-/// Margin above and below the values, as a share of their range.
 const HEADROOM: f64 = 0.05;
 
 type Ground<'a> = Sheet<'a, Shift>;

@@ -62,7 +62,6 @@ impl FromIterator<f64> for Doubles {
     }
 }
 
-/// Codes: base64 of bytes.
 #[derive(Debug, Serialize)]
 pub(super) struct Codes(String);
 

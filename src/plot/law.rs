@@ -38,7 +38,6 @@ fn critical_speeds(run: &Run) -> Vec<f64> {
     }
 }
 
-/// Figure of mu(x) from rest to the speed at which it is constant, with the critical speeds.
 pub(super) fn friction_law(entry: &Entry, subject: &Subject) -> Drawn {
     let (run, several) = (subject.run, subject.runs.len() > 1);
     let trains = &run.system;

@@ -94,7 +94,6 @@ fn position(trains: &System) -> &'static str {
     }
 }
 
-/// Portrait of the last period of a periodic motion, or of the whole run.
 fn portrait(entry: &Entry, subject: &Subject) -> Drawn {
     let Shown { axes, window, periodic } = shown(subject.run);
     let over = format!("Relative velocity over {}", subject.run.axis(axes.0)?.name);

@@ -107,7 +107,6 @@ pub(crate) struct Undersampled {
 }
 
 impl Undersampled {
-    /// Stretches that are wide enough to be visible in a figure of this window.
     pub(crate) fn seen(&self, (from, to): (f64, f64)) -> Vec<(f64, f64)> {
         let least = 3.0 * (to - from) / BUCKETS as f64;
         let wide = |stretch: &&(f64, f64)| stretch.1 - stretch.0 > least;
@@ -204,7 +203,6 @@ impl Run {
         self.file.status()
     }
 
-    /// The group that `certify` added, if there is one.
     pub(super) fn certificate(&self) -> Result<Option<AddedGroup>, PlotError> {
         Ok(self.file.added_group(schema::group::CERTIFICATE, usize::MAX)?)
     }
@@ -362,7 +360,6 @@ impl Run {
         (unstable < contact).then_some((unstable, contact))
     }
 
-    /// Whether nothing can move during a stick.
     fn is_rigid_in_stick(&self) -> bool {
         self.system.rotor.inertia.len() + self.system.stator.inertia.len() < 2
     }

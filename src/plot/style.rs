@@ -64,14 +64,12 @@ pub(crate) const LABEL_SIZE: f64 = 247.0;
 pub(crate) const LINE_HEIGHT: f64 = 320.0;
 pub(crate) const CURVE_STROKE: u32 = 22;
 pub(crate) const AXIS_STROKE: u32 = 12;
-/// Grid and events.
 pub(crate) const THIN_STROKE: u32 = 9;
 pub(crate) const TICK: i32 = 50;
 pub(crate) const POINT_RADIUS: u32 = 42;
 
 /// Radius of each point if there are many.
 pub(crate) const DOT_RADIUS: u32 = 16;
-/// Colour of map cells without a value.
 pub(crate) const NOTHING: RGBColor = RGBColor(214, 214, 214);
 
 /// Okabe-Ito palette in the order of use for lines. It can be distinguished with every kind of colour vision.
@@ -85,7 +83,6 @@ pub const BLUE: RGBColor = RGBColor(0, 114, 178);
 pub(crate) const VERMILLION: RGBColor = RGBColor(213, 94, 0);
 pub(crate) const PURPLE: RGBColor = RGBColor(204, 121, 167);
 pub(crate) const YELLOW: RGBColor = RGBColor(240, 228, 66);
-/// Grid and separated contact.
 pub(crate) const GREY: RGBColor = RGBColor(120, 120, 120);
 /// Visible on the background of every mode.
 pub(crate) const WINE: RGBColor = RGBColor(136, 34, 85);

@@ -24,7 +24,6 @@ pub enum Product {
 }
 
 impl Product {
-    /// Name, option, example, and source.
     const fn words(self) -> [&'static str; 4] {
         match self {
             Product::Figure(option) => ["figure", option, "figure.svg", "the file to be drawn"],
@@ -53,7 +52,6 @@ impl Product {
     }
 }
 
-/// The signature of the figure whose first bytes are `head`.
 fn figure_mark(head: &[u8]) -> String {
     let (keyword, value) = signature::PNG;
     match head {

@@ -55,7 +55,6 @@ on = "rotor"
 end_time = 10
 "#;
 
-/// A block on a driven plate, with a contact without stick.
 const SMOOTH: &str = r#"motion = "translation"
 
 [rotor]

@@ -70,7 +70,6 @@ const TABLES: [(&str, &[&str]); 6] = [
     ("pictures", &["figures", "page", "columns of an export"]),
 ];
 
-/// One case, tried in its own folder.
 struct Trial {
     folder: Folder,
     subject: &'static Subject,
@@ -373,7 +372,6 @@ fn filled(page: &str, cells: &[BTreeMap<&'static str, String>]) -> String {
     filled
 }
 
-/// The cells of a case on the page.
 fn stated(page: &str, case: &str) -> BTreeMap<&'static str, String> {
     let mut cells = BTreeMap::new();
     for (marker, columns) in TABLES {

@@ -20,7 +20,6 @@ fn with_run() -> Folder {
     folder
 }
 
-/// A file of another program with time and relative velocity.
 fn write_candidate(path: &Path) -> hdf5::File {
     let file = create(path).unwrap();
     let times: Vec<f64> = (0..100).map(|k| f64::from(k) * 5e-4).collect();
@@ -227,7 +226,6 @@ fn regression_more_events_than_are_stored_are_an_error() {
     }
 }
 
-/// Changes a copy of a shard's file, and merges it.
 fn merge_changed(folder: &Folder, change: impl Fn(&hdf5::File), words: &[&str]) {
     std::fs::copy(folder.path("1.h5"), folder.path("changed.h5")).unwrap();
     change(&open_rw(folder.path("changed.h5")).unwrap());

@@ -35,7 +35,6 @@ fn with_map(folder: &Folder, study: &str) -> SweepFile {
     folder.sweep_file("map.h5")
 }
 
-/// x, y, width, height and fill of a rectangle.
 type Rectangle = (f64, f64, f64, f64, String);
 
 fn rectangles(svg: &str) -> Vec<Rectangle> {

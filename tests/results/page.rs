@@ -25,7 +25,6 @@ fn page_of(path: &Path) -> (ResultFile, page::Page, Page) {
     (file, made, Page::read(&target))
 }
 
-/// Runs the built-in case into a file that contains its trajectory and events.
 fn run(folder: &TempDir, overrides: &[&str]) -> PathBuf {
     let source = CaseSource::built_in("paper").unwrap();
     let overrides = parsed(overrides);

@@ -52,7 +52,6 @@ fn source(name: &str) -> CaseSource {
     }
 }
 
-/// Runs a case into a file, and makes its page.
 fn page_of(folder: &TempDir, name: &str, overrides: &[&str]) -> (Case, ResultFile, Page) {
     let overrides = parsed(overrides);
     let case = Case::read(&source(name), &overrides).unwrap_or_else(|error| panic!("{error}"));

@@ -113,7 +113,6 @@ impl WriteLock {
         self.file.write_all(&self.count.to_le_bytes())
     }
 
-    /// A hidden name in the same folder, reserved for the holder of this lock.
     pub(super) fn sibling(&self) -> PathBuf {
         self.path.with_extension("new")
     }

@@ -34,7 +34,6 @@ pub(super) struct Table {
     pub title: String,
     pub header: Vec<&'static str>,
     pub rows: Vec<Vec<String>>,
-    /// Number of leading columns that are texts; the others are numbers.
     pub texts: usize,
 }
 
@@ -340,7 +339,6 @@ fn hysteresis(c: &Comparison) -> Option<String> {
     Some(text)
 }
 
-/// At most nine decimals.
 fn short(time: f64) -> String {
     let text = format!("{time:.9}");
     text.trim_end_matches('0').trim_end_matches('.').to_owned()

@@ -80,7 +80,6 @@ fn plain(text: &str) -> String {
     escaped
 }
 
-/// A single HTML file without external resources.
 pub(super) fn html(pages: &[Page], shortfalls: &[String]) -> String {
     let mut body = String::new();
     for page in pages {

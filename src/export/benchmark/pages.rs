@@ -23,7 +23,6 @@ pub(super) fn has_example(system: &System) -> bool {
     })
 }
 
-/// The section below a heading, up to the next heading of the same level.
 fn section(page: &str, heading: &str) -> String {
     let level = heading.split(' ').next().unwrap_or_default();
     let mut lines = page.lines().skip_while(|line| *line != heading);

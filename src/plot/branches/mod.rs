@@ -41,7 +41,6 @@ pub const ENTRIES: [StudyEntry; 2] = [
     },
 ];
 
-/// Default quantities for cycles, and for steady sliding alone.
 const OF_CYCLES: [&str; 3] = ["amplitude", "relative_velocity", "period"];
 const OF_STEADY: [&str; 2] = ["position", "growth_rate"];
 

@@ -41,7 +41,6 @@ const SAME: f64 = 1e-6;
 const COMPLETE: f64 = 0.0;
 const FAILED: f64 = 1.0;
 
-/// The axis of a variable, with the symbol at the beginning of its description.
 pub(in crate::plot) fn drawn_axis(name: &str, units: &str, long_name: &str) -> Axis {
     if let Some((_, words, symbol)) = SYMBOLS.iter().find(|known| known.0 == name) {
         return Axis::new(words, units).with_symbol(symbol);

@@ -18,7 +18,6 @@ fn levels(data: &StudyData, axis: usize, points: &[usize]) -> Vec<f64> {
     data::levels(points.iter().map(|&point| data.axes[axis].values[point]))
 }
 
-/// A map of a grid, or curves if only one axis has several levels.
 pub(super) fn or_curves(data: &StudyData, quantity: &StudyQuantity, choice: &Choice) -> Result<Figure, PlotError> {
     let mut selection = selected(data, choice)?;
     let mut open: Vec<usize> = (0..data.axes.len())
@@ -152,7 +151,6 @@ fn map(data: &StudyData, quantity: &StudyQuantity, [x, y]: [usize; 2], points: &
     panel
 }
 
-/// Dots at the points of a sample or boundary, coloured by a quantity.
 pub(super) fn dots(
     data: &StudyData,
     quantity: &StudyQuantity,

@@ -5,7 +5,6 @@ use super::{Choice, refused};
 use crate::plot::PlotError;
 
 pub(super) struct Selection {
-    /// Indices of the points.
     pub points: Vec<usize>,
     /// Axes that are held constant, in words.
     pub held: Vec<String>,

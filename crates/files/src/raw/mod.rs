@@ -81,7 +81,6 @@ pub(super) fn attach_scale(dataset: &Dataset, scale: &Dataset, dimension: u32) -
     call(|| unsafe { H5DSattach_scale(dataset.id(), scale.id(), dimension) })
 }
 
-/// Stores `texts` as a column of UTF-8 strings of equal length.
 pub(super) fn write_texts(group: &Group, name: &str, texts: &[String]) -> hdf5::Result<Dataset> {
     let length = texts.iter().map(String::len).max().unwrap_or(0).max(1);
     let mut bytes = Vec::with_capacity(length * texts.len());

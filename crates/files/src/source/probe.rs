@@ -99,7 +99,6 @@ pub fn probe(arguments: impl IntoIterator<Item = OsString>) -> u8 {
     status
 }
 
-/// Whether no other code uses HDF5 in this process.
 pub(super) fn owns_process() -> bool {
     OWNS_PROCESS.load(Ordering::Relaxed)
 }

@@ -32,7 +32,6 @@ pub(super) struct Drifting {
     /// For each of its speeds in the state: the entry, and the excess over the common speed, as a row over the
     /// coordinates.
     pub speeds: Vec<(usize, DVector<f64>)>,
-    /// Whether the external torques of rotor and stator act on this chain.
     torques: [bool; 2],
 }
 

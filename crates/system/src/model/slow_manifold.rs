@@ -192,8 +192,8 @@ pub fn oscillation(system: &SystemEquations, y: &[f64]) -> f64 {
     of(&system.rotor).max(of(&system.stator))
 }
 
-/// The state after the round with the least change. For each component the larger of its changes in this round and
-/// the previous one is added, because a single change may be small by chance.
+/// The state after the round with the least change, and for each component the larger of its changes in this round and
+/// the previous one. A single change may be small by chance.
 fn least_change(system: &SystemEquations, slip: &Slip<'_>, momenta: Momenta) -> (Vec<f64>, Vec<f64>) {
     let mut series = SlowSeries::<LONG_ORDER>::zero(system, slip);
     let components = system.mechanical();

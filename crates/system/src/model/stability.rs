@@ -13,7 +13,6 @@ const FINEST: f64 = 20_000.0;
 
 const SHARE_OF_SCALE: f64 = 0.05;
 
-/// Most steps. A thousand are usual.
 const MOST_STEPS: usize = 100_000;
 
 /// Smallest ratio between an inertia and the surface's for which the inertia counts as the fixed far end of the
