@@ -138,8 +138,7 @@ fn document(
             residual: known(result.residual),
             // Least residual within the ranges.
             nearest: known(result.nearest),
-            // For a contradicting target: the least residual together with it, and the targets that could be set
-            // aside instead.
+            // For a contradicting target: the least residual together with it, and targets to set aside instead.
             together: known(result.together),
             instead: names(study, &result.instead),
             role: result.role.name(),

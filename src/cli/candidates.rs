@@ -20,8 +20,8 @@ fn candidate(value: &str, help: &str) -> CompletionCandidate {
     CompletionCandidate::new(value).help((!help.is_empty()).then(|| StyledStr::from(help.to_owned())))
 }
 
-/// Completes built-in names and files with these extensions, or all files if there are none of these. Folders can
-/// always be entered.
+/// Completes built-in names and files with these extensions, or all files if there are none of these. Folders can be
+/// entered.
 fn or_files(
     built_in: Vec<CompletionCandidate>,
     typed: &OsStr,

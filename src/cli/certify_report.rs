@@ -19,7 +19,7 @@ use stickslip_files::{Addition, Column};
 use stickslip_oracle::{OracleEvent, OracleSolution};
 use stickslip_system::quote::bound;
 
-/// Most rows of a table on a terminal. A longer table shows the first and last events, and the most influential
+/// Most rows of a table on a terminal. A longer one shows the first and last events, and the most influential
 /// parameters.
 const MOST_ROWS: usize = 24;
 
@@ -649,7 +649,7 @@ fn expected(case: &Case) -> Affected {
 }
 
 /// The events of the exact solution as CSV. They have the state after each event if the case has the paper's letters,
-/// otherwise the mode.
+/// else the mode.
 fn csv(words: Words, exact: &OracleSolution) -> String {
     let mut text = String::new();
     for (index, event) in exact.report.events.iter().enumerate() {

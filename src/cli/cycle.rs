@@ -211,8 +211,7 @@ pub(super) fn cycle_error(error: &CycleError) -> CommandError {
     }
 }
 
-/// Converts a time (s) since the start of the cycle to the time in the file, which starts at phase zero of the
-/// drives.
+/// Converts a time (s) since the start of the cycle to that in the file, which starts at the drives' phase zero.
 fn time_in_file(orbit: &Orbit, case: &stickslip_case::Case, time: f64) -> f64 {
     let shift = match orbit.multiple {
         Some(multiple) => orbit.time - orbit.period / f64::from(multiple),

@@ -80,8 +80,7 @@ pub enum End {
 const INTERRUPTED: u8 = 130;
 
 impl End {
-    /// The exit status. With `json`, a command that was interrupted before its document reports the interruption in a
-    /// document.
+    /// The exit status. With `json`, a command that was interrupted before its document reports this in a document.
     pub fn report(self, json: bool) -> ExitCode {
         match self {
             End::Done => ExitCode::SUCCESS,
@@ -229,8 +228,7 @@ fn refuse_standard_output(command: &Command) -> Result<(), CommandError> {
     }
 }
 
-/// Ends a successful command. With --strict a warning is an error. The doubts are printed unless they were `said`
-/// already.
+/// Ends a successful command. With --strict a warning is an error. Prints the doubts unless they were `said`.
 fn strictly(strict: bool, doubts: &[String], said: bool, file: &std::path::Path) -> Result<End, CommandError> {
     if !strict || doubts.is_empty() {
         return Ok(End::Done);

@@ -10,8 +10,7 @@ use stickslip_engine::simulation::SolverOptions;
 /// Width of the narrowest terminal for which tables are wrapped.
 const NARROWEST: u16 = 40;
 
-/// The lines of a table, without margins and trailing blanks. The columns `right` contain numbers, and are
-/// right-aligned.
+/// The lines of a table, without margins and trailing blanks. The columns `right` are right-aligned numbers.
 pub(super) fn lines(
     header: &[&str],
     rows: impl IntoIterator<Item = Vec<String>>,

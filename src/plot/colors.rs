@@ -7,8 +7,7 @@ use plotters::style::RGBColor;
 pub const LIGHTNESS: (f64, f64) = (18.0, 92.0);
 /// Hue at the ends, degrees in the (a*, b*) plane: blue-violet and yellow.
 const HUE: (f64, f64) = (300.0, 100.0);
-/// Least chroma with its share of the scale, and the increase towards either end. Screens have least chroma at
-/// blue-green.
+/// Least chroma with its share of the scale, and the increase towards either end. Screens have least at blue-green.
 const CHROMA: (f64, f64) = (26.8, 0.35);
 const MORE_CHROMA: (f64, f64) = (18.0, 48.0);
 

@@ -1,4 +1,4 @@
-//! Figures of a comparison: both runs and the error over time, the error of each event, and the first wrong event
+//! Figures of a comparison: both runs and the error over time, the error of each event, the first wrong event
 //! enlarged.
 
 use super::decimate::MinMax;

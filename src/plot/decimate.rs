@@ -95,8 +95,7 @@ impl MinMax {
 const CELLS: f64 = 900.0;
 
 /// A curve with any x and y on a grid of cells. A point in the cell of the previous point is skipped, and a passage
-/// between two cells is drawn once. The deviation is less than one cell. The number of visited cells bounds the
-/// memory.
+/// between two cells is drawn once. The deviation is less than one cell. Visited cells bound the memory.
 #[derive(Debug, Clone)]
 pub struct Portrait {
     from: (f64, f64),

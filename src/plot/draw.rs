@@ -512,8 +512,7 @@ fn draw_color_bar(
     let (top, bottom) = (top.round() as i32, bottom.round() as i32);
     for step in 0..COLORS {
         let from = at(step as f64 / COLORS as f64);
-        // The rectangle extends to the end of the bar, under the next one, so that the background is not visible
-        // between them.
+        // The rectangle extends to the end of the bar, so that no background is visible between it and the next.
         let corners = [(from, top), (at(1.0), bottom)];
         area.draw(&Rectangle::new(corners, color_of(step).filled()))?;
     }

@@ -1,7 +1,6 @@
 //! A figure as lines, areas and texts, from which all formats are written.
 //!
-//! Coordinates and lengths are in drawing units, measured from the upper left corner. Lines have butt ends and round
-//! joins.
+//! Coordinates and lengths are in drawing units from the upper left corner. Lines have butt ends and round joins.
 
 use super::{font, typeset};
 use plotters_backend::text_anchor::{HPos, VPos};

@@ -1,5 +1,4 @@
-//! Pages in a single file: a template with names in double braces, escaped texts, a JSON document, and arrays as
-//! base64.
+//! Pages in a single file: a template with names in double braces, escaped texts, a JSON document, arrays as base64.
 
 use super::{PlotError, signature};
 use base64::Engine;
@@ -39,8 +38,7 @@ pub(super) fn json(value: &impl Serialize) -> Result<String, PlotError> {
     Ok(stickslip_system::quote::in_json(&text, |c| c == '<'))
 }
 
-/// Text for an HTML or SVG element. Control characters are removed: XML forbids them, and they could control a
-/// terminal.
+/// Text for an HTML or SVG element. It has no control characters, which XML forbids and terminals obey.
 pub(super) fn escaped(text: &str) -> String {
     stickslip_system::quote::for_terminal(text)
         .replace('&', "&amp;")

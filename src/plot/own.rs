@@ -140,8 +140,8 @@ fn style_of(run: usize) -> CurveStyle {
     if run == 0 { CurveStyle::Solid } else { CurveStyle::Thin }
 }
 
-/// Draws one channel against another in a time window, with its start. The colour is that of the mode or, for several
-/// runs, of the run.
+/// Draws one channel against another in a time window, with its start. The colour is the mode's or, for several runs,
+/// the run's.
 pub fn phase(
     runs: &[Run],
     name: &str,

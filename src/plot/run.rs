@@ -27,8 +27,8 @@ const BUCKETS: usize = 1200;
 /// Number of samples per period of the fast motion that show the motion rather than the sampling.
 pub(super) const SAMPLES_PER_PERIOD: f64 = 12.0;
 
-/// A stretch longer than this, in periods, needs only as many samples as this many periods, because in long slip the
-/// fast motion decays.
+/// A stretch longer than this, in periods, needs only the samples of this many, because in long slip the fast motion
+/// decays.
 const LONGEST_FAST: f64 = 20.0;
 
 /// Number of periods that are drawn of the growing oscillation before the first stick.
@@ -37,7 +37,7 @@ const GROWTH: f64 = 12.0;
 /// The narrowest stretch of a mode in the background is 1/600 of the panel's width.
 const GROUND_CELLS: usize = 600;
 
-/// Widest gap (s) between samples of a motion with this period (s). It includes a margin for intervals rounded to two
+/// Widest gap (s) between samples of a motion with this period (s). It has a margin for intervals rounded to two
 /// digits.
 pub(super) fn widest_gap(period: f64) -> f64 {
     1.05 * period / SAMPLES_PER_PERIOD
@@ -183,8 +183,7 @@ impl Run {
         self.course.system().twice_resistance.is_some()
     }
 
-    /// Whether the chains are the paper's brake: a free rotor of two inertias on a shaft, and a stator on a fixed
-    /// shaft.
+    /// Whether the chains are the paper's brake: a free rotor of two inertias on a shaft, a stator on a fixed one.
     pub(super) fn is_short(&self) -> bool {
         is_short(&self.system)
     }
@@ -490,8 +489,7 @@ impl Run {
         Ok(())
     }
 
-    /// Passes two channels and the code of the mode to `take`, at each sample and, if known, on both sides of each
-    /// event.
+    /// Passes two channels and the code of the mode to `take`, at each sample and, if known, around each event.
     fn each_state(
         &self,
         (x, y): (&str, &str),

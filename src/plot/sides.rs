@@ -24,8 +24,8 @@ impl Sides {
         })
     }
 
-    /// A force, a torque, an energy or the mode from the equations, if the state determines it. `first` is the
-    /// initial mode.
+    /// A force, a torque, an energy or the mode from the equations, if the state determines it. `first`: initial
+    /// mode.
     pub(super) fn of(
         course: &Course,
         file: &ResultFile,

@@ -43,8 +43,7 @@ impl Turns {
     }
 }
 
-/// Geometric mean of the ratios of successive amplitudes. The spiral diverges if it exceeds 1. `None` below two
-/// turns.
+/// Geometric mean of the ratios of successive amplitudes. The spiral diverges above 1. `None` below two turns.
 pub fn factor_per_turn(amplitudes: &[f64]) -> Option<f64> {
     let (first, last) = (amplitudes.first()?, amplitudes.last()?);
     (amplitudes.len() > 1).then(|| (last / first).powf(1.0 / (amplitudes.len() - 1) as f64))

@@ -1,7 +1,6 @@
 //! Texts of figures with subscripts and superscripts: widths and SVG.
 //!
-//! T_f and c_t are symbols with an index, and 10^−5 is a power. Unicode's small letters (ωᵣ, φ₁, 10⁻⁵) are set in the
-//! same way.
+//! T_f and c_t are symbols with an index, and 10^−5 is a power. Unicode's small letters (ωᵣ, φ₁, 10⁻⁵) are set alike.
 
 use super::html::escaped;
 

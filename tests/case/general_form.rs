@@ -1,5 +1,4 @@
-//! Cases in the general form: what is read, and the messages about wrong ones, with the file, the line, the key, and
-//! what to do.
+//! Cases in the general form: what is read, and the messages about wrong ones: file, line, key and remedy.
 
 use crate::common::cases::{built_in, parsed};
 use crate::common::rows;
@@ -472,8 +471,7 @@ fn case_trains_have_words_of_their_own() {
     assert!(!numbers_parts(&source("rotor = = 1"), &[]));
     let both = changed(VALID, "[stator]", "[torsion]\nstiffness = 3\n\n[stator]");
     assert!(numbers_parts(&source(&both), &[]));
-    // The file determines the form of the case. For a key of the other form the message gives the key's name in this
-    // form.
+    // The file determines the form of the case. For a key of the other form the message gives its name in this one.
     let refused = |source: &CaseSource, change: &str| {
         let change = [Override::parse(change).unwrap()];
         assert_eq!(numbers_parts(source, &change), numbers_parts(source, &[]));

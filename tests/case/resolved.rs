@@ -164,8 +164,7 @@ fn parameters() -> impl Strategy<Value = Parameters> {
             |(axial, actuation, torsion, contact, friction, speed, perturbations)| Parameters {
                 axial: Axial {
                     mass: axial.0,
-                    // Given by the square of the natural frequency, as below, because both frequencies must fit the
-                    // end time.
+                    // Given by the square of the natural frequency, as below, because both must fit the end time.
                     stiffness: axial.0 * axial.1,
                     damping: axial.2,
                     ringing_floor: axial.3,
@@ -253,8 +252,7 @@ fn output() -> impl Strategy<Value = OutputOptions> {
     )
 }
 
-/// Every law, with its defaults and without, and the features that distinguish the case from one with the exponential
-/// law.
+/// Every law, with its defaults and without, and what distinguishes the case from an exponential one.
 #[test]
 fn every_friction_law_survives_resolution() {
     let source = CaseSource::built_in("paper").unwrap();

@@ -123,8 +123,7 @@ fn an_angle_may_be_left_out_but_not_misplaced() {
     assert!(parse("6 rad s", Dimension::Time).is_err());
 }
 
-/// A cycle is 2 pi radians. A unit of cycles is therefore no unit of angular velocity, in which the radian may be
-/// omitted.
+/// A cycle is 2 pi radians. Cycles are no unit of angular velocity, in which the radian may be omitted.
 #[test]
 fn a_frequency_is_no_angular_velocity() {
     assert_eq!(parse("50 Hz", Dimension::Frequency), Ok(50.0));

@@ -211,8 +211,7 @@ impl Trial {
         self.cell("work-precision", cell);
 
         let summary = &self.series["summary"];
-        // Runs of a study end soon after they have the requested quantity. For a motion without sticks this is the
-        // amplitude.
+        // Runs of a study end soon after they have the requested quantity. Without sticks this is the amplitude.
         let (quantity, value, end) = match summary["onset_time"].as_f64() {
             Some(onset) => ("onset_time", onset, 1.2 * onset),
             None => {

@@ -137,8 +137,8 @@ fn cli_certify_with_the_oracle_prints_exact_events() {
         .as_str()
         .unwrap();
     assert!(stick.len() >= 28, "{stick}");
-    // The uncertainty is the distance plus the error of the exact solution. The methods' own uncertainty is also
-    // given, and is larger.
+    // The uncertainty is the distance plus the error of the exact solution. The methods' own uncertainty is given,
+    // too; it is larger.
     assert_eq!(document["contradiction"], serde_json::Value::Null);
     let file = unlocked::open(folder.path("paper-si.certified.h5")).unwrap();
     let read = |name: &str| file.dataset(name).unwrap().read_raw::<f64>().unwrap();
@@ -287,8 +287,7 @@ fn cli_certify_draws_the_onset_against_the_tolerance() {
     );
 }
 
-/// The effect of half a last digit on the final stick is the same in table, JSON and file, and in a run with the
-/// changed parameter.
+/// The effect of half a last digit on the final stick is the same in table, JSON and file, and in a changed run.
 #[test]
 fn cli_certify_reruns_half_a_last_digit() {
     let folder = Folder::new();
@@ -420,8 +419,8 @@ fn cli_certify_by_the_oracle_where_it_can() {
     assert_eq!(document["uncertainty_by"], "oracle");
     assert_eq!(document["events"].as_array().unwrap().len(), 2);
     assert!(document["digits"].as_u64().unwrap() >= 14, "{}", document["digits"]);
-    // The clutch locks at 11/12 s. With each additional rad/s of the engine, which starts at 200 rad/s, it locks
-    // 1/450 s later.
+    // The clutch locks at 11/12 s. With each rad/s more of the engine, which starts at 200 rad/s, this is 1/450 s
+    // later.
     assert_eq!(document["result"]["of"], "final-stick");
     let numbers = document["sensitivity"].as_array().unwrap();
     let speed = numbers
@@ -442,8 +441,8 @@ fn cli_certify_by_the_oracle_where_it_can() {
     assert_eq!(document["stretches"].as_array().unwrap().len(), 3);
 }
 
-/// The file of a certified run has sensitivities, and says of which result. The file of a run has the result of
-/// another method.
+/// The file of a certified run has sensitivities, and names their result. That of a run has the result of another
+/// method.
 #[test]
 fn cli_certified_files_have_sensitivities_bands_and_a_witness() {
     let folder = Folder::new();
@@ -480,8 +479,7 @@ fn cli_certified_files_have_sensitivities_bands_and_a_witness() {
     folder.ok("check groan.h5");
 }
 
-/// Requesting more digits than the run has gives exit status 1 and names a remedy. The certificate is written
-/// nevertheless.
+/// Requesting more digits than the run has gives exit status 1 and names a remedy. The certificate is still written.
 #[test]
 fn cli_certify_says_where_digits_are_missing() {
     let folder = Folder::new();

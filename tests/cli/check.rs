@@ -289,8 +289,8 @@ fn property_a_changed_byte_of_a_text_or_of_numbers_is_found() {
     }
 }
 
-/// HDF5 has no checksum for the index of chunks, and reads lost chunks as zeros. The seal finds every changed bit of
-/// a key.
+/// HDF5 has no checksum for the index of chunks, and reads lost chunks as zeros. The seal finds any changed bit of a
+/// key.
 #[test]
 fn property_a_changed_bit_of_the_index_of_chunks_is_found() {
     let folder = Folder::new();

@@ -162,8 +162,7 @@ fn ndarray_of(values: &[f64], shape: (usize, usize)) -> ndarray::Array2<f64> {
     ndarray::Array2::from_shape_vec(shape, values.to_vec()).unwrap()
 }
 
-/// The bar is on standard error if it is requested, and names the candidate. Its last state is the pass over the
-/// states.
+/// The bar is on standard error if it is requested, and names the candidate. It ends with the pass over the states.
 #[test]
 fn cli_compare_has_a_progress_bar() {
     let folder = with_reference();
@@ -437,8 +436,7 @@ fn cli_damaged_files_are_refused() {
     let whole = folder.read("whole.npz");
     folder.write("cut.npz", &whole[..whole.len() / 2]);
     folder.refused("compare paper.h5 cut.npz", &["cut.npz", "numpy.savez"]);
-    // One bit of the last value in the first array, which is not compressed, is changed. The CRC-32 of the member
-    // then differs.
+    // One bit of the last value in the first array, which is not compressed, is changed: the member's CRC-32 differs.
     let mut flipped = whole.clone();
     let second = b"relative_velocity.npy";
     let at = (0..whole.len()).find(|&at| whole[at..].starts_with(second)).unwrap() - 30 - 8;

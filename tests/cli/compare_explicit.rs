@@ -7,8 +7,8 @@ use stickslip::results::ResultFile;
 /// Time of the candidate's first sample, s: after the kick at 6.966 s, and before the first event.
 const START: f64 = 6.9665;
 
-/// Times (s), speeds of the rotor's and the stator's surface (rad/s), contact force (N) and friction torque (N m) of
-/// the reference.
+/// The reference's times (s), speeds of rotor and stator surface (rad/s), contact force (N) and friction torque (N
+/// m).
 fn history() -> Vec<[f64; 5]> {
     let file = ResultFile::open(paper()).unwrap();
     let all = 0..file.sample_count().unwrap();
@@ -232,8 +232,8 @@ fn cli_few_digits_are_called_so() {
     assert!(compared(&folder, &["all.csv"])["resolution"].is_null());
 }
 
-/// Formats of finite-element codes are recognised by their first bytes or their names. The error says how to convert
-/// them to CSV.
+/// Formats of finite-element codes are recognised by their first bytes or their names. The error says how to make CSV
+/// of them.
 #[test]
 fn cli_histories_that_have_to_be_converted() {
     let folder = with_reference();

@@ -94,8 +94,7 @@ fn named(planted: &[Planted]) {
         assert!(error < 1e-3 * expected, "{path}: {error}");
         assert!(explained > 0.99, "{path}: {explained}");
         assert_eq!(c["causes"][0]["cause"], "another-parameter", "{}", c["verdict"]);
-        // The parameter was tested: the case with it has the events of the candidate, which the solver places at its
-        // steps.
+        // The parameter was tested: the case with it has the events of the candidate, placed at the solver's steps.
         let rerun = &c["parameters"]["rerun"];
         assert_eq!(rerun["after"]["unmatched"], 0, "{path}: {rerun}");
         assert!(rerun["after"]["max"].as_f64().unwrap() < 2e-5, "{path}: {rerun}");

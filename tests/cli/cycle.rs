@@ -32,7 +32,7 @@ fn cli_a_point_of_a_branch_is_its_cycle() {
     assert!(found["iterations"].as_u64().unwrap() <= 2, "{found}");
 }
 
-/// The nearest change of the event sequence has a time in the file, as the events have: here that of the shallowest
+/// The nearest change of the event sequence has a time in the file, like the events: here that of the shallowest
 /// separation.
 #[test]
 fn cli_the_nearest_change_is_at_its_event() {

@@ -129,8 +129,8 @@ fn cli_export_says_that_a_window_goes_beyond_the_run() {
     }
 }
 
-/// A list of times and a rate give the same values. Columns that only exist at samples are named, and refused if they
-/// are requested.
+/// A list of times and a rate give the same values. Columns that only samples have are named, and refused if
+/// requested.
 #[test]
 fn cli_export_at_given_times() {
     let folder = with_run();

@@ -746,8 +746,8 @@ fn regression_the_end_of_a_probe_from_outside_is_not_blamed_on_the_file() {
     }
 }
 
-/// A file without an intact seal is not opened before it is probed. Here no probe can be started, because the program
-/// no longer exists.
+/// A file without an intact seal is not opened before it is probed. Here none can be started, because the program no
+/// longer exists.
 #[cfg(target_os = "linux")]
 #[test]
 fn regression_an_unsealed_file_is_not_opened_without_a_probe() {

@@ -92,8 +92,8 @@ fn cli_modes_of_a_window_that_nothing_can_swing_up_in() {
     let table = folder.ok(&steep);
     assert!(table.contains("shorter than one oscillation"), "{table}");
     assert!(table.contains("not counted: no oscillation fits in"), "{table}");
-    // No rate of growth is printed, because it has no time to act. The rates that remain are those of the modes, some
-    // 1000 1/s.
+    // No rate of growth is printed, because it has no time to act. The other rates are those of the modes, some 1000
+    // 1/s.
     let numbers = table.split_whitespace().filter_map(|word| word.parse::<f64>().ok());
     assert!(numbers.filter(|number| *number > 1e4).count() == 0, "{table}");
     let document = folder.ok(&[&steep[..], &["--json"]].concat());

@@ -163,8 +163,8 @@ fn cli_plot_of_ones_own_in_every_form() {
     }
 }
 
-/// All figures of two runs are drawn without a message, whatever they contain. Findings about a single run are in no
-/// title.
+/// All figures of two runs are drawn without a message, whatever they contain. No title has findings about a single
+/// run.
 #[test]
 fn cli_plot_of_two_runs_is_silent() {
     let folder = with_run();
@@ -204,8 +204,8 @@ fn cli_plot_spares_other_files() {
     folder.result("run.svg");
 }
 
-/// The figures of two files have the same names. Those of the second do not replace those of the first. Each figure
-/// names its files.
+/// The figures of two files have the same names. Those of the second do not replace those of the first. Each names
+/// its files.
 #[test]
 fn cli_plot_spares_the_figures_of_another_file() {
     let folder = Folder::new();
@@ -304,8 +304,8 @@ fn interrupted(path: &Path, stop: f64) -> std::path::PathBuf {
         .unwrap()
 }
 
-/// The existing part is drawn, and a message says how far the run goes. The runs end within the stick-slip, and
-/// before it.
+/// The existing part is drawn, and a message says how far the run goes. The runs end in the stick-slip, and before
+/// it.
 #[test]
 fn cli_plot_of_an_interrupted_run_draws_what_is_there() {
     let folder = Folder::new();

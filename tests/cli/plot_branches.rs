@@ -99,8 +99,8 @@ fn analytic_lines_are_broken_at_the_hopf_point() {
     says(&svg, "Hopf & steady sliding, unstable & cycles, stable & rotor speed");
 }
 
-/// There is a line for each quantity of the points. For an unknown name the known ones are listed, and options of
-/// sweeps are refused.
+/// There is a line for each quantity of the points. For unknown names the known ones are listed; options of sweeps
+/// are refused.
 #[test]
 fn cli_a_diagram_is_chosen_by_its_quantity() {
     let folder = with_branches();

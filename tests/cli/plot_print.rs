@@ -27,8 +27,7 @@ fn size(text: &str, key: &str) -> (f64, f64) {
     (numbers[2], numbers[3])
 }
 
-/// 84 mm are 238.11 points in each format. Letters are outlines, and the second drawing equals the first to the last
-/// byte.
+/// 84 mm are 238.11 points in each format. Letters are outlines, and a second drawing has the same bytes.
 #[test]
 fn cli_plot_for_print_has_the_size_that_is_asked_for() {
     let folder = with_run();
@@ -146,8 +145,7 @@ fn property_curves_go_through_the_states_at_events() {
             .collect();
         if event.kind == EventKind::Slip {
             let peak = event.internal_force * radius;
-            // Both are sums of the same terms. The friction belongs to the next state, which moves with at most 1e-9
-            // rad/s.
+            // Both are sums of the same terms. The friction belongs to the next state, at 1e-9 rad/s at most.
             assert!(
                 here.iter().any(|torque| (torque / peak - 1.0).abs() < 1e-7),
                 "{peak} {here:?}"
@@ -182,8 +180,7 @@ fn property_curves_go_through_the_states_at_events() {
     assert!(!text_of(&folder, "a.svg").contains("too few samples"));
 }
 
-/// The candidate misses a stick. The figures of the report and of `plot --candidate` are the same, and show the
-/// place.
+/// The candidate misses a stick. The figures of the report and of `plot --candidate` agree, and show the place.
 #[test]
 fn cli_a_comparison_is_something_to_look_at() {
     let folder = with_run();

@@ -9,8 +9,7 @@ use stickslip::plot::figure::{Cell, ColorKey};
 use stickslip::plot::studies::{self, Choice, StudyData};
 use stickslip::results::{ResultFile, SweepFile};
 
-/// Sticks after a stop from a low speed, which take milliseconds to compute. At the two lowest frictions no point is
-/// valid.
+/// Sticks after a stop from a low speed, which take milliseconds to compute. The two lowest frictions are invalid.
 const MAP: &str = r#"
 title = "a map"
 case = "base.toml"
@@ -161,8 +160,7 @@ fn cli_a_map_has_the_values_of_the_file() {
     }
 }
 
-/// Failed points are crossed out, and points without a value are grey. The legend says so, and neither depends on
-/// colour.
+/// Failed points are crossed out, and points without a value are grey. The legend says so; neither depends on colour.
 #[test]
 fn cli_a_map_shows_what_has_no_value() {
     let folder = Folder::new();
@@ -185,8 +183,7 @@ fn cli_a_map_shows_what_has_no_value() {
     assert!(crossed >= 2 * failed, "{crossed} lines for {failed} points");
 }
 
-/// The command for a clicked point, composed as on the page, runs the point: it has the same sticks at the same
-/// times.
+/// The command for a clicked point, composed as on the page, runs the point: same sticks, same times.
 #[cfg(unix)]
 #[test]
 fn cli_the_command_of_a_point_runs_it() {
@@ -441,8 +438,7 @@ fn cli_a_work_precision_file_is_drawn_without_a_run() {
     folder.refused("plot small.h5 --html page.html", &["has no page"]);
 }
 
-/// Each event of a certified file is drawn at its uncertainty. For a run without a certificate the message says how
-/// to get one.
+/// Each event of a certified file is drawn at its uncertainty. Without a certificate the message says how to get one.
 #[test]
 fn cli_a_certified_file_has_its_uncertainties() {
     let folder = Folder::new();

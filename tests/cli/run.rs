@@ -73,8 +73,7 @@ fn cli_run_sets_keys_of_the_case() {
     let file = folder.result("more.h5");
     assert!(file.resolved().unwrap().contains("90"), "{}", file.resolved().unwrap());
     assert!(file.case_text().unwrap().contains("\"80 N m\""));
-    // omega_r = 200 + 450 t - 850 t^2 until 0.5 s, where it is 212.5. From then on it falls by 400 rad/s in each
-    // second.
+    // omega_r = 200 + 450 t - 850 t^2 until 0.5 s, where it is 212.5. From then on it falls by 400 rad/s^2.
     let locks = file.events().unwrap()[1].time;
     assert!((locks - (0.5 + 212.5 / 400.0)).abs() < 1e-14, "{locks}");
 }
@@ -333,7 +332,7 @@ fn cli_run_unperturbed_warns_that_noise_decides() {
     assert_eq!(json(&stdout)["warnings"].as_array().unwrap().len(), 1);
 }
 
-/// The run ends before a kick at a time, or before one at the instability. The warning says what to do, or what is
+/// The run ends before a kick at a time, or before one at the instability. The warning gives a remedy, or what is
 /// known.
 #[test]
 fn cli_run_says_if_it_ends_before_a_kick() {

@@ -130,8 +130,7 @@ fn wait_for(folder: &Folder, child: &mut Child, name: &dyn Fn(&str) -> bool) {
     }
 }
 
-/// The message names the stage and what is kept. Before the exact solution, this is nothing of the run and the
-/// ladder.
+/// The message names the stage and what is kept. Of the run and the ladder this is nothing.
 #[test]
 fn cli_signals_a_certificate_says_where_it_was_interrupted() {
     let folder = Folder::new();
@@ -187,8 +186,8 @@ fn cli_signals_an_interrupted_oracle_leaves_the_certificate() {
     assert!(file.link_exists("sensitivity/shift_plus"));
 }
 
-/// Starts a comparison with a candidate from a pipe, up to the point where it waits for data. It has its own
-/// temporary folder.
+/// Starts a comparison with a candidate from a pipe, up to the point where it waits for data. Its temporary folder is
+/// its own.
 fn waiting_comparison(folder: &Folder) -> (Child, std::fs::File) {
     crate::common::cli::output(&mut folder.short_run("-q -o run.h5"), 0);
     std::fs::create_dir(folder.path("temporary")).unwrap();

@@ -138,8 +138,7 @@ fn property_killed_at_any_moment_and_resumed_the_file_is_the_same() {
 #[test]
 fn cli_what_was_begun_is_neither_lost_nor_mixed_with_another_study() {
     let folder = Folder::new();
-    // So many points that the sweep is not finished when it is killed. The points of the first 20 ms are in its
-    // journal.
+    // So many points that the sweep is not finished when it is killed. Those of the first 20 ms are in its journal.
     let study = QUICK.replace("count = 6", "count = 30");
     folder.write("map.toml", &study);
     folder.write("other.toml", study.replace("to = 30", "to = 31"));
@@ -249,8 +248,8 @@ fn cli_a_table_of_points_is_read_with_units_and_refused_by_line() {
     }
 }
 
-/// Another friction law has other keys. A table with a law replaces that of the case; a table without one sets keys
-/// in it.
+/// Another friction law has other keys. A table with a law replaces that of the case; one without a law sets its
+/// keys.
 #[test]
 fn cli_a_study_may_choose_another_friction_law() {
     let folder = Folder::new();

@@ -7,8 +7,8 @@ use crate::common::rows;
 use std::f64::consts::PI;
 use stickslip::sweep::{STUDIES, Study, StudySource};
 
-/// A mass on a belt with Coulomb friction that starts at rest relative to the belt. Every slip and stick has a closed
-/// form.
+/// A mass on a belt with Coulomb friction that starts at rest relative to the belt. Slips and sticks have closed
+/// forms.
 const BELT: &str = r#"
 title = "Coulomb belt"
 case = "belt-coulomb"
@@ -254,8 +254,7 @@ contact.normal_force = { profile = "ramp", value = 10, rise_time = 50 }
     assert!((critical / hopf(0.25) - 1.0).abs() < 1e-9, "{critical}");
 }
 
-/// Bursts, groan without bursts, and steady sliding: three points of the built-in study, computed with another
-/// method.
+/// Bursts, groan without bursts, and steady sliding: three points of the built-in study, with another method.
 #[test]
 fn regression_groan_over_the_speed_holds_for_single_runs() {
     let folder = Folder::new();
@@ -421,8 +420,8 @@ fn cli_an_axis_does_not_extend_a_list_that_is_set() {
 }
 
 /// The belt with a closed form alternately sticks for 0.2 s and slips for 0.471 s, for ever. One stick is from 1.342
-/// s to 1.542 s. A run that ends in it has found no period, and a later end changes its result. The clutch locks once
-/// and for all.
+/// s to 1.542 s. A run that ends in it has found no period, and a later end changes its result. The clutch locks for
+/// good.
 #[test]
 fn analytic_a_stick_that_may_be_one_of_a_cycle_is_counted() {
     let folder = Folder::new();

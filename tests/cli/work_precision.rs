@@ -31,8 +31,7 @@ fn cli_a_study_is_a_file_a_table_a_document_and_a_figure() {
         (&runs[3]["rtol"], &runs[3]["fixed_step"]),
         (&serde_json::Value::Null, &2e-5.into())
     );
-    // The methods with located events are far better than the paper's procedure, which has another sequence of
-    // events.
+    // The methods with located events are far better than the paper's procedure, which has another event sequence.
     let onset = |k: usize| runs[k]["error"]["onset"].as_f64().unwrap();
     assert!(
         [0, 1, 3].iter().all(|&k| onset(k) < 1e-6) && onset(2) > 1e-6,
@@ -154,8 +153,8 @@ fn cli_a_reference_that_cannot_be_reached_is_an_error() {
     says(&said, &["there is no reference", "perturbation"]);
 }
 
-/// Events in closed form of a mass on a belt, which sticks for 0.2 s and slips, with the parameters of the case by
-/// their keys.
+/// Closed-form events of a mass on a belt, which sticks for 0.2 s and slips, with the case's parameters by their
+/// keys.
 #[test]
 fn analytic_a_truth_may_be_of_any_case() {
     let folder = Folder::new();

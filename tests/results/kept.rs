@@ -66,8 +66,7 @@ fn results_kept_rows_make_the_same_file() -> Outcome {
     Ok(())
 }
 
-/// If /events is viewed with the column of the witness after the recorded ones, as in the file, the same file is
-/// written.
+/// If /events is viewed with the column of the witness after the recorded ones, as in the file, that file is written.
 #[test]
 fn results_the_column_of_a_witness_is_written_once() -> Outcome {
     let folder = tempfile::tempdir()?;

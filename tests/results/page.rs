@@ -1,5 +1,4 @@
-//! The interactive page contains the data of the result file: its decoded arrays are compared with the file's
-//! columns.
+//! The interactive page contains the data of the result file: its decoded arrays against the file's columns.
 
 use crate::common::cases::parsed;
 use crate::common::cli::says;
@@ -49,8 +48,7 @@ fn most(values: &[f64]) -> f64 {
     values.iter().copied().fold(f64::NAN, f64::max)
 }
 
-/// Compares every entry of the page with the rows of the file for which it stands. Returns which rows are stored
-/// unchanged.
+/// Compares every entry of the page with the rows of the file for which it stands. Returns which rows are unchanged.
 fn assert_holds(file: &ResultFile, page: &Page) -> Vec<bool> {
     let rows = file.sample_count().unwrap();
     let times = file.column("time", 0..rows).unwrap();
@@ -220,8 +218,7 @@ fn results_a_list_that_is_cut_says_so() {
     assert!(page.run["notes"].to_string().contains("first 5000 of 6000 events"));
 }
 
-/// /events has no column for the torque at which the interface breaks away. It is T_f, which is r times the internal
-/// force.
+/// /events has no column for the torque at which the interface breaks away. It is T_f, r times the internal force.
 #[test]
 fn results_torques_of_a_brake_are_there_on_both_sides_of_events() {
     let folder = tempfile::tempdir().unwrap();
@@ -250,16 +247,16 @@ fn results_torques_of_a_brake_are_there_on_both_sides_of_events() {
         if event.kind == EventKind::Stick {
             sticks += 1;
             assert_eq!(friction[k], transmitted[k]);
-            // Sliding ends at mu_s r F_n = 0.6 x 0.0523875 m x 2224.1 N = 69.9 N m. F_n still rings with 1e-4 of its
-            // value.
+            // Sliding ends at mu_s r F_n = 0.6 x 0.0523875 m x 2224.1 N = 69.9 N m. F_n still rings by 1e-4 of
+            // itself.
             assert!((before[k] - 69.91).abs() < 0.02, "{}", before[k]);
         }
     }
     assert!(sticks > 40);
 }
 
-/// With 15 samples for 94 stretches, the stretches are named, with a command that helps. The unchanged case has
-/// enough samples.
+/// With 15 samples for 94 stretches, the stretches are named, with a command that helps. The case as it is has
+/// enough.
 #[test]
 fn results_stretches_with_too_few_samples_are_marked() {
     let folder = tempfile::tempdir().unwrap();
@@ -282,8 +279,7 @@ fn results_stretches_with_too_few_samples_are_marked() {
     says(remedy, &["stickslip run paper.h5", "output.window=[{from=6.9"]);
 }
 
-/// The page of two runs has the columns of both, their difference at the samples of the first, and the pairs of
-/// events.
+/// The page of two runs has the columns of both, their difference at the first one's samples, and pairs of events.
 #[test]
 fn results_two_runs_are_on_one_page_with_their_difference() {
     let folder = tempfile::tempdir().unwrap();
@@ -340,7 +336,7 @@ fn results_two_runs_are_on_one_page_with_their_difference() {
     assert!(pairs.len() * 10 > ours.len() * 8, "{} of {}", pairs.len(), ours.len());
 }
 
-/// Each run with too few samples has its own command. A run with enough samples has none; the page once called it
+/// Each run with too few samples has its own command. One with enough samples has none; the page once called it
 /// "null".
 #[test]
 fn results_a_second_run_with_too_few_samples_has_its_own_remedy() {

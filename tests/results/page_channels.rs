@@ -209,8 +209,8 @@ fn results_page_of_bristles_counts_falls_below_the_threshold() {
     assert!(page.run["breakaway_arm"].is_null());
 }
 
-/// The orbit is the last period, from samples and the states at events. It is closed, and passes exactly through
-/// these states.
+/// The orbit is the last period, from samples and the states at events. It is closed, and passes through these
+/// states.
 #[test]
 fn results_page_of_trains_shows_one_period() {
     let folder = tempfile::tempdir().unwrap();
@@ -256,7 +256,7 @@ fn results_page_of_trains_shows_one_period() {
     assert!(!page.html.contains("id=\"last-period\""));
 }
 
-/// 20,000 cycles in 200,000 samples: the page stays below its limit, says what it omits, and contains the last period
+/// 20,000 cycles in 200,000 samples: the page stays below its limit, says what it omits, and has the last period
 /// unchanged.
 #[test]
 fn results_page_of_a_long_driven_run_is_bounded() {

@@ -13,8 +13,7 @@ use stickslip_system::signal::SIGNALS;
 pub struct CaseKeys {
     /// Names and units of the base case.
     pub words: Words,
-    /// The resolved case in the general form, whose lists and signals decide on indices; `None` if the case cannot be
-    /// read.
+    /// The resolved case in the general form, whose lists and signals decide on indices; `None` if it cannot be read.
     resolved: Option<Node>,
 }
 
@@ -25,8 +24,7 @@ impl CaseKeys {
         resolved: None,
     };
 
-    /// The keys of a base case with the settings of a study. The base case alone decides between the short and the
-    /// general form.
+    /// The keys of a base case with the settings of a study. The base case alone decides the form.
     pub fn of(base: &CaseSource, settings: &[Override]) -> CaseKeys {
         if Words::of(base, &[]).short {
             return CaseKeys::SHORT;

@@ -181,8 +181,8 @@ impl Exact<'_> {
         value.map_err(|message| CaseError::one("", path, message))
     }
 
-    /// The path at which a number is written: `path` itself, its key in the short form, or the list that a single
-    /// number replaces.
+    /// The path at which a number is written: `path` itself, its key in the short form, or the list that a number
+    /// replaces.
     fn place<'p>(&self, path: &'p str) -> Option<&'p str> {
         let mut same = schema::SAME.iter().filter(|_| self.case.words.short);
         let path = same.find(|same| same.1.contains(&path)).map_or(path, |same| same.0);

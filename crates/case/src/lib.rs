@@ -3,8 +3,8 @@
 //!
 //! A [`CaseSource`] is a text with its origin. [`Case::read`] applies overrides to it, and returns a valid [`Case`]
 //! in SI or a [`CaseError`] that names every problem by file, line and key. A file has the short form, `[torsion]`,
-//! or the general form, `[rotor]` and `[stator]`. Both are lists of keys for the same system, and only this crate
-//! distinguishes them.
+//! or the general form, `[rotor]` and `[stator]`. Both describe the same system, and only this crate distinguishes
+//! them.
 //!
 //! | file | question |
 //! |---|---|
@@ -96,8 +96,7 @@ pub struct Case {
     pub output: OutputOptions,
     /// Names and units of the system's places.
     pub words: Words,
-    /// Sliding speed (rad/s) below which a contact without stick counts as stuck; 0 for a contact with stick and
-    /// slip.
+    /// Sliding speed (rad/s) below which a contact without stick counts as stuck; 0 with stick and slip.
     pub threshold: f64,
 }
 
@@ -127,7 +126,7 @@ impl Case {
         resolved::write(self)
     }
 
-    /// The number at a dotted path of the resolved text, such as `torsion.damping` or `stator.speed.amplitude`, in the
+    /// The number at a dotted path of the resolved text, like `torsion.damping` or `stator.speed.amplitude`, in the
     /// unit of its key.
     ///
     /// # Errors

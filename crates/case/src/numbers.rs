@@ -116,7 +116,7 @@ pub(super) fn dimension(path: &str, words: Words) -> Option<Dimension> {
 
 impl Case {
     /// Sets the number at `path` of either form, to form differences. The case may become invalid. Returns whether
-    /// the path exists.
+    /// there is one.
     pub(super) fn put(&mut self, path: &str, value: f64, short: bool) -> bool {
         for (key, index, inner) in schema::find(path, short) {
             let mut places = (key.places)(self, index);

@@ -26,8 +26,7 @@ pub(super) fn numbers(
     if wrong.is_empty() { Ok(read) } else { Err(wrong) }
 }
 
-/// Reads one value for a key, and checks it without the rest of the case. For a list or a signal the value is one
-/// number.
+/// Reads one value for a key, and checks it without the rest of the case. For a list or a signal it is one number.
 pub(super) fn single(key: &Key, value: &Value, motion: Motion) -> Result<Setting, String> {
     let whole = |least: i64, expected: &str| match value {
         Value::Integer(count) if *count >= least => Ok(Setting::Count(usize::try_from(*count).unwrap_or(usize::MAX))),

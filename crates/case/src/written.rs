@@ -6,7 +6,7 @@ use super::{Case, CaseNumber, CaseSource, Origin, Override, Words, conditions, d
 use stickslip_system::model::system::System;
 
 /// A case with its physical parameters: all of them in the short form, the written ones that are not zero in the
-/// general form. Parameters without effect on events are omitted; the general form also omits lists of more than 32
+/// general form. Parameters without effect on events are omitted; the general form also omits lists beyond 32
 /// elements.
 #[derive(Debug, Clone)]
 pub struct WrittenCase {

@@ -21,8 +21,7 @@ pub struct CheckReport {
     pub format: String,
     /// Root attribute `status`.
     pub status: String,
-    /// Whether the file has a seal, a checksum of all bytes. Files of killed runs, and files changed by another
-    /// program, lack it.
+    /// Whether the file has a seal, a checksum of all bytes. Killed runs, and changes by other programs, leave none.
     pub sealed: bool,
     /// Number of variables whose every value was read.
     pub variables: usize,

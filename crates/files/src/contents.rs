@@ -52,8 +52,7 @@ impl Contents {
 }
 
 impl ResultFile {
-    /// Lists all contents of the file, including additions of later versions. Seal and chunk checksums are not
-    /// verified.
+    /// Lists all contents of the file, including additions of later versions. Checksums are not verified.
     ///
     /// # Errors
     /// The file cannot be read.

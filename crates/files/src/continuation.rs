@@ -1,5 +1,4 @@
-//! File of a continuation: branches, points, and curves of special points. It is small, and written as a whole at the
-//! end.
+//! File of a continuation: branches, points, and curves of special points. It is small, and written at the end.
 
 use std::path::{Path, PathBuf};
 

@@ -87,7 +87,7 @@ impl DenseOutput<'_> {
         (self.starts[index] <= t && t <= self.ends[index]).then_some(index)
     }
 
-    /// The Chebyshev coefficients of a channel in a piece. Fails if there is no such channel, or the file cannot be
+    /// The Chebyshev coefficients of a channel in a piece. Fails without such a channel, or if the file cannot be
     /// read.
     pub fn coefficients(&self, channel: &str, piece: usize) -> Result<[f64; COEFFICIENTS], ResultError> {
         let first = piece / BLOCK * BLOCK;

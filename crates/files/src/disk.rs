@@ -12,8 +12,7 @@ pub fn folder_of(path: &Path) -> PathBuf {
     }
 }
 
-/// Whether `path`, or the target of a link, is neither a file nor a folder, such as a pipe. Replacing it would take
-/// it from its users.
+/// Whether `path`, or the target of a link, is neither a file nor a folder, such as a pipe, which its users would lose.
 fn is_pipe_or_device(path: &Path) -> bool {
     fs::metadata(path).is_ok_and(|found| !found.is_file() && !found.is_dir())
 }
@@ -55,7 +54,7 @@ pub fn misplaced(path: &Path, inputs: &[PathBuf]) -> Option<Obstacle> {
     }
 }
 
-/// Obstacle to replacing an existing file at `path`. Without `force` the file must satisfy `is_own`, whose errors are
+/// Obstacle to replacing an existing file at `path`. Without `force` it must satisfy `is_own`, whose errors are
 /// passed on.
 pub fn in_the_way<E>(
     path: &Path,
@@ -101,7 +100,7 @@ fn temporary_with(folder: &Path, parts: &[&[u8]]) -> io::Result<Temporary> {
 }
 
 /// A file that gets its name when it is complete. On Linux it has no name until then, so that a killed program leaves
-/// nothing. Elsewhere, and on file systems without nameless files, it has a hidden name, and is removed unless it is
+/// nothing. Elsewhere, and on file systems without nameless files, it has a hidden name, and is removed unless
 /// persisted.
 #[derive(Debug)]
 pub struct Temporary(Made);

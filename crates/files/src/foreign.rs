@@ -151,8 +151,7 @@ pub struct ForeignColumn {
 }
 
 impl ForeignColumn {
-    /// Reads a part of the variable: a range of each dimension, the last one fastest. Fails if the file is damaged
-    /// there.
+    /// Reads a part of the variable: a range of each dimension, the last one fastest. Fails if it is damaged there.
     pub fn read(&self, part: &[Range<usize>]) -> Result<Vec<f64>, ResultError> {
         self.source.read(&self.name, part)
     }

@@ -1,5 +1,4 @@
-//! How do results lie on disk? The crate stores tables in HDF5 files that are also valid netCDF-4. It contains no
-//! physics.
+//! How do results lie on disk? Tables of results in HDF5 files that are also valid netCDF-4; no physics.
 //!
 //! A run streams into `NAME.partial.h5` through [`ResultWriter`]. The partial file is marked as interrupted and
 //! flushed block by block. [`ResultWriter::finish`] gives a complete run its own name and a seal. [`ResultFile`]
@@ -53,7 +52,7 @@
 //! | `error` | errors of files |
 //!
 //! The crate reads no case: a file holds the case's text, and its parameters in SI as TOML. The crate writes neither
-//! CSV nor NPZ nor MAT; the module `export` of `stickslip` does. A seal shows damage, but does not protect against
+//! CSV nor NPZ nor MAT; the module `export` of `stickslip` does. A seal shows damage, but is no protection against
 //! malice.
 
 mod attributes;

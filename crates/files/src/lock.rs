@@ -7,8 +7,7 @@ use std::path::{Path, PathBuf};
 use super::disk::number_of;
 use super::{Reason, ResultError};
 
-/// Number of beginnings and ends of flushes of the file at `path`; odd during a flush. `None` if nobody writes the
-/// file.
+/// Number of beginnings and ends of flushes of the file at `path`; odd during a flush. `None` if nobody writes it.
 pub(super) fn flushes(path: &Path) -> Option<u64> {
     let mut lock = open_plain(&lock_path(path), OpenOptions::new().read(true)).ok()?;
     match lock.try_lock_shared() {
@@ -120,8 +119,7 @@ impl WriteLock {
 
 impl Drop for WriteLock {
     fn drop(&mut self) {
-        // Removed under the lock, so that no other writer's file is removed. The sibling exists only after a failed
-        // write.
+        // Under the lock, so that no other writer's file is removed. The sibling exists only after a failed write.
         let _ = fs::remove_file(self.sibling());
         let _ = fs::remove_file(&self.path);
     }

@@ -17,8 +17,7 @@ const LONGEST_STORED: usize = 65_535;
 /// Number of sampled bytes of a plane, evenly spread so that stretches of equal values are found.
 const LOOKED_AT: usize = 512;
 
-/// A plane with more pairs of equal sampled bytes than this is not noise. Noise has 511 on average, with a standard
-/// deviation of 23.
+/// A plane with more pairs of equal sampled bytes than this is not noise. Noise has 511 +- 23 (standard deviation).
 const NOISE_PAIRS: u32 = 600;
 
 pub(super) struct Packer {

@@ -1,8 +1,7 @@
 //! Seal of a file: its last line holds the CRC-32 of all bytes before it.
 //!
 //! HDF5 has no checksum for most of its metadata. The line follows the HDF5 file, so that damage is found without
-//! HDF5. HDF5 ignores the line, and cuts it off when it opens the file for changes. A missing line is therefore no
-//! damage.
+//! HDF5. HDF5 ignores the line, and cuts it off when it opens the file for changes. A missing line is no damage.
 
 use std::fs::{File, OpenOptions};
 use std::io::{self, Read, Seek, SeekFrom, Write};

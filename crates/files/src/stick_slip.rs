@@ -9,8 +9,7 @@ use stickslip_system::record::Cycle;
 pub struct StickSlipTable {
     /// Cycles; empty if the writer has recorded them already.
     pub cycles: Vec<Cycle>,
-    /// Attributes: quantities and counts. A quantity that the run does not have, such as an onset without a stick, is
-    /// NaN.
+    /// Attributes: quantities and counts. A quantity that the run lacks, such as an onset without a stick, is NaN.
     pub attributes: Vec<Extra>,
 }
 

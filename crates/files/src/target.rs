@@ -50,8 +50,8 @@ impl Reservation {
     }
 
     /// Writes a whole file and returns its path: its own name if `status` is complete, otherwise the partial file.
-    /// The file is made under the lock's name, so that half a file is never seen. After a failure an earlier file is
-    /// still there.
+    /// The file is made under the lock's name, so that half a file is never seen. After a failure an earlier file
+    /// remains.
     pub(super) fn put(
         &self,
         status: &Status,

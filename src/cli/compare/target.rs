@@ -46,8 +46,8 @@ impl Target {
         &self.path
     }
 
-    /// Writes the report. Figures of a Markdown report are files next to it, which replace figures of this program
-    /// only.
+    /// Writes the report. Figures of a Markdown report are files next to it, which replace only figures of this
+    /// program.
     pub fn write(&self, pages: &[Page], shortfalls: &[String]) -> Result<(), CommandError> {
         let text = if self.html {
             render::html(pages, shortfalls)

@@ -4,8 +4,7 @@ use super::quantity::Value;
 use stickslip_analysis::continuation::{Branch, BranchPoint};
 use stickslip_analysis::cycle::Stability;
 
-/// Stability between successive points. It changes at special points, so that a link has the stability of its
-/// ordinary end.
+/// Stability between successive points. It changes at special points: a link has that of its ordinary end.
 pub fn links(branch: &Branch) -> Vec<Stability> {
     let marks_a_change = |point: &BranchPoint| point.special.is_some() || point.stability == Stability::Neutral;
     let between = |pair: &[BranchPoint]| match (marks_a_change(&pair[0]), marks_a_change(&pair[1])) {

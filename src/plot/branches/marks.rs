@@ -1,5 +1,4 @@
-//! Marks of special points: filled if they follow from eigenvalues or multipliers, open if the event sequence
-//! changes.
+//! Marks of special points: filled for eigenvalues or multipliers, open for changes of the event sequence.
 
 use crate::plot::figure::Shape;
 use crate::plot::style::{BLACK, VERMILLION};

@@ -103,8 +103,7 @@ impl<'a> Branches<'a> {
         self.known().filter(|quantity| names.contains(&quantity.name)).collect()
     }
 
-    /// Figures of `quantities`. If the list is empty, these are the most important quantities, and the curves of
-    /// special points.
+    /// Figures of `quantities`. If empty: the most important quantities, and curves of special points.
     ///
     /// # Errors
     /// A quantity is unknown, or there is nothing to draw.

@@ -141,8 +141,7 @@ impl StudyAxis {
             return false;
         }
         if self.levels.len() < 3 {
-            // A sample is logarithmic if the geometric mean of its limits is nearer to the median than their
-            // arithmetic mean.
+            // A sample is logarithmic if the geometric mean of its limits is nearer to the median than their mean.
             let below = |limit: f64| self.values.iter().filter(|value| **value < limit).count() as f64;
             let half = 0.5 * self.values.len() as f64;
             return (below((low * high).sqrt()) - half).abs() < (below(0.5 * (low + high)) - half).abs();

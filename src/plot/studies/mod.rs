@@ -1,5 +1,5 @@
-//! Figures of many runs. A sweep has a map, curves, a distribution and the boundary. A calibration has the region
-//! that the data allow.
+//! Figures of many runs. A sweep has a map, curves, a distribution and the boundary. A calibration has the region of
+//! valid parameters.
 //!
 //! | module | contents |
 //! |---|---|
@@ -140,8 +140,8 @@ pub fn distributions(file: &SweepFile, choice: &Choice) -> Result<Vec<(StudyQuan
     Ok(found)
 }
 
-/// The requested quantities, or those of the study. Without any: the onset for a sample, or the most distinctive
-/// result for a grid.
+/// The requested quantities, or those of the study. Without any: a sample's onset, or a grid's most distinctive
+/// result.
 fn quantities<'a>(data: &'a StudyData, choice: &Choice) -> Result<Vec<&'a StudyQuantity>, PlotError> {
     if choice.quantities.is_empty() {
         let wishes = ["onset_time", "attractor_period"];

@@ -22,8 +22,7 @@ struct Found {
     largest: f64,
 }
 
-/// A figure for each pair of parameters, with the ranges, and the region enlarged. For a single parameter the
-/// residual is shown.
+/// A figure for each pair of parameters, with the ranges, and the region enlarged. A single one has its residual.
 pub(super) fn figures(file: &SweepFile, data: &StudyData) -> Result<Vec<Figure>, PlotError> {
     let found = found(file, data)?;
     let worst = largest_residuals(file, data)?;

@@ -176,8 +176,8 @@ pub(super) fn read_texts(dataset: &Dataset) -> hdf5::Result<Vec<String>> {
     Ok(bytes.chunks(length.max(1)).map(text).collect())
 }
 
-/// Stores `text` as a scalar UTF-8 string of fixed length. Beyond the 64 KiB of an attribute, every reader shows only
-/// this form as text.
+/// Stores `text` as a scalar UTF-8 string of fixed length. Beyond an attribute's 64 KiB, every reader shows only this
+/// form as text.
 pub(super) fn write_text(group: &Group, name: &str, text: &str) -> hdf5::Result<Dataset> {
     // HDF5 has no string of length 0.
     let mut bytes = text.as_bytes().to_vec();
@@ -188,7 +188,7 @@ pub(super) fn write_text(group: &Group, name: &str, text: &str) -> hdf5::Result<
     Ok(dataset)
 }
 
-/// Reads a scalar string of fixed length from a dataset or an attribute; `None` for any other type, or if it is not
+/// Reads a scalar string of fixed length from a dataset or an attribute; `None` if it is of another type, or not
 /// UTF-8.
 pub(super) fn read_text(object: &Container) -> hdf5::Result<Option<String>> {
     Ok(read_scalar(object)?.and_then(|bytes| String::from_utf8(bytes).ok()))

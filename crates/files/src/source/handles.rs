@@ -445,8 +445,7 @@ impl Handles {
         if !self.follow_external && !Path::new(name).components().all(below) {
             return Err(elsewhere());
         }
-        // HDF5 searches in this order: the folder of the file as named, the working folder, the folder of the real
-        // file.
+        // HDF5's order of search: the folder of the file as named, the working folder, the folder of the real file.
         let named = crate::disk::folder_of(&self.path);
         let real = self.path.canonicalize().unwrap_or_else(|_| self.path.clone());
         let real = crate::disk::folder_of(&real);
@@ -487,7 +486,7 @@ impl Handles {
     }
 }
 
-/// Whether a file name is a pattern, whose files are not listed: it contains a single per cent sign. A doubled one is
+/// Whether a file name is a pattern, whose files are not listed: it has a single per cent sign. A doubled one is
 /// literal.
 fn is_pattern(name: &str) -> bool {
     name.replace("%%", "").contains('%')

@@ -47,8 +47,8 @@ impl Identity {
     }
 }
 
-/// Sets whether links into other files, external storage, and virtual datasets over files elsewhere are followed. The
-/// default is no.
+/// Sets whether links into other files, external storage, and virtual datasets over files elsewhere are followed
+/// (default: no).
 pub fn follow_external(follow: bool) {
     FOLLOW_EXTERNAL.store(follow, Ordering::Relaxed);
 }
@@ -111,8 +111,7 @@ const ATTEMPTS: usize = 50;
 const PAUSE: Duration = Duration::from_millis(20);
 
 impl Source {
-    /// Opens any HDF5 file. A file that a run is writing is read in the state of its last flush, even when more is
-    /// written.
+    /// Opens any HDF5 file. A file that a run is writing is read in the state of its last flush, and stays so.
     pub(super) fn open(path: &Path) -> Result<Source, ResultError> {
         Self::open_with(path, None)
     }
@@ -200,8 +199,7 @@ impl Source {
     }
 
     fn opened(path: &Path, opening: Opening) -> Result<Source, ResultError> {
-        // HDF5 would follow such links behind virtual datasets. In a library, the calling program may need them for
-        // its own files.
+        // HDF5 would follow such links behind virtual datasets. The program that uses this library may need them.
         static FORGOTTEN: Once = Once::new();
         if !opening.follow_external && probe::owns_process() {
             FORGOTTEN.call_once(|| {

@@ -108,7 +108,7 @@ pub(super) fn lacks_memory(fault: &Fault) -> bool {
     matches!(fault, Fault::Hdf5(detail) if detail.contains("alloc"))
 }
 
-/// Reads everything that the program could read. Values that HDF5 refuses are skipped: the program will get the same
+/// Reads everything that the program could read. Values that HDF5 refuses are skipped: the program gets the same
 /// error.
 fn read_whole(source: &Source) -> Result<(), ResultError> {
     source.attributes("")?;
@@ -217,7 +217,7 @@ fn renew_time() {
     }
 }
 
-/// Whether HDF5 may open a file in this process: its seal is intact, or a probe has survived it. A growing file is
+/// Whether HDF5 may open a file in this process: its seal is intact, or a probe has survived it. Growing files are
 /// probed each time.
 pub(super) fn admit(path: &Path, follow_external: bool, is_growing: bool) -> Result<(), Reason> {
     let Some(command) = COMMAND.get() else {
@@ -263,8 +263,8 @@ pub(super) fn admit(path: &Path, follow_external: bool, is_growing: bool) -> Res
     verdict
 }
 
-/// Lets `command` (program with arguments, see [`set_probe`]) read the file at `path`, including links to other files
-/// if `follow_external`.
+/// Lets `command` (program with arguments, see [`set_probe`]) read the file at `path`, with links to other files if
+/// `follow_external`.
 ///
 /// # Errors
 /// [`Reason::Damaged`] and other faults of the file; [`Reason::NoReader`] if the process does not start, is ended

@@ -5,8 +5,8 @@ use std::ops::Range;
 use super::{DatasetInfo, Object, Source, joined};
 use crate::{Reason, ResultError, schema};
 
-/// The columns of a group, all as long as its first variable. Readers fail for a column that is missing or of a
-/// different length.
+/// The columns of a group, all as long as its first variable. Readers fail for a missing column, or one of another
+/// length.
 #[derive(Debug)]
 pub struct TableReader<'a> {
     source: &'a Source,

@@ -118,7 +118,7 @@ pub struct SweepPlan {
     pub shard: Option<ShardPlan>,
 }
 
-/// An event of a point: time (s), code of the kind, code of the mode after it, relative velocity (rad/s), internal
+/// An event of a point: time (s), codes of its kind and of the mode after it, relative velocity (rad/s), internal
 /// force (N).
 pub(crate) type SweepCell = [f64; 5];
 

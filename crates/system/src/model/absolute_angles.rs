@@ -1,8 +1,7 @@
 //! Two equal disks in absolute angles, with the contact state of equation (9): the model of the paper's procedure.
 //!
 //! The equations are those of the paper. Torques are differences of angles that reach hundreds of radians, and
-//! friction changes its sign inside the right-hand side. Reference runs use [`super::equations`], whose documentation
-//! gives the reasons.
+//! friction changes its sign inside the right-hand side. Reference runs use [`super::equations`], which explains why.
 
 use super::system::{ContactLaw, End, KickSide, Pressing, System, Train};
 use super::{Axial, BreakawayTest, Mode};
@@ -41,8 +40,7 @@ pub const WORK: usize = 10;
 /// The state. The constants of this module are the indices of its components.
 pub type AbsoluteState = [f64; DIMENSION];
 
-/// Model of the paper's two disks: a free rotor whose surface is on a shaft, and a surface on an equal shaft to the
-/// ground.
+/// The paper's two disks: a free rotor whose surface is on a shaft, and a surface on an equal shaft to the ground.
 #[derive(Debug)]
 pub struct AbsoluteModel {
     /// I, kg m^2.
@@ -169,8 +167,7 @@ impl AbsoluteModel {
         self.damping + 2.0 * self.radius * normal_force * slope
     }
 
-    /// Whether the margin is not negative. Without damping the margin has the sign of the friction law's slope,
-    /// whatever the force.
+    /// Whether the margin is not negative. Without damping it has the sign of the friction law's slope.
     pub fn is_stable(&self, sense: f64, relative_velocity: f64, normal_force: f64) -> bool {
         if self.damping != 0.0 {
             return self.stability_margin(sense, relative_velocity, normal_force) >= 0.0;

@@ -13,8 +13,8 @@ use crate::numerics::Number;
 use crate::signal::{self, Pieces, Signal};
 
 /// Events closer than this (s) are simultaneous. The value is far below the spacing of doubles at the times of
-/// events, and far above the error of multiprecision runs. It only decides the order of a contact change and a kick
-/// at a corner of F.
+/// events, and far above the error of multiprecision runs. It only orders a contact change and a kick at a corner of
+/// F.
 pub(crate) const SAME_INSTANT: f64 = 1e-18;
 
 /// The axial state, with pressing force and energies.
@@ -92,7 +92,7 @@ pub struct Ringing<T = f64> {
     oscillator: DampedOscillator<T>,
     /// m h'' (N) and m h''' (N/s) at the start of each stretch of F. They are carried from stretch to stretch instead
     /// of derived from z. After a rest their small remainder decides when the contact closes, and next to z it would
-    /// be lost in rounding.
+    /// be rounding.
     starts: Vec<(T, T)>,
 }
 
@@ -169,12 +169,11 @@ enum Search {
     Searched(f64),
 }
 
-/// Most steps of one search, which take tenths of a second. Each step covers a part of an oscillation, of which a run
-/// has some thousands.
+/// Most steps of one search, which take tenths of a second. A step covers a part of an oscillation, and a run has
+/// some thousands of them.
 const SEARCH: u32 = 1_000_000;
 
-/// A stretch of F shorter than this, in time scales of the fastest motion, takes the ringing at its end from a
-/// series.
+/// In a stretch of F below this, in time scales of the fastest motion, a series gives the ringing at the end.
 const SHORT: f64 = 0.1;
 
 /// Error of a rate that is a difference, relative to the terms: some roundings of their sums.
@@ -213,8 +212,7 @@ impl AxialMotion {
         self.piece(force, (-offset, -drift), ringing, (0.0, 0.0))
     }
 
-    /// The piece after a corner, at which z, z' and the pressing force are continuous. No large numbers are
-    /// subtracted.
+    /// The piece after a corner, at which z, z' and the pressing force are continuous. No large numbers cancel.
     fn next_piece(&self, last: &Piece, force: signal::Piece, ringing: (f64, f64)) -> Piece {
         let Axial { stiffness, damping, .. } = self.axial;
         let tau = last.force.end - last.force.start;
@@ -371,15 +369,13 @@ impl AxialMotion {
         t - piece.force.start >= piece.silent_after
     }
 
-    /// Time at which the ringing ends in the stretch of F around `t` (s), s; infinite if it lasts to the end of the
-    /// stretch.
+    /// Time at which the ringing ends in the stretch of F around `t` (s), s; infinite if it lasts to the end.
     pub fn silent_from(&self, t: f64) -> f64 {
         let piece = self.piece_at(t);
         piece.force.start + piece.silent_after
     }
 
-    /// Time at which the ringing from the last corner before `t` (s) has decayed by `e_folds`, s; infinite if it
-    /// never does.
+    /// Time at which the ringing from the last corner before `t` (s) has decayed by `e_folds`, s; may be infinite.
     pub fn dies_by(&self, t: f64, e_folds: f64) -> f64 {
         self.piece_at(t).force.start + e_folds / self.ringing.oscillator.slowest_decay()
     }
@@ -395,8 +391,7 @@ impl AxialMotion {
         }
     }
 
-    /// The next change of the contact after `t` and up to `until` (s): the contact opens if `closed`, otherwise it
-    /// closes.
+    /// The next change of the contact after `t` and up to `until` (s): it opens if `closed`, otherwise it closes.
     ///
     /// It opens when the pressing force falls through 0, and closes when it rises through 0, with one exception.
     /// While F does not press, an open contact stays open once it rings less than [`Axial::ringing_floor`]. At the
@@ -462,8 +457,8 @@ impl AxialMotion {
         }
     }
 
-    /// Cause of a change at the corner that ends a rest, and the side of zero to which the pressing force goes or on
-    /// which it already is.
+    /// Cause of a change at the corner that ends a rest, and the side of zero on which the pressing force is or will
+    /// be.
     fn leaving(&self, piece: &Piece) -> (ChangeCause, f64) {
         let (force, rate) = self.pressing(piece, 0.0);
         let curvature = self.ringing.oscillator.curvature(piece.ringing);
@@ -506,8 +501,8 @@ impl AxialMotion {
         ringing_amplitude(&self.axial, self.ringing_at(piece, end))
     }
 
-    /// Error of the time (s) of a zero of the pressing force at a corner of F, from rounding. F is exact there, the
-    /// ringing is not.
+    /// Error of the time (s) of a zero of the pressing force at a corner of F, from rounding: F is exact, the ringing
+    /// is not.
     pub fn rounding_at_corner(&self, t: f64) -> f64 {
         let index = self.force.index(t);
         let (_, rate) = self.pressing(&self.pieces[index], 0.0);
@@ -523,8 +518,7 @@ impl AxialMotion {
         }
     }
 
-    /// Error of the pressing force at `t` (s) that follows from rounded times of earlier steps and short stretches of
-    /// F, N.
+    /// Error of the pressing force at `t` (s) from rounded times of earlier steps and short stretches of F, N.
     pub fn rounding_of_times(&self, t: f64) -> f64 {
         let rate = self.axial.fastest_rate();
         let pieces = &self.pieces[..=self.force.index(t)];
@@ -596,8 +590,8 @@ impl AxialMotion {
     /// Time (s) over which sign * pressing force, zero up to rounding, provably grows; `None` without a proof.
     ///
     /// Its rate is the sum of the slopes of F and of the ringing, which cancel where contact starts with a ramp. The
-    /// rounding of this sum is no rate. The force then leaves zero with its second derivative or, without damping,
-    /// with its third.
+    /// rounding of this sum is no rate. The force then leaves zero with its second derivative or, undamped, with its
+    /// third.
     fn departure(&self, piece: &Piece, ringing: (f64, f64), sign: f64, rate: f64, curvature: f64) -> Option<f64> {
         let rounding = RATE_ROUNDING * piece.force.slope.abs();
         let by_rate = if rate > rounding { rate / curvature } else { 0.0 };

@@ -3,8 +3,8 @@
 /// Distance over which a function with value `g` > 0, slope `rate` and |second derivative| <= `curvature` provably
 /// stays positive. It is the positive zero of g + rate x - curvature x^2 / 2, or infinite if there is none.
 ///
-/// Repeated steps converge to the first root from the left, and never pass a root. Near a simple root each step is
-/// one of Newton's.
+/// Repeated steps converge to the first root from the left, and never pass a root. Near a simple root they are
+/// Newton's.
 pub fn positive_for(g: f64, rate: f64, curvature: f64) -> f64 {
     let root = (rate * rate + 2.0 * curvature * g).sqrt();
     if rate < 0.0 {

@@ -3,8 +3,7 @@
 use super::bounds::positive_for;
 
 /// Most steps of one search for a breakaway. A system with a damped fast mode takes a few hundred. A strongly
-/// overdamped system, with time scales a million apart, could take minutes, during which the run must stay
-/// interruptible.
+/// overdamped system, with time scales a million apart, could take minutes, and must stay interruptible.
 const MOST_ROUNDS: u64 = 100_000;
 
 /// Result of a search for a breakaway.

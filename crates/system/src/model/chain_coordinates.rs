@@ -15,7 +15,7 @@ use super::equations::{Outside, Side, SystemEquations};
 use crate::numerics::band::BandMut;
 
 /// Largest distance of elements from the diagonal. In stick the speed of one surface depends on the inertia behind
-/// the other surface.
+/// the other.
 pub const HALF_WIDTH: usize = 4;
 
 /// Number of components from which on a band is faster than a dense matrix.

@@ -29,8 +29,7 @@ impl Sum {
 #[derive(Debug)]
 pub(super) struct Drifting {
     inertia: f64,
-    /// For each of its speeds in the state: the entry, and the excess over the common speed, as a row over the
-    /// coordinates.
+    /// For each of its speeds in the state: the entry, and the row of its excess over the common speed.
     pub speeds: Vec<(usize, DVector<f64>)>,
     torques: [bool; 2],
 }
@@ -409,8 +408,8 @@ impl<'a> Chains<'a> {
         entries
     }
 
-    /// Speeds and twist rates among the coordinates, as sums over the state. The common speed of the surfaces is read
-    /// from a tied train.
+    /// Speeds and twist rates among the coordinates, as sums over the state. The surfaces' common speed is read from
+    /// a tied train.
     pub fn speeds(&self) -> Vec<Sum> {
         let rates = self.shafts.iter().filter_map(|shaft| {
             Some(Sum {
@@ -512,8 +511,7 @@ impl<'a> Chains<'a> {
         DVector::from_fn(self.dimension, of)
     }
 
-    /// Matrix from any coordinates to those at rest. The inner `None` means that they are zero, the outer `None` that
-    /// they are unknown.
+    /// Matrix from any coordinates to those at rest. Inner `None`: they are zero. Outer `None`: they are unknown.
     ///
     /// Rest is A x = 0 under the present torques. A chain between two walls also keeps the sum l x of its twists: all
     /// its shafts come to rest with one additional torque, r. A + r l has an inverse.

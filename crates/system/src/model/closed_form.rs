@@ -11,8 +11,8 @@ use crate::model::breakaway::{Bounded, Breakaway, Search, first_breakaway};
 use crate::model::linear_flow::{self, Flow};
 use nalgebra::{DMatrix, DVector};
 
-/// Largest number of coordinates with a closed form. Its work grows with the square of their number, that of a Taylor
-/// series in proportion.
+/// Largest number of coordinates with a closed form. Its work grows with the square of their number, a Taylor series'
+/// in proportion.
 const MOST: usize = 16;
 
 /// The linear motions of a system, in stick and in separation. Each is made on first use.
@@ -130,8 +130,7 @@ impl Motion {
         }
     }
 
-    /// The torque (N m) that the breakaway test uses in stick at `y`, under the external torques of rotor and stator
-    /// (N m).
+    /// The torque (N m) of the breakaway test in stick at `y`, under the external torques of rotor and stator (N m).
     pub fn tested_torque(&self, y: &[f64], torques: [f64; 2]) -> f64 {
         self.flow.value(self.coordinates(y, torques).as_slice())
     }

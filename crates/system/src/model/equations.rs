@@ -84,8 +84,8 @@ pub struct Side<T = f64> {
 
 #[derive(Debug, Clone, Copy, PartialEq)]
 struct Surface {
-    /// Sum of all torques except the interface's, N m. It is positive in the direction that the interface opposes on
-    /// the rotor.
+    /// Sum of all torques except the interface's, N m; positive in the direction that the interface opposes on the
+    /// rotor.
     torque: f64,
     speed: f64,
 }
@@ -618,7 +618,7 @@ impl SystemEquations {
         self.law_in(piece).coefficient_and_slope(x).1
     }
 
-    /// Change of [`Self::stability_guard`] if inputs and state `now` change by `change`, to first order; 0 without a
+    /// Change of [`Self::stability_guard`] if inputs and state `now` change by `change`, to first order; 0 without
     /// margin.
     pub fn stability_guard_slope(
         &self,
@@ -694,8 +694,8 @@ impl SystemEquations {
         }
     }
 
-    /// Torque of the interface, N m. `sense` is the sign of omega_r in slip; for an engaged contact it is the side of
-    /// rest.
+    /// Torque of the interface, N m. `sense` is the sign of omega_r in slip, or the side of rest of an engaged
+    /// contact.
     pub fn interface_torque(&self, mode: Mode, sense: f64, piece: usize, outside: &Outside, y: &[f64]) -> f64 {
         match mode {
             Mode::Separated => 0.0,
@@ -766,8 +766,7 @@ impl SystemEquations {
     }
 
     /// Share (0 to 1) of the change of omega_r from `w` by `change` (rad/s, in either direction) over which some
-    /// twenty Taylor coefficients represent the interface's torque. Beyond it the last coefficients would not show
-    /// the error.
+    /// twenty Taylor coefficients represent the interface's torque. Beyond it the last coefficients hide the error.
     pub fn expandable_share(&self, piece: usize, w: f64, change: f64) -> f64 {
         let share = self.law_in(piece).expandable_share(w.abs(), change);
         match self.engagement {
@@ -785,8 +784,8 @@ impl SystemEquations {
         }
     }
 
-    /// Matrix of the mechanical rates in slip. It depends on the state only through `contact_damping` = r F_n mu' (N
-    /// m s/rad).
+    /// Matrix of the mechanical rates in slip. The state enters only through `contact_damping` = r F_n mu' (N m
+    /// s/rad).
     pub fn sliding_matrix(&self, contact_damping: f64) -> DMatrix<f64> {
         let (maps, n) = (self.linear(), self.mechanical());
         DMatrix::from_fn(n, n, |i, j| {
@@ -1001,8 +1000,7 @@ impl SystemEquations {
         self.stator.push(stator, y);
     }
 
-    /// Adds `delta` (rad/s) to omega_r, with an impulse on one surface or opposite impulses on both. Stick absorbs
-    /// opposite impulses.
+    /// Adds `delta` (rad/s) to omega_r, with an impulse on one surface or opposite ones on both, which stick absorbs.
     pub fn kick(&self, on: KickSide, delta: f64, in_stick: bool, y: &mut [f64]) {
         let (rotor_share, stator_share) = self.shares();
         match (on, in_stick) {

@@ -18,8 +18,8 @@ pub(super) trait Flow: Debug + Send + Sync {
 
     fn value(&self, x: &[f64]) -> f64;
 
-    /// c x with its bounds, and the largest later distance of c x from its value at rest. `moving` is the coordinates
-    /// minus those at rest.
+    /// c x with its bounds, and the largest later distance of c x from its value at rest. `moving`: coordinates minus
+    /// those at rest.
     fn bounded(&self, x: &[f64], moving: &[f64]) -> (Bounded, f64);
 }
 
@@ -129,8 +129,8 @@ where
             return x;
         }
         let longest = (1u64 << LEVELS) as f64;
-        // Beyond the table the doubling continues, up to the largest double. This happens with heavy damping over a
-        // long time.
+        // Beyond the table the doubling continues, up to the largest double. It occurs with heavy damping over long
+        // times.
         let mut beyond = (units / longest).floor();
         let mut bits = (units - beyond * longest) as u64;
         if beyond >= 1.0 {

@@ -83,8 +83,8 @@ pub fn slowing(system: &System) -> Result<(), &'static str> {
     Ok(())
 }
 
-/// Minimum of 2 Re Z over the frequencies at which the surfaces swing against each other, N m s/rad; `None` if they
-/// do not swing.
+/// Minimum of 2 Re Z over the frequencies at which the surfaces swing against each other, N m s/rad; `None` without a
+/// swing.
 pub fn of_both(one: &Surface, other: &Surface) -> Option<f64> {
     if one.undamped() || other.undamped() {
         return Some(0.0);

@@ -2,7 +2,7 @@
 
 use crate::numerics::{Number, taylor};
 
-/// Terms of the series for [`DampedOscillator::lag`]. Over a tenth of the time of the fastest motion the error is
+/// Terms of the series for [`DampedOscillator::lag`]. Over 0.1 of the time of the fastest motion the error is
 /// 0.1^13/13!.
 const LAG_TERMS: u32 = 14;
 

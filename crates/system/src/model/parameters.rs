@@ -1,5 +1,4 @@
-//! Parameters of two equal disks, in SI units and radians. The axial oscillator, kick times and modes are those of
-//! every system.
+//! Parameters of two equal disks, in SI units and radians. Axial oscillator, kick times and modes serve every system.
 
 use crate::friction::Friction;
 use crate::signal::Signal;
@@ -128,8 +127,7 @@ pub enum Mode {
     SlipForward = 2,
     /// omega_r < 0.
     SlipBackward = 3,
-    /// Friction without a jump at rest, regularised or with bristles. This one mode holds at every omega_r, without
-    /// stick.
+    /// Friction without a jump at rest, regularised or with bristles. It is the only mode, without stick.
     Engaged = 4,
 }
 

@@ -30,7 +30,7 @@ const ROUNDS: usize = 8;
 
 /// Number of coefficients, and most rounds, where the short iteration does not reach rounding. A round takes two
 /// derivatives, so that the last coefficients are unreliable. At a steepness rate of 70 s/rad the changes are least
-/// after some 18 rounds.
+/// after 18 rounds or so.
 const LONG_ORDER: usize = 28;
 const LONG_ROUNDS: usize = 20;
 
@@ -310,8 +310,7 @@ impl<const N: usize> SlowSide<N> {
     }
 }
 
-/// Motion along the slow manifold: N Taylor coefficients by powers of time in s, the last two of which are
-/// unreliable.
+/// Motion along the slow manifold: N Taylor coefficients by powers of time in s. The last two are unreliable.
 #[derive(Debug, Clone)]
 pub struct SlowSeries<const N: usize> {
     sides: [SlowSide<N>; 2],

@@ -12,8 +12,7 @@ use nalgebra::{DMatrix, DMatrixViewMut, DVector};
 /// Smallest ratio between fast and slow eigenvalues.
 pub const GAP: f64 = 3.0;
 
-/// Eigenvalues below this share of the largest count as zero. Rounding splits a double zero by the square root of its
-/// error.
+/// Eigenvalues below this share of the largest count as zero. Rounding splits a double zero by its square root.
 const STANDING: f64 = 1e-6;
 
 /// Most Newton steps for the sign of a matrix. Ten are usual.

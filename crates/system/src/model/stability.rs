@@ -315,7 +315,7 @@ pub struct Forecast {
 impl Forecast {
     /// Forecast of the slip at `t` (s) with this relative velocity (rad/s), up to `until` (s). `force` returns the
     /// normal force at a time, and `next_corner` its first corner after a time (s). `None` unless exactly one train
-    /// is free. The caller must ensure that nothing drives the system.
+    /// is free. The caller ensures that nothing drives the system.
     pub fn of_slip(
         system: &SystemEquations,
         modes: &mut FastModes,
@@ -345,8 +345,7 @@ impl Forecast {
         let coarsest = ((until - t) / 200.0).max(f64::MIN_POSITIVE);
         let finest = x / FINEST;
         while t < until {
-            // If the force is too steep for progress, the path ends as if sliding were unstable. The steps are then
-            // resolved.
+            // If the force is too steep for progress, the path ends as if unstable, so that the steps are resolved.
             let Some(here) = decay(t, x).filter(|_| x > 0.0 && path.len() <= MOST_STEPS) else {
                 instability = Some(t);
                 break;
@@ -382,8 +381,7 @@ impl Forecast {
         })
     }
 
-    /// The latest time (s) with `e_folds` of damping still ahead before the instability; `None` without an
-    /// instability.
+    /// The latest time (s) with `e_folds` of damping still ahead before the instability, if there is one.
     pub fn last_quiet_time(&self, e_folds: f64) -> Option<f64> {
         self.instability?;
         last_quiet_time(&self.path, e_folds)
@@ -401,8 +399,8 @@ impl Forecast {
     }
 }
 
-/// The latest time (s) with `e_folds` of damping still ahead before the end of `path`, which contains times (s) and
-/// damping in e-folds.
+/// The latest time (s) with `e_folds` of damping still ahead before the end of a path of (time (s), damping in
+/// e-folds).
 pub fn last_quiet_time(path: &[(f64, f64)], e_folds: f64) -> Option<f64> {
     let last = path.last()?.1 - e_folds;
     let quiet = path.windows(2).rev().find(|pair| pair[0].1 <= last);
@@ -418,8 +416,7 @@ fn between(pair: &[(f64, f64)], damping: f64) -> f64 {
     }
 }
 
-/// Bounds that follow from the start of a slip alone: how long it is far from unstable, and how unstable it becomes
-/// later.
+/// Bounds that follow from the start of a slip alone: how long it is far from unstable, and how unstable it becomes.
 ///
 /// Like [`Forecast`] they assume rigid sliding, with the friction torque between its bounds.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -431,8 +428,7 @@ pub struct QuietStretch {
     /// Bound of the growth of a perturbation between the loss of stability and the stop, in e-folds.
     pub growth: f64,
     /// Bound of the rate of steady sliding relative to the twists that follow it: rate of change of the friction
-    /// law's slope, times kappa and the compliance of all shafts. If it is small, the slow manifold exists to all
-    /// digits.
+    /// law's slope, times kappa and the compliance of all shafts. If small, the slow manifold exists to all digits.
     pub time_scale_ratio: f64,
 }
 
@@ -506,8 +502,8 @@ impl QuietStretch {
     }
 }
 
-/// Largest negative decay that rounding and interpolation can cause at the loss of stability, relative to the decay
-/// of quiet sliding.
+/// Negative decay that is rounding and interpolation at the loss of stability, relative to the decay of quiet
+/// sliding.
 const ROUNDING: f64 = 0.05;
 
 /// Bound of the growth of any motion at this kappa or a larger one, 1/s. The energy grows at most with twice the

@@ -38,8 +38,7 @@ pub type ExactSystem = System<BigRational, ExactLaw>;
 /// An open chain of inertias, from the contact outwards.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Train<T = f64> {
-    /// Inertias, kg m^2. Inertia 0 is the surface. If the list is empty, the surface is the far end itself, which is
-    /// fixed or driven.
+    /// Inertias, kg m^2. Inertia 0 is the surface. Without any, the surface is the far end, which is fixed or driven.
     pub inertia: Vec<T>,
     /// Stiffness of the shafts, N m/rad. Shaft i is between inertias i and i + 1; the last one is between the
     /// outermost inertia and a fixed or driven end. There are as many shafts as inertias, one less with a free end,
@@ -139,8 +138,7 @@ pub struct Initial<T = f64> {
     pub rotor_twist: Vec<T>,
     /// Speeds of the rotor's inertias, rad/s.
     pub rotor_speed: Vec<T>,
-    /// Twists of the stator's shafts, rad: inner minus outer angle. Friction in forward slip thus twists both chains
-    /// positively.
+    /// Twists of the stator's shafts, rad: inner minus outer angle. Forward slip thus twists both chains positively.
     pub stator_twist: Vec<T>,
     /// Speeds of the stator's inertias, rad/s.
     pub stator_speed: Vec<T>,

@@ -39,8 +39,7 @@ macro_rules! profiles {
         })+
 
         impl<T> Signal<T> {
-            /// Converts each number with `number`, which gets the name of its field, its index in a list, and its
-            /// value.
+            /// Converts each number with `number`, which gets its field's name, its index in a list, and its value.
             ///
             /// # Errors
             /// The first error of `number`.

@@ -52,8 +52,8 @@ impl Piece {
         self.value + self.slope * tau
     }
 
-    /// The value at `t` (s), computed from the nearer end. Next to an end it has the sign that follows from the end's
-    /// value and the slope.
+    /// The value at `t` (s), computed from the nearer end. Next to an end it has the sign that the end's value and
+    /// the slope give.
     pub fn beside_ends(&self, t: f64) -> f64 {
         let (since, left) = (t - self.start, self.end - t);
         if since <= left {
