@@ -147,7 +147,7 @@ struct Piece {
     /// Free part h at `start`: displacement and velocity.
     free: (f64, f64),
     ringing: (f64, f64),
-    /// Time after the start (s) at which the free part is below the rounding of the particular solution.
+    /// Time (s) from the start, after which the free part is below the rounding of the particular solution.
     silent_after: f64,
     work: f64,
     dissipated: f64,
@@ -173,7 +173,7 @@ enum Search {
 /// some thousands of them.
 const SEARCH: u32 = 1_000_000;
 
-/// In a stretch of F below this, in time scales of the fastest motion, a series gives the ringing at the end.
+/// In a stretch of F shorter than this (times of the fastest motion) a series gives the ringing at the end.
 const SHORT: f64 = 0.1;
 
 /// Error of a rate that is a difference, relative to the terms: some roundings of their sums.
