@@ -1,4 +1,4 @@
-//! One value by the rules of its key: unit, limits, choices.
+//! Reads one value by the rules of its key: unit, limits, choices.
 
 use super::conditions::Violation;
 use super::document::{Node, Value};
@@ -26,7 +26,7 @@ pub(super) fn numbers(
     if wrong.is_empty() { Ok(read) } else { Err(wrong) }
 }
 
-/// One value for a key, checked without the rest of the case; for a list or a signal, one number.
+/// Reads one value for a key, and checks it without the rest of the case. For a list or a signal it is one number.
 pub(super) fn single(key: &Key, value: &Value, motion: Motion) -> Result<Setting, String> {
     let whole = |least: i64, expected: &str| match value {
         Value::Integer(count) if *count >= least => Ok(Setting::Count(usize::try_from(*count).unwrap_or(usize::MAX))),
@@ -78,7 +78,6 @@ pub(super) fn number(value: &Value, dimension: Dimension, domain: Domain) -> Res
     }
 }
 
-/// The value as written, with SI if the unit differs.
 fn written(value: &Value, number: f64, dimension: Dimension) -> String {
     match value {
         Value::Text(text) => format!("\"{text}\", {number:?} {}", dimension.unit(), text = shown(text)),
