@@ -1,11 +1,11 @@
 //! `stickslip inspect`: lists what a file contains.
 
 use super::arguments::{Common, InspectOptions};
-use super::{CommandError, End, complain, print, print_json, terminal};
+use super::{CommandEnd, CommandError, complain, print, print_json, terminal};
 use stickslip_files::schema::attribute::{LONG_NAME_SUFFIX, UNITS_SUFFIX};
 use stickslip_files::{AttributeInfo, Contents, VariableInfo};
 
-pub(super) fn inspect(options: &InspectOptions, common: &Common) -> Result<End, CommandError> {
+pub(super) fn inspect(options: &InspectOptions, common: &Common) -> Result<CommandEnd, CommandError> {
     let contents = Contents::read(&options.file)?;
     if contents.growing && !common.quiet {
         complain(&format!(
@@ -24,7 +24,7 @@ pub(super) fn inspect(options: &InspectOptions, common: &Common) -> Result<End, 
     } else {
         print(&listing(&contents))?;
     }
-    Ok(End::Done)
+    Ok(CommandEnd::Done)
 }
 
 /// The contents group by group: attributes as NAME = VALUE, variables as a table.

@@ -63,14 +63,14 @@ pub use captured::{Said, Watch};
 pub use completions::complete_if_asked;
 
 use arguments::{Command, Common};
-use failure::Place;
+use failure::FailurePlace;
 use std::process::ExitCode;
 use std::sync::atomic::{AtomicBool, Ordering};
 use stickslip_system::quote;
 
 /// How a successful command ended.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum End {
+pub enum CommandEnd {
     /// Complete: exit status 0.
     Done,
     /// The command was stopped by Ctrl-C or a termination signal. All results so far are saved.
@@ -79,12 +79,12 @@ pub enum End {
 
 const INTERRUPTED: u8 = 130;
 
-impl End {
+impl CommandEnd {
     /// The exit status. With `json`, a command that was interrupted before its document reports this in a document.
     pub fn report(self, json: bool) -> ExitCode {
         match self {
-            End::Done => ExitCode::SUCCESS,
-            End::Interrupted => {
+            CommandEnd::Done => ExitCode::SUCCESS,
+            CommandEnd::Interrupted => {
                 if json {
                     failure::document("interrupted", "interrupted before there was a result", INTERRUPTED, &[]);
                 }
@@ -99,7 +99,7 @@ impl End {
 pub struct CommandError {
     is_input: bool,
     text: String,
-    places: Vec<Place>,
+    places: Vec<FailurePlace>,
 }
 
 impl CommandError {
@@ -148,7 +148,7 @@ impl CommandError {
 ///
 /// # Errors
 /// The input is wrong, or the computation failed.
-pub fn execute(arguments: Arguments) -> Result<End, CommandError> {
+pub fn execute(arguments: Arguments) -> Result<CommandEnd, CommandError> {
     let Arguments { command, common } = arguments;
     let level = match (common.quiet, common.verbose) {
         (true, _) => log::LevelFilter::Error,
@@ -168,7 +168,7 @@ pub fn execute(arguments: Arguments) -> Result<End, CommandError> {
     dispatch(command, &common)
 }
 
-fn dispatch(command: Command, common: &Common) -> Result<End, CommandError> {
+fn dispatch(command: Command, common: &Common) -> Result<CommandEnd, CommandError> {
     refuse_standard_output(&command)?;
     match command {
         Command::Run(options) => run::run(&options, common),
@@ -229,9 +229,9 @@ fn refuse_standard_output(command: &Command) -> Result<(), CommandError> {
 }
 
 /// Ends a successful command. With --strict a warning is an error. Prints the doubts unless they were `said`.
-fn strictly(strict: bool, doubts: &[String], said: bool, file: &std::path::Path) -> Result<End, CommandError> {
+fn strictly(strict: bool, doubts: &[String], said: bool, file: &std::path::Path) -> Result<CommandEnd, CommandError> {
     if !strict || doubts.is_empty() {
-        return Ok(End::Done);
+        return Ok(CommandEnd::Done);
     }
     let what = match doubts {
         _ if !said => doubts.join("\n"),
@@ -244,11 +244,11 @@ fn strictly(strict: bool, doubts: &[String], said: bool, file: &std::path::Path)
     )))
 }
 
-fn interrupted(common: &Common, how: &str) -> Result<End, CommandError> {
+fn interrupted(common: &Common, how: &str) -> Result<CommandEnd, CommandError> {
     if !common.quiet {
         complain(&format!("interrupted{how}"));
     }
-    Ok(End::Interrupted)
+    Ok(CommandEnd::Interrupted)
 }
 
 /// Prints the JSON document or the report of a command. With --quiet and without --json it prints neither.

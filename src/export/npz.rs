@@ -1,8 +1,8 @@
 //! Writer of NumPy archives: an array for each column, and one array with the metadata as JSON.
 
 use super::ExportError;
-use super::metadata::{MARK, Origin, metadata, raw};
-use super::table::{Kind, Table};
+use super::metadata::{MARK, TableOrigin, metadata, raw};
+use super::table::{ColumnKind, ExportTable};
 use std::cell::RefCell;
 use std::fs::File;
 use std::io::{self, BufWriter, Seek, SeekFrom, Write};
@@ -23,12 +23,12 @@ fn array_header(descr: &str, shape: &str) -> Vec<u8> {
 
 /// A file that keeps its first error and then pretends to accept everything. An archive that cannot be finished would
 /// otherwise print a message on standard error when it is dropped.
-struct Kept<'a> {
+struct FirstError<'a> {
     file: &'a File,
     error: &'a RefCell<Option<io::Error>>,
 }
 
-impl Write for Kept<'_> {
+impl Write for FirstError<'_> {
     fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
         if self.error.borrow().is_some() {
             return Ok(bytes.len());
@@ -47,17 +47,17 @@ impl Write for Kept<'_> {
     }
 }
 
-impl Seek for Kept<'_> {
+impl Seek for FirstError<'_> {
     fn seek(&mut self, to: SeekFrom) -> io::Result<u64> {
         self.file.seek(to)
     }
 }
 
-pub(super) fn write(table: &Table, origin: &Origin, file: &File, path: &Path) -> Result<(), ExportError> {
+pub(super) fn write(table: &ExportTable, origin: &TableOrigin, file: &File, path: &Path) -> Result<(), ExportError> {
     let failed = |error: io::Error| ExportError::io(path, "writing", error);
     let error = RefCell::new(None);
     let go_on = || error.take().map_or(Ok(()), |error| Err(failed(error)));
-    let mut archive = ZipWriter::new(BufWriter::new(Kept { file, error: &error }));
+    let mut archive = ZipWriter::new(BufWriter::new(FirstError { file, error: &error }));
     archive.set_comment(MARK).map_err(|error| failed(error.into()))?;
     let options = |bytes: usize| {
         SimpleFileOptions::default()
@@ -71,9 +71,9 @@ pub(super) fn write(table: &Table, origin: &Origin, file: &File, path: &Path) ->
     };
     for (k, column) in table.columns.iter().enumerate() {
         let (descr, size) = match column.kind {
-            Kind::Number => ("<f8", 8),
-            Kind::Whole => ("<i8", 8),
-            Kind::Code => ("|i1", 1),
+            ColumnKind::Number => ("<f8", 8),
+            ColumnKind::Whole => ("<i8", 8),
+            ColumnKind::Code => ("|i1", 1),
         };
         member(&mut archive, &column.name, size * table.rows)?;
         archive

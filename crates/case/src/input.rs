@@ -93,15 +93,15 @@ impl<R: Read> Read for Lines<R> {
 
 /// A table that is read by rows. A row longer than [`LONGEST_LINE`] is an error, however many lines it has: an
 /// unclosed quote joins all following lines to one row.
-pub struct Rows<R> {
+pub struct InputRows<R> {
     lines: Lines<R>,
     since_row: usize,
 }
 
-impl<R: Read> Rows<R> {
+impl<R: Read> InputRows<R> {
     /// Reads rows from `inner`.
     pub fn new(inner: R) -> Self {
-        Rows {
+        InputRows {
             lines: Lines::new(inner),
             since_row: 0,
         }
@@ -113,7 +113,7 @@ impl<R: Read> Rows<R> {
     }
 }
 
-impl<R: Read> Read for Rows<R> {
+impl<R: Read> Read for InputRows<R> {
     fn read(&mut self, buffer: &mut [u8]) -> io::Result<usize> {
         let count = self.lines.read(buffer)?;
         self.since_row += count;

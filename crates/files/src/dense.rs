@@ -11,7 +11,7 @@ const BLOCK: usize = 4096;
 
 /// Side of an event, at the time of the event.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Side {
+pub enum EventSide {
     /// The state before the event.
     Before,
     /// The state after the event.
@@ -77,10 +77,10 @@ impl DenseOutput<'_> {
     }
 
     /// Index of the piece that contains `t` (s). At an event, or between two pieces, `side` decides.
-    pub fn piece_at(&self, t: f64, side: Side) -> Option<usize> {
+    pub fn piece_at(&self, t: f64, side: EventSide) -> Option<usize> {
         let index = match side {
-            Side::After => self.starts.partition_point(|start| *start <= t).checked_sub(1)?,
-            Side::Before => self.ends.partition_point(|end| *end < t),
+            EventSide::After => self.starts.partition_point(|start| *start <= t).checked_sub(1)?,
+            EventSide::Before => self.ends.partition_point(|end| *end < t),
         };
         // The first piece has no neighbour before it, the last none after it.
         let index = index.min(self.starts.len().checked_sub(1)?);
@@ -111,7 +111,7 @@ impl DenseOutput<'_> {
 
     /// Values of a /trajectory column at `times` (s): a channel, the time itself, or mode and segment of the piece.
     /// Fails like [`Self::coefficients`].
-    pub fn column(&self, name: &str, times: &[f64], side: Side) -> Result<Vec<f64>, ResultError> {
+    pub fn column(&self, name: &str, times: &[f64], side: EventSide) -> Result<Vec<f64>, ResultError> {
         match name {
             "time" => Ok(times.to_vec()),
             "mode" | "segment" => {
@@ -125,7 +125,7 @@ impl DenseOutput<'_> {
 
     /// Values of a channel at `times` (s), in the channel's unit; NaN outside the dense output. Sorted times are
     /// fast. Fails like [`Self::coefficients`].
-    pub fn values(&self, channel: &str, times: &[f64], side: Side) -> Result<Vec<f64>, ResultError> {
+    pub fn values(&self, channel: &str, times: &[f64], side: EventSide) -> Result<Vec<f64>, ResultError> {
         let mut last: Option<(usize, [f64; COEFFICIENTS])> = None;
         times
             .iter()

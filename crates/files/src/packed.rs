@@ -3,8 +3,8 @@
 
 use libdeflater::{CompressionLvl, Compressor};
 
-use super::raw::Rows;
-use super::values::Number;
+use super::raw::RowRange;
+use super::values::StoredNumber;
 
 /// The lowest level compresses shuffled doubles almost as well as the others, in a third of the time.
 pub(super) const DEFLATE_LEVEL: u8 = 1;
@@ -36,9 +36,9 @@ impl Packer {
     }
 
     /// Writes the chunk of `length` rows of `dataset` at row `start`: `values`, followed by zeros.
-    pub(super) fn write<T: Number>(
+    pub(super) fn write<T: StoredNumber>(
         &mut self,
-        dataset: &Rows,
+        dataset: &RowRange,
         start: usize,
         length: usize,
         values: &[T],
@@ -90,7 +90,7 @@ fn put(packed: &mut [u8], end: &mut usize, bytes: &[u8]) {
 }
 
 /// Splits the values into planes of `length` bytes, one for each byte of a value, padded with zeros.
-fn shuffle<T: Number>(values: &[T], length: usize, planes: &mut [u8]) {
+fn shuffle<T: StoredNumber>(values: &[T], length: usize, planes: &mut [u8]) {
     let (blocks, rest) = values.as_chunks::<8>();
     for (block, start) in blocks.iter().zip((0..).step_by(8)) {
         let bytes = transposed(block.map(T::bytes));

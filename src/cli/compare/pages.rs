@@ -21,10 +21,10 @@ pub(super) struct Page {
 pub(super) enum Part {
     Text(String),
     Table(Table),
-    Figure(Drawn),
+    Figure(DrawnPage),
 }
 
-pub(super) struct Drawn {
+pub(super) struct DrawnPage {
     pub file: String,
     pub title: String,
     pub svg: String,

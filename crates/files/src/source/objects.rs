@@ -1,7 +1,7 @@
 //! Objects of an HDF5 file.
 
 #[derive(Debug, Clone, PartialEq)]
-pub(crate) enum Fault {
+pub(crate) enum ObjectFault {
     Hdf5(String),
     Refused(String),
     Elsewhere(String),
@@ -12,7 +12,7 @@ pub(crate) enum Fault {
 }
 
 #[derive(Debug, Clone, PartialEq)]
-pub(crate) struct Member {
+pub(crate) struct GroupMember {
     pub(crate) name: String,
     pub(crate) is: Object,
 }
@@ -21,7 +21,7 @@ pub(crate) struct Member {
 pub(crate) enum Object {
     Group(String),
     Dataset(DatasetInfo),
-    Not(Fault),
+    Not(ObjectFault),
     /// Named types and dangling links.
     Other,
 }

@@ -83,7 +83,7 @@ pub struct AxialMotion {
     ringing: Ringing,
     /// F(t), N.
     pub force: Pieces,
-    pieces: Vec<Piece>,
+    pieces: Vec<AxialPiece>,
 }
 
 /// The ringing, which is the difference between the pressing force and F, in any type of [`Number`].
@@ -139,7 +139,7 @@ impl<T: Number> Ringing<T> {
 }
 
 #[derive(Debug, Clone, Copy, PartialEq)]
-struct Piece {
+struct AxialPiece {
     force: signal::Piece,
     /// Particular solution z = offset + drift tau.
     offset: f64,
@@ -160,7 +160,7 @@ struct Piece {
 const GONE: f64 = 1e-250;
 
 #[derive(Debug, Clone, Copy, PartialEq)]
-enum Search {
+enum AxialSearch {
     Zero(f64),
     None,
     /// The remaining ringing does not count as a touch.
@@ -207,13 +207,13 @@ impl AxialMotion {
         motion
     }
 
-    fn first_piece(&self, force: signal::Piece, ringing: (f64, f64)) -> Piece {
+    fn first_piece(&self, force: signal::Piece, ringing: (f64, f64)) -> AxialPiece {
         let (drift, offset) = self.particular(&force);
         self.piece(force, (-offset, -drift), ringing, (0.0, 0.0))
     }
 
     /// The piece after a corner, at which z, z' and the pressing force are continuous. No large numbers cancel.
-    fn next_piece(&self, last: &Piece, force: signal::Piece, ringing: (f64, f64)) -> Piece {
+    fn next_piece(&self, last: &AxialPiece, force: signal::Piece, ringing: (f64, f64)) -> AxialPiece {
         let Axial { stiffness, damping, .. } = self.axial;
         let tau = last.force.end - last.force.start;
         let state = self.evaluate(last, last.force.end);
@@ -231,7 +231,7 @@ impl AxialMotion {
         (drift, -(force.value + damping * drift) / stiffness)
     }
 
-    fn piece(&self, force: signal::Piece, free: (f64, f64), ringing: (f64, f64), sums: (f64, f64)) -> Piece {
+    fn piece(&self, force: signal::Piece, free: (f64, f64), ringing: (f64, f64), sums: (f64, f64)) -> AxialPiece {
         let (drift, offset) = self.particular(&force);
         let amplitude = ringing_amplitude(&self.axial, ringing);
         let scale = force.value.abs();
@@ -243,7 +243,7 @@ impl AxialMotion {
         } else {
             f64::INFINITY
         };
-        Piece {
+        AxialPiece {
             force,
             offset,
             drift,
@@ -355,7 +355,7 @@ impl AxialMotion {
     }
 
     /// Bounds of the pressing force from `t` (s) to the end of the piece, N.
-    fn bounds_in_piece(&self, piece: &Piece, t: f64) -> (f64, f64) {
+    fn bounds_in_piece(&self, piece: &AxialPiece, t: f64) -> (f64, f64) {
         let tau = (t - piece.force.start).max(0.0);
         let from = piece.force.at(tau);
         let to = piece.force.end_value;
@@ -432,10 +432,10 @@ impl AxialMotion {
                 }
             }
             match self.change_in_piece(piece, from, piece.force.end.min(until), sign, departing, &mut steps) {
-                Search::Zero(time) => return Some(ContactChange::new(time, ChangeCause::Zero)),
-                Search::None => rests = false,
-                Search::Rest => rests = true,
-                Search::Searched(time) => return Some(ContactChange::new(time, ChangeCause::Searched)),
+                AxialSearch::Zero(time) => return Some(ContactChange::new(time, ChangeCause::Zero)),
+                AxialSearch::None => rests = false,
+                AxialSearch::Rest => rests = true,
+                AxialSearch::Searched(time) => return Some(ContactChange::new(time, ChangeCause::Searched)),
             }
         }
         None
@@ -443,7 +443,7 @@ impl AxialMotion {
 
     /// Whether a contact on the side `sign` stays there despite ringing. F does not press, and either an open contact
     /// rings too little to touch, or a closed contact has stopped ringing.
-    fn rests(&self, piece: &Piece, tau: f64, sign: f64) -> bool {
+    fn rests(&self, piece: &AxialPiece, tau: f64, sign: f64) -> bool {
         if piece.force.value > 0.0 || piece.force.end_value > 0.0 {
             return false;
         }
@@ -459,7 +459,7 @@ impl AxialMotion {
 
     /// Cause of a change at the corner that ends a rest, and the side of zero on which the pressing force is or will
     /// be.
-    fn leaving(&self, piece: &Piece) -> (ChangeCause, f64) {
+    fn leaving(&self, piece: &AxialPiece) -> (ChangeCause, f64) {
         let (force, rate) = self.pressing(piece, 0.0);
         let curvature = self.ringing.oscillator.curvature(piece.ringing);
         let reach = (rate.abs() + curvature.abs() * SAME_INSTANT / 2.0) * SAME_INSTANT;
@@ -475,7 +475,7 @@ impl AxialMotion {
 
     /// The side to which the pressing force leaves zero at a corner of F. `None` if it is not zero there, up to
     /// rounding or one instant, or if it stays zero.
-    fn zero_at_corner(&self, before: &Piece, piece: &Piece) -> Option<f64> {
+    fn zero_at_corner(&self, before: &AxialPiece, piece: &AxialPiece) -> Option<f64> {
         let (force, rate) = self.pressing(piece, 0.0);
         let frequency = (self.axial.stiffness / self.axial.mass).sqrt();
         let ringing = self.ringing_at_end(before);
@@ -496,7 +496,7 @@ impl AxialMotion {
     }
 
     /// Amplitude of the ringing at the end of a piece, N.
-    fn ringing_at_end(&self, piece: &Piece) -> f64 {
+    fn ringing_at_end(&self, piece: &AxialPiece) -> f64 {
         let end = piece.force.end - piece.force.start;
         ringing_amplitude(&self.axial, self.ringing_at(piece, end))
     }
@@ -539,19 +539,19 @@ impl AxialMotion {
     /// stays positive; `steps` counts those that remain.
     fn change_in_piece(
         &self,
-        piece: &Piece,
+        piece: &AxialPiece,
         from: f64,
         to: f64,
         sign: f64,
         departing: bool,
         steps: &mut u32,
-    ) -> Search {
+    ) -> AxialSearch {
         let mut t = from;
         let mut departing = departing;
         while t < to {
             let tau = t - piece.force.start;
             if self.rests(piece, tau, sign) {
-                return Search::Rest;
+                return AxialSearch::Rest;
             }
             let ringing = self.ringing_at(piece, tau);
             let force = piece.force.beside_ends(t) + ringing.0;
@@ -559,14 +559,14 @@ impl AxialMotion {
             let curvature = self.second_derivative_bound(ringing.0, ringing.1);
             let grows_for = || self.departure(piece, ringing, sign, rate, curvature);
             let mut delta = if departing && curvature == 0.0 {
-                return Search::None;
+                return AxialSearch::None;
             } else if departing {
                 departing = false;
                 let none = 1e-3 * (self.axial.mass / self.axial.stiffness).sqrt();
                 // For such large times the step can be below the spacing of doubles.
                 grows_for().unwrap_or(none).max(4.0 * f64::EPSILON * t)
             } else if g <= 0.0 {
-                return Search::Zero(t);
+                return AxialSearch::Zero(t);
             } else {
                 positive_for(g, rate, curvature)
             };
@@ -575,16 +575,16 @@ impl AxialMotion {
                 delta = grows_for().unwrap_or(delta);
             }
             if t + delta <= t {
-                return Search::Zero(t);
+                return AxialSearch::Zero(t);
             }
             t += delta;
             *steps -= 1;
             if *steps == 0 && t < to {
-                return Search::Searched(t);
+                return AxialSearch::Searched(t);
             }
             *steps = (*steps).max(1);
         }
-        Search::None
+        AxialSearch::None
     }
 
     /// Time (s) over which sign * pressing force, zero up to rounding, provably grows; `None` without a proof.
@@ -592,7 +592,7 @@ impl AxialMotion {
     /// Its rate is the sum of the slopes of F and of the ringing, which cancel where contact starts with a ramp. The
     /// rounding of this sum is no rate. The force then leaves zero with its second derivative or, undamped, with its
     /// third.
-    fn departure(&self, piece: &Piece, ringing: (f64, f64), sign: f64, rate: f64, curvature: f64) -> Option<f64> {
+    fn departure(&self, piece: &AxialPiece, ringing: (f64, f64), sign: f64, rate: f64, curvature: f64) -> Option<f64> {
         let rounding = RATE_ROUNDING * piece.force.slope.abs();
         let by_rate = if rate > rounding { rate / curvature } else { 0.0 };
         let turn = self.ringing.oscillator.curvature(ringing);
@@ -609,7 +609,7 @@ impl AxialMotion {
 
     /// The ringing (N) and its rate (N/s) at `tau` (s) into a piece; zero once it has ended.
     #[inline]
-    fn ringing_at(&self, piece: &Piece, tau: f64) -> (f64, f64) {
+    fn ringing_at(&self, piece: &AxialPiece, tau: f64) -> (f64, f64) {
         if tau >= piece.silent_after {
             return (0.0, 0.0);
         }
@@ -617,23 +617,23 @@ impl AxialMotion {
     }
 
     /// The pressing force (N) and its rate (N/s) at `tau` (s) into a piece.
-    fn pressing(&self, piece: &Piece, tau: f64) -> (f64, f64) {
+    fn pressing(&self, piece: &AxialPiece, tau: f64) -> (f64, f64) {
         let (q, rate) = self.ringing_at(piece, tau);
         (piece.force.at(tau) + q, piece.force.slope + rate)
     }
 
     /// Bound of the amplitude of the free part of z at `tau` (s) into a piece, m.
-    fn free_amplitude(&self, piece: &Piece, tau: f64) -> f64 {
+    fn free_amplitude(&self, piece: &AxialPiece, tau: f64) -> f64 {
         let (h, rate) = self.ringing.oscillator.advance(piece.free.0, piece.free.1, tau);
         (h * h + rate * rate * self.axial.mass / self.axial.stiffness).sqrt()
     }
 
     #[inline]
-    fn piece_at(&self, t: f64) -> &Piece {
+    fn piece_at(&self, t: f64) -> &AxialPiece {
         &self.pieces[self.force.index(t)]
     }
 
-    fn evaluate(&self, piece: &Piece, t: f64) -> AxialState {
+    fn evaluate(&self, piece: &AxialPiece, t: f64) -> AxialState {
         let Axial {
             mass,
             stiffness,

@@ -51,7 +51,7 @@ impl Bounded {
 
 /// Parameters of a search for a breakaway.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Search {
+pub struct BreakawaySearch {
     /// Time scale of the motion, s.
     pub period: f64,
     /// Length of the searched stretch, s.
@@ -66,7 +66,7 @@ pub struct Search {
 /// breakaway torque, and `lowest` its least later value. The search steps over times in which the bounds exclude a
 /// root, so that no root is missed.
 pub(crate) fn first_breakaway(
-    search: Search,
+    search: BreakawaySearch,
     tested: impl Fn(f64) -> (Bounded, f64),
     limit: impl Fn(f64) -> Bounded,
     lowest: impl Fn(f64) -> f64,

@@ -11,7 +11,7 @@ const LEVELS: usize = 48;
 const ORDER: u32 = 11;
 
 /// The motion x' = A x with an energy x^T P x that never grows, and a linear function c x.
-pub(super) trait Flow: Debug + Send + Sync {
+pub(super) trait DecayingFlow: Debug + Send + Sync {
     fn advance(&self, x: &[f64], tau: f64, out: &mut [f64]);
 
     fn has_bounds(&self) -> bool;
@@ -26,8 +26,8 @@ pub(super) trait Flow: Debug + Send + Sync {
 /// The flow for the matrices A and P and the row c. The sizes of small systems are known to the compiler.
 ///
 /// `a` must be scaled to entries of similar size. P is symmetric, and positive definite except for zero rows. If it
-/// has no inverse in double precision, there are no bounds: see [`Flow::has_bounds`].
-pub(super) fn flow(a: &DMatrix<f64>, energy: &DMatrix<f64>, row: &DVector<f64>) -> Box<dyn Flow> {
+/// has no inverse in double precision, there are no bounds: see [`DecayingFlow::has_bounds`].
+pub(super) fn flow(a: &DMatrix<f64>, energy: &DMatrix<f64>, row: &DVector<f64>) -> Box<dyn DecayingFlow> {
     match a.nrows() {
         2 => Box::new(LinearFlow::new(Const::<2>, a, energy, row)),
         3 => Box::new(LinearFlow::new(Const::<3>, a, energy, row)),
@@ -36,7 +36,7 @@ pub(super) fn flow(a: &DMatrix<f64>, energy: &DMatrix<f64>, row: &DVector<f64>) 
     }
 }
 
-/// The implementation of [`Flow`].
+/// The implementation of [`DecayingFlow`].
 ///
 /// exp(A h 2^k) - 1 is tabulated on demand, so that exp(A tau) x takes one product for each binary digit of tau / h,
 /// and a short Taylor series for the rest. This needs no eigenvectors, and loses no accuracy near a double
@@ -168,7 +168,7 @@ where
     change * 2.0 + change * change
 }
 
-impl<D: Dim> Flow for LinearFlow<D>
+impl<D: Dim> DecayingFlow for LinearFlow<D>
 where
     DefaultAllocator: Allocator<D, D> + Allocator<D> + Allocator<U1, D>,
     Self: Debug + Send + Sync,

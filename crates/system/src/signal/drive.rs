@@ -28,7 +28,7 @@ pub enum Drive<T = f64> {
 #[derive(Debug, Clone, PartialEq)]
 pub struct Wave<T = f64> {
     /// Sine or cosine.
-    pub shape: Shape,
+    pub shape: HarmonicShape,
     /// Mean, in the unit of the driven quantity.
     pub mean: T,
     /// Amplitude, in the unit of the driven quantity.
@@ -45,7 +45,7 @@ pub struct Wave<T = f64> {
 
 /// Sine or cosine.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Shape {
+pub enum HarmonicShape {
     /// sin.
     Sine,
     /// cos.
@@ -173,8 +173,8 @@ impl Wave {
             }
         };
         match self.shape {
-            Shape::Sine => (sine, cosine),
-            Shape::Cosine => (cosine, -sine),
+            HarmonicShape::Sine => (sine, cosine),
+            HarmonicShape::Cosine => (cosine, -sine),
         }
     }
 
@@ -212,19 +212,19 @@ pub struct Timeline {
 
 #[derive(Debug, Clone, PartialEq)]
 struct Track {
-    lines: Vec<Line>,
+    lines: Vec<DriveLine>,
     waves: Vec<Wave>,
 }
 
 #[derive(Debug, Clone, Copy, PartialEq)]
-struct Line {
+struct DriveLine {
     start: f64,
     value: f64,
     slope: f64,
     before: f64,
 }
 
-impl Line {
+impl DriveLine {
     #[inline]
     fn at(&self, t: f64) -> f64 {
         self.value + self.slope * (t - self.start)
@@ -416,13 +416,13 @@ impl Timeline {
 }
 
 /// Sums linear signals over the stretches between `corners`, which include all corners of the signals.
-fn lines(linear: &[Pieces], corners: &[f64]) -> Vec<Line> {
-    let mut found: Vec<Line> = Vec::with_capacity(corners.len() + 1);
+fn lines(linear: &[Pieces], corners: &[f64]) -> Vec<DriveLine> {
+    let mut found: Vec<DriveLine> = Vec::with_capacity(corners.len() + 1);
     for start in std::iter::once(0.0).chain(corners.iter().copied()) {
         let value = sum_without_rounding(linear.iter().map(|pieces| pieces.value(start)));
         let slope = sum_without_rounding(linear.iter().map(|pieces| pieces.slope(start)));
         let before = found.last().map_or(0.0, |line| line.integral(start));
-        found.push(Line {
+        found.push(DriveLine {
             start,
             value,
             slope,
