@@ -115,7 +115,7 @@ fn results_page_of_trains_has_every_channel() {
             let unit = channel["unit"].as_str().unwrap();
             assert_eq!(
                 unit.contains("rad") || unit == "N m",
-                motion == "rotation" && !["N", "J"].contains(&unit),
+                motion == "rotation" && !["N", "J", "W"].contains(&unit),
                 "{name}: {unit}"
             );
         }
@@ -124,8 +124,8 @@ fn results_page_of_trains_has_every_channel() {
         for state in states {
             let name = state["name"].as_str().unwrap();
             // By the equations, for the states that the file has.
-            if ["normal_force", "friction_torque", "transmitted_torque"].contains(&name) || name.starts_with("energy_")
-            {
+            let forces = ["normal_force", "friction_torque", "transmitted_torque", "contact_power"];
+            if forces.contains(&name) || name.starts_with("energy_") {
                 assert_eq!(doubles(&state["before"]).len(), file.events().unwrap().len(), "{name}");
                 continue;
             }
@@ -375,8 +375,13 @@ fn regression_page_of_a_brake_has_its_words() {
         "{}",
         said(5)
     );
+    // A channel whose panel has no place of its own comes last.
     assert_eq!(
         said(panels.len() - 1),
+        "Contact power; contact_power: heat of friction, vermillion, false; false, false"
+    );
+    assert_eq!(
+        said(panels.len() - 2),
         "Slip displacement; slip_displacement: φ₂ − φ₁, blue, false; false, false"
     );
     let friction = &page.run["portraits"][2];

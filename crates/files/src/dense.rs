@@ -6,6 +6,7 @@ use std::cell::RefCell;
 use std::collections::HashMap;
 use std::rc::Rc;
 use stickslip_system::numerics::chebyshev::{self, COEFFICIENTS};
+use stickslip_system::record::channel;
 
 const BLOCK: usize = 4096;
 
@@ -125,6 +126,13 @@ impl DenseOutput<'_> {
     /// A channel at given times (s), fast if they are in order; NaN beyond the dense output. Errors of
     /// [`Self::coefficients`].
     pub fn values(&self, channel: &str, times: &[f64], side: Side) -> Result<Vec<f64>, ResultError> {
+        if let Some(factors) = channel::factors(channel) {
+            let [a, b] = factors.map(|factor| self.values(factor, times, side));
+            return Ok(channel::products(a?, b?));
+        }
+        if self.file.lacking(group::DENSE_COEFFICIENTS, channel)?.is_some() {
+            return Ok(vec![f64::NAN; times.len()]);
+        }
         let mut last: Option<(usize, [f64; COEFFICIENTS])> = None;
         times
             .iter()

@@ -128,7 +128,7 @@ pub(super) fn read(
     };
     let quantity = quantity?;
     let unit = QUANTITIES[quantity].unit(motion);
-    let dimension = dimension(unit);
+    let dimension = Dimension::of_udunits(unit).unwrap_or(Dimension::Number);
     // Value, and half-width of its rounding if it is a text.
     let mut printed = |given: &Node, name: &str| {
         let number = match (&given.value, plain(&given.value)) {
@@ -169,15 +169,4 @@ pub(super) fn read(
         half_width,
         weight: weight?,
     })
-}
-
-fn dimension(unit: &str) -> Dimension {
-    match unit {
-        "s" => Dimension::Time,
-        "rad" => Dimension::Angle,
-        "m" => Dimension::Length,
-        "rad s-1" => Dimension::AngularVelocity,
-        "m s-1" => Dimension::Velocity,
-        _ => Dimension::Number,
-    }
 }

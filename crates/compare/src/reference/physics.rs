@@ -260,6 +260,7 @@ impl Physics {
         let size = self.size_in_stick_slip(channel);
         let part = match self.quantity(channel) {
             Quantity::Speed(part) => Some(part.of),
+            Quantity::Product(factors) => return self.product_of_sizes(factors, sliding),
             _ => None,
         };
         let free = part.is_some_and(|of| self.side(of).speed.is_some());
@@ -267,6 +268,13 @@ impl Physics {
             Some(speed) if sliding && (free || channel == Channel::RelativeVelocity) => size.max(speed),
             _ => size,
         }
+    }
+
+    fn product_of_sizes(&self, factors: &[&str; 2], sliding: bool) -> f64 {
+        let known = Channel::ALL
+            .into_iter()
+            .filter(|channel| factors.contains(&&*channel.name()));
+        known.map(|channel| self.size(channel, sliding)).product()
     }
 
     fn size_in_stick_slip(&self, channel: Channel) -> f64 {
@@ -295,6 +303,7 @@ impl Physics {
             }
             Quantity::AxialDisplacement => depth,
             Quantity::AxialVelocity => depth * self.natural_angular_frequency(),
+            Quantity::Product(factors) => self.product_of_sizes(factors, false),
         };
         if size > 0.0 { size } else { 1.0 }
     }

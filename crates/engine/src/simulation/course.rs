@@ -17,8 +17,7 @@ use stickslip_system::model::equations::{
 };
 use stickslip_system::model::system::{End, System};
 use stickslip_system::numerics::taylor;
-use stickslip_system::record::Channels;
-use stickslip_system::record::{Sample, State};
+use stickslip_system::record::{Channels, Sample, State, channel};
 
 pub use super::expansion::TERMS;
 
@@ -83,6 +82,36 @@ pub enum Quantity {
     Interface,
     /// T_f, N m.
     Transmitted,
+    /// Product of two recorded channels.
+    Product(&'static [&'static str; 2]),
+}
+
+impl Quantity {
+    /// The function of time that a recorded channel is; `outermost` is the index of the rotor's outermost inertia.
+    /// `None` for channels that are known at the samples only.
+    pub fn of_channel(name: &str, outermost: usize) -> Option<Quantity> {
+        let part = |of, index| Part { of, index };
+        let (rotor, stator) = (part(Which::Rotor, 0), part(Which::Stator, 0));
+        let last = part(Which::Rotor, outermost);
+        Some(match name {
+            "z" => Quantity::AxialDisplacement,
+            "z_dot" => Quantity::AxialVelocity,
+            "theta" => Quantity::Angle(last),
+            "theta_dot" => Quantity::Speed(last),
+            "phi1" => Quantity::Angle(stator),
+            "phi1_dot" => Quantity::Speed(stator),
+            "phi2" => Quantity::Angle(rotor),
+            "phi2_dot" => Quantity::Speed(rotor),
+            "rotor_twist" => Quantity::Twist(rotor),
+            "rotor_twist_rate" => Quantity::TwistRate(rotor),
+            "relative_velocity" => Quantity::RelativeVelocity,
+            "slip_displacement" => Quantity::Slip,
+            "normal_force" => Quantity::NormalForce,
+            "friction_torque" => Quantity::Interface,
+            "transmitted_torque" => Quantity::Transmitted,
+            name => Quantity::Product(channel::factors(name)?),
+        })
+    }
 }
 
 /// The motion of one case.
@@ -524,6 +553,14 @@ impl Course {
             Quantity::NormalForce => *expansion.normal_force(),
             Quantity::Interface => expansion.interface,
             Quantity::Transmitted => expansion.transmitted(system),
+            Quantity::Product(factors) => {
+                let outermost = system.rotor.inertia.len().saturating_sub(1);
+                let [a, b] = factors.map(|name| {
+                    let factor = Quantity::of_channel(name, outermost);
+                    factor.map_or([0.0; TERMS], |factor| self.quantity(factor))
+                });
+                taylor::product(&a, &b)
+            }
         }
     }
 
