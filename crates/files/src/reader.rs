@@ -333,32 +333,29 @@ impl ResultFile {
                 period,
             }
         };
-        let mut table = StickSlipTable {
-            cycles: all.map(cycle).collect(),
-            ..StickSlipTable::default()
-        };
         let text = |name: &str, suffix: &str| {
             let name = format!("{name}{suffix}");
             let found = attributes.iter().find(|(known, _)| *known == name);
             found.map_or_else(String::new, |(_, value)| value.to_string())
         };
-        for (name, value) in &attributes {
-            let known = table.attributes.iter().any(|known| known.name == *name);
-            match value {
-                AttributeValue::Number(value) if !known => table.attributes.push(Extra {
-                    name: name.clone(),
-                    unit: text(name, attribute::UNITS_SUFFIX),
-                    description: text(name, attribute::LONG_NAME_SUFFIX),
-                    value: *value,
-                }),
-                value => {
-                    if let Some(value) = value.number() {
-                        table.set(name, Some(value));
-                    }
-                }
-            }
-        }
-        Ok(Some(table))
+        let number = |(name, value): &(String, AttributeValue)| {
+            let (value, whole) = match value {
+                AttributeValue::Number(value) => (*value, false),
+                AttributeValue::Integer(value) => (*value as f64, true),
+                _ => return None,
+            };
+            Some(Extra {
+                name: name.clone(),
+                unit: text(name, attribute::UNITS_SUFFIX),
+                description: text(name, attribute::LONG_NAME_SUFFIX),
+                value,
+                whole,
+            })
+        };
+        Ok(Some(StickSlipTable {
+            cycles: all.map(cycle).collect(),
+            attributes: attributes.iter().filter_map(number).collect(),
+        }))
     }
 
     /// Attributes of a group added by later versions or other programs, and its one-dimensional numeric variables with

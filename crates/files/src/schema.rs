@@ -495,31 +495,3 @@ pub fn extended_tables(extension: &Extension) -> [Table; 4] {
     }
     tables
 }
-
-/// (name, unit, description) of the float64 attributes of /stick_slip.
-pub(crate) const STICK_SLIP_QUANTITIES: [(&str, &str, &str); 8] = [
-    ("onset_time", "s", "time of the first stick"),
-    ("final_stick_time", "s", "time of the last stick, if the run ends in it"),
-    ("first_period", "s", "period of the first cycle"),
-    ("last_period", "s", "period of the last cycle"),
-    ("natural_period", "s", "natural period 2 pi sqrt(J/k_t)"),
-    (
-        "growth_exponent",
-        "1",
-        "growth exponent G: integral of the growth rate from the instability to where smooth sliding would stick",
-    ),
-    (
-        "e_folds_gained",
-        "1",
-        "growth from the kick to the first stick, in e-folds",
-    ),
-    (
-        "energy_residual_max",
-        "J",
-        "largest absolute energy_residual of the run",
-    ),
-];
-
-/// (name, description) of the int64 attributes of /stick_slip.
-pub(crate) const STICK_SLIP_COUNTS: [(&str, &str); 2] =
-    [("stick_count", "number of sticks"), ("slip_count", "number of slips")];

@@ -79,26 +79,6 @@ pub struct TargetResult {
     pub instead: Vec<usize>,
 }
 
-/// Quantities of the computation, which nobody measures.
-const NOT_MEASURED: [&str; 12] = [
-    "noise_determined",
-    "kicks_never_given",
-    "energy_residual",
-    "steps",
-    "rhs_evaluations",
-    "jacobian_evaluations",
-    "motion",
-    "attractor_agreement",
-    "attractor_distance",
-    "attractor_since",
-    "stick_threshold",
-    "end_time",
-];
-
-fn is_measured(quantity: &Quantity) -> bool {
-    !NOT_MEASURED.contains(&quantity.name)
-}
-
 pub(super) fn read(
     reader: &mut Reader,
     (system, motion): (Option<&System>, Motion),
@@ -114,7 +94,7 @@ pub(super) fn read(
     let quantity = match node.at("quantity") {
         Some(given) => {
             let name = reader.text(given, &at("quantity"))?;
-            let found = asked_for(&name, system, " to measure", is_measured);
+            let found = asked_for(&name, system, " to measure", Quantity::is_measured);
             reader.found(given, &at("quantity"), found)
         }
         None => {

@@ -1,7 +1,7 @@
 //! Specification of a boundary study: plane, criterion on a run's summary, and resolution.
 
 use super::axis::{Axis, Range};
-use super::quantities::{Outcome, QUANTITIES, asked_for};
+use super::{Outcome, QUANTITIES, asked_for};
 use crate::study::Reader;
 use stickslip_case::Setting;
 use stickslip_case::document::Node;

@@ -6,7 +6,7 @@
 use super::axis::Axis;
 use super::error::{SweepEnd, SweepError};
 use super::journal::JournalError;
-use super::quantities::Outcome;
+use super::outcome::Outcome;
 use super::record::{encode, outcomes_of};
 use super::runner::{run_point, without_a_file};
 use super::study::{Design, Keep, Point, Study};

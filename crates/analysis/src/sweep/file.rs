@@ -1,9 +1,10 @@
 //! The sweep file, made from the journal.
 
+use super::QUANTITIES;
 use super::curves::Boundaries;
 use super::error::SweepError;
 use super::journal::Journal;
-use super::quantities::{EventRow, NO_COUNT, QUANTITIES, is_open};
+use super::outcome::{EventRow, NO_COUNT, is_open};
 use super::report::{NAMED_FAILURES, SweepReport};
 use super::running::Points;
 use super::study::Study;

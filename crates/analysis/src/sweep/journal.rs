@@ -4,7 +4,7 @@
 //! the journal is valid up to the first torn record; the later points run again. The sweep file is made from the
 //! journal in the order of the points, so it does not depend on the order of completion.
 
-use super::quantities::Outcome;
+use super::outcome::Outcome;
 use super::record::{encode, next_record};
 use std::collections::BTreeMap;
 use std::fs::{File, OpenOptions, TryLockError};

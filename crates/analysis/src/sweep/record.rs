@@ -1,6 +1,7 @@
 //! Record of an outcome, in a journal or from another process.
 
-use super::quantities::{EventRow, Outcome};
+use super::QUANTITIES;
+use super::outcome::{EventRow, Outcome};
 use std::io::{self, Read};
 use stickslip_system::record::EventKind;
 
@@ -103,7 +104,10 @@ fn decode(record: &[u8]) -> Option<Outcome> {
             if count > cursor.0.len() / 8 {
                 return None;
             }
-            Ok((0..count).map(|_| cursor.float()).collect::<Option<Vec<f64>>>()?)
+            let mut values = (0..count).map(|_| cursor.float()).collect::<Option<Vec<f64>>>()?;
+            // A journal of an earlier version lacks the quantities that were added since.
+            values.resize(QUANTITIES.len(), f64::NAN);
+            Ok(values)
         }
         _ => {
             let length = usize::try_from(cursor.whole()?).ok()?;

@@ -1,6 +1,6 @@
 //! Runs of points on a pool of threads, with one receiver of the outcomes.
 
-use super::quantities::{EventRow, Outcome, Values, values};
+use super::outcome::{EventRow, Outcome, Values, values};
 use super::study::{Point, Study};
 use crate::analysis::{Summary, recorded};
 use std::ops::ControlFlow;

@@ -3,7 +3,7 @@
 use super::error::SweepEnd;
 use super::executor::{Executor, run_elsewhere};
 use super::journal::Journal;
-use super::quantities::Outcome;
+use super::outcome::Outcome;
 use super::report::SweepProgress;
 use super::runner::{Integrate, run_points};
 use super::study::{Point, Study};

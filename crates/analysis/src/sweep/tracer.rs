@@ -3,7 +3,7 @@
 use super::axis::Range;
 use super::criterion::BoundarySpec;
 use super::error::SweepEnd;
-use super::quantities::Outcome;
+use super::outcome::Outcome;
 use super::running::Running;
 use stickslip_case::Setting;
 

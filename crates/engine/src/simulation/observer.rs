@@ -143,6 +143,7 @@ impl<'a, R: Readings> Recording<'a, R> {
         let report = &mut self.report;
         report.energy_residual = report.energy_residual.max(c.energy_residual.abs());
         report.energy_turnover = report.energy_turnover.max(held.abs()).max(c.work_applied.abs());
+        report.dissipated_energy = c.dissipated_friction;
         Ok(channels)
     }
 
