@@ -5,7 +5,7 @@ use crate::common::cases::built_in;
 use crate::common::cli::{Folder, json, output, refusal, says};
 use crate::common::rows;
 use std::f64::consts::PI;
-use stickslip::sweep::{STUDIES, Study, StudySource};
+use stickslip::sweep::{Existing, Journal, Outcome, QUANTITIES, STUDIES, Study, StudySource};
 
 /// The mass on a belt with Coulomb friction that begins on the belt: every slip and stick in closed form.
 const BELT: &str = r#"
@@ -143,6 +143,27 @@ fn analytic_what_a_clutch_heats_up_by() {
     let last = run.sample_count().unwrap() - 1;
     assert_eq!(value, run.column("dissipated_friction", last..last + 1).unwrap()[0]);
     assert!((value / heat(0.2, 200.0) - 1.0).abs() < 1e-9, "{value}");
+}
+
+/// A point in the journal of an earlier version keeps its numbers; one that this version did not have is NaN.
+#[test]
+fn regression_a_journal_without_the_latest_quantity_is_resumed() {
+    let folder = Folder::new();
+    let path = folder.write("grid.toml", ENGAGEMENTS);
+    let study = Study::parse(StudySource::find(path.to_str().unwrap(), STUDIES).unwrap(), &[]).unwrap();
+    let mut journal = Journal::open(&folder.path("grid.journal"), &study.digest(), Existing::Refuse).unwrap();
+    let earlier = Outcome {
+        number: 1,
+        result: Ok(vec![1.0; QUANTITIES.len() - 1]),
+        events: Vec::new(),
+    };
+    journal.append(&[earlier]).unwrap();
+    drop(journal);
+    folder.ok("sweep grid.toml --resume");
+    let file = folder.sweep_file("grid.h5");
+    let latest = file.numbers(QUANTITIES[QUANTITIES.len() - 1].name).unwrap();
+    assert_eq!(file.numbers("onset_time").unwrap()[1], 1.0);
+    assert!(latest[1].is_nan() && latest[0] > 0.0, "{latest:?}");
 }
 
 /// What a run does not have is NaN, or -1 of a count, and never 0: the mass begins in a slip that never ends.

@@ -122,7 +122,9 @@ pub(super) fn write(
             };
             row.events = outcome.events.iter().map(event).collect();
             match outcome.result {
-                Ok(values) => {
+                Ok(mut values) => {
+                    // The journal of an earlier version lacks the quantities that were added since.
+                    values.resize(QUANTITIES.len(), f64::NAN);
                     unfinished += u64::from(is_open(&values));
                     row.values = Some(values);
                 }

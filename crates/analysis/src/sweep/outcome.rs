@@ -65,9 +65,10 @@ pub struct Outcome {
 }
 
 impl Outcome {
-    /// Value of a quantity by its index; NaN if missing.
+    /// Value of a quantity by its index; NaN if missing, as in the journal of a version that did not have it.
     pub fn value(&self, index: usize) -> f64 {
-        self.result.as_ref().map_or(f64::NAN, |values| values[index])
+        let values = self.result.as_ref().map_or(&[][..], Vec::as_slice);
+        values.get(index).copied().unwrap_or(f64::NAN)
     }
 }
 

@@ -1,6 +1,5 @@
 //! Record of an outcome, in a journal or from another process.
 
-use super::QUANTITIES;
 use super::outcome::{EventRow, Outcome};
 use std::io::{self, Read};
 use stickslip_system::record::EventKind;
@@ -104,10 +103,7 @@ fn decode(record: &[u8]) -> Option<Outcome> {
             if count > cursor.0.len() / 8 {
                 return None;
             }
-            let mut values = (0..count).map(|_| cursor.float()).collect::<Option<Vec<f64>>>()?;
-            // A journal of an earlier version lacks the quantities that were added since.
-            values.resize(QUANTITIES.len(), f64::NAN);
-            Ok(values)
+            Ok((0..count).map(|_| cursor.float()).collect::<Option<Vec<f64>>>()?)
         }
         _ => {
             let length = usize::try_from(cursor.whole()?).ok()?;
