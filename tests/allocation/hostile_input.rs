@@ -260,7 +260,7 @@ fn studies() {
         "case = \"paper\"\n[[series]]\nmethods = [\"auto\", \"erk\", \"series\"]\ntolerances = [1e-4{}]\n",
         ", 1e-5".repeat(13_000)
     );
-    let refusal = work_precision::Study::parse(StudySource::text("hostile", &many)).unwrap_err();
+    let refusal = work_precision::PrecisionStudy::parse(StudySource::text("hostile", &many)).unwrap_err();
     assert!(refusal.to_string().contains("more than 10000 runs"), "{refusal}");
     seeds.push(many.into_bytes());
     campaign("study", &seeds, |bytes| {
@@ -268,7 +268,7 @@ fn studies() {
         let source = StudySource::text("hostile", &text);
         let sweep = Study::parse(source.clone(), &[]).map(drop);
         let calibration = CalibrationStudy::parse(source.clone(), &[]).map(drop);
-        let precision = work_precision::Study::parse(source).map(drop);
+        let precision = work_precision::PrecisionStudy::parse(source).map(drop);
         sweep.or(calibration).or(precision).map_err(|error| error.to_string())
     });
 }

@@ -7,7 +7,7 @@
 
 use crate::common::cli::Folder;
 use std::io::Read as _;
-use stickslip::results::{ResultFile, Side};
+use stickslip::results::{EventSide, ResultFile};
 
 /// File, command that repeats its run, and events of its sequence.
 const FILES: [(&str, &str, usize); 2] = [
@@ -71,7 +71,7 @@ fn analytic_a_channel_that_an_older_file_lacks_is_the_product_of_its_factors() {
         assert_eq!((columns[place].units.as_str(), columns[place].rows), ("W", rows.end));
         if let Some(dense) = file.dense().unwrap() {
             let times = [7.3, 10.9];
-            let value = |name: &str| dense.values(name, &times, Side::Before).unwrap();
+            let value = |name: &str| dense.values(name, &times, EventSide::Before).unwrap();
             let (torque, velocity) = (value("friction_torque"), value("relative_velocity"));
             assert_eq!(value("contact_power"), [torque[0] * velocity[0], 0.0]);
         }

@@ -2,7 +2,7 @@
 
 use std::borrow::Cow;
 use stickslip_case::quantity::Dimension;
-use stickslip_engine::simulation::{Part, Quantity};
+use stickslip_engine::simulation::{CourseQuantity, TrainPart};
 use stickslip_system::record::channel;
 
 /// A quantity over time that both runs have, in SI units and radians. Names and signs are those of /trajectory.
@@ -41,13 +41,13 @@ pub enum Channel {
     /// A recorded channel that is a product of two others.
     Product(&'static str),
     /// Twist of a shaft, rad.
-    Twist(Part),
+    Twist(TrainPart),
     /// Twist rate of a shaft, rad/s.
-    TwistRate(Part),
+    TwistRate(TrainPart),
     /// Speed of an inertia, rad/s.
-    Speed(Part),
+    Speed(TrainPart),
     /// Angle of an inertia, rad: no column of a result, but integrated by plain solvers.
-    Angle(Part),
+    Angle(TrainPart),
     /// z of the bristles.
     Deflection,
     /// Integral of F_n over time, N s: no column of a result, but written by explicit finite-element codes.
@@ -93,7 +93,7 @@ impl Channel {
 
     /// Name of its variable in /trajectory.
     pub fn name(self) -> Cow<'static, str> {
-        let of = |part: Part, what: &str| Cow::Owned(format!("{}_{what}_{}", part.of.name(), part.index));
+        let of = |part: TrainPart, what: &str| Cow::Owned(format!("{}_{what}_{}", part.of.name(), part.index));
         match self {
             Channel::Twist(part) => of(part, "twist"),
             Channel::TwistRate(part) => of(part, "twist_rate"),
@@ -154,15 +154,15 @@ impl Channel {
     }
 
     /// Its function of time; `outermost` is the rotor's outermost inertia.
-    pub(crate) fn quantity(self, outermost: usize) -> Quantity {
+    pub(crate) fn quantity(self, outermost: usize) -> CourseQuantity {
         match self {
-            Channel::Twist(part) => Quantity::Twist(part),
-            Channel::TwistRate(part) => Quantity::TwistRate(part),
-            Channel::Speed(part) => Quantity::Speed(part),
-            Channel::Angle(part) => Quantity::Angle(part),
-            Channel::Deflection => Quantity::Deflection,
+            Channel::Twist(part) => CourseQuantity::Twist(part),
+            Channel::TwistRate(part) => CourseQuantity::TwistRate(part),
+            Channel::Speed(part) => CourseQuantity::Speed(part),
+            Channel::Angle(part) => CourseQuantity::Angle(part),
+            Channel::Deflection => CourseQuantity::Deflection,
             // Impulses are integrated from forces and torques.
-            _ => Quantity::of_channel(self.recorded(), outermost).unwrap_or(Quantity::Transmitted),
+            _ => CourseQuantity::of_channel(self.recorded(), outermost).unwrap_or(CourseQuantity::Transmitted),
         }
     }
 }

@@ -2,7 +2,7 @@
 
 use super::study::CalibrationStudy;
 use super::target::Target;
-use crate::sweep::{Integrate, Point, Values, run_point, without_a_file};
+use crate::sweep::{Integrate, StudyPoint, Values, run_point, without_a_file};
 use std::sync::atomic::{AtomicBool, Ordering};
 use stickslip_engine::workers::in_order;
 
@@ -24,18 +24,18 @@ impl Evaluation {
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) struct Halted;
 
-pub(super) struct Evaluator<'a> {
+pub(super) struct TargetEvaluator<'a> {
     pub study: &'a CalibrationStudy,
     pub workers: usize,
     pub stop: &'a AtomicBool,
 }
 
-impl Evaluator<'_> {
+impl TargetEvaluator<'_> {
     pub fn run(&self, shares: &[f64]) -> Result<Evaluation, Halted> {
         if self.stop.load(Ordering::Relaxed) {
             return Err(Halted);
         }
-        let point = Point {
+        let point = StudyPoint {
             number: 0,
             coordinates: self.study.coordinates(shares),
         };

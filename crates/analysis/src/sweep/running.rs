@@ -6,22 +6,22 @@ use super::journal::Journal;
 use super::outcome::Outcome;
 use super::report::SweepProgress;
 use super::runner::{Integrate, run_points};
-use super::study::{Point, Study};
+use super::study::{Study, StudyPoint};
 use std::collections::HashSet;
 use std::sync::atomic::AtomicBool;
 use stickslip_case::Setting;
 use stickslip_files::ShardPlan;
 
-pub(super) struct Points<'a> {
+pub(super) struct RunningPoints<'a> {
     study: &'a Study,
     /// Points of a traced boundary; otherwise the study has them.
     pub(super) asked: Vec<Vec<Setting>>,
 }
 
-impl<'a> Points<'a> {
+impl<'a> RunningPoints<'a> {
     pub(super) fn of(study: &'a Study) -> Self {
         let asked = Vec::new();
-        Points { study, asked }
+        RunningPoints { study, asked }
     }
 
     pub(super) fn count(&self) -> u64 {
@@ -70,7 +70,7 @@ impl Running<'_> {
             .iter()
             .enumerate()
             .filter(|(k, _)| !held[*k])
-            .map(|(k, coordinates)| Point {
+            .map(|(k, coordinates)| StudyPoint {
                 number: numbered(k),
                 coordinates: coordinates.clone(),
             });
@@ -82,7 +82,7 @@ impl Running<'_> {
         Ok(outcomes)
     }
 
-    fn run(&mut self, points: impl Iterator<Item = Point> + Send, total: u64, open: bool) -> Result<(), SweepEnd> {
+    fn run(&mut self, points: impl Iterator<Item = StudyPoint> + Send, total: u64, open: bool) -> Result<(), SweepEnd> {
         let Running {
             study,
             workers,

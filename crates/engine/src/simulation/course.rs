@@ -26,46 +26,46 @@ const TOLERANCE: f64 = 1e-16;
 
 /// A train.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
-pub enum Which {
+pub enum TrainSide {
     /// Index 2 in the equations.
     Rotor,
     /// Index 1.
     Stator,
 }
 
-impl Which {
+impl TrainSide {
     /// Both trains.
-    pub const BOTH: [Which; 2] = [Which::Rotor, Which::Stator];
+    pub const BOTH: [TrainSide; 2] = [TrainSide::Rotor, TrainSide::Stator];
 
     /// "rotor" or "stator".
     pub fn name(self) -> &'static str {
         match self {
-            Which::Rotor => "rotor",
-            Which::Stator => "stator",
+            TrainSide::Rotor => "rotor",
+            TrainSide::Stator => "stator",
         }
     }
 }
 
 /// An inertia or a shaft of a train, counted from the contact.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
-pub struct Part {
+pub struct TrainPart {
     /// Train.
-    pub of: Which,
+    pub of: TrainSide,
     /// Index from 0.
     pub index: usize,
 }
 
 /// A quantity that is known as a function of time.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Quantity {
+pub enum CourseQuantity {
     /// Twist of a shaft, rad.
-    Twist(Part),
+    Twist(TrainPart),
     /// Twist rate of a shaft, rad/s.
-    TwistRate(Part),
+    TwistRate(TrainPart),
     /// Speed of an inertia, or of the part beyond the outermost, rad/s.
-    Speed(Part),
+    Speed(TrainPart),
     /// Angle of an inertia, or of the part beyond the outermost, rad.
-    Angle(Part),
+    Angle(TrainPart),
     /// phi_2 - phi_1, rad.
     Slip,
     /// omega_r, rad/s.
@@ -86,30 +86,30 @@ pub enum Quantity {
     Product(&'static [&'static str; 2]),
 }
 
-impl Quantity {
+impl CourseQuantity {
     /// The function of time that a recorded channel is; `outermost` is the index of the rotor's outermost inertia.
     /// `None` for channels that are known at the samples only.
-    pub fn of_channel(name: &str, outermost: usize) -> Option<Quantity> {
-        let part = |of, index| Part { of, index };
-        let (rotor, stator) = (part(Which::Rotor, 0), part(Which::Stator, 0));
-        let last = part(Which::Rotor, outermost);
+    pub fn of_channel(name: &str, outermost: usize) -> Option<CourseQuantity> {
+        let part = |of, index| TrainPart { of, index };
+        let (rotor, stator) = (part(TrainSide::Rotor, 0), part(TrainSide::Stator, 0));
+        let last = part(TrainSide::Rotor, outermost);
         Some(match name {
-            "z" => Quantity::AxialDisplacement,
-            "z_dot" => Quantity::AxialVelocity,
-            "theta" => Quantity::Angle(last),
-            "theta_dot" => Quantity::Speed(last),
-            "phi1" => Quantity::Angle(stator),
-            "phi1_dot" => Quantity::Speed(stator),
-            "phi2" => Quantity::Angle(rotor),
-            "phi2_dot" => Quantity::Speed(rotor),
-            "rotor_twist" => Quantity::Twist(rotor),
-            "rotor_twist_rate" => Quantity::TwistRate(rotor),
-            "relative_velocity" => Quantity::RelativeVelocity,
-            "slip_displacement" => Quantity::Slip,
-            "normal_force" => Quantity::NormalForce,
-            "friction_torque" => Quantity::Interface,
-            "transmitted_torque" => Quantity::Transmitted,
-            name => Quantity::Product(channel::factors(name)?),
+            "z" => CourseQuantity::AxialDisplacement,
+            "z_dot" => CourseQuantity::AxialVelocity,
+            "theta" => CourseQuantity::Angle(last),
+            "theta_dot" => CourseQuantity::Speed(last),
+            "phi1" => CourseQuantity::Angle(stator),
+            "phi1_dot" => CourseQuantity::Speed(stator),
+            "phi2" => CourseQuantity::Angle(rotor),
+            "phi2_dot" => CourseQuantity::Speed(rotor),
+            "rotor_twist" => CourseQuantity::Twist(rotor),
+            "rotor_twist_rate" => CourseQuantity::TwistRate(rotor),
+            "relative_velocity" => CourseQuantity::RelativeVelocity,
+            "slip_displacement" => CourseQuantity::Slip,
+            "normal_force" => CourseQuantity::NormalForce,
+            "friction_torque" => CourseQuantity::Interface,
+            "transmitted_torque" => CourseQuantity::Transmitted,
+            name => CourseQuantity::Product(channel::factors(name)?),
         })
     }
 }
@@ -156,10 +156,10 @@ impl Course {
         &self.dynamics.system
     }
 
-    fn side(&self, of: Which) -> &Side {
+    fn side(&self, of: TrainSide) -> &Side {
         match of {
-            Which::Rotor => &self.dynamics.system.rotor,
-            Which::Stator => &self.dynamics.system.stator,
+            TrainSide::Rotor => &self.dynamics.system.rotor,
+            TrainSide::Stator => &self.dynamics.system.stator,
         }
     }
 
@@ -209,15 +209,19 @@ impl Course {
     }
 
     /// Quantity that [`Portrait::of`](super::portrait::Portrait) takes as the position.
-    pub fn position(&self) -> Option<Quantity> {
+    pub fn position(&self) -> Option<CourseQuantity> {
         let (side, name, ..) = shown(&self.dynamics)?;
-        let part = Part {
-            of: if side.sign > 0.0 { Which::Rotor } else { Which::Stator },
+        let part = TrainPart {
+            of: if side.sign > 0.0 {
+                TrainSide::Rotor
+            } else {
+                TrainSide::Stator
+            },
             index: 0,
         };
         Some(match name {
-            "stator" | "rotor" => Quantity::Angle(part),
-            _ => Quantity::Twist(part),
+            "stator" | "rotor" => CourseQuantity::Angle(part),
+            _ => CourseQuantity::Twist(part),
         })
     }
 
@@ -502,7 +506,7 @@ impl Course {
     }
 
     /// A quantity by powers of the elapsed share of `step` (s), and the number of significant coefficients.
-    pub fn series(&self, quantity: Quantity, step: f64) -> ([f64; TERMS], usize) {
+    pub fn series(&self, quantity: CourseQuantity, step: f64) -> ([f64; TERMS], usize) {
         let mut series = self.quantity(quantity);
         let (known, beyond) = series.split_at_mut(self.expansion.terms);
         beyond.fill(0.0);
@@ -522,7 +526,7 @@ impl Course {
     }
 
     /// Values of a quantity at these times since the start of the expansion (s).
-    pub fn values(&self, quantity: Quantity, since: impl Iterator<Item = f64>, out: &mut [f64]) {
+    pub fn values(&self, quantity: CourseQuantity, since: impl Iterator<Item = f64>, out: &mut [f64]) {
         let series = self.quantity(quantity);
         let (known, unit) = (&series[..self.expansion.terms], self.expansion.unit);
         for (value, since) in out.iter_mut().zip(since) {
@@ -530,33 +534,33 @@ impl Course {
         }
     }
 
-    fn quantity(&self, quantity: Quantity) -> Series {
+    fn quantity(&self, quantity: CourseQuantity) -> Series {
         let (expansion, system) = (&self.expansion, self.system());
-        let at = |of: Which| of as usize;
+        let at = |of: TrainSide| of as usize;
         match quantity {
-            Quantity::Twist(Part { of, index }) => expansion.state[self.side(of).twists + 2 * index],
-            Quantity::TwistRate(Part { of, index }) => expansion.state[self.side(of).twists + 2 * index + 1],
-            Quantity::Speed(Part { of, index }) if index < self.side(of).inertia.len() => {
+            CourseQuantity::Twist(TrainPart { of, index }) => expansion.state[self.side(of).twists + 2 * index],
+            CourseQuantity::TwistRate(TrainPart { of, index }) => expansion.state[self.side(of).twists + 2 * index + 1],
+            CourseQuantity::Speed(TrainPart { of, index }) if index < self.side(of).inertia.len() => {
                 expansion.speed(self.side(of), at(of), index)
             }
-            Quantity::Speed(Part { of, .. }) => *expansion.end_speed(at(of)),
-            Quantity::Angle(part) => self.angle(part),
-            Quantity::Slip => expansion.state[system.slip],
-            Quantity::RelativeVelocity => expansion.relative_velocity,
-            Quantity::Deflection => match system.engagement {
+            CourseQuantity::Speed(TrainPart { of, .. }) => *expansion.end_speed(at(of)),
+            CourseQuantity::Angle(part) => self.angle(part),
+            CourseQuantity::Slip => expansion.state[system.slip],
+            CourseQuantity::RelativeVelocity => expansion.relative_velocity,
+            CourseQuantity::Deflection => match system.engagement {
                 Engagement::Bristles(.., index) => expansion.state[index],
                 _ => [0.0; TERMS],
             },
-            Quantity::AxialDisplacement => self.axial_motion().0,
-            Quantity::AxialVelocity => self.axial_motion().1,
-            Quantity::NormalForce if self.location.mode == Mode::Separated => [0.0; TERMS],
-            Quantity::NormalForce => *expansion.normal_force(),
-            Quantity::Interface => expansion.interface,
-            Quantity::Transmitted => expansion.transmitted(system),
-            Quantity::Product(factors) => {
+            CourseQuantity::AxialDisplacement => self.axial_motion().0,
+            CourseQuantity::AxialVelocity => self.axial_motion().1,
+            CourseQuantity::NormalForce if self.location.mode == Mode::Separated => [0.0; TERMS],
+            CourseQuantity::NormalForce => *expansion.normal_force(),
+            CourseQuantity::Interface => expansion.interface,
+            CourseQuantity::Transmitted => expansion.transmitted(system),
+            CourseQuantity::Product(factors) => {
                 let outermost = system.rotor.inertia.len().saturating_sub(1);
                 let [a, b] = factors.map(|name| {
-                    let factor = Quantity::of_channel(name, outermost);
+                    let factor = CourseQuantity::of_channel(name, outermost);
                     factor.map_or([0.0; TERMS], |factor| self.quantity(factor))
                 });
                 taylor::product(&a, &b)
@@ -583,14 +587,14 @@ impl Course {
     }
 
     /// Sums twists outwards from a surface whose angle is known, or inwards from a tied end.
-    fn angle(&self, Part { of, index }: Part) -> Series {
+    fn angle(&self, TrainPart { of, index }: TrainPart) -> Series {
         let (side, system) = (self.side(of), self.system());
         let twist = |i: usize| &self.expansion.state[side.twists + 2 * i];
         let mut angle = match side.speed {
             None => {
                 let mut end = [0.0; TERMS];
                 let angles = self.dynamics.excitation.angles(self.time);
-                end[0] = if of == Which::Rotor { angles.0 } else { angles.1 };
+                end[0] = if of == TrainSide::Rotor { angles.0 } else { angles.1 };
                 let speed = self.expansion.end_speed(of as usize);
                 for n in 0..self.expansion.terms - 1 {
                     end[n + 1] = self.expansion.unit * speed[n] / (n + 1) as f64;
@@ -598,10 +602,12 @@ impl Course {
                 end
             }
             // With two free chains the angle of the stator's outermost inertia is integrated.
-            Some(_) if of == Which::Stator && system.rotor.speed.is_some() => self.expansion.state[system.slip + ANGLE],
+            Some(_) if of == TrainSide::Stator && system.rotor.speed.is_some() => {
+                self.expansion.state[system.slip + ANGLE]
+            }
             Some(_) => {
-                let other = Which::BOTH[1 - of as usize];
-                let mut angle = self.angle(Part { of: other, index: 0 });
+                let other = TrainSide::BOTH[1 - of as usize];
+                let mut angle = self.angle(TrainPart { of: other, index: 0 });
                 add(&mut angle, side.sign, &self.expansion.state[system.slip]);
                 for i in 0..index.min(side.shafts()) {
                     add(&mut angle, side.sign, twist(i));
