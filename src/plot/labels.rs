@@ -1,4 +1,4 @@
-//! Axis labels of a result file's variables.
+//! Axis labels for the variables of a result file.
 
 use super::figure::Axis;
 use stickslip_case::Motion;
@@ -10,7 +10,7 @@ pub(super) fn in_translation(words: &str) -> String {
     words.replace("torque", "force").replace("Torque", "Force")
 }
 
-/// The axis of a variable of /trajectory. `one_shaft`: the rotor is one shaft between two inertias.
+/// The axis of a variable of /trajectory. `one_shaft` means that the rotor is one shaft between two inertias.
 pub fn of_variable(variable: &schema::Variable, motion: Motion, one_shaft: bool) -> Axis {
     let (mut name, mut symbol) = match channel::find(&variable.name) {
         Some(channel) => (channel.label.to_owned(), channel.symbol.to_owned()),
@@ -30,7 +30,7 @@ pub fn of_variable(variable: &schema::Variable, motion: Motion, one_shaft: bool)
     Axis::new(&name, &variable.units).with_symbol(&symbol)
 }
 
-/// The common axis of several channels: the words that all names end with.
+/// A common axis for several channels, named with the words in which all names end.
 pub fn common(axes: &[Axis]) -> Axis {
     let Some(first) = axes.first() else {
         return Axis::new("", "1");
@@ -43,7 +43,7 @@ pub fn common(axes: &[Axis]) -> Axis {
         let end = words[words.len() - n..].join(" ");
         axes.iter().all(|axis| axis.name.ends_with(&end)).then_some(end)
     };
-    // Quantities that differ in a number only: the words before it.
+    // If the names differ in a number only, the words before the number are used.
     let numbered = |axis: &Axis| {
         let (name, number) = axis.name.rsplit_once(' ')?;
         number.parse::<usize>().ok().map(|_| name.to_owned())

@@ -1,4 +1,4 @@
-//! States on both sides of events; missing torques and forces follow from the equations.
+//! States on both sides of events. Missing torques and forces follow from the equations.
 
 use super::error::PlotError;
 use stickslip_compare::reference::states_at_events;
@@ -21,7 +21,8 @@ impl Sides {
         })
     }
 
-    /// A force, torque, energy or the mode from the equations, if the state determines it; `first`: the initial mode.
+    /// A force, a torque, an energy or the mode from the equations, if the state determines it. `first`: initial
+    /// mode.
     pub(super) fn of(
         course: &Course,
         file: &ResultFile,

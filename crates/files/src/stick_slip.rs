@@ -1,4 +1,4 @@
-//! Statistics of a run's stick-slip.
+//! Statistics of stick-slip in a run.
 
 use stickslip_system::record::Cycle;
 
@@ -8,8 +8,7 @@ use stickslip_system::record::Cycle;
 pub struct StickSlipTable {
     /// Cycles; empty if the writer has recorded them already.
     pub cycles: Vec<Cycle>,
-    /// Attributes: quantities, counts, and further quantities. NaN if a quantity does not exist in the run (onset
-    /// without a stick).
+    /// Attributes: quantities and counts. A quantity that the run lacks, such as an onset without a stick, is NaN.
     pub attributes: Vec<Extra>,
 }
 
@@ -29,7 +28,7 @@ pub struct Extra {
 }
 
 impl Extra {
-    /// A quantity; NaN without a value.
+    /// A quantity; `None` is stored as NaN.
     pub fn new(name: &str, unit: &str, description: &str, value: Option<f64>) -> Self {
         Extra {
             name: name.to_owned(),
@@ -42,7 +41,7 @@ impl Extra {
 }
 
 impl StickSlipTable {
-    /// A quantity or a count; `None` if it is unknown.
+    /// Value of a quantity or a count; `None` if there is none.
     pub fn value(&self, name: &str) -> Option<f64> {
         let found = self.attributes.iter().find(|attribute| attribute.name == name);
         found.map(|attribute| attribute.value).filter(|value| !value.is_nan())

@@ -1,4 +1,4 @@
-//! A sweep file for figures: axes, points and quantities.
+//! A sweep file as data for figures: axes, points and quantities.
 
 use crate::plot::PlotError;
 use crate::plot::error::hint;
@@ -10,14 +10,14 @@ use stickslip_analysis::sweep::QUANTITIES;
 use stickslip_files::schema::{META_POINT_COMMAND, META_SHOW, group};
 use stickslip_files::{Reason, SweepFile};
 
-/// Symbols of the keys in the paper's figure.
+/// Variable, name and symbol of the parameters in the paper's figure.
 const SYMBOLS: [(&str, &str, &str); 3] = [
     ("friction_decay", "friction decay", "α"),
     ("torsion_damping", "torsional damping", "c_t"),
     ("perturbation_0_relative_velocity", "kick", "δ"),
 ];
 
-/// Longest symbol: the text before the comma of a description.
+/// Longest symbol, which is the text before the comma in a description.
 const LONGEST_SYMBOL: usize = 8;
 
 /// Relative difference of equal values.
@@ -26,7 +26,6 @@ const SAME: f64 = 1e-6;
 const COMPLETE: f64 = 0.0;
 const FAILED: f64 = 1.0;
 
-/// The axis of a variable, with the symbol that begins its description.
 pub(in crate::plot) fn drawn_axis(name: &str, units: &str, long_name: &str) -> Axis {
     if let Some((_, words, symbol)) = SYMBOLS.iter().find(|known| known.0 == name) {
         return Axis::new(words, units).with_symbol(symbol);
@@ -88,7 +87,7 @@ pub struct StudyAxis {
 }
 
 impl StudyAxis {
-    /// Whether it differs between points.
+    /// Whether the values differ between points.
     pub fn varies(&self) -> bool {
         self.values.iter().any(|value| *value != self.values[0])
     }
@@ -113,8 +112,8 @@ impl StudyAxis {
         }
     }
 
-    /// Whether the values are evenly spaced in the logarithm over 1.5 decades or more: a logarithmic axis shows two
-    /// powers. `traced`: whether a boundary was searched by the logarithm, if known.
+    /// Whether the values are evenly spaced in the logarithm over 1.5 decades or more, so that a logarithmic axis
+    /// shows two powers. `traced` says whether a boundary was searched in the logarithm, if this is known.
     fn is_logarithmic(&self, traced: Option<bool>) -> bool {
         let (low, high) = extent(self.values.iter().copied()).unwrap_or((0.0, 1.0));
         if !self.words.is_empty() || low <= 0.0 {
@@ -189,7 +188,7 @@ pub struct StudyData {
     pub title: String,
     /// Whether all points are present.
     pub complete: bool,
-    /// Axes in the order of the study; the last axis of a grid varies fastest.
+    /// Axes in the order of the study. The last axis of a grid varies fastest.
     pub axes: Vec<StudyAxis>,
     /// Whether the points form a grid.
     pub is_grid: bool,
@@ -197,11 +196,11 @@ pub struct StudyData {
     pub quantities: Vec<StudyQuantity>,
     /// Code of each point: 0 complete, 1 failed, 2 missing.
     pub status: Vec<f64>,
-    /// Quantities that the study names for figures, or the quantity of its criterion.
+    /// Quantities that the study requests for figures, or the quantity of its criterion.
     pub asked: Vec<String>,
     /// Number and message of each failed point.
     pub failures: Vec<(u64, String)>,
-    /// Command that runs one point, once the values of the axes are set; unknown for files of earlier versions.
+    /// Command that runs one point, after the values of the axes are set; `None` for files of earlier versions.
     pub command: Option<String>,
     /// Tolerance of `cvode`, `arkode` and `series`, if the study sets it instead of the case.
     pub default_tolerance: Option<f64>,
@@ -211,7 +210,7 @@ impl StudyData {
     /// Reads a sweep file.
     ///
     /// # Errors
-    /// An unreadable file, or no point.
+    /// The file is unreadable, or contains no point.
     pub fn read(file: &SweepFile) -> Result<StudyData, PlotError> {
         let names = file.variables("/");
         let status = file.numbers("status")?;
@@ -299,7 +298,7 @@ impl StudyData {
         })
     }
 
-    /// The quantity of this name; an error lists the known ones.
+    /// The quantity with this name. The error for an unknown name lists the known ones.
     pub fn quantity(&self, name: &str) -> Result<&StudyQuantity, PlotError> {
         let found = self.quantities.iter().find(|quantity| quantity.name == name);
         found.ok_or_else(|| {
@@ -316,8 +315,8 @@ impl StudyData {
         self.asked().next().is_some()
     }
 
-    /// The quantities that the study names. Without any: the first of `wishes` that varies, else the result with the
-    /// most different values, else the first quantity.
+    /// The quantities that the study names. Without any: the first of `wishes` that varies, then the result with the
+    /// most different values, then the first quantity.
     pub(super) fn of_interest(&self, wishes: &[&str]) -> Vec<&StudyQuantity> {
         if self.asks() {
             return self.asked().collect();
@@ -336,7 +335,7 @@ impl StudyData {
         results.rev().max_by_key(|quantity| quantity.different_values())
     }
 
-    /// Index of an axis, by its name or a key; an error lists the known ones.
+    /// Index of an axis with this name or key. The error for an unknown one lists the known ones.
     pub fn axis(&self, name: &str) -> Result<usize, PlotError> {
         let is_it = |axis: &StudyAxis| axis.name == name || axis.keys.iter().any(|key| key == name);
         self.axes.iter().position(is_it).ok_or_else(|| {

@@ -7,7 +7,7 @@ use stickslip_system::record::EventKind;
 /// Bytes of length and checksum before each record.
 const FRAME: usize = 8;
 
-/// Longest valid record: a run of 100,000 events takes 3 MB.
+/// Length of the longest valid record: a run of 100,000 events takes 3 MB.
 const LONGEST_RECORD: u32 = 1 << 30;
 
 /// Outcome and length of the next record within `room` bytes; `None` if it is torn or has changed.
@@ -99,7 +99,7 @@ fn decode(record: &[u8]) -> Option<Outcome> {
     let result = match cursor.byte()? {
         0 => {
             let count = usize::try_from(cursor.whole()?).ok()?;
-            // Each value takes eight bytes.
+            // Each value takes eight bytes, which bounds the count.
             if count > cursor.0.len() / 8 {
                 return None;
             }
