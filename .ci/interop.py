@@ -29,6 +29,7 @@ CHANNELS = {
     "applied_force": "N", "normal_force": "N", "friction_torque": "N m", "transmitted_torque": "N m",
     "energy_kinetic": "J", "energy_elastic": "J", "work_applied": "J", "work_perturbation": "J",
     "dissipated_friction": "J", "dissipated_damping": "J", "energy_residual": "J",
+    "contact_power": "W",
 }
 COUNTS = (
     "steps", "rhs_evaluations", "jacobian_evaluations", "linear_solver_setups", "error_test_failures",

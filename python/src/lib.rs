@@ -11,12 +11,16 @@ mod study;
 mod waiting;
 
 use pyo3::prelude::*;
+use std::collections::HashMap;
+use stickslip::record::channel;
 
 /// Of this wheel; `stickslip/_native.pyi` says what there is.
 #[pymodule]
 fn _native(module: &Bound<'_, PyModule>) -> PyResult<()> {
     stickslip::name_build();
     module.add("__version__", env!("CARGO_PKG_VERSION"))?;
+    let products = channel::all().filter_map(|channel| Some((channel.name, channel.product?)));
+    module.add("PRODUCTS", products.collect::<HashMap<_, _>>())?;
     module.add_class::<run::Run>()?;
     module.add_function(wrap_pyfunction!(run::run, module)?)?;
     module.add_function(wrap_pyfunction!(run::open_result, module)?)?;

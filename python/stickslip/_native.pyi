@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 __version__: str
+PRODUCTS: dict[str, list[str]]
 
 _Column = tuple[str, str, str, list[tuple[int, str]], str]
 

@@ -295,8 +295,8 @@ class Run:
         if side not in ("left", "right"):
             raise InputError(f'side="{side}": give "right" for the state after an event, or "left" for the one before it')
         pieces, coefficients = self.table("dense"), self.table("dense/coefficients")
-        if channel is not None and channel not in coefficients:
-            channels = [name for name in coefficients if name != "coefficient"]
+        channels = [name for name in coefficients if name != "coefficient"] + list(_native.PRODUCTS)
+        if channel is not None and channel not in channels:
             raise InputError(f"the dense output has no channel {channel}; there are {', '.join(channels)}")
         start, end = pieces["start"], pieces["end"]
         t = np.asarray(time, dtype=np.float64)
@@ -309,6 +309,9 @@ class Run:
             places = np.clip(np.searchsorted(end, flat, "left"), 0, len(start) - 1)
 
         def values(name: str) -> NDArray[np.float64]:
+            if name in _native.PRODUCTS:
+                a, b = _native.PRODUCTS[name]
+                return values(a) * values(b) + 0.0
             if places is None:
                 return np.full(t.shape, np.nan)
             a, b = start[places], end[places]
@@ -320,7 +323,7 @@ class Run:
 
         if channel is not None:
             return values(channel)
-        return {name: values(name) for name in coefficients if name != "coefficient"}
+        return {name: values(name) for name in channels}
 
     # ---- files
 

@@ -97,7 +97,8 @@ pub(super) fn channels() -> ArgValueCandidates {
 
 pub(super) fn columns() -> ArgValueCandidates {
     ArgValueCandidates::new(|| {
-        let channels = Channel::ALL.iter().map(|channel| channel.name());
+        let channels = Channel::ALL.into_iter().chain(Channel::products());
+        let channels = channels.map(Channel::name);
         let names = std::iter::once("time".into()).chain(channels);
         names
             .map(|name: std::borrow::Cow<str>| candidate(&format!("{name}="), ""))

@@ -3,36 +3,7 @@
 use super::figure::Axis;
 use stickslip_case::Motion;
 use stickslip_files::schema;
-
-/// Variable of /trajectory, its name, and the paper's symbol (empty if there is none).
-pub const LABELS: &[(&str, &str, &str)] = &[
-    ("time", "time", "t"),
-    ("mode", "mode", ""),
-    ("segment", "segment", ""),
-    ("z", "axial displacement", "z"),
-    ("z_dot", "axial velocity", "z′"),
-    ("theta", "rotor angle", "θ"),
-    ("theta_dot", "rotor speed", "θ′"),
-    ("phi1", "stator surface angle", "φ₁"),
-    ("phi1_dot", "stator surface speed", "φ₁′"),
-    ("phi2", "rotor surface angle", "φ₂"),
-    ("phi2_dot", "rotor surface speed", "φ₂′"),
-    ("rotor_twist", "rotor twist", "θ − φ₂"),
-    ("rotor_twist_rate", "rotor twist rate", "θ′ − φ₂′"),
-    ("relative_velocity", "relative velocity", "ωᵣ"),
-    ("slip_displacement", "slip displacement", "φ₂ − φ₁"),
-    ("applied_force", "actuating force", "F"),
-    ("normal_force", "contact force", "Fₙ"),
-    ("friction_torque", "interface torque", "T"),
-    ("transmitted_torque", "transmitted torque", "T_f"),
-    ("energy_kinetic", "kinetic energy", ""),
-    ("energy_elastic", "elastic energy", ""),
-    ("work_applied", "work of the force", ""),
-    ("work_perturbation", "work of the kicks", ""),
-    ("dissipated_friction", "energy dissipated by friction", ""),
-    ("dissipated_damping", "energy dissipated by damping", ""),
-    ("energy_residual", "energy residual", ""),
-];
+use stickslip_system::record::channel;
 
 pub(super) fn in_translation(words: &str) -> String {
     let words = words.replace("angle", "position").replace("Angle", "Position");
@@ -41,12 +12,12 @@ pub(super) fn in_translation(words: &str) -> String {
 
 /// The axis of a variable of /trajectory. `one_shaft` means that the rotor is one shaft between two inertias.
 pub fn of_variable(variable: &schema::Variable, motion: Motion, one_shaft: bool) -> Axis {
-    let known = LABELS.iter().find(|label| label.0 == variable.name);
-    let (mut name, mut symbol) = known.map_or_else(
-        || (variable.name.replace('_', " "), String::new()),
-        |&(_, name, symbol)| (name.to_owned(), symbol.to_owned()),
-    );
-    // The twist is that of the first shaft, whatever the length of the rotor.
+    let (mut name, mut symbol) = match channel::find(&variable.name) {
+        Some(channel) => (channel.label.to_owned(), channel.symbol.to_owned()),
+        None if variable.name == "time" => ("time".to_owned(), "t".to_owned()),
+        None => (variable.name.replace('_', " "), String::new()),
+    };
+    // The twist is that of the first shaft, whatever the rotor's length.
     if !one_shaft && variable.name.starts_with("rotor_twist") {
         symbol.clear();
     }

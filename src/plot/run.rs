@@ -334,7 +334,7 @@ impl DrawnRun {
         }
         let known = |name: &str| self.variables.iter().any(|variable| variable.name == name);
         let further = || known(channel) && further(&self.system).iter().any(|one| one.name == channel);
-        let is_state = State::DESCRIPTIONS.iter().any(|state| state.0 == channel);
+        let is_state = State::CHANNELS.iter().any(|state| state.name == channel);
         let sides = if is_state || further() {
             Some(Sides::of_file(&self.file, channel)?)
         } else {

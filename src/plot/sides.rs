@@ -13,9 +13,6 @@ pub(super) struct Sides {
     pub(super) after: Vec<f64>,
 }
 
-/// Number of leading [`Channels`] that follow from the state. The others depend on the history.
-const OF_STATE: usize = 6;
-
 impl Sides {
     pub(super) fn of_file(file: &ResultFile, channel: &str) -> Result<Sides, PlotError> {
         Ok(Sides {
@@ -33,8 +30,8 @@ impl Sides {
         first: Option<Mode>,
         channel: &str,
     ) -> Result<Option<Sides>, PlotError> {
-        let of_state = &Channels::DESCRIPTIONS[..OF_STATE];
-        let of_state = of_state.iter().position(|description| description.0 == channel);
+        let mut channels = Channels::CHANNELS.iter();
+        let of_state = channels.position(|known| known.name == channel && !known.has_history);
         if of_state.is_none() && channel != "mode" {
             return Ok(None);
         }

@@ -292,8 +292,32 @@ fn analytic_a_clutch_locks_by_momentum() {
     }
 }
 
-/// A mass without spring on a belt that moves at 1 + cos(2 pi t) until 2 s and at 1 afterwards. It sticks to the belt,
-/// slips where the belt's speed jumps from 2 to 1, and sticks again after 1/(mu_d g) s.
+/// A clutch that nothing drives: its torque T = mu r F_n is constant, omega_r = omega - T (1/J_1 + 1/J_2) t, and friction
+/// turns omega_r T into heat until it locks. What it has then turned into heat is J_1 J_2/(J_1 + J_2) omega^2/2.
+#[test]
+fn analytic_the_power_of_a_clutch_is_torque_times_slip() {
+    let text = "[rotor]\ninertia = 0.2\nend = \"free\"\n[stator]\ninertia = 1.5\nend = \"free\"\n[contact]\nradius = 0.1\n\
+                normal_force = 5e3\n[friction]\nlaw = \"coulomb\"\nbreakaway = 0.3\nkinetic = 0.3\n[initial]\nspeed = 200\n\
+                [output]\nend_time = 0.5\ninterval = 1e-2\n";
+    let (torque, omega, rate) = (150.0, 200.0, 1.0 / 0.2 + 1.0 / 1.5);
+    for method in ["series", "cvode", "arkode"] {
+        let case = case_of(text, method);
+        let rows = recorded(&case);
+        let (mut slipping, mut last) = (0, 0.0);
+        for sample in &rows.samples {
+            let slip = (omega - torque * rate * sample.time).max(0.0);
+            near(sample.channels.contact_power, torque * slip, 1e-8 * torque * omega);
+            assert!(sample.channels.contact_power.is_sign_positive(), "{method}");
+            slipping += usize::from(slip > 0.0);
+            last = sample.channels.dissipated_friction;
+        }
+        assert!(slipping > 20 && slipping < rows.samples.len(), "{method}: {slipping}");
+        near(last, 0.5 * omega * omega / rate, 1e-8 * torque * omega);
+    }
+}
+
+/// A mass that nothing holds, on a belt that goes at 1 + cos(2 pi t) up to 2 s and at 1 from then on: it rides along, slips where
+/// the belt's speed falls from 2 to 1, and sticks again after 1/(mu_d g) s.
 #[test]
 fn analytic_a_driven_speed_that_jumps() {
     let case = written(

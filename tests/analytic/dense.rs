@@ -14,7 +14,8 @@ use stickslip::results::{EventSide, ResultFile};
 use stickslip::simulation::natural_period;
 use stickslip::simulation::{Around, Following, Method};
 
-const COLUMNS: usize = State::COUNT + Channels::COUNT;
+/// Columns with polynomials: the power is the product of two of them, and the last channel.
+const COLUMNS: usize = State::COUNT + Channels::COUNT - 1;
 
 /// A clutch that is engaged at once: it locks while engine and vehicle exchange momentum.
 const CLUTCH: &str = r#"[rotor]

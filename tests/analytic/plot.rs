@@ -173,13 +173,16 @@ mod font {
 
 mod labels {
     use stickslip::case::Motion;
-    use stickslip::plot::labels::{LABELS, common, of_variable};
+    use stickslip::plot::labels::{common, of_variable};
+    use stickslip::record::channel;
     use stickslip::results::schema;
 
     #[test]
-    fn property_every_variable_has_a_label() {
-        for variable in schema::trajectory().variables {
-            assert!(LABELS.iter().any(|label| label.0 == variable.name), "{}", variable.name);
+    fn property_every_channel_has_a_label_of_its_own() {
+        let channels: Vec<_> = channel::all().collect();
+        for (k, channel) in channels.iter().enumerate() {
+            let same = channels.iter().position(|other| other.label == channel.label);
+            assert!(!channel.label.is_empty() && same == Some(k), "{}", channel.name);
         }
     }
 

@@ -54,6 +54,8 @@ fn the_factors_are_those_of_an_independent_unit_evaluator() {
             (Dimension::Angle, "radian"),
             (Dimension::AngularVelocity, "radian/second"),
             (Dimension::Frequency, "hertz"),
+            (Dimension::Energy, "joule"),
+            (Dimension::Power, "watt"),
         ]
         .into_iter()
         .find(|&(dimension, _)| parse(&format!("1 {}", unit.symbol), dimension).is_ok())
@@ -138,6 +140,10 @@ fn a_frequency_is_no_angular_velocity() {
 
 #[test]
 fn the_example_of_every_dimension_is_a_quantity_of_it() {
+    assert_eq!(Dimension::of_udunits("rad s-1"), Some(Dimension::AngularVelocity));
+    assert_eq!(Dimension::of_udunits("N m"), Some(Dimension::Torque));
+    assert_eq!(Dimension::of_udunits("s2 rad-2"), Some(Dimension::FrictionCurvature));
+    assert_eq!(Dimension::of_udunits("rad s-2"), None);
     for dimension in Dimension::ALL.into_iter().filter(|&d| d != Dimension::Number) {
         assert!(parse(dimension.example(), dimension).is_ok(), "{dimension:?}");
         assert_eq!(

@@ -21,6 +21,7 @@ mod manual;
 mod methods;
 mod modes;
 mod odd;
+mod older;
 mod output;
 mod page;
 mod plot;

@@ -191,7 +191,7 @@ fn cli_run_json_is_one_document_with_known_names() {
     for name in "end events sticks slips onset_time final_stick_time first_stick_duration last_stick_duration \
         stick_duration_range first_slip_duration last_slip_duration slip_duration_range first_period last_period \
         natural_period axial_displacement instability_time growth_exponent e_folds_gained energy_residual \
-        energy_residual_relative noise_determined kicks_never_given interrupted work"
+        energy_residual_relative dissipated_energy noise_determined kicks_never_given interrupted work"
         .split(' ')
     {
         assert!(names(summary).contains(&name.to_owned()), "{name} in {stdout}");

@@ -5,7 +5,7 @@ use crate::common::cases::built_in;
 use crate::common::cli::{Folder, json, output, refusal, says};
 use crate::common::rows;
 use std::f64::consts::PI;
-use stickslip::sweep::{STUDIES, Study, StudySource};
+use stickslip::sweep::{Existing, Journal, Outcome, QUANTITIES, STUDIES, Study, StudySource};
 
 /// A mass on a belt with Coulomb friction that starts at rest relative to the belt. Slips and sticks have closed
 /// forms.
@@ -83,10 +83,94 @@ fn analytic_a_grid_of_coulomb_belts() {
     assert!(stdout.contains("all checksums agree"), "{stdout}");
 }
 
-/// The coefficient mu_d + (mu_s - mu_d) exp(-(v/v_s)^2) falls over a range of speeds only. With the damping c of the
-/// mass, steady sliding is unstable where 2 (mu_s - mu_d) F_n v/v_s^2 exp(-(v/v_s)^2) exceeds c. This is between two
-/// speeds of the belt; sliding is stable at both ends of the axis. The term changes with v by at least 3 N s^2/m^2 at
-/// all points, so that they are exact to rounding.
+/// Engagements of the built-in clutch without its engine's torque: whatever the force does, friction turns
+/// J_1 J_2/(J_1 + J_2) omega^2/2 into heat until it locks. Slip is linear, so that the numbers hold to the tolerance of a run.
+const ENGAGEMENTS: &str = r#"
+case = "clutch"
+set = { rotor.torque = 0, output.end_time = "3 s", solver.method = "series" }
+axis = [
+    { key = "initial.speed", from = "100 rad/s", to = "300 rad/s", count = 3 },
+    { key = "rotor.inertia.0", from = 0.2, to = 0.4, count = 3 },
+]
+"#;
+
+#[test]
+fn analytic_what_a_clutch_heats_up_by() {
+    let folder = Folder::new();
+    let heat = |inertia: f64, speed: f64| 0.5 * inertia * 1.5 / (inertia + 1.5) * speed * speed;
+    folder.write("grid.toml", ENGAGEMENTS);
+    folder.json("sweep grid.toml");
+    let file = folder.sweep_file("grid.h5");
+    assert_eq!(file.attribute("dissipated_energy", "units").as_deref(), Some("J"));
+    let found = file.numbers("dissipated_energy").unwrap();
+    for (i, speed) in [100.0, 200.0, 300.0].into_iter().enumerate() {
+        for (j, inertia) in [0.2, 0.3, 0.4].into_iter().enumerate() {
+            let (found, expected) = (found[3 * i + j], heat(inertia, speed));
+            assert!(
+                (found / expected - 1.0).abs() < 1e-9,
+                "{speed} {inertia}: {found}, not {expected}"
+            );
+        }
+    }
+    // As a criterion: the speed at which 3 kJ are reached.
+    let boundary = "boundary = { criterion = \"dissipated_energy >= 3000\", refinements = 0, width = 1e-9 }\n";
+    folder.write("limit.toml", format!("{boundary}{ENGAGEMENTS}"));
+    folder.json("sweep limit.toml");
+    let file = folder.sweep_file("limit.h5");
+    let column = |name: &str| file.numbers(&format!("boundary/{name}")).unwrap();
+    let (speeds, inertias) = (column("initial_speed"), column("rotor_inertia_0"));
+    assert!(speeds.len() >= 3);
+    for (speed, inertia) in speeds.into_iter().zip(inertias) {
+        assert!((heat(inertia, speed) / 3000.0 - 1.0).abs() < 1e-7, "{speed} {inertia}");
+    }
+    // As a target: the speed from which it heats up by as much.
+    let target = "case = \"clutch\"\nset = { rotor.torque = 0 }\nfree = [{ key = \"initial.speed\", from = 100, to = 300 }]\n\
+                  target = [{ quantity = \"dissipated_energy\", value = \"3.529 kJ\" }]\n";
+    folder.write("target.toml", target);
+    let report = folder.json("calibrate target.toml");
+    let number = |name: &str| report["parameters"][0][name].as_f64().unwrap();
+    assert!(number("least") < 200.0 && 200.0 < number("largest"), "{report}");
+    assert!(number("largest") - number("least") < 0.04, "{report}");
+    // In a file, where the column ends with it.
+    folder.ok("run clutch --set rotor.torque=0 -q -o one.h5 --method series");
+    let attributes = folder.json("inspect one.h5")["attributes"].as_array().unwrap().clone();
+    let value = attributes
+        .iter()
+        .find(|one| one["name"] == "dissipated_energy")
+        .unwrap()["value"]
+        .as_f64()
+        .unwrap();
+    let run = folder.result("one.h5");
+    let last = run.sample_count().unwrap() - 1;
+    assert_eq!(value, run.column("dissipated_friction", last..last + 1).unwrap()[0]);
+    assert!((value / heat(0.2, 200.0) - 1.0).abs() < 1e-9, "{value}");
+}
+
+/// A point in the journal of an earlier version keeps its numbers; one that this version did not have is NaN.
+#[test]
+fn regression_a_journal_without_the_latest_quantity_is_resumed() {
+    let folder = Folder::new();
+    let path = folder.write("grid.toml", ENGAGEMENTS);
+    let study = Study::parse(StudySource::find(path.to_str().unwrap(), STUDIES).unwrap(), &[]).unwrap();
+    let mut journal = Journal::open(&folder.path("grid.journal"), &study.digest(), Existing::Refuse).unwrap();
+    let earlier = Outcome {
+        number: 1,
+        result: Ok(vec![1.0; QUANTITIES.len() - 1]),
+        events: Vec::new(),
+    };
+    journal.append(&[earlier]).unwrap();
+    drop(journal);
+    folder.ok("sweep grid.toml --resume");
+    let file = folder.sweep_file("grid.h5");
+    let latest = file.numbers(QUANTITIES[QUANTITIES.len() - 1].name).unwrap();
+    assert_eq!(file.numbers("onset_time").unwrap()[1], 1.0);
+    assert!(latest[1].is_nan() && latest[0] > 0.0, "{latest:?}");
+}
+
+/// What a run does not have is NaN, or -1 of a count, and never 0: the mass begins in a slip that never ends.
+/// The coefficient mu_d + (mu_s - mu_d) exp(-(v/v_s)^2) falls over a stretch of speeds alone: with the damping c of the mass steady
+/// sliding is unstable where 2 (mu_s - mu_d) F_n v/v_s^2 exp(-(v/v_s)^2) is above c, between two speeds of the belt, and stable at both
+/// ends of the axis. That changes with v by at least 3 N s^2/m^2 at all of the points, so that they hold to rounding.
 #[test]
 fn analytic_sliding_that_becomes_stable_again_has_two_limits() {
     let folder = Folder::new();

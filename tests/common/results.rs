@@ -113,32 +113,32 @@ fn cycle(stick_duration: f64, slip_duration: f64, period: f64) -> Cycle {
 }
 
 pub fn stick_slip() -> StickSlipTable {
-    let mut table = StickSlipTable {
+    // In alphabetical order, in which they are read.
+    let attributes = [
+        ("e_folds_gained", "1", 14.25),
+        ("energy_residual_max", "J", -0.0),
+        ("final_stick_time", "s", 6.9896),
+        ("first_period", "s", 2.4e-4),
+        ("growth_exponent", "1", f64::NAN),
+        ("last_period", "s", 2.41e-4),
+        ("natural_period", "s", 2.406e-4),
+        ("onset_time", "s", 6.975),
+        ("slip_count", "1", 3.0),
+        ("stick_count", "1", 4.0),
+        ("stick_growth", "s-1", 3.5),
+    ];
+    let attributes = attributes.map(|(name, unit, value)| Extra {
+        whole: name.ends_with("_count"),
+        ..Extra::new(name, unit, "made up", Some(value))
+    });
+    StickSlipTable {
         cycles: vec![
             cycle(5e-5, 1.9e-4, 2.4e-4),
             cycle(6e-5, 1.8e-4, 2.4e-4),
             cycle(7e-5, 1.7e-4, f64::NAN),
         ],
-        ..StickSlipTable::default()
-    };
-    for (name, value) in [
-        ("onset_time", 6.975),
-        ("final_stick_time", 6.9896),
-        ("stick_count", 4.0),
-        ("slip_count", 3.0),
-        ("first_period", 2.4e-4),
-        ("last_period", 2.41e-4),
-        ("natural_period", 2.406e-4),
-        ("e_folds_gained", 14.25),
-        ("energy_residual_max", -0.0),
-    ] {
-        table.set(name, Some(value));
+        attributes: attributes.into(),
     }
-    let description = "rate at which sticks lengthen";
-    table
-        .attributes
-        .push(Extra::new("stick_growth", "s-1", description, Some(3.5)));
-    table
 }
 
 /// A complete file of `count` samples.

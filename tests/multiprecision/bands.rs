@@ -13,7 +13,7 @@ use stickslip::model::nearest_double;
 use stickslip::model::system::ExactSystem;
 use stickslip::model::{Mode, Parameters};
 use stickslip::oracle::{self, ExactDouble, OracleOptions, OracleReport, OracleState};
-use stickslip::record::{Channels, Event, EventKind, Sample, State};
+use stickslip::record::{Event, EventKind, Sample, channel};
 use stickslip::signal::{Ramp, Signal};
 
 /// Rows of a stretch that are compared with the oracle.
@@ -96,6 +96,7 @@ fn channels(
     let start = q(p.torsion.rotor_inertia + p.torsion.surface_inertia) * q(p.initial.speed * p.initial.speed) * &half;
     let mut list = vec![
         ("normal_force", normal),
+        ("contact_power", &friction * x("relative_velocity")),
         ("friction_torque", friction),
         ("transmitted_torque", transmitted),
         ("energy_residual", BigRational::zero()),
@@ -126,11 +127,9 @@ fn value(row: &Sample, name: &str) -> f64 {
 }
 
 fn column(name: &str) -> usize {
-    let columns = State::DESCRIPTIONS.iter().chain(Channels::DESCRIPTIONS);
-    columns
-        .map(|column| column.0)
-        .position(|known| known == name)
-        .unwrap_or_else(|| panic!("no column {name}"))
+    let mut columns = channel::all();
+    let place = columns.position(|column| column.name == name);
+    place.unwrap_or_else(|| panic!("no column {name}"))
 }
 
 const GONE: [&str; 4] = [

@@ -10,7 +10,7 @@ use std::time::Duration;
 use stickslip::analysis::Certify;
 use stickslip::analysis::certificate::Verdict;
 use stickslip::case::{Case, CaseSource};
-use stickslip::record::{Channels, MemoryRecorder, Sample, State};
+use stickslip::record::{MemoryRecorder, Sample, channel};
 use stickslip::simulation::{Method, RunReport, SolverOptions};
 
 fn below(random: &mut Random, count: usize) -> usize {
@@ -191,10 +191,7 @@ fn by(case: &Case, method: Method, rtol: f64) -> Result<(MemoryRecorder, RunRepo
 
 /// The largest difference of any channel at the same samples, and the channel.
 fn farthest(exact: &[Sample], found: &[Sample], turnover: f64) -> (&'static str, f64) {
-    let names = State::DESCRIPTIONS
-        .iter()
-        .chain(Channels::DESCRIPTIONS)
-        .map(|(name, ..)| *name);
+    let names = channel::all().map(|channel| channel.name);
     let row = |sample: &Sample| -> Vec<f64> {
         let values = sample.state.values().into_iter().chain(sample.channels.values());
         values.collect()

@@ -114,7 +114,7 @@ fn results_page_of_trains_has_every_channel() {
             let unit = channel["unit"].as_str().unwrap();
             assert_eq!(
                 unit.contains("rad") || unit == "N m",
-                motion == "rotation" && !["N", "J"].contains(&unit),
+                motion == "rotation" && !["N", "J", "W"].contains(&unit),
                 "{name}: {unit}"
             );
         }
@@ -122,9 +122,9 @@ fn results_page_of_trains_has_every_channel() {
         assert!(states.len() > 5);
         for state in states {
             let name = state["name"].as_str().unwrap();
-            // Computed with the equations, from the states in the file.
-            if ["normal_force", "friction_torque", "transmitted_torque"].contains(&name) || name.starts_with("energy_")
-            {
+            // By the equations, for the states that the file has.
+            let forces = ["normal_force", "friction_torque", "transmitted_torque", "contact_power"];
+            if forces.contains(&name) || name.starts_with("energy_") {
                 assert_eq!(doubles(&state["before"]).len(), file.events().unwrap().len(), "{name}");
                 continue;
             }
@@ -376,8 +376,13 @@ fn regression_page_of_a_brake_has_its_words() {
         "{}",
         said(5)
     );
+    // A channel whose panel has no place of its own comes last.
     assert_eq!(
         said(panels.len() - 1),
+        "Contact power; contact_power: heat of friction, vermillion, false; false, false"
+    );
+    assert_eq!(
+        said(panels.len() - 2),
         "Slip displacement; slip_displacement: φ₂ − φ₁, blue, false; false, false"
     );
     let friction = &page.run["portraits"][2];

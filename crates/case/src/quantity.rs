@@ -63,12 +63,34 @@ dimensions! {
     SlidingThird: "s^3/m^3", "a coefficient of the cube of a speed", "0.1 s^3/m^3";
     Impulse: "N s", "an impulse", "1 N s";
     AngularImpulse: "N m s", "an angular impulse", "1 N m s";
+    Energy: "J", "an energy", "12 kJ";
+    Power: "W", "a power", "5 kW";
 }
 
 impl Dimension {
     /// The SI unit, in the notation of this module; `1` for a plain number.
     pub fn unit(self) -> &'static str {
         self.facts().0
+    }
+
+    /// The dimension of a unit as UDUNITS writes it, such as "rad s-1"; `None` if there is none.
+    pub fn of_udunits(unit: &str) -> Option<Dimension> {
+        let written = |dimension: &Dimension| {
+            let mut parts = dimension.unit().split('/');
+            let above = parts
+                .next()
+                .filter(|above| *above != "1")
+                .map(|above| above.replace('^', ""));
+            let below = parts.map(|below| match below.split_once('^') {
+                Some((symbol, power)) => format!("{symbol}-{power}"),
+                None => format!("{below}-1"),
+            });
+            above.into_iter().chain(below).collect::<Vec<_>>().join(" ") == unit
+        };
+        match unit {
+            "1" => Some(Dimension::Number),
+            _ => Dimension::ALL.into_iter().find(written),
+        }
     }
 
     /// Name with its article, as in "expected a torsional stiffness".
@@ -129,6 +151,10 @@ pub const UNITS: &[Unit] = &[
     unit("lbf", "9.80665 lbm m/s^2"),
     unit("kip", "1000 lbf"),
     unit("kgf", "9.80665 N"),
+    unit("J", "1 N m"),
+    unit("kJ", "1000 J"),
+    unit("W", "1 J/s"),
+    unit("kW", "1000 W"),
     unit("mrad", "0.001 rad"),
     unit("urad", "1e-6 rad"),
     unit("µrad", "1e-6 rad"),

@@ -2,7 +2,8 @@
 
 use std::borrow::Cow;
 use stickslip_case::quantity::Dimension;
-use stickslip_engine::simulation::{CourseQuantity, TrainPart, TrainSide};
+use stickslip_engine::simulation::{CourseQuantity, TrainPart};
+use stickslip_system::record::channel;
 
 /// A quantity over time that both runs have, in SI units and radians. Names and signs are those of /trajectory.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
@@ -37,6 +38,8 @@ pub enum Channel {
     FrictionTorque,
     /// T_f = (T_r + T_s)/2, N m.
     TransmittedTorque,
+    /// A recorded channel that is a product of two others.
+    Product(&'static str),
     /// Twist of a shaft, rad.
     Twist(TrainPart),
     /// Twist rate of a shaft, rad/s.
@@ -54,7 +57,7 @@ pub enum Channel {
 }
 
 impl Channel {
-    /// Channels that every result file has, in the order of reports.
+    /// Channels with an own role that every result file has, in the order of reports.
     pub const ALL: [Channel; 15] = [
         Channel::RelativeVelocity,
         Channel::RotorTwist,
@@ -73,6 +76,12 @@ impl Channel {
         Channel::TransmittedTorque,
     ];
 
+    /// Products of two channels that every result file has.
+    pub fn products() -> impl Iterator<Item = Channel> {
+        let products = channel::all().filter(|channel| channel.product.is_some());
+        products.map(|channel| Channel::Product(channel.name))
+    }
+
     pub(crate) const IMPULSES: [(Channel, Channel); 2] = [
         (Channel::NormalImpulse, Channel::NormalForce),
         (Channel::FrictionImpulse, Channel::FrictionTorque),
@@ -90,88 +99,70 @@ impl Channel {
             Channel::TwistRate(part) => of(part, "twist_rate"),
             Channel::Speed(part) => of(part, "speed"),
             Channel::Angle(part) => of(part, "angle"),
-            _ => Cow::Borrowed(self.facts().0),
+            Channel::Deflection => "bristle_deflection".into(),
+            Channel::NormalImpulse => "normal_impulse".into(),
+            Channel::FrictionImpulse => "friction_impulse".into(),
+            _ => self.recorded().into(),
+        }
+    }
+
+    /// Name in the registry of recorded channels; empty without an entry.
+    fn recorded(self) -> &'static str {
+        match self {
+            Channel::RelativeVelocity => "relative_velocity",
+            Channel::RotorTwist => "rotor_twist",
+            Channel::RotorTwistRate => "rotor_twist_rate",
+            Channel::Phi1 => "phi1",
+            Channel::Phi1Dot => "phi1_dot",
+            Channel::ThetaDot => "theta_dot",
+            Channel::Phi2Dot => "phi2_dot",
+            Channel::Theta => "theta",
+            Channel::Phi2 => "phi2",
+            Channel::SlipDisplacement => "slip_displacement",
+            Channel::Z => "z",
+            Channel::ZDot => "z_dot",
+            Channel::NormalForce => "normal_force",
+            Channel::FrictionTorque => "friction_torque",
+            Channel::TransmittedTorque => "transmitted_torque",
+            Channel::Product(name) => name,
+            _ => "",
         }
     }
 
     /// Its dimension in rotation.
     pub fn dimension(self) -> Dimension {
-        self.facts().1
+        let of_registry = || Dimension::of_udunits(channel::find(self.recorded())?.unit);
+        match self {
+            Channel::TwistRate(_) | Channel::Speed(_) => Dimension::AngularVelocity,
+            Channel::NormalImpulse => Dimension::Impulse,
+            Channel::FrictionImpulse => Dimension::AngularImpulse,
+            _ => of_registry().unwrap_or(Dimension::Angle),
+        }
     }
 
     /// Names in other programs, in lower case.
     pub(crate) fn aliases(self) -> impl Iterator<Item = &'static str> {
-        self.facts().2.split_whitespace()
+        let aliases = match self {
+            Channel::Deflection => "z",
+            _ => channel::find(self.recorded()).map_or("", |channel| channel.aliases),
+        };
+        aliases.split_whitespace()
     }
 
     pub(crate) fn is_axial(self) -> bool {
         matches!(self, Channel::Z | Channel::ZDot)
     }
 
-    fn facts(self) -> (&'static str, Dimension, &'static str) {
-        use Dimension::{Angle, AngularImpulse, AngularVelocity, Force, Impulse, Length, Torque, Velocity};
-        match self {
-            Channel::RelativeVelocity => (
-                "relative_velocity",
-                AngularVelocity,
-                "omega_r omega_rel w_rel w_r v_rel",
-            ),
-            Channel::RotorTwist => ("rotor_twist", Angle, "u twist"),
-            Channel::RotorTwistRate => ("rotor_twist_rate", AngularVelocity, "u_dot twist_rate rotor_twist_dot"),
-            Channel::Phi1 => ("phi1", Angle, "phi_1 stator_twist v"),
-            Channel::Phi1Dot => ("phi1_dot", AngularVelocity, "phi_1_dot stator_twist_rate v_dot dphi1"),
-            Channel::ThetaDot => ("theta_dot", AngularVelocity, "omega rotor_speed dtheta"),
-            Channel::Phi2Dot => ("phi2_dot", AngularVelocity, "phi_2_dot dphi2"),
-            Channel::Theta => ("theta", Angle, "rotor_angle"),
-            Channel::Phi2 => ("phi2", Angle, "phi_2"),
-            Channel::SlipDisplacement => ("slip_displacement", Angle, "slip_distance"),
-            Channel::Z => ("z", Length, "axial_displacement"),
-            Channel::ZDot => ("z_dot", Velocity, "axial_velocity dz"),
-            Channel::NormalForce => ("normal_force", Force, "f_n fn contact_force"),
-            Channel::FrictionTorque => ("friction_torque", Torque, "t_friction"),
-            Channel::TransmittedTorque => ("transmitted_torque", Torque, "t_f"),
-            Channel::Twist(_) | Channel::Angle(_) => ("angle", Angle, ""),
-            Channel::TwistRate(_) | Channel::Speed(_) => ("speed", AngularVelocity, ""),
-            Channel::Deflection => ("bristle_deflection", Angle, "z"),
-            Channel::NormalImpulse => ("normal_impulse", Impulse, ""),
-            Channel::FrictionImpulse => ("friction_impulse", AngularImpulse, ""),
-        }
-    }
-
     /// Its function of time; `outermost` is the rotor's outermost inertia.
     pub(crate) fn quantity(self, outermost: usize) -> CourseQuantity {
-        let rotor = |index| TrainPart {
-            of: TrainSide::Rotor,
-            index,
-        };
-        let stator = TrainPart {
-            of: TrainSide::Stator,
-            index: 0,
-        };
         match self {
-            Channel::RelativeVelocity => CourseQuantity::RelativeVelocity,
-            Channel::RotorTwist => CourseQuantity::Twist(rotor(0)),
-            Channel::RotorTwistRate => CourseQuantity::TwistRate(rotor(0)),
             Channel::Twist(part) => CourseQuantity::Twist(part),
             Channel::TwistRate(part) => CourseQuantity::TwistRate(part),
             Channel::Speed(part) => CourseQuantity::Speed(part),
             Channel::Angle(part) => CourseQuantity::Angle(part),
-            Channel::Phi1 => CourseQuantity::Angle(stator),
-            Channel::Phi1Dot => CourseQuantity::Speed(stator),
-            Channel::Phi2 => CourseQuantity::Angle(rotor(0)),
-            Channel::Phi2Dot => CourseQuantity::Speed(rotor(0)),
-            Channel::Theta => CourseQuantity::Angle(rotor(outermost)),
-            Channel::ThetaDot => CourseQuantity::Speed(rotor(outermost)),
-            Channel::SlipDisplacement => CourseQuantity::Slip,
             Channel::Deflection => CourseQuantity::Deflection,
-            Channel::NormalForce => CourseQuantity::NormalForce,
-            Channel::FrictionTorque => CourseQuantity::Interface,
-            Channel::Z => CourseQuantity::AxialDisplacement,
-            Channel::ZDot => CourseQuantity::AxialVelocity,
             // Impulses are integrated from forces and torques.
-            Channel::TransmittedTorque | Channel::NormalImpulse | Channel::FrictionImpulse => {
-                CourseQuantity::Transmitted
-            }
+            _ => CourseQuantity::of_channel(self.recorded(), outermost).unwrap_or(CourseQuantity::Transmitted),
         }
     }
 }

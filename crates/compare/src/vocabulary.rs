@@ -54,7 +54,12 @@ impl Default for Vocabulary {
         Vocabulary {
             motion: Motion::Rotation,
             bodies: "surfaces",
-            entries: Channel::ALL.into_iter().chain(impulses()).map(entry).collect(),
+            entries: Channel::ALL
+                .into_iter()
+                .chain(Channel::products())
+                .chain(impulses())
+                .map(entry)
+                .collect(),
             same: Vec::new(),
         }
     }
@@ -137,6 +142,7 @@ impl Forms<'_> {
         let has_bristles = matches!(self.trains.contact, ContactLaw::Bristles(_));
         found.extend(has_bristles.then_some(Channel::Deflection));
         found.extend(forces.into_iter().filter(|channel| has_axial || !channel.is_axial()));
+        found.extend(Channel::products());
         found.extend(impulses());
         found
     }

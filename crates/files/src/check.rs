@@ -5,12 +5,13 @@ use std::path::{Path, PathBuf};
 
 use serde::Serialize;
 
-use super::schema::{self, Extension, TableSchema, group, root};
+use super::reader::not_finite;
+use super::schema::{self, TableSchema, group, root};
 use super::seal::{self, Seal};
 use super::source::{Holds, Object, Source};
 use super::{Reason, ResultError, ResultFile, Status};
 use stickslip_system::model::Mode;
-use stickslip_system::record::{Channels, Event, EventKind, Sample, Segment, State};
+use stickslip_system::record::{Event, EventKind, Sample, Segment};
 
 /// Result of a check.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -263,20 +264,13 @@ impl Check {
     fn result(&mut self) -> Result<(), ResultError> {
         let file = ResultFile::open_unchecked(&self.report.file)?;
         let complete = *file.status() == Status::Complete;
-        let meta = file.meta()?;
-        let motion = meta.iter().find(|(name, _)| name == schema::META_MOTION);
-        let extension = Extension {
-            numbers_parts: motion.is_some(),
-            translation: motion.is_some_and(|(_, value)| value.to_string() == schema::TRANSLATION),
-            dense: self.source.dataset(&format!("{}/piece", group::DENSE))?.is_some(),
-            ..Extension::default()
-        };
+        let extension = file.extension()?;
         if extension.dense {
             file.dense().map(drop)?;
         }
         let tables = schema::all_tables(&extension);
         for table in tables {
-            let structure = self.structure(&table);
+            let structure = self.structure(&file, &table);
             self.note(&format!("/{}", table.group), structure);
         }
         let segments = file.segments()?;
@@ -303,9 +297,13 @@ impl Check {
         Ok(())
     }
 
-    fn structure(&mut self, table: &TableSchema) -> Result<(), ResultError> {
+    /// Every variable of the schema must exist with its type, unless an earlier version did not write it.
+    fn structure(&mut self, file: &ResultFile, table: &TableSchema) -> Result<(), ResultError> {
         for variable in &table.variables {
             let path = format!("{}/{}", table.group, variable.name);
+            if file.lacking(table.group, &variable.name)?.is_some() {
+                continue;
+            }
             let Some(info) = self.source.dataset(&path)? else {
                 self.problem(format!("/{path}"), "is missing");
                 continue;
@@ -422,7 +420,7 @@ impl Check {
     }
 
     fn trajectory(&mut self, file: &ResultFile, segments: &[Segment], complete: bool) -> Result<(), ResultError> {
-        let rows = self.report.samples;
+        let (rows, stored) = (self.report.samples, file.stored_channels()?);
         let (mut last, mut odd) = (f64::NEG_INFINITY, 0);
         for start in (0..rows).step_by(BLOCK) {
             let block = start..rows.min(start + BLOCK);
@@ -433,9 +431,8 @@ impl Check {
                     found.push(format!("the time {time:?} s comes after {last:?} s"));
                 }
                 last = time;
-                let names = State::DESCRIPTIONS.iter().chain(Channels::DESCRIPTIONS);
                 let values = sample.state.values().into_iter().chain(sample.channels.values());
-                if let Some(((name, ..), value)) = names.zip(values).find(|(_, value)| !value.is_finite()) {
+                if let Some((name, value)) = not_finite(&stored, values) {
                     found.push(format!("{name} is {value}"));
                 }
                 let number = sample.segment;

@@ -6,6 +6,7 @@ use std::cell::RefCell;
 use std::collections::HashMap;
 use std::rc::Rc;
 use stickslip_system::numerics::chebyshev::{self, COEFFICIENTS};
+use stickslip_system::record::channel;
 
 const BLOCK: usize = 4096;
 
@@ -126,6 +127,13 @@ impl DenseOutput<'_> {
     /// Values of a channel at `times` (s), in the channel's unit; NaN outside the dense output. Sorted times are
     /// fast. Fails like [`Self::coefficients`].
     pub fn values(&self, channel: &str, times: &[f64], side: EventSide) -> Result<Vec<f64>, ResultError> {
+        if let Some(factors) = channel::factors(channel) {
+            let [a, b] = factors.map(|factor| self.values(factor, times, side));
+            return Ok(channel::products(a?, b?));
+        }
+        if self.file.lacking(group::DENSE_COEFFICIENTS, channel)?.is_some() {
+            return Ok(vec![f64::NAN; times.len()]);
+        }
         let mut last: Option<(usize, [f64; COEFFICIENTS])> = None;
         times
             .iter()

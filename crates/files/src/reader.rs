@@ -4,12 +4,12 @@ use std::ops::Range;
 use std::path::Path;
 
 use super::attributes::AttributeValue;
-use super::schema::{self, attribute, group, root};
+use super::schema::{self, Extension, attribute, group, root};
 use super::source::{DatasetInfo, Holds, Object, Source, uneven};
 use super::values::StoredNumber;
 use super::{Extra, Reason, ResultError, Status, StickSlipTable, Values};
 use stickslip_system::model::Mode;
-use stickslip_system::record::{Channels, Cycle, Event, EventKind, Sample, Segment, State};
+use stickslip_system::record::{Channels, Cycle, Event, EventKind, RecordedChannel, Sample, Segment, State, channel};
 
 const BLOCK: usize = 65_536;
 /// Largest number of events, segments or cycles held at once: 0.5 GB of events.
@@ -111,9 +111,10 @@ impl ResultFile {
         self.rows(&schema::trajectory())
     }
 
-    /// Rows `range` of a column of the trajectory, as numbers.
+    /// Rows `range` of a column of the trajectory, as numbers. A channel that an earlier version did not write is the
+    /// product of its factors, or NaN.
     pub fn column(&self, name: &str, range: Range<usize>) -> Result<Vec<f64>, ResultError> {
-        self.values(group::TRAJECTORY, name, range)
+        self.numbers(group::TRAJECTORY, name, range)
     }
 
     /// The first of `rows` of a column from which on a condition holds, by bisection.
@@ -141,9 +142,9 @@ impl ResultFile {
         &self,
         name: &str,
     ) -> Result<impl Iterator<Item = Result<Vec<f64>, ResultError>>, ResultError> {
-        self.dataset(group::TRAJECTORY, name)?;
+        self.column(name, 0..0)?;
         let name = name.to_owned();
-        Ok(blocks(self.sample_count()?).map(move |range| self.values(group::TRAJECTORY, &name, range)))
+        Ok(blocks(self.sample_count()?).map(move |range| self.column(&name, range)))
     }
 
     /// Checks that the times of the trajectory are finite and increasing: searches in a file, and divisions by time
@@ -164,22 +165,66 @@ impl ResultFile {
     /// Rows `range` of the trajectory. Fails if a state or a channel is not finite.
     pub fn finite_samples(&self, range: Range<usize>) -> Result<Vec<Sample>, ResultError> {
         let samples = self.samples(range.clone())?;
+        let stored = self.stored_channels()?;
         for (row, sample) in range.zip(&samples) {
-            self.finite(row, State::DESCRIPTIONS, sample.state.values())?;
-            self.finite(row, Channels::DESCRIPTIONS, sample.channels.values())?;
+            self.finite(
+                row,
+                &stored,
+                sample.state.values().into_iter().chain(sample.channels.values()),
+            )?;
         }
         Ok(samples)
     }
 
-    fn finite<const N: usize>(
+    fn finite(
         &self,
         row: usize,
-        names: &[(&'static str, &'static str, &'static str)],
-        values: [f64; N],
+        stored: &[Option<&'static str>],
+        values: impl IntoIterator<Item = f64>,
     ) -> Result<(), ResultError> {
-        let odd = names.iter().zip(values).find(|(_, value)| !value.is_finite());
-        odd.map_or(Ok(()), |(&(name, _, _), value)| {
-            Err(Reason::NotFinite { row, name, value }.of(self.path()))
+        match not_finite(stored, values) {
+            Some((name, value)) => Err(Reason::NotFinite { row, name, value }.of(self.path())),
+            None => Ok(()),
+        }
+    }
+
+    /// Names of the channels in the order of a row; `None` for a channel that the file lacks.
+    pub(super) fn stored_channels(&self) -> Result<Vec<Option<&'static str>>, ResultError> {
+        let stored = |channel: &RecordedChannel| {
+            let lacking = self.lacking(group::TRAJECTORY, channel.name)?;
+            Ok(lacking.is_none().then_some(channel.name))
+        };
+        channel::all().map(stored).collect()
+    }
+
+    /// The channel of a column that an earlier version did not write; `None` for any other column.
+    pub(super) fn lacking(&self, group: &str, name: &str) -> Result<Option<&'static RecordedChannel>, ResultError> {
+        let of_rows = [group::TRAJECTORY, group::DENSE_COEFFICIENTS].contains(&group);
+        match channel::find(name).filter(|channel| of_rows && channel.optional) {
+            Some(channel) if self.source.dataset(&format!("{group}/{name}"))?.is_none() => Ok(Some(channel)),
+            _ => Ok(None),
+        }
+    }
+
+    fn numbers(&self, group: &str, name: &str, range: Range<usize>) -> Result<Vec<f64>, ResultError> {
+        let Some(channel) = self.lacking(group, name)? else {
+            return self.values(group, name, range);
+        };
+        let Some(factors) = channel.product else {
+            return Ok(vec![f64::NAN; range.len()]);
+        };
+        let [a, b] = factors.map(|factor| self.values::<f64>(group, factor, range.clone()));
+        Ok(channel::products(a?, b?))
+    }
+
+    /// What the case of the file adds to the tables, apart from the columns of its parts.
+    pub(super) fn extension(&self) -> Result<Extension, ResultError> {
+        let motion = self.group_text(group::META, schema::META_MOTION)?;
+        Ok(Extension {
+            numbers_parts: motion.is_some(),
+            translation: motion.is_some_and(|motion| motion == schema::TRANSLATION),
+            dense: self.source.dataset(&format!("{}/piece", group::DENSE))?.is_some(),
+            ..Extension::default()
         })
     }
 
@@ -204,9 +249,10 @@ impl ResultFile {
         let mut table = schema::trajectory();
         table.variables.truncate(3 + State::COUNT);
         let rows = ReaderRows::read(self, &table, range.clone())?;
+        let names: Vec<_> = State::CHANNELS.iter().map(|state| Some(state.name)).collect();
         let state = |row: usize| {
             let values = rows.part(3, row);
-            self.finite(range.start + row, State::DESCRIPTIONS, values)?;
+            self.finite(range.start + row, &names, values)?;
             Ok((rows.columns[0][row], rows.mode(1, row)?, State::from_values(values)))
         };
         (0..range.len()).map(state).collect()
@@ -287,32 +333,29 @@ impl ResultFile {
                 period,
             }
         };
-        let mut table = StickSlipTable {
-            cycles: all.map(cycle).collect(),
-            ..StickSlipTable::default()
-        };
         let text = |name: &str, suffix: &str| {
             let name = format!("{name}{suffix}");
             let found = attributes.iter().find(|(known, _)| *known == name);
             found.map_or_else(String::new, |(_, value)| value.to_string())
         };
-        for (name, value) in &attributes {
-            let known = table.attributes.iter().any(|known| known.name == *name);
-            match value {
-                AttributeValue::Number(value) if !known => table.attributes.push(Extra {
-                    name: name.clone(),
-                    unit: text(name, attribute::UNITS_SUFFIX),
-                    description: text(name, attribute::LONG_NAME_SUFFIX),
-                    value: *value,
-                }),
-                value => {
-                    if let Some(value) = value.number() {
-                        table.set(name, Some(value));
-                    }
-                }
-            }
-        }
-        Ok(Some(table))
+        let number = |(name, value): &(String, AttributeValue)| {
+            let (value, whole) = match value {
+                AttributeValue::Number(value) => (*value, false),
+                AttributeValue::Integer(value) => (*value as f64, true),
+                _ => return None,
+            };
+            Some(Extra {
+                name: name.clone(),
+                unit: text(name, attribute::UNITS_SUFFIX),
+                description: text(name, attribute::LONG_NAME_SUFFIX),
+                value,
+                whole,
+            })
+        };
+        Ok(Some(StickSlipTable {
+            cycles: all.map(cycle).collect(),
+            attributes: attributes.iter().filter_map(number).collect(),
+        }))
     }
 
     /// Attributes of a group added by later versions or other programs, and its one-dimensional numeric variables with
@@ -357,6 +400,10 @@ impl ResultFile {
 
     /// A column of [`Self::tables`] in its own type; in a partial file only the rows that are certain.
     pub fn typed_column(&self, group: &str, name: &str) -> Result<Values<'static>, ResultError> {
+        if self.lacking(group, name)?.is_some() {
+            let values = self.numbers(group, name, 0..self.table_rows(group)?)?;
+            return Ok(Values::Float64(values.into()));
+        }
         let info = self.dataset(group, name)?;
         let all = 0..match schema::tables().iter().any(|table| table.group == group) {
             true => self.table_rows(group)?,
@@ -370,7 +417,8 @@ impl ResultFile {
         })
     }
 
-    /// Numeric columns of a group, in the order of the file; none if there is no such group.
+    /// Numeric columns of a group, in the order of the file; none if there is no such group. A trajectory has the channels
+    /// that an earlier version did not write, too.
     pub fn table(&self, group: &str) -> Result<Vec<TableColumn>, ResultError> {
         if !self.has(group)? {
             return Ok(Vec::new());
@@ -396,12 +444,36 @@ impl ResultFile {
                 name: member.name,
             });
         }
+        if let Some(rows) = columns
+            .first()
+            .map(|column| column.rows)
+            .filter(|_| group == group::TRAJECTORY)
+        {
+            let [trajectory, ..] = schema::extended_tables(&self.extension()?);
+            let mut place = 0;
+            for variable in trajectory.variables {
+                if let Some(known) = columns.iter().position(|column| column.name == variable.name) {
+                    place = known + 1;
+                } else if self.lacking(group, &variable.name)?.is_some() {
+                    let lacking = TableColumn {
+                        name: variable.name,
+                        units: variable.units,
+                        long_name: variable.long_name,
+                        whole: false,
+                        flags: Vec::new(),
+                        rows,
+                    };
+                    columns.insert(place, lacking);
+                    place += 1;
+                }
+            }
+        }
         Ok(columns)
     }
 
     /// Rows `range` of a column of [`Self::table`].
     pub fn table_values(&self, group: &str, name: &str, range: Range<usize>) -> Result<Vec<f64>, ResultError> {
-        self.values(group, name, range)
+        self.numbers(group, name, range)
     }
 
     /// Number of rows that every column of a group's table certainly has; in a partial file some columns may have more.
@@ -463,6 +535,9 @@ impl ResultFile {
     pub(super) fn rows(&self, table: &schema::TableSchema) -> Result<usize, ResultError> {
         let mut rows = usize::MAX;
         for variable in &table.variables {
+            if self.lacking(table.group, &variable.name)?.is_some() {
+                continue;
+            }
             let info = self.dataset(table.group, &variable.name)?;
             let mut sound = info.size().min(rows);
             if self.status == Status::Complete && rows != usize::MAX && info.size() != rows {
@@ -547,6 +622,15 @@ impl ResultFile {
     }
 }
 
+/// The first stored value of a row that is not finite, with its name.
+pub(super) fn not_finite(
+    stored: &[Option<&'static str>],
+    values: impl IntoIterator<Item = f64>,
+) -> Option<(&'static str, f64)> {
+    let mut named = stored.iter().zip(values);
+    named.find_map(|(name, value)| name.filter(|_| !value.is_finite()).map(|name| (name, value)))
+}
+
 struct ReaderRows<'a> {
     file: &'a ResultFile,
     table: &'a schema::TableSchema,
@@ -556,7 +640,7 @@ struct ReaderRows<'a> {
 
 impl<'a> ReaderRows<'a> {
     fn read(file: &'a ResultFile, table: &'a schema::TableSchema, range: Range<usize>) -> Result<Self, ResultError> {
-        let column = |variable: &schema::Variable| file.values(table.group, &variable.name, range.clone());
+        let column = |variable: &schema::Variable| file.numbers(table.group, &variable.name, range.clone());
         Ok(ReaderRows {
             columns: table.variables.iter().map(column).collect::<Result<_, _>>()?,
             first: range.start,

@@ -5,7 +5,7 @@
 
 use stickslip_system::model::Mode;
 use stickslip_system::numerics::chebyshev::COEFFICIENTS;
-use stickslip_system::record::{Channels, EventKind, State};
+use stickslip_system::record::{EventKind, RecordedChannel, State, channel};
 
 /// Root attribute `format` of every result file.
 pub const FORMAT: &str = "stickslip-result";
@@ -179,6 +179,10 @@ impl Variable {
         Variable::new(name, StorageKind::Float64, units, long_name)
     }
 
+    fn of_channel(channel: &RecordedChannel) -> Self {
+        Variable::quantity(channel.name, channel.unit, channel.long_name)
+    }
+
     fn seconds(name: &str, long_name: &str) -> Self {
         Variable::quantity(name, "s", long_name)
     }
@@ -257,16 +261,7 @@ pub fn trajectory() -> TableSchema {
         Variable::code("mode", "what the contact does", &mode_flags(false)),
         Variable::index("segment", "index of the segment that holds the sample"),
     ];
-    variables.extend(
-        State::DESCRIPTIONS
-            .iter()
-            .map(|(name, units, long_name)| Variable::quantity(name, units, long_name)),
-    );
-    variables.extend(
-        Channels::DESCRIPTIONS
-            .iter()
-            .map(|(name, units, long_name)| Variable::quantity(name, units, long_name)),
-    );
+    variables.extend(channel::all().map(Variable::of_channel));
     TableSchema::new(group::TRAJECTORY, LONG_CHUNK, variables)
 }
 
@@ -289,12 +284,9 @@ pub fn events() -> TableSchema {
         Variable::index("segment", "index of the segment that the event ends or stands in"),
     ];
     for side in ["before", "after"] {
-        variables.extend(State::DESCRIPTIONS.iter().map(|(name, units, long_name)| {
-            Variable::quantity(
-                &format!("{name}_{side}"),
-                units,
-                &format!("{long_name}, {side} the event"),
-            )
+        variables.extend(State::CHANNELS.iter().map(|state| {
+            let long_name = format!("{}, {side} the event", state.long_name);
+            Variable::quantity(&format!("{}_{side}", state.name), state.unit, &long_name)
         }));
     }
     let long_name = "internal force T_f/r just before the event";
@@ -419,7 +411,8 @@ pub struct Extension {
     pub dense: bool,
 }
 
-/// Tables of the dense output. The second has [`COEFFICIENTS`] rows for each piece, and a column for each channel.
+/// Tables of the dense output. The second has [`COEFFICIENTS`] rows for each piece, and a column for each channel that
+/// is no product of others.
 pub(crate) fn dense_tables(trajectory: &TableSchema) -> [TableSchema; 2] {
     let of_trajectory = |name: &str| trajectory.variables.iter().find(|variable| variable.name == name);
     let mut pieces = vec![
@@ -431,7 +424,7 @@ pub(crate) fn dense_tables(trajectory: &TableSchema) -> [TableSchema; 2] {
     pieces.push(Variable::index("segment", "index of the segment that holds the piece"));
     let coefficient = "index of the coefficient: piece times 16 plus the degree j of T_j(x), x = (2 t - a - b)/(b - a)";
     let mut coefficients = vec![Variable::index("coefficient", coefficient)];
-    for variable in channels(trajectory) {
+    for variable in channels(trajectory).filter(|variable| channel::factors(&variable.name).is_none()) {
         let long_name = format!("Chebyshev coefficients of {}", variable.name);
         coefficients.push(Variable::quantity(&variable.name, &variable.units, &long_name));
     }
@@ -455,24 +448,6 @@ pub fn channels(trajectory: &TableSchema) -> impl Iterator<Item = &Variable> {
         .filter(|variable| variable.kind == StorageKind::Float64 && variable.name != "time")
 }
 
-/// Descriptions for trains, which replace those for a brake.
-const OF_TRAINS: [(&str, &str); 5] = [
-    (
-        "transmitted_torque",
-        "T_f, the torque that the interface must carry for equal surface accelerations",
-    ),
-    (
-        "work_applied",
-        "work of the drives, the external torques and the actuating force since the start",
-    ),
-    (
-        "dissipated_damping",
-        "energy dissipated by shafts, bearings and c_a since the start",
-    ),
-    ("rotor_twist", "twist of shaft 0 of the rotor"),
-    ("rotor_twist_rate", "twist rate of shaft 0 of the rotor"),
-];
-
 /// Every table with an extension, in the order of the file.
 pub fn extended_tables(extension: &Extension) -> [TableSchema; 4] {
     let mut tables = tables();
@@ -488,9 +463,10 @@ pub fn extended_tables(extension: &Extension) -> [TableSchema; 4] {
     events.variables.extend(further("_before", ", before the event"));
     events.variables.extend(further("_after", ", after the event"));
     if extension.numbers_parts {
-        for (name, long_name) in OF_TRAINS {
-            for variable in trajectory.variables.iter_mut().filter(|variable| variable.name == name) {
-                long_name.clone_into(&mut variable.long_name);
+        for variable in &mut trajectory.variables {
+            let of_trains = channel::find(&variable.name).map_or("", |channel| channel.of_trains);
+            if !of_trains.is_empty() {
+                of_trains.clone_into(&mut variable.long_name);
             }
         }
         let modes = Variable::code("mode", "", &mode_flags(true)).flags;
@@ -520,31 +496,3 @@ pub fn extended_tables(extension: &Extension) -> [TableSchema; 4] {
     }
     tables
 }
-
-/// (name, unit, description) of the float64 attributes of /stick_slip.
-pub(crate) const STICK_SLIP_QUANTITIES: [(&str, &str, &str); 8] = [
-    ("onset_time", "s", "time of the first stick"),
-    ("final_stick_time", "s", "time of the last stick, if the run ends in it"),
-    ("first_period", "s", "period of the first cycle"),
-    ("last_period", "s", "period of the last cycle"),
-    ("natural_period", "s", "natural period 2 pi sqrt(J/k_t)"),
-    (
-        "growth_exponent",
-        "1",
-        "growth exponent G: integral of the growth rate from the instability to where smooth sliding would stick",
-    ),
-    (
-        "e_folds_gained",
-        "1",
-        "growth from the kick to the first stick, in e-folds",
-    ),
-    (
-        "energy_residual_max",
-        "J",
-        "largest absolute energy_residual of the run",
-    ),
-];
-
-/// (name, description) of the int64 attributes of /stick_slip.
-pub(crate) const STICK_SLIP_COUNTS: [(&str, &str); 2] =
-    [("stick_count", "number of sticks"), ("slip_count", "number of slips")];

@@ -348,9 +348,10 @@ impl Open {
             unit,
             description,
             value,
+            whole,
         } in &stick_slip.attributes
         {
-            let value = match schema::STICK_SLIP_COUNTS.iter().any(|count| count.0 == *name) {
+            let value = match whole {
                 true => AttributeValue::Integer(*value as i64),
                 false => AttributeValue::Number(*value),
             };

@@ -16,22 +16,24 @@ use stickslip_files::ResultFile;
 use stickslip_files::schema::{self, Variable};
 use stickslip_system::friction::Law;
 use stickslip_system::model::system::{ContactLaw, Pressing, System};
-use stickslip_system::record::State;
+use stickslip_system::record::channel::{self, PanelCurve};
+use stickslip_system::record::{RecordedChannel, State};
 use stickslip_system::signal::Drive;
 
-/// Panels of all pages, in order.
+/// Panels of all pages, in order. The curves of recorded channels are in their registry.
 const PANELS: &str = include_str!("panels.json");
 
 /// Colours of the page's style, in the order of use; the largest number of curves in a panel.
 const COLOURS: [&str; 6] = ["blue", "vermillion", "green", "orange", "purple", "black"];
 
-#[derive(Deserialize)]
+#[derive(Deserialize, Default)]
 struct Row {
     /// "brake" or "others"; `None`: both.
     of: Option<&'static str>,
     title: &'static str,
+    #[serde(default)]
     shown: bool,
-    /// Channel, legend and colour.
+    /// Channel, legend and colour of further curves.
     #[serde(default)]
     curves: Vec<(&'static str, &'static str, &'static str)>,
     each: Option<&'static str>,
@@ -178,7 +180,7 @@ fn sides(
     run: Option<&DrawnRun>,
     variables: &[Variable],
 ) -> Result<Vec<(String, Rc<Sides>)>, PlotError> {
-    let state = |name: &str| State::DESCRIPTIONS.iter().position(|state| state.0 == name);
+    let state = |name: &str| State::CHANNELS.iter().position(|state| state.name == name);
     let mut names: Vec<&str> = variables.iter().map(|variable| variable.name.as_str()).collect();
     names.sort_by_key(|name| state(name).unwrap_or(State::COUNT));
     let mut found = Vec::new();
@@ -284,8 +286,20 @@ impl Words<'_> {
     }
 
     fn panels(&self) -> Result<Vec<Panel>, PlotError> {
-        let rows: Vec<Row> = serde_json::from_str(PANELS).map_err(|error| PlotError::Drawing(error.to_string()))?;
+        let mut rows: Vec<Row> = serde_json::from_str(PANELS).map_err(|error| PlotError::Drawing(error.to_string()))?;
         let form = if self.short() { "brake" } else { "others" };
+        let of_channel = |channel: &'static RecordedChannel| channel.curves.iter().map(|curve| (channel.name, curve));
+        let mut recorded: Vec<(&str, &PanelCurve)> = channel::all().flat_map(of_channel).collect();
+        recorded.retain(|(_, curve)| curve.of.is_none_or(|of| of == form));
+        recorded.sort_by_key(|(_, curve)| curve.place);
+        for (_, curve) in &recorded {
+            if rows.iter().all(|row| row.title != curve.panel) {
+                rows.push(Row {
+                    title: curve.panel,
+                    ..Row::default()
+                });
+            }
+        }
         let is = |what: fn(&System) -> bool| self.run.is_some_and(|run| what(&run.system));
         let mut panels = Vec::new();
         for row in rows.iter().filter(|row| row.of.is_none_or(|of| of == form)) {
@@ -295,9 +309,12 @@ impl Words<'_> {
                 "Normal force" => !is(|system| matches!(system.pressing, Pressing::Force(Drive::Value(_)))),
                 _ => true,
             };
+            let own = recorded.iter().filter(|(_, curve)| curve.panel == row.title);
+            let own = own.map(|(name, curve)| (*name, curve.legend, curve.colour));
+            let curves: Vec<_> = own.chain(row.curves.iter().copied()).collect();
             match row.each {
                 Some(what) => panels.extend(self.each(row.title, row.shown && tells, what)),
-                None => panels.push(self.panel(row.title, row.shown && tells, &row.curves)),
+                None => panels.push(self.panel(row.title, row.shown && tells, &curves)),
             }
         }
         panels.retain(|panel| !panel.curves.is_empty());

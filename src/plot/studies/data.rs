@@ -6,6 +6,7 @@ use crate::plot::figure::{Axis, Cell, extent};
 use crate::plot::html::as_doubles;
 use serde::Serialize;
 use std::path::{Path, PathBuf};
+use stickslip_analysis::sweep::QUANTITIES;
 use stickslip_files::schema::{META_POINT_COMMAND, META_SHOW, group};
 use stickslip_files::{Reason, SweepFile};
 
@@ -19,23 +20,7 @@ const SYMBOLS: [(&str, &str, &str); 3] = [
 /// Longest symbol, which is the text before the comma in a description.
 const LONGEST_SYMBOL: usize = 8;
 
-/// Quantities that describe the computation, or follow from the case alone.
-const NO_RESULTS: [&str; 12] = [
-    "energy_residual",
-    "steps",
-    "rhs_evaluations",
-    "jacobian_evaluations",
-    "attractor_agreement",
-    "attractor_distance",
-    "attractor_since",
-    "noise_determined",
-    "kicks_never_given",
-    "natural_period",
-    "stick_threshold",
-    "end_time",
-];
-
-/// Largest relative difference of values that count as equal.
+/// Relative difference of equal values.
 const SAME: f64 = 1e-6;
 
 const COMPLETE: f64 = 0.0;
@@ -343,11 +328,10 @@ impl StudyData {
     }
 
     fn most_telling(&self) -> Option<&StudyQuantity> {
-        let results = self.quantities.iter().filter(|quantity| {
-            let name = quantity.name.as_str();
-            quantity.varies() && !NO_RESULTS.contains(&name)
-        });
-        // `max_by_key` returns the last of equal ones. In reverse order this is the first.
+        let is_result = |name: &str| QUANTITIES.iter().all(|known| known.name != name || known.is_result());
+        let results = self.quantities.iter();
+        let results = results.filter(|quantity| quantity.varies() && is_result(&quantity.name));
+        // `max_by_key` returns the last of equal ones: in reverse, the first.
         results.rev().max_by_key(|quantity| quantity.different_values())
     }
 

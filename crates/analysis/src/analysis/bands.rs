@@ -18,7 +18,7 @@ use stickslip_files::schema;
 use stickslip_system::friction::Law;
 use stickslip_system::model::Mode;
 use stickslip_system::model::system::Pressing;
-use stickslip_system::record::{Channels, Event, EventKind, MemoryRecorder, Sample, State};
+use stickslip_system::record::{Channels, Event, EventKind, MemoryRecorder, Sample, State, channel};
 
 /// Several roundings of the channel's size. The axial motion, a closed form in every method, has only this band.
 const LEAST_BAND: f64 = 16.0 * f64::EPSILON;
@@ -27,7 +27,7 @@ const LEAST_BAND: f64 = 16.0 * f64::EPSILON;
 pub fn columns(case: &Case) -> impl Iterator<Item = (String, String)> + use<> {
     let [trajectory, ..] = schema::extended_tables(&extension(case));
     // Time, mode and segment precede the values.
-    let first = State::DESCRIPTIONS[0].0;
+    let first = State::CHANNELS[0].name;
     let variables = trajectory.variables.into_iter().skip_while(move |v| v.name != first);
     variables.map(|variable| (variable.name, variable.units))
 }
@@ -356,12 +356,16 @@ impl Compare<'_> {
                 .map_or(0.0, |one| one.1),
         );
         let coefficient = system.larger_breakaway().1.max(system.law.typical_coefficient(fastest));
-        let size = |(name, largest): (&str, f64)| match name {
+        let size_of = |(name, largest): (&str, f64)| match name {
             "work_perturbation" => largest + at_kicks,
             "energy_residual" => energies + at_kicks,
             "applied_force" | "normal_force" => largest.max(force),
             "friction_torque" => largest.max(coefficient * system.radius * force),
             _ => largest,
+        };
+        let size = |one: (&str, f64)| match channel::factors(one.0) {
+            Some(factors) => named().filter(|one| factors.contains(&one.0)).map(size_of).product(),
+            None => size_of(one),
         };
         named().map(|one| LEAST_BAND * size(one)).collect()
     }

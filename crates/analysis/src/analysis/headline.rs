@@ -2,8 +2,9 @@
 
 use super::attractor::{Attractor, Extremes};
 use super::exponent::{Exponent, Neighbours};
+use super::quantity::{RESIDUAL, TURNOVER};
 use super::section::LONGEST_PERIOD;
-use super::summary::{Outcome, Summary, TURNOVER, residual_row, share_of};
+use super::summary::{Outcome, Summary, residual_row, share_of};
 use serde::Serialize;
 use stickslip_case::{Case, CaseSource, Motion, builtin};
 use stickslip_engine::simulation::{natural_period, position_of};
@@ -70,7 +71,7 @@ fn summary_of_file(
         .filter(|_| case.is_none_or(stickslip_case::Case::stops))
         .map(|first| first.channels.energy_kinetic + first.channels.energy_elastic);
     let energy_turnover = of_table(TURNOVER).or(at_start).unwrap_or(f64::NAN);
-    let energy_residual = of_table("energy_residual_max").unwrap_or(f64::NAN);
+    let energy_residual = of_table(RESIDUAL).unwrap_or(f64::NAN);
     let summary = Summary {
         end: last.last().map_or(f64::NAN, |sample| sample.time),
         events: events.len(),
@@ -82,6 +83,7 @@ fn summary_of_file(
         energy_residual,
         energy_turnover,
         energy_residual_relative: share_of(energy_residual, energy_turnover),
+        dissipated_energy: last.last().map(|sample| sample.channels.dissipated_friction),
         interrupted: *file.status() == Status::Interrupted,
         last_event_time: events
             .iter()
@@ -174,10 +176,17 @@ fn of_stop(summary: &Summary) -> Vec<HeadlineRow> {
         ("growth exponent G", number(summary.growth_exponent), ""),
         ("e-folds gained from the kick", number(summary.e_folds_gained), ""),
         ("kick above rounding, e-folds", above, ""),
+        (HEAT, or_none(summary.dissipated_energy, heat), ""),
         ("energy residual", residual, ""),
     ]
     .map(|(name, value, paper)| HeadlineRow { name, value, paper })
     .into()
+}
+
+const HEAT: &str = "heat of friction";
+
+fn heat(joules: f64) -> String {
+    format!("{joules:.6e} J")
 }
 
 fn units(motion: Motion) -> (&'static str, &'static str) {
@@ -298,6 +307,7 @@ fn of_motion(motion: Motion, summary: &Summary) -> Vec<HeadlineRow> {
             format!("each fall of |relative velocity| below {threshold:e} {speed}: the contact has no stick"),
         );
     }
+    row(HEAT, or_none(summary.dissipated_energy, heat));
     let relative = summary.energy_residual_relative;
     row("energy residual", residual_row(summary.energy_residual, relative));
     rows

@@ -32,6 +32,7 @@ pub mod headline;
 mod kept_run;
 pub mod ladder;
 pub mod linearised;
+pub(crate) mod quantity;
 mod recorded;
 mod repetition;
 mod saved_run;

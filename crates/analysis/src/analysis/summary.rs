@@ -3,11 +3,12 @@
 use super::Growth;
 use super::attractor::{Attractor, Recurrence};
 use super::exponent::Exponent;
+use super::quantity::table;
 use serde::Serialize;
-use stickslip_case::{Case, Motion};
+use stickslip_case::Case;
 use stickslip_engine::simulation::natural_period;
 use stickslip_engine::simulation::{Grazing, RunReport, SolverWork};
-use stickslip_files::{Extra, StickSlipTable};
+use stickslip_files::StickSlipTable;
 use stickslip_system::model::margin::twice_resistance;
 use stickslip_system::model::system::{ContactLaw, Pressing, System};
 use stickslip_system::record::CycleStatistics;
@@ -83,6 +84,8 @@ pub struct Summary {
     pub energy_turnover: f64,
     /// Ratio of residual and turnover; `None` if unknown.
     pub energy_residual_relative: Option<f64>,
+    /// Energy that friction has turned into heat by the end of the run, J; `None` if unknown.
+    pub dissipated_energy: Option<f64>,
     /// Undecided grazing; `None` for a file.
     #[serde(skip)]
     pub grazing: Option<Grazing>,
@@ -126,6 +129,7 @@ impl Summary {
             energy_residual: report.energy_residual,
             energy_turnover: report.energy_turnover,
             energy_residual_relative: share_of(report.energy_residual, report.energy_turnover),
+            dissipated_energy: Some(report.dissipated_energy),
             grazing: report.grazing,
             noise_determined: !report.stopped_smoothly && growth.is_some_and(|g| g.amplifies_rounding()),
             kick_above_noise: growth.and_then(|g| g.above_noise),
@@ -214,140 +218,9 @@ impl Summary {
     }
 
     pub(super) fn table(&self, case: &Case) -> StickSlipTable {
-        let mut table = StickSlipTable::default();
-        for (name, value) in [
-            ("onset_time", self.onset_time),
-            ("final_stick_time", self.final_stick_time),
-            ("first_period", self.first_period),
-            ("last_period", self.last_period),
-            ("natural_period", self.natural_period),
-            ("growth_exponent", self.growth_exponent),
-            ("e_folds_gained", self.e_folds_gained),
-            ("energy_residual_max", Some(self.energy_residual)),
-            ("stick_count", Some(self.sticks as f64)),
-            ("slip_count", Some(self.slips as f64)),
-        ] {
-            table.set(name, value);
-        }
-        let turnover = "energy turned over: the largest of kinetic + elastic + dissipated energy, and of the work";
-        let turnover = Extra::new(TURNOVER, "J", turnover, Some(self.energy_turnover));
-        table.attributes.push(turnover);
-        let growth = case.words.lists_growth();
-        if growth || self.growth_exponent.is_some() {
-            table.attributes.extend(self.of_growth());
-        }
-        if !growth || self.attractor().is_some() {
-            table.attributes.extend(self.of_attractor(case.motion()));
-        }
-        table
-    }
-
-    fn of_growth(&self) -> Vec<Extra> {
-        let instability = "when steady sliding loses its stability";
-        let to_onset = "the part of growth_exponent up to the first stick";
-        let above = "by how many e-folds the kick stands above rounding at the first stick; negative: it has died out";
-        let noise = "1 if the stick-slip is amplified rounding, which converges with no tolerance; else 0";
-        let is_noise = Some(f64::from(u8::from(self.noise_determined)));
-        vec![
-            Extra::new("instability_time", "s", instability, self.instability_time),
-            Extra::new("growth_to_onset", "1", to_onset, self.growth_to_onset),
-            Extra::new("kick_above_noise", "1", above, self.kick_above_noise),
-            Extra::new("noise_determined", "1", noise, is_noise),
-        ]
-    }
-
-    fn of_attractor(&self, motion: Motion) -> Vec<Extra> {
-        let (angle, speed) = match motion {
-            Motion::Rotation => ("rad", "rad s-1"),
-            Motion::Translation => ("m", "m s-1"),
-        };
-        let attractor = self.attractor();
-        let extremes = attractor.and_then(|attractor| attractor.extremes.as_ref());
-        let of = |of: fn(&Attractor) -> f64| attractor.map(of);
-        let position = extremes.map(|extremes| extremes.position);
-        let velocity = extremes.map(|extremes| extremes.relative_velocity);
-        let (least, largest) = (|bounds: (f64, f64)| bounds.0, |bounds: (f64, f64)| bounds.1);
-        let threshold = "speed below which a contact without stick counts as stuck; NaN of one that sticks";
-        let steady = "1 if the contact slides at the end while all states are constant; else 0";
-        let is_steady = matches!(self.outcome, Some(Outcome::Steady { constant: true, .. }));
-        let exponent = "largest Lyapunov exponent of a motion without a period, NaN where it was not computed";
-        let uncertainty = "standard error of lyapunov_exponent";
-        let period = "period of the motion that the run has come to, NaN where it does not repeat itself";
-        let distance =
-            "relative distance of the last cycle from the periodic motion, by the pace at which cycles come together";
-        let position_max =
-            "largest position over a period, of the surface beside its train's far end or of the twist of a free train";
-        [
-            ("period", "s", of(|a| a.period), period),
-            (
-                "sticks",
-                "1",
-                of(|a| a.sticks as f64),
-                "sticks in a period of that motion",
-            ),
-            (
-                "forcing_periods",
-                "1",
-                attractor.and_then(|a| a.forcing_periods).map(|periods| periods as f64),
-                "periods of the forcing in a period, where these are its sections",
-            ),
-            (
-                "agreement",
-                "1",
-                of(|a| a.agreement),
-                "relative difference of its last two cycles",
-            ),
-            ("distance", "1", of(|a| a.distance), distance),
-            (
-                "since",
-                "s",
-                of(|a| a.since),
-                "when two successive cycles had come to agree",
-            ),
-            (
-                "amplitude",
-                angle,
-                extremes.and_then(|e| e.amplitude),
-                "half of the range of the position over a period",
-            ),
-            ("position_max", angle, position.map(largest), position_max),
-            (
-                "position_min",
-                angle,
-                position.map(least),
-                "least position over a period",
-            ),
-            (
-                "relative_velocity_max",
-                speed,
-                velocity.map(largest),
-                "largest relative velocity over a period",
-            ),
-            (
-                "relative_velocity_min",
-                speed,
-                velocity.map(least),
-                "least relative velocity over a period",
-            ),
-        ]
-        .into_iter()
-        .map(|(name, unit, value, description)| Extra::new(&format!("attractor_{name}"), unit, description, value))
-        .chain([
-            Extra::new("steady_sliding", "1", steady, Some(f64::from(u8::from(is_steady)))),
-            Extra::new("lyapunov_exponent", "s-1", exponent, self.exponent.map(|e| e.value)),
-            Extra::new(
-                "lyapunov_uncertainty",
-                "s-1",
-                uncertainty,
-                self.exponent.map(|e| e.uncertainty),
-            ),
-            Extra::new("stick_threshold", speed, threshold, self.stick_threshold),
-        ])
-        .collect()
+        table(self, case.motion(), case.words.lists_growth())
     }
 }
-
-pub(super) const TURNOVER: &str = "energy_turnover";
 
 /// Residual over energy turnover; 0 if nothing moved, `None` if the energy is unknown.
 pub(super) fn share_of(residual: f64, turnover: f64) -> Option<f64> {

@@ -2,14 +2,14 @@
 
 use super::study::CalibrationStudy;
 use super::target::Target;
-use crate::sweep::{Integrate, QuantityValues, StudyPoint, run_point, without_a_file};
+use crate::sweep::{Integrate, StudyPoint, Values, run_point, without_a_file};
 use std::sync::atomic::{AtomicBool, Ordering};
 use stickslip_engine::workers::in_order;
 
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Evaluation {
     pub shares: Vec<f64>,
-    pub result: Result<QuantityValues, String>,
+    pub result: Result<Values, String>,
     /// Residual of each target, in half-widths; infinite if the run lacks the quantity.
     pub residuals: Vec<f64>,
 }

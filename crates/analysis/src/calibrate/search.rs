@@ -46,8 +46,8 @@ pub struct Calibration {
     pub intervals: Vec<Interval>,
     /// Correlation of every pair of parameters; empty after an early interruption.
     pub correlations: Vec<Correlation>,
-    /// All runs: parameters as fractions of the ranges, and the summary or the reason of a failure.
-    pub runs: Vec<(Vec<f64>, Result<crate::sweep::QuantityValues, String>)>,
+    /// All runs: parameters as shares of the ranges, and summary or reason of a failure.
+    pub runs: Vec<(Vec<f64>, Result<crate::sweep::Values, String>)>,
     /// Number of failed runs in [`Self::runs`].
     pub failed: usize,
 }

@@ -1,7 +1,7 @@
 //! Measured numbers: quantity of a run, value, and uncertainty.
 
 use crate::study::{StudyReader, plain};
-use crate::sweep::{QUANTITIES, Quantity, QuantityValues, asked_for};
+use crate::sweep::{QUANTITIES, Quantity, Values, asked_for};
 use stickslip_case::Motion;
 use stickslip_case::document::{CaseValue, PlacedValue};
 use stickslip_case::quantity::{self, Dimension};
@@ -29,7 +29,7 @@ impl Target {
     }
 
     /// Distance from the measured value in half-widths; the target holds from -1 to 1. NaN without the quantity.
-    pub fn residual(&self, values: &QuantityValues) -> f64 {
+    pub fn residual(&self, values: &Values) -> f64 {
         (values[self.quantity] - self.value) / self.half_width
     }
 }
@@ -79,26 +79,6 @@ pub struct TargetResult {
     pub instead: Vec<usize>,
 }
 
-/// Quantities of the computation, which nobody measures.
-const NOT_MEASURED: [&str; 12] = [
-    "noise_determined",
-    "kicks_never_given",
-    "energy_residual",
-    "steps",
-    "rhs_evaluations",
-    "jacobian_evaluations",
-    "motion",
-    "attractor_agreement",
-    "attractor_distance",
-    "attractor_since",
-    "stick_threshold",
-    "end_time",
-];
-
-fn is_measured(quantity: &Quantity) -> bool {
-    !NOT_MEASURED.contains(&quantity.name)
-}
-
 pub(super) fn read(
     reader: &mut StudyReader,
     (system, motion): (Option<&System>, Motion),
@@ -114,7 +94,7 @@ pub(super) fn read(
     let quantity = match node.at("quantity") {
         Some(given) => {
             let name = reader.text(given, &at("quantity"))?;
-            let found = asked_for(&name, system, " to measure", is_measured);
+            let found = asked_for(&name, system, " to measure", Quantity::is_measured);
             reader.found(given, &at("quantity"), found)
         }
         None => {
@@ -128,7 +108,7 @@ pub(super) fn read(
     };
     let quantity = quantity?;
     let unit = QUANTITIES[quantity].unit(motion);
-    let dimension = dimension(unit);
+    let dimension = Dimension::of_udunits(unit).unwrap_or(Dimension::Number);
     // Value, and half-width of its rounding if it is a text.
     let mut printed = |given: &PlacedValue, name: &str| {
         let number = match (&given.value, plain(&given.value)) {
@@ -169,15 +149,4 @@ pub(super) fn read(
         half_width,
         weight: weight?,
     })
-}
-
-fn dimension(unit: &str) -> Dimension {
-    match unit {
-        "s" => Dimension::Time,
-        "rad" => Dimension::Angle,
-        "m" => Dimension::Length,
-        "rad s-1" => Dimension::AngularVelocity,
-        "m s-1" => Dimension::Velocity,
-        _ => Dimension::Number,
-    }
 }

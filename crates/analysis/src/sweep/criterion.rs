@@ -1,7 +1,7 @@
 //! Specification of a boundary study: plane, criterion on a run's summary, and resolution.
 
 use super::axis::{AxisRange, ParameterAxis};
-use super::quantities::{PointOutcome, QUANTITIES, asked_for};
+use super::{Outcome, QUANTITIES, asked_for};
 use crate::study::StudyReader;
 use stickslip_case::Setting;
 use stickslip_case::document::PlacedValue;
@@ -63,8 +63,8 @@ impl Criterion {
         }
     }
 
-    /// Whether a run meets the criterion. A run without the value does not. A failed run is on no side of a boundary.
-    pub fn is_met(&self, outcome: &PointOutcome) -> bool {
+    /// Whether a run meets the criterion. A run without the value does not; a failed run is on no side of a boundary.
+    pub fn is_met(&self, outcome: &Outcome) -> bool {
         let value = outcome.value(self.quantity);
         match self.comparison {
             ThresholdTest::AtLeast => value >= self.threshold,

@@ -1,9 +1,10 @@
 //! The sweep file, made from the journal.
 
+use super::QUANTITIES;
 use super::curves::Boundaries;
 use super::error::SweepError;
 use super::journal::Journal;
-use super::quantities::{EventRow, NO_COUNT, QUANTITIES, is_open};
+use super::outcome::{EventRow, NO_COUNT, is_open};
 use super::report::{NAMED_FAILURES, SweepReport};
 use super::running::RunningPoints;
 use super::study::Study;
@@ -121,7 +122,9 @@ pub(super) fn write(
             };
             row.events = outcome.events.iter().map(event).collect();
             match outcome.result {
-                Ok(values) => {
+                Ok(mut values) => {
+                    // The journal of an earlier version lacks the quantities that were added since.
+                    values.resize(QUANTITIES.len(), f64::NAN);
                     unfinished += u64::from(is_open(&values));
                     row.values = Some(values);
                 }

@@ -4,7 +4,7 @@
 //! the journal is valid up to the first torn record, and the later points run again. The sweep file is made from the
 //! journal in the order of the points, so it does not depend on the order of completion.
 
-use super::quantities::PointOutcome;
+use super::outcome::Outcome;
 use super::record::{encode, next_record};
 use std::collections::BTreeMap;
 use std::fs::{File, OpenOptions, TryLockError};
@@ -153,8 +153,8 @@ impl Journal {
         self.offsets.contains_key(&number)
     }
 
-    /// Adds outcomes and returns when they are on the disk. After a failure, earlier records stay valid.
-    pub fn append(&mut self, outcomes: &[PointOutcome]) -> Result<(), JournalError> {
+    /// Adds outcomes and returns when they are on the disk. After a failure earlier records stay valid.
+    pub fn append(&mut self, outcomes: &[Outcome]) -> Result<(), JournalError> {
         self.buffer.clear();
         let mut starts = Vec::with_capacity(outcomes.len());
         for outcome in outcomes {
@@ -173,8 +173,8 @@ impl Journal {
         Ok(())
     }
 
-    /// Outcome of a point; `None` without a record. Fails if the record has been altered.
-    pub fn read(&mut self, number: u64) -> Result<Option<PointOutcome>, JournalError> {
+    /// Outcome of a point; `None` without a record. Fails if the record has changed.
+    pub fn read(&mut self, number: u64) -> Result<Option<Outcome>, JournalError> {
         let Some(&offset) = self.offsets.get(&number) else {
             return Ok(None);
         };

@@ -1,6 +1,6 @@
 //! Record of an outcome, in a journal or from another process.
 
-use super::quantities::{EventRow, PointOutcome};
+use super::outcome::{EventRow, Outcome};
 use std::io::{self, Read};
 use stickslip_system::record::EventKind;
 
@@ -10,8 +10,8 @@ const FRAME: usize = 8;
 /// Length of the longest valid record: a run of 100,000 events takes 3 MB.
 const LONGEST_RECORD: u32 = 1 << 30;
 
-/// Outcome and length of the next record within `room` bytes; `None` if the record is torn or altered.
-pub(super) fn next_record(reader: &mut impl Read, room: u64) -> io::Result<Option<(PointOutcome, u64)>> {
+/// Outcome and length of the next record within `room` bytes; `None` if it is torn or has changed.
+pub(super) fn next_record(reader: &mut impl Read, room: u64) -> io::Result<Option<(Outcome, u64)>> {
     let mut frame = [0u8; FRAME];
     if room < FRAME as u64 {
         return Ok(None);
@@ -28,8 +28,8 @@ pub(super) fn next_record(reader: &mut impl Read, room: u64) -> io::Result<Optio
     Ok(outcome.and_then(|record| Some((decode(&record)?, length))))
 }
 
-/// Appends a framed record: number, then count and values (or length and text of an error), then events.
-pub(super) fn encode(outcome: &PointOutcome, bytes: &mut Vec<u8>) {
+/// Appends a framed record: number; count and values, or length and text of an error; events.
+pub(super) fn encode(outcome: &Outcome, bytes: &mut Vec<u8>) {
     let start = bytes.len();
     bytes.extend_from_slice(&[0; FRAME]);
     bytes.extend_from_slice(&outcome.number.to_le_bytes());
@@ -60,8 +60,8 @@ pub(super) fn encode(outcome: &PointOutcome, bytes: &mut Vec<u8>) {
     frame[4..].copy_from_slice(&crc32fast::hash(record).to_le_bytes());
 }
 
-/// Outcomes of consecutive records; `None` if one is torn or altered.
-pub(super) fn outcomes_of(mut bytes: &[u8]) -> Option<Vec<PointOutcome>> {
+/// Outcomes of consecutive records; `None` if one is torn or has changed.
+pub(super) fn outcomes_of(mut bytes: &[u8]) -> Option<Vec<Outcome>> {
     let mut outcomes = Vec::new();
     while !bytes.is_empty() {
         let room = bytes.len() as u64;
@@ -93,7 +93,7 @@ impl<'a> Cursor<'a> {
 }
 
 /// Decodes an unframed record of [`encode`]; `None` if malformed.
-fn decode(record: &[u8]) -> Option<PointOutcome> {
+fn decode(record: &[u8]) -> Option<Outcome> {
     let mut cursor = Cursor(record);
     let number = cursor.whole()?;
     let result = match cursor.byte()? {
@@ -123,5 +123,5 @@ fn decode(record: &[u8]) -> Option<PointOutcome> {
             internal_force: cursor.float()?,
         });
     }
-    cursor.0.is_empty().then_some(PointOutcome { number, result, events })
+    cursor.0.is_empty().then_some(Outcome { number, result, events })
 }

@@ -1,6 +1,6 @@
 //! Runs of points on a pool of threads, with one receiver of the outcomes.
 
-use super::quantities::{EventRow, PointOutcome, QuantityValues, values};
+use super::outcome::{EventRow, Outcome, Values, values};
 use super::study::{Study, StudyPoint};
 use crate::analysis::{Summary, recorded};
 use std::ops::ControlFlow;
@@ -22,7 +22,7 @@ pub struct Integrated {
     /// Report of the run.
     pub report: RunReport,
     /// Quantities; `None` for an interrupted run.
-    pub values: Option<QuantityValues>,
+    pub values: Option<Values>,
 }
 
 impl Integrated {
@@ -82,7 +82,7 @@ pub fn run_points<E>(
     workers: usize,
     stop: &AtomicBool,
     integrate: &Integrate,
-    mut deliver: impl FnMut(Vec<PointOutcome>) -> Result<(), E>,
+    mut deliver: impl FnMut(Vec<Outcome>) -> Result<(), E>,
 ) -> Result<(), Stopped<E>> {
     let given_up = AtomicBool::new(false);
     let halted = || stop.load(Ordering::Relaxed) || given_up.load(Ordering::Relaxed);
@@ -131,9 +131,9 @@ pub fn run_point(
     point: &StudyPoint,
     integrate: &Integrate,
     halted: &dyn Fn() -> bool,
-) -> Result<Option<PointOutcome>, String> {
+) -> Result<Option<Outcome>, String> {
     let outcome = |result, events| {
-        Ok(Some(PointOutcome {
+        Ok(Some(Outcome {
             number: point.number,
             result,
             events,

@@ -3,7 +3,7 @@
 use super::error::SweepEnd;
 use super::executor::{Executor, run_elsewhere};
 use super::journal::Journal;
-use super::quantities::PointOutcome;
+use super::outcome::Outcome;
 use super::report::SweepProgress;
 use super::runner::{Integrate, run_points};
 use super::study::{Study, StudyPoint};
@@ -60,8 +60,8 @@ impl Running<'_> {
         self.run(points, total, false)
     }
 
-    /// Runs a round of points numbered from `start`, and returns all their outcomes in order.
-    pub(super) fn round(&mut self, start: u64, coordinates: &[Vec<Setting>]) -> Result<Vec<PointOutcome>, SweepEnd> {
+    /// Runs a round of points after the first `start`, and returns all their outcomes in order.
+    pub(super) fn round(&mut self, start: u64, coordinates: &[Vec<Setting>]) -> Result<Vec<Outcome>, SweepEnd> {
         let numbered = |k: usize| start + k as u64;
         let held: Vec<bool> = (0..coordinates.len())
             .map(|k| self.journal.holds(numbered(k)))
@@ -102,7 +102,7 @@ impl Running<'_> {
             });
         };
         show(journal.points(), *failed);
-        let deliver = |group: Vec<PointOutcome>| {
+        let deliver = |group: Vec<Outcome>| {
             journal.append(&group)?;
             *failed += group.iter().filter(|outcome| outcome.result.is_err()).count() as u64;
             show(journal.points(), *failed);

@@ -1,8 +1,8 @@
 //! Study file of a sweep: base case, axes over keys of the case, and requested results.
 
+use super::asked_for;
 use super::axis::{self, ParameterAxis};
 use super::criterion::{BoundarySpec, read_boundary};
-use super::quantities::asked_for;
 use super::sampling::{self, MOST_SOBOL_AXES, MOST_SOBOL_POINTS, SampleMethod};
 use crate::study::{Head, PROBES, StudyReader, StudySource, check_points};
 use serde::{Deserialize, Serialize};

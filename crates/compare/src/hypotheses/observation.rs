@@ -16,10 +16,10 @@ use stickslip_system::record::sequence::SequenceEvent;
 /// repeatedly.
 const KEPT: usize = 4096;
 
-/// Channels that are integrals of others and grow without bound. Their causes show in the other channels.
+/// Channels that are integrals of others and grow without bound, and products. Their causes show in the other channels.
 fn is_integral(channel: Channel) -> bool {
-    use Channel::{Phi2, SlipDisplacement, Theta};
-    channel.is_impulse() || matches!(channel, Theta | Phi2 | SlipDisplacement | Channel::Angle(_))
+    use Channel::{Angle, Phi2, Product, SlipDisplacement, Theta};
+    channel.is_impulse() || matches!(channel, Theta | Phi2 | SlipDisplacement | Angle(_) | Product(_))
 }
 
 #[derive(Debug)]

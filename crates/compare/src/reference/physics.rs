@@ -264,6 +264,7 @@ impl Physics {
         let size = self.size_in_stick_slip(channel);
         let part = match self.quantity(channel) {
             CourseQuantity::Speed(part) => Some(part.of),
+            CourseQuantity::Product(factors) => return self.product_of_sizes(factors, sliding),
             _ => None,
         };
         let free = part.is_some_and(|of| self.side(of).speed.is_some());
@@ -271,6 +272,13 @@ impl Physics {
             Some(speed) if sliding && (free || channel == Channel::RelativeVelocity) => size.max(speed),
             _ => size,
         }
+    }
+
+    fn product_of_sizes(&self, factors: &[&str; 2], sliding: bool) -> f64 {
+        let known = Channel::ALL
+            .into_iter()
+            .filter(|channel| factors.contains(&&*channel.name()));
+        known.map(|channel| self.size(channel, sliding)).product()
     }
 
     fn size_in_stick_slip(&self, channel: Channel) -> f64 {
@@ -299,6 +307,7 @@ impl Physics {
             }
             CourseQuantity::AxialDisplacement => depth,
             CourseQuantity::AxialVelocity => depth * self.natural_angular_frequency(),
+            CourseQuantity::Product(factors) => self.product_of_sizes(factors, false),
         };
         if size > 0.0 { size } else { 1.0 }
     }

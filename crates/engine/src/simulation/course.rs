@@ -17,8 +17,7 @@ use stickslip_system::model::equations::{
 };
 use stickslip_system::model::system::{End, System};
 use stickslip_system::numerics::taylor;
-use stickslip_system::record::Channels;
-use stickslip_system::record::{Sample, State};
+use stickslip_system::record::{Channels, Sample, State, channel};
 
 pub use super::expansion::TERMS;
 
@@ -83,6 +82,36 @@ pub enum CourseQuantity {
     Interface,
     /// T_f, N m.
     Transmitted,
+    /// Product of two recorded channels.
+    Product(&'static [&'static str; 2]),
+}
+
+impl CourseQuantity {
+    /// The function of time that a recorded channel is; `outermost` is the index of the rotor's outermost inertia.
+    /// `None` for channels that are known at the samples only.
+    pub fn of_channel(name: &str, outermost: usize) -> Option<CourseQuantity> {
+        let part = |of, index| TrainPart { of, index };
+        let (rotor, stator) = (part(TrainSide::Rotor, 0), part(TrainSide::Stator, 0));
+        let last = part(TrainSide::Rotor, outermost);
+        Some(match name {
+            "z" => CourseQuantity::AxialDisplacement,
+            "z_dot" => CourseQuantity::AxialVelocity,
+            "theta" => CourseQuantity::Angle(last),
+            "theta_dot" => CourseQuantity::Speed(last),
+            "phi1" => CourseQuantity::Angle(stator),
+            "phi1_dot" => CourseQuantity::Speed(stator),
+            "phi2" => CourseQuantity::Angle(rotor),
+            "phi2_dot" => CourseQuantity::Speed(rotor),
+            "rotor_twist" => CourseQuantity::Twist(rotor),
+            "rotor_twist_rate" => CourseQuantity::TwistRate(rotor),
+            "relative_velocity" => CourseQuantity::RelativeVelocity,
+            "slip_displacement" => CourseQuantity::Slip,
+            "normal_force" => CourseQuantity::NormalForce,
+            "friction_torque" => CourseQuantity::Interface,
+            "transmitted_torque" => CourseQuantity::Transmitted,
+            name => CourseQuantity::Product(channel::factors(name)?),
+        })
+    }
 }
 
 /// The motion of one system.
@@ -529,6 +558,14 @@ impl Course {
             CourseQuantity::NormalForce => *expansion.normal_force(),
             CourseQuantity::Interface => expansion.interface,
             CourseQuantity::Transmitted => expansion.transmitted(system),
+            CourseQuantity::Product(factors) => {
+                let outermost = system.rotor.inertia.len().saturating_sub(1);
+                let [a, b] = factors.map(|name| {
+                    let factor = CourseQuantity::of_channel(name, outermost);
+                    factor.map_or([0.0; TERMS], |factor| self.quantity(factor))
+                });
+                taylor::product(&a, &b)
+            }
         }
     }
 

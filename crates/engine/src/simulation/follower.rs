@@ -4,7 +4,7 @@ use super::options::OutputOptions;
 use nalgebra::DMatrix;
 use stickslip_system::model::Mode;
 use stickslip_system::numerics::chebyshev::{self, COEFFICIENTS};
-use stickslip_system::record::{Channels, DensePiece, Recorder, RecorderError, State};
+use stickslip_system::record::{DensePiece, Recorder, RecorderError, channel};
 
 /// A piece is resolved if the last two coefficients of each channel are below this share of the channel's largest
 /// value so far,
@@ -37,10 +37,6 @@ const LONGEST_JOINED: f64 = 2.0;
 /// Largest number of pieces in a file: 200 MB before compression.
 const MOST_PIECES: usize = 60_000;
 
-fn is_rounding(column: usize) -> bool {
-    column + 1 == State::COUNT + Channels::COUNT
-}
-
 #[derive(Debug, Clone)]
 struct KeptState {
     start: f64,
@@ -68,12 +64,14 @@ pub(super) struct Follower {
     inside_steps: f64,
     open: Option<KeptState>,
     pieces_left: usize,
+    /// Column of the energy residual, which is rounding.
+    residual: Option<usize>,
 }
 
 pub(super) struct FollowerState<'a> {
     pub mode: Mode,
     pub segment: u32,
-    /// State, channels and further values at a time.
+    /// State, channels without products, and further values at a time.
     pub row: &'a mut dyn FnMut(f64) -> Result<Vec<f64>, RecorderError>,
 }
 
@@ -92,6 +90,9 @@ impl Follower {
             open: None,
             largest: Vec::new(),
             pieces_left: MOST_PIECES,
+            residual: channel::all()
+                .filter(|channel| channel.product.is_none())
+                .position(|channel| channel.name == "energy_residual"),
         })
     }
 
@@ -242,7 +243,7 @@ impl Follower {
     /// Largest coefficient from `first` on, relative to the channel's largest value so far.
     fn roughness(&self, coefficients: &DMatrix<f64>, first: usize) -> f64 {
         let columns = coefficients.column_iter().zip(&self.largest).enumerate();
-        let resolvable = columns.filter(|(column, (_, largest))| !is_rounding(*column) && **largest > 0.0);
+        let resolvable = columns.filter(|(column, (_, largest))| Some(*column) != self.residual && **largest > 0.0);
         let rough = resolvable.map(|(_, (c, largest))| {
             let tail = c.as_slice()[first..].iter().fold(0.0, |most: f64, c| most.max(c.abs()));
             tail / largest

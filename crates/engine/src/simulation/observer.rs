@@ -11,7 +11,8 @@ use std::ops::ControlFlow;
 use std::time::Instant;
 use stickslip_system::model::Mode;
 use stickslip_system::record::EventDigest;
-use stickslip_system::record::{Channels, Event, EventKind, Recorder, Sample, Segment, State};
+use stickslip_system::record::channel;
+use stickslip_system::record::{Channels, Event, EventKind, RecordedChannel, Recorder, Sample, Segment, State};
 
 pub(super) struct Recording<'a, R> {
     readings: R,
@@ -34,13 +35,12 @@ pub(super) struct Recording<'a, R> {
     further: Vec<f64>,
 }
 
-fn overflow<'v>(
-    time: f64,
-    names: &'static [(&'static str, &'static str, &'static str)],
-    values: impl IntoIterator<Item = &'v f64>,
-) -> Result<(), Overflow> {
-    let found = names.iter().zip(values).find(|(_, value)| !value.is_finite());
-    found.map_or(Ok(()), |((what, ..), &value)| Err(Overflow { time, what, value }))
+fn overflow(time: f64, channels: &[RecordedChannel], values: &[f64]) -> Result<(), Overflow> {
+    let found = channels.iter().zip(values).find(|(_, value)| !value.is_finite());
+    found.map_or(Ok(()), |(channel, &value)| {
+        let what = channel.name;
+        Err(Overflow { time, what, value })
+    })
 }
 
 fn with_history(mut c: Channels, work_perturbation: f64, initial_energy: f64) -> Channels {
@@ -53,7 +53,7 @@ fn with_history(mut c: Channels, work_perturbation: f64, initial_energy: f64) ->
 }
 
 fn check_state(time: f64, state: &State) -> Result<(), Overflow> {
-    overflow(time, State::DESCRIPTIONS, &state.values())
+    overflow(time, State::CHANNELS, &state.values())
 }
 
 impl<'a, R: Readings> Recording<'a, R> {
@@ -135,12 +135,13 @@ impl<'a, R: Readings> Recording<'a, R> {
 
     fn complete(&mut self, t: f64, channels: Channels) -> Result<Channels, Overflow> {
         let channels = with_history(channels, self.work_perturbation, self.report.initial_energy);
-        overflow(t, Channels::DESCRIPTIONS, &channels.values())?;
+        overflow(t, Channels::CHANNELS, &channels.values())?;
         let c = &channels;
         let held = c.energy_kinetic + c.energy_elastic + c.dissipated_friction + c.dissipated_damping;
         let report = &mut self.report;
         report.energy_residual = report.energy_residual.max(c.energy_residual.abs());
         report.energy_turnover = report.energy_turnover.max(held.abs()).max(c.work_applied.abs());
+        report.dissipated_energy = c.dissipated_friction;
         Ok(channels)
     }
 
@@ -281,8 +282,9 @@ impl<R: Readings> Observer<R::Place, EventKind> for Recording<'_, R> {
             at(t, y)?;
             let (state, channels) = readings.read(t, location, y);
             let channels = with_history(channels, work_perturbation, initial_energy);
-            let mut row = state.values().to_vec();
-            row.extend(channels.values());
+            let values = channel::all().zip(state.values().into_iter().chain(channels.values()));
+            let stored = values.filter(|(channel, _)| channel.product.is_none());
+            let mut row: Vec<f64> = stored.map(|(_, value)| value).collect();
             readings.further(t, location, y, &mut row);
             Ok(row)
         };
@@ -330,7 +332,10 @@ impl<R: Readings> Observer<R::Place, EventKind> for Recording<'_, R> {
         };
         check_state(t, &event.before)?;
         check_state(t, &event.after)?;
-        overflow(t, &[("internal_force", "", "")], [&event.internal_force])?;
+        if !event.internal_force.is_finite() {
+            let (what, value) = ("internal_force", event.internal_force);
+            return Err(Box::new(Overflow { time: t, what, value }));
+        }
         if !self.recorder.stores_events() {
             self.report.events.push(event);
         }

@@ -94,7 +94,7 @@ impl Readings for AbsoluteReadings<'_> {
             dissipated_damping: y[DAMPING_LOSS],
             ..Channels::default()
         };
-        (state, channels)
+        (state, channels.with_products(&state))
     }
 
     fn kinetic_energy(&self, _t: f64, _place: &Mode, y: &[f64]) -> f64 {

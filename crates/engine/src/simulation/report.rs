@@ -44,6 +44,8 @@ pub struct RunReport {
     pub energy_residual: f64,
     /// Largest energy turnover at samples and events, J: held plus dissipated energy, or the drives' work.
     pub energy_turnover: f64,
+    /// Energy that friction has turned into heat up to the last sample or event, J.
+    pub dissipated_energy: f64,
     /// Total energy at the start, J.
     pub initial_energy: f64,
     /// Near misses whose outcome is undecided, if there are any.

@@ -144,7 +144,7 @@ impl Readings for StateReadings<'_> {
             dissipated_damping: y[system.slip + DAMPING_LOSS] + at.map_or(0.0, |axial| axial.dissipated),
             ..Channels::default()
         };
-        (state, channels)
+        (state, channels.with_products(&state))
     }
 
     fn kinetic_energy(&self, t: f64, place: &SystemLocation, y: &[f64]) -> f64 {

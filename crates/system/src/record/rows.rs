@@ -1,65 +1,7 @@
 //! The rows of a run: samples, events and segments, in SI units.
 
+use super::channel::{Channels, State};
 use crate::model::Mode;
-
-/// Declares a struct of channels: field, unit (UDUNITS), description with the paper's symbol.
-macro_rules! channels {
-    ($(#[$doc:meta])* $name:ident { $($field:ident, $unit:literal, $long_name:literal;)+ }) => {
-        $(#[$doc])*
-        #[derive(Debug, Clone, Copy, PartialEq, Default)]
-        pub struct $name { $(#[doc = concat!($long_name, ", ", $unit)] pub $field: f64,)+ }
-        impl $name {
-            /// (name, UDUNITS unit, description) of each channel, in the order of [`Self::values`].
-            pub const DESCRIPTIONS: &'static [(&'static str, &'static str, &'static str)] =
-                &[$((stringify!($field), $unit, $long_name),)+];
-            /// Number of channels.
-            pub const COUNT: usize = Self::DESCRIPTIONS.len();
-            /// The values in the order of `DESCRIPTIONS`.
-            pub fn values(&self) -> [f64; Self::COUNT] {
-                [$(self.$field,)+]
-            }
-            /// The inverse of [`Self::values`].
-            pub fn from_values([$($field,)+]: [f64; Self::COUNT]) -> Self {
-                Self { $($field,)+ }
-            }
-        }
-    };
-}
-
-channels! {
-    /// The mechanical state, stored before and after every event.
-    State {
-        z, "m", "axial displacement z";
-        z_dot, "m s-1", "axial velocity z'";
-        theta, "rad", "rotor angle theta";
-        theta_dot, "rad s-1", "rotor speed theta'";
-        phi1, "rad", "stator surface angle phi_1 (the stator twist)";
-        phi1_dot, "rad s-1", "stator surface speed phi_1'";
-        phi2, "rad", "rotor surface angle phi_2";
-        phi2_dot, "rad s-1", "rotor surface speed phi_2'";
-        rotor_twist, "rad", "rotor twist theta - phi_2";
-        rotor_twist_rate, "rad s-1", "rotor twist rate theta' - phi_2'";
-        relative_velocity, "rad s-1", "relative velocity omega_r = phi_2' - phi_1'";
-        slip_displacement, "rad", "slip displacement phi_2 - phi_1";
-    }
-}
-
-channels! {
-    /// Forces, torques and energies at a sample.
-    Channels {
-        applied_force, "N", "actuating force F";
-        normal_force, "N", "contact force F_n";
-        friction_torque, "N m", "torque on the stator surface through the interface";
-        transmitted_torque, "N m", "T_f = (T_r + T_s)/2";
-        energy_kinetic, "J", "kinetic energy";
-        energy_elastic, "J", "elastic energy";
-        work_applied, "J", "work of the actuating force since the start";
-        work_perturbation, "J", "work of the kicks since the start";
-        dissipated_friction, "J", "energy dissipated by friction since the start";
-        dissipated_damping, "J", "energy dissipated by c_a and c_t since the start";
-        energy_residual, "J", "kinetic + elastic + dissipated - works - initial energy";
-    }
-}
 
 /// One row of the trajectory.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -88,7 +30,7 @@ pub struct DensePiece<'a> {
     /// Index of its segment.
     pub segment: u32,
     /// Chebyshev coefficients of each quantity, [`COEFFICIENTS`](crate::numerics::chebyshev::COEFFICIENTS) in a row:
-    /// [`State`], [`Channels`], then further values of the run.
+    /// [`State`] and [`Channels`] without products, then further values of the run.
     pub coefficients: &'a [f64],
 }
 

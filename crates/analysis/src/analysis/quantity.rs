@@ -1,29 +1,72 @@
-//! Quantities of a run in a sweep, and the outcome of a point.
+//! Registry of the numbers of a run: sweeps, criteria, targets of a calibration and result files read it.
 
-use crate::analysis::{Attractor, Extremes, Summary, summary};
+use super::attractor::{Attractor, Extremes};
+use super::summary::{Outcome, Summary};
 use stickslip_case::{Motion, suggest};
+use stickslip_files::{Extra, StickSlipTable};
 use stickslip_system::model::margin::{resistance, slowing};
 use stickslip_system::model::system::System;
 use stickslip_system::quote::shown;
-use stickslip_system::record::{Event, EventKind};
 
-/// Quantity of a run's summary.
+/// A number of a run, from its summary.
 #[derive(Clone, Copy)]
 pub struct Quantity {
-    /// Name of its variable.
+    /// Name of its variable in a sweep, and of its attribute of /stick_slip.
     pub name: &'static str,
     /// Unit (UDUNITS), in rotation.
     unit: &'static str,
     /// Description in words, with the paper's symbol.
     pub description: &'static str,
-    /// Whether it is a whole number, stored as int64 with `NO_COUNT` if missing; else float64 with NaN.
+    /// Whether a sweep stores it as int64, with `NO_COUNT` if missing; else it is float64 with NaN.
     pub count: bool,
     /// Codes and meanings of a coded count.
     pub flags: &'static [(i64, &'static str)],
+    /// What it tells about.
+    subject: QuantitySubject,
+    /// Whether it describes the computation, which nobody measures.
+    computed: bool,
+    /// Result files that have it as an attribute of /stick_slip.
+    files: ListedIn,
     get: fn(&Summary) -> Option<f64>,
 }
 
+/// What a number tells about.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum QuantitySubject {
+    Run,
+    /// Sliding whose loss of stability is watched.
+    Growth,
+    /// The same; 0 in a sweep for sliding that keeps its stability and so amplifies nothing.
+    Amplification,
+    /// The case of such sliding, whatever its motion.
+    Case,
+}
+
+/// Result files that list a number.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum ListedIn {
+    None,
+    /// Counts are int64.
+    All,
+    /// Of sliding that may lose its stability.
+    OfGrowth,
+    /// Of motions that may be periodic.
+    OfAttractors,
+}
+
 impl Quantity {
+    const fn about(self, subject: QuantitySubject) -> Quantity {
+        Quantity { subject, ..self }
+    }
+
+    const fn computed(self) -> Quantity {
+        Quantity { computed: true, ..self }
+    }
+
+    const fn listed(self, files: ListedIn) -> Quantity {
+        Quantity { files, ..self }
+    }
+
     /// Unit (UDUNITS), with positions as angles or lengths.
     pub fn unit(&self, motion: Motion) -> &'static str {
         match (motion, self.unit) {
@@ -33,9 +76,28 @@ impl Quantity {
         }
     }
 
+    /// Whether an experiment can give it.
+    pub fn is_measured(&self) -> bool {
+        self.flags.is_empty() && !self.computed
+    }
+
+    /// Whether it tells about the motion, not about the computation or the case alone.
+    pub fn is_result(&self) -> bool {
+        !self.computed && self.subject != QuantitySubject::Case
+    }
+
+    /// Value in a sweep; `None` if the run has none.
+    pub(crate) fn value(&self, summary: &Summary) -> Option<f64> {
+        let value = (self.get)(summary);
+        match self.subject {
+            QuantitySubject::Amplification => summary.natural_period.map(|_| value.unwrap_or(0.0)),
+            _ => value,
+        }
+    }
+
     /// Reason why no run of this system has the quantity; `None` if one may.
     fn why_not(&self, system: &System) -> Option<String> {
-        if GROWTH.contains(&self.name) {
+        if self.subject != QuantitySubject::Run {
             let why = resistance(system).err()?;
             Some(format!("its sliding is not watched for a loss of stability: {why}"))
         } else if self.name.starts_with("attractor_") && slowing(system).is_ok() {
@@ -52,46 +114,6 @@ impl std::fmt::Debug for Quantity {
     }
 }
 
-pub(crate) const NO_COUNT: i64 = -1;
-
-const fn number(
-    name: &'static str,
-    unit: &'static str,
-    description: &'static str,
-    get: fn(&Summary) -> Option<f64>,
-) -> Quantity {
-    Quantity {
-        name,
-        unit,
-        description,
-        count: false,
-        flags: &[],
-        get,
-    }
-}
-
-const fn count(name: &'static str, description: &'static str, get: fn(&Summary) -> Option<f64>) -> Quantity {
-    Quantity {
-        count: true,
-        ..number(name, "1", description, get)
-    }
-}
-
-/// Quantities of sliding whose loss of stability is watched.
-const GROWTH: [&str; 6] = [
-    "natural_period",
-    "instability_time",
-    "growth_exponent",
-    "growth_to_onset",
-    "e_folds_gained",
-    "noise_determined",
-];
-
-/// Value of a quantity in [`GROWTH`], if the loss of stability is watched.
-fn watched(summary: &Summary, value: f64) -> Option<f64> {
-    summary.natural_period.map(|_| value)
-}
-
 fn attractor(summary: &Summary, of: fn(&Attractor) -> f64) -> Option<f64> {
     summary.attractor().map(of)
 }
@@ -100,10 +122,11 @@ fn extremes(summary: &Summary, of: fn(&Extremes) -> Option<f64>) -> Option<f64> 
     summary.attractor()?.extremes.as_ref().and_then(of)
 }
 
-const STUCK: f64 = 1.0;
+/// Code of a motion that ends in a stick.
+pub(crate) const STUCK: f64 = 1.0;
 
 /// Code of a motion without a period that does not end in a stick.
-const NOT_PERIODIC: f64 = 2.0;
+pub(crate) const NOT_PERIODIC: f64 = 2.0;
 
 const MOTIONS: [(i64, &str); 7] = [
     (0, "periodic"),
@@ -117,10 +140,10 @@ const MOTIONS: [(i64, &str); 7] = [
 
 fn motion(summary: &Summary) -> Option<f64> {
     Some(match summary.outcome.as_ref()? {
-        summary::Outcome::Periodic(_) => 0.0,
-        summary::Outcome::Stuck { .. } => STUCK,
-        summary::Outcome::NotPeriodic => NOT_PERIODIC,
-        summary::Outcome::Steady { mode, .. } => match *mode {
+        Outcome::Periodic(_) => 0.0,
+        Outcome::Stuck { .. } => STUCK,
+        Outcome::NotPeriodic => NOT_PERIODIC,
+        Outcome::Steady { mode, .. } => match *mode {
             "stick" => 4.0,
             "separated" => 5.0,
             "engaged" => 6.0,
@@ -129,19 +152,47 @@ fn motion(summary: &Summary) -> Option<f64> {
     })
 }
 
+const fn number(
+    name: &'static str,
+    unit: &'static str,
+    description: &'static str,
+    get: fn(&Summary) -> Option<f64>,
+) -> Quantity {
+    Quantity {
+        name,
+        unit,
+        description,
+        count: false,
+        flags: &[],
+        subject: QuantitySubject::Run,
+        computed: false,
+        files: ListedIn::None,
+        get,
+    }
+}
+
+const fn count(name: &'static str, description: &'static str, get: fn(&Summary) -> Option<f64>) -> Quantity {
+    Quantity {
+        count: true,
+        ..number(name, "1", description, get)
+    }
+}
+
 /// Quantities of every run, in the order of the variables in a sweep file.
-pub const QUANTITIES: [Quantity; 40] = [
-    count("stick_count", "number of sticks", |s| Some(s.sticks as f64)),
+pub const QUANTITIES: [Quantity; 41] = [
+    count("stick_count", "number of sticks", |s| Some(s.sticks as f64)).listed(ListedIn::All),
     count("slip_count", "number of breakaways from stick", |s| {
         Some(s.slips as f64)
-    }),
-    number("onset_time", "s", "time of the first stick", |s| s.onset_time),
+    })
+    .listed(ListedIn::All),
+    number("onset_time", "s", "time of the first stick", |s| s.onset_time).listed(ListedIn::All),
     number(
         "final_stick_time",
         "s",
         "begin of the stick in which the run ends",
         |s| s.final_stick_time,
-    ),
+    )
+    .listed(ListedIn::All),
     number("first_stick_duration", "s", "duration of the first stick", |s| {
         s.first_stick_duration
     }),
@@ -177,56 +228,76 @@ pub const QUANTITIES: [Quantity; 40] = [
     }),
     number("first_period", "s", "T_i, from the first stick to the second", |s| {
         s.first_period
-    }),
+    })
+    .listed(ListedIn::All),
     number(
         "last_period",
         "s",
         "T_f, from the last stick but one to the last",
         |s| s.last_period,
-    ),
-    number("natural_period", "s", "T_n = 2 pi sqrt(J/k_t)", |s| s.natural_period),
+    )
+    .listed(ListedIn::All),
+    number("natural_period", "s", "T_n = 2 pi sqrt(J/k_t)", |s| s.natural_period)
+        .about(QuantitySubject::Case)
+        .listed(ListedIn::All),
     number(
         "instability_time",
         "s",
         "when steady sliding loses its stability",
         |s| s.instability_time,
-    ),
-    // Sliding that keeps its stability amplifies nothing.
+    )
+    .about(QuantitySubject::Growth)
+    .listed(ListedIn::OfGrowth),
     number(
         "growth_exponent",
         "1",
         "G, e-folds that a perturbation could gain",
-        |s| watched(s, s.growth_exponent.unwrap_or(0.0)),
-    ),
+        |s| s.growth_exponent,
+    )
+    .about(QuantitySubject::Amplification)
+    .listed(ListedIn::All),
     number("growth_to_onset", "1", "the part of G up to the first stick", |s| {
-        watched(s, s.growth_to_onset.unwrap_or(0.0))
-    }),
+        s.growth_to_onset
+    })
+    .about(QuantitySubject::Amplification)
+    .listed(ListedIn::OfGrowth),
     number(
         "e_folds_gained",
         "1",
         "e-folds that the first kick gained until the first stick",
         |s| s.e_folds_gained,
-    ),
+    )
+    .about(QuantitySubject::Growth)
+    .listed(ListedIn::All),
     count(
         "noise_determined",
         "1 if the stick-slip is amplified rounding, else 0",
-        |s| watched(s, f64::from(u8::from(s.noise_determined))),
-    ),
+        |s| Some(f64::from(u8::from(s.noise_determined))),
+    )
+    .about(QuantitySubject::Amplification)
+    .computed()
+    .listed(ListedIn::OfGrowth),
     count("kicks_never_given", "kicks that the run did not come to", |s| {
         Some(s.kicks_never_given as f64)
-    }),
+    })
+    .computed(),
     number("energy_residual", "J", "largest residual of the energy balance", |s| {
         Some(s.energy_residual)
-    }),
+    })
+    .computed()
+    .listed(ListedIn::All),
     count("steps", "steps of all solvers", |s| {
         Some(s.work.iter().map(|w| w.steps as f64).sum())
-    }),
+    })
+    .computed(),
     count("rhs_evaluations", "right-hand sides of all solvers", |s| {
         Some(s.work.iter().map(|w| w.rhs_evaluations as f64).sum())
-    }),
+    })
+    .computed(),
     count("jacobian_evaluations", "Jacobians of all solvers", |s| {
         Some(s.work.iter().map(|w| w.jacobian_evaluations as f64).sum())
-    }),
+    })
+    .computed(),
     Quantity {
         flags: &MOTIONS,
         ..count("motion", "what the motion comes to by the end of the run", motion)
@@ -237,66 +308,175 @@ pub const QUANTITIES: [Quantity; 40] = [
         "s",
         "period of the motion that the run has come to, NaN where it does not repeat itself",
         |s| attractor(s, |a| a.period),
-    ),
+    )
+    .listed(ListedIn::OfAttractors),
     count("attractor_sticks", "sticks in a period of that motion", |s| {
         attractor(s, |a| a.sticks as f64)
-    }),
+    })
+    .listed(ListedIn::OfAttractors),
     number(
         "attractor_agreement",
         "1",
         "relative difference of its last two cycles",
         |s| attractor(s, |a| a.agreement),
-    ),
+    )
+    .computed()
+    .listed(ListedIn::OfAttractors),
     number(
         "attractor_distance",
         "1",
         "relative distance of the last cycle from the periodic motion",
         |s| attractor(s, |a| a.distance),
-    ),
+    )
+    .computed()
+    .listed(ListedIn::OfAttractors),
     number(
         "attractor_since",
         "s",
         "when two successive cycles had come to agree",
         |s| attractor(s, |a| a.since),
-    ),
+    )
+    .computed()
+    .listed(ListedIn::OfAttractors),
     number(
         "attractor_amplitude",
         "rad",
         "half of the range of the position over a period",
         |s| extremes(s, |e| e.amplitude),
-    ),
+    )
+    .listed(ListedIn::OfAttractors),
     number("attractor_position_min", "rad", "least position over a period", |s| {
         extremes(s, |e| Some(e.position.0))
-    }),
+    })
+    .listed(ListedIn::OfAttractors),
     number("attractor_position_max", "rad", "largest position over a period", |s| {
         extremes(s, |e| Some(e.position.1))
-    }),
+    })
+    .listed(ListedIn::OfAttractors),
     number(
         "attractor_relative_velocity_min",
         "rad s-1",
         "least relative velocity omega_r over a period",
         |s| extremes(s, |e| Some(e.relative_velocity.0)),
-    ),
+    )
+    .listed(ListedIn::OfAttractors),
     number(
         "attractor_relative_velocity_max",
         "rad s-1",
         "largest relative velocity omega_r over a period",
         |s| extremes(s, |e| Some(e.relative_velocity.1)),
-    ),
+    )
+    .listed(ListedIn::OfAttractors),
     number(
         "stick_threshold",
         "rad s-1",
         "speed below which a contact without stick counts as stuck; NaN of one that sticks",
         |s| s.stick_threshold,
-    ),
+    )
+    .computed()
+    .listed(ListedIn::OfAttractors),
     number(
         "last_event_time",
         "s",
         "time of the last stick, slip, reversal, separation or contact",
         |s| s.last_event_time,
     ),
-    number("end_time", "s", "time at which the run ends", |s| Some(s.end)),
+    number("end_time", "s", "time at which the run ends", |s| Some(s.end)).computed(),
+    number(
+        "dissipated_energy",
+        "J",
+        "energy that friction has turned into heat by the end of the run",
+        |s| s.dissipated_energy,
+    )
+    .listed(ListedIn::All),
 ];
+
+/// Quantities of result files that are no columns of a sweep.
+const OF_FILES: [Quantity; 6] = [
+    number(
+        TURNOVER,
+        "J",
+        "energy turned over: the largest of kinetic + elastic + dissipated energy, and of the work",
+        |s| Some(s.energy_turnover),
+    )
+    .listed(ListedIn::All),
+    number(
+        "kick_above_noise",
+        "1",
+        "by how many e-folds the kick stands above rounding at the first stick; negative: it has died out",
+        |s| s.kick_above_noise,
+    )
+    .listed(ListedIn::OfGrowth),
+    number(
+        "attractor_forcing_periods",
+        "1",
+        "periods of the forcing in a period, where these are its sections",
+        |s| {
+            s.attractor()
+                .and_then(|a| a.forcing_periods)
+                .map(|periods| periods as f64)
+        },
+    )
+    .listed(ListedIn::OfAttractors),
+    number(
+        "steady_sliding",
+        "1",
+        "1 if the contact slides at the end while all states are constant; else 0",
+        |s| {
+            let is_steady = matches!(s.outcome, Some(Outcome::Steady { constant: true, .. }));
+            Some(f64::from(u8::from(is_steady)))
+        },
+    )
+    .listed(ListedIn::OfAttractors),
+    number(
+        "lyapunov_exponent",
+        "s-1",
+        "largest Lyapunov exponent of a motion without a period, NaN where it was not computed",
+        |s| s.exponent.map(|e| e.value),
+    )
+    .listed(ListedIn::OfAttractors),
+    number(
+        "lyapunov_uncertainty",
+        "s-1",
+        "standard error of lyapunov_exponent",
+        |s| s.exponent.map(|e| e.uncertainty),
+    )
+    .listed(ListedIn::OfAttractors),
+];
+
+/// Attribute of /stick_slip with the energy turned over.
+pub(super) const TURNOVER: &str = "energy_turnover";
+
+/// Name of `energy_residual` among the attributes of /stick_slip.
+pub(super) const RESIDUAL: &str = "energy_residual_max";
+
+/// Attributes of /stick_slip of a run; `growth`: those of sliding that may lose its stability.
+pub(super) fn table(summary: &Summary, motion: Motion, growth: bool) -> StickSlipTable {
+    let listed = |one: &&Quantity| match one.files {
+        ListedIn::None => false,
+        ListedIn::All => true,
+        ListedIn::OfGrowth => growth || summary.growth_exponent.is_some(),
+        ListedIn::OfAttractors => !growth || summary.attractor().is_some(),
+    };
+    let attribute = |one: &Quantity| Extra {
+        name: if one.name == "energy_residual" {
+            RESIDUAL
+        } else {
+            one.name
+        }
+        .to_owned(),
+        unit: one.unit(motion).to_owned(),
+        description: one.description.to_owned(),
+        value: (one.get)(summary).unwrap_or(f64::NAN),
+        // Other counts may be missing, and are doubles with NaN.
+        whole: one.count && one.files == ListedIn::All,
+    };
+    let all = QUANTITIES.iter().chain(&OF_FILES);
+    StickSlipTable {
+        cycles: Vec::new(),
+        attributes: all.filter(listed).map(attribute).collect(),
+    }
+}
 
 /// Index of a quantity in [`QUANTITIES`].
 pub fn quantity_index(name: &str) -> Option<usize> {
@@ -324,74 +504,4 @@ pub(crate) fn asked_for(
             Err(format!("a run has no quantity \"{}\"{purpose}; {hint}", shown(name)))
         }
     }
-}
-
-/// Duration of a lasting final stick, relative to the longest earlier one.
-const LASTING_STICK: f64 = 2.0;
-
-/// Whether a longer run might determine the motion. A stop: no lasting stick yet. Another motion without a period: the
-/// contact still changes in the second half, or the final stick, too short, may belong to a cycle.
-pub(super) fn is_open(values: &QuantityValues) -> bool {
-    let value = |name: &str| quantity_index(name).map_or(f64::NAN, |place| values[place]);
-    if !value("natural_period").is_nan() {
-        return value("final_stick_time").is_nan();
-    }
-    match value("motion") {
-        // False if no stick has ended.
-        STUCK => value("end_time") - value("final_stick_time") < LASTING_STICK * value("longest_stick_duration"),
-        motion => motion == NOT_PERIODIC && value("last_event_time") > 0.5 * value("end_time"),
-    }
-}
-
-/// One value for each of the quantities of a study; NaN where the run has none.
-pub type QuantityValues = Vec<f64>;
-
-/// Event of a run in a sweep file.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct EventRow {
-    /// Time, s.
-    pub time: f64,
-    /// Kind of the event.
-    pub kind: EventKind,
-    /// Code of the mode after the event.
-    pub mode_after: i8,
-    /// Relative velocity omega_r before the event, rad/s.
-    pub relative_velocity: f64,
-    /// Internal force T_f / r just before the event, N.
-    pub internal_force: f64,
-}
-
-impl From<&Event> for EventRow {
-    fn from(event: &Event) -> Self {
-        EventRow {
-            time: event.time,
-            kind: event.kind,
-            mode_after: event.mode_after.code(),
-            relative_velocity: event.before.relative_velocity,
-            internal_force: event.internal_force,
-        }
-    }
-}
-
-/// Outcome of a point.
-#[derive(Debug, Clone, PartialEq)]
-pub struct PointOutcome {
-    /// Number of the point in its study.
-    pub number: u64,
-    /// Summary, or reason of a failure.
-    pub result: Result<QuantityValues, String>,
-    /// Events in order of time; empty unless the study keeps them.
-    pub events: Vec<EventRow>,
-}
-
-impl PointOutcome {
-    /// Value of a quantity by its index; NaN if missing.
-    pub fn value(&self, index: usize) -> f64 {
-        self.result.as_ref().map_or(f64::NAN, |values| values[index])
-    }
-}
-
-pub(super) fn values(summary: &Summary) -> QuantityValues {
-    let values = QUANTITIES.iter().map(|quantity| (quantity.get)(summary));
-    values.map(|value| value.unwrap_or(f64::NAN)).collect()
 }
