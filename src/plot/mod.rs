@@ -14,7 +14,7 @@
 //! | `branches` | figures and page of a continuation |
 //! | `draw`, `ink`, `drawing` | layout, lines and marks, and the resulting drawing |
 //! | `svg`, `raster`, `pdf` | a drawing as SVG, PNG and PDF |
-//! | `page`, `html` | the interactive page of a run |
+//! | `html`, `page`, `points` | interactive pages: their form, that of a run, that of a study or a continuation |
 //! | `target`, `signature`, `error` | destinations, signatures and errors |
 
 pub mod branches;
@@ -30,7 +30,7 @@ pub mod entry;
 pub mod error;
 pub mod figure;
 pub mod font;
-mod html;
+pub(crate) mod html;
 mod ink;
 pub mod labels;
 mod law;
@@ -40,6 +40,7 @@ pub mod onset;
 pub mod own;
 pub mod page;
 mod pdf;
+mod points;
 pub mod portraits;
 mod raster;
 pub mod run;
@@ -58,5 +59,6 @@ pub use draw::draw;
 pub use drawing::{Drawing, Element, Form, Text};
 pub use error::PlotError;
 pub use figure::{Axis, Curve, CurveStyle, Figure, Panel, Shape};
+pub use points::PointsPage;
 pub use run::Run;
 pub use style::Layout;

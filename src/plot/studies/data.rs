@@ -3,8 +3,6 @@
 use crate::plot::PlotError;
 use crate::plot::error::hint;
 use crate::plot::figure::{Axis, Cell, extent};
-use crate::plot::html::as_doubles;
-use serde::Serialize;
 use std::path::{Path, PathBuf};
 use stickslip_files::schema::{META_POINT_COMMAND, META_SHOW, group};
 use stickslip_files::{Reason, SweepFile};
@@ -80,7 +78,7 @@ pub(in crate::plot) fn short(name: &str) -> &str {
 }
 
 /// A varied parameter of a study.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct StudyAxis {
     /// Name of its variable.
     pub name: String,
@@ -95,10 +93,8 @@ pub struct StudyAxis {
     /// Whether the values are evenly spaced in the logarithm.
     pub logarithmic: bool,
     /// Levels of a grid in the order of the file.
-    #[serde(skip)]
     pub levels: Vec<f64>,
     /// Value of each point.
-    #[serde(serialize_with = "as_doubles")]
     pub values: Vec<f64>,
 }
 
@@ -154,7 +150,7 @@ impl StudyAxis {
 }
 
 /// A quantity known for each run.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct StudyQuantity {
     /// Name of its variable.
     pub name: String,
@@ -167,7 +163,6 @@ pub struct StudyQuantity {
     /// Whether the values are whole numbers.
     pub whole: bool,
     /// Value of each point; NaN: none.
-    #[serde(serialize_with = "as_doubles")]
     pub values: Vec<f64>,
 }
 
