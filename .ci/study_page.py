@@ -78,7 +78,7 @@ def check_study(browser, program, path):
     check(f"{name}: the points of the plane are there", shown == inside.sum(), f"({shown}, {inside.sum()})")
     rng = np.random.default_rng(1)
     document = json.loads(browser.find_element(By.ID, "page-data").get_attribute("textContent"))
-    logarithmic = {axis["name"]: axis["logarithmic"] for axis in document["columns"] if axis["axis"]}
+    logarithmic = {axis["name"]: axis["logarithmic"] for axis in document["columns"] if axis["role"] == "axis"}
     varying = [axis for axis in axes if len(set(axes[axis])) > 1][:2]
     canvas = browser.find_element(By.ID, "map")
     failures = [point for point in np.flatnonzero(inside & (file["status"][...].ravel() == 1))][:1]

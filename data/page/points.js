@@ -3,19 +3,20 @@
 const { columns, scale, lines, marks, overlays } = page;
 for (const column of columns) {
   for (const part of ["low", "high", "imaginary"]) if (column[part]) column[part] = doubles(column[part]);
+  column.axis = column.role === "axis";
   column.levels = column.axis ? Float64Array.from(new Set(column.low)).filter(Number.isFinite).sort() : [];
   column.title = column.symbol ? `${column.label} ${column.symbol}` : column.label;
 }
 const status = page.status ? codes(page.status) : new Int8Array(page.count), which = page.which ? codes(page.which) : new Int8Array(page.count);
 const failures = new Map(page.failures), COMPLETE = 0, FAILED = 1;
 const axes = columns.filter(({ axis }) => axis), varying = axes.filter(({ levels }) => levels.length > 1);
-const values = columns.filter(({ axis, drawn }) => drawn && !axis);
+const values = columns.filter(({ role }) => role === "value");
 const xs = varying.length ? varying : axes.slice(0, 1);
 const ys = [...columns.filter(({ name }) => varying.length > 1 && varying.some(axis => axis.name === name) || overlays.some(({ y }) => y === name)), ...values];
 
 // What is chosen.
 const [x, y, colour] = page.first.map(index => (index === null ? null : columns[index]));
-const view = { x, y, colour, held: new Map(), log: false, point: -1, dots: false };
+const view = { x, y, colour, held: new Map(), log: false, point: -1, dots: false, window: null };
 // The points in view, the places that the pointer finds, and the frame.
 let shown = [], places = [], plot = null, sides = null, range = null;
 
@@ -73,6 +74,7 @@ function draw() {
   const own = column => shown.flatMap(point => (column.high ? [column.low[point], column.high[point]] : [column.low[point]])).filter(Number.isFinite);
   const ofOverlays = k => inPlane().flatMap(({ curves }) => curves.flatMap(({ pieces }) => pieces.flat().map(place => place[k])));
   sides = { x: sideOf(view.x, [...own(view.x), ...ofOverlays(0)]), y: sideOf(view.y, [...own(view.y), ...ofOverlays(1)]) };
+  for (const k of view.window ? ["x", "y"] : []) [sides[k].low, sides[k].high] = view.window[k];
   range = view.colour && extent(own(view.colour));
   const hasBar = view.colour && !view.colour.words.length && range[1] >= range[0];
   context.save();
@@ -167,7 +169,7 @@ function drawLines(context, toX, toY) {
   }
 }
 
-const markOf = point => (marks ? marks.kinds[columns[marks.column].low[point]] : undefined);
+const [marked, kinds] = marks || [0, []], markOf = point => kinds[columns[marked].low[point]];
 
 function drawOverlay(context, curves, labels, toX, toY) {
   for (const curve of curves) {
@@ -223,9 +225,9 @@ function showKey() {
   if (shown.some(point => status[point] === FAILED)) box(`${crossed}, ${crossed.replace("top", "bottom")}`, "failed");
   if (shown.some(point => status[point] > FAILED)) box(crossed, "not run");
   if (shown.some(point => Number.isFinite(view.y.low[point]))) lines.forEach(line);
-  for (const [kind, one] of marks ? Object.entries(marks.kinds) : []) {
-    if (columns[marks.column].low.includes(Number(kind)) && values.includes(view.y)) entries.push(keyEntry(markElement(one), one.name));
-  }
+  kinds.forEach((one, kind) => {
+    if (columns[marked].low.includes(kind) && values.includes(view.y)) entries.push(keyEntry(markElement(one), one.name));
+  });
   for (const curve of inPlane().flatMap(({ curves }) => curves)) {
     if (curve.style in DASHES) line(curve);
     else entries.push(keyEntry(markElement({ colour: curve.color, path: "M-5 0A5 5 0 1 0 5 0A5 5 0 1 0-5 0Z", filled: curve.style === "points" }), curve.label));
@@ -251,6 +253,7 @@ function choose(role, column) {
   if (role === "y" && column === view.x) view.x = view.y.axis ? view.y : xs.find(axis => axis !== column);
   view[role] = column;
   if (role === "colour") ownScale();
+  else view.window = null;
   refresh();
 }
 
@@ -325,7 +328,7 @@ function hover(place) {
     const { point } = place, own = [view.y, view.colour].filter(column => column && !column.axis);
     if (page.groups.length) parts.push(titleOf(point));
     parts.push(...axes.filter(axis => Number.isFinite(axis.low[point])).map(axis => `${axis.label} = ${valueOf(axis, point)}`));
-    parts.push(...columns.filter(column => column.brief && !Number.isNaN(column.low[point])).map(column => valueOf(column, point)));
+    parts.push(...columns.filter(column => column.role === "brief" && !Number.isNaN(column.low[point])).map(column => valueOf(column, point)));
     parts.push(...new Set(own.map(column => `${column.label}: ${valueOf(column, point)}`)));
   }
   byId("readout").textContent = parts.join("; ");
@@ -338,14 +341,17 @@ const inToml = word => (word === "true" || word === "false" ? word : JSON.string
 function commandOf(point) {
   const command = page.commands[which[point]];
   if (!command) return null;
-  const of = value => {
-    if (value === "point") return String(point - (page.groups[groupOf(point)] || 0));
-    if (value === "group") return String(groupOf(point));
-    const { words, low } = columns[value];
-    return words.length ? inToml(words.find(([code]) => code === low[point])[1]) : String(low[point]);
+  const of = (_, key) => {
+    if (key === "point") return String(point - (page.groups[groupOf(point)] || 0));
+    if (key === "group") return String(groupOf(point));
+    const { words, low } = columns[key], word = words.find(([code]) => code === low[point]);
+    return word ? inToml(word[1]) : String(low[point]);
   };
-  const words = command.words.filter(({ only }) => !only || only[1].includes(columns[only[0]].low[point]));
-  return [command.start, ...words.map(({ option, before, value, after }) => `${option} ${inShell(before + (value === null ? "" : of(value)) + after)}`)].join(" ");
+  const options = command.options.filter(([, only]) => !only || only[1].includes(columns[only[0]].low[point])).map(([text]) => {
+    const [option, ...argument] = text.split(" ");
+    return `${option} ${inShell(argument.join(" ").replace(/\{(\d+|point|group)\}/g, of))}`;
+  });
+  return [command.start, ...options].join(" ");
 }
 
 function select(point) {
@@ -361,7 +367,7 @@ function select(point) {
   const message = status[point] === FAILED ? failures.get(point) || "This run failed." : "";
   byId("failure").hidden = !message;
   byId("failure").textContent = message;
-  const told = columns.filter(column => (column.axis || status[point] === COMPLETE) && (column.drawn && page.status || !Number.isNaN(column.low[point])));
+  const told = columns.filter(column => (column.axis || status[point] === COMPLETE) && (column.role === "value" && page.status || !Number.isNaN(column.low[point])));
   const table = tableOf(null, told.map(column => [column.label, valueOf(column, point, 17)]), 1);
   table.querySelectorAll("tr").forEach((line, k) => (line.title = told[k].about));
   byId("values").replaceChildren(table);
@@ -388,6 +394,23 @@ canvas.addEventListener("pointerleave", () => hover(view.point < 0 ? null : { po
 canvas.addEventListener("click", event => {
   const place = at(event);
   if (place && !place.curve) select(place.point);
+});
+
+// The wheel zooms where the pointer is, as in the figure of a run.
+canvas.addEventListener("wheel", event => {
+  if (!event.ctrlKey && !event.metaKey && document.activeElement !== canvas) return;
+  event.preventDefault();
+  const box = canvas.getBoundingClientRect(), factor = 1.0018 ** event.deltaY;
+  const zoomed = ({ low, high }, share) => [low, high].map(end => end * factor + (low + share * (high - low)) * (1 - factor));
+  view.window = {
+    x: zoomed(sides.x, (event.clientX - box.left - plot.left) / (plot.right - plot.left)),
+    y: zoomed(sides.y, (plot.bottom - event.clientY + box.top) / (plot.bottom - plot.top)),
+  };
+  draw();
+}, { passive: false });
+canvas.addEventListener("dblclick", () => {
+  view.window = null;
+  draw();
 });
 
 // The next point along a branch, or the first one of another branch.
@@ -419,7 +442,7 @@ canvas.addEventListener("keydown", event => {
   else select((page.groups.length ? alongGroups : towards)(view.point, way));
 });
 canvas.setAttribute("aria-label", `The points of the file. ${page.hint}`);
-byId("hint").textContent = page.hint;
+byId("hint").textContent = `${page.hint} Ctrl (or ⌘) and wheel: zoom; after a click on the figure the wheel alone. Double click: everything.`;
 ownScale();
 refresh();
 showTheme();

@@ -10,15 +10,25 @@ pub(super) const SIZE_LIMIT: usize = 8_000_000;
 /// Base64 letters of a double.
 pub(super) const LETTERS: usize = 11;
 
-/// Least and largest number of digits of a computed value.
-const DIGITS: (usize, usize) = (4, 15);
-
 /// Digits of values whose tolerance is unknown.
 pub(super) const USUAL_DIGITS: usize = 9;
 
+/// What a column is for: a parameter, which is exact; a quantity to draw; a text, which the pointer reads or only the
+/// list has.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize)]
+#[serde(rename_all = "lowercase")]
+pub(super) enum ColumnRole {
+    Axis,
+    Value,
+    Brief,
+    #[default]
+    Text,
+}
+
 /// A column: a value of each point; NaN: none.
-#[derive(Serialize)]
+#[derive(Default, Serialize)]
 pub(super) struct PointColumn {
+    pub(super) role: ColumnRole,
     pub(super) name: String,
     pub(super) label: String,
     pub(super) symbol: String,
@@ -28,126 +38,71 @@ pub(super) struct PointColumn {
     /// Codes and their meanings, if the values are codes.
     pub(super) words: Vec<(i64, String)>,
     pub(super) logarithmic: bool,
-    /// Whether it is a parameter of the study.
-    pub(super) axis: bool,
-    /// Whether it can be drawn, not only listed.
-    pub(super) drawn: bool,
-    /// Whether the pointer reads it as well.
-    pub(super) brief: bool,
     /// Significant digits; `None`: exact.
     pub(super) digits: Option<usize>,
     /// Value of each point, or the lower one of two.
     pub(super) low: Doubles,
     pub(super) high: Option<Doubles>,
-    /// Imaginary part.
     pub(super) imaginary: Option<Doubles>,
 }
 
 impl PointColumn {
-    /// A column to be listed, with the words of an axis.
-    pub(super) fn new(name: &str, axis: &Axis, about: &str, low: Doubles) -> PointColumn {
+    pub(super) fn new(role: ColumnRole, name: &str, axis: Axis, about: &str, low: Doubles) -> PointColumn {
         PointColumn {
+            role,
             name: name.to_owned(),
-            label: axis.name.clone(),
-            symbol: axis.symbol.clone(),
-            units: axis.unit.clone(),
+            label: axis.name,
+            symbol: axis.symbol,
+            units: axis.unit,
             about: about.to_owned(),
-            words: Vec::new(),
-            logarithmic: false,
-            axis: false,
-            drawn: false,
-            brief: false,
-            digits: Some(USUAL_DIGITS),
+            digits: (role != ColumnRole::Axis).then_some(USUAL_DIGITS),
             low,
-            high: None,
-            imaginary: None,
+            ..PointColumn::default()
         }
     }
 }
 
-/// A line through points.
+/// A line through points, piece by piece. `once`: of two values of a point only the lower one is drawn.
 #[derive(Serialize)]
 pub(super) struct PointLine {
     pub(super) label: String,
     pub(super) color: String,
     pub(super) style: &'static str,
-    /// Numbers of its points, piece by piece.
     pub(super) pieces: Vec<Vec<usize>>,
-    /// Whether only the lower of two values is drawn.
     pub(super) once: bool,
 }
 
-/// Marks of special points by the code of a column.
-#[derive(Serialize)]
-pub(super) struct PointMarks {
-    pub(super) column: usize,
-    pub(super) kinds: Vec<PointMark>,
-}
-
+/// The mark of a kind of special point. `path`: outline in SVG's syntax, within some 6 pixels around (0, 0).
 #[derive(Serialize)]
 pub(super) struct PointMark {
     pub(super) name: &'static str,
     pub(super) colour: String,
-    /// Outline in SVG's syntax, within some 6 pixels around (0, 0).
     pub(super) path: String,
     pub(super) filled: bool,
 }
 
-/// Curves in the plane of two columns.
+/// Curves and words in the plane of two columns, `x` and `y` by name.
 #[derive(Serialize)]
 pub(super) struct Overlay {
-    /// Name of the horizontal column.
     pub(super) x: String,
     pub(super) y: String,
     pub(super) curves: Vec<Curve>,
     pub(super) labels: Vec<((f64, f64), String)>,
 }
 
-/// A command that computes points.
+/// A column, and some of its codes.
+type ColumnCodes = (usize, Vec<usize>);
+
+/// A command that computes points. After `start`, each option with its argument, in which {3} stands for the value in
+/// column 3, {point} and {group} for the numbers of point and group; with a column and codes, the option is for these.
 #[derive(Serialize)]
 pub(super) struct PointCommand {
     pub(super) start: String,
-    pub(super) words: Vec<CommandWord>,
+    pub(super) options: Vec<(String, Option<ColumnCodes>)>,
     pub(super) hint: &'static str,
 }
 
-/// An option with its argument: a text before a value, the value, a text after it.
-#[derive(Serialize)]
-pub(super) struct CommandWord {
-    pub(super) option: &'static str,
-    pub(super) before: String,
-    pub(super) value: Option<WordValue>,
-    pub(super) after: &'static str,
-    /// A column, and those of its codes with which the option stands.
-    pub(super) only: Option<(usize, Vec<usize>)>,
-}
-
-/// A value in a command.
-#[derive(Serialize)]
-#[serde(rename_all = "lowercase")]
-pub(super) enum WordValue {
-    /// Number of the point, or of the point in its group.
-    Point,
-    /// Number of the group.
-    Group,
-    /// Value of this column.
-    #[serde(untagged)]
-    Column(usize),
-}
-
-impl CommandWord {
-    pub(super) fn new(option: &'static str, before: impl Into<String>, value: Option<WordValue>) -> CommandWord {
-        CommandWord {
-            option,
-            before: before.into(),
-            value,
-            after: "",
-            only: None,
-        }
-    }
-}
-
-#[derive(Serialize)]
+#[derive(Default, Serialize)]
 pub(super) struct PointsContent<'a> {
     pub(super) count: usize,
     pub(super) columns: Vec<PointColumn>,
@@ -162,7 +117,8 @@ pub(super) struct PointsContent<'a> {
     /// Number and message of each failed point.
     pub(super) failures: &'a [(u64, String)],
     pub(super) lines: Vec<PointLine>,
-    pub(super) marks: Option<PointMarks>,
+    /// A column, and the marks of its codes.
+    pub(super) marks: Option<(usize, Vec<PointMark>)>,
     /// Number of the first point of each group.
     pub(super) groups: Vec<usize>,
     pub(super) overlays: Vec<Overlay>,
@@ -170,11 +126,6 @@ pub(super) struct PointsContent<'a> {
     /// Command of each point; -1: none. `None`: the first.
     pub(super) which: Option<Codes>,
     pub(super) hint: &'static str,
-}
-
-/// The digits that a relative tolerance leaves.
-pub(super) fn digits_of(rtol: f64) -> usize {
-    (-rtol.log10()).ceil().clamp(DIGITS.0 as f64, DIGITS.1 as f64) as usize
 }
 
 /// Size of the written page of a study or a continuation.

@@ -196,7 +196,7 @@ fn cli_the_page_of_branches_has_the_points_and_their_commands() {
     assert_eq!(columns[0]["name"], "rotor_speed");
     assert_eq!(doubles(&columns[0]["low"]), values);
     let specials: Vec<Option<Special>> = points.iter().map(|point| point.special).collect();
-    let column = &columns[data["marks"]["column"].as_u64().unwrap() as usize];
+    let column = &columns[data["marks"][0].as_u64().unwrap() as usize];
     let special = |code: &f64| (!code.is_nan()).then(|| Special::ALL[*code as usize]);
     assert_eq!(
         doubles(&column["low"]).iter().map(special).collect::<Vec<_>>(),
@@ -238,7 +238,7 @@ fn cli_the_page_of_branches_has_the_points_and_their_commands() {
     // As the page puts it together.
     let command = &data["commands"][1];
     assert_eq!(codes(&data["which"])[0], 1);
-    assert_eq!(command["words"][0]["before"], "rotor.speed=");
+    assert_eq!(command["options"][0][0], "--set rotor.speed={0}");
     let modes = command["start"].as_str().unwrap().strip_prefix("stickslip ").unwrap();
     let speed = values[0];
     let said = folder.json(&format!("{modes} --set rotor.speed={speed:?}"));

@@ -223,23 +223,27 @@ fn cli_the_command_of_a_point_runs_it() {
     );
     for point in [0, 9, 22, counts.len() - 1] {
         let mut whole = command.to_owned();
-        for word in data["commands"][0]["words"].as_array().unwrap() {
-            let text = |key: &str| word[key].as_str().unwrap();
-            let Some(column) = word["value"].as_u64().map(|column| &data["columns"][column as usize]) else {
-                // The tolerance of each method of the axis; the name of the file is another one here.
-                if text("option") == "--set" {
-                    assert_eq!(word["only"], serde_json::json!([2, [0, 1]]), "{word}");
-                    whole += &format!(" --set {}", text("before"));
-                }
+        let options = data["commands"][0]["options"].as_array().unwrap();
+        // The last one names the file, which is another one here.
+        for option in &options[..options.len() - 1] {
+            let text = option[0].as_str().unwrap();
+            let Some((key, column)) = text.strip_suffix('}').and_then(|text| text.split_once('{')) else {
+                assert_eq!(
+                    option[1],
+                    serde_json::json!([2, [0, 1]]),
+                    "the tolerance of the methods of the axis"
+                );
+                whole += &format!(" {text}");
                 continue;
             };
+            let column = &data["columns"][column.parse::<usize>().unwrap()];
             let value = doubles(&column["low"])[point];
             let words = column["words"].as_array().unwrap();
             let value = match words.iter().find(|word| word[0] == value as i64) {
                 Some(word) => format!("\"{}\"", word[1].as_str().unwrap()),
                 None => value.to_string(),
             };
-            whole += &format!(" --set '{}{value}'", text("before"));
+            whole += &format!(" --set '{}{value}'", key.strip_prefix("--set ").unwrap());
         }
         whole += " -q --no-witness -o point.h5";
         let status = std::process::Command::new("sh")

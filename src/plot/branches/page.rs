@@ -8,8 +8,8 @@ use crate::plot::PlotError;
 use crate::plot::figure::{Axis, Shape};
 use crate::plot::html::{self, Doubles, PageDocument, counted, file_name};
 use crate::plot::points::{
-    CommandWord, LETTERS, Overlay, PointColumn, PointCommand, PointLine, PointMark, PointMarks, PointsContent,
-    PointsPage, SIZE_LIMIT, WordValue,
+    ColumnRole, LETTERS, Overlay, PointColumn, PointCommand, PointLine, PointMark, PointsContent, PointsPage,
+    SIZE_LIMIT,
 };
 use crate::plot::studies::data::drawn_axis;
 use crate::plot::style;
@@ -68,21 +68,15 @@ pub fn write(file: &Branches, quantities: &[String], path: &Path, force: bool) -
         content: PointsContent {
             count,
             first: [Some(0), first.and_then(place), None],
-            grid: false,
-            scale: Vec::new(),
-            status: None,
-            failures: &[],
             lines: drawn_lines(&stored.branches),
-            marks: place("special point").map(|column| PointMarks {
-                column,
-                kinds: Special::ALL.into_iter().map(marked).collect(),
-            }),
+            marks: place("special point").map(|column| (column, Special::ALL.into_iter().map(marked).collect())),
             groups: firsts(&stored.branches).collect(),
             overlays: overlay(file).into_iter().collect(),
             commands: commands(file),
             which: Some(points(file).map(|(branch, point)| which(file, branch, point)).collect()),
             hint: HINT,
             columns,
+            ..PointsContent::default()
         },
     };
     Ok(PointsPage {
@@ -115,68 +109,57 @@ fn columns(file: &Branches, chosen: &[&Quantity]) -> Vec<PointColumn> {
             .map(|(branch, point)| of(branch, point))
             .collect::<Doubles>()
     };
-    let parameter = |name: &str, unit: &str, about: &str, low: Doubles| PointColumn {
-        axis: true,
-        drawn: true,
-        digits: None,
-        ..PointColumn::new(name, &drawn_axis(name, unit, ""), about, low)
+    let parameter = |name: &str, unit: &str, about: &str, values: Doubles| {
+        PointColumn::new(ColumnRole::Axis, name, drawn_axis(name, unit, ""), about, values)
     };
     let (name, keys, unit) = &stored.number;
     let mut columns = vec![parameter(name, unit, &keys.join(", "), column(|_, point| point.value))];
     if let Some((name, unit)) = &stored.second {
         columns.push(parameter(name, unit, "", column(|_, _| f64::NAN)));
     }
-    let what = |branch: &Branch| match (branch.steady, branch.multiple) {
-        (true, _) => "steady sliding".to_owned(),
-        (_, Some(multiple)) => format!("cycle of {multiple} periods of the drives"),
-        _ => "cycle".to_owned(),
-    };
-    let sequence = |branch: &Branch, point: &BranchPoint| match (branch.steady, point.sequence.as_str()) {
-        (true, _) => None,
-        (_, "") => Some("none".to_owned()),
-        (_, sequence) => Some(sequence.to_owned()),
-    };
-    columns.push(in_words(file, "what", "", |branch, _| Some(what(branch))));
-    columns.push(PointColumn {
-        brief: true,
-        ..in_words(
-            file,
-            "stability",
-            "growth or decay of small disturbances",
-            |_, point| Some(point.stability.name().to_owned()),
-        )
-    });
+    columns.push(in_words(file, "what", ColumnRole::Text, |branch, _| {
+        match (branch.steady, branch.multiple) {
+            (true, _) => "steady sliding".to_owned(),
+            (_, Some(multiple)) => format!("cycle of {multiple} periods of the drives"),
+            _ => "cycle".to_owned(),
+        }
+    }));
+    columns.push(in_words(file, "stability", ColumnRole::Brief, |_, point| {
+        point.stability.name().to_owned()
+    }));
     let code = |_: &Branch, point: &BranchPoint| point.special.map_or(f64::NAN, |special| f64::from(special.code()));
-    let words = Special::ALL
-        .iter()
-        .map(|special| (i64::from(special.code()), special.words().to_owned()));
+    let (special, axis) = ("special point", Axis::new("special point", "1"));
     columns.push(PointColumn {
-        words: words.collect(),
-        brief: true,
-        ..PointColumn::new("special point", &Axis::new("special point", "1"), "", column(code))
+        words: Special::ALL
+            .map(|special| (special.code().into(), special.words().to_owned()))
+            .into(),
+        ..PointColumn::new(ColumnRole::Brief, special, axis, "", column(code))
     });
-    columns.push(in_words(file, "events of a period", "", sequence));
+    columns.push(in_words(
+        file,
+        "events of a period",
+        ColumnRole::Text,
+        |_, point| match point.sequence.as_str() {
+            "" => "none".to_owned(),
+            sequence => sequence.to_owned(),
+        },
+    ));
     columns.extend(chosen.iter().map(|quantity| PointColumn {
         label: quantity.words.to_owned(),
-        drawn: true,
         high: quantity.high.map(column),
         ..PointColumn::new(
+            ColumnRole::Value,
             quantity.name,
-            &quantity.axis(stored),
+            quantity.axis(stored),
             quantity.name,
             column(quantity.low),
         )
     }));
     columns.extend(spectrum(file));
-    columns.push(in_words(file, "this branch", "", |branch, _| {
-        let born = branch
-            .parent
-            .map_or_else(String::new, |parent| format!(", born on branch {}", parent.0));
-        Some(format!(
-            "{} points{born}; ends: {}",
-            branch.points.len(),
-            branch.end.words()
-        ))
+    columns.push(in_words(file, "this branch", ColumnRole::Text, |branch, _| {
+        let born = branch.parent.map(|parent| format!(", born on branch {}", parent.0));
+        let (points, end) = (branch.points.len(), branch.end.words());
+        format!("{points} points{}; ends: {end}", born.unwrap_or_default())
     }));
     columns
 }
@@ -185,11 +168,11 @@ fn columns(file: &Branches, chosen: &[&Quantity]) -> Vec<PointColumn> {
 fn in_words(
     file: &Branches,
     label: &str,
-    about: &str,
-    of: impl Fn(&Branch, &BranchPoint) -> Option<String>,
+    role: ColumnRole,
+    of: impl Fn(&Branch, &BranchPoint) -> String,
 ) -> PointColumn {
     let mut words: Vec<(i64, String)> = Vec::new();
-    let mut code = |text: String| {
+    let code = |text: String| {
         let known = words.iter().position(|word| word.1 == text);
         known.unwrap_or_else(|| {
             words.push((words.len() as i64, text));
@@ -198,11 +181,11 @@ fn in_words(
     };
     let codes = points(file)
         .map(|(branch, point)| of(branch, point))
-        .map(|text| text.map_or(f64::NAN, &mut code));
-    let low = codes.collect();
+        .map(code)
+        .collect();
     PointColumn {
         words,
-        ..PointColumn::new(label, &Axis::new(label, "1"), about, low)
+        ..PointColumn::new(role, label, Axis::new(label, "1"), "", codes)
     }
 }
 
@@ -220,7 +203,7 @@ fn spectrum(file: &Branches) -> Vec<PointColumn> {
             let label = format!("{name} {}", k + 1);
             columns.push(PointColumn {
                 imaginary: Some(part(|one| one.1)),
-                ..PointColumn::new(&label, &Axis::new(&label, unit), "", part(|one| one.0))
+                ..PointColumn::new(ColumnRole::Text, &label, Axis::new(&label, unit), "", part(|one| one.0))
             });
         }
     }
@@ -304,34 +287,28 @@ fn overlay(file: &Branches) -> Option<Overlay> {
     .filter(|overlay| !overlay.curves.is_empty())
 }
 
-const CYCLE: i8 = 0;
-const STEADY: i8 = 1;
-const NONE: i8 = -1;
-
 /// The command of a point. Cycles have no size where they are born: such a point is one of steady sliding.
 fn which(file: &Branches, branch: &Branch, point: &BranchPoint) -> i8 {
     match branch.steady || point.special == Some(Special::Hopf) {
-        false => CYCLE,
-        true if file.stored.modes_command.is_some() => STEADY,
-        true => NONE,
+        false => 0,
+        true if file.stored.modes_command.is_some() => 1,
+        true => -1,
     }
 }
 
 fn commands(file: &Branches) -> Vec<PointCommand> {
     let cycle = PointCommand {
         start: format!("stickslip cycle {}", in_shell(&file_name(file.path))),
-        words: vec![
-            CommandWord::new("--branch", "", Some(WordValue::Group)),
-            CommandWord::new("--point", "", Some(WordValue::Point)),
+        options: vec![
+            ("--branch {group}".to_owned(), None),
+            ("--point {point}".to_owned(), None),
         ],
         hint: "Finds the cycle from this point, and stores one period of it. Run the command in the folder of the file.",
     };
     let keys = file.stored.number.1.iter();
     let steady = file.stored.modes_command.as_ref().map(|start| PointCommand {
         start: start.clone(),
-        words: keys
-            .map(|key| CommandWord::new("--set", format!("{key}="), Some(WordValue::Column(0))))
-            .collect(),
+        options: keys.map(|key| (format!("--set {key}={{0}}"), None)).collect(),
         hint: "Describes steady sliding there. A case in a file is named as the study names it: run the command in the study's \
                folder.",
     });

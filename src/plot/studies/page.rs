@@ -2,11 +2,10 @@
 
 use super::data::{StudyAxis, StudyData, StudyQuantity, drawn_axis};
 use super::{plane, refused, region};
-use crate::plot::figure::hex;
+use crate::plot::figure::{Axis, hex};
 use crate::plot::html::{self, PageDocument, counted, file_name};
 use crate::plot::points::{
-    CommandWord, LETTERS, Overlay, PointColumn, PointCommand, PointsContent, PointsPage, SIZE_LIMIT, USUAL_DIGITS,
-    WordValue, digits_of,
+    ColumnRole, LETTERS, Overlay, PointColumn, PointCommand, PointsContent, PointsPage, SIZE_LIMIT, USUAL_DIGITS,
 };
 use crate::plot::target::{self, Product};
 use crate::plot::{PlotError, colors, critical};
@@ -62,12 +61,7 @@ pub fn write(file: &SweepFile, quantities: &[String], path: &Path, force: bool) 
         .position(|quantity| interest.first().is_some_and(|one| one.name == quantity.name));
     let (mut overlays, mut plane) = (Vec::new(), plane::first(&data));
     if let Some((x, y, panel)) = critical::panel(file)? {
-        plane = data
-            .axis(&x)
-            .ok()
-            .zip(data.axis(&y).ok())
-            .map(|(x, y)| [x, y])
-            .or(plane);
+        plane = Some([data.axis(&x)?, data.axis(&y)?]);
         let (curves, labels) = (panel.curves, panel.labels);
         overlays.push(Overlay { x, y, curves, labels });
     }
@@ -75,22 +69,25 @@ pub fn write(file: &SweepFile, quantities: &[String], path: &Path, force: bool) 
         let (region, residuals) = region::of_page(file, &data)?;
         overlays.extend(region);
         shown = residuals.map(|residuals| {
-            let axis = drawn_axis("largest_residual", "1", "");
+            let axis = Axis::new("largest residual", "1");
             let about = "largest residual of the held targets, in half-widths: they hold below 1";
-            columns.push(PointColumn {
-                drawn: true,
-                ..PointColumn::new("largest_residual", &axis, about, residuals.into_iter().collect())
-            });
+            let values = residuals.into_iter().collect();
+            columns.push(PointColumn::new(
+                ColumnRole::Value,
+                "largest_residual",
+                axis,
+                about,
+                values,
+            ));
             chosen.len()
         });
     }
     let shown = data.axes.len() + shown.unwrap_or(0);
-    let failed = data.status.iter().filter(|code| **code == 1.0).count();
-    let failed = if failed > 0 {
-        format!(", {failed} of them failed")
-    } else {
-        String::new()
+    let failed = match data.status.iter().filter(|code| **code == 1.0).count() {
+        0 => String::new(),
+        failed => format!(", {failed} of them failed"),
     };
+    let varying = data.axes.iter().position(StudyAxis::varies);
     let page = PageDocument {
         title: data.title.clone(),
         subtitle: format!(
@@ -105,10 +102,7 @@ pub fn write(file: &SweepFile, quantities: &[String], path: &Path, force: bool) 
             columns,
             first: match plane {
                 Some([x, y]) => [Some(x), Some(y), Some(shown)],
-                None => {
-                    let varying = data.axes.iter().position(StudyAxis::varies);
-                    [Some(varying.unwrap_or(0)), Some(shown), None]
-                }
+                None => [Some(varying.unwrap_or(0)), Some(shown), None],
             },
             grid: data.is_grid,
             scale: (0..COLORS)
@@ -116,13 +110,10 @@ pub fn write(file: &SweepFile, quantities: &[String], path: &Path, force: bool) 
                 .collect(),
             status: Some(data.status.iter().map(|code| *code as i8).collect()),
             failures: &data.failures[..data.failures.len().min(MESSAGES)],
-            lines: Vec::new(),
-            marks: None,
-            groups: Vec::new(),
             overlays,
             commands: command(&data).into_iter().collect(),
-            which: None,
             hint: HINT,
+            ..PointsContent::default()
         },
     };
     Ok(PointsPage {
@@ -135,33 +126,20 @@ pub fn write(file: &SweepFile, quantities: &[String], path: &Path, force: bool) 
 
 fn of_axis(axis: &StudyAxis) -> PointColumn {
     let drawn = drawn_axis(&axis.name, &axis.units, &axis.long_name);
-    let words = (0i64..).zip(axis.words.iter().cloned()).collect();
+    let values = axis.values.iter().copied().collect();
     PointColumn {
-        words,
+        words: (0i64..).zip(axis.words.iter().cloned()).collect(),
         logarithmic: axis.logarithmic,
-        axis: true,
-        drawn: true,
-        digits: None,
-        ..PointColumn::new(
-            &axis.name,
-            &drawn,
-            &axis.long_name,
-            axis.values.iter().copied().collect(),
-        )
+        ..PointColumn::new(ColumnRole::Axis, &axis.name, drawn, &axis.long_name, values)
     }
 }
 
 fn of_quantity(quantity: &StudyQuantity, digits: usize) -> PointColumn {
+    let (axis, values) = (quantity.axis(), quantity.values.iter().copied().collect());
     PointColumn {
         words: quantity.flags.clone(),
-        drawn: true,
         digits: Some(digits),
-        ..PointColumn::new(
-            &quantity.name,
-            &quantity.axis(),
-            &quantity.long_name,
-            quantity.values.iter().copied().collect(),
-        )
+        ..PointColumn::new(ColumnRole::Value, &quantity.name, axis, &quantity.long_name, values)
     }
 }
 
@@ -171,33 +149,29 @@ fn digits(file: &SweepFile, data: &StudyData) -> usize {
         let case = CaseSource::result(file.path(), file.case_text()?);
         Some(Case::read(&case, &[]).ok()?.solver.rtol)
     };
-    data.default_tolerance.or_else(of_case).map_or(USUAL_DIGITS, digits_of)
+    let rtol = data.default_tolerance.or_else(of_case);
+    rtol.map_or(USUAL_DIGITS, |rtol| (-rtol.log10()).ceil().clamp(4.0, 15.0) as usize)
 }
 
 /// The command that runs a point; `None` for files of earlier versions.
 fn command(data: &StudyData) -> Option<PointCommand> {
-    let mut words = Vec::new();
+    let mut options = Vec::new();
     for (k, axis) in data.axes.iter().enumerate() {
         for key in &axis.keys {
-            words.push(CommandWord::new("--set", format!("{key}="), Some(WordValue::Column(k))));
+            options.push((format!("--set {key}={{{k}}}"), None));
             if let Some(tolerance) = data.default_tolerance.filter(|_| key == "solver.method") {
                 let methods = axis.words.iter().enumerate();
                 let methods = methods.filter(|(_, word)| OF_TOLERANCE.contains(&word.as_str()));
-                words.push(CommandWord {
-                    only: Some((k, methods.map(|(code, _)| code).collect())),
-                    ..CommandWord::new("--set", format!("solver.rtol={tolerance:e}"), None)
-                });
+                let codes = methods.map(|(code, _)| code).collect();
+                options.push((format!("--set solver.rtol={tolerance:e}"), Some((k, codes))));
             }
         }
     }
     let stem = data.path.file_stem().unwrap_or_default().to_string_lossy();
-    words.push(CommandWord {
-        after: ".h5",
-        ..CommandWord::new("-o", format!("{stem}-"), Some(WordValue::Point))
-    });
+    options.push((format!("-o {stem}-{{point}}.h5"), None));
     Some(PointCommand {
         start: data.command.clone()?,
-        words,
+        options,
         hint: "Runs this point by itself. A case in a file is named as the study names it: run the command in the study's folder.",
     })
 }
