@@ -33,14 +33,14 @@ LEGENDS = {
     ("Twist", "rotor, θ − φ₂"): "rotor_twist",
     ("Twist", "stator, φ₁"): "phi1",
     ("Torque", "through the interface"): "friction_torque",
-    ("Torque", "T_f = (T_r + T_s)/2"): "transmitted_torque",
+    ("Torque", "Tf = (Tr + Ts)/2"): "transmitted_torque",
     ("Energy", "kinetic"): "energy_kinetic",
     ("Energy", "elastic"): "energy_elastic",
     ("Energy", "lost to friction"): "dissipated_friction",
     ("Energy", "lost to damping"): "dissipated_damping",
     ("Energy", "work of F"): "work_applied",
 }
-STICK, SLIP = [250, 232, 194], [255, 255, 255]
+STICK, SLIP = [250, 246, 191], [228, 243, 251]
 
 # 60 frames of a drag to and fro, each with a move of the pointer; milliseconds for each frame.
 PAN = """
@@ -73,7 +73,7 @@ look();
 # Texts that do not fit their box, and sections that overlap.
 LAYOUT = """
 const bad = [];
-for (const e of document.querySelectorAll('button, h1, h2, p, summary, label, option, output, .legend, .key, #headline, #provenance, #event-detail, #event-detail td')) {
+for (const e of document.querySelectorAll('button, h1, h2, p, summary, label, option, output, .legend, .key, #headline, #provenance, #events .row, #event-detail, #event-detail td')) {
   if (e.closest('[hidden]') || !e.getClientRects().length) continue;
   if (e.tagName !== 'SUMMARY' && e.closest('details:not([open])')) continue;
   if (e.clientWidth && e.scrollWidth > e.clientWidth + 1) bad.push('clipped: ' + (e.id || e.className || e.tagName) + ' ' + e.textContent.slice(0, 40));
@@ -218,14 +218,26 @@ class Page:
         return [entry["message"] for entry in self.browser.get_log("browser")]
 
 
+POWERS = str.maketrans("⁰¹²³⁴⁵⁶⁷⁸⁹⁻−", "0123456789--")
+
+
+def number(text):
+    """A number as a page writes it, such as 0.6, −2.7·10⁻¹² or 10⁻⁴."""
+    digits, power, exponent = re.fullmatch(r"([+−\d.]*?)·?(10)?([⁰¹²³⁴⁵⁶⁷⁸⁹⁻]*)", text).groups()
+    if not exponent:
+        return float((digits + (power or "")).translate(POWERS))
+    sign = "-" if digits.startswith("−") else ""
+    return float(f"{sign}{digits.lstrip('−') or 1}e{exponent.translate(POWERS)}")
+
+
 def quantity(text):
     """The number in a text such as `12.3456 µrad/s`, and half of its last digit."""
-    number, _, unit = text.replace("−", "-").partition(" ")
+    shown, _, unit = text.partition(" ")
     factor = PREFIXES[unit[0]] if len(unit) > 1 and unit[0] in PREFIXES and unit not in ("m", "m/s") else 1.0
-    mantissa = number.split("e")[0]
-    scale = 10.0 ** int(number.split("e")[1]) if "e" in number else 1.0
+    mantissa = shown.split("·")[0]
+    scale = number(shown) / number(mantissa) if "·" in shown else 1.0
     last = 10.0 ** -len(mantissa.partition(".")[2])
-    return float(number) * factor, 0.51 * last * scale * factor
+    return number(shown) * factor, 0.51 * last * scale * factor
 
 
 def opened(browser, path):
@@ -263,7 +275,12 @@ def check_frames(page, name, view):
 
 def check_zoom(page, file):
     end = file["trajectory/time"][-1]
-    check("the page begins with the whole run", page.view() == (0.0, end))
+    sticks = file["events/time"][:][file["events/kind"][:] == 0]
+    start, stop = page.view()
+    check("the page begins with the stick-slip", start < sticks[0] and sticks[-1] < stop and stop - start < 0.1)
+    check("the time axis is in sight", page.find("#chart canvas.axis").rect["y"] + 40 <= page.browser.execute_script("return innerHeight + scrollY"))
+    page.browser.execute_script("arguments[0].focus()", page.chart)
+    check("the whole run is one key away", page.keys(Keys.HOME) == (0.0, end))
     left, width = page.geometry()
     x, under = left + 0.25 * width, 0.25 * end
     start, stop = page.wheel(x, -400)
@@ -274,7 +291,6 @@ def check_zoom(page, file):
     check("the wheel zooms out", page.view() == (0.0, end))
 
     page.click("#stick-slip")
-    sticks = file["events/time"][:][file["events/kind"][:] == 0]
     start, stop = page.view()
     check("the view of stick-slip has the first and the last stick", start < sticks[0] and sticks[-1] < stop and stop - start < 0.1)
     page.move_to(page.panel(), 500).click_and_hold().move_by_offset(-120, 0).release().perform()
@@ -432,7 +448,7 @@ def check_readout(page):
         page.browser.set_window_size(width, 1000)
         time.sleep(0.3)
         page.click("#whole")
-        boxes = "return [document.documentElement.scrollHeight, ...[...document.querySelectorAll('#chart canvas')].map(e => e.offsetTop)].join()"
+        boxes = "return [document.documentElement.scrollHeight, ...[...document.querySelectorAll('#chart canvas:not(.axis)')].map(e => e.offsetTop)].join()"
         seen = set()
         for view in ("#whole", "#stick-slip"):
             page.click(view)
@@ -638,6 +654,7 @@ def main():
             path = pathlib.Path(sys.argv[3])
             page = opened(browser, path)
             check_opening(page, path.name)
+            page.click("#whole")
             check("the page of a long run has bands", "bands in view" in page.find("#view").text)
             check("and says so", "drawn as a band" in page.find("#notes").text)
             check(f"{path.name} is below 5 MB", path.stat().st_size < 5_000_000)

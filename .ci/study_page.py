@@ -25,10 +25,6 @@ from selenium.webdriver.support.ui import Select
 import page as common
 from page import check
 
-# Borders of the plot within the canvas, CSS pixels.
-LEFT, RIGHT, TOP, BOTTOM = 76, 96, 12, 46
-
-
 def place(values, point, cells, logarithmic):
     """Where a point is along an axis, as a share: in the middle of its cell, or between the ends with some room."""
     measured = np.log(values) if logarithmic else np.asarray(values, float)
@@ -72,7 +68,7 @@ def check_study(browser, program, path):
     browser.get(path.with_suffix(".html").resolve().as_uri())
     browser.find_element(By.ID, "map")
     check(f"{name}: the title", browser.find_element(By.ID, "title").text == text_of(file.attrs["title"]))
-    select = Select(browser.find_element(By.ID, "quantity"))
+    select = Select(browser.find_element(By.ID, "colour"))
     check(f"{name}: every quantity can be chosen", len(select.options) >= 20, f"({len(select.options)})")
     select.select_by_visible_text(next(o.text for o in select.options if o.text.startswith("stick count")))
     shown = int(browser.find_element(By.ID, "map").get_attribute("data-points"))
@@ -81,8 +77,8 @@ def check_study(browser, program, path):
     inside = np.all([axes[axis] == value for axis, value in held.items()] or [np.full(len(counts), True)], axis=0)
     check(f"{name}: the points of the plane are there", shown == inside.sum(), f"({shown}, {inside.sum()})")
     rng = np.random.default_rng(1)
-    document = json.loads(browser.find_element(By.ID, "study-data").get_attribute("textContent"))
-    logarithmic = {axis["name"]: axis["logarithmic"] for axis in document["axes"]}
+    document = json.loads(browser.find_element(By.ID, "page-data").get_attribute("textContent"))
+    logarithmic = {axis["name"]: axis["logarithmic"] for axis in document["columns"] if axis["role"] == "axis"}
     varying = [axis for axis in axes if len(set(axes[axis])) > 1][:2]
     canvas = browser.find_element(By.ID, "map")
     failures = [point for point in np.flatnonzero(inside & (file["status"][...].ravel() == 1))][:1]
@@ -91,9 +87,9 @@ def check_study(browser, program, path):
         shown = [axes[axis][inside] for axis in varying]
         index = int(np.flatnonzero(np.flatnonzero(inside) == point)[0])
         share = [place(shown[k], index, grid, logarithmic[axis]) for k, axis in enumerate(varying)]
-        size = canvas.size
-        x = LEFT + share[0] * (size["width"] - LEFT - RIGHT)
-        y = TOP + (1 - share[1]) * (size["height"] - TOP - BOTTOM)
+        size, frame = canvas.size, json.loads(canvas.get_attribute("data-frame"))
+        x = frame["left"] + share[0] * (frame["right"] - frame["left"])
+        y = frame["bottom"] - share[1] * (frame["bottom"] - frame["top"])
         move = ActionChains(browser).move_to_element_with_offset(
             canvas, round(x - size["width"] / 2), round(y - size["height"] / 2)
         )
@@ -104,9 +100,10 @@ def check_study(browser, program, path):
             move.click().perform()
             check(f"{name}: a click says why", "breakaway" in browser.find_element(By.ID, "failure").text)
             continue
-        numbers = [float(f"{axes[axis][point]:.9g}") for axis in varying]
-        read = [float(text) for text in re.findall(r"= ([^\s;]+)", readout)]
-        check(f"{name}: the pointer reads the place of point {point}", all(number in read for number in numbers), readout)
+        numbers = [axes[axis][point] for axis in varying]
+        read = [common.number(text) for text in re.findall(r"= ([^\s;]+)", readout)]
+        near = lambda number: any(np.isclose(number, one, rtol=1e-8, atol=0) for one in read)
+        check(f"{name}: the pointer reads the place of point {point}", all(map(near, numbers)), readout)
         check(f"{name}: and its sticks", readout.endswith(f"stick count: {counts[point]}"), readout)
         move.click().perform()
         command = browser.find_element(By.ID, "command").text
@@ -134,8 +131,11 @@ def check_study(browser, program, path):
     check(f"{name}: arrows move the choice", browser.find_element(By.ID, "point").text.startswith("Point"), before)
     errors = [entry for entry in browser.get_log("browser") if entry["level"] == "SEVERE"]
     check(f"{name}: no errors of the script", not errors, str(errors))
-    bad = browser.execute_script("return document.documentElement.scrollWidth > innerWidth")
-    check(f"{name}: the page is no wider than the window", not bad)
+    for width in (1400, 420):
+        browser.set_window_size(width, 1000)
+        bad = browser.execute_script("return document.documentElement.scrollWidth > innerWidth")
+        check(f"{name} at {width} pixels: the page is no wider than the window", not bad)
+    browser.set_window_size(1400, 1000)
 
 
 def main():

@@ -18,13 +18,14 @@ import page as common
 from page import Page, check, close, quantity
 
 # The axes of the pages; a page keeps its functions to itself.
-AXIS = (pathlib.Path(__file__).parent.parent / "src/plot/page/axis.js").read_text()
+AXIS = (pathlib.Path(__file__).parent.parent / "data/page/axis.js").read_text()
 # A legend that is no column of the file.
 LIMIT = "limit μ₀"
 
 
 def check_panels(page, file, name):
     """Every panel can be shown; what its legends say at a sample is a column of the file there."""
+    page.click("#whole")
     page.find("#panel-choice summary").click()
     for box in page.all("#panel-choice input"):
         if not box.is_selected():

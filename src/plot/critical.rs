@@ -2,9 +2,9 @@
 
 use super::error::PlotError;
 use super::figure::{Curve, CurveStyle, Figure, Panel, drawn, extent};
+use super::scale::superscript;
 use super::studies::data::{drawn_axis, levels, short};
 use super::style::{BLACK, GREY, PALETTE};
-use serde::Serialize;
 use stickslip_case::{Case, CaseSource};
 use stickslip_files::{Reason, ResultError, SweepFile};
 use stickslip_system::model::system::System;
@@ -15,7 +15,23 @@ use stickslip_system::model::system::System;
 /// The file contains no boundary, or is unreadable.
 pub fn figure(file: &SweepFile) -> Result<Figure, PlotError> {
     let none = || Reason::NoBoundary(file.path().to_owned()).of(file.path());
-    let Boundary { x, y, curves: traced } = boundary(file)?.ok_or_else(none)?;
+    let (x, y, panel) = panel(file)?.ok_or_else(none)?;
+    let is_the_papers = x == "friction_decay" && y == "torsion_damping";
+    let title = match file.text("boundary/criterion") {
+        Some(criterion) if !is_the_papers => format!("Where {criterion} ends"),
+        _ => "Critical curve: where stick-slip ends".to_owned(),
+    };
+    Ok(Figure {
+        paper_figure: (is_the_papers && of_the_papers_case(file)).then_some(25),
+        ..Figure::new("critical-curve", title, vec![panel])
+    })
+}
+
+/// The variables of both axes, and the panel; `None` for a file without boundaries.
+pub(super) fn panel(file: &SweepFile) -> Result<Option<(String, String, Panel)>, PlotError> {
+    let Some(Boundary { x, y, curves: traced }) = boundary(file)? else {
+        return Ok(None);
+    };
     let contours = lines(file, "growth_contours", "line", &x, &y)?;
     // A file contains one of these: the first if sliding slows down by itself.
     let stable = lines(file, "linear_limit", "line", &x, &y)?;
@@ -33,22 +49,13 @@ pub fn figure(file: &SweepFile) -> Result<Figure, PlotError> {
         let units = file.attribute(&format!("boundary/{name}"), "units");
         drawn_axis(name, units.as_deref().unwrap_or("1"), "").logarithmic(spacing(side))
     };
-    let is_the_papers = x == "friction_decay" && y == "torsion_damping";
-    let title = match file.text("boundary/criterion") {
-        Some(criterion) if !is_the_papers => format!("Where {criterion} ends"),
-        _ => "Critical curve: where stick-slip ends".to_owned(),
-    };
     let panel = Panel {
         labels,
         ..Panel::new(axis(&x, "x"), axis(&y, "y"), curves)
     };
-    Ok(Figure {
-        paper_figure: (is_the_papers && of_the_papers_case(file)).then_some(25),
-        ..Figure::new("critical-curve", title, vec![panel])
-    })
+    Ok(Some((x, y, panel)))
 }
 
-#[derive(Serialize)]
 pub(super) struct Boundary {
     /// Variable of the horizontal axis.
     pub x: String,
@@ -151,12 +158,17 @@ fn contour_labels(contours: &[CriticalLine], curves: &[Curve], by_powers: (bool,
     labels
 }
 
+/// A number, with a power of ten in typographic form below 10⁻³.
 fn written(value: f64) -> String {
-    let text = format!("{value:?}");
-    match text.split_once('e') {
-        Some(("1", power)) => format!("10^{power}"),
-        Some((digits, power)) => format!("{digits}·10^{power}"),
-        None => text,
+    if value == 0.0 || (1e-3..1e6).contains(&value.abs()) {
+        return value.to_string();
+    }
+    let text = format!("{value:e}");
+    let (digits, power) = text.split_once('e').unwrap_or((&text, "0"));
+    let power = format!("10{}", superscript(power.parse().unwrap_or(0)));
+    match digits {
+        "1" => power,
+        digits => format!("{digits}·{power}"),
     }
 }
 

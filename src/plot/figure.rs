@@ -112,10 +112,10 @@ pub struct Curve {
     /// Legend label; empty: none.
     pub label: String,
     /// Colour of line and markers.
-    #[serde(serialize_with = "as_hex")]
+    #[serde(serialize_with = "as_name")]
     pub color: RGBColor,
     /// Style.
-    #[serde(skip)]
+    #[serde(serialize_with = "in_a_word")]
     pub style: CurveStyle,
     /// Unbroken pieces of (x, y).
     pub pieces: Vec<Vec<(f64, f64)>>,
@@ -125,8 +125,12 @@ pub(super) fn hex(RGBColor(r, g, b): RGBColor) -> String {
     format!("#{r:02x}{g:02x}{b:02x}")
 }
 
-fn as_hex<S: Serializer>(color: &RGBColor, serializer: S) -> Result<S::Ok, S::Error> {
-    serializer.serialize_str(&hex(*color))
+fn as_name<S: Serializer>(color: &RGBColor, serializer: S) -> Result<S::Ok, S::Error> {
+    serializer.serialize_str(&super::style::name(*color))
+}
+
+fn in_a_word<S: Serializer>(style: &CurveStyle, serializer: S) -> Result<S::Ok, S::Error> {
+    serializer.serialize_str(style.name())
 }
 
 /// Style of a curve.
@@ -217,6 +221,18 @@ impl MarkShape {
 }
 
 impl CurveStyle {
+    /// Name on a page.
+    pub(super) fn name(self) -> &'static str {
+        match self {
+            CurveStyle::Solid => "solid",
+            CurveStyle::Thin => "thin",
+            CurveStyle::Dashed => "dashed",
+            CurveStyle::Dotted => "dotted",
+            CurveStyle::Points | CurveStyle::Dots | CurveStyle::Marks(_) => "points",
+            CurveStyle::OpenPoints => "open",
+        }
+    }
+
     pub(super) fn is_line(self) -> bool {
         use CurveStyle::{Dashed, Dotted, Solid, Thin};
         matches!(self, Solid | Thin | Dashed | Dotted)

@@ -15,7 +15,7 @@
 //! | `branches` | figures and page for a continuation |
 //! | `draw`, `ink`, `drawing` | layout, lines and marks, and the drawing that results |
 //! | `svg`, `raster`, `pdf` | a drawing as SVG, PNG and PDF |
-//! | `page`, `html` | the interactive page of a run |
+//! | `html`, `page`, `points` | interactive pages: their form, that of a run, that of a study or a continuation |
 //! | `target`, `signature`, `error` | destinations, signatures and errors |
 
 pub mod branches;
@@ -31,7 +31,7 @@ pub mod entry;
 pub mod error;
 pub mod figure;
 pub mod font;
-mod html;
+pub(crate) mod html;
 mod ink;
 pub mod labels;
 mod law;
@@ -41,6 +41,7 @@ pub mod onset;
 pub mod own;
 pub mod page;
 mod pdf;
+mod points;
 pub mod portraits;
 mod raster;
 pub mod run;
@@ -59,5 +60,6 @@ pub use draw::draw;
 pub use drawing::{Drawing, DrawingElement, ElementForm, Text};
 pub use error::PlotError;
 pub use figure::{Axis, Curve, CurveStyle, Figure, MarkShape, Panel};
+pub use points::PointsPage;
 pub use run::DrawnRun;
 pub use style::Layout;

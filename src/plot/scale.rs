@@ -177,6 +177,7 @@ pub fn number(value: f64, decimals: usize) -> String {
 fn human_unit(unit: &str) -> String {
     match unit {
         "1" | "" => String::new(),
+        "s-1" => "s⁻¹".to_owned(),
         _ => match unit.strip_suffix(" s-1") {
             Some(above) => format!("{above}/s"),
             None => unit.to_owned(),
@@ -184,7 +185,7 @@ fn human_unit(unit: &str) -> String {
     }
 }
 
-fn superscript(power: i32) -> String {
+pub(super) fn superscript(power: i32) -> String {
     let digit = |c| match c {
         '-' => '⁻',
         '1' => '¹',

@@ -88,7 +88,25 @@ pub(crate) const GREY: RGBColor = RGBColor(120, 120, 120);
 pub(crate) const WINE: RGBColor = RGBColor(136, 34, 85);
 pub(crate) const OLIVE: RGBColor = RGBColor(105, 105, 0);
 
-/// Colours of curves that no mode's background has.
+/// Name of a colour in the style of pages, which have another shade of it on a dark ground; else its digits.
+pub(super) fn name(color: RGBColor) -> String {
+    let names = [
+        (BLACK, "black"),
+        (BLUE, "blue"),
+        (VERMILLION, "vermillion"),
+        (GREEN, "green"),
+        (ORANGE, "orange"),
+        (PURPLE, "purple"),
+        (SKY, "sky"),
+        (GREY, "grey"),
+        (WINE, "wine"),
+        (OLIVE, "olive"),
+    ];
+    let known = names.iter().find(|named| named.0 == color);
+    known.map_or_else(|| super::figure::hex(color), |named| named.1.to_owned())
+}
+
+/// Curve colours that no mode's ground has.
 const OVER_GROUND: [RGBColor; 7] = [BLUE, VERMILLION, GREEN, PURPLE, BLACK, OLIVE, WINE];
 
 /// Colour and opacity of a mode's background.

@@ -84,7 +84,7 @@ mod lines {
         let up = vec![(1.0, 0.0), (2.0, 0.0)];
         let down = vec![(1.0, 0.0), (0.5, 0.0), (0.0, 0.0)];
         let apart = vec![(1.0, 3.0), (2.0, 3.0)];
-        let found = joined(vec![up, down, apart.clone()]);
+        let found = joined(vec![up, down, apart.clone()], PartialEq::eq);
         assert_eq!(found, [vec![(2.0, 0.0), (1.0, 0.0), (0.5, 0.0), (0.0, 0.0)], apart]);
     }
 }

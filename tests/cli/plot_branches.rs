@@ -1,7 +1,7 @@
 //! `stickslip plot` with the file of a continuation: the diagrams and the page contain what the file contains.
 
 use crate::common::cli::{Folder, json, says};
-use crate::common::page::{codes, doubles};
+use crate::common::page::{codes, document, doubles};
 use std::path::Path;
 use stickslip::continuation::{Special, Stored};
 use stickslip::cycle::CycleStability;
@@ -180,27 +180,66 @@ fn cli_the_page_of_branches_has_the_points_and_their_commands() {
     let folder = with_branches();
     folder.ok("plot belt.h5 --html belt.html");
     let page = std::fs::read_to_string(folder.path("belt.html")).unwrap();
-    assert!(!page.contains("http://") && !page.contains("src="), "nothing is loaded");
-    let data = page.split("id=\"study-data\">").nth(1).unwrap();
-    let data = json(data.split("</script>").next().unwrap());
+    // The name of the SVG namespace is no address.
+    let addresses = |text: &str| page.matches(text).count();
+    assert_eq!(
+        addresses("http://"),
+        addresses("http://www.w3.org/2000/svg"),
+        "nothing is loaded"
+    );
+    assert!(!page.contains("src="), "nothing is loaded");
+    let data = document(&page);
     let stored = Stored::read(&folder.path("belt.h5")).unwrap();
     let points: Vec<_> = stored.branches.iter().flat_map(|branch| &branch.points).collect();
     let values: Vec<f64> = points.iter().map(|point| point.value).collect();
-    assert_eq!(doubles(&data["number"]["values"]), values);
-    let specials: Vec<i8> = points
+    let columns = data["columns"].as_array().unwrap();
+    assert_eq!(columns[0]["name"], "rotor_speed");
+    assert_eq!(doubles(&columns[0]["low"]), values);
+    let specials: Vec<Option<Special>> = points.iter().map(|point| point.special).collect();
+    let column = &columns[data["marks"][0].as_u64().unwrap() as usize];
+    let special = |code: &f64| (!code.is_nan()).then(|| Special::ALL[*code as usize]);
+    assert_eq!(
+        doubles(&column["low"]).iter().map(special).collect::<Vec<_>>(),
+        specials
+    );
+    // Every pair of neighbours of a branch is in one line, and nothing else is.
+    let groups: Vec<usize> = data["groups"]
+        .as_array()
+        .unwrap()
         .iter()
-        .map(|point| point.special.map_or(-1, Special::code))
+        .map(|one| one.as_u64().unwrap() as usize)
         .collect();
-    assert_eq!(codes(&data["special"]), specials);
-    let links = codes(&data["links"]);
-    for (branch, own) in stored.branches.iter().zip(data["branches"].as_array().unwrap()) {
-        let first = own["first"].as_u64().unwrap() as usize;
-        assert_eq!(own["points"], branch.points.len());
-        assert_eq!(links[first + branch.points.len() - 1], -1);
+    let mut expected = Vec::new();
+    for (branch, first) in stored.branches.iter().zip(groups) {
         assert_eq!(values[first], branch.points[0].value);
+        expected.extend((first + 1..first + branch.points.len()).map(|k| (values[k - 1], values[k])));
     }
-    // The command as the page composes it.
-    let modes = data["modes"].as_str().unwrap().strip_prefix("stickslip ").unwrap();
+    let mut drawn = Vec::new();
+    for piece in data["lines"]
+        .as_array()
+        .unwrap()
+        .iter()
+        .flat_map(|line| line["pieces"].as_array().unwrap())
+    {
+        let piece: Vec<f64> = piece
+            .as_array()
+            .unwrap()
+            .iter()
+            .map(|k| values[k.as_u64().unwrap() as usize])
+            .collect();
+        drawn.extend(piece.windows(2).map(|pair| (pair[0], pair[1])));
+    }
+    let sorted = |pairs: Vec<(f64, f64)>| {
+        let mut pairs: Vec<_> = pairs.into_iter().map(|(a, b)| (a.min(b), a.max(b))).collect();
+        pairs.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.total_cmp(&b.1)));
+        pairs
+    };
+    assert_eq!(sorted(drawn), sorted(expected));
+    // As the page puts it together.
+    let command = &data["commands"][1];
+    assert_eq!(codes(&data["which"])[0], 1);
+    assert_eq!(command["options"][0][0], "--set rotor.speed={0}");
+    let modes = command["start"].as_str().unwrap().strip_prefix("stickslip ").unwrap();
     let speed = values[0];
     let said = folder.json(&format!("{modes} --set rotor.speed={speed:?}"));
     assert_eq!(said["title"], "Damped mass on a belt, exponential friction");

@@ -1,6 +1,7 @@
 //! `stickslip plot` with files of many runs, and with certified files: the drawings show the values of the file.
 
 use crate::common::cli::{Folder, json, refusal, says};
+use crate::common::page::{document, doubles};
 use plotters::style::RGBColor;
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -196,15 +197,17 @@ fn cli_the_command_of_a_point_runs_it() {
     let file = with_map(&folder, &study);
     folder.ok("plot map.h5 --html map.html");
     let page = std::fs::read_to_string(folder.path("map.html")).unwrap();
-    let data = page
-        .split("id=\"study-data\">")
-        .nth(1)
-        .unwrap()
-        .split("</script>")
-        .next()
-        .unwrap();
-    let data = json(data);
-    let command = data["command"].as_str().unwrap();
+    let data = document(&page);
+    // Parameters are exact; results have the digits of the tolerance, 1e-8.
+    let digits = |name: &str| {
+        let columns = data["columns"].as_array().unwrap();
+        columns.iter().find(|column| column["name"] == name).unwrap()["digits"].clone()
+    };
+    assert_eq!(
+        (digits("friction_decay"), digits("onset_time")),
+        (serde_json::Value::Null, 8.into())
+    );
+    let command = data["commands"][0]["start"].as_str().unwrap();
     assert!(command.starts_with("stickslip run base.toml --set "), "{command}");
     assert!(!command.contains("rtol"), "the method is an axis: {command}");
     let path = format!(
@@ -216,21 +219,29 @@ fn cli_the_command_of_a_point_runs_it() {
         file.numbers("stick_count").unwrap(),
         file.numbers("onset_time").unwrap(),
     );
-    let study = StudyData::read(&file).unwrap();
     for point in [0, 9, 22, counts.len() - 1] {
         let mut whole = command.to_owned();
-        for axis in &study.axes {
-            let value = axis.values[point];
-            let word = axis
-                .words
-                .get(value as usize)
-                .map_or_else(|| format!("{value}"), |word| format!("\"{word}\""));
-            for key in &axis.keys {
-                whole += &format!(" --set '{key}={word}'");
-                if key == "solver.method" {
-                    whole += " --set solver.rtol=1e-8";
-                }
-            }
+        let options = data["commands"][0]["options"].as_array().unwrap();
+        // The last one names the file, which is another one here.
+        for option in &options[..options.len() - 1] {
+            let text = option[0].as_str().unwrap();
+            let Some((key, column)) = text.strip_suffix('}').and_then(|text| text.split_once('{')) else {
+                assert_eq!(
+                    option[1],
+                    serde_json::json!([2, [0, 1]]),
+                    "the tolerance of the methods of the axis"
+                );
+                whole += &format!(" {text}");
+                continue;
+            };
+            let column = &data["columns"][column.parse::<usize>().unwrap()];
+            let value = doubles(&column["low"])[point];
+            let words = column["words"].as_array().unwrap();
+            let value = match words.iter().find(|word| word[0] == value as i64) {
+                Some(word) => format!("\"{}\"", word[1].as_str().unwrap()),
+                None => value.to_string(),
+            };
+            whole += &format!(" --set '{}{value}'", key.strip_prefix("--set ").unwrap());
         }
         whole += " -q --no-witness -o point.h5";
         let status = std::process::Command::new("sh")
@@ -413,7 +424,19 @@ fn cli_a_calibration_has_its_region() {
         curve("optimum").points().collect::<Vec<_>>(),
         [(optimum[0], optimum[1])]
     );
-    // A single parameter is shown with its residual. Other quantities of the runs can also be drawn.
+    // The page begins with the residuals, below 1 where the targets hold, and marks the optimum.
+    folder.ok("plot two.h5 --html two.html");
+    let page = document(&std::fs::read_to_string(folder.path("two.html")).unwrap());
+    let first = &page["columns"][page["first"][2].as_u64().unwrap() as usize];
+    assert_eq!(first["name"], "largest_residual");
+    let inside = doubles(&first["low"])
+        .into_iter()
+        .filter(|residual| *residual <= 1.0)
+        .count();
+    assert_eq!(inside, held.len());
+    let marked = &page["overlays"][0]["curves"][0];
+    assert_eq!(marked["pieces"], serde_json::json!([[[optimum[0], optimum[1]]]]));
+    // One parameter alone has its residual; and other quantities of the runs can be drawn.
     folder.ok("plot two.h5 --quantity natural_period -o runs");
 }
 

@@ -1,7 +1,9 @@
 //! `stickslip sweep` from the user's side: files that depend on the study alone, kills and resumption, refusals.
 
 use crate::common::cli::{Folder, refusal, says};
+use crate::common::page::document;
 use crate::common::rows;
+use stickslip::plot::studies::{self, Choice};
 
 /// Runs of a millisecond: the ramp and the beginning of sliding. A few of them fail.
 pub const QUICK: &str = r#"
@@ -315,6 +317,21 @@ fn property_a_boundary_does_not_depend_on_threads_and_is_drawn() {
     folder.ok("plot limit.h5 -o limit.svg");
     let figure = String::from_utf8(folder.read("limit.svg")).unwrap();
     assert!(figure.contains("stable at every speed"), "the linear limit is named");
+    // The page has the curves of the figure, point by point.
+    folder.ok("plot limit.h5 --html limit.html");
+    let page = document(&String::from_utf8(folder.read("limit.html")).unwrap());
+    let drawn = studies::figures(&folder.sweep_file("limit.h5"), &Choice::default()).unwrap();
+    let [panel] = &drawn[0].panels[..] else {
+        panic!("one panel")
+    };
+    let overlay = &page["overlays"][0];
+    assert_eq!(overlay["curves"], serde_json::to_value(&panel.curves).unwrap());
+    assert_eq!(overlay["labels"], serde_json::to_value(&panel.labels).unwrap());
+    assert_eq!(
+        (&overlay["x"], &overlay["y"]),
+        (&"friction_decay".into(), &"torsion_damping".into())
+    );
+    assert!(panel.curves.iter().any(|curve| curve.label == "stable at every speed"));
     // A grid has no boundary, and is drawn as a map.
     folder.write("map.toml", QUICK);
     folder.ok("sweep map.toml");

@@ -1,4 +1,4 @@
-//! Reads a page as a browser does: the documents in its script elements, and the arrays in them. Written apart from
+//! Reads a page as a browser does: the document in its script element, and the arrays in it. Written apart from
 //! the program's encoder.
 
 use std::path::Path;
@@ -9,22 +9,26 @@ use serde_json::Value;
 /// The error that the page promises, as part of the range of a block.
 pub const PROMISED: f64 = 1.0 / 8_388_608.0;
 
-/// A page: its text, and its two documents.
+/// The page of a run: its text, its document, and the trajectory in that.
 pub struct Page {
     pub html: String,
     pub run: Value,
     pub trajectory: Value,
 }
 
+/// The document of a page.
+pub fn document(html: &str) -> Value {
+    let (_, rest) = html
+        .split_once("<script type=\"application/json\" id=\"page-data\">")
+        .expect("the document");
+    serde_json::from_str(rest.split_once("</script>").expect("its end").0).unwrap()
+}
+
 impl Page {
     pub fn read(path: &Path) -> Page {
         let html = std::fs::read_to_string(path).unwrap();
-        let document = |id: &str| {
-            let start = format!("<script type=\"application/json\" id=\"{id}\">");
-            let (_, rest) = html.split_once(&start).expect("the document");
-            serde_json::from_str(rest.split_once("</script>").expect("its end").0).unwrap()
-        };
-        let (run, trajectory) = (document("run-data"), document("trajectory-data"));
+        let mut run = document(&html);
+        let trajectory = run["trajectory"].take();
         Page { html, run, trajectory }
     }
 

@@ -15,8 +15,8 @@ use stickslip::record::EventKind;
 use stickslip::results::{Header, Overwrite, ResultFile, ResultWriter, Status, partial_path};
 use tempfile::TempDir;
 
-/// The page of a result file, and the file.
-fn page_of(path: &Path) -> (ResultFile, page::Page, Page) {
+/// The page of a result file, beside it.
+fn page_of(path: &Path) -> (ResultFile, page::RunPage, Page) {
     let file = ResultFile::open(path).unwrap();
     let target = path.with_extension("html");
     let made = page::write(&file, None, &target, false).unwrap();
@@ -315,6 +315,7 @@ fn results_two_runs_are_on_one_page_with_their_difference() {
         assert!(expected.iter().any(|difference| difference.abs() > 0.0));
         assert_decoded(name, &difference, &expected, page.block());
     }
+    assert!(page.run["title"].as_str().unwrap().ends_with(": first.h5 and paper.h5"));
     let note = page.trajectory["notes"].to_string();
     assert!(note.contains("first run less the second"), "{note}");
     let other = &page.run["second"];
@@ -510,6 +511,19 @@ fn results_a_certificate_is_shown_where_there_is_one() {
         .unwrap()
         .write_scalar(&3.0)
         .unwrap();
+    group
+        .new_attr::<f64>()
+        .create("digits_of_double")
+        .unwrap()
+        .write_scalar(&14.0)
+        .unwrap();
+    let empty: hdf5::types::VarLenUnicode = "".parse().unwrap();
+    group
+        .new_attr::<hdf5::types::VarLenUnicode>()
+        .create("remedy")
+        .unwrap()
+        .write_scalar(&empty)
+        .unwrap();
     let rtols = group
         .new_dataset_builder()
         .with_data(&[1e-8, 1e-9, 1e-10])
@@ -525,12 +539,13 @@ fn results_a_certificate_is_shown_where_there_is_one() {
     drop((rtols, group, file));
     let page = page_of(&path).2;
     let certificate = &page.run["certificate"];
-    assert_eq!(
-        certificate["attributes"][0],
-        serde_json::json!(["verdict", "12 digits"])
-    );
-    // An integer has no decimal point.
-    assert_eq!(certificate["attributes"][1], serde_json::json!(["witnesses", "3"]));
+    // In words, without what is empty. A whole number has no decimal point.
+    let expected = serde_json::json!([
+        ["digits that double precision can hold", "14"],
+        ["verdict", "12 digits"],
+        ["witnesses", "3"]
+    ]);
+    assert_eq!(certificate["attributes"], expected);
     assert_eq!(certificate["columns"][0]["name"], "rtol");
     assert_eq!(doubles(&certificate["columns"][0]["values"]), [1e-8, 1e-9, 1e-10]);
 }

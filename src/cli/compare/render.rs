@@ -2,6 +2,7 @@
 
 use super::super::terminal as tables;
 use super::pages::{Page, Part, Table};
+use crate::plot::html::styled;
 use crate::plot::signature::REPORT as MARK;
 
 pub(super) fn terminal(pages: &[Page]) -> String {
@@ -108,18 +109,13 @@ pub(super) fn html(pages: &[Page], shortfalls: &[String]) -> String {
     let title = pages.first().map_or_else(String::new, |page| safe(&page.title));
     format!(
         "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n<meta name=\"generator\" content=\"{MARK}\">\n\
-         <meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n<title>{title}</title>\n<style>\n{STYLE}\
-         </style>\n</head>\n<body>\n{body}</body>\n</html>\n"
+         <meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n<title>{title}</title>\n<style>\n{}\
+         </style>\n</head>\n<body>\n{body}</body>\n</html>\n",
+        styled(STYLE)
     )
 }
 
-const STYLE: &str = "\
-body { font: 16px/1.5 sans-serif; max-width: 60em; margin: 2em auto; padding: 0 1em; color: #222; background: #fff }
-h1 { font-size: 1.3em; margin-top: 2em } h2 { font-size: 1.1em } .verdict { font-weight: bold }
-table { border-collapse: collapse; margin: 1em 0 } th, td { padding: .2em .8em; border-bottom: 1px solid #ccc }
-figure { margin: 1em 0 } figure svg { width: 100%; height: auto; max-width: 44em }
-th { text-align: left } td.number, th.number { text-align: right; font-variant-numeric: tabular-nums }
-";
+const STYLE: &str = include_str!("../../../data/page/report.css");
 
 fn html_table(table: &Table) -> String {
     let mut text = String::new();
@@ -135,7 +131,7 @@ fn html_table(table: &Table) -> String {
         format!("<tr>{cells}</tr>\n")
     };
     text += &format!(
-        "<table>\n<thead>\n{}</thead>\n<tbody>\n",
+        "<div class=\"scroll\">\n<table>\n<thead>\n{}</thead>\n<tbody>\n",
         line("th", table.header.clone())
     );
     text.extend(
@@ -144,7 +140,7 @@ fn html_table(table: &Table) -> String {
             .iter()
             .map(|row| line("td", row.iter().map(String::as_str).collect())),
     );
-    text + "</tbody>\n</table>\n"
+    text + "</tbody>\n</table>\n</div>\n"
 }
 
 fn safe(text: &str) -> String {

@@ -32,11 +32,16 @@ pub fn pieces(branch: &Branch, stability: CycleStability, of: Value) -> Vec<Vec<
     pieces
 }
 
-/// Joins pieces that start at one point, as both directions of a branch do, so that dashes are regular there.
-pub fn joined(pieces: Vec<Vec<(f64, f64)>>) -> Vec<Vec<(f64, f64)>> {
-    let mut found: Vec<Vec<(f64, f64)>> = Vec::new();
+/// Joins pieces that start in one point (both directions of a branch), so that dashes are regular there. `same`: whether
+/// two points have one place.
+pub fn joined<T>(pieces: Vec<Vec<T>>, same: impl Fn(&T, &T) -> bool) -> Vec<Vec<T>> {
+    let mut found: Vec<Vec<T>> = Vec::new();
     for piece in pieces {
-        match found.iter_mut().find(|other| other.first() == piece.first()) {
+        let begins = |other: &&mut Vec<T>| match (other.first(), piece.first()) {
+            (Some(a), Some(b)) => same(a, b),
+            _ => false,
+        };
+        match found.iter_mut().find(begins) {
             Some(other) => {
                 other.reverse();
                 other.extend(piece.into_iter().skip(1));

@@ -17,6 +17,7 @@ use super::figure::{Axis, Curve, CurveStyle, Figure, Panel, drawn};
 use super::studies::StudyEntry;
 use super::studies::data::drawn_axis;
 use super::style::{BLACK, BLUE, line_color};
+use plotters::style::RGBColor;
 use quantity::{QUANTITIES, Quantity};
 use std::path::Path;
 use stickslip_analysis::continuation::{Branch, Special, Stored};
@@ -44,7 +45,10 @@ pub const ENTRIES: [StudyEntry; 2] = [
 const OF_CYCLES: [&str; 3] = ["amplitude", "relative_velocity", "period"];
 const OF_STEADY: [&str; 2] = ["position", "growth_rate"];
 
-/// Stabilities in the order of their codes on a page, with line styles.
+/// Kinds of motion: whether it is steady, name, colour.
+const KINDS: [(bool, &str, RGBColor); 2] = [(true, "steady sliding", BLACK), (false, "cycles", BLUE)];
+
+/// Stabilities with their line styles.
 const STYLES: [(CycleStability, CurveStyle); 3] = [
     (CycleStability::Stable, CurveStyle::Solid),
     (CycleStability::Unstable, CurveStyle::Dashed),
@@ -149,7 +153,7 @@ impl<'a> Branches<'a> {
     pub fn figure(&self, quantity: &Quantity) -> Figure {
         let stored = &self.stored;
         let mut curves = Vec::new();
-        for (steady, what, color) in [(true, "steady sliding", BLACK), (false, "cycles", BLUE)] {
+        for (steady, what, color) in KINDS {
             for (stability, style) in STYLES {
                 let branches = stored.branches.iter().filter(|branch| branch.steady == steady);
                 let pieces = branches.flat_map(|branch| {
@@ -162,7 +166,7 @@ impl<'a> Branches<'a> {
                     values.collect::<Vec<_>>()
                 });
                 let label = format!("{what}, {}", stability.name());
-                curves.push(Curve::pieces(&label, color, lines::joined(pieces.collect())).styled(style));
+                curves.push(Curve::pieces(&label, color, lines::joined(pieces.collect(), PartialEq::eq)).styled(style));
             }
         }
         for special in Special::ALL {
@@ -178,16 +182,18 @@ impl<'a> Branches<'a> {
         Figure::new(name, self.title(quantity.words), vec![panel])
     }
 
-    /// Curves of special points; `None` if there are none.
-    pub fn plane(&self) -> Option<Figure> {
-        let stored = &self.stored;
-        let (name, unit) = stored.second.as_ref()?;
-        let kinds = Special::ALL.iter().enumerate().map(|(number, special)| {
-            let of_kind = stored.curves.iter().filter(|curve| curve.0 == *special);
+    fn plane_curves(&self) -> Vec<Curve> {
+        drawn(Special::ALL.iter().enumerate().map(|(number, special)| {
+            let of_kind = self.stored.curves.iter().filter(|curve| curve.0 == *special);
             let pieces = of_kind.map(|curve| curve.1.iter().map(|&[x, y]| (x, y)).collect());
             Curve::pieces(marks::mark(*special).0, line_color(number), pieces.collect())
-        });
-        let curves = drawn(kinds);
+        }))
+    }
+
+    /// Curves of special points, if any.
+    pub fn plane(&self) -> Option<Figure> {
+        let (name, unit) = self.stored.second.as_ref()?;
+        let curves = self.plane_curves();
         if curves.is_empty() {
             return None;
         }

@@ -9,12 +9,12 @@ use super::pair::{Pair, paired};
 use super::sparse::Sparse;
 use super::trajectory::Trajectory;
 use crate::plot::PlotError;
-use crate::plot::html::{Codes, Doubles};
+use crate::plot::html::{Codes, Doubles, file_name};
 use crate::plot::sides::Sides;
 use stickslip_analysis::analysis::certificate::Verdict;
 use stickslip_analysis::analysis::headline::{self, HeadlineRow, is_paper_case};
 use stickslip_files::schema::{self, group, root};
-use stickslip_files::{AttributeValue, ResultError, ResultFile, Status};
+use stickslip_files::{AttributeValue, ResultError, ResultFile};
 use stickslip_system::model::Mode;
 use stickslip_system::record::{CycleStatistics, Event, EventKind};
 
@@ -29,9 +29,19 @@ const TEXT: usize = 200_000;
 /// Values in each column of the certificate.
 const CERTIFICATE_ROWS: usize = 1_000;
 
+/// Attributes of /certificate in words; others are read as they are named.
+const CERTIFICATE_WORDS: [(&str, &str); 7] = [
+    ("verdict_of_all", "verdict"),
+    ("digits", "digits of the least known event"),
+    ("digits_of_double", "digits that double precision can hold"),
+    ("growth_exponent", "growth exponent G"),
+    ("growth_to_onset", "of it up to the first stick"),
+    ("kick_above_noise", "kick above rounding, e-folds"),
+    ("kick_above_methods", "kick above the methods' own noise, e-folds"),
+];
+
 #[derive(Debug, Serialize)]
 struct OneRun {
-    title: String,
     /// File name without the folder.
     file: String,
     /// complete, interrupted or failed.
@@ -47,10 +57,9 @@ struct OneRun {
 }
 
 #[derive(Debug, Serialize)]
-pub(super) struct Document<'a> {
+pub(super) struct RunContent<'a> {
     #[serde(flatten)]
     run: OneRun,
-    notice: Option<String>,
     /// T_n, s.
     natural_period: Option<f64>,
     beside_paper: bool,
@@ -69,6 +78,7 @@ pub(super) struct Document<'a> {
     notes: Vec<String>,
     #[serde(skip_serializing_if = "Option::is_none")]
     pub(super) second: Option<Second>,
+    pub(super) trajectory: Option<Trajectory>,
 }
 
 #[derive(Debug, Serialize)]
@@ -157,10 +167,9 @@ impl Second {
 impl OneRun {
     /// `events` are those of the file; cuts are added to `notes`.
     fn of(file: &ResultFile, form: &Form, events: &[Event], notes: &mut Vec<String>) -> Result<OneRun, PlotError> {
-        let (name, run) = (file_name(file), form.run.as_deref());
+        let (name, run) = (file_name(file.path()), form.run.as_deref());
         let sparse = run.map_or_else(|| Ok(Sparse::default()), Sparse::of)?;
         Ok(OneRun {
-            title: file.title().to_owned(),
             remedy: sparse.remedy(&name),
             file: name,
             status: file.status().name(),
@@ -173,8 +182,8 @@ impl OneRun {
     }
 }
 
-impl Document<'_> {
-    pub(super) fn of<'a>(file: &ResultFile, form: &'a Form, all_events: &[Event]) -> Result<Document<'a>, PlotError> {
+impl RunContent<'_> {
+    pub(super) fn of<'a>(file: &ResultFile, form: &'a Form, all_events: &[Event]) -> Result<RunContent<'a>, PlotError> {
         let mut notes = Vec::new();
         let case = form.run.as_ref().map(|run| &run.case);
         let events = shown(all_events, form);
@@ -194,8 +203,7 @@ impl Document<'_> {
         let case_text = shortened(file.case_text()?, "case", &mut notes);
         let resolved = shortened(file.resolved()?, "resolved case", &mut notes);
         let run = OneRun::of(file, form, all_events, &mut notes)?;
-        Ok(Document {
-            notice: notice(file)?,
+        Ok(RunContent {
             natural_period: form.natural_period(),
             beside_paper: case.is_some_and(is_paper_case),
             headline: headline::of_file(file, case, all_events)?,
@@ -211,6 +219,7 @@ impl Document<'_> {
             orbit,
             notes,
             second: None,
+            trajectory: None,
         })
     }
 }
@@ -221,31 +230,18 @@ fn shown<'a>(all: &'a [Event], form: &Form) -> &'a [Event] {
     &all[..all.len().min(room)]
 }
 
-fn notice(file: &ResultFile) -> Result<Option<String>, ResultError> {
-    let samples = file.sample_count()?;
-    let last = file.column("time", samples.saturating_sub(1)..samples)?;
-    let until = match last.first() {
-        Some(time) => format!("The page shows what the file holds, up to t = {time} s."),
-        None => "The file has no samples.".to_owned(),
-    };
-    Ok(match file.status() {
-        Status::Complete => None,
-        Status::Interrupted => Some(format!(
-            "This run is not complete: it was interrupted, or was still being written. {until}"
-        )),
-        Status::Failed(why) if why.is_empty() => Some(format!("This run failed. {until}")),
-        Status::Failed(why) => Some(format!("This run failed: {}. {until}", why.trim_end_matches('.'))),
-    })
-}
-
 fn certificate(file: &ResultFile) -> Result<Option<Certificate>, ResultError> {
     let Some(group) = file.added_group(group::CERTIFICATE, CERTIFICATE_ROWS)? else {
         return Ok(None);
     };
-    let attributes = group
-        .attributes
-        .into_iter()
-        .map(|(name, value)| (name, as_read(&value)));
+    // In the order of the words, then the others. What is empty is left out.
+    let place = |name: &str| CERTIFICATE_WORDS.iter().position(|words| words.0 == name);
+    let mut attributes = group.attributes;
+    attributes.sort_by_key(|(name, _)| place(name).unwrap_or(CERTIFICATE_WORDS.len()));
+    let attributes = attributes.into_iter().map(|(name, value)| {
+        let words = place(&name).map_or_else(|| name.replace('_', " "), |k| CERTIFICATE_WORDS[k].1.to_owned());
+        (words, as_read(&rounded(value)))
+    });
     let columns = group.columns.into_iter().map(|(column, values)| CertificateColumn {
         name: column.name,
         unit: column.units,
@@ -254,7 +250,7 @@ fn certificate(file: &ResultFile) -> Result<Option<Certificate>, ResultError> {
         values: values.into_iter().collect(),
     });
     Ok(Some(Certificate {
-        attributes: attributes.collect(),
+        attributes: attributes.filter(|(_, value)| !value.is_empty()).collect(),
         columns: columns.collect(),
     }))
 }
@@ -276,6 +272,16 @@ fn certified(file: &ResultFile, events: usize) -> Result<Option<Certified>, Resu
     }))
 }
 
+/// Six digits of a number that is not whole.
+fn rounded(value: AttributeValue) -> AttributeValue {
+    match value {
+        AttributeValue::Number(number) if number.fract() != 0.0 => {
+            AttributeValue::Number(format!("{number:.5e}").parse().unwrap_or(number))
+        }
+        other => other,
+    }
+}
+
 /// An attribute as text: whole numbers without a decimal point.
 fn as_read(value: &AttributeValue) -> String {
     // Larger whole numbers are not exact.
@@ -286,13 +292,8 @@ fn as_read(value: &AttributeValue) -> String {
     }
 }
 
-fn file_name(file: &ResultFile) -> String {
-    let name = file.path().file_name().unwrap_or_default();
-    name.to_string_lossy().into_owned()
-}
-
 fn provenance(file: &ResultFile) -> Result<Vec<(String, String)>, ResultError> {
-    let mut rows = vec![("file".to_owned(), file_name(file))];
+    let mut rows = vec![("file".to_owned(), file_name(file.path()))];
     for name in [root::SOURCE, root::HISTORY, root::REFERENCES] {
         rows.push((name.to_owned(), file.text(name)?));
     }
@@ -370,8 +371,8 @@ fn modes(file: &ResultFile, notes: &mut Vec<String>) -> Result<Modes, ResultErro
         ));
         starts.truncate(MODES + 1);
         codes.truncate(MODES);
-        // The rest has the ground without colour.
-        codes.push(Mode::SlipForward.code());
+        // The rest has no colour.
+        codes.push(-1);
     }
     Ok(Modes {
         names: Mode::ALL.iter().map(|mode| mode.name()).collect(),

@@ -6,9 +6,8 @@
 use serde::{Deserialize, Serialize};
 use std::rc::Rc;
 
-use crate::plot::html::escaped;
 use crate::plot::labels::in_translation;
-use crate::plot::portraits::{ShownPortrait, few_samples, shown};
+use crate::plot::portraits::shown;
 use crate::plot::sides::Sides;
 use crate::plot::{DrawnRun, PlotError};
 use stickslip_case::Motion;
@@ -21,7 +20,7 @@ use stickslip_system::record::{RecordedChannel, State};
 use stickslip_system::signal::Drive;
 
 /// Panels of all pages, in order. The curves of recorded channels are in their registry.
-const PANELS: &str = include_str!("panels.json");
+const PANELS: &str = include_str!("../../../data/page/panels.json");
 
 /// Colours of the page's style, in the order of use; the largest number of curves in a panel.
 const COLOURS: [&str; 6] = ["blue", "vermillion", "green", "orange", "purple", "black"];
@@ -63,6 +62,8 @@ pub(super) struct Panel {
 #[derive(Debug, Serialize)]
 pub(super) struct Portrait {
     id: &'static str,
+    heading: &'static str,
+    hint: String,
     x: PortraitAxis,
     y: PortraitAxis,
 }
@@ -74,20 +75,6 @@ struct PortraitAxis {
     /// Whether the channel jumps with the mode.
     jumps: bool,
 }
-
-fn card(heading: &str, id: &str, hint: &str) -> String {
-    format!(
-        "<section class=\"card\"><h2>{}</h2><div class=\"figure\" id=\"{id}\"></div><p class=\"hint\">{}</p></section>\n",
-        escaped(heading),
-        escaped(hint)
-    )
-}
-
-const CYCLES: &str =
-    "<section class=\"card full\"><h2>Cycles</h2><div id=\"cycles\" class=\"scroll\"></div></section>\n";
-const LAST_PERIOD: &str =
-    "<button type=\"button\" id=\"last-period\" title=\"Of the motion that the run comes to\">Last period</button>\n";
-const ORBIT: &str = include_str!("orbit.js");
 
 #[derive(Debug)]
 pub(super) struct Form {
@@ -103,7 +90,6 @@ pub(super) struct Form {
     /// mu_0 r of forward and of backward sliding, m.
     pub(super) breakaway_arms: Option<[f64; 2]>,
     pub(super) torque_unit: &'static str,
-    cards: String,
     /// Time from which all samples are kept, s: the last period of a periodic motion.
     pub(super) whole_from: Option<f64>,
 }
@@ -121,17 +107,14 @@ impl Form {
         let curves = || panels.iter().flat_map(|panel| &panel.curves);
         let is_drawn = |variable: &&Variable| curves().any(|curve| curve.name == variable.name);
         let variables: Vec<Variable> = words.variables.iter().filter(is_drawn).cloned().collect();
-        let (mut cards, mut whole_from) = (String::new(), None);
-        if let Some(run) = run.as_ref().filter(|run| !run.stops()) {
-            (cards, whole_from) = orbit(run)?;
-        }
-        let (portraits, of_portraits) = words.portraits();
+        let attractor = run.as_ref().filter(|run| !run.stops()).map(shown);
+        let whole_from = attractor.filter(|shown| shown.periodic).map(|shown| shown.window.0);
         let stick = run.as_ref().map(|run| &run.system).filter(|system| has_stick(system));
         Ok(Form {
             sides: sides(file, run.as_ref(), &variables)?,
+            portraits: words.portraits(),
             variables,
             panels,
-            portraits,
             breakaway_arms: stick.map(|system| {
                 let backward = system
                     .law
@@ -143,7 +126,6 @@ impl Form {
                 Motion::Rotation => "N m",
                 Motion::Translation => "N",
             },
-            cards: cards + &of_portraits,
             whole_from,
             run: run.map(Box::new),
         })
@@ -153,16 +135,6 @@ impl Form {
         self.variables.iter().any(|variable| variable.name == channel)
     }
 
-    pub(super) fn parts(&self) -> [(&'static str, &str); 4] {
-        let goes_on = self.run.as_ref().is_some_and(|run| !run.stops());
-        [
-            ("buttons", if self.whole_from.is_some() { LAST_PERIOD } else { "" }),
-            ("cards", &self.cards),
-            ("tables", if goes_on { CYCLES } else { "" }),
-            ("further", if goes_on { ORBIT } else { "" }),
-        ]
-    }
-
     /// T_n, s; `None` for a motion without a stop.
     pub(super) fn natural_period(&self) -> Option<f64> {
         self.run.as_ref().filter(|run| run.stops())?.natural_period
@@ -170,7 +142,7 @@ impl Form {
 }
 
 /// Whether the contact can stick and so has a breakaway torque.
-fn has_stick(system: &System) -> bool {
+pub(super) fn has_stick(system: &System) -> bool {
     system.contact == ContactLaw::StickSlip
 }
 
@@ -193,24 +165,6 @@ fn sides(
         found.extend(sides.map(|sides| (name.to_owned(), sides)));
     }
     Ok(found)
-}
-
-/// The card of the attractor, and the start (s) of its period if it is periodic.
-fn orbit(run: &DrawnRun) -> Result<(String, Option<f64>), PlotError> {
-    let ShownPortrait { axes, window, periodic } = shown(run);
-    let over = run.axis(axes.0)?.name;
-    let (heading, span) = match run.attractor_period.filter(|_| periodic) {
-        Some(period) => ("Last period", format!("the last {period:.6} s")),
-        None => ("Phase portrait", "the run".to_owned()),
-    };
-    let colours = match has_stick(&run.system) {
-        true => ": vermilion in stick, blue and purple in slip.",
-        false => ".",
-    };
-    let few = few_samples(run, window)?.map(|few| few.replacen("it", " It", 1) + ".");
-    let few = few.unwrap_or_default();
-    let hint = format!("Relative velocity over {over}, of {span}{colours}{few}");
-    Ok((card(heading, "portrait-orbit", &hint), periodic.then_some(window.0)))
 }
 
 struct Words<'a> {
@@ -321,9 +275,7 @@ impl Words<'_> {
         Ok(panels)
     }
 
-    fn portraits(&self) -> (Vec<Portrait>, String) {
-        let hint = "Torque through the interface by relative velocity, of the samples in view.";
-        let hint = self.said(hint, "");
+    fn portraits(&self) -> Vec<Portrait> {
         let general = self.run.filter(|_| !self.short());
         // Heading, place, hint, and channel and label of both axes.
         let mut rows = match general.map(|run| shown(run).axes) {
@@ -340,20 +292,22 @@ impl Words<'_> {
                 vec![stator, ("Rotor twist", "portrait-rotor", hint, x, y)]
             }
         };
-        let velocity = if general.is_some() { "{}" } else { "ω_r" };
+        let velocity = if general.is_some() { "{}" } else { "ωᵣ" };
         let (x, y) = (("relative_velocity", velocity), ("friction_torque", "torque"));
-        rows.push(("Friction", "portrait-friction", &hint, x, y));
+        let hint = "Torque through the interface by relative velocity, of the samples in view.";
+        rows.push(("Friction", "portrait-friction", hint, x, y));
         let axis = |(name, label): (&str, &str)| PortraitAxis {
             name: name.to_owned(),
             label: self.said(label, name),
             jumps: name == "friction_torque",
         };
-        let cards = rows.iter().map(|row| card(row.0, row.1, row.2)).collect();
-        let portraits = rows.iter().map(|&(_, id, _, x, y)| Portrait {
+        let portraits = rows.iter().map(|&(heading, id, hint, x, y)| Portrait {
             id,
+            heading,
+            hint: self.said(hint, ""),
             x: axis(x),
             y: axis(y),
         });
-        (portraits.collect(), cards)
+        portraits.collect()
     }
 }

@@ -1,6 +1,6 @@
-//! The interactive page of a run: one HTML file that works offline.
+//! The interactive page of a run.
 //!
-//! Rust selects the data and writes one JSON document; the scripts beside this file draw it. `form` holds everything
+//! Rust selects the data and writes one JSON document; the scripts in `data/page` draw it. `form` holds everything
 //! that differs between runs. Texts of the file reach the page only through the document, and as text, never as markup.
 
 mod document;
@@ -15,16 +15,16 @@ use std::path::Path;
 
 use serde::Serialize;
 
-use super::html::{self, filled, json};
+use super::html::{self, PageDocument, counted, file_name};
 use super::run::samples;
 use super::target::{self, Product};
 use super::{DrawnRun, PlotError};
-use document::{Document, Second};
+use document::{RunContent, Second};
 use form::Form;
 use pair::Pair;
 use stickslip_case::{Case, CaseSource};
-use stickslip_files::ResultFile;
 use stickslip_files::schema::META_MOTION;
+use stickslip_files::{ResultError, ResultFile, Status};
 use trajectory::Trajectory;
 
 /// Upper limit of a page's size, bytes, whatever the length of the run.
@@ -39,23 +39,9 @@ const FIRST_OF_TWO: f64 = 0.6;
 /// Bytes reserved for names and brackets of the trajectory's arrays: in total at least, and per channel.
 const MARGIN: (usize, usize) = (100_000, 500);
 
-const TEMPLATE: &str = include_str!("page.html");
-const STYLE: &str = include_str!("page.css");
-/// Dark colours, which the style uses twice: for a dark system, and on the reader's request.
-const DARK: &str = include_str!("dark.css");
-/// In the order of their dependences.
-const SCRIPTS: [&str; 6] = [
-    include_str!("data.js"),
-    include_str!("axis.js"),
-    include_str!("chart.js"),
-    include_str!("figures.js"),
-    include_str!("lists.js"),
-    include_str!("main.js"),
-];
-
-/// Contents of a written page.
+/// Contents of the written page of a run.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
-pub struct Page {
+pub struct RunPage {
     /// Samples in the file.
     pub samples: usize,
     /// Samples kept unchanged; the others are in bands of least and largest values.
@@ -70,53 +56,84 @@ pub struct Page {
 ///
 /// # Errors
 /// No samples, an unreadable file, an obstacle at `path` (see `target::check`), or a full disk.
-pub fn write(file: &ResultFile, second: Option<&ResultFile>, path: &Path, force: bool) -> Result<Page, PlotError> {
-    let files = std::iter::once(file).chain(second);
-    let inputs: Vec<_> = files.clone().map(|file| file.path().to_owned()).collect();
+pub fn write(file: &ResultFile, second: Option<&ResultFile>, path: &Path, force: bool) -> Result<RunPage, PlotError> {
+    let files = || std::iter::once(file).chain(second);
+    let inputs: Vec<_> = files().map(|file| file.path().to_owned()).collect();
     target::check(path, Product::Page, &inputs, force)?;
-    for file in files {
+    let mut lines = Vec::new();
+    for file in files() {
         samples(file)?;
+        lines.push(line(file)?);
     }
     let (form, events) = (form_of(file)?, file.events()?);
-    let mut document = Document::of(file, &form, &events)?;
+    let mut document = PageDocument {
+        title: title(file, second),
+        subtitle: lines.join("; "),
+        notice: notice(file)?,
+        content: RunContent::of(file, &form, &events)?,
+    };
     let (limit, share) = match second {
         None => (SIZE_LIMIT, 1.0),
         Some(_) => (SIZE_LIMIT_OF_TWO, FIRST_OF_TWO),
     };
-    let (script, template) = (
-        filled(&SCRIPTS.concat(), &form.parts()),
-        filled(TEMPLATE, &form.parts()),
-    );
-    let style = filled(STYLE, &[("dark", DARK)]);
     let margin = MARGIN.0.max(MARGIN.1 * form.variables.len());
-    let mut fixed = template.len() + style.len() + script.len() + file.title().len() * 6 + margin;
     let pair = second
         .map(|second| Pair::of(&form, second, form_of(second)?))
         .transpose()?;
-    if let Some((pair, second)) = pair.as_ref().zip(second) {
-        let mut beside = Second::of(pair, &events, &form)?;
-        fixed += json(&document)?.len() + json(&beside)?.len() + margin;
-        let room = ((1.0 - share) * limit.saturating_sub(fixed) as f64) as usize;
-        beside.trajectory = Some(Trajectory::of(second, &pair.form, None, room)?);
-        document.second = Some(beside);
-    } else {
-        fixed += json(&document)?.len();
+    let beside = pair.as_ref().map(|pair| Second::of(pair, &events, &form)).transpose()?;
+    document.content.second = beside;
+    let fixed = document.html(&html::RUN)?.len() + margin * inputs.len();
+    let room = |share: f64| (share * limit.saturating_sub(fixed) as f64) as usize;
+    if let (Some(pair), Some(beside)) = (&pair, &mut document.content.second) {
+        beside.trajectory = Some(Trajectory::of(pair.file, &pair.form, None, room(1.0 - share))?);
     }
-    let room = (share * limit.saturating_sub(fixed) as f64) as usize;
-    let trajectory = Trajectory::of(file, &form, pair.as_ref(), room)?;
-    let (run, of_run) = (json(&document)?, json(&trajectory)?);
-    let parts = [
-        ("style", &*style),
-        ("script", &script),
-        ("run", &run),
-        ("trajectory", &of_run),
-    ];
-    let page = html::page(&template, file.title(), &parts);
-    target::write(path, Product::Page, &[page.as_bytes()])?;
-    Ok(Page {
+    let trajectory = Trajectory::of(file, &form, pair.as_ref(), room(share))?;
+    let samples_kept = trajectory.kept;
+    document.content.trajectory = Some(trajectory);
+    Ok(RunPage {
         samples: file.sample_count()?,
-        samples_kept: trajectory.kept,
-        bytes: page.len() as u64,
+        samples_kept,
+        bytes: document.write(&html::RUN, path)?,
+    })
+}
+
+/// The title of the run. Two runs are told apart by their files.
+fn title(file: &ResultFile, second: Option<&ResultFile>) -> String {
+    let Some(second) = second else {
+        return file.title().to_owned();
+    };
+    let (first, other) = (file_name(file.path()), file_name(second.path()));
+    if file.title() == second.title() {
+        format!("{}: {first} and {other}", file.title())
+    } else {
+        format!("{} ({first}) and {} ({other})", file.title(), second.title())
+    }
+}
+
+fn line(file: &ResultFile) -> Result<String, ResultError> {
+    Ok(format!(
+        "{}: {} run, {}, {}",
+        file_name(file.path()),
+        file.status().name(),
+        counted(file.sample_count()?, "sample", "samples"),
+        counted(file.events()?.len(), "event", "events"),
+    ))
+}
+
+fn notice(file: &ResultFile) -> Result<Option<String>, ResultError> {
+    let samples = file.sample_count()?;
+    let last = file.column("time", samples.saturating_sub(1)..samples)?;
+    let until = match last.first() {
+        Some(time) => format!("The page shows what the file holds, up to t = {time} s."),
+        None => "The file has no samples.".to_owned(),
+    };
+    Ok(match file.status() {
+        Status::Complete => None,
+        Status::Interrupted => Some(format!(
+            "This run is not complete: it was interrupted, or was still being written. {until}"
+        )),
+        Status::Failed(why) if why.is_empty() => Some(format!("This run failed. {until}")),
+        Status::Failed(why) => Some(format!("This run failed: {}. {until}", why.trim_end_matches('.'))),
     })
 }
 

@@ -2,8 +2,9 @@
 
 use serde::Serialize;
 
+use super::form::has_stick;
 use crate::plot::html::Doubles;
-use crate::plot::portraits::{ShownPortrait, shown};
+use crate::plot::portraits::{ShownPortrait, few_samples, shown};
 use crate::plot::{DrawnRun, PlotError};
 
 const POINTS: usize = 30_000;
@@ -11,6 +12,9 @@ const POINTS: usize = 30_000;
 /// One period of the attractor, or the end of a run that is not periodic.
 #[derive(Debug, Serialize)]
 pub(super) struct Orbit {
+    id: &'static str,
+    heading: &'static str,
+    hint: String,
     /// Start and end, s.
     from: f64,
     to: f64,
@@ -38,6 +42,18 @@ impl Orbit {
     /// The orbit of the figure `phase-portrait`, and a note on omitted points.
     pub(super) fn of(run: &DrawnRun) -> Result<(Orbit, Option<String>), PlotError> {
         let ShownPortrait { axes, window, periodic } = shown(run);
+        let period = run.attractor_period.filter(|_| periodic);
+        let (heading, span) = match period {
+            Some(period) => ("Last period", format!("the last {period:.6} s")),
+            None => ("Phase portrait", "the run".to_owned()),
+        };
+        let colours = match has_stick(&run.system) {
+            true => ": vermilion in stick, blue and purple in slip.",
+            false => ".",
+        };
+        let few = few_samples(run, window)?.map(|few| few.replacen("it", " It", 1) + ".");
+        let few = few.unwrap_or_default();
+        let over = run.axis(axes.0)?.name;
         let window = run.shortened(window, POINTS)?;
         let axis = |channel: &str| -> Result<OrbitAxis, PlotError> {
             let axis = run.axis(channel)?;
@@ -62,9 +78,12 @@ impl Orbit {
         let note =
             cut.then(|| format!("The phase portrait is cut after {POINTS} points; `stickslip plot` draws all of it."));
         let orbit = Orbit {
+            id: "portrait-orbit",
+            heading,
+            hint: format!("Relative velocity over {over}, of {span}{colours}{few}"),
             from: window.0,
             to: window.1,
-            period: periodic.then_some(run.attractor_period).flatten(),
+            period,
             x: axis(axes.0)?,
             y: axis(axes.1)?,
             lines,

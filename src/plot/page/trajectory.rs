@@ -133,6 +133,10 @@ impl Trajectory {
             }
             notes.push(pair.note(file)?);
         }
+        notes.push(format!(
+            "Times, and the states at events, are exact. A sample's value is off by at most 1.2e-7 of the range that its \
+             channel has among {BLOCK} consecutive ones."
+        ));
         let stretch = |s: &Stretch| StretchInfo {
             entries: s.entries(),
             samples_each: s.bucket.unwrap_or(1),

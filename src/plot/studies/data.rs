@@ -3,8 +3,6 @@
 use crate::plot::PlotError;
 use crate::plot::error::hint;
 use crate::plot::figure::{Axis, Cell, extent};
-use crate::plot::html::as_doubles;
-use serde::Serialize;
 use std::path::{Path, PathBuf};
 use stickslip_analysis::sweep::QUANTITIES;
 use stickslip_files::schema::{META_POINT_COMMAND, META_SHOW, group};
@@ -64,7 +62,7 @@ pub(in crate::plot) fn short(name: &str) -> &str {
 }
 
 /// A varied parameter of a study.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct StudyAxis {
     /// Name of its variable.
     pub name: String,
@@ -79,10 +77,8 @@ pub struct StudyAxis {
     /// Whether the values are evenly spaced in the logarithm.
     pub logarithmic: bool,
     /// Levels of a grid in the order of the file.
-    #[serde(skip)]
     pub levels: Vec<f64>,
     /// Value of each point.
-    #[serde(serialize_with = "as_doubles")]
     pub values: Vec<f64>,
 }
 
@@ -138,7 +134,7 @@ impl StudyAxis {
 }
 
 /// A quantity known for each run.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct StudyQuantity {
     /// Name of its variable.
     pub name: String,
@@ -151,7 +147,6 @@ pub struct StudyQuantity {
     /// Whether the values are whole numbers.
     pub whole: bool,
     /// Value of each point; NaN: none.
-    #[serde(serialize_with = "as_doubles")]
     pub values: Vec<f64>,
 }
 

@@ -67,7 +67,13 @@ pub(super) fn or_curves(data: &StudyData, quantity: &StudyQuantity, choice: &Cho
     Ok(Figure::new(format!("map-{}", quantity.name), title, panels))
 }
 
-/// The first two axes. Numbers precede words, which have no distances.
+/// The plane of the first two varying axes.
+pub(super) fn first(data: &StudyData) -> Option<[usize; 2]> {
+    let varying: Vec<usize> = (0..data.axes.len()).filter(|&axis| data.axes[axis].varies()).collect();
+    plane_of(data, &varying)
+}
+
+/// The first two axes, numbers before words: words have no distances.
 fn plane_of(data: &StudyData, axes: &[usize]) -> Option<[usize; 2]> {
     let mut order = axes.to_vec();
     order.sort_by_key(|&axis| !data.axes[axis].words.is_empty());

@@ -4,6 +4,7 @@ use super::data::{StudyAxis, StudyData};
 use super::{refused, title};
 use crate::plot::PlotError;
 use crate::plot::figure::{Axis, Curve, CurveStyle, Figure, Panel, drawn};
+use crate::plot::points::Overlay;
 use crate::plot::style::{BLACK, BLUE, GREY, ORANGE, VERMILLION};
 use stickslip_files::SweepFile;
 
@@ -39,6 +40,44 @@ pub(super) fn figures(file: &SweepFile, data: &StudyData) -> Result<Vec<Figure>,
         figure.name = "region".to_owned();
     }
     Ok(figures)
+}
+
+/// For the page: optimum, compromise and bounds of each pair of parameters, and the largest residual of each run if a
+/// target is held.
+pub(super) fn of_page(file: &SweepFile, data: &StudyData) -> Result<(Vec<Overlay>, Option<Vec<f64>>), PlotError> {
+    let found = found(file, data)?;
+    let mut overlays = Vec::new();
+    for (a, x) in data.axes.iter().enumerate() {
+        for (b, y) in data.axes.iter().enumerate().filter(|(b, _)| *b != a) {
+            let mut curves = marks(&found[a], &found[b]);
+            curves.push(bounds(&found[a], &found[b]));
+            curves.retain(|curve| curve.points().all(|(x, y)| x.is_finite() && y.is_finite()));
+            overlays.push(Overlay {
+                x: x.name.clone(),
+                y: y.name.clone(),
+                curves,
+                labels: Vec::new(),
+            });
+        }
+    }
+    Ok((overlays, largest_residuals(file, data).ok()))
+}
+
+/// The optimum and, if there is one, the compromise.
+fn marks(a: &RegionParameter, b: &RegionParameter) -> Vec<Curve> {
+    let mut curves = vec![Curve::line("optimum", BLACK, vec![(a.optimum, b.optimum)]).styled(CurveStyle::Points)];
+    if a.compromise.is_finite() && b.compromise.is_finite() {
+        let compromise = vec![(a.compromise, b.compromise)];
+        curves.push(Curve::line("compromise", VERMILLION, compromise).styled(CurveStyle::OpenPoints));
+    }
+    curves
+}
+
+/// The least and largest values with which all held targets hold.
+fn bounds(a: &RegionParameter, b: &RegionParameter) -> Curve {
+    let (left, right, low, high) = (a.least, a.largest, b.least, b.largest);
+    let frame = vec![(left, low), (right, low), (right, high), (left, high), (left, low)];
+    Curve::line("least and largest", BLACK, frame).styled(CurveStyle::Dashed)
 }
 
 fn found(file: &SweepFile, data: &StudyData) -> Result<Vec<RegionParameter>, PlotError> {
@@ -118,12 +157,7 @@ fn pair(data: &StudyData, [a, b]: [usize; 2], found: &[RegionParameter], worst: 
         Curve::line("up to 4 half-widths off", ORANGE, near).styled(CurveStyle::Dots),
         Curve::line("all held targets hold", BLUE, inside.clone()).styled(CurveStyle::Dots),
     ]);
-    let best = (found[a].optimum, found[b].optimum);
-    curves.push(Curve::line("optimum", BLACK, vec![best]).styled(CurveStyle::Points));
-    let compromise = (found[a].compromise, found[b].compromise);
-    if compromise.0.is_finite() && compromise.1.is_finite() {
-        curves.push(Curve::line("compromise", VERMILLION, vec![compromise]).styled(CurveStyle::OpenPoints));
-    }
+    curves.extend(marks(&found[a], &found[b]));
     let whole = Panel::new(
         side(&data.axes[a], &found[a]),
         side(&data.axes[b], &found[b]),
@@ -171,9 +205,7 @@ fn enlarged(data: &StudyData, [a, b]: [usize; 2], found: &[RegionParameter], cur
         pieces: vec![curve.points().filter(inside).collect()],
         ..curve.clone()
     }));
-    let (left, right, low, high) = (found[a].least, found[a].largest, found[b].least, found[b].largest);
-    let frame = vec![(left, low), (right, low), (right, high), (left, high), (left, low)];
-    curves.push(Curve::line("least and largest", BLACK, frame).styled(CurveStyle::Dashed));
+    curves.push(bounds(&found[a], &found[b]));
     let mut panel = Panel::new(x, y, curves);
     panel.caption = "the region, enlarged".to_owned();
     Some(panel)

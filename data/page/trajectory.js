@@ -1,17 +1,4 @@
-// The data of the page: decoding, and the least and largest value over any stretch.
-
-const byId = id => document.getElementById(id);
-
-// Typed arrays have the byte order of the machine; every machine with a browser today is little-endian, as the data.
-function bytesOf(text) {
-  const binary = atob(text);
-  const bytes = new Uint8Array(binary.length);
-  for (let i = 0; i < binary.length; i++) bytes[i] = binary.charCodeAt(i);
-  return bytes;
-}
-
-const doubles = text => new Float64Array(bytesOf(text).buffer);
-const codes = text => new Int8Array(bytesOf(text).buffer);
+// The data of a run: its curves, and the least and largest value over any part of them.
 
 // The inverse of the program's packing: a double for each block, single-precision offsets from it.
 function unpack(packed, block) {
@@ -171,7 +158,11 @@ class Source {
     if (arms === null || !this.trajectory.has("normal_force")) return;
     const force = this.trajectory.channel("normal_force"), states = this.events.states.get("normal_force");
     const times = (values, factor) => values.map(value => value * factor);
-    for (const [name, factor] of [["breakaway_torque", arms[0]], ["breakaway_torque_backward", -arms[1]]]) {
+    // The backward limit matters where the torque is negative somewhere.
+    const torque = this.trajectory.has("friction_torque") && this.trajectory.channel("friction_torque").low;
+    const either = torque && torque.some(value => value < 0);
+    const limits = [["breakaway_torque", arms[0]], ...(either ? [["breakaway_torque_backward", -arms[1]]] : [])];
+    for (const [name, factor] of limits) {
       const one = times(force.low, factor), other = force.high === force.low ? one : times(force.high, factor);
       this.trajectory.add(name, factor > 0 ? one : other, factor > 0 ? other : one, unit);
       if (states) this.events.states.set(name, Source.sides(times(states.before, factor), times(states.after, factor)));

@@ -1,42 +1,26 @@
-// What is text on the page. Every text of the run becomes the content of an element, never markup.
+// What is text on the page of a run.
 
-function element(name, content, className) {
-  const made = document.createElement(name);
-  if (content !== undefined) made.textContent = content;
-  if (className) made.className = className;
-  return made;
-}
+const micro = text => text.replace(/ us$/, " µs");
+const spaced = name => name.replaceAll("_", " ");
 
-// Rows of texts; the first column is a name, and `numbers` says from which column on there are numbers.
-function tableOf(header, rows, numbers = Infinity) {
-  const table = element("table");
-  if (header) {
-    const line = table.appendChild(element("thead")).appendChild(element("tr"));
-    header.forEach((text, k) => line.appendChild(element("th", text)).style.textAlign = k >= numbers ? "right" : "left");
-  }
-  const body = table.appendChild(element("tbody"));
-  for (const row of rows) {
-    const line = body.appendChild(element("tr"));
-    row.forEach((text, k) => line.appendChild(element("td", text, k >= numbers ? "number" : k === 0 ? "name" : "")));
-  }
-  return table;
-}
-
-function showTexts(run, trajectory) {
-  byId("title").textContent = run.title;
-  byId("subtitle").textContent = [run, run.second].filter(Boolean).map(one => `${one.file}: ${one.status} run, ${(one.trajectory || trajectory).samples.toLocaleString("en")} samples, ${one.events.count.toLocaleString("en")} events`).join("; ");
-  byId("notice").textContent = run.notice || "";
-  byId("notice").hidden = !run.notice;
-  const micro = text => text.replace(/ us$/, " µs");
-  const headline = run.headline.map(({ name, value, paper }) => (run.beside_paper ? [name, micro(value), micro(paper)] : [name, micro(value)]));
+function showTexts(run) {
+  const headline = run.headline.map(({ name, value, paper }) => [name, micro(value), ...(run.beside_paper ? [micro(paper)] : [])]);
   byId("headline").append(tableOf(["", "this run", ...(run.beside_paper ? ["paper"] : [])], headline));
-  byId("provenance").append(tableOf(null, run.provenance.map(([name, value]) => [name.replaceAll("_", " "), value])));
+  byId("provenance").append(tableOf(null, run.provenance.map(([name, value]) => [spaced(name), value])));
   if (run.certificate) showCertificate(run.certificate);
-  const precision = `Times, and the states at events, are exact. A sample's value is off by at most 1.2e-7 of the range that its channel has among ${trajectory.block} consecutive ones.`;
-  const notes = [...trajectory.notes, ...run.notes, precision];
-  byId("notes").append(...notes.map(note => element("li", note)));
+  byId("notes").append(...[...run.trajectory.notes, ...run.notes].map(note => element("li", note)));
   byId("case").textContent = run.case_text;
   byId("resolved").textContent = run.resolved;
+}
+
+// The card of a portrait, before the summary; returns the place of its figure.
+function portraitCard({ heading, id, hint }) {
+  const card = element("section", undefined, "card"), figure = element("div", undefined, "figure"), words = element("p", undefined, "hint");
+  figure.id = id;
+  words.append(...typeset(hint));
+  card.append(element("h2", heading), figure, words);
+  byId("cards").insertBefore(card, byId("summary"));
+  return figure;
 }
 
 // A bound with two digits, rounded up.
@@ -46,13 +30,13 @@ function bound(value) {
   return (Number(text) + Number(`1e${text.split("e")[1]}`) / 10).toExponential(1);
 }
 
-// Event times with their uncertainty: up to the second digit of it.
+// Event times, s, with their uncertainty: up to the second digit of it. A double knows a time to half of its last digit.
 function certifiedTime(time, uncertainty) {
-  if (!isFinite(uncertainty)) return `${time.toFixed(12)} s`;
-  if (uncertainty === 0) return `${time.toFixed(15)} ± 0 s`;
-  const digits = Math.min(Math.max(1 + Math.ceil(-Math.log10(uncertainty)), 3), 15);
-  const shown = time.toFixed(digits);
-  return `${shown} ± ${minus(bound(uncertainty + Math.abs(Number(shown) - time)))} s`;
+  if (!isFinite(uncertainty)) return time.toFixed(12);
+  const known = Math.max(uncertainty, Math.abs(time) * 2 ** -53);
+  if (known === 0) return `${time.toFixed(15)} ± 0`;
+  const shown = time.toFixed(Math.min(Math.max(1 + Math.ceil(-Math.log10(known)), 3), 15));
+  return `${shown} ± ${typographic(bound(known + Math.abs(Number(shown) - time)))}`;
 }
 
 const verdictOf = (certified, index) => (certified.verdicts[certified.verdict[index]] || "not certified").replaceAll("-", " ");
@@ -60,7 +44,7 @@ const MOST_CERTIFIED = 1000;
 
 function showCertifiedEvents({ time, kind, kinds }, certified) {
   const rows = Array.from(time.slice(0, MOST_CERTIFIED), (at, k) => [
-    String(k), kinds[kind[k]], certifiedTime(at, certified.uncertainty[k]).replace(/ s$/, ""), verdictOf(certified, k),
+    String(k), kinds[kind[k]], certifiedTime(at, certified.uncertainty[k]), verdictOf(certified, k),
   ]);
   const box = byId("certificate").appendChild(element("div", undefined, "scroll"));
   const table = tableOf(["", "event", "time, s", "verdict"], rows);
@@ -75,7 +59,7 @@ function showCertifiedEvents({ time, kind, kinds }, certified) {
 function showCertificate({ attributes, columns }) {
   const place = byId("certificate");
   byId("certificate-card").hidden = false;
-  if (attributes.length) place.append(tableOf(null, attributes));
+  if (attributes.length) place.append(tableOf(null, attributes.map(([name, value]) => [spaced(name), value])));
   if (!columns.length) return;
   const fold = place.appendChild(element("details"));
   fold.id = "raw-columns";
@@ -86,7 +70,7 @@ function showCertificate({ attributes, columns }) {
     for (const rows of new Set(columns.map(column => column.rows))) {
       const together = columns.filter(column => column.rows === rows).map(column => ({ ...column, values: doubles(column.values) }));
       const header = ["", ...together.map(({ name, unit }) => (unit && unit !== "1" ? `${name}, ${unit}` : name))];
-      const lines = Array.from(together[0].values, (_, k) => [String(k), ...together.map(({ values }) => minus(Number(values[k].toPrecision(13)).toString()))]);
+      const lines = Array.from(together[0].values, (_, k) => [String(k), ...together.map(({ values }) => plain(values[k], 13))]);
       fold.appendChild(element("div", undefined, "scroll")).append(tableOf(header, lines, 1));
       if (lines.length < rows) fold.append(element("p", `The first ${lines.length} of ${rows} rows.`, "hint"));
     }
@@ -112,7 +96,7 @@ function showPair(run, first, second) {
   }
   alone(second.time.length);
   byId("pair-card").hidden = false;
-  byId("pair").append(tableOf(["", `run 1, ${run.file}, s`, `run 2, ${run.second.file}, s`, "2 less 1"], rows.slice(0, MOST_PAIRS), 1));
+  byId("pair").append(tableOf(["", `1 ${run.file}, s`, `2 ${run.second.file}, s`, "2 less 1"], rows.slice(0, MOST_PAIRS), 1));
   if (rows.length > MOST_PAIRS) byId("pair").append(element("p", `The first ${MOST_PAIRS} of ${rows.length}.`, "hint"));
 }
 
@@ -168,14 +152,10 @@ class EventList {
       row.setAttribute("role", "option");
       row.setAttribute("aria-selected", String(i === this.chosen));
       row.style.top = `${(first + k) * ROW_HEIGHT}px`;
-      row.append(glyphElement(kind), element("span", `${i}  ${kind}`));
-      if (this.certified) {
-        const verdict = verdictOf(this.certified, i);
-        row.append(certifiedTime(events.time[i], this.certified.uncertainty[i]), verdict === "converged" ? "✓" : "✗");
-        row.title = verdict;
-      } else {
-        row.append(`${events.time[i].toFixed(12)} s`);
-      }
+      const known = this.certified, time = known ? certifiedTime(events.time[i], known.uncertainty[i]) : events.time[i].toFixed(12);
+      const verdict = known ? verdictOf(known, i) : "";
+      row.append(markElement(GLYPHS[kind]), element("span", `${i}  ${kind}`), `${time} s${known ? (verdict === "converged" ? " ✓" : " ✗") : ""}`);
+      row.title = verdict;
       return row;
     });
     root.replaceChildren(this.spacer, ...rows);
@@ -190,9 +170,23 @@ function eventDetail({ events, modes, trajectory }, index) {
   for (const [name, { before, after }] of events.states) {
     if (!trajectory.known.has(name)) continue;
     const unit = trajectory.unit(name);
-    rows.push([name.replaceAll("_", " "), withUnit(before[index], unit), withUnit(after[index], unit)]);
+    rows.push([spaced(name), withUnit(before[index], unit), withUnit(after[index], unit)]);
   }
   const force = withUnit(events.internal_force[index], "N");
-  const head = element("p", `Event ${index}: ${kind}, then ${modes.names[events.mode_after[index]]}. Internal force T_f/r ${force}.`, "hint");
+  const head = element("p", undefined, "hint");
+  head.append(...typeset(`Event ${index}: ${kind}, then ${modes.names[events.mode_after[index]]}. Internal force T_f/r ${force}.`));
   return [head, tableOf(["", "before", "after"], rows, 1)];
+}
+
+const MOST_CYCLES = 1000;
+
+function showCycles({ start, stick_duration, slip_duration }) {
+  const rows = Array.from(start.slice(0, MOST_CYCLES), (at, k) => {
+    const [stick, slip] = [stick_duration[k], slip_duration[k]];
+    return [String(k), `${at.toFixed(9)} s`, ...[stick, slip, stick + slip].map(duration => withUnit(duration, "s", 9))];
+  });
+  byId("cycles-card").hidden = false;
+  if (rows.length) byId("cycles").append(tableOf(["cycle", "begin", "stick", "slip", "period"], rows, 1));
+  else byId("cycles").append(element("p", "This run has no cycle of stick and slip.", "hint"));
+  if (start.length > rows.length) byId("cycles").append(element("p", `The first ${rows.length} of ${start.length} on this page.`, "hint"));
 }

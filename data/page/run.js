@@ -1,36 +1,26 @@
 // The page: data in, figures out, and what the pointer and the keys do.
 
-const run = JSON.parse(byId("run-data").textContent);
-const source = new Source(run, new Trajectory(JSON.parse(byId("trajectory-data").textContent)));
+const source = new Source(page, new Trajectory(page.trajectory));
 const { trajectory, events } = source;
 // A second run, drawn over the first.
-const second = run.second ? new Source(run.second, new Trajectory(run.second.trajectory)) : null;
-const cycles = Object.fromEntries(Object.entries(run.cycles).map(([name, text]) => [name, doubles(text)]));
-const certified = run.certified && { ...run.certified, uncertainty: doubles(run.certified.uncertainty), verdict: codes(run.certified.verdict) };
+const second = page.second ? new Source(page.second, new Trajectory(page.second.trajectory)) : null;
+const cycles = Object.fromEntries(Object.entries(page.cycles).map(([name, text]) => [name, doubles(text)]));
+const certified = page.certified && { ...page.certified, uncertainty: doubles(page.certified.uncertainty), verdict: codes(page.certified.verdict) };
 
-// What is drawn again when the colours change.
-const onTheme = [];
-const DARK = matchMedia("(prefers-color-scheme: dark)");
-const isDark = () => (document.documentElement.dataset.theme || (DARK.matches ? "dark" : "light")) === "dark";
-function showTheme() {
-  byId("theme").textContent = isDark() ? "Light" : "Dark";
-  palette = new Map();
-  for (const draw of onTheme) draw();
-}
-byId("theme").addEventListener("click", () => {
-  document.documentElement.dataset.theme = isDark() ? "light" : "dark";
-  showTheme();
-});
-DARK.addEventListener("change", showTheme);
-
-showTexts(run, trajectory.json);
+showTexts(page);
 if (certified) showCertifiedEvents(events, certified);
-if (second) showPair(run, events, second.events);
+if (second) showPair(page, events, second.events);
+if (page.orbit) {
+  new Orbit(portraitCard(page.orbit), page.orbit);
+  showCycles(cycles);
+  byId("last-period").hidden = !page.orbit.period;
+  byId("last-period").addEventListener("click", () => chart.setView(page.orbit.to - page.orbit.period, page.orbit.to));
+}
 const root = byId("chart");
 root.classList.toggle("bands", trajectory.bucket !== null);
-const chart = new Chart(root, run.panels, second ? [source, second] : [source], afterDraw);
+const chart = new Chart(root, page.panels, second ? [source, second] : [source], afterDraw);
 const list = new EventList(byId("events"), events, certified, goToEvent);
-const portraits = run.portraits.map(({ id, x, y }) => new Portrait(byId(id), trajectory, source.modes, x, y));
+const portraits = page.portraits.map(one => new Portrait(portraitCard(one), source, one.x, one.y));
 const durations = new Durations(byId("durations"), cycles, k => goToEvent(lowerBound(events.time, cycles.start[k])));
 onTheme.push(() => chart.schedule(), () => durations.draw());
 
@@ -48,8 +38,12 @@ function inView() {
   return [first, last];
 }
 
+// Portraits leave out the final stick, whose oscillation would hide the cycles, unless the view begins in it.
+const lastContact = events.kind.findLastIndex(code => ["stick", "slip", "reversal", "separation", "contact"].includes(events.kinds[code]));
+const endsInStick = !page.orbit && lastContact >= 0 && events.kinds[events.kind[lastContact]] === "stick";
+const settled = endsInStick ? events.time[lastContact] : Infinity;
 function drawPortraits() {
-  const [first, last] = inView();
+  const [first, end] = inView(), cut = lowerBound(trajectory.time, settled), last = first < cut - 1 ? Math.min(end, cut) : end;
   // With a neighbour on each side, or a short view would have nothing to draw.
   for (const portrait of portraits) portrait.draw(Math.max(first - 1, 0), Math.min(last + 1, trajectory.size));
 }
@@ -88,7 +82,7 @@ function showUndersampled() {
 function goToEvent(index) {
   const { time, size } = trajectory, at = events.time[index], i = trajectory.nearest(at);
   const around = Math.max(time[Math.min(i + 5, size - 1)] - at, at - time[Math.max(i - 5, 0)]);
-  const wish = Math.max(4 * (run.natural_period || 0), 2.2 * around);
+  const wish = Math.max(4 * (page.natural_period || 0), 2.2 * around);
   const span = Math.min(wish, Math.max(chart.to - chart.from, 2.2 * around));
   chart.setView(at - span / 2, at + span / 2);
   choose(index);
@@ -113,13 +107,20 @@ function step(by) {
 function stickSlipView() {
   const sticks = Array.from(events.kind.keys()).filter(i => events.kinds[events.kind[i]] === "stick");
   const first = events.time[sticks[0]], last = events.time[sticks[sticks.length - 1]];
-  const margin = Math.max((last - first) * 0.05, 2 * (run.natural_period || 1e-4));
+  const margin = Math.max((last - first) * 0.05, 2 * (page.natural_period || 1e-4));
   return [first - margin, last + margin];
 }
 
 const wholeRun = () => chart.setView(...chart.limits);
+const hasSticks = events.kind.some(code => events.kinds[code] === "stick");
+// At first a short interval of stick-slip, or the whole run.
+function firstView() {
+  const [from, to] = hasSticks ? stickSlipView() : chart.limits;
+  if (to - from < (chart.limits[1] - chart.limits[0]) / 3) chart.setView(from, to);
+  else wholeRun();
+}
 byId("whole").addEventListener("click", wholeRun);
-byId("stick-slip").disabled = !events.kind.some(code => events.kinds[code] === "stick");
+byId("stick-slip").disabled = !hasSticks;
 byId("stick-slip").addEventListener("click", () => chart.setView(...stickSlipView()));
 byId("zoom-in").addEventListener("click", () => chart.zoom(0.5));
 byId("zoom-out").addEventListener("click", () => chart.zoom(2));
@@ -139,16 +140,13 @@ const filter = byId("event-filter");
 filter.append(new Option(`all ${events.time.length}`, ""), ...kindsPresent.map(kind => new Option(kind, kind)));
 filter.addEventListener("change", () => list.filter(filter.value));
 
-const key = byId("mode-key");
-for (const code of new Set(source.modes.code)) {
-  const entry = key.appendChild(element("span"));
-  entry.appendChild(element("i")).style.background = `var(--${SHADES[source.modes.names[code]]})`;
-  entry.append(source.modes.names[code]);
-}
-for (const kind of kindsPresent) {
-  const entry = key.appendChild(element("span"));
-  entry.append(glyphElement(kind), kind);
-}
+const key = byId("key"), inModes = [...new Set(source.modes.code)].filter(code => code in source.modes.names);
+for (const [number, one] of second ? [[1, page], [2, page.second]] : []) key.append(keyEntry(lineSwatch("axis", number === 1 ? "solid" : "dotted"), `${number} ${one.file}`));
+key.append(element("span", "mode:"));
+for (const name of inModes.map(code => source.modes.names[code])) key.append(keyEntry(swatch("", { background: inked(SHADES[name]) }), name));
+if (kindsPresent.length) key.append(element("span", "event:"));
+for (const kind of kindsPresent) key.append(keyEntry(markElement(GLYPHS[kind]), kind));
+if (someSparse.length) key.append(keyEntry(lineSwatch("axis", "dashed"), "too few samples"));
 
 const choices = byId("panel-choice").querySelector("div"), boxes = [];
 for (const panel of chart.panels) {
@@ -156,14 +154,8 @@ for (const panel of chart.panels) {
   boxes.push(box);
   box.type = "checkbox";
   box.checked = panel.shown;
-  label.append(` ${panel.title}`);
+  label.append(" ", ...typeset(panel.title));
   box.addEventListener("change", () => chart.showPanel(panel, box.checked));
-}
-
-const lines = [someSparse.length && ["line", "too few samples"], second && ["line dotted", `second run, ${run.second.file}`]];
-for (const [style, text] of lines.filter(Boolean)) {
-  const entry = key.appendChild(element("span"));
-  entry.append(element("i", undefined, style), text);
 }
 
 // The pointer. Only canvases take part, so that legends keep their clicks.
@@ -302,9 +294,11 @@ function hover(x) {
         curve.output.textContent = "";
         continue;
       }
-      const { low, high, unit } = trajectory.channel(curve.name);
-      const text = onAxis(low[entry], panel.scale, unit, curve.shift);
-      curve.output.textContent = trajectory.isBucket(entry) ? `${text} to ${onAxis(high[entry], panel.scale, unit, curve.shift)}` : text;
+      const { low, high, unit } = curve.source.trajectory.channel(curve.name), read = value => onAxis(value, panel.scale, unit, curve.shift);
+      if (curve.source !== source) {
+        const value = curve.source.valueAt(curve.name, trajectory.time[entry]);
+        curve.output.textContent = isNaN(value) ? "" : read(value);
+      } else curve.output.textContent = trajectory.isBucket(entry) ? `${read(low[entry])} to ${read(high[entry])}` : read(low[entry]);
     }
   }
   byId("sample-time").textContent = entry < 0 ? "" : `sample at ${trajectory.time[entry].toFixed(12)} s`;
@@ -358,16 +352,13 @@ function showCursors() {
     ["time", ...times, isNaN(difference) ? "–" : withUnit(difference, "s", 9)],
     ["1/Δt", "", "", isNaN(difference) || difference === 0 ? "–" : withUnit(1 / difference, "Hz", 7)],
   ];
-  chart.sources.forEach((one, k) => {
-    for (const panel of chart.panels.filter(({ shown }) => shown)) {
-      for (const { name, label, limit } of panel.curves.filter(({ on }) => on)) {
-        if (limit || !one.trajectory.has(name)) continue;
-        const values = cursors.map(time => (time === null ? NaN : one.valueAt(name, time))), unit = one.trajectory.unit(name);
-        const text = value => (isNaN(value) ? "–" : withUnit(value, unit, 7));
-        rows.push([`${second ? `run ${k + 1}, ` : ""}${panel.title}, ${label}`, ...values.map(text), text(values[1] - values[0])]);
-      }
+  for (const panel of chart.panels.filter(({ shown }) => shown)) {
+    for (const { name, label, source: one } of panel.curves.filter(({ on, limit }) => on && !limit)) {
+      const values = cursors.map(time => (time === null ? NaN : one.valueAt(name, time))), unit = one.trajectory.unit(name);
+      const text = value => (isNaN(value) ? "–" : withUnit(value, unit, 7));
+      rows.push([`${second ? `${chart.sources.indexOf(one) + 1} ` : ""}${panel.title}, ${label}`, ...values.map(text), text(values[1] - values[0])]);
     }
-  });
+  }
   const shape = rows.map(([name]) => name).join();
   if (shape !== measured) {
     measured = shape;
@@ -375,18 +366,20 @@ function showCursors() {
     return;
   }
   const lines = measure.querySelectorAll("tbody tr");
-  rows.forEach((row, r) => row.forEach((text, k) => (lines[r].children[k].textContent = text)));
+  rows.forEach((row, r) => row.slice(1).forEach((text, k) => (lines[r].children[k + 1].textContent = text)));
 }
 
 // The view as the fragment of the page's address: window, cursors, and what differs from the panels and curves of the beginning.
 const slug = text => text.toLowerCase().replace(/[^a-z0-9]+/g, "-");
 const shownAtFirst = chart.panels.map(({ shown }) => shown);
-const firstView = [...chart.limits];
+firstView();
+const begun = [chart.from, chart.to];
+const offName = (panel, { name, source: one }) => `${slug(panel.title)}.${name}${one === source ? "" : ".2"}`;
 function viewText() {
-  const parts = [], whole = chart.from === firstView[0] && chart.to === firstView[1];
-  if (!whole) parts.push(`t=${chart.from},${chart.to}`);
+  const parts = [];
+  if (chart.from !== begun[0] || chart.to !== begun[1]) parts.push(`t=${chart.from},${chart.to}`);
   if (chart.panels.some(({ shown }, k) => shown !== shownAtFirst[k])) parts.push(`panels=${chart.panels.filter(({ shown }) => shown).map(({ title }) => slug(title)).join(",")}`);
-  const off = chart.panels.flatMap(panel => panel.curves.filter(({ on }) => !on).map(({ name }) => `${slug(panel.title)}.${name}`));
+  const off = chart.panels.flatMap(panel => panel.curves.filter(({ on }) => !on).map(curve => offName(panel, curve)));
   if (off.length) parts.push(`off=${off.join(",")}`);
   if (cursors.some(time => time !== null)) parts.push(`cursors=${cursors.map(time => (time === null ? "" : time)).join(",")}`);
   return parts.join("&");
@@ -416,13 +409,13 @@ function restoreView() {
   chart.panels.forEach((panel, k) => {
     chart.showPanel(panel, parts.has("panels") ? all("panels").includes(slug(panel.title)) : shownAtFirst[k]);
     boxes[k].checked = panel.shown;
-    for (const curve of panel.curves) chart.switchCurve(curve, !all("off").includes(`${slug(panel.title)}.${curve.name}`));
+    for (const curve of panel.curves) chart.switchCurve(curve, !all("off").includes(offName(panel, curve)));
   });
   const times = name => all(name).map(one => (one === "" || !isFinite(one) ? null : Number(one)));
   [0, 1].forEach(number => placeCursor(number, times("cursors")[number] ?? null));
   const [from, to] = times("t");
   if (from !== null && to !== undefined && to > from) chart.setView(from, to);
-  else wholeRun();
+  else firstView();
   kept = text;
 }
 addEventListener("hashchange", restoreView);

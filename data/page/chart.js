@@ -1,22 +1,21 @@
 // The panels over time: one view for all of them, drawn column of pixels by column of pixels.
 
-// Names of colours in the page's style: Okabe and Ito's, which colour-blind readers can tell apart, lighter on a dark page.
-const BLUE = "blue", VERMILLION = "vermillion", GREEN = "green", ORANGE = "orange", PURPLE = "purple", BLACK = "black", GREY = "grey";
+// The ground of a mode, and the colour of a curve that passes through several, by the mode's name.
+const SHADES = { "separated": "separated", "stick": "stick", "slip-forward": "slip", "slip-backward": "backward", "engaged": "slip" };
+const MODE_COLOURS = { "separated": "grey", "stick": "vermillion", "slip-forward": "blue", "slip-backward": "purple", "engaged": "blue" };
 
-// By mode code's name: what is behind the curves.
-const SHADES = { "separated": "separated", "stick": "stick", "slip-forward": "ground", "slip-backward": "backward", "engaged": "ground" };
-
-// By kind: colour, outline around (0, 0), whether it is filled.
+// The mark of a kind of event: colour, outline around (0, 0), whether it is filled.
+const mark = (colour, path, filled) => ({ colour, path, filled });
 const GLYPHS = {
-  stick: [VERMILLION, "M-4-4H4V4H-4Z", true],
-  slip: [BLUE, "M0-5L5 4H-5Z", true],
-  reversal: [PURPLE, "M0-5L5 0L0 5L-5 0Z", true],
-  separation: [BLACK, "M-4 0A4 4 0 1 0 4 0A4 4 0 1 0-4 0Z", false],
-  contact: [BLACK, "M-4 0A4 4 0 1 0 4 0A4 4 0 1 0-4 0Z", true],
-  kick: [GREEN, "M0-6L1.8-1.8L6 0L1.8 1.8L0 6L-1.8 1.8L-6 0L-1.8-1.8Z", true],
-  corner: [GREY, "M-5 4L0-4L5 4", false],
-  destabilised: [BLACK, "M0-5L5 4H-5Z", false],
-  restabilised: [BLACK, "M0 5L5-4H-5Z", false],
+  stick: mark("vermillion", "M-4-4H4V4H-4Z", true),
+  slip: mark("blue", "M0-5L5 4H-5Z", true),
+  reversal: mark("purple", "M0-5L5 0L0 5L-5 0Z", true),
+  separation: mark("black", "M-4 0A4 4 0 1 0 4 0A4 4 0 1 0-4 0Z", false),
+  contact: mark("black", "M-4 0A4 4 0 1 0 4 0A4 4 0 1 0-4 0Z", true),
+  kick: mark("green", "M0-6L1.8-1.8L6 0L1.8 1.8L0 6L-1.8 1.8L-6 0L-1.8-1.8Z", true),
+  corner: mark("grey", "M-5 4L0-4L5 4", false),
+  destabilised: mark("black", "M0-5L5 4H-5Z", false),
+  restabilised: mark("black", "M0 5L5-4H-5Z", false),
 };
 
 const LEFT = 66, RIGHT = 10, PANEL = 122, STRIP = 22, AXIS = 40;
@@ -28,15 +27,22 @@ const SHORTEST = 1e-7;
 // A channel of the first run less the same of the second.
 const DIFFERENCE = "difference_of_";
 
-// The panels of one run, or of two: behind those of quantities that are shown, those of their differences. A limit is drawn, but the
-// panel's range does not follow it. A panel of changes counts from the left edge of the view when that is short: within a cycle,
-// energies change by millionths of themselves.
-function panelsOf(panels, trajectory) {
-  const known = curves => curves.filter(({ name }) => trajectory.has(name));
-  return panels.map(panel => ({ ...panel, curves: known(panel.curves) })).flatMap(panel => {
-    const curves = known(panel.curves.map(curve => ({ ...curve, name: DIFFERENCE + curve.name })));
-    const difference = { title: `Difference, ${panel.title[0].toLowerCase()}${panel.title.slice(1)}`, curves, shown: panel.shown && !panel.change };
-    return curves.length ? [panel, difference] : [panel];
+// Colours of a second run, in this order, as far as the first has others in the panel.
+const SECOND = ["vermillion", "orange", "sky", "purple", "black", "wine", "olive", "grey"];
+
+// The panels of one run, or of two: each curve of the first with that of the second beside it, and behind the panels of quantities
+// those of their differences. A limit is drawn, but the panel's range does not follow it. A panel of changes counts from the left
+// edge of the view when that is short: within a cycle, energies change by millionths of themselves.
+function panelsOf(panels, sources) {
+  const known = (curves, source) => curves.filter(({ name }) => source.trajectory.has(name)).map(curve => ({ ...curve, source }));
+  const [first, second] = sources;
+  return panels.flatMap(panel => {
+    const own = known(panel.curves, first), free = SECOND.filter(colour => !own.some(curve => curve.colour === colour));
+    const other = second ? known(panel.curves, second).map((curve, k) => (curve.limit ? curve : { ...curve, colour: free[k % free.length] })) : [];
+    const curves = own.flatMap(curve => [curve, ...other.filter(({ name }) => name === curve.name)]);
+    const differences = known(panel.curves.map(curve => ({ ...curve, name: DIFFERENCE + curve.name })), first);
+    const title = `Difference, ${panel.title[0].toLowerCase()}${panel.title.slice(1)}`;
+    return [{ ...panel, curves }, { title, curves: differences, shown: panel.shown && !panel.change }].filter(({ curves }) => curves.length);
   });
 }
 
@@ -49,8 +55,8 @@ class Chart {
     if (!(this.limits[1] > this.limits[0])) this.limits[1] = this.limits[0] + 1e-3;
     [this.from, this.to] = this.limits;
     this.strip = root.appendChild(document.createElement("canvas"));
-    this.panels = panelsOf(panels, this.trajectory).map(definition => this.makePanel(definition));
-    this.axis = root.appendChild(document.createElement("canvas"));
+    this.panels = panelsOf(panels, sources).map(definition => this.makePanel(definition));
+    this.axis = root.appendChild(element("canvas", undefined, "axis"));
     this.strip.style.height = `${STRIP * sources.length}px`;
     this.axis.style.height = `${AXIS}px`;
     this.pending = false;
@@ -58,29 +64,26 @@ class Chart {
   }
 
   makePanel(definition) {
-    const box = this.root.appendChild(document.createElement("div"));
-    box.className = "panel";
-    const title = box.appendChild(document.createElement("b"));
-    const legend = box.appendChild(document.createElement("div"));
-    legend.className = "legend";
-    const panel = { title: definition.title, box, titleElement: title, canvas: null, scale: null, shown: definition.shown, change: definition.change, curves: [] };
-    panel.unit = definition.curves.length ? readable(this.trajectory.unit(definition.curves[0].name)) : "";
-    for (const { name, label, colour, limit } of definition.curves) {
-      const curve = { name, label, colour, limit, thin: name.startsWith("breakaway"), on: true, shift: 0, button: null, output: null };
-      panel.curves.push(curve);
-      const button = legend.appendChild(document.createElement("button"));
+    const box = this.root.appendChild(element("div", undefined, "panel"));
+    const panel = { ...definition, box, heading: box.appendChild(element("b")), canvas: null, scale: null };
+    panel.unit = this.trajectory.unit(definition.curves[0].name);
+    const legend = box.appendChild(element("div", undefined, "legend")), two = panel.curves.some(({ source }) => source !== this.run);
+    // Wide below narrow: curves that coincide are both seen. The second of two runs is above the first.
+    const isThin = ({ name }) => name.startsWith("breakaway"), last = panel.curves.findLast(curve => !isThin(curve));
+    panel.curves = panel.curves.map(curve => {
+      const button = legend.appendChild(element("button"));
+      const made = { ...curve, on: true, shift: 0, thin: isThin(curve), wide: two ? curve.source === this.run : curve !== last, button, output: null };
       button.type = "button";
       button.setAttribute("aria-pressed", "true");
-      const swatch = button.appendChild(document.createElement("i"));
-      swatch.style.borderColor = `var(--${colour})`;
-      curve.button = button;
-      if (curve.limit) swatch.style.borderTopStyle = "dashed";
-      button.append(label);
+      const label = element("span", two && !curve.limit ? `${this.sources.indexOf(curve.source) + 1}  ` : "");
+      label.append(...typeset(curve.label));
+      button.append(lineSwatch(curve.colour, curve.limit ? "dashed" : curve.source === this.run ? "solid" : "dotted"), label);
       // Of a limit there is no reading.
-      if (!curve.limit) curve.output = button.appendChild(document.createElement("output"));
-      button.addEventListener("click", () => this.switchCurve(curve, !curve.on));
-    }
-    panel.canvas = box.appendChild(document.createElement("canvas"));
+      if (!curve.limit) made.output = button.appendChild(element("output"));
+      button.addEventListener("click", () => this.switchCurve(made, !made.on));
+      return made;
+    });
+    panel.canvas = box.appendChild(element("canvas"));
     panel.canvas.style.height = `${PANEL}px`;
     box.hidden = !panel.shown;
     return panel;
@@ -208,16 +211,16 @@ class Chart {
     context.fillStyle = ink("ground");
     context.fillRect(LEFT, top, this.plotWidth, bottom - top);
     for (const [x0, x1, shade] of this.shades) {
-      if (shade === "ground") continue;
+      if (!shade) continue;
       context.fillStyle = ink(shade);
       context.fillRect(x0, top, x1 - x0, bottom - top);
     }
     const curves = panel.curves.filter(curve => curve.on);
     const change = panel.change && this.to - this.from < CHANGE_BELOW * (this.limits[1] - this.limits[0]);
-    for (const curve of panel.curves) curve.shift = change ? this.leftValue(curve) : 0;
+    for (const curve of panel.curves) curve.shift = change ? curve.source.valueAt(curve.name, this.from) || 0 : 0;
     const [low, high] = this.rangeOf(curves);
     const y = value => bottom - (value - low) / (high - low) * (bottom - top);
-    const axis = axisOf(low, high, bottom - top, 25);
+    const axis = axisOf(low, high, bottom - top, 25, false, panel.unit);
     panel.scale = axis;
     context.textAlign = "right";
     context.textBaseline = "middle";
@@ -235,14 +238,11 @@ class Chart {
     context.rect(LEFT, top, this.plotWidth, bottom - top);
     context.clip();
     if (this.eventCount < this.plotWidth / 7) this.drawEventLines(context, top, bottom);
-    for (const curve of curves) {
-      for (const source of this.sources) if (source.trajectory.has(curve.name)) this.drawCurve(context, source, curve, value => y(value - curve.shift));
-    }
+    for (const curve of curves) this.drawCurve(context, curve, value => y(value - curve.shift));
     context.restore();
     context.strokeStyle = ink("frame");
     context.strokeRect(LEFT + 0.5, top + 0.5, this.plotWidth - 1, bottom - top - 1);
-    const offset = axis.offset ? `, from ${axis.offsetText} ${panel.unit}` : "";
-    panel.titleElement.textContent = `${panel.title}${change ? " since the left edge" : ""}, ${axis.prefix}${panel.unit}${offset}`;
+    panel.heading.replaceChildren(...typeset(nameOf({ label: `${panel.title}${change ? " since the left edge" : ""}`, unit: panel.unit }, axis)));
   }
 
   rangeOf(curves) {
@@ -251,60 +251,57 @@ class Chart {
       if (value - shift < low) low = value - shift;
       if (value - shift > high) high = value - shift;
     };
-    for (const curve of curves) {
-      if (curve.limit) continue;
-      for (const source of this.sources) {
-        if (!source.trajectory.has(curve.name)) continue;
-        const { pyramid } = source.trajectory.channel(curve.name), states = source.events.states.get(curve.name);
-        const first = source.columns[0], last = source.columns[source.columns.length - 1];
-        // The neighbours of the view count only where the curve enters and leaves it.
-        pyramid.extremes(Math.min(first + 1, last), Math.max(last - 1, first));
-        const ends = [pyramid.low, pyramid.high, source.valueAt(curve.name, this.from), source.valueAt(curve.name, this.to)];
-        if (states) {
-          states.pyramid.extremes(...source.inView);
-          ends.push(states.pyramid.low, states.pyramid.high);
-        }
-        for (const value of ends) if (isFinite(value)) take(value, curve.shift);
+    for (const { name, source, limit, shift } of curves) {
+      if (limit) continue;
+      const { pyramid } = source.trajectory.channel(name), states = source.events.states.get(name);
+      const first = source.columns[0], last = source.columns[source.columns.length - 1];
+      // The neighbours of the view count only where the curve enters and leaves it.
+      pyramid.extremes(Math.min(first + 1, last), Math.max(last - 1, first));
+      const ends = [pyramid.low, pyramid.high, source.valueAt(name, this.from), source.valueAt(name, this.to)];
+      if (states) {
+        states.pyramid.extremes(...source.inView);
+        ends.push(states.pyramid.low, states.pyramid.high);
       }
+      for (const value of ends) if (isFinite(value)) take(value, shift);
+    }
+    // A torque that changes its sign has a limit on both sides.
+    for (const { name, source, limit } of low < 0 && high > 0 ? curves : []) {
+      if (!limit) continue;
+      const { pyramid } = source.trajectory.channel(name);
+      pyramid.extremes(source.columns[0], source.columns[source.columns.length - 1]);
+      take(pyramid.low, 0);
     }
     return padded(low, high);
-  }
-
-  leftValue(curve) {
-    const value = this.run.valueAt(curve.name, this.from);
-    return isFinite(value) ? value : 0;
   }
 
   drawEventLines(context, top, bottom) {
     context.globalAlpha = 0.45;
     for (const [x, i] of this.marks) {
-      context.fillStyle = ink(GLYPHS[this.run.events.kinds[this.run.events.kind[i]]][0]);
+      context.fillStyle = ink(GLYPHS[this.run.events.kinds[this.run.events.kind[i]]].colour);
       context.fillRect(Math.round(x), top, 1, bottom - top);
     }
     context.globalAlpha = 1;
   }
 
-  // The second of two runs is dotted, and where it is too dense for that, pale.
-  drawCurve(context, source, curve, y) {
-    const { entries, trajectory } = source, second = source !== this.run, dense = entries > 2 * this.plotWidth;
+  // The second of two runs is dotted, unless it is too dense for that.
+  drawCurve(context, curve, y) {
+    const { source } = curve, { entries, trajectory } = source, second = source !== this.run && !curve.limit, dense = entries > 2 * this.plotWidth;
     // A line of one pixel takes a fraction of the time of a broader one; where it is dense, it looks the same.
-    const width = curve.thin || 4 * entries > this.plotWidth ? 1 : 1.4;
+    const thin = curve.limit || 4 * entries > this.plotWidth;
     const stroke = (dash, trace) => {
       context.beginPath();
       trace();
       context.strokeStyle = ink(curve.colour);
-      context.lineWidth = second ? 2 : width;
-      context.globalAlpha = second && dense ? 0.5 : 1;
+      context.lineWidth = curve.thin ? 1 : curve.wide ? (dense ? 2 : 2.8) : second && !dense ? 2 : thin ? 1 : 1.4;
       context.setLineDash(dash);
       context.stroke();
       context.setLineDash([]);
-      context.globalAlpha = 1;
     };
     if (dense) {
       stroke(curve.limit ? [5, 4] : [], () => this.traceColumns(context, source, curve, y));
     } else {
       const points = this.vertices(source, curve.name);
-      stroke(curve.limit ? [5, 4] : second ? [1.5, 3] : [], () => this.traceVertices(context, source, points, y, false));
+      stroke(curve.limit ? [5, 4] : second ? [2, 3] : [], () => this.traceVertices(context, source, points, y, false));
       if (source.sparse.from.length) stroke([7, 5], () => this.traceVertices(context, source, points, y, true));
     }
     if (trajectory.bucket) this.drawBands(context, source, curve, y);
@@ -455,7 +452,7 @@ class Chart {
     this.sources.forEach(({ events: { kinds, kind }, marks }, k) => {
       context.fillStyle = ink("axis");
       context.fillText(this.sources.length > 1 ? `run ${k + 1}` : "events", LEFT - 6, STRIP * (k + 0.5));
-      for (const [x, i] of marks) drawGlyph(context, kinds[kind[i]], x, STRIP * (k + 0.5));
+      for (const [x, i] of marks) drawMark(context, GLYPHS[kinds[kind[i]]], x, STRIP * (k + 0.5));
     });
   }
 
@@ -473,33 +470,4 @@ class Chart {
     const name = offset ? `t − ${offsetText} s, in ${prefix}s` : `time t, ${prefix}s`;
     context.fillText(name, LEFT + this.plotWidth / 2, 23);
   }
-}
-
-const glyphPaths = Object.fromEntries(Object.entries(GLYPHS).map(([kind, [, outline]]) => [kind, new Path2D(outline)]));
-
-function drawGlyph(context, kind, x, y) {
-  const [colour, , filled] = GLYPHS[kind], path = glyphPaths[kind];
-  context.save();
-  context.translate(x, y);
-  context.fillStyle = ink(filled ? colour : "ground");
-  context.fill(path);
-  context.strokeStyle = ink(colour);
-  context.lineWidth = 1.3;
-  context.stroke(path);
-  context.restore();
-}
-
-// The same as an element of a list.
-function glyphElement(kind) {
-  const [colour, outline, filled] = GLYPHS[kind];
-  const make = name => document.createElementNS("http://www.w3.org/2000/svg", name);
-  const svg = make("svg"), path = svg.appendChild(make("path"));
-  svg.setAttribute("class", "glyph");
-  svg.setAttribute("viewBox", "-6 -6 12 12");
-  svg.setAttribute("aria-hidden", "true");
-  path.setAttribute("d", outline);
-  path.style.fill = `var(--${filled ? colour : "ground"})`;
-  path.style.stroke = `var(--${colour})`;
-  path.setAttribute("stroke-width", "1.3");
-  return svg;
 }
