@@ -19,6 +19,7 @@ mod executor;
 mod figures;
 mod messages;
 mod multipliers;
+mod names;
 mod npy;
 mod paper_procedure;
 mod planted;
