@@ -2,13 +2,13 @@
 
 use super::elementary::Elementary;
 use super::float::Float;
-use super::friction::{self, Friction, Shapes};
+use super::friction::{self, ExactFriction, Shapes};
 use stickslip_system::model::system::{ContactLaw, ExactSystem, Smoothing};
 
 #[derive(Debug)]
-pub(super) struct Contact<const N: usize> {
-    friction: Vec<Friction<N>>,
-    backward: Option<Friction<N>>,
+pub(super) struct ExactContact<const N: usize> {
+    friction: Vec<ExactFriction<N>>,
+    backward: Option<ExactFriction<N>>,
     engaged: Engaged<N>,
 }
 
@@ -26,10 +26,10 @@ enum Engaged<const N: usize> {
     },
 }
 
-impl<const N: usize> Contact<N> {
+impl<const N: usize> ExactContact<N> {
     pub fn new(exact: &ExactSystem) -> Self {
         let number = Float::from_rational;
-        Contact {
+        ExactContact {
             friction: friction::pieces(&exact.radius, &exact.law),
             backward: friction::backward(&exact.radius, &exact.law),
             engaged: match &exact.contact {
@@ -46,7 +46,7 @@ impl<const N: usize> Contact<N> {
         }
     }
 
-    fn friction(&self, sense: i8, piece: usize) -> &Friction<N> {
+    fn friction(&self, sense: i8, piece: usize) -> &ExactFriction<N> {
         match &self.backward {
             Some(backward) if sense < 0 => backward,
             _ => &self.friction[piece],
@@ -84,7 +84,7 @@ pub(super) struct ContactSeries<const N: usize> {
     pub deflection: Vec<Float<N>>,
 }
 
-type Known<'a, const N: usize> = (&'a [Float<N>], &'a [Float<N>]);
+type KnownForce<'a, const N: usize> = (&'a [Float<N>], &'a [Float<N>]);
 
 /// The next coefficient of a quotient q = n/d, where d has one coefficient more than q.
 fn quotient<const N: usize>(
@@ -114,7 +114,7 @@ impl<const N: usize> ContactSeries<N> {
         self.deflection.push(Float::zero());
     }
 
-    fn law(&mut self, friction: &Friction<N>, table: &Elementary<N>, speed: Float<N>) -> Float<N> {
+    fn law(&mut self, friction: &ExactFriction<N>, table: &Elementary<N>, speed: Float<N>) -> Float<N> {
         let k = self.shapes.speed.len();
         self.shapes.extend(friction, speed, table);
         let mut value = match self.shapes.shape.get(k) {
@@ -131,7 +131,7 @@ impl<const N: usize> ContactSeries<N> {
     /// The next coefficient of s mu(s omega_r) r F_n.
     pub fn slip(
         &mut self,
-        contact: &Contact<N>,
+        contact: &ExactContact<N>,
         table: &Elementary<N>,
         (sense, piece): (i8, usize),
         (relative, normal): (&Float<N>, &[Float<N>]),
@@ -156,7 +156,7 @@ impl<const N: usize> ContactSeries<N> {
     /// margin is zero with it, and has the sign of the slope of friction.
     pub fn margin(
         &self,
-        contact: &Contact<N>,
+        contact: &ExactContact<N>,
         (sense, piece): (i8, usize),
         twice_resistance: &Float<N>,
         normal: &[Float<N>],
@@ -181,10 +181,10 @@ impl<const N: usize> ContactSeries<N> {
 
     pub fn engaged(
         &mut self,
-        contact: &Contact<N>,
+        contact: &ExactContact<N>,
         table: &Elementary<N>,
         (sense, piece): (i8, usize),
-        (relative, normal): Known<'_, N>,
+        (relative, normal): KnownForce<'_, N>,
     ) -> Float<N> {
         let k = relative.len() - 1;
         let speed = if sense < 0 { -&relative[k] } else { relative[k] };

@@ -20,7 +20,7 @@ use super::style::{BLACK, BLUE, line_color};
 use quantity::{QUANTITIES, Quantity};
 use std::path::Path;
 use stickslip_analysis::continuation::{Branch, Special, Stored};
-use stickslip_analysis::cycle::Stability;
+use stickslip_analysis::cycle::CycleStability;
 
 const BRANCHES: &str = "branches";
 const SPECIAL_POINTS: &str = "special-points";
@@ -46,10 +46,10 @@ const OF_CYCLES: [&str; 3] = ["amplitude", "relative_velocity", "period"];
 const OF_STEADY: [&str; 2] = ["position", "growth_rate"];
 
 /// Stabilities in the order of their codes on a page, with their line styles.
-const STYLES: [(Stability, CurveStyle); 3] = [
-    (Stability::Stable, CurveStyle::Solid),
-    (Stability::Unstable, CurveStyle::Dashed),
-    (Stability::Neutral, CurveStyle::Dotted),
+const STYLES: [(CycleStability, CurveStyle); 3] = [
+    (CycleStability::Stable, CurveStyle::Solid),
+    (CycleStability::Unstable, CurveStyle::Dashed),
+    (CycleStability::Neutral, CurveStyle::Dotted),
 ];
 
 /// File of a continuation.

@@ -18,7 +18,7 @@ use serde::Serialize;
 use super::html::{self, filled, json};
 use super::run::samples;
 use super::target::{self, Product};
-use super::{PlotError, Run};
+use super::{DrawnRun, PlotError};
 use document::{Document, Second};
 use form::Form;
 use pair::Pair;
@@ -125,7 +125,7 @@ pub fn write(file: &ResultFile, second: Option<&ResultFile>, path: &Path, force:
 fn form_of(file: &ResultFile) -> Result<Form, PlotError> {
     let source = CaseSource::result(file.path(), file.resolved()?);
     let run = match Case::read(&source, &[]) {
-        Ok(_) => Some(Run::open(file.path())?),
+        Ok(_) => Some(DrawnRun::open(file.path())?),
         Err(error) if file.meta()?.iter().any(|(name, _)| name == META_MOTION) => return Err(error.into()),
         Err(_) => None,
     };

@@ -3,8 +3,8 @@
 use serde::Serialize;
 
 use crate::plot::html::Doubles;
-use crate::plot::portraits::{Shown, shown};
-use crate::plot::{PlotError, Run};
+use crate::plot::portraits::{ShownPortrait, shown};
+use crate::plot::{DrawnRun, PlotError};
 
 const POINTS: usize = 30_000;
 
@@ -36,8 +36,8 @@ struct OrbitLine {
 
 impl Orbit {
     /// The orbit of the figure `phase-portrait`, and a note on omitted points.
-    pub(super) fn of(run: &Run) -> Result<(Orbit, Option<String>), PlotError> {
-        let Shown { axes, window, periodic } = shown(run);
+    pub(super) fn of(run: &DrawnRun) -> Result<(Orbit, Option<String>), PlotError> {
+        let ShownPortrait { axes, window, periodic } = shown(run);
         let window = run.shortened(window, POINTS)?;
         let axis = |channel: &str| -> Result<OrbitAxis, PlotError> {
             let axis = run.axis(channel)?;

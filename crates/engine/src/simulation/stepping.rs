@@ -2,7 +2,7 @@
 //!
 //! ARKODE cannot accept a step whatever its error, and would fail at the discontinuities that naive solvers step over.
 
-use crate::hybrid::{Advance, ChosenSolver, Direction, Dynamics, Engine, EngineError, Fired, Segment};
+use crate::hybrid::{Advance, ChosenSolver, Direction, Dynamics, Engine, EngineError, EngineSegment, Fired};
 use crate::sundials::{Coefficients, Counters};
 use nalgebra::Complex;
 use std::sync::Arc;
@@ -180,7 +180,7 @@ impl<D: Dynamics> FixedSteps<D> {
 }
 
 impl<D: Dynamics> Engine<D::Location> for FixedSteps<D> {
-    fn begin(&mut self, segment: &Segment<'_, D::Location>, chosen: &ChosenSolver) -> Result<(), EngineError> {
+    fn begin(&mut self, segment: &EngineSegment<'_, D::Location>, chosen: &ChosenSolver) -> Result<(), EngineError> {
         self.step = chosen.fixed_step.ok_or(EngineError::Missing)?;
         self.location = Some(segment.location);
         self.segment = (segment.start, segment.span());

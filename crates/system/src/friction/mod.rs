@@ -16,7 +16,7 @@
 //!
 //! `law` has the interface, `parameters` the link to a case, `cubic` the common part of the last two laws.
 //!
-//! A new law is a file in this folder that implements [`Law`] and [`Parameters`], and its name in `laws!` below;
+//! A new law is a file in this folder that implements [`Law`] and [`LawParameters`], and its name in `laws!` below;
 //! CONTRIBUTING.md has the steps.
 
 mod asymmetric;
@@ -35,7 +35,7 @@ pub use coulomb::Coulomb;
 pub use exponential::Exponential;
 pub use hyperbolic::Hyperbolic;
 pub use law::{Backward, Bounds, Factors, Law, LawSeries};
-pub use parameters::{LawParameter, LawValue, Parameters};
+pub use parameters::{LawParameter, LawParameters, LawValue};
 pub use polynomial::Polynomial;
 pub use stribeck::Stribeck;
 pub use table::{Interpolation, Table};
@@ -98,12 +98,12 @@ macro_rules! laws {
             }
 
             /// The words of `friction.law`; the first is the default.
-            pub const NAMES: &'static [&'static str] = &[$(<$law as Parameters>::NAME),+];
+            pub const NAMES: &'static [&'static str] = &[$(<$law as LawParameters>::NAME),+];
 
             /// The parameters of the law of this name; empty for an unknown name.
             pub fn parameters_of(name: &str) -> &'static [LawParameter] {
                 match name {
-                    $(<$law as Parameters>::NAME => <$law as Parameters>::PARAMETERS,)+
+                    $(<$law as LawParameters>::NAME => <$law as LawParameters>::PARAMETERS,)+
                     _ => &[],
                 }
             }
@@ -111,7 +111,7 @@ macro_rules! laws {
             /// The law of this name, with NaN for parameters without default.
             pub fn unset(name: &str) -> Option<FrictionLaw> {
                 match name {
-                    $(<$law as Parameters>::NAME => Some(<$law as Parameters>::unset().into()),)+
+                    $(<$law as LawParameters>::NAME => Some(<$law as LawParameters>::unset().into()),)+
                     _ => None,
                 }
             }
@@ -119,14 +119,14 @@ macro_rules! laws {
             /// The word of `friction.law`.
             pub fn name(&self) -> &'static str {
                 match self {
-                    $(FrictionLaw::$law(_) => <$law as Parameters>::NAME,)+
+                    $(FrictionLaw::$law(_) => <$law as LawParameters>::NAME,)+
                 }
             }
 
             /// Key of the coefficient at vanishing speed.
             pub fn key_at_vanishing_speed(&self) -> &'static str {
                 match self {
-                    $(FrictionLaw::$law(_) => <$law as Parameters>::AT_VANISHING_SPEED,)+
+                    $(FrictionLaw::$law(_) => <$law as LawParameters>::AT_VANISHING_SPEED,)+
                 }
             }
         }

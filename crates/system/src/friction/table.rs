@@ -2,7 +2,7 @@
 
 use super::cubic::{Cubic, CubicSeries};
 use super::parameters::parameter;
-use super::{Bounds, Factors, Law, LawParameter, LawSeries, LawValue, Parameters};
+use super::{Bounds, Factors, Law, LawParameter, LawParameters, LawSeries, LawValue};
 use crate::numerics::Number;
 use crate::numerics::taylor::Unfolding;
 
@@ -52,7 +52,7 @@ pub struct Table {
 const MOST_FOLLOWED: f64 = 500.0;
 
 impl Table {
-    /// A law through these points. [`Parameters::complaints`] reports errors; the law is NaN if the points make no
+    /// A law through these points. [`LawParameters::complaints`] reports errors; the law is NaN if the points make no
     /// curve.
     pub fn new(speed: Vec<f64>, coefficient: Vec<f64>, interpolation: Interpolation) -> Table {
         let mut table = Table {
@@ -175,7 +175,7 @@ fn monotone_slopes(width: &[f64], secant: &[f64]) -> Vec<f64> {
     slopes
 }
 
-impl Parameters for Table {
+impl LawParameters for Table {
     const NAME: &'static str = "table";
     const PARAMETERS: &'static [LawParameter] = &[
         parameter!(

@@ -15,7 +15,7 @@ use crate::plot::target::{self, Product};
 use serde::Serialize;
 use std::path::Path;
 use stickslip_analysis::continuation::{Branch, BranchPoint, Special};
-use stickslip_analysis::cycle::Stability;
+use stickslip_analysis::cycle::CycleStability;
 
 /// Bytes.
 const SIZE_LIMIT: usize = 8_000_000;
@@ -217,7 +217,7 @@ fn points(branches: &[Branch]) -> impl Iterator<Item = (&Branch, &BranchPoint)> 
         .flat_map(|branch| branch.points.iter().map(move |point| (branch, point)))
 }
 
-fn code(stability: Stability) -> i8 {
+fn code(stability: CycleStability) -> i8 {
     STYLES.iter().position(|one| one.0 == stability).unwrap_or(0) as i8
 }
 
