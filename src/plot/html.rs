@@ -1,11 +1,11 @@
-//! Single-file pages: a template with places in double braces, escaped texts, a JSON document, arrays as base64.
+//! Pages in a single file: a template with names in double braces, escaped texts, a JSON document, arrays as base64.
 
 use super::{PlotError, signature};
 use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
 use serde::{Serialize, Serializer};
 
-/// Replaces the names of `parts` (name, text) in double braces; other braces stay.
+/// Replaces the names of `parts` (name, text) in double braces. Other braces remain.
 pub(super) fn filled(template: &str, parts: &[(&str, &str)]) -> String {
     let mut text = String::with_capacity(template.len());
     let mut rest = template;
@@ -32,13 +32,13 @@ pub(super) fn page(template: &str, title: &str, parts: &[(&str, &str)]) -> Strin
     )
 }
 
-/// JSON for a script element: no text can end the element, open a comment, or control a terminal.
+/// JSON for a script element, in which no text can end the element, open a comment, or control a terminal.
 pub(super) fn json(value: &impl Serialize) -> Result<String, PlotError> {
     let text = serde_json::to_string(value).map_err(|error| PlotError::Drawing(error.to_string()))?;
     Ok(stickslip_system::quote::in_json(&text, |c| c == '<'))
 }
 
-/// Text for an HTML or SVG element, without control characters: XML forbids them, and they could control a terminal.
+/// Text for an HTML or SVG element. It has no control characters, which XML forbids and terminals obey.
 pub(super) fn escaped(text: &str) -> String {
     stickslip_system::quote::for_terminal(text)
         .replace('&', "&amp;")
@@ -60,7 +60,6 @@ impl FromIterator<f64> for Doubles {
     }
 }
 
-/// Codes: base64 of bytes.
 #[derive(Debug, Serialize)]
 pub(super) struct Codes(String);
 

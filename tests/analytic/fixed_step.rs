@@ -1,4 +1,4 @@
-//! Fixed steps: halving the step divides the error by 2^order, where the exact solution is known.
+//! Fixed steps: where the exact solution is known, halving the step divides the error by 2^order.
 
 use crate::common::cases::{built_in, kinds, recorded, reported};
 use crate::common::linear_brake::LinearBrake;
@@ -10,11 +10,11 @@ use stickslip::record::EventKind;
 use stickslip::signal::{Ramp, Signal};
 use stickslip::simulation::{Method, SolverOptions};
 
-/// The end of the smooth slip, s: some eight natural periods, in which the oscillation that the step of the force starts
-/// keeps more than a tenth of its size.
+/// End of the smooth slip, s: some eight natural periods, after which the oscillation excited by the step of the force
+/// still has more than a tenth of its size.
 const END: f64 = 0.002;
 
-/// Slip under a force that is applied at once, with constant friction: linear, and it rings.
+/// Slip under a force that is applied at once, with constant friction: a linear motion that rings.
 fn slip() -> Parameters {
     let mut parameters = truth("si-kick").parameters;
     parameters.perturbations.clear();
@@ -59,7 +59,7 @@ fn analytic_order_by_halving_the_step() {
             let (recorder, report) = run(&parameters, &options, &output(END, END));
             let last = recorder.samples.last().unwrap();
             assert_eq!(last.time, END);
-            // Every step has the length, but for the last before each of a few changes of the step regime.
+            // Every step has this length, except the last step before each of a few changes of the step regime.
             let taken: u64 = report.work.iter().map(|w| w.steps).sum();
             let least = (END / step).round() as u64;
             assert!((least..least + 8).contains(&taken), "{name}: {taken} steps of {step}");
