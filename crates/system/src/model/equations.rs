@@ -362,7 +362,7 @@ pub struct SystemEquations<T = f64> {
     pub breakaway_test: BreakawayTest,
     /// Constant part 2 R of the margin of steady sliding, N m s/rad; `None` without a margin.
     pub twice_resistance: Option<T>,
-    /// mu(x), or g(x) for bristles; see [`Self::law_in`].
+    /// mu(x), or g(x) for bristles; see [`SystemEquations::law_in`].
     pub law: FrictionLaw,
     /// mu(x) in backward sliding, if it differs.
     backward: Option<FrictionLaw>,
