@@ -25,7 +25,7 @@ use stickslip::model::Mode;
 use stickslip::model::Parameters;
 use stickslip::model::equations::{Outside, SystemEquations};
 use stickslip::signal::{Ramp, Signal};
-use stickslip::sundials::{CvodeOptions, Direction, OdeSystem, Outcome, Solver, Task, Tolerances};
+use stickslip::sundials::{AdvanceTarget, Advanced, CvodeOptions, Direction, OdeSystem, Solver, Tolerances};
 use sundials_sys as c;
 
 /// A problem of N components and G crossing functions, which both sides share. The functions are never inlined: see above.
@@ -180,7 +180,7 @@ fn by_the_layer<P: Problem<N, G>, const N: usize, const G: usize>(problem: P) ->
     let mut solver = Solver::new(Safe(problem), options, 0.0, &P::start(), &P::tolerances()).unwrap();
     solver.set_crossings(&[Direction::Either; G]).unwrap();
     solver.set_stop_time(Some(P::end())).unwrap();
-    while solver.advance(P::end(), Task::OneStep).unwrap() != Outcome::StopTime {}
+    while solver.advance(P::end(), AdvanceTarget::OneStep).unwrap() != Advanced::StopTime {}
     (solver.counters().unwrap().steps, solver.state().to_vec())
 }
 

@@ -13,7 +13,7 @@ use stickslip::model::{KickTime, Mode, Parameters};
 use stickslip::record::{Event, EventKind, NoRecorder, Recorder, RecorderError, Sample, Segment};
 use stickslip::signal::{Ramp, Signal};
 use stickslip::simulation::{Following, Method, OutputOptions, SolverOptions};
-use stickslip::sundials::{CvodeOptions, Direction, OdeSystem, Outcome, Solver, Task, Tolerances};
+use stickslip::sundials::{AdvanceTarget, Advanced, CvodeOptions, Direction, OdeSystem, Solver, Tolerances};
 
 /// The paper's case without samples, to `end_time`.
 fn paper(method: Method, end_time: f64) -> (Parameters, SolverOptions, OutputOptions) {
@@ -220,10 +220,10 @@ fn plain_bdf(parameters: &Parameters, rtol: f64, end_time: f64) -> (usize, f64) 
     let mut stops = vec![end_time, kick_time, *rise_time];
     while let Some(&stop) = stops.last() {
         solver.set_stop_time(Some(stop)).unwrap();
-        let outcome = solver.advance(stop, Task::Normal).unwrap();
+        let outcome = solver.advance(stop, AdvanceTarget::Normal).unwrap();
         let t = solver.time();
         y.copy_from_slice(solver.state());
-        if outcome == Outcome::Roots {
+        if outcome == Advanced::Roots {
             let forward = solver.crossings_found()[0].is_some();
             let brake = solver.system_mut();
             if brake.mode == Mode::Stick {

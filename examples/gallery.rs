@@ -10,13 +10,13 @@ use std::path::Path;
 use stickslip::analysis::Modes;
 use stickslip::analysis::SavedRun;
 use stickslip::analysis::stability::onset::onsets;
-use stickslip::analysis::work_precision::{self, Study, StudySource};
+use stickslip::analysis::work_precision::{self, PrecisionStudy, StudySource};
 use stickslip::case::{Case, CaseSource};
 use stickslip::plot::catalogue::{self, ENTRIES};
 use stickslip::plot::entry::Subject;
 use stickslip::plot::style::COLUMN_WIDTH;
 use stickslip::plot::target::{self, Product};
-use stickslip::plot::{self, Figure, Run, modes};
+use stickslip::plot::{self, DrawnRun, Figure, modes};
 use stickslip::results::schema::Extension;
 use stickslip::results::{Header, Overwrite, ResultWriter, Status, StickSlipTable};
 
@@ -38,7 +38,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     let report = stickslip::Run::new(&case).record(&mut writer).start()?;
     writer.finish(Status::Complete, &StickSlipTable::default(), 0.0)?;
     println!("{} sticks", report.digest.cycles.stick_count);
-    let runs = [Run::open(&path)?];
+    let runs = [DrawnRun::open(&path)?];
     let subject = Subject::new(&runs).ok_or("no run")?;
     for entry in ENTRIES {
         save(&entry.build(&subject)?.map_err(|absent| absent.why)?)?;
@@ -53,14 +53,14 @@ fn main() -> Result<(), Box<dyn Error>> {
     let trains = Case::read(&CaseSource::built_in("drill-string")?, &[])?;
     let path = Path::new("target").join("drill-string.h5");
     SavedRun::new(&trains, &path).start()?;
-    let runs = [Run::open(&path)?];
+    let runs = [DrawnRun::open(&path)?];
     let subject = Subject::new(&runs).ok_or("no run")?;
     for entry in ["relative-velocity", "phase-portrait"] {
         let figure = catalogue::find(entry)?.build(&subject)?.map_err(|absent| absent.why)?;
         let name = format!("drill-string-{}", figure.name);
         save(&Figure { name, ..figure })?;
     }
-    let study = Study::parse(StudySource::find("work-precision", work_precision::STUDIES)?)?;
+    let study = PrecisionStudy::parse(StudySource::find("work-precision", work_precision::STUDIES)?)?;
     let result = work_precision::run(&study, &mut |_| ControlFlow::Continue(()))?.ok_or("interrupted")?;
     save(&plot::work_precision::figure(&study.title, &result))
 }

@@ -6,7 +6,9 @@
 use std::f64::consts::TAU;
 
 use nalgebra::DMatrixViewMut;
-use stickslip::sundials::{ErkTable, Method, OdeSystem, Outcome, Solver, SolverError, Task, Tolerances};
+use stickslip::sundials::{
+    AdvanceTarget, Advanced, ErkTable, OdeSystem, Solver, SolverError, SolverMethod, Tolerances,
+};
 
 fn main() -> Result<(), SolverError> {
     println!("x'' = -x, 20 steps in a period, one period, largest error of x and x'");
@@ -49,7 +51,7 @@ fn error(t: f64, y: &[f64]) -> f64 {
 /// The largest errors at the ends of the steps, and at nine points inside each.
 fn dense_output(table: ErkTable) -> Result<(f64, f64), SolverError> {
     let step = TAU / 20.0;
-    let options = Method::Erk {
+    let options = SolverMethod::Erk {
         table,
         fixed_step: Some(step),
     };
@@ -62,7 +64,7 @@ fn dense_output(table: ErkTable) -> Result<(f64, f64), SolverError> {
     )?;
     let (mut at_steps, mut between) = (0.0f64, 0.0f64);
     for _ in 0..20 {
-        solver.advance(TAU, Task::OneStep)?;
+        solver.advance(TAU, AdvanceTarget::OneStep)?;
         let end = solver.time();
         at_steps = at_steps.max(error(end, solver.state()));
         let mut y = [0.0; 2];
@@ -77,7 +79,7 @@ fn dense_output(table: ErkTable) -> Result<(f64, f64), SolverError> {
 
 /// The largest error over a run with many stop times, for each of which a step is cut, and the number of steps.
 fn stopped(trust_convergence_rate: bool) -> Result<(f64, u64), SolverError> {
-    let options = Method::Esdirk {
+    let options = SolverMethod::Esdirk {
         fixed_step: None,
         trust_convergence_rate,
     };
@@ -93,9 +95,9 @@ fn stopped(trust_convergence_rate: bool) -> Result<(f64, u64), SolverError> {
         let stop = f64::from(stop);
         solver.set_stop_time(Some(stop))?;
         loop {
-            let outcome = solver.advance(stop, Task::OneStep)?;
+            let outcome = solver.advance(stop, AdvanceTarget::OneStep)?;
             largest = largest.max(error(solver.time(), solver.state()));
-            if outcome == Outcome::StopTime {
+            if outcome == Advanced::StopTime {
                 break;
             }
         }

@@ -8,8 +8,8 @@ use std::rc::Rc;
 use nalgebra::DMatrixViewMut;
 use stickslip::numerics::band::BandMut;
 use stickslip::sundials::{
-    CvodeOptions, Direction, ErkTable, Method, Multistep, Nonlinear, OdeSystem, Outcome, Solver, SolverError, Task,
-    Tolerances,
+    AdvanceTarget, Advanced, CvodeOptions, Direction, ErkTable, Multistep, Nonlinear, OdeSystem, Solver, SolverError,
+    SolverMethod, Tolerances,
 };
 
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -125,7 +125,7 @@ fn explode(mut solver: Solver<Grenade>) {
     solver.set_crossings(&[Direction::Either]).unwrap();
     let outcome = catch_unwind(AssertUnwindSafe(|| {
         while solver.time() < 100.0 {
-            solver.advance(100.0, Task::OneStep).unwrap();
+            solver.advance(100.0, AdvanceTarget::OneStep).unwrap();
         }
     }));
     let payload = outcome
@@ -140,11 +140,11 @@ fn explode(mut solver: Solver<Grenade>) {
 
     solver.system_mut().place = Where::Nowhere;
     assert!(matches!(
-        solver.advance(100.0, Task::Normal),
+        solver.advance(100.0, AdvanceTarget::Normal),
         Err(SolverError::NotRestarted { .. })
     ));
     solver.restart(0.0, &[1.0]).unwrap();
-    assert_eq!(solver.advance(1.0, Task::Normal).unwrap(), Outcome::Reached);
+    assert_eq!(solver.advance(1.0, AdvanceTarget::Normal).unwrap(), Advanced::Reached);
     assert!((solver.state()[0] - (-1f64).exp()).abs() < 1e-4);
 }
 
@@ -169,7 +169,7 @@ fn main() {
             let system = Grenade::new(place, after, &alive);
             explode(Solver::new(system, ErkTable::Verner8s56, 0.0, &[1.0], &tolerances()).unwrap());
             let system = Grenade::new(place, after, &alive);
-            explode(Solver::new(system, Method::ESDIRK, 0.0, &[1.0], &tolerances()).unwrap());
+            explode(Solver::new(system, SolverMethod::ESDIRK, 0.0, &[1.0], &tolerances()).unwrap());
         }
     }
     let of_newton = [
@@ -184,7 +184,7 @@ fn main() {
         let system = Grenade::new(place, after, &alive);
         explode(cvode(system, Multistep::Bdf, Nonlinear::Newton));
         let system = Grenade::new(place, after, &alive);
-        explode(Solver::new(system, Method::ESDIRK, 0.0, &[1.0], &tolerances()).unwrap());
+        explode(Solver::new(system, SolverMethod::ESDIRK, 0.0, &[1.0], &tolerances()).unwrap());
     }
 
     // The dense output of degree 5 calls the right-hand side, too.
@@ -196,7 +196,7 @@ fn main() {
         &tolerances(),
     )
     .unwrap();
-    solver.advance(1.0, Task::OneStep).unwrap();
+    solver.advance(1.0, AdvanceTarget::OneStep).unwrap();
     solver.system_mut().place = Where::Rhs;
     let time = solver.time() / 2.0;
     let outcome = catch_unwind(AssertUnwindSafe(|| solver.interpolate(time, 0, &mut [0.0])));
@@ -217,7 +217,7 @@ fn main() {
     );
     let outcome = catch_unwind(AssertUnwindSafe(|| {
         let mut solver = cvode(Grenade::new(Where::Rhs, 3, &alive), Multistep::Bdf, Nonlinear::Newton);
-        solver.advance(1.0, Task::Normal)
+        solver.advance(1.0, AdvanceTarget::Normal)
     }));
     assert!(outcome.is_err());
     assert_eq!(Rc::strong_count(&alive), 1, "all systems are gone");

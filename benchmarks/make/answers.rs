@@ -255,7 +255,7 @@ fn columns(problem: &Problem, state: &OracleState) -> Outcome<Vec<BigRational>> 
             _ => of_list,
         };
         number
-            .and_then(oracle::Number::to_rational)
+            .and_then(oracle::ExactDouble::to_rational)
             .ok_or_else(|| format!("the motion has no {channel}").into())
     };
     problem.columns.iter().map(|column| value(&column.channel)).collect()

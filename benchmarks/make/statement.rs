@@ -9,7 +9,7 @@ use stickslip::compare::benchmark::{Budget, Problem, ProblemSet};
 use stickslip::friction::{FrictionLaw, Law};
 use stickslip::model::KickTime;
 use stickslip::model::system::{ContactLaw, End, Kick, Pressing, Smoothing, System, Train};
-use stickslip::signal::{Drive, Frequency, Shape, Signal};
+use stickslip::signal::{Drive, Frequency, HarmonicShape, Signal};
 
 #[derive(Serialize)]
 struct Statement<'a> {
@@ -180,7 +180,7 @@ fn signal(drive: &Drive) -> Value {
         Drive::Linear(signal) => linear(signal),
         Drive::Wave(wave) => json!({
             "kind": "harmonic",
-            "shape": match wave.shape { Shape::Sine => "sine", Shape::Cosine => "cosine" },
+            "shape": match wave.shape { HarmonicShape::Sine => "sine", HarmonicShape::Cosine => "cosine" },
             "mean": wave.mean,
             "amplitude": wave.amplitude,
             "angular_frequency": match wave.frequency {

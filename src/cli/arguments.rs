@@ -48,13 +48,13 @@ pub(super) struct Common {
 
 /// What every run of a command may take.
 #[derive(Debug, Args)]
-pub(super) struct Budget {
+pub(super) struct BudgetOptions {
     /// End a run after this wall time, s or with a unit [default: none].
     #[arg(long, value_name = "T")]
     max_wall_time: Option<String>,
 }
 
-impl Budget {
+impl BudgetOptions {
     /// Whether there is one.
     pub fn is_given(&self) -> bool {
         self.max_wall_time.is_some()
@@ -80,7 +80,7 @@ pub(super) struct StudyRuns {
     #[arg(long = "set", value_name = "KEY=VALUE", add = keys())]
     set: Vec<String>,
     #[command(flatten)]
-    budget: Budget,
+    budget: BudgetOptions,
 }
 
 impl StudyRuns {
@@ -113,7 +113,7 @@ pub(super) enum Command {
     /// Run a study: many cases, a map, a critical curve.
     Sweep(SweepOptions),
     /// Put the shards of a sweep together.
-    Merge(MergeOptions),
+    Merge(MergeArguments),
     /// Find the parameters that reproduce measured numbers.
     Calibrate(CalibrateOptions),
     /// Draw figures of result files, or write an interactive page.
@@ -189,7 +189,7 @@ pub(super) struct RunOptions {
     #[arg(long)]
     pub strict: bool,
     #[command(flatten)]
-    pub budget: Budget,
+    pub budget: BudgetOptions,
     /// Replace any file, not only a result of this program.
     #[arg(long)]
     pub force: bool,
@@ -263,7 +263,7 @@ pub(super) struct CertifyOptions {
     #[arg(long = "set", value_name = "KEY=VALUE", add = keys())]
     pub set: Vec<String>,
     #[command(flatten)]
-    pub budget: Budget,
+    pub budget: BudgetOptions,
     /// Replace any file, not only a result of this program.
     #[arg(long)]
     pub force: bool,
@@ -297,7 +297,7 @@ pub(super) struct SweepOptions {
 }
 
 #[derive(Debug, Args)]
-pub(super) struct MergeOptions {
+pub(super) struct MergeArguments {
     /// The files of all shards, in any order.
     #[arg(value_name = "SHARD", required = true, add = results())]
     pub shards: Vec<PathBuf>,
@@ -576,24 +576,24 @@ fn choice_but<T: ValueEnum + Send + Sync + 'static>(
 
 /// File format of a figure.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
-pub(super) enum Format {
+pub(super) enum FigureFormat {
     Svg,
     Png,
     Pdf,
 }
 
-impl Format {
+impl FigureFormat {
     pub fn extension(self) -> &'static str {
         match self {
-            Format::Svg => "svg",
-            Format::Png => "png",
-            Format::Pdf => "pdf",
+            FigureFormat::Svg => "svg",
+            FigureFormat::Png => "png",
+            FigureFormat::Pdf => "pdf",
         }
     }
 
     /// By the extension of a file name.
-    pub(crate) fn of_path(path: &Path) -> Option<Format> {
-        <Format as ValueEnum>::from_str(path.extension()?.to_str()?, true).ok()
+    pub(crate) fn of_path(path: &Path) -> Option<FigureFormat> {
+        <FigureFormat as ValueEnum>::from_str(path.extension()?.to_str()?, true).ok()
     }
 }
 
@@ -636,8 +636,8 @@ pub(super) struct PlotOptions {
     #[arg(long, value_name = "T", value_parser = seconds, allow_negative_numbers = true)]
     pub to: Option<f64>,
     /// svg, png or pdf [default: SVG and PNG].
-    #[arg(long, value_parser = choice_but::<Format>("eps", "write a PDF; `pdftops -eps figure.pdf` makes EPS of it"), value_name = "FORMAT", hide_possible_values = true)]
-    pub format: Option<Format>,
+    #[arg(long, value_parser = choice_but::<FigureFormat>("eps", "write a PDF; `pdftops -eps figure.pdf` makes EPS of it"), value_name = "FORMAT", hide_possible_values = true)]
+    pub format: Option<FigureFormat>,
     /// Width, mm; or 8.4cm, 3.3in, 240pt.
     ///
     /// 85 is a column of a journal, 300 a screen.

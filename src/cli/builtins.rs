@@ -10,7 +10,7 @@ use stickslip_case::{Case, CaseSource, builtin};
 
 /// An entry of `case --list`.
 #[derive(Serialize)]
-pub(super) struct Listed {
+pub(super) struct ListedCase {
     pub name: &'static str,
     /// Kind of case or study.
     pub kind: &'static str,
@@ -18,10 +18,10 @@ pub(super) struct Listed {
     pub title: String,
 }
 
-pub(super) fn listed() -> Result<Vec<Listed>, CommandError> {
+pub(super) fn listed() -> Result<Vec<ListedCase>, CommandError> {
     let mut listed = Vec::new();
     let mut add = |name, kind, command, title| {
-        listed.push(Listed {
+        listed.push(ListedCase {
             name,
             kind,
             command,
@@ -50,7 +50,7 @@ pub(super) fn listed() -> Result<Vec<Listed>, CommandError> {
     }
     for study in work_precision::STUDIES {
         let source = StudySource::text(study.name, study.text);
-        let title = work_precision::Study::parse(source)?.title;
+        let title = work_precision::PrecisionStudy::parse(source)?.title;
         add(study.name, "study", "work-precision", title);
     }
     Ok(listed)

@@ -4,7 +4,7 @@ use super::arguments::{CalibrateOptions, Common};
 use super::input::{interrupt_flag, overwrite};
 use super::progress::Bar;
 use super::terminal::{lines, or_none};
-use super::{CommandError, End, interrupted, tell};
+use super::{CommandEnd, CommandError, interrupted, tell};
 use crate::plot::target::{self, Product};
 use serde::Serialize;
 use std::path::{Path, PathBuf};
@@ -21,7 +21,7 @@ use stickslip_files::disk::same_file;
 /// From this correlation on, the data determine a combination of two parameters rather than each one.
 const TRADED: f64 = 0.9;
 
-pub(super) fn calibrate(options: &CalibrateOptions, common: &Common) -> Result<End, CommandError> {
+pub(super) fn calibrate(options: &CalibrateOptions, common: &Common) -> Result<CommandEnd, CommandError> {
     let study = read_study(options)?;
     let name = &study.runs.source.name;
     let path = options
@@ -68,7 +68,7 @@ pub(super) fn calibrate(options: &CalibrateOptions, common: &Common) -> Result<E
         let how = format!("; the {runs} runs made so far are in {file}, and the best of them is shown");
         return interrupted(common, &how);
     }
-    Ok(End::Done)
+    Ok(CommandEnd::Done)
 }
 
 fn read_study(options: &CalibrateOptions) -> Result<CalibrationStudy, CaseError> {

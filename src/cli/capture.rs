@@ -2,7 +2,7 @@
 
 use super::arguments::ProgressChoice;
 use super::captured::{Capturing, Said, Watch};
-use super::{Arguments, CommandError, End, dispatch};
+use super::{Arguments, CommandEnd, CommandError, dispatch};
 use clap::Parser;
 use std::ffi::OsString;
 use std::sync::Arc;
@@ -10,13 +10,16 @@ use std::sync::Arc;
 /// Runs a command with these arguments (without the program's name). Report, document and messages are captured, beside
 /// the outcome; `watch` follows and stops the command. No signal handler and no logger is set. `export -o -` still
 /// writes to standard output.
-pub fn capture(arguments: impl IntoIterator<Item = OsString>, watch: Arc<Watch>) -> (Said, Result<End, CommandError>) {
+pub fn capture(
+    arguments: impl IntoIterator<Item = OsString>,
+    watch: Arc<Watch>,
+) -> (Said, Result<CommandEnd, CommandError>) {
     let capturing = Capturing::new(watch);
     let end = ended(arguments);
     (capturing.end(), end)
 }
 
-fn ended(arguments: impl IntoIterator<Item = OsString>) -> Result<End, CommandError> {
+fn ended(arguments: impl IntoIterator<Item = OsString>) -> Result<CommandEnd, CommandError> {
     let program = std::iter::once(OsString::from("stickslip"));
     let arguments = Arguments::try_parse_from(program.chain(arguments)).map_err(|error| {
         let text = error.to_string();

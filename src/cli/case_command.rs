@@ -1,14 +1,14 @@
 //! `stickslip case`: the text of a case, and the keys of cases.
 
 use super::arguments::{CaseOptions, Common};
-use super::{CommandError, End, builtins, print, print_json, terminal};
+use super::{CommandEnd, CommandError, builtins, print, print_json, terminal};
 use stickslip_analysis::analysis::work_precision;
 use stickslip_analysis::calibrate::CALIBRATIONS;
 use stickslip_analysis::continuation::CONTINUATIONS;
 use stickslip_analysis::sweep::STUDIES;
 use stickslip_case::{CaseSource, Origin};
 
-pub(super) fn case(options: &CaseOptions, common: &Common) -> Result<End, CommandError> {
+pub(super) fn case(options: &CaseOptions, common: &Common) -> Result<CommandEnd, CommandError> {
     if let Some(name) = &options.name {
         let studies = STUDIES
             .iter()
@@ -27,7 +27,7 @@ pub(super) fn case(options: &CaseOptions, common: &Common) -> Result<End, Comman
         } else {
             print(&source.text)?;
         }
-        return Ok(End::Done);
+        return Ok(CommandEnd::Done);
     }
     let listed = builtins::listed()?;
     if common.json {
@@ -40,5 +40,5 @@ pub(super) fn case(options: &CaseOptions, common: &Common) -> Result<End, Comman
         let hint = "`stickslip case NAME` prints the text of a case or a study, to start from";
         print(&format!("{table}\n{hint}\n"))?;
     }
-    Ok(End::Done)
+    Ok(CommandEnd::Done)
 }

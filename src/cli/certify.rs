@@ -1,11 +1,12 @@
 //! `stickslip certify`: how many digits of a result are true.
 
-use super::arguments::{CertifyOptions, Common, Format};
-use super::input::{Given, Scratch, interrupt_flag, output_of, overrides, overwrite};
+use super::arguments::{CertifyOptions, Common, FigureFormat};
+use super::input::{GivenCase, Scratch, interrupt_flag, output_of, overrides, overwrite};
 use super::plot::{self, figure_target};
 use super::progress::Bar;
 use super::{
-    CommandError, End, certify_report, complain, interrupted, print, print_json, strictly, wants_json, wants_text,
+    CommandEnd, CommandError, certify_report, complain, interrupted, print, print_json, strictly, wants_json,
+    wants_text,
 };
 use crate::plot::onset;
 use std::path::{Path, PathBuf};
@@ -33,7 +34,7 @@ fn oracle_decides(case: &Case) -> bool {
     !case.stops()
 }
 
-pub(super) fn certify(options: &CertifyOptions, common: &Common) -> Result<End, CommandError> {
+pub(super) fn certify(options: &CertifyOptions, common: &Common) -> Result<CommandEnd, CommandError> {
     let clock = Instant::now();
     let path = Path::new(&options.case);
     if path.is_file() && super::certify_cycle::is_one(path) {
@@ -55,7 +56,7 @@ pub(super) fn certify(options: &CertifyOptions, common: &Common) -> Result<End, 
             "--digits {digits}: from 1 to {most} digits can be asked for; {remedy}"
         )));
     }
-    let given = Given::read(&options.case).map_err(without_case)?;
+    let given = GivenCase::read(&options.case).map_err(without_case)?;
     let set = options.budget.over(&options.set);
     let changes = overrides(&set, None)?;
     let case = &Case::read(&given.source, &changes).map_err(|error| without_case(error.into()))?;
@@ -183,7 +184,7 @@ fn not_certified(certificate: &Certificate) -> String {
 
 fn draw(
     case: &Case,
-    target: (&Path, Format),
+    target: (&Path, FigureFormat),
     stop: &(dyn Fn() -> bool + Sync),
 ) -> Result<Option<Vec<Onset>>, CommandError> {
     let Some(onsets) = onsets(&case.system, &case.solver, case.output.end_time, stop) else {
@@ -201,7 +202,7 @@ struct Obtained {
 }
 
 /// The given result file, or a run of the case beside the target; `None` if interrupted.
-fn obtain(given: &Given, case: &Case, target: &Path, stop: &AtomicBool) -> Result<Option<Obtained>, CommandError> {
+fn obtain(given: &GivenCase, case: &Case, target: &Path, stop: &AtomicBool) -> Result<Option<Obtained>, CommandError> {
     if let Origin::Result(path) = &given.source.origin {
         let file = ResultFile::open(path)?;
         if *file.status() != Status::Complete {

@@ -3,7 +3,7 @@
 use super::arguments::{CertifyOptions, Common};
 use super::cycle::cycle_error;
 use super::input::{interrupt_flag, output_of, overwrite};
-use super::{CommandError, End, interrupted, tell, terminal};
+use super::{CommandEnd, CommandError, interrupted, tell, terminal};
 use std::ops::ControlFlow;
 use std::path::Path;
 use std::sync::atomic::Ordering;
@@ -21,7 +21,7 @@ pub(super) fn is_one(path: &Path) -> bool {
     file.is_ok_and(|file| matches!(file.added_group(group::CYCLE, 0), Ok(Some(_))))
 }
 
-pub(super) fn certify(path: &Path, options: &CertifyOptions, common: &Common) -> Result<End, CommandError> {
+pub(super) fn certify(path: &Path, options: &CertifyOptions, common: &Common) -> Result<CommandEnd, CommandError> {
     if !options.set.is_empty() {
         return Err(CommandError::input(
             "--set changes a case, but the file of a cycle is what it is: find the cycle of the changed case with stickslip cycle \
@@ -112,5 +112,5 @@ pub(super) fn certify(path: &Path, options: &CertifyOptions, common: &Common) ->
             target.display()
         )
     })?;
-    Ok(End::Done)
+    Ok(CommandEnd::Done)
 }

@@ -9,13 +9,13 @@ use stickslip_analysis::analysis::certificate::{Certificate, CertifiedEvent, Ver
 use stickslip_analysis::analysis::ladder::Rung;
 use stickslip_analysis::analysis::linearised::Slope;
 use stickslip_analysis::analysis::sensitivity::{
-    Affected, CaseSensitivities, Outcome, Rerun, Sensitivities, Sensitivity, add_sensitivities,
+    Affected, CaseSensitivities, RerunOutcome, Sensitivities, Sensitivity, SensitivityRerun, add_sensitivities,
 };
 use stickslip_analysis::analysis::stability::onset::Onset;
 use stickslip_analysis::provenance::extension;
 use stickslip_case::{Case, CaseNumber, Words};
 use stickslip_files::schema::{TIME_UNCERTAINTY, extended_tables, group};
-use stickslip_files::{Addition, Column};
+use stickslip_files::{Addition, FileColumn};
 use stickslip_oracle::{OracleEvent, OracleSolution};
 use stickslip_system::quote::bound;
 
@@ -340,8 +340,8 @@ pub(super) fn sensitivities(found: &Sensitivities) -> String {
         "",
     ];
     let number = |x: Option<f64>| x.map_or_else(|| "unknown".to_owned(), |x| format!("{x:.1e}"));
-    let rerun = |rerun: &Rerun| match (rerun.shift, rerun.outcome) {
-        (Some(shift), Outcome::SameEvents) => format!("{shift:+.1e} "),
+    let rerun = |rerun: &SensitivityRerun| match (rerun.shift, rerun.outcome) {
+        (Some(shift), RerunOutcome::SameEvents) => format!("{shift:+.1e} "),
         (Some(shift), _) => format!("{shift:+.1e}*"),
         (None, outcome) => format!("{}*", outcome.name()),
     };
@@ -440,7 +440,7 @@ pub(super) fn tables(case: &Case, certified: &Certified) -> Vec<Addition> {
     let mut events = Addition::new(group::EVENTS);
     events.over(
         &["event"],
-        Column::numbers(
+        FileColumn::numbers(
             TIME_UNCERTAINTY,
             "s",
             "how far from the exact solution of the stated model the event can be; NaN: not converged",
@@ -479,10 +479,10 @@ fn certificate(case: &Case, certified: &Certified) -> Addition {
     group.dimension("event", c.events.len(), "index of the event");
     let codes = |name: &str, long_name: &str, of: fn(&CertifiedEvent) -> Verdict| {
         let words = Verdict::ALL.map(|v| (v.code().into(), v.name().to_owned())).to_vec();
-        Column::codes(name, long_name, c.events.iter().map(|e| of(e).code()), words)
+        FileColumn::codes(name, long_name, c.events.iter().map(|e| of(e).code()), words)
     };
     let numbers = |name: &str, unit: &str, long_name: &str, of: fn(&CertifiedEvent) -> f64| {
-        Column::numbers(name, unit, long_name, c.events.iter().map(of))
+        FileColumn::numbers(name, unit, long_name, c.events.iter().map(of))
     };
     let columns = [
         Some(codes("verdict", "what can be said of the event", |e| e.verdict)),
@@ -530,21 +530,21 @@ fn certificate(case: &Case, certified: &Certified) -> Addition {
     let code = |rung: &Rung| methods.iter().position(|name| *name == rung.method).unwrap_or_default() as i8;
     let words = (0..).zip(methods.iter().map(|&name| name.to_owned())).collect();
     let distance = "largest distance to the result over the agreeing events";
-    let agreeing = Column::counts(
+    let agreeing = FileColumn::counts(
         "rung_agreeing",
         "events of the sequence that agree with the result's, from the first on",
         c.ladder.iter().map(|rung| rung.agreeing as i64),
     );
     for column in [
-        Column::codes("rung_method", "integration method", c.ladder.iter().map(code), words),
-        Column::numbers(
+        FileColumn::codes("rung_method", "integration method", c.ladder.iter().map(code), words),
+        FileColumn::numbers(
             "rung_rtol",
             "1",
             "relative tolerance",
             c.ladder.iter().map(|rung| rung.rtol),
         ),
         agreeing,
-        Column::numbers(
+        FileColumn::numbers(
             "rung_distance",
             "s",
             distance,
@@ -567,7 +567,7 @@ fn bands(case: &Case, c: &Certificate, group: &mut Addition) {
     let dimension = "index of the stretch: before the event of the same index, the last before the end of the run";
     group.dimension("stretch", stretches.len(), dimension);
     let numbers = |name: &str, unit: &str, long_name: &str, of: &dyn Fn(&Stretch) -> f64| {
-        Column::numbers(name, unit, long_name, stretches.iter().map(of))
+        FileColumn::numbers(name, unit, long_name, stretches.iter().map(of))
     };
     let [trajectory, ..] = extended_tables(&extension(case));
     let mode = trajectory
@@ -580,7 +580,7 @@ fn bands(case: &Case, c: &Certificate, group: &mut Addition) {
     for column in [
         numbers("stretch_start", "s", "where it starts", &|stretch| stretch.start),
         numbers("stretch_end", "s", "where it ends", &|stretch| stretch.end),
-        Column::codes("stretch_mode", "what the contact does in it", of_modes, modes),
+        FileColumn::codes("stretch_mode", "what the contact does in it", of_modes, modes),
         numbers("stretch_time_uncertainty", "s", uncertainty, &|stretch| {
             stretch.time_uncertainty
         }),
@@ -628,12 +628,12 @@ fn sensitivity(case: &Case, certified: &Certified) -> Addition {
     };
     let long_name =
         "d(event time)/d(parameter), s for each unit of the parameter (attribute parameter_units of the group)";
-    let slopes = Column::numbers("time_sensitivity", "s", long_name, matrix(|slope| slope.value));
+    let slopes = FileColumn::numbers("time_sensitivity", "s", long_name, matrix(|slope| slope.value));
     group.over(&["event", "parameter"], slopes);
     let uncertainty = matrix(|slope| slope.uncertainty);
     if uncertainty.iter().any(|x| !x.is_nan()) {
         let long_name = "how far time_sensitivity can be off, in its unit";
-        let column = Column::numbers("time_sensitivity_uncertainty", "s", long_name, uncertainty);
+        let column = FileColumn::numbers("time_sensitivity_uncertainty", "s", long_name, uncertainty);
         group.over(&["event", "parameter"], column);
     }
     let result = known.and_then(|known| known.result.as_ref());

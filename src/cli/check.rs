@@ -1,10 +1,10 @@
 //! `stickslip check`: whether a file is as it was written.
 
 use super::arguments::{CheckOptions, Common};
-use super::{CommandError, End, tell};
+use super::{CommandEnd, CommandError, tell};
 use stickslip_files::{CheckReport, Reason, check as check_file};
 
-pub(super) fn check(options: &CheckOptions, common: &Common) -> Result<End, CommandError> {
+pub(super) fn check(options: &CheckOptions, common: &Common) -> Result<CommandEnd, CommandError> {
     let path = options.file.display();
     let report = check_file(&options.file).map_err(|error| match error.reason {
         // Apparently a file of this program, but wrong.
@@ -13,7 +13,7 @@ pub(super) fn check(options: &CheckOptions, common: &Common) -> Result<End, Comm
     })?;
     tell(common, || &report, || words(&report))?;
     let problems = match report.problems.len() {
-        0 => return Ok(End::Done),
+        0 => return Ok(CommandEnd::Done),
         1 => "1 problem".to_owned(),
         many => format!("{many} problems"),
     };

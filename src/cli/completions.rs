@@ -2,7 +2,7 @@
 //! that names and keys are those of this version.
 
 use super::arguments::{Arguments, Common, CompletionsOptions, Shell};
-use super::{CommandError, End, print, print_json};
+use super::{CommandEnd, CommandError, print, print_json};
 use clap::CommandFactory;
 use clap_complete::CompleteEnv;
 use clap_complete::env::{Bash, EnvCompleter, Fish, Shells, Zsh};
@@ -26,7 +26,7 @@ pub fn complete_if_asked() {
         .complete();
 }
 
-pub(super) fn completions(options: &CompletionsOptions, common: &Common) -> Result<End, CommandError> {
+pub(super) fn completions(options: &CompletionsOptions, common: &Common) -> Result<CommandEnd, CommandError> {
     let (shell, last): (&dyn EnvCompleter, &str) = match options.shell {
         Shell::Bash => (&Bash, ""),
         Shell::Fish => (&Fish, ""),
@@ -42,5 +42,5 @@ pub(super) fn completions(options: &CompletionsOptions, common: &Common) -> Resu
     } else {
         print(&script)?;
     }
-    Ok(End::Done)
+    Ok(CommandEnd::Done)
 }

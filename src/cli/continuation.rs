@@ -5,7 +5,7 @@ use super::cycle::cycle_error;
 use super::input::{interrupt_flag, overrides, overwrite};
 use super::progress::Bar;
 use super::sweep::resumable;
-use super::{CommandError, End, interrupted, strictly, tell, terminal};
+use super::{CommandEnd, CommandError, interrupted, strictly, tell, terminal};
 use std::path::{Path, PathBuf};
 use std::sync::atomic::Ordering;
 use std::time::Instant;
@@ -16,7 +16,7 @@ use stickslip_analysis::continuation::{
 use stickslip_analysis::study::StudySource;
 use stickslip_analysis::sweep::journal_path;
 
-pub(super) fn continuation(options: &ContinueOptions, common: &Common) -> Result<End, CommandError> {
+pub(super) fn continuation(options: &ContinueOptions, common: &Common) -> Result<CommandEnd, CommandError> {
     let source = StudySource::find(&options.study, CONTINUATIONS)?;
     let study = ContinuationStudy::parse(source, &overrides(&options.set, None)?)?;
     let path = options.output.clone();

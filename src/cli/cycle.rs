@@ -1,27 +1,29 @@
 //! `stickslip cycle`: a periodic motion.
 
 use super::arguments::{Common, CycleOptions, SearchFrom};
-use super::input::{Given, interrupt_flag, output_of, overrides, overwrite};
-use super::{CommandError, End, interrupted, print, print_json, terminal, wants_json, wants_text};
+use super::input::{GivenCase, interrupt_flag, output_of, overrides, overwrite};
+use super::{CommandEnd, CommandError, interrupted, print, print_json, terminal, wants_json, wants_text};
 use std::path::Path;
 use std::sync::atomic::Ordering;
 use std::time::Instant;
 use stickslip_analysis::analysis::{Deadline, SavedRun};
 use stickslip_analysis::continuation::{Special, Stored};
-use stickslip_analysis::cycle::{CycleError, Family, From, Multiplier, MultiplierKind, Orbit, Search, find, refine};
+use stickslip_analysis::cycle::{
+    CycleError, CycleSearch, Family, From, Multiplier, MultiplierKind, Orbit, find, refine,
+};
 use stickslip_case::{CaseSource, Motion, WrittenCase};
 use stickslip_files::{check_sound, is_hdf5};
 
-enum Task {
-    Search(Search),
+enum CycleTask {
+    Search(CycleSearch),
     /// Point of a branch: drive periods per cycle, time (s), state and period (s).
     Refine(u32, (f64, Vec<f64>, f64)),
 }
 
 struct Wanted {
-    given: Given,
+    given: GivenCase,
     set: Vec<String>,
-    task: Task,
+    task: CycleTask,
     suffix: String,
 }
 
@@ -38,9 +40,9 @@ impl Wanted {
                 options.case
             ))),
             (None, false) => Ok(Wanted {
-                given: Given::read(&options.case)?,
+                given: GivenCase::read(&options.case)?,
                 set: options.set.clone(),
-                task: Task::Search(Search {
+                task: CycleTask::Search(CycleSearch {
                     from: match options.from {
                         SearchFrom::End => From::End,
                         SearchFrom::Initial => From::Initial,
@@ -94,12 +96,12 @@ fn of_branch(path: &Path, place: Option<(usize, usize)>, options: &CycleOptions)
         .chain(options.set.iter().cloned());
     Ok(Wanted {
         set: set.collect(),
-        given: Given {
+        given: GivenCase {
             source: CaseSource::result(path, text.clone()),
             text: text.clone(),
             files: vec![path.to_owned()],
         },
-        task: Task::Refine(
+        task: CycleTask::Refine(
             branch.multiple.unwrap_or(1),
             (point.time, point.state.clone(), point.period),
         ),
@@ -107,7 +109,7 @@ fn of_branch(path: &Path, place: Option<(usize, usize)>, options: &CycleOptions)
     })
 }
 
-pub(super) fn cycle(options: &CycleOptions, common: &Common) -> Result<End, CommandError> {
+pub(super) fn cycle(options: &CycleOptions, common: &Common) -> Result<CommandEnd, CommandError> {
     let Wanted {
         given,
         set,
@@ -123,8 +125,8 @@ pub(super) fn cycle(options: &CycleOptions, common: &Common) -> Result<End, Comm
     let stopped = || stop.load(Ordering::Relaxed) || deadline.is_over();
     let found = Family::new(written, &[]).and_then(|family| {
         let orbit = match &task {
-            Task::Search(search) => find(&family, &[], search, &stopped)?,
-            Task::Refine(multiple, (time, state, period)) => {
+            CycleTask::Search(search) => find(&family, &[], search, &stopped)?,
+            CycleTask::Refine(multiple, (time, state, period)) => {
                 refine(&family, &[], *multiple, (*time, state, *period), &stopped)?
             }
         };
@@ -200,7 +202,7 @@ pub(super) fn cycle(options: &CycleOptions, common: &Common) -> Result<End, Comm
     if wants_text(common) {
         print(&report(&family, &orbit, &case, &file))?;
     }
-    Ok(End::Done)
+    Ok(CommandEnd::Done)
 }
 
 /// The case is at fault if it has no cycle, otherwise the search.

@@ -3,13 +3,13 @@
 use super::arguments::{Common, ExportOptions};
 use super::input::interrupt_flag;
 use super::reference::open_reference;
-use super::{CommandError, End, complain, interrupted, tell};
+use super::{CommandEnd, CommandError, complain, interrupted, tell};
 use crate::export::{self, Export, ExportError, Format, Request, Times, benchmark};
 use std::io;
 use std::path::Path;
 use stickslip_files::{ResultFile, Status, open_sound};
 
-pub(super) fn export(options: &ExportOptions, common: &Common) -> Result<End, CommandError> {
+pub(super) fn export(options: &ExportOptions, common: &Common) -> Result<CommandEnd, CommandError> {
     if options.benchmark {
         return package(options, common);
     }
@@ -52,8 +52,8 @@ pub(super) fn export(options: &ExportOptions, common: &Common) -> Result<End, Co
         }
         return match found.stream(io::stdout().lock()) {
             // A closed pipe, as with `head`, is no error.
-            Err(ExportError::Io { source, .. }) if source.kind() == io::ErrorKind::BrokenPipe => Ok(End::Done),
-            other => Ok(other.map(|()| End::Done)?),
+            Err(ExportError::Io { source, .. }) if source.kind() == io::ErrorKind::BrokenPipe => Ok(CommandEnd::Done),
+            other => Ok(other.map(|()| CommandEnd::Done)?),
         };
     }
     let mut inputs = vec![options.file.clone()];
@@ -75,7 +75,7 @@ pub(super) fn export(options: &ExportOptions, common: &Common) -> Result<End, Co
         }
     };
     tell(common, document, || report(&found, &options.output))?;
-    Ok(End::Done)
+    Ok(CommandEnd::Done)
 }
 
 fn format(options: &ExportOptions, streams: bool) -> Result<Format, CommandError> {
@@ -155,7 +155,7 @@ fn tell_status(file: &ResultFile, common: &Common) {
     ));
 }
 
-fn package(options: &ExportOptions, common: &Common) -> Result<End, CommandError> {
+fn package(options: &ExportOptions, common: &Common) -> Result<CommandEnd, CommandError> {
     let terms = benchmark::Terms {
         author: options.author.clone(),
         license: options.license.clone(),
@@ -174,5 +174,5 @@ fn package(options: &ExportOptions, common: &Common) -> Result<End, CommandError
             paths.map(|path| format!("{}\n", path.display())).collect()
         },
     )?;
-    Ok(End::Done)
+    Ok(CommandEnd::Done)
 }

@@ -6,13 +6,13 @@ use crate::plot::PlotError;
 use crate::plot::target::TargetError;
 use serde::Serialize;
 use std::sync::atomic::Ordering;
-use stickslip_case::{CaseError, Problem};
+use stickslip_case::{CaseError, CaseProblem};
 use stickslip_compare::CompareError;
 use stickslip_files::ResultError;
 
 /// Location of an error.
 #[derive(Debug, Clone, Default, PartialEq, Eq, Serialize)]
-pub struct Place {
+pub struct FailurePlace {
     /// The file, or the name of the text in messages.
     #[serde(skip_serializing_if = "Option::is_none")]
     file: Option<String>,
@@ -28,7 +28,7 @@ pub struct Place {
     message: Option<String>,
 }
 
-pub(super) fn document(kind: &str, message: &str, exit_status: u8, places: &[Place]) {
+pub(super) fn document(kind: &str, message: &str, exit_status: u8, places: &[FailurePlace]) {
     if DOCUMENT_IS_PRINTED.load(Ordering::Relaxed) {
         return;
     }
@@ -47,7 +47,7 @@ impl From<CaseError> for CommandError {
     }
 }
 
-fn place_of(problem: &Problem) -> Place {
+fn place_of(problem: &CaseProblem) -> FailurePlace {
     let set = problem.place.strip_prefix("--set ");
     let (file, line) = match (set, problem.place.rsplit_once(':')) {
         (Some(_), _) => (None, None),
@@ -58,7 +58,7 @@ fn place_of(problem: &Problem) -> Place {
         true => set.unwrap_or_default(),
         false => &problem.key,
     };
-    Place {
+    FailurePlace {
         file,
         line,
         option: set.map(|_| "--set"),
@@ -69,9 +69,9 @@ fn place_of(problem: &Problem) -> Place {
 
 impl From<ResultError> for CommandError {
     fn from(error: ResultError) -> Self {
-        let place = Place {
+        let place = FailurePlace {
             file: Some(error.path.display().to_string()),
-            ..Place::default()
+            ..FailurePlace::default()
         };
         CommandError {
             is_input: !error.is_of_the_system(),

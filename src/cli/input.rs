@@ -12,7 +12,7 @@ use stickslip_files::{Overwrite, is_hdf5, open_sound};
 const STANDARD_INPUT: &str = "-";
 
 /// A case argument, not yet parsed.
-pub(super) struct Given {
+pub(super) struct GivenCase {
     pub source: CaseSource,
     /// Text for /input/case; a repeated run passes on the text of the first one.
     pub text: String,
@@ -20,9 +20,9 @@ pub(super) struct Given {
     pub files: Vec<PathBuf>,
 }
 
-impl Given {
+impl GivenCase {
     /// A file, a result whose case is repeated, or a built-in case.
-    pub fn read(case: &str) -> Result<Given, CommandError> {
+    pub fn read(case: &str) -> Result<GivenCase, CommandError> {
         let path = Path::new(case);
         let mut text = None;
         let source = if case == STANDARD_INPUT {
@@ -36,7 +36,7 @@ impl Given {
         } else {
             CaseSource::built_in(case)?
         };
-        Ok(Given {
+        Ok(GivenCase {
             text: text.unwrap_or_else(|| source.text.clone()),
             files: Some(path.to_owned())
                 .filter(|path| case != STANDARD_INPUT && path.exists())

@@ -1,12 +1,12 @@
 //! `stickslip inspect`: what a file holds.
 
 use super::arguments::{Common, InspectOptions};
-use super::{CommandError, End, complain, print, print_json, terminal};
+use super::{CommandEnd, CommandError, complain, print, print_json, terminal};
 use stickslip_files::schema::attribute::{LONG_NAME_SUFFIX, UNITS_SUFFIX};
 use stickslip_files::{AttributeInfo, Contents, VariableInfo};
 
 /// Lists the contents of a run, a sweep or a work-precision study.
-pub(super) fn inspect(options: &InspectOptions, common: &Common) -> Result<End, CommandError> {
+pub(super) fn inspect(options: &InspectOptions, common: &Common) -> Result<CommandEnd, CommandError> {
     let contents = Contents::read(&options.file)?;
     if contents.growing && !common.quiet {
         complain(&format!(
@@ -25,7 +25,7 @@ pub(super) fn inspect(options: &InspectOptions, common: &Common) -> Result<End, 
     } else {
         print(&listing(&contents))?;
     }
-    Ok(End::Done)
+    Ok(CommandEnd::Done)
 }
 
 /// Group by group: attributes as NAME = VALUE, variables as a table.

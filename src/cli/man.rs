@@ -1,7 +1,7 @@
 //! `stickslip man`: manual pages from the definitions of `--help`.
 
 use super::arguments::{Arguments, Common, ManOptions};
-use super::{CommandError, End, tell};
+use super::{CommandEnd, CommandError, tell};
 use clap::CommandFactory;
 use clap_mangen::Man;
 use std::io;
@@ -9,7 +9,7 @@ use std::path::{Path, PathBuf};
 use stickslip_files::disk::write_whole;
 
 /// Writes a page for the program and for each command, over earlier ones.
-pub(super) fn man(options: &ManOptions, common: &Common) -> Result<End, CommandError> {
+pub(super) fn man(options: &ManOptions, common: &Common) -> Result<CommandEnd, CommandError> {
     let folder = &options.folder;
     let written = pages(folder).map_err(|(path, error)| {
         CommandError::computation(format!(
@@ -19,7 +19,7 @@ pub(super) fn man(options: &ManOptions, common: &Common) -> Result<End, CommandE
     })?;
     let lines = || written.iter().map(|path| format!("{}\n", path.display())).collect();
     tell(common, || serde_json::json!({ "files": written }), lines)?;
-    Ok(End::Done)
+    Ok(CommandEnd::Done)
 }
 
 fn pages(folder: &Path) -> Result<Vec<PathBuf>, (PathBuf, io::Error)> {

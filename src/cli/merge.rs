@@ -1,10 +1,10 @@
 //! `stickslip merge`: the shards of a sweep as one file.
 
-use super::arguments::{Common, MergeOptions};
-use super::{CommandError, End, tell};
+use super::arguments::{Common, MergeArguments};
+use super::{CommandEnd, CommandError, tell};
 use stickslip_files::MergeError;
 
-pub(super) fn merge(options: &MergeOptions, common: &Common) -> Result<End, CommandError> {
+pub(super) fn merge(options: &MergeArguments, common: &Common) -> Result<CommandEnd, CommandError> {
     if options.by_reference {
         return Err(CommandError::input(
             "--virtual is gone: merge copies the points, so that the file needs no shards any more; run it without --virtual",
@@ -41,7 +41,7 @@ pub(super) fn merge(options: &MergeOptions, common: &Common) -> Result<End, Comm
             report.file.display()
         )));
     }
-    Ok(End::Done)
+    Ok(CommandEnd::Done)
 }
 
 fn command_error(error: &MergeError) -> CommandError {

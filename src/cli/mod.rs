@@ -63,14 +63,14 @@ pub use captured::{Said, Watch};
 pub use completions::complete_if_asked;
 
 use arguments::{Command, Common};
-use failure::Place;
+use failure::FailurePlace;
 use std::process::ExitCode;
 use std::sync::atomic::{AtomicBool, Ordering};
 use stickslip_system::quote;
 
 /// How a successful command ended.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum End {
+pub enum CommandEnd {
     /// Complete: exit status 0.
     Done,
     /// Stopped by Ctrl-C or a termination signal; all results so far are saved.
@@ -80,12 +80,12 @@ pub enum End {
 /// Exit status after an interruption.
 const INTERRUPTED: u8 = 130;
 
-impl End {
+impl CommandEnd {
     /// The exit status. With `json`, a command that was interrupted before its document reports that in one.
     pub fn report(self, json: bool) -> ExitCode {
         match self {
-            End::Done => ExitCode::SUCCESS,
-            End::Interrupted => {
+            CommandEnd::Done => ExitCode::SUCCESS,
+            CommandEnd::Interrupted => {
                 if json {
                     failure::document("interrupted", "interrupted before there was a result", INTERRUPTED, &[]);
                 }
@@ -101,7 +101,7 @@ pub struct CommandError {
     is_input: bool,
     text: String,
     /// Known places of the error.
-    places: Vec<Place>,
+    places: Vec<FailurePlace>,
 }
 
 impl CommandError {
@@ -151,7 +151,7 @@ impl CommandError {
 ///
 /// # Errors
 /// Wrong input, or a computation that failed.
-pub fn execute(arguments: Arguments) -> Result<End, CommandError> {
+pub fn execute(arguments: Arguments) -> Result<CommandEnd, CommandError> {
     let Arguments { command, common } = arguments;
     let level = match (common.quiet, common.verbose) {
         (true, _) => log::LevelFilter::Error,
@@ -171,7 +171,7 @@ pub fn execute(arguments: Arguments) -> Result<End, CommandError> {
     dispatch(command, &common)
 }
 
-fn dispatch(command: Command, common: &Common) -> Result<End, CommandError> {
+fn dispatch(command: Command, common: &Common) -> Result<CommandEnd, CommandError> {
     refuse_standard_output(&command)?;
     match command {
         Command::Run(options) => run::run(&options, common),
@@ -233,9 +233,9 @@ fn refuse_standard_output(command: &Command) -> Result<(), CommandError> {
 }
 
 /// The end of a successful command: with --strict a warning is an error. Prints the doubts unless they were `said`.
-fn strictly(strict: bool, doubts: &[String], said: bool, file: &std::path::Path) -> Result<End, CommandError> {
+fn strictly(strict: bool, doubts: &[String], said: bool, file: &std::path::Path) -> Result<CommandEnd, CommandError> {
     if !strict || doubts.is_empty() {
-        return Ok(End::Done);
+        return Ok(CommandEnd::Done);
     }
     let what = match doubts {
         _ if !said => doubts.join("\n"),
@@ -249,11 +249,11 @@ fn strictly(strict: bool, doubts: &[String], said: bool, file: &std::path::Path)
 }
 
 /// The end of an interrupted command, with a message unless --quiet.
-fn interrupted(common: &Common, how: &str) -> Result<End, CommandError> {
+fn interrupted(common: &Common, how: &str) -> Result<CommandEnd, CommandError> {
     if !common.quiet {
         complain(&format!("interrupted{how}"));
     }
-    Ok(End::Interrupted)
+    Ok(CommandEnd::Interrupted)
 }
 
 /// Prints the JSON document or the report of a command; with --quiet alone neither.

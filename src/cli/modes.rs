@@ -1,15 +1,15 @@
 //! `stickslip modes`: frequencies, damping and the loss of stability.
 
 use super::arguments::{Common, ModesOptions};
-use super::input::{Given, overrides};
+use super::input::{GivenCase, overrides};
 use super::plot::{draw, figure_target};
 use super::terminal::{self, or_none, pairs};
-use super::{CommandError, End, complain, print, print_json, wants_json, wants_text};
+use super::{CommandEnd, CommandError, complain, print, print_json, wants_json, wants_text};
 use serde::Serialize;
 use std::f64::consts::TAU;
 use std::fmt::Write as _;
 use stickslip_analysis::analysis::Modes;
-use stickslip_analysis::analysis::stability::Verdict;
+use stickslip_analysis::analysis::stability::SlidingVerdict;
 use stickslip_analysis::analysis::stability::modes::{Instability, OnsetDecision, SlowingModes, Stability};
 use stickslip_analysis::analysis::stability::states::{OperatingPoint, SystemMode, SystemModes};
 use stickslip_case::quantity::Dimension;
@@ -41,8 +41,8 @@ fn torque_unit(motion: Motion) -> &'static str {
     motion.dimension(Dimension::Torque).unit()
 }
 
-pub(super) fn modes(options: &ModesOptions, common: &Common) -> Result<End, CommandError> {
-    let given = Given::read(&options.case)?;
+pub(super) fn modes(options: &ModesOptions, common: &Common) -> Result<CommandEnd, CommandError> {
+    let given = GivenCase::read(&options.case)?;
     let changes = overrides(&options.set, None)?;
     let case = Case::read(&given.source, &changes)?;
     let (system, title) = (&case.system, &case.title);
@@ -66,7 +66,7 @@ pub(super) fn modes(options: &ModesOptions, common: &Common) -> Result<End, Comm
         print(&report(title, &modes, case.motion()))?;
     }
     let Some(slowing) = &modes.slowing else {
-        return Ok(End::Done);
+        return Ok(CommandEnd::Done);
     };
     if let Some(target) = target {
         draw(
@@ -81,7 +81,7 @@ pub(super) fn modes(options: &ModesOptions, common: &Common) -> Result<End, Comm
              before is known: {failure}"
         ));
     }
-    Ok(End::Done)
+    Ok(CommandEnd::Done)
 }
 
 fn report(title: &str, modes: &Modes, motion: Motion) -> String {
@@ -358,11 +358,11 @@ fn driving(modes: &SystemModes, motion: Motion) -> String {
     }))
 }
 
-fn word(verdict: Verdict) -> &'static str {
+fn word(verdict: SlidingVerdict) -> &'static str {
     match verdict {
-        Verdict::Stable => "stable",
-        Verdict::Neutral => "neither stable nor unstable to first order",
-        Verdict::Unstable => "unstable",
+        SlidingVerdict::Stable => "stable",
+        SlidingVerdict::Neutral => "neither stable nor unstable to first order",
+        SlidingVerdict::Unstable => "unstable",
     }
 }
 
@@ -443,8 +443,8 @@ fn changes_of_stability(modes: &SystemModes, motion: Motion) -> String {
         let range = format!("{} to {}", rough(search.from), rough(search.to));
         if search.changes.is_empty() {
             let holds = match search.throughout {
-                Some(Verdict::Unstable) => "everywhere",
-                Some(Verdict::Neutral) => "nowhere (neutral)",
+                Some(SlidingVerdict::Unstable) => "everywhere",
+                Some(SlidingVerdict::Neutral) => "nowhere (neutral)",
                 _ => "nowhere",
             };
             rows.push([what, "none", holds, "", "", &range].map(str::to_owned).to_vec());

@@ -1,17 +1,17 @@
 //! `stickslip plot`: figures and pages of files.
 
-use super::arguments::{Common, DPI, Format, PlotOptions};
+use super::arguments::{Common, DPI, FigureFormat, PlotOptions};
 use super::input::columns;
-use super::plot_studies::{self, Chosen, Kind, NotDrawn};
+use super::plot_studies::{self, Chosen, NotDrawn, StudyKind};
 use super::reference::open_reference;
-use super::{CommandError, End, complain, print, print_json, tell, terminal};
+use super::{CommandEnd, CommandError, complain, print, print_json, tell, terminal};
 use crate::plot::branches::{self, Branches};
 use crate::plot::catalogue::{self, ENTRIES, in_words_of};
-use crate::plot::comparison::Beside;
+use crate::plot::comparison::DrawnCandidate;
 use crate::plot::entry::{Entry, Subject};
 use crate::plot::target::{self, Product, TargetError};
 use crate::plot::{
-    self, Drawing, Figure, Layout, PlotError, Run, certified, own, page, portraits, signature, studies, style,
+    self, Drawing, DrawnRun, Figure, Layout, PlotError, certified, own, page, portraits, signature, studies, style,
     work_precision,
 };
 use serde::Serialize;
@@ -24,7 +24,7 @@ use stickslip_files::{Reason, ResultFile, Status};
 const FIGURE: Product = Product::Figure("-o");
 
 #[derive(Serialize)]
-struct Written {
+struct WrittenFigure {
     file: String,
     figure: String,
     title: String,
@@ -32,7 +32,7 @@ struct Written {
 }
 
 #[derive(Serialize)]
-struct Listed {
+struct ListedFigure {
     figure: String,
     title: String,
     paper_figure: Option<u32>,
@@ -40,7 +40,7 @@ struct Listed {
 }
 
 /// Draws figures of one or several runs, or writes a page.
-pub(super) fn plot(options: &PlotOptions, common: &Common) -> Result<End, CommandError> {
+pub(super) fn plot(options: &PlotOptions, common: &Common) -> Result<CommandEnd, CommandError> {
     if options.list {
         return list(options, common);
     }
@@ -57,8 +57,8 @@ pub(super) fn plot(options: &PlotOptions, common: &Common) -> Result<End, Comman
     let mut chosen: Vec<&Entry> = chosen.collect::<Result<_, _>>()?;
     let mut names = std::collections::HashSet::new();
     chosen.retain(|entry| names.insert(entry.name));
-    let runs = options.files.iter().map(|path| Run::open(path));
-    let runs: Vec<Run> = runs.collect::<Result<_, _>>().map_err(no_run)?;
+    let runs = options.files.iter().map(|path| DrawnRun::open(path));
+    let runs: Vec<DrawnRun> = runs.collect::<Result<_, _>>().map_err(no_run)?;
     one_kind(&runs)?;
     for run in runs.iter().filter(|_| !common.quiet) {
         tell_status(run);
@@ -67,7 +67,12 @@ pub(super) fn plot(options: &PlotOptions, common: &Common) -> Result<End, Comman
     finish(options, &chosen, &options.files, common)
 }
 
-fn finish(options: &PlotOptions, chosen: &Chosen, inputs: &[PathBuf], common: &Common) -> Result<End, CommandError> {
+fn finish(
+    options: &PlotOptions,
+    chosen: &Chosen,
+    inputs: &[PathBuf],
+    common: &Common,
+) -> Result<CommandEnd, CommandError> {
     let written = write(options, &chosen.figures, inputs)?;
     let document = || {
         document! {
@@ -82,12 +87,12 @@ fn finish(options: &PlotOptions, chosen: &Chosen, inputs: &[PathBuf], common: &C
         }
     };
     tell(common, document, || report(&written, chosen, &options.files))?;
-    Ok(End::Done)
+    Ok(CommandEnd::Done)
 }
 
-fn one_kind(runs: &[Run]) -> Result<(), CommandError> {
-    let motion = |run: &Run| run.case.motion();
-    let name = |run: &Run| match motion(run) {
+fn one_kind(runs: &[DrawnRun]) -> Result<(), CommandError> {
+    let motion = |run: &DrawnRun| run.case.motion();
+    let name = |run: &DrawnRun| match motion(run) {
         Motion::Rotation => "of a rotation",
         Motion::Translation => "of a translation",
     };
@@ -116,7 +121,7 @@ fn of_many_runs(options: &PlotOptions) -> Result<Option<Chosen>, CommandError> {
     let choice = plot_studies::choice(options).map_err(CommandError::input)?;
     for path in &options.files {
         let kind = plot_studies::kind(path)?;
-        if matches!(kind, Kind::Run) {
+        if matches!(kind, StudyKind::Run) {
             continue;
         }
         let refused = |why: &str| Err(refusal(path, why));
@@ -136,11 +141,11 @@ fn of_many_runs(options: &PlotOptions) -> Result<Option<Chosen>, CommandError> {
             );
         }
         return match &kind {
-            Kind::Sweep(file) => Ok(Some(plot_studies::of_sweep(file, &choice, &options.only)?)),
-            Kind::Branches if choice.axes.is_some() || !choice.at.is_empty() => refused(
+            StudyKind::Sweep(file) => Ok(Some(plot_studies::of_sweep(file, &choice, &options.only)?)),
+            StudyKind::Branches if choice.axes.is_some() || !choice.at.is_empty() => refused(
                 "branches, whose points lie on curves over one number; leave out --axes and --at, and choose with --quantity",
             ),
-            Kind::Branches => Ok(Some(plot_studies::of_branches(
+            StudyKind::Branches => Ok(Some(plot_studies::of_branches(
                 path,
                 &choice.quantities,
                 &options.only,
@@ -166,7 +171,7 @@ fn of_many_runs(options: &PlotOptions) -> Result<Option<Chosen>, CommandError> {
 }
 
 /// Draws a candidate beside a result: figures of the comparison, or the requested channels.
-fn beside(options: &PlotOptions, candidate: &Path, common: &Common) -> Result<End, CommandError> {
+fn beside(options: &PlotOptions, candidate: &Path, common: &Common) -> Result<CommandEnd, CommandError> {
     let [file] = &options.files[..] else {
         return Err(CommandError::input(format!(
             "--candidate is drawn beside one result, and {} files are given; name one, or leave out --candidate to draw \
@@ -179,14 +184,14 @@ fn beside(options: &PlotOptions, candidate: &Path, common: &Common) -> Result<En
             "--from and --to are for channels that are named; name what to draw beside the candidate with --channel NAME",
         ));
     }
-    let run = Run::open(file)?;
+    let run = DrawnRun::open(file)?;
     let reference = open_reference(file)?;
     let mapping = Mapping {
         // No figure shows a cause.
         quick: true,
         ..columns(&reference, options.map.as_deref(), &options.columns)?
     };
-    let beside = Beside {
+    let beside = DrawnCandidate {
         reference: &reference,
         run: &run,
         path: candidate,
@@ -218,23 +223,23 @@ fn no_run(error: PlotError) -> CommandError {
     error
 }
 
-fn html(options: &PlotOptions, path: &Path, common: &Common) -> Result<End, CommandError> {
+fn html(options: &PlotOptions, path: &Path, common: &Common) -> Result<CommandEnd, CommandError> {
     for file in &options.files {
         let why = match plot_studies::kind(file)? {
-            Kind::Run if options.quantities.is_empty() => continue,
-            Kind::Run => {
+            StudyKind::Run if options.quantities.is_empty() => continue,
+            StudyKind::Run => {
                 "--quantity is for the page of a sweep or continuation; leave it out, the page of a run has all channels"
             }
-            Kind::WorkPrecision => "a work-precision study has no page; leave out --html to draw its figure",
-            Kind::Sweep(_) | Kind::Branches if options.files.len() > 1 => {
+            StudyKind::WorkPrecision => "a work-precision study has no page; leave out --html to draw its figure",
+            StudyKind::Sweep(_) | StudyKind::Branches if options.files.len() > 1 => {
                 "a sweep or a continuation has a page of its own; give one file"
             }
-            Kind::Branches => {
+            StudyKind::Branches => {
                 let branches = Branches::read(file)?;
                 let page = branches::page::write(&branches, &options.quantities, path, options.force)?;
                 return finish_page(path, &page, common);
             }
-            Kind::Sweep(sweep) => {
+            StudyKind::Sweep(sweep) => {
                 let page = studies::page::write(&sweep, &options.quantities, path, options.force)?;
                 return finish_page(path, &page, common);
             }
@@ -247,7 +252,7 @@ fn html(options: &PlotOptions, path: &Path, common: &Common) -> Result<End, Comm
             page::write(&file, None, path, options.force)
         }
         [first, second] => {
-            one_kind(&[Run::open(first)?, Run::open(second)?])?;
+            one_kind(&[DrawnRun::open(first)?, DrawnRun::open(second)?])?;
             page::write(
                 &ResultFile::open(first)?,
                 Some(&ResultFile::open(second)?),
@@ -266,32 +271,32 @@ fn html(options: &PlotOptions, path: &Path, common: &Common) -> Result<End, Comm
     finish_page(path, &page?, common)
 }
 
-fn finish_page(path: &Path, page: &impl Serialize, common: &Common) -> Result<End, CommandError> {
+fn finish_page(path: &Path, page: &impl Serialize, common: &Common) -> Result<CommandEnd, CommandError> {
     let file = path.display().to_string();
     tell(common, || document! { file: &file, page: page }, || format!("{file}\n"))?;
-    Ok(End::Done)
+    Ok(CommandEnd::Done)
 }
 
 /// All figures with their kinds of files; with a file, the figures that it can have.
-fn list(options: &PlotOptions, common: &Common) -> Result<End, CommandError> {
+fn list(options: &PlotOptions, common: &Common) -> Result<CommandEnd, CommandError> {
     let listed = match options.files.first() {
         Some(path) => listed_of(path, options)?,
         None => all_listed(),
     };
     if common.json {
         print_json(&listed)?;
-        return Ok(End::Done);
+        return Ok(CommandEnd::Done);
     }
     let rows = listed.into_iter().map(|entry| {
         let number = entry.paper_figure.map(|n| n.to_string()).unwrap_or_default();
         vec![entry.figure, number, entry.of.to_owned(), entry.title]
     });
     print(&terminal::lines(&["figure", "paper", "of", "shows"], rows, [1]))?;
-    Ok(End::Done)
+    Ok(CommandEnd::Done)
 }
 
-fn listed(name: &str, title: &str, paper_figure: Option<u32>, of: &'static str) -> Listed {
-    Listed {
+fn listed(name: &str, title: &str, paper_figure: Option<u32>, of: &'static str) -> ListedFigure {
+    ListedFigure {
         figure: name.to_owned(),
         title: title.to_owned(),
         paper_figure,
@@ -299,7 +304,7 @@ fn listed(name: &str, title: &str, paper_figure: Option<u32>, of: &'static str) 
     }
 }
 
-fn all_listed() -> Vec<Listed> {
+fn all_listed() -> Vec<ListedFigure> {
     let of_runs = [
         (ENTRIES, "run"),
         (portraits::ENTRIES, "run of trains"),
@@ -318,26 +323,26 @@ fn all_listed() -> Vec<Listed> {
     of_runs.chain(of_studies).chain([last]).collect()
 }
 
-fn listed_of(path: &Path, options: &PlotOptions) -> Result<Vec<Listed>, CommandError> {
+fn listed_of(path: &Path, options: &PlotOptions) -> Result<Vec<ListedFigure>, CommandError> {
     let choice = plot_studies::choice(options).map_err(CommandError::input)?;
     let (drawn, of) = match plot_studies::kind(path)? {
-        Kind::Run => {
-            let run = Run::open(path).map_err(no_run)?;
+        StudyKind::Run => {
+            let run = DrawnRun::open(path).map_err(no_run)?;
             let of = if run.stops() { "run" } else { "run of trains" };
             let entries = catalogue::of_run(&run).into_iter();
             let entries = entries.map(|e| listed(e.name, &in_words_of(&run, e.title), e.paper_figure, of));
             return Ok(entries.collect());
         }
-        Kind::Sweep(file) => (plot_studies::of_sweep(&file, &choice, &[])?, "sweep"),
-        Kind::WorkPrecision => (plot_studies::of_work_precision(path)?, "work-precision study"),
-        Kind::Branches => (plot_studies::all_of_branches(path)?, "continuation"),
+        StudyKind::Sweep(file) => (plot_studies::of_sweep(&file, &choice, &[])?, "sweep"),
+        StudyKind::WorkPrecision => (plot_studies::of_work_precision(path)?, "work-precision study"),
+        StudyKind::Branches => (plot_studies::all_of_branches(path)?, "continuation"),
     };
     let figures = drawn.figures.iter();
     Ok(figures.map(|f| listed(&f.name, &f.title, f.paper_figure, of)).collect())
 }
 
 /// Tells how far an incomplete run can be drawn.
-fn tell_status(run: &Run) {
+fn tell_status(run: &DrawnRun) {
     let how = match run.status() {
         Status::Complete => return,
         Status::Interrupted => "was interrupted (or still runs)",
@@ -351,7 +356,7 @@ fn tell_status(run: &Run) {
 }
 
 /// The requested figures, and those of the catalogue that the run lacks.
-fn figures(options: &PlotOptions, runs: &[Run], only: &[&Entry]) -> Result<Chosen, CommandError> {
+fn figures(options: &PlotOptions, runs: &[DrawnRun], only: &[&Entry]) -> Result<Chosen, CommandError> {
     if !options.channels.is_empty() || !options.phase.is_empty() {
         if let (Some(from), Some(to)) = (options.from, options.to)
             && from > to
@@ -409,7 +414,7 @@ fn remedy(sampling: &str, path: &Path) -> String {
 
 const FEW: usize = 3;
 
-fn own_figures(options: &PlotOptions, runs: &[Run]) -> Result<Vec<Figure>, PlotError> {
+fn own_figures(options: &PlotOptions, runs: &[DrawnRun]) -> Result<Vec<Figure>, PlotError> {
     let window = own::window(runs, options.from, options.to)?;
     let mut figures = Vec::new();
     let title = |what: &str| match runs {
@@ -452,36 +457,36 @@ const OTHER_FORMATS: [&str; 14] = [
     "eps", "ps", "jpg", "jpeg", "tif", "tiff", "gif", "webp", "html", "h5", "csv", "npz", "mat", "json",
 ];
 
-fn targets(options: &PlotOptions, figures: &[Figure]) -> Result<Vec<(usize, PathBuf, Format)>, PlotError> {
+fn targets(options: &PlotOptions, figures: &[Figure]) -> Result<Vec<(usize, PathBuf, FigureFormat)>, PlotError> {
     let path = options.output.clone();
     let extension = path.extension().unwrap_or_default().to_ascii_lowercase();
-    match Format::of_path(&path) {
+    match FigureFormat::of_path(&path) {
         Some(format) if figures.len() == 1 => return Ok(vec![(0, path, format)]),
         Some(_) => return Err(PlotError::NoFolder { path }),
         None if path.is_file() => return Err(PlotError::NoFolder { path }),
         None if OTHER_FORMATS.iter().any(|other| extension == *other) => return Err(PlotError::Format { path }),
         None => {}
     }
-    let formats: &[Format] = match &options.format {
+    let formats: &[FigureFormat] = match &options.format {
         Some(format) => std::slice::from_ref(format),
-        None => &[Format::Svg, Format::Png],
+        None => &[FigureFormat::Svg, FigureFormat::Png],
     };
-    let file = |name: &str, format: &Format| options.output.join(format!("{name}.{}", format.extension()));
-    let of_figure = |(k, figure): (usize, &Figure)| -> Vec<(usize, PathBuf, Format)> {
+    let file = |name: &str, format: &FigureFormat| options.output.join(format!("{name}.{}", format.extension()));
+    let of_figure = |(k, figure): (usize, &Figure)| -> Vec<(usize, PathBuf, FigureFormat)> {
         formats.iter().map(|f| (k, file(&figure.name, f), *f)).collect()
     };
     Ok(figures.iter().enumerate().flat_map(of_figure).collect())
 }
 
-fn write(options: &PlotOptions, figures: &[Figure], inputs: &[PathBuf]) -> Result<Vec<Written>, CommandError> {
+fn write(options: &PlotOptions, figures: &[Figure], inputs: &[PathBuf]) -> Result<Vec<WrittenFigure>, CommandError> {
     let targets = targets(options, figures)?;
     let layout = layout(options)?;
-    if Format::of_path(&options.output).is_none() && !targets.is_empty() {
+    if FigureFormat::of_path(&options.output).is_none() && !targets.is_empty() {
         std::fs::create_dir_all(&options.output)
             .map_err(|error| TargetError::failed(&options.output, FIGURE, "creating the folder", error))?;
     }
     let source = signature::source(inputs);
-    let named = Format::of_path(&options.output).is_some();
+    let named = FigureFormat::of_path(&options.output).is_some();
     for (_, path, _) in &targets {
         target::check(path, FIGURE, inputs, options.force)?;
         if !named && !options.force {
@@ -500,7 +505,7 @@ fn write(options: &PlotOptions, figures: &[Figure], inputs: &[PathBuf]) -> Resul
             },
         };
         save(&path, FIGURE, &drawing, format, options.dpi)?;
-        written.push(Written {
+        written.push(WrittenFigure {
             file: path.display().to_string(),
             figure: figure.name.clone(),
             title: figure.full_title(),
@@ -550,14 +555,14 @@ pub(super) fn figure_target<'a>(
     path: Option<&'a Path>,
     force: bool,
     inputs: &[PathBuf],
-) -> Result<Option<(&'a Path, Format)>, CommandError> {
+) -> Result<Option<(&'a Path, FigureFormat)>, CommandError> {
     let Some(path) = path else { return Ok(None) };
-    let format = Format::of_path(path).ok_or_else(|| PlotError::Format { path: path.to_owned() })?;
+    let format = FigureFormat::of_path(path).ok_or_else(|| PlotError::Format { path: path.to_owned() })?;
     target::check(path, OF_COMMAND, inputs, force)?;
     Ok(Some((path, format)))
 }
 
-pub(super) fn draw(figure: &Figure, (path, format): (&Path, Format), source: String) -> Result<(), PlotError> {
+pub(super) fn draw(figure: &Figure, (path, format): (&Path, FigureFormat), source: String) -> Result<(), PlotError> {
     let drawing = Drawing {
         source,
         ..plot::draw(figure, style::COLUMN_WIDTH)?
@@ -565,16 +570,16 @@ pub(super) fn draw(figure: &Figure, (path, format): (&Path, Format), source: Str
     save(path, OF_COMMAND, &drawing, format, DPI)
 }
 
-fn save(path: &Path, figure: Product, drawing: &Drawing, format: Format, dpi: f64) -> Result<(), PlotError> {
+fn save(path: &Path, figure: Product, drawing: &Drawing, format: FigureFormat, dpi: f64) -> Result<(), PlotError> {
     match format {
-        Format::Svg => target::write(path, figure, &[drawing.svg().as_bytes()])?,
-        Format::Png => target::write(path, figure, &[&drawing.png(dpi)?])?,
-        Format::Pdf => target::write(path, figure, &[&drawing.pdf()?])?,
+        FigureFormat::Svg => target::write(path, figure, &[drawing.svg().as_bytes()])?,
+        FigureFormat::Png => target::write(path, figure, &[&drawing.png(dpi)?])?,
+        FigureFormat::Pdf => target::write(path, figure, &[&drawing.pdf()?])?,
     }
     Ok(())
 }
 
-fn report(written: &[Written], chosen: &Chosen, files: &[PathBuf]) -> String {
+fn report(written: &[WrittenFigure], chosen: &Chosen, files: &[PathBuf]) -> String {
     let mut lines: String = written.iter().map(|w| format!("{}\n", w.file)).collect();
     if !chosen.not_drawn.is_empty() {
         lines += "\nnot drawn:\n";

@@ -11,7 +11,7 @@ use stickslip_analysis::analysis::distribution::{Distribution, PERCENTILES};
 use stickslip_analysis::continuation::Stored;
 use stickslip_files::{Reason, ResultFile, SweepFile, WorkPrecisionFile, check_sound};
 
-pub(super) enum Kind {
+pub(super) enum StudyKind {
     /// One run, or an unknown file.
     Run,
     /// Sweep or calibration.
@@ -47,15 +47,15 @@ pub(super) struct NotDrawn {
 }
 
 /// The kind of file at `path`; an error for a shard of a sweep or a damaged file.
-pub(super) fn kind(path: &Path) -> Result<Kind, PlotError> {
+pub(super) fn kind(path: &Path) -> Result<StudyKind, PlotError> {
     let kind = match SweepFile::open(path) {
-        Ok(file) => Kind::Sweep(Box::new(file)),
+        Ok(file) => StudyKind::Sweep(Box::new(file)),
         Err(error) if matches!(error.reason, Reason::OnlyAShard | Reason::Uneven { .. }) => return Err(error.into()),
-        Err(_) if WorkPrecisionFile::is_one(path) => Kind::WorkPrecision,
-        Err(_) if Stored::is_one(path) => Kind::Branches,
+        Err(_) if WorkPrecisionFile::is_one(path) => StudyKind::WorkPrecision,
+        Err(_) if Stored::is_one(path) => StudyKind::Branches,
         // The command that draws the file reports the error.
-        Err(_) if ResultFile::open(path).is_err() => return Ok(Kind::Run),
-        Err(_) => Kind::Run,
+        Err(_) if ResultFile::open(path).is_err() => return Ok(StudyKind::Run),
+        Err(_) => StudyKind::Run,
     };
     check_sound(path)?;
     Ok(kind)

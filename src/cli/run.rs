@@ -1,16 +1,16 @@
 //! `stickslip run`: a case is run into a file.
 
 use super::arguments::{Common, RunOptions};
-use super::input::{Given, interrupt_flag, output_of, overrides, overwrite};
+use super::input::{GivenCase, interrupt_flag, output_of, overrides, overwrite};
 use super::progress::Bar;
-use super::{CommandError, End, complain, interrupted, print, print_json, strictly, terminal};
+use super::{CommandEnd, CommandError, complain, interrupted, print, print_json, strictly, terminal};
 use std::ops::ControlFlow;
 use stickslip_analysis::analysis::{SavedReport, SavedRun, Warning};
 use stickslip_case::{Case, Origin};
 use stickslip_engine::hybrid::RunError;
 
-pub(super) fn run(options: &RunOptions, common: &Common) -> Result<End, CommandError> {
-    let given = Given::read(&options.case)?;
+pub(super) fn run(options: &RunOptions, common: &Common) -> Result<CommandEnd, CommandError> {
+    let given = GivenCase::read(&options.case)?;
     let set = options.budget.over(&options.set);
     let changes = overrides(&set, options.method.as_deref())?;
     let case = &Case::read(&given.source, &changes)?;

@@ -4,14 +4,14 @@ use super::arguments::{Common, SweepOptions};
 use super::input::{interrupt_flag, overwrite};
 use super::plot_studies;
 use super::progress::Bar;
-use super::{CommandError, End, captured, interrupted, strictly, tell};
+use super::{CommandEnd, CommandError, captured, interrupted, strictly, tell};
 use crate::plot::PlotError;
 use crate::plot::studies::{self, Choice};
 use serde::Serialize;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 use stickslip_analysis::sweep::{
-    Boundaries, Branch, Design, JournalError, STUDIES, Shard, Study, StudySource, Sweep, SweepError, SweepReport,
+    Boundaries, CurveBranch, Design, JournalError, STUDIES, Shard, Study, StudySource, Sweep, SweepError, SweepReport,
     journal_path,
 };
 use stickslip_case::CaseError;
@@ -45,7 +45,7 @@ fn refuse_ranks(options: &SweepOptions) -> Result<(), CommandError> {
     ))
 }
 
-pub(super) fn sweep(options: &SweepOptions, common: &Common) -> Result<End, CommandError> {
+pub(super) fn sweep(options: &SweepOptions, common: &Common) -> Result<CommandEnd, CommandError> {
     refuse_ranks(options)?;
     let study = read_study(options)?;
     let path = options
@@ -189,7 +189,7 @@ fn curve_documents(study: &Study, boundaries: &Boundaries) -> Vec<CurveDocument>
                 [low.min(v), high.max(v)]
             })
         };
-        let nose = curve.points.iter().find(|point| point.branch == Branch::Fold);
+        let nose = curve.points.iter().find(|point| point.branch == CurveBranch::Fold);
         CurveDocument {
             plane: plane(curve.plane),
             points: curve.points.len(),

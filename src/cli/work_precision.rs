@@ -1,16 +1,16 @@
 //! `stickslip work-precision`: errors and costs of methods.
 
-use super::arguments::{Common, Format, WorkPrecisionOptions};
+use super::arguments::{Common, FigureFormat, WorkPrecisionOptions};
 use super::input::{interrupt_flag, overwrite};
 use super::plot;
 use super::progress::Bar;
 use super::terminal::{self, or_none};
-use super::{CommandError, End, interrupted, tell};
+use super::{CommandEnd, CommandError, interrupted, tell};
 use crate::plot::{PlotError, signature, target, work_precision as figure};
 use std::path::{Path, PathBuf};
 use std::sync::atomic::Ordering;
 use stickslip_analysis::analysis::work_precision::{
-    Errors, Measurement, STUDIES, Study, StudyError, StudyResult, StudySource, run,
+    Measurement, MethodErrors, PrecisionStudy, STUDIES, StudyError, StudyResult, StudySource, run,
 };
 use stickslip_analysis::provenance;
 use stickslip_engine::simulation::Method;
@@ -18,9 +18,9 @@ use stickslip_engine::workers::go_on_unless;
 use stickslip_files::{Reservation, Status, WorkPrecisionFile, WorkPrecisionRow};
 use stickslip_system::quote::bound;
 
-pub(super) fn work_precision(options: &WorkPrecisionOptions, common: &Common) -> Result<End, CommandError> {
+pub(super) fn work_precision(options: &WorkPrecisionOptions, common: &Common) -> Result<CommandEnd, CommandError> {
     let source = StudySource::find(&options.study, STUDIES)?;
-    let study = Study::parse(source)?;
+    let study = PrecisionStudy::parse(source)?;
     let path = options
         .output
         .clone()
@@ -82,7 +82,7 @@ pub(super) fn work_precision(options: &WorkPrecisionOptions, common: &Common) ->
         let how = format!(" after {done} of {all} runs; they are saved in {}", file.display());
         return interrupted(common, &how);
     }
-    Ok(End::Done)
+    Ok(CommandEnd::Done)
 }
 
 /// The figure's files in a folder, which is created if missing.
@@ -91,7 +91,7 @@ fn figure_targets(
     force: bool,
     inputs: &[PathBuf],
     source: &str,
-) -> Result<Vec<(PathBuf, Format)>, CommandError> {
+) -> Result<Vec<(PathBuf, FigureFormat)>, CommandError> {
     let Some(folder) = folder else {
         return Ok(Vec::new());
     };
@@ -102,7 +102,7 @@ fn figure_targets(
         ))
     })?;
     let mut targets = Vec::with_capacity(2);
-    for format in [Format::Svg, Format::Png] {
+    for format in [FigureFormat::Svg, FigureFormat::Png] {
         let path = folder.join(format!("{}.{}", figure::NAME, format.extension()));
         target::check(&path, plot::OF_COMMAND, inputs, force)?;
         if !force {
@@ -114,9 +114,9 @@ fn figure_targets(
 }
 
 fn draw(
-    study: &Study,
+    study: &PrecisionStudy,
     result: &StudyResult,
-    targets: &[(PathBuf, Format)],
+    targets: &[(PathBuf, FigureFormat)],
     source: &str,
 ) -> Result<Vec<PathBuf>, PlotError> {
     if targets.is_empty() || result.measurements.is_empty() {
@@ -129,7 +129,7 @@ fn draw(
         .collect()
 }
 
-fn contents(study: &Study, result: &StudyResult, started: &str) -> WorkPrecisionFile {
+fn contents(study: &PrecisionStudy, result: &StudyResult, started: &str) -> WorkPrecisionFile {
     let mut methods: Vec<Method> = Vec::new();
     for m in &result.measurements {
         if !methods.contains(&m.method) {
@@ -175,7 +175,7 @@ fn contents(study: &Study, result: &StudyResult, started: &str) -> WorkPrecision
     }
 }
 
-fn report(study: &Study, result: &StudyResult) -> String {
+fn report(study: &PrecisionStudy, result: &StudyResult) -> String {
     let header = [
         "method", "rtol", "step", "onset", "final", "all", "events", "calls", "time",
     ];
@@ -198,7 +198,7 @@ fn report(study: &Study, result: &StudyResult) -> String {
     )
 }
 
-fn row(m: &Measurement, uncertainty: &Errors) -> Vec<String> {
+fn row(m: &Measurement, uncertainty: &MethodErrors) -> Vec<String> {
     let (rtol, step) = m.knob.rtol_and_step();
     let plain = |value: Option<f64>| value.map(|x| format!("{x:e}")).unwrap_or_default();
     if m.failure.is_some() {

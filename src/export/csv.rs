@@ -2,16 +2,16 @@
 //! double, codes as words, NaN as `NaN`.
 
 use super::ExportError;
-use super::table::{Column, Kind, Table};
+use super::table::{ColumnKind, ExportColumn, ExportTable};
 use std::io::{BufWriter, Write};
 use std::path::Path;
 
 /// The header line, with its line end.
-pub(super) fn header(columns: &[Column]) -> String {
-    line(columns.iter().map(Column::header))
+pub(super) fn header(columns: &[ExportColumn]) -> String {
+    line(columns.iter().map(ExportColumn::header))
 }
 
-pub(super) fn plain_header(columns: &[Column]) -> String {
+pub(super) fn plain_header(columns: &[ExportColumn]) -> String {
     line(columns.iter().map(|column| column.name.clone()))
 }
 
@@ -27,18 +27,18 @@ fn quoted(text: &str) -> String {
     }
 }
 
-fn push(line: &mut String, column: &Column, value: f64) {
+fn push(line: &mut String, column: &ExportColumn, value: f64) {
     use std::fmt::Write;
     // Writing to a string cannot fail.
     let _ = match column.kind {
         _ if value.is_nan() => write!(line, "NaN"),
-        Kind::Code => write!(line, "{}", quoted(&column.word(value))),
-        Kind::Whole => write!(line, "{value:.0}"),
-        Kind::Number => write!(line, "{value:?}"),
+        ColumnKind::Code => write!(line, "{}", quoted(&column.word(value))),
+        ColumnKind::Whole => write!(line, "{value:.0}"),
+        ColumnKind::Number => write!(line, "{value:?}"),
     };
 }
 
-pub(super) fn write(header: &str, table: &Table, sink: impl Write, path: &Path) -> Result<(), ExportError> {
+pub(super) fn write(header: &str, table: &ExportTable, sink: impl Write, path: &Path) -> Result<(), ExportError> {
     let failed = |error| ExportError::io(path, "writing", error);
     let mut sink = BufWriter::new(sink);
     sink.write_all(header.as_bytes()).map_err(failed)?;

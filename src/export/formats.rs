@@ -1,7 +1,7 @@
 //! The file formats of tables.
 
-use super::metadata::{MARK, Origin};
-use super::table::Table;
+use super::metadata::{MARK, TableOrigin};
+use super::table::ExportTable;
 use super::{ExportError, csv, mat, npz};
 use std::fs::File;
 use std::io::{self, Read, Seek, SeekFrom};
@@ -41,7 +41,7 @@ impl Format {
     }
 
     /// Whether `path` is an earlier export in this format. A CSV file is recognised by its header.
-    pub(super) fn is_own(self, path: &Path, table: &Table) -> io::Result<bool> {
+    pub(super) fn is_own(self, path: &Path, table: &ExportTable) -> io::Result<bool> {
         let mut file = File::open(path)?;
         let mut bytes = Vec::new();
         if self == Format::Csv {
@@ -58,7 +58,13 @@ impl Format {
         Ok(bytes.windows(MARK.len()).any(|window| window == MARK.as_bytes()))
     }
 
-    pub(super) fn write(self, table: &Table, origin: &Origin, file: &File, path: &Path) -> Result<(), ExportError> {
+    pub(super) fn write(
+        self,
+        table: &ExportTable,
+        origin: &TableOrigin,
+        file: &File,
+        path: &Path,
+    ) -> Result<(), ExportError> {
         match self {
             Format::Csv => csv::write(&csv::header(&table.columns), table, file, path),
             Format::Npz => npz::write(table, origin, file, path),

@@ -2,8 +2,8 @@
 //! text for `jsondecode`.
 
 use super::ExportError;
-use super::metadata::{MARK, Origin, metadata, raw};
-use super::table::{Kind, Table};
+use super::metadata::{MARK, TableOrigin, metadata, raw};
+use super::table::{ColumnKind, ExportTable};
 use std::fs::File;
 use std::io::{self, BufWriter, Write};
 use std::path::Path;
@@ -49,7 +49,7 @@ fn head(class: u32, rows: usize, columns: usize, name: &str) -> Vec<u8> {
     found
 }
 
-pub(super) fn write(table: &Table, origin: &Origin, file: &File, path: &Path) -> Result<(), ExportError> {
+pub(super) fn write(table: &ExportTable, origin: &TableOrigin, file: &File, path: &Path) -> Result<(), ExportError> {
     let failed = |error: io::Error| ExportError::io(path, "writing", error);
     if 8 * table.rows as u64 > MOST_BYTES {
         return Err(ExportError::Asked(format!(
@@ -69,9 +69,9 @@ pub(super) fn write(table: &Table, origin: &Origin, file: &File, path: &Path) ->
     sink.write_all(&start).map_err(failed)?;
     for (k, column) in table.columns.iter().enumerate() {
         let (kind, class, size) = match column.kind {
-            Kind::Number => (DOUBLE, DOUBLE_CLASS, 8),
-            Kind::Whole => (INT64, INT64_CLASS, 8),
-            Kind::Code => (INT8, INT8_CLASS, 1),
+            ColumnKind::Number => (DOUBLE, DOUBLE_CLASS, 8),
+            ColumnKind::Whole => (INT64, INT64_CLASS, 8),
+            ColumnKind::Code => (INT8, INT8_CLASS, 1),
         };
         let name: String = column.name.chars().take(LONGEST_NAME).collect();
         let head = head(class, table.rows, 1, &name);

@@ -1,6 +1,6 @@
 //! Origin and columns of a table, as metadata for the formats that can hold some.
 
-use super::table::{Column, Kind, Table};
+use super::table::{ColumnKind, ExportColumn, ExportTable};
 use serde::Serialize;
 use stickslip_system::quote;
 
@@ -9,7 +9,7 @@ pub(super) const MARK: &str = "stickslip-export";
 
 /// The run that a table comes from.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize)]
-pub struct Origin {
+pub struct TableOrigin {
     /// The program, with its version.
     pub source: String,
     /// Title of the case.
@@ -23,14 +23,14 @@ pub struct Origin {
     pub evaluated: Option<String>,
 }
 
-pub(super) fn metadata(table: &Table, origin: &Origin) -> String {
+pub(super) fn metadata(table: &ExportTable, origin: &TableOrigin) -> String {
     #[derive(Serialize)]
     struct Metadata<'a> {
         format: &'static str,
         table: &'a str,
         rows: usize,
         #[serde(flatten)]
-        origin: &'a Origin,
+        origin: &'a TableOrigin,
         columns: Vec<Described<'a>>,
     }
     #[derive(Serialize)]
@@ -75,10 +75,10 @@ pub(super) fn metadata(table: &Table, origin: &Origin) -> String {
 }
 
 /// Binary values, little-endian: numbers as doubles, whole numbers in 8 bytes, codes in 1.
-pub(super) fn raw(column: &Column, values: &[f64]) -> Vec<u8> {
+pub(super) fn raw(column: &ExportColumn, values: &[f64]) -> Vec<u8> {
     match column.kind {
-        Kind::Number => values.iter().flat_map(|value| value.to_le_bytes()).collect(),
-        Kind::Whole => values.iter().flat_map(|&value| (value as i64).to_le_bytes()).collect(),
-        Kind::Code => values.iter().map(|&value| (value as i8).cast_unsigned()).collect(),
+        ColumnKind::Number => values.iter().flat_map(|value| value.to_le_bytes()).collect(),
+        ColumnKind::Whole => values.iter().flat_map(|&value| (value as i64).to_le_bytes()).collect(),
+        ColumnKind::Code => values.iter().map(|&value| (value as i8).cast_unsigned()).collect(),
     }
 }

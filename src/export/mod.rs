@@ -25,9 +25,9 @@ mod table;
 
 pub use error::ExportError;
 pub use formats::Format;
-pub use metadata::Origin;
+pub use metadata::TableOrigin;
 pub use request::{Request, Times, Which, evaluated, read_times, span, stored};
-pub use table::{Column, Kind, Table};
+pub use table::{ColumnKind, ExportColumn, ExportTable};
 
 use std::io::Write;
 use std::path::{Path, PathBuf};
@@ -38,9 +38,9 @@ use stickslip_files::folder_of;
 #[derive(Debug)]
 pub struct Export<'a> {
     /// The table.
-    pub table: Table<'a>,
+    pub table: ExportTable<'a>,
     /// Its origin.
-    pub origin: Origin,
+    pub origin: TableOrigin,
     /// Columns that exist only at the samples, and were not requested by name.
     pub left_out: Vec<String>,
 }

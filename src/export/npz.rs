@@ -1,8 +1,8 @@
 //! NumPy archives: an array for each column, and one with the metadata as JSON.
 
 use super::ExportError;
-use super::metadata::{MARK, Origin, metadata, raw};
-use super::table::{Kind, Table};
+use super::metadata::{MARK, TableOrigin, metadata, raw};
+use super::table::{ColumnKind, ExportTable};
 use std::cell::RefCell;
 use std::fs::File;
 use std::io::{self, BufWriter, Seek, SeekFrom, Write};
@@ -24,12 +24,12 @@ fn array_header(descr: &str, shape: &str) -> Vec<u8> {
 
 /// A file whose first error is kept, and that pretends to take everything after it: an archive that cannot be ended says so on
 /// standard error when it is dropped.
-struct Kept<'a> {
+struct FirstError<'a> {
     file: &'a File,
     error: &'a RefCell<Option<io::Error>>,
 }
 
-impl Write for Kept<'_> {
+impl Write for FirstError<'_> {
     fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
         if self.error.borrow().is_some() {
             return Ok(bytes.len());
@@ -48,17 +48,17 @@ impl Write for Kept<'_> {
     }
 }
 
-impl Seek for Kept<'_> {
+impl Seek for FirstError<'_> {
     fn seek(&mut self, to: SeekFrom) -> io::Result<u64> {
         self.file.seek(to)
     }
 }
 
-pub(super) fn write(table: &Table, origin: &Origin, file: &File, path: &Path) -> Result<(), ExportError> {
+pub(super) fn write(table: &ExportTable, origin: &TableOrigin, file: &File, path: &Path) -> Result<(), ExportError> {
     let failed = |error: io::Error| ExportError::io(path, "writing", error);
     let error = RefCell::new(None);
     let go_on = || error.take().map_or(Ok(()), |error| Err(failed(error)));
-    let mut archive = ZipWriter::new(BufWriter::new(Kept { file, error: &error }));
+    let mut archive = ZipWriter::new(BufWriter::new(FirstError { file, error: &error }));
     archive.set_comment(MARK).map_err(|error| failed(error.into()))?;
     let options = |bytes: usize| {
         SimpleFileOptions::default()
@@ -72,9 +72,9 @@ pub(super) fn write(table: &Table, origin: &Origin, file: &File, path: &Path) ->
     };
     for (k, column) in table.columns.iter().enumerate() {
         let (descr, size) = match column.kind {
-            Kind::Number => ("<f8", 8),
-            Kind::Whole => ("<i8", 8),
-            Kind::Code => ("|i1", 1),
+            ColumnKind::Number => ("<f8", 8),
+            ColumnKind::Whole => ("<i8", 8),
+            ColumnKind::Code => ("|i1", 1),
         };
         member(&mut archive, &column.name, size * table.rows)?;
         archive

@@ -1,16 +1,16 @@
 //! The requested table: its columns, and its rows or the times of its evaluation.
 
-use super::table::{BLOCK, Column, Kind, Spool, Table};
-use super::{Export, ExportError, Origin};
+use super::table::{BLOCK, ColumnKind, ExportColumn, ExportTable, Spool};
+use super::{Export, ExportError, TableOrigin};
 use std::fs::File;
 use std::ops::Range;
 use std::path::Path;
 use stickslip_analysis::provenance;
-use stickslip_case::input::{LONGEST_LINE, Rows};
+use stickslip_case::input::{InputRows, LONGEST_LINE};
 use stickslip_case::suggest;
 use stickslip_compare::{Channel, Reference};
 use stickslip_files::schema::group;
-use stickslip_files::{DenseOutput, ResultFile, Side, TableColumn};
+use stickslip_files::{DenseOutput, EventSide, ResultFile, TableColumn};
 use stickslip_system::quote::{quoted, shown};
 
 /// Limits: times held in a list, and rows of an evaluation.
@@ -75,13 +75,13 @@ const OF_EVENTS: [&str; 6] = [
     "true_error",
 ];
 
-fn column(found: TableColumn) -> Column {
+fn column(found: TableColumn) -> ExportColumn {
     let kind = match (found.whole, found.flags.is_empty()) {
-        (true, false) => Kind::Code,
-        (true, true) => Kind::Whole,
-        _ => Kind::Number,
+        (true, false) => ColumnKind::Code,
+        (true, true) => ColumnKind::Whole,
+        _ => ColumnKind::Number,
     };
-    Column {
+    ExportColumn {
         name: found.name,
         units: found.units,
         long_name: found.long_name,
@@ -90,8 +90,8 @@ fn column(found: TableColumn) -> Column {
     }
 }
 
-pub(super) fn columns(file: &ResultFile, which: Which) -> Result<Vec<(Column, String)>, ExportError> {
-    let of = |group: &str| -> Result<Vec<(Column, String)>, ExportError> {
+pub(super) fn columns(file: &ResultFile, which: Which) -> Result<Vec<(ExportColumn, String)>, ExportError> {
+    let of = |group: &str| -> Result<Vec<(ExportColumn, String)>, ExportError> {
         let found = file.table(group)?.into_iter();
         Ok(found.map(|one| (column(one), group.to_owned())).collect())
     };
@@ -107,8 +107,8 @@ pub(super) fn columns(file: &ResultFile, which: Which) -> Result<Vec<(Column, St
     Ok(all)
 }
 
-fn origin(file: &ResultFile, evaluated: Option<String>) -> Origin {
-    Origin {
+fn origin(file: &ResultFile, evaluated: Option<String>) -> TableOrigin {
+    TableOrigin {
         source: provenance::source(),
         title: file.title().to_owned(),
         file: file
@@ -184,7 +184,7 @@ pub fn stored<'a>(file: &'a ResultFile, request: &Request) -> Result<Export<'a>,
     }
     let columns = chosen(file, name, all, |(column, _)| &column.name, &wanted)?;
     Ok(Export {
-        table: Table::of_file(name, file, columns, rows),
+        table: ExportTable::of_file(name, file, columns, rows),
         origin: origin(file, None),
         left_out: Vec::new(),
     })
@@ -238,7 +238,7 @@ fn rows_within(file: &ResultFile, request: &Request, rows: Range<usize>) -> Resu
 }
 
 #[derive(Debug, Clone, Copy)]
-enum Value {
+enum RequestValue {
     Time,
     Mode,
     Channel(Channel),
@@ -279,9 +279,9 @@ fn with_time(columns: &[String]) -> Vec<String> {
 fn by_dense_output(
     file: &ResultFile,
     dense: &DenseOutput<'_>,
-    columns: Vec<Column>,
+    columns: Vec<ExportColumn>,
     wanted: &[String],
-    mut grid: Grid<'_>,
+    mut grid: TimeGrid<'_>,
 ) -> Result<Export<'static>, ExportError> {
     let chosen = chosen(file, group::TRAJECTORY, columns, |one| &one.name, &with_time(wanted))?;
     let mut spool = Spool::new(chosen.len())?;
@@ -293,7 +293,7 @@ fn by_dense_output(
         }
         let block = chosen
             .iter()
-            .map(|one| dense.column(&one.name, &times, Side::Before))
+            .map(|one| dense.column(&one.name, &times, EventSide::Before))
             .collect::<Result<Vec<_>, _>>()?;
         for k in 0..times.len() {
             for (cell, column) in row.iter_mut().zip(&block) {
@@ -311,19 +311,19 @@ fn by_dense_output(
 
 fn by_equations(
     reference: &Reference,
-    columns: impl Iterator<Item = Column>,
+    columns: impl Iterator<Item = ExportColumn>,
     asked: &[String],
-    grid: Grid<'_>,
+    grid: TimeGrid<'_>,
 ) -> Result<Export<'static>, ExportError> {
     let file = reference.file();
     let mut left_out = Vec::new();
     let mut known = Vec::new();
     for column in columns {
         let value = match column.name.as_str() {
-            "time" => Some(Value::Time),
-            "mode" => Some(Value::Mode),
-            "applied_force" if reference.applied_force(0.0).is_some() => Some(Value::AppliedForce),
-            name => reference.channel_of_column(name).map(Value::Channel),
+            "time" => Some(RequestValue::Time),
+            "mode" => Some(RequestValue::Mode),
+            "applied_force" if reference.applied_force(0.0).is_some() => Some(RequestValue::AppliedForce),
+            name => reference.channel_of_column(name).map(RequestValue::Channel),
         };
         match value {
             Some(value) => known.push((column, value)),
@@ -354,7 +354,7 @@ fn by_equations(
     let channels: Vec<Channel> = chosen
         .iter()
         .filter_map(|(_, value)| match value {
-            Value::Channel(channel) => Some(*channel),
+            RequestValue::Channel(channel) => Some(*channel),
             _ => None,
         })
         .collect();
@@ -367,10 +367,10 @@ fn by_equations(
         let mut next = values.iter();
         for (cell, (_, value)) in row.iter_mut().zip(&chosen) {
             *cell = match value {
-                Value::Time => time,
-                Value::Mode => f64::from(mode.code()),
-                Value::Channel(_) => next.next().copied().unwrap_or(f64::NAN),
-                Value::AppliedForce => reference.applied_force(time).unwrap_or(f64::NAN),
+                RequestValue::Time => time,
+                RequestValue::Mode => f64::from(mode.code()),
+                RequestValue::Channel(_) => next.next().copied().unwrap_or(f64::NAN),
+                RequestValue::AppliedForce => reference.applied_force(time).unwrap_or(f64::NAN),
             };
         }
         spool.push(&row)?;
@@ -388,9 +388,9 @@ fn by_equations(
     })
 }
 
-type Grid<'a> = Box<dyn Iterator<Item = f64> + 'a>;
+type TimeGrid<'a> = Box<dyn Iterator<Item = f64> + 'a>;
 
-fn grid<'a>(reference: &Reference, window: (f64, f64), times: &'a Times) -> Result<Grid<'a>, ExportError> {
+fn grid<'a>(reference: &Reference, window: (f64, f64), times: &'a Times) -> Result<TimeGrid<'a>, ExportError> {
     let (start, end) = reference.times();
     let path = reference.file().path().display();
     check_window(reference.file(), window, (start, end))?;
@@ -439,7 +439,7 @@ pub fn read_times(path: &Path) -> Result<Vec<f64>, ExportError> {
         .comment(Some(b'#'))
         .trim(csv::Trim::All)
         .flexible(true)
-        .from_reader(Rows::new(file));
+        .from_reader(InputRows::new(file));
     let mut record = csv::StringRecord::new();
     let (mut times, mut place, mut first) = (Vec::<f64>::new(), 0, true);
     loop {

@@ -13,7 +13,7 @@ pub(super) const BLOCK: usize = 16_384;
 /// Storage of a column's values.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "lowercase")]
-pub enum Kind {
+pub enum ColumnKind {
     /// Doubles.
     Number,
     /// Whole numbers.
@@ -24,7 +24,7 @@ pub enum Kind {
 
 /// One column.
 #[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct Column {
+pub struct ExportColumn {
     /// Name in the result file.
     pub name: String,
     /// UDUNITS; "1" for a pure number.
@@ -32,13 +32,13 @@ pub struct Column {
     /// Description.
     pub long_name: String,
     /// Storage of the values.
-    pub kind: Kind,
+    pub kind: ColumnKind,
     /// Words of the codes; empty for numbers.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub meanings: Vec<(i64, String)>,
 }
 
-impl Column {
+impl ExportColumn {
     /// Name and unit, as in a table header.
     pub fn header(&self) -> String {
         match self.units.as_str() {
@@ -56,7 +56,7 @@ impl Column {
 }
 
 #[derive(Debug)]
-enum Rows<'a> {
+enum ExportRows<'a> {
     /// Result file, the group of each column, and the first row.
     File(&'a ResultFile, Vec<String>, usize),
     /// Temporary file: blocks of rows, each stored column by column.
@@ -65,40 +65,40 @@ enum Rows<'a> {
 
 /// A table to export.
 #[derive(Debug)]
-pub struct Table<'a> {
+pub struct ExportTable<'a> {
     /// Name, such as "trajectory".
     pub name: String,
     /// Columns in their order.
-    pub columns: Vec<Column>,
+    pub columns: Vec<ExportColumn>,
     /// Number of rows.
     pub rows: usize,
-    source: Rows<'a>,
+    source: ExportRows<'a>,
 }
 
-impl<'a> Table<'a> {
+impl<'a> ExportTable<'a> {
     pub(super) fn of_file(
         name: &str,
         file: &'a ResultFile,
-        columns: Vec<(Column, String)>,
+        columns: Vec<(ExportColumn, String)>,
         rows: Range<usize>,
-    ) -> Table<'a> {
+    ) -> ExportTable<'a> {
         let (columns, groups) = columns.into_iter().unzip();
-        Table {
+        ExportTable {
             name: name.to_owned(),
             columns,
             rows: rows.len(),
-            source: Rows::File(file, groups, rows.start),
+            source: ExportRows::File(file, groups, rows.start),
         }
     }
 
     /// Rows of a column.
     pub fn read(&self, column: usize, rows: Range<usize>) -> Result<Vec<f64>, ExportError> {
         match &self.source {
-            Rows::File(file, groups, first) => {
+            ExportRows::File(file, groups, first) => {
                 let rows = first + rows.start..first + rows.end;
                 Ok(file.table_values(&groups[column], &self.columns[column].name, rows)?)
             }
-            Rows::Spool(file) => {
+            ExportRows::Spool(file) => {
                 let mut values = Vec::with_capacity(rows.len());
                 let mut at = rows.start;
                 while at < rows.end {
@@ -168,13 +168,17 @@ impl Spool {
         self.file.write_all(&bytes).map_err(ExportError::temporary)
     }
 
-    pub(super) fn finish(mut self, name: &str, columns: Vec<Column>) -> Result<Table<'static>, ExportError> {
+    pub(super) fn finish(
+        mut self,
+        name: &str,
+        columns: Vec<ExportColumn>,
+    ) -> Result<ExportTable<'static>, ExportError> {
         self.flush()?;
-        Ok(Table {
+        Ok(ExportTable {
             name: name.to_owned(),
             columns,
             rows: self.rows,
-            source: Rows::Spool(self.file),
+            source: ExportRows::Spool(self.file),
         })
     }
 }

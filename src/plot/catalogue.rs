@@ -1,14 +1,14 @@
 //! The figures of one or several runs, with their time windows (from events) and the systems that have them.
 
 use super::certified;
-use super::entry::{Absent, Drawn, Entry, NO_CYCLE, Outcome, PORTRAIT, Subject, Undrawn, View, entry};
+use super::entry::{Drawn, Entry, FigureOutcome, NO_CYCLE, NoFigure, PORTRAIT, Subject, Undrawn, View, entry};
 use super::error::{PlotError, hint};
 use super::figure::{Axis, Curve, CurveStyle, Figure, Panel};
 use super::labels::in_translation;
 use super::law;
 use super::own::over_time;
 use super::portraits;
-use super::run::Run;
+use super::run::DrawnRun;
 use super::style::{BLUE, GREY, VERMILLION, line_color};
 use stickslip_analysis::analysis::headline::is_paper_case;
 use stickslip_case::Motion;
@@ -128,7 +128,7 @@ const OF_A_STOP: [&str; 4] = [
 const OF_GROWTH: [&str; 3] = ["relative-velocity-growth", "phase-growth-stator", "phase-growth-rotor"];
 
 /// Why a run cannot have a figure, whatever its events and samples.
-fn reason(name: &str, run: &Run) -> Option<&'static str> {
+fn reason(name: &str, run: &DrawnRun) -> Option<&'static str> {
     let (rotor, stator, stops) = (&run.system.rotor, &run.system.stator, run.stops());
     let of_axial_mode = name.contains("axial") || name == "phase-plateau";
     let of_cycles = ["stick-slip", "close-up", "durations"]
@@ -158,7 +158,7 @@ fn reason(name: &str, run: &Run) -> Option<&'static str> {
 }
 
 /// The title with forces instead of torques for translation.
-pub(crate) fn in_words_of(run: &Run, title: &str) -> String {
+pub(crate) fn in_words_of(run: &DrawnRun, title: &str) -> String {
     match run.case.motion() {
         Motion::Translation => in_translation(title),
         Motion::Rotation => title.to_owned(),
@@ -166,8 +166,8 @@ pub(crate) fn in_words_of(run: &Run, title: &str) -> String {
 }
 
 impl Entry {
-    /// Makes the figure; [`Absent`] if the run does not have it.
-    pub fn build(&self, subject: &Subject) -> Result<Outcome, PlotError> {
+    /// Makes the figure; [`NoFigure`] if the run does not have it.
+    pub fn build(&self, subject: &Subject) -> Result<FigureOutcome, PlotError> {
         let run = subject.run;
         if let Some(why) = reason(self.name, run) {
             let has = of_runs().filter(|other| reason(other.name, run).is_none());
@@ -188,7 +188,7 @@ impl Entry {
 }
 
 /// The figures that a run can have, and those of its certificate.
-pub fn of_run(run: &Run) -> Vec<&'static Entry> {
+pub fn of_run(run: &DrawnRun) -> Vec<&'static Entry> {
     let mut found: Vec<&'static Entry> = of_runs().filter(|entry| reason(entry.name, run).is_none()).collect();
     if run.time_uncertainty().is_some() {
         found.extend(certified::ENTRIES);
@@ -222,7 +222,7 @@ fn unknown_figure(name: &str) -> PlotError {
 
 /// Sampling (for `--set`) with which a repeated run has all absent figures: its present windows and the missing ones.
 /// `None` if no sampling helps.
-pub fn sampling(run: &Run, absent: &[&Absent]) -> Option<String> {
+pub fn sampling(run: &DrawnRun, absent: &[&NoFigure]) -> Option<String> {
     let needed: Vec<OutputWindow> = absent.iter().filter_map(|absent| absent.window).collect();
     let mut windows: Vec<&OutputWindow> = run.case.output.windows.iter().chain(&needed).collect();
     // Drops windows that another window covers at least as densely; the first of equal ones stays.
@@ -300,7 +300,7 @@ fn last_cycles(subject: &Subject) -> View {
 }
 
 /// Total length of some cycles, s.
-fn length<'a>(cycles: impl Iterator<Item = &'a Cycle>) -> Result<f64, Absent> {
+fn length<'a>(cycles: impl Iterator<Item = &'a Cycle>) -> Result<f64, NoFigure> {
     let lengths = cycles.map(|cycle| cycle.period);
     lengths.reduce(|one, other| one + other).ok_or_else(|| NO_CYCLE.into())
 }

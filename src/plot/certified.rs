@@ -90,7 +90,7 @@ fn verdict(group: &AddedGroup) -> String {
     }
 }
 
-type Pieces = Vec<Vec<(f64, f64)>>;
+type CertifiedPieces = Vec<Vec<(f64, f64)>>;
 
 /// Each channel with its band during stick-slip, and below it the width of the band at a fixed time.
 fn bands(entry: &Entry, subject: &Subject) -> Drawn {
@@ -113,7 +113,7 @@ fn bands(entry: &Entry, subject: &Subject) -> Drawn {
         _ => run.times,
     };
     let mut panels = Vec::new();
-    let mut widths: Vec<(Axis, Pieces)> = Vec::new();
+    let mut widths: Vec<(Axis, CertifiedPieces)> = Vec::new();
     for (number, channel) in CHANNELS.iter().enumerate() {
         let Some(band) = column(&group, &format!("band_{channel}")) else {
             continue;

@@ -4,7 +4,7 @@ use super::decimate::MinMax;
 use super::error::PlotError;
 use super::figure::{Axis, Curve, CurveStyle, Figure, Panel, drawn};
 use super::own::{over_time, time_axis};
-use super::run::Run;
+use super::run::DrawnRun;
 use super::style::{BLACK, BLUE, VERMILLION};
 use std::path::Path;
 use stickslip_compare::{Comparison, Mapping, Reference};
@@ -20,25 +20,25 @@ const LEAST: f64 = 1e-17;
 
 /// A candidate to be drawn beside a reference.
 #[derive(Debug, Clone, Copy)]
-pub struct Beside<'a> {
+pub struct DrawnCandidate<'a> {
     /// The reference.
     pub reference: &'a Reference,
     /// The reference's file, open for drawing.
-    pub run: &'a Run,
+    pub run: &'a DrawnRun,
     /// The candidate's file.
     pub path: &'a Path,
     /// The mapping of its columns to channels.
     pub mapping: &'a Mapping,
 }
 
-struct View {
+struct ComparisonView {
     name: String,
     title: String,
     channel: String,
     window: (f64, f64),
 }
 
-struct Traced {
+struct TracedChannel {
     candidate: MinMax,
     /// Pieces, separated where the error is not defined.
     error: Vec<MinMax>,
@@ -50,9 +50,9 @@ struct Traced {
 /// Most pieces of an error curve; further points extend the last one.
 const MOST_PIECES: usize = 1000;
 
-impl Traced {
-    fn of((from, to): (f64, f64)) -> Traced {
-        Traced {
+impl TracedChannel {
+    fn of((from, to): (f64, f64)) -> TracedChannel {
+        TracedChannel {
             candidate: MinMax::new(from, to, BUCKETS),
             error: Vec::new(),
             open: false,
@@ -79,7 +79,7 @@ impl Traced {
     }
 }
 
-impl Beside<'_> {
+impl DrawnCandidate<'_> {
     fn label(&self) -> String {
         let stem = self.path.file_stem().unwrap_or_default().to_string_lossy().into_owned();
         if stem == self.run.label() {
@@ -95,7 +95,7 @@ impl Beside<'_> {
         if let Some(channel) = self.channels()?.into_iter().next() {
             let name = self.run.axis(&channel)?.name;
             let name = name[..1].to_uppercase() + &name[1..];
-            let view = |of: &str, title: String, (from, to): (f64, f64)| View {
+            let view = |of: &str, title: String, (from, to): (f64, f64)| ComparisonView {
                 name: format!("comparison{of}"),
                 title,
                 channel: channel.clone(),
@@ -151,7 +151,7 @@ impl Beside<'_> {
                     known: known.join(", "),
                 });
             }
-            views.push(View {
+            views.push(ComparisonView {
                 name: format!("comparison-{channel}"),
                 title: format!("{}: reference, candidate and error", axis.name),
                 channel: channel.clone(),
@@ -171,11 +171,11 @@ impl Beside<'_> {
     }
 
     /// One pass over the candidate for all views.
-    fn over_time(&self, views: &[View]) -> Result<Vec<Figure>, PlotError> {
+    fn over_time(&self, views: &[ComparisonView]) -> Result<Vec<Figure>, PlotError> {
         let traced = self.reference.traced(self.path, self.mapping)?;
-        let place = |view: &View| traced.iter().position(|channel| channel.name() == view.channel);
+        let place = |view: &ComparisonView| traced.iter().position(|channel| channel.name() == view.channel);
         let places: Vec<usize> = views.iter().filter_map(place).collect();
-        let mut found: Vec<Traced> = views.iter().map(|view| Traced::of(view.window)).collect();
+        let mut found: Vec<TracedChannel> = views.iter().map(|view| TracedChannel::of(view.window)).collect();
         if !views.is_empty() {
             self.reference.trace(self.path, self.mapping, &mut |pair| {
                 for ((view, &place), traced) in views.iter().zip(&places).zip(&mut found) {
@@ -193,7 +193,7 @@ impl Beside<'_> {
             .collect()
     }
 
-    fn figure(&self, view: &View, traced: Traced) -> Result<Figure, PlotError> {
+    fn figure(&self, view: &ComparisonView, traced: TracedChannel) -> Result<Figure, PlotError> {
         let mut figure = over_time(
             std::slice::from_ref(self.run),
             &view.name,

@@ -36,7 +36,7 @@ pub(super) fn panel(file: &SweepFile) -> Result<Option<(String, String, Panel)>,
     // A file has one of these: the first if sliding slows down by itself.
     let stable = lines(file, "linear_limit", "line", &x, &y)?;
     let steady = lines(file, "stability_limit", "line", &x, &y)?;
-    let pieces = |lines: &[Line]| lines.iter().map(|line| line.points.clone()).collect();
+    let pieces = |lines: &[CriticalLine]| lines.iter().map(|line| line.points.clone()).collect();
     let mut curves = drawn([
         Curve::pieces("growth exponent G", GREY, pieces(&contours)).styled(CurveStyle::Thin),
         Curve::pieces("stable at every speed", BLACK, pieces(&stable)).styled(CurveStyle::Dashed),
@@ -108,7 +108,7 @@ fn of_the_papers_case(file: &SweepFile) -> bool {
 }
 
 /// Labels of the contours: a place on the longest line, far from other lines, labels and the edges.
-fn contour_labels(contours: &[Line], curves: &[Curve], by_powers: (bool, bool)) -> Vec<((f64, f64), String)> {
+fn contour_labels(contours: &[CriticalLine], curves: &[Curve], by_powers: (bool, bool)) -> Vec<((f64, f64), String)> {
     let place = |(x, y): (f64, f64)| {
         let of = |value: f64, by_powers: bool| if by_powers { value.log10() } else { value };
         (of(x, by_powers.0), of(y, by_powers.1))
@@ -172,7 +172,7 @@ fn written(value: f64) -> String {
     }
 }
 
-struct Line {
+struct CriticalLine {
     /// Its first row.
     first: usize,
     plane: usize,
@@ -180,7 +180,7 @@ struct Line {
     points: Vec<(f64, f64)>,
 }
 
-fn lines(file: &SweepFile, group: &str, by: &str, x: &str, y: &str) -> Result<Vec<Line>, ResultError> {
+fn lines(file: &SweepFile, group: &str, by: &str, x: &str, y: &str) -> Result<Vec<CriticalLine>, ResultError> {
     let names = file.variables(group);
     if names.is_empty() {
         return Ok(Vec::new());
@@ -191,10 +191,10 @@ fn lines(file: &SweepFile, group: &str, by: &str, x: &str, y: &str) -> Result<Ve
         true => column("level")?,
         false => vec![0.0; x.len()],
     };
-    let mut lines: Vec<Line> = Vec::new();
+    let mut lines: Vec<CriticalLine> = Vec::new();
     for row in 0..x.len() {
         if row == 0 || which[row] != which[row - 1] {
-            lines.push(Line {
+            lines.push(CriticalLine {
                 first: row,
                 plane: plane[row] as usize,
                 level: level[row],

@@ -97,7 +97,7 @@ const CELLS: f64 = 900.0;
 /// A curve with any x and y on a grid of cells: a point in the previous point's cell is skipped, and a passage between
 /// cells is drawn once. The deviation is below one cell. Memory is bounded by the visited cells.
 #[derive(Debug, Clone)]
-pub struct Portrait {
+pub struct DecimatedPortrait {
     from: (f64, f64),
     per_unit: (f64, f64),
     cell: Option<(i32, i32)>,
@@ -108,11 +108,11 @@ pub struct Portrait {
     seen: bool,
 }
 
-impl Portrait {
+impl DecimatedPortrait {
     /// For these ranges of x and y.
     pub fn new(x: (f64, f64), y: (f64, f64)) -> Self {
         let per_unit = |(low, high): (f64, f64)| if high > low { CELLS / (high - low) } else { 0.0 };
-        Portrait {
+        DecimatedPortrait {
             from: (x.0, y.0),
             per_unit: (per_unit(x), per_unit(y)),
             cell: None,

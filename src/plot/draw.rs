@@ -55,7 +55,7 @@ enum Swatch {
     Cell(Cell),
 }
 
-struct Measured<'a> {
+struct MeasuredText<'a> {
     panel: &'a Panel,
     x: Scale,
     y: Scale,
@@ -128,7 +128,7 @@ impl<E: std::error::Error + Send + Sync> From<DrawingAreaErrorKind<E>> for PlotE
     }
 }
 
-fn measure(figure: &Figure, width: f64) -> (Vec<Measured<'_>>, f64, f64) {
+fn measure(figure: &Figure, width: f64) -> (Vec<MeasuredText<'_>>, f64, f64) {
     let count = figure.panels.len();
     // Four or more panels are together as high as four, unless their ticks need more.
     let share = if count == 1 {
@@ -137,7 +137,7 @@ fn measure(figure: &Figure, width: f64) -> (Vec<Measured<'_>>, f64, f64) {
         0.34f64.min(1.36 / count as f64)
     };
     let height = (share * width).clamp(LEAST_HEIGHT, 8000.0);
-    let mut measured: Vec<Measured> = figure
+    let mut measured: Vec<MeasuredText> = figure
         .panels
         .iter()
         .enumerate()
@@ -160,7 +160,7 @@ fn measure(figure: &Figure, width: f64) -> (Vec<Measured<'_>>, f64, f64) {
             let with_room = panel.square || panel.x.logarithmic;
             let x = scale(&panel.x, |p| p.0, if with_room { HEADROOM } else { 0.0 });
             let y = scale(&panel.y, |p| p.1, HEADROOM);
-            Measured {
+            MeasuredText {
                 panel,
                 x,
                 y,
@@ -179,8 +179,8 @@ fn measure(figure: &Figure, width: f64) -> (Vec<Measured<'_>>, f64, f64) {
         })
         .collect();
     let right = MARGIN + measured.iter().map(|m| widest_label(&m.x, 4) / 2.0).fold(0.0, f64::max);
-    let y_ticks = |m: &Measured| m.y.best_count(((m.height / (1.7 * LINE_HEIGHT)) as usize).clamp(2, 9));
-    let left_of = |measured: &[Measured]| {
+    let y_ticks = |m: &MeasuredText| m.y.best_count(((m.height / (1.7 * LINE_HEIGHT)) as usize).clamp(2, 9));
+    let left_of = |measured: &[MeasuredText]| {
         let labels = measured.iter().map(|m| widest_label(&m.y, m.y_ticks));
         MARGIN + 1.2 * LINE_HEIGHT + labels.fold(0.0, f64::max) + 2.0 * f64::from(TICK) + 60.0
     };
@@ -232,15 +232,15 @@ fn widest_label(scale: &Scale, count: usize) -> f64 {
     ticks.iter().map(width).fold(0.0, f64::max)
 }
 
-fn label_height(m: &Measured) -> f64 {
+fn label_height(m: &MeasuredText) -> f64 {
     2.0 * f64::from(TICK) + LINE_HEIGHT * if m.last { 2.0 } else { 0.3 }
 }
 
-fn panel_height(m: &Measured) -> f64 {
+fn panel_height(m: &MeasuredText) -> f64 {
     m.height + label_height(m) + caption_height(m)
 }
 
-fn caption_height(m: &Measured) -> f64 {
+fn caption_height(m: &MeasuredText) -> f64 {
     if m.panel.caption.is_empty() {
         0.0
     } else {
@@ -248,7 +248,7 @@ fn caption_height(m: &Measured) -> f64 {
     }
 }
 
-fn legend(measured: &[Measured]) -> Vec<(String, Swatch)> {
+fn legend(measured: &[MeasuredText]) -> Vec<(String, Swatch)> {
     let mut entries: Vec<(String, Swatch)> = Vec::new();
     let mut add = |name: &str, swatch: Swatch| {
         if !name.is_empty() && !entries.iter().any(|e| e.0 == name && e.1 == swatch) {
@@ -365,7 +365,7 @@ fn draw_legend(area: &Ground, row: &[(f64, String, Swatch)], y: f64) -> Result<(
     Ok(())
 }
 
-fn draw_panel(area: &Ground, m: &Measured, (left, right): (f64, f64)) -> Result<(), PlotError> {
+fn draw_panel(area: &Ground, m: &MeasuredText, (left, right): (f64, f64)) -> Result<(), PlotError> {
     let (own, _) = area.split_vertically(panel_height(m).round() as i32);
     let (x, y) = (m.x.shown, m.y.shown);
     if !m.panel.caption.is_empty() {
@@ -383,7 +383,7 @@ fn draw_panel(area: &Ground, m: &Measured, (left, right): (f64, f64)) -> Result<
     draw_content(&own, chart.plotting_area(), m)
 }
 
-fn draw_ground(plane: &Plane, m: &Measured) -> Result<(), PlotError> {
+fn draw_ground(plane: &Plane, m: &MeasuredText) -> Result<(), PlotError> {
     let (x, y) = (m.x.shown, m.y.shown);
     for &(from, to, mode) in &m.panel.modes {
         let (color, opacity) = ground(mode);
@@ -393,7 +393,7 @@ fn draw_ground(plane: &Plane, m: &Measured) -> Result<(), PlotError> {
     Ok(())
 }
 
-fn draw_content(own: &Ground, plane: &Plane, m: &Measured) -> Result<(), PlotError> {
+fn draw_content(own: &Ground, plane: &Plane, m: &MeasuredText) -> Result<(), PlotError> {
     let y = m.y.shown;
     if let Some(map) = &m.panel.map {
         draw_map(plane, m, map)?;
@@ -424,7 +424,7 @@ fn draw_content(own: &Ground, plane: &Plane, m: &Measured) -> Result<(), PlotErr
     Ok(())
 }
 
-fn draw_mesh(chart: &mut ChartContext<&mut Drawing, Axes>, m: &Measured) -> Result<(), PlotError> {
+fn draw_mesh(chart: &mut ChartContext<&mut Drawing, Axes>, m: &MeasuredText) -> Result<(), PlotError> {
     let (_, x_decimals) = m.x.ticks(m.x_ticks);
     let (_, y_decimals) = m.y.ticks(m.y_ticks);
     let label = text_style(LABEL_SIZE, Pos::default());
@@ -463,7 +463,7 @@ fn is_dot(plane: &Plane, points: &[(f64, f64)]) -> bool {
     places.all(|place| Some(place) == first)
 }
 
-fn draw_curve(plane: &Plane, m: &Measured, curve: &Curve) -> Result<(), PlotError> {
+fn draw_curve(plane: &Plane, m: &MeasuredText, curve: &Curve) -> Result<(), PlotError> {
     for piece in &curve.pieces {
         let points: Vec<(f64, f64)> = piece.iter().map(|&(x, y)| (m.x.show(x), m.y.show(y))).collect();
         if curve.style.is_line() && is_dot(plane, &points) {
@@ -539,7 +539,7 @@ fn draw_color_bar(
 }
 
 /// Neighbouring cells of one colour become one rectangle.
-fn draw_map(plane: &Plane, m: &Measured, map: &Map) -> Result<(), PlotError> {
+fn draw_map(plane: &Plane, m: &MeasuredText, map: &Map) -> Result<(), PlotError> {
     let columns = map.x_edges.len().saturating_sub(1);
     if columns == 0 {
         return Ok(());
@@ -582,7 +582,7 @@ fn draw_map(plane: &Plane, m: &Measured, map: &Map) -> Result<(), PlotError> {
     Ok(())
 }
 
-fn draw_area(plane: &Plane, m: &Measured, area: &Area) -> Result<(), PlotError> {
+fn draw_area(plane: &Plane, m: &MeasuredText, area: &Area) -> Result<(), PlotError> {
     for piece in &area.pieces {
         let lower = piece.iter().map(|&(x, low, _)| (m.x.show(x), m.y.show(low)));
         let upper = piece.iter().rev().map(|&(x, _, high)| (m.x.show(x), m.y.show(high)));

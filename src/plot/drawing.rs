@@ -25,14 +25,14 @@ pub struct Drawing {
     /// Drawing units per millimetre.
     pub units_per_mm: f64,
     /// Elements; later ones cover earlier ones.
-    pub elements: Vec<Element>,
+    pub elements: Vec<DrawingElement>,
 }
 
 /// A line, surface or text in one colour.
 #[derive(Debug, Clone)]
-pub struct Element {
+pub struct DrawingElement {
     /// Form and position.
-    pub form: Form,
+    pub form: ElementForm,
     /// Red, green and blue.
     pub color: [u8; 3],
     /// Opacity, 0 to 1.
@@ -44,7 +44,7 @@ pub struct Element {
 /// Form of an element.
 #[derive(Debug, Clone)]
 #[expect(missing_docs, reason = "each variant is called what it is")]
-pub enum Form {
+pub enum ElementForm {
     Line([BackendCoord; 2]),
     Polyline(Vec<BackendCoord>),
     Polygon(Vec<BackendCoord>),
@@ -70,7 +70,7 @@ pub struct Text {
     pub turn: u32,
 }
 
-impl Element {
+impl DrawingElement {
     /// The line, or the outline of a filled form; `None` if nothing is visible.
     pub fn outline(&self) -> Option<Path> {
         let point = |(x, y): BackendCoord| (x as f32, y as f32);
@@ -89,19 +89,19 @@ impl Element {
             path.finish()
         };
         match &self.form {
-            Form::Line(points) => through(points, false),
-            Form::Polyline(points) => through(points, false),
-            Form::Polygon(points) => through(points, true),
-            Form::Rectangle(corners) => {
+            ElementForm::Line(points) => through(points, false),
+            ElementForm::Polyline(points) => through(points, false),
+            ElementForm::Polygon(points) => through(points, true),
+            ElementForm::Rectangle(corners) => {
                 let [(left, top), (right, bottom)] = corners.map(point);
                 let area = Rect::from_ltrb(left, top, right, bottom)?;
                 (area.width() > 0.0 && area.height() > 0.0).then(|| PathBuilder::from_rect(area))
             }
-            Form::Circle(center, radius) => {
+            ElementForm::Circle(center, radius) => {
                 let (x, y) = point(*center);
                 PathBuilder::from_circle(x, y, *radius as f32)
             }
-            Form::Text(text) => text.outline(),
+            ElementForm::Text(text) => text.outline(),
         }
     }
 }
@@ -123,13 +123,13 @@ impl Text {
     }
 }
 
-type Drawn = Result<(), DrawingErrorKind<Infallible>>;
+type DrawnElement = Result<(), DrawingErrorKind<Infallible>>;
 
 impl Drawing {
-    fn add(&mut self, form: Form, color: BackendColor, stroke: Option<u32>) -> Drawn {
+    fn add(&mut self, form: ElementForm, color: BackendColor, stroke: Option<u32>) -> DrawnElement {
         let (red, green, blue) = color.rgb;
         if color.alpha > 0.0 {
-            self.elements.push(Element {
+            self.elements.push(DrawingElement {
                 form,
                 color: [red, green, blue],
                 opacity: color.alpha,
@@ -148,43 +148,59 @@ impl DrawingBackend for &mut Drawing {
         self.size
     }
 
-    fn ensure_prepared(&mut self) -> Drawn {
+    fn ensure_prepared(&mut self) -> DrawnElement {
         Ok(())
     }
 
-    fn present(&mut self) -> Drawn {
+    fn present(&mut self) -> DrawnElement {
         Ok(())
     }
 
-    fn draw_pixel(&mut self, (x, y): BackendCoord, color: BackendColor) -> Drawn {
+    fn draw_pixel(&mut self, (x, y): BackendCoord, color: BackendColor) -> DrawnElement {
         self.draw_rect((x, y), (x + 1, y + 1), &color, true)
     }
 
-    fn draw_line<S: BackendStyle>(&mut self, from: BackendCoord, to: BackendCoord, style: &S) -> Drawn {
-        self.add(Form::Line([from, to]), style.color(), Some(style.stroke_width()))
+    fn draw_line<S: BackendStyle>(&mut self, from: BackendCoord, to: BackendCoord, style: &S) -> DrawnElement {
+        self.add(ElementForm::Line([from, to]), style.color(), Some(style.stroke_width()))
     }
 
     /// A frame is always a hairline.
-    fn draw_rect<S: BackendStyle>(&mut self, from: BackendCoord, to: BackendCoord, style: &S, fill: bool) -> Drawn {
-        self.add(Form::Rectangle([from, to]), style.color(), (!fill).then_some(1))
+    fn draw_rect<S: BackendStyle>(
+        &mut self,
+        from: BackendCoord,
+        to: BackendCoord,
+        style: &S,
+        fill: bool,
+    ) -> DrawnElement {
+        self.add(ElementForm::Rectangle([from, to]), style.color(), (!fill).then_some(1))
     }
 
-    fn draw_path<S: BackendStyle, I: IntoIterator<Item = BackendCoord>>(&mut self, path: I, style: &S) -> Drawn {
+    fn draw_path<S: BackendStyle, I: IntoIterator<Item = BackendCoord>>(&mut self, path: I, style: &S) -> DrawnElement {
         let points = path.into_iter().collect();
-        self.add(Form::Polyline(points), style.color(), Some(style.stroke_width()))
+        self.add(ElementForm::Polyline(points), style.color(), Some(style.stroke_width()))
     }
 
-    fn draw_circle<S: BackendStyle>(&mut self, center: BackendCoord, radius: u32, style: &S, fill: bool) -> Drawn {
+    fn draw_circle<S: BackendStyle>(
+        &mut self,
+        center: BackendCoord,
+        radius: u32,
+        style: &S,
+        fill: bool,
+    ) -> DrawnElement {
         let stroke = (!fill).then(|| style.stroke_width());
-        self.add(Form::Circle(center, radius), style.color(), stroke)
+        self.add(ElementForm::Circle(center, radius), style.color(), stroke)
     }
 
-    fn fill_polygon<S: BackendStyle, I: IntoIterator<Item = BackendCoord>>(&mut self, corners: I, style: &S) -> Drawn {
+    fn fill_polygon<S: BackendStyle, I: IntoIterator<Item = BackendCoord>>(
+        &mut self,
+        corners: I,
+        style: &S,
+    ) -> DrawnElement {
         let corners = corners.into_iter().collect();
-        self.add(Form::Polygon(corners), style.color(), None)
+        self.add(ElementForm::Polygon(corners), style.color(), None)
     }
 
-    fn draw_text<S: BackendTextStyle>(&mut self, text: &str, style: &S, at: BackendCoord) -> Drawn {
+    fn draw_text<S: BackendTextStyle>(&mut self, text: &str, style: &S, at: BackendCoord) -> DrawnElement {
         let words: Vec<&str> = text.split_ascii_whitespace().collect();
         if words.is_empty() {
             return Ok(());
@@ -210,6 +226,6 @@ impl DrawingBackend for &mut Drawing {
                 FontTransform::Rotate270 => 270,
             },
         };
-        self.add(Form::Text(text), style.color(), None)
+        self.add(ElementForm::Text(text), style.color(), None)
     }
 }

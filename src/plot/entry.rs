@@ -2,27 +2,27 @@
 
 use super::error::PlotError;
 use super::figure::{Figure, Panel};
-use super::run::{Run, SAMPLES_PER_PERIOD};
+use super::run::{DrawnRun, SAMPLES_PER_PERIOD};
 use std::f64::consts::TAU;
 use stickslip_engine::simulation::OutputWindow;
 use stickslip_system::model::system::Pressing;
 use stickslip_system::record::EventKind;
 
 /// A figure, or why this run does not have it.
-pub type Outcome = Result<Figure, Absent>;
+pub type FigureOutcome = Result<Figure, NoFigure>;
 
 /// Why a run lacks a figure.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Absent {
+pub struct NoFigure {
     /// The reason in words.
     pub why: String,
     /// Sampling with which a repeated run would have the figure.
     pub window: Option<OutputWindow>,
 }
 
-impl From<&str> for Absent {
+impl From<&str> for NoFigure {
     fn from(why: &str) -> Self {
-        Absent {
+        NoFigure {
             why: why.to_owned(),
             window: None,
         }
@@ -32,11 +32,11 @@ impl From<&str> for Absent {
 pub(super) type Drawn = Result<Figure, Undrawn>;
 
 pub(super) enum Undrawn {
-    Absent(Absent),
+    Absent(NoFigure),
     Failed(PlotError),
 }
 
-impl<T: Into<Absent>> From<T> for Undrawn {
+impl<T: Into<NoFigure>> From<T> for Undrawn {
     fn from(absent: T) -> Self {
         Undrawn::Absent(absent.into())
     }
@@ -85,15 +85,15 @@ pub(super) const fn entry(name: &'static str, title: &'static str, draw: fn(&Ent
 pub(super) const PORTRAIT: &str = "phase-portrait";
 
 /// A time window (s) and the period (s) of its motion, or why there is none.
-pub(super) type View = Result<((f64, f64), f64), Absent>;
+pub(super) type View = Result<((f64, f64), f64), NoFigure>;
 
 /// The runs to draw, and the times that divide the first one.
 #[derive(Debug)]
 pub struct Subject<'a> {
     /// All runs.
-    pub runs: &'a [Run],
+    pub runs: &'a [DrawnRun],
     /// The first run.
-    pub run: &'a Run,
+    pub run: &'a DrawnRun,
     /// Natural period, s; without one the first cycle's period, or NaN.
     pub period: f64,
     /// Undamped axial period, s; NaN without an axial mode.
@@ -110,7 +110,7 @@ pub struct Subject<'a> {
 
 impl<'a> Subject<'a> {
     /// Subject of `runs`; `None` without a run.
-    pub fn new(runs: &'a [Run]) -> Option<Subject<'a>> {
+    pub fn new(runs: &'a [DrawnRun]) -> Option<Subject<'a>> {
         let run = runs.first()?;
         let first = |kind: EventKind| run.events.iter().find(|e| e.kind == kind).map(|e| e.time);
         let axial_period = match &run.system.pressing {
@@ -131,11 +131,11 @@ impl<'a> Subject<'a> {
         })
     }
 
-    pub(super) fn first_stick(&self) -> Result<f64, Absent> {
+    pub(super) fn first_stick(&self) -> Result<f64, NoFigure> {
         self.onset.ok_or_else(|| "the run has no stick".into())
     }
 
-    pub(super) fn last_corner(&self) -> Result<f64, Absent> {
+    pub(super) fn last_corner(&self) -> Result<f64, NoFigure> {
         self.corner.ok_or_else(|| "F(t) has no corner after the start".into())
     }
 
@@ -165,7 +165,7 @@ impl<'a> Subject<'a> {
 }
 
 /// Reason for the absence of a close-up, with the samples that it needs: 100 per period.
-pub(super) fn too_sparse((from, to): (f64, f64), period: f64) -> Absent {
+pub(super) fn too_sparse((from, to): (f64, f64), period: f64) -> NoFigure {
     // Two digits, and whole milliseconds.
     let interval = period / 100.0;
     let outward = |t: f64, round: fn(f64) -> f64| round(t * 1e3) / 1e3;
@@ -174,7 +174,7 @@ pub(super) fn too_sparse((from, to): (f64, f64), period: f64) -> Absent {
         to: outward(to, f64::ceil),
         interval: format!("{interval:.1e}").parse().unwrap_or(interval),
     };
-    Absent {
+    NoFigure {
         why: format!(
             "the samples from {from:.6} to {to:.6} s are too far apart to show the motion: it takes one every {:.1e} s",
             window.interval

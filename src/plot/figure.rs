@@ -151,12 +151,12 @@ pub enum CurveStyle {
     /// Small filled circles, for many points.
     Dots,
     /// Marks of this shape.
-    Marks(Shape),
+    Marks(MarkShape),
 }
 
 /// Shape of a mark, recognisable without colour.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Shape {
+pub enum MarkShape {
     /// Filled.
     Disk,
     /// Filled.
@@ -185,17 +185,17 @@ pub enum Shape {
     Hexagon,
 }
 
-impl Shape {
+impl MarkShape {
     /// Corners in units of the radius, y downwards; `None` for a circle. A cross has two lines.
     pub(super) fn corners(self) -> Option<&'static [(f64, f64)]> {
         Some(match self {
-            Shape::Disk | Shape::Circle => return None,
-            Shape::Square | Shape::Box => &[(-0.9, -0.9), (0.9, -0.9), (0.9, 0.9), (-0.9, 0.9)],
-            Shape::Triangle | Shape::Tent => &[(0.0, -1.2), (1.1, 0.8), (-1.1, 0.8)],
-            Shape::Funnel => &[(0.0, 1.2), (1.1, -0.8), (-1.1, -0.8)],
-            Shape::Diamond | Shape::Kite => &[(0.0, -1.3), (1.3, 0.0), (0.0, 1.3), (-1.3, 0.0)],
-            Shape::Pennant => &[(-0.8, -1.1), (1.2, 0.0), (-0.8, 1.1)],
-            Shape::Hexagon => &[
+            MarkShape::Disk | MarkShape::Circle => return None,
+            MarkShape::Square | MarkShape::Box => &[(-0.9, -0.9), (0.9, -0.9), (0.9, 0.9), (-0.9, 0.9)],
+            MarkShape::Triangle | MarkShape::Tent => &[(0.0, -1.2), (1.1, 0.8), (-1.1, 0.8)],
+            MarkShape::Funnel => &[(0.0, 1.2), (1.1, -0.8), (-1.1, -0.8)],
+            MarkShape::Diamond | MarkShape::Kite => &[(0.0, -1.3), (1.3, 0.0), (0.0, 1.3), (-1.3, 0.0)],
+            MarkShape::Pennant => &[(-0.8, -1.1), (1.2, 0.0), (-0.8, 1.1)],
+            MarkShape::Hexagon => &[
                 (-0.6, -1.0),
                 (0.6, -1.0),
                 (1.2, 0.0),
@@ -203,17 +203,20 @@ impl Shape {
                 (-0.6, 1.0),
                 (-1.2, 0.0),
             ],
-            Shape::Cross => &[(-1.0, -1.0), (1.0, 1.0), (-1.0, 1.0), (1.0, -1.0)],
-            Shape::Plus => &[(-1.3, 0.0), (1.3, 0.0), (0.0, -1.3), (0.0, 1.3)],
+            MarkShape::Cross => &[(-1.0, -1.0), (1.0, 1.0), (-1.0, 1.0), (1.0, -1.0)],
+            MarkShape::Plus => &[(-1.3, 0.0), (1.3, 0.0), (0.0, -1.3), (0.0, 1.3)],
         })
     }
 
     pub(super) fn is_cross(self) -> bool {
-        matches!(self, Shape::Cross | Shape::Plus)
+        matches!(self, MarkShape::Cross | MarkShape::Plus)
     }
 
     pub(super) fn is_filled(self) -> bool {
-        matches!(self, Shape::Disk | Shape::Square | Shape::Triangle | Shape::Diamond)
+        matches!(
+            self,
+            MarkShape::Disk | MarkShape::Square | MarkShape::Triangle | MarkShape::Diamond
+        )
     }
 }
 

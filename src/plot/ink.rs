@@ -2,7 +2,7 @@
 
 use super::drawing::Drawing;
 use super::error::PlotError;
-use super::figure::{Cell, CurveStyle, Shape};
+use super::figure::{Cell, CurveStyle, MarkShape};
 use super::style::*;
 use plotters::coord::CoordTranslate;
 use plotters::element::DashedPathElement;
@@ -47,7 +47,7 @@ fn draw_mark<C: CoordTranslate<From: Clone + 'static>>(
     area: &Sheet<C>,
     point: C::From,
     color: RGBColor,
-    shape: Shape,
+    shape: MarkShape,
 ) -> Result<(), PlotError> {
     let edge = stroke(color, THIN_STROKE + 6);
     let inner = if shape.is_filled() {

@@ -2,7 +2,7 @@
 
 use super::entry::{Drawn, Entry, Subject};
 use super::figure::{Axis, Curve, CurveStyle, Panel, drawn};
-use super::run::Run;
+use super::run::DrawnRun;
 use super::style::{BLACK, VERMILLION, line_color};
 use std::f64::consts::FRAC_2_PI;
 use stickslip_analysis::analysis::stability::SystemModes;
@@ -28,7 +28,7 @@ fn coefficient(trains: &System, x: f64) -> f64 {
 
 /// Speeds (rad/s) at which steady sliding loses stability: by the margin under the largest force for a run that stops,
 /// otherwise by the impedance of the trains.
-fn critical_speeds(run: &Run) -> Vec<f64> {
+fn critical_speeds(run: &DrawnRun) -> Vec<f64> {
     let (system, force) = (run.course.system(), run.course.largest_force());
     match system.twice_resistance {
         Some(resistance) => system.law.damping_zeros(resistance, system.slope_weight(force)),

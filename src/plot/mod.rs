@@ -1,6 +1,6 @@
 //! Figures: from result files to SVG, PNG and PDF.
 //!
-//! The [`catalogue`] and [`own`] turn a result file, opened as a [`Run`], into [`Figure`]s (data). [`draw`](fn@draw) turns
+//! The [`catalogue`] and [`own`] turn a result file, opened as a [`DrawnRun`], into [`Figure`]s (data). [`draw`](fn@draw) turns
 //! a figure into a [`Drawing`] with an embedded font, which is written as SVG, PNG or PDF. [`page`] writes HTML pages.
 //!
 //! | module | what it is |
@@ -56,9 +56,9 @@ pub mod typeset;
 pub mod work_precision;
 
 pub use draw::draw;
-pub use drawing::{Drawing, Element, Form, Text};
+pub use drawing::{Drawing, DrawingElement, ElementForm, Text};
 pub use error::PlotError;
-pub use figure::{Axis, Curve, CurveStyle, Figure, Panel, Shape};
+pub use figure::{Axis, Curve, CurveStyle, Figure, MarkShape, Panel};
 pub use points::PointsPage;
-pub use run::Run;
+pub use run::DrawnRun;
 pub use style::Layout;

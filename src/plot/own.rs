@@ -3,7 +3,7 @@
 use super::error::PlotError;
 use super::figure::{Axis, Curve, CurveStyle, Figure, Panel};
 use super::labels;
-use super::run::{Run, Undersampled};
+use super::run::{DrawnRun, Undersampled};
 use super::style::{BLACK, line_color, of_mode};
 use stickslip_system::model::Mode;
 
@@ -11,7 +11,7 @@ use stickslip_system::model::Mode;
 ///
 /// # Errors
 /// The window holds no sample of the first run.
-pub fn window(runs: &[Run], from: Option<f64>, to: Option<f64>) -> Result<(f64, f64), PlotError> {
+pub fn window(runs: &[DrawnRun], from: Option<f64>, to: Option<f64>) -> Result<(f64, f64), PlotError> {
     let Some(run) = runs.first() else {
         return Ok((0.0, 0.0));
     };
@@ -28,7 +28,7 @@ pub(crate) fn time_axis(window: (f64, f64)) -> Axis {
 
 /// Channels of all runs over time, grouped into panels; modes and events are those of the first run.
 pub(crate) fn over_time(
-    runs: &[Run],
+    runs: &[DrawnRun],
     name: &str,
     title: &str,
     panels: &[&[&str]],
@@ -80,7 +80,7 @@ pub(crate) fn over_time(
     Ok(Figure::new(name, with_gaps(title, &undersampled), drawn))
 }
 
-fn undersampled(runs: &[Run], window: (f64, f64)) -> Result<Vec<Undersampled>, PlotError> {
+fn undersampled(runs: &[DrawnRun], window: (f64, f64)) -> Result<Vec<Undersampled>, PlotError> {
     runs.iter().map(|run| run.undersampled(window)).collect()
 }
 
@@ -121,7 +121,7 @@ fn with_gaps(title: &str, undersampled: &[Undersampled]) -> String {
 ///
 /// # Errors
 /// Unknown channel, no sample in the window, or an unreadable file.
-pub fn channels(runs: &[Run], title: &str, channels: &[&str], window: (f64, f64)) -> Result<Figure, PlotError> {
+pub fn channels(runs: &[DrawnRun], title: &str, channels: &[&str], window: (f64, f64)) -> Result<Figure, PlotError> {
     let mut panels: Vec<(String, Vec<&str>)> = Vec::new();
     for &channel in channels {
         let Some(run) = runs.first() else { break };
@@ -142,7 +142,7 @@ fn style_of(run: usize) -> CurveStyle {
 
 /// One channel against another in a time window, with its start; coloured by mode, several runs by run.
 pub fn phase(
-    runs: &[Run],
+    runs: &[DrawnRun],
     name: &str,
     title: &str,
     (x, y): (&str, &str),

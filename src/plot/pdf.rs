@@ -2,7 +2,7 @@
 //!
 //! Some printers reject transparency, so translucent colours are mixed with white.
 
-use super::drawing::{Drawing, Element};
+use super::drawing::{Drawing, DrawingElement};
 use super::error::PlotError;
 use super::signature;
 use flate2::Compression;
@@ -103,7 +103,7 @@ fn rounded(value: f32) -> f32 {
     (1e3 * value).round() / 1e3
 }
 
-fn on_white(element: &Element) -> [f32; 3] {
+fn on_white(element: &DrawingElement) -> [f32; 3] {
     let opacity = element.opacity as f32;
     element
         .color

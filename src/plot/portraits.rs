@@ -3,7 +3,7 @@
 use super::entry::{Drawn, Entry, NO_CYCLE, PORTRAIT, Subject, entry, too_sparse};
 use super::error::PlotError;
 use super::own::phase;
-use super::run::{Run, SAMPLES_PER_PERIOD};
+use super::run::{DrawnRun, SAMPLES_PER_PERIOD};
 use super::spiral::{Turns, factor_per_turn};
 use stickslip_analysis::analysis::stability::SystemModes;
 use stickslip_system::model::system::{End, System, Train};
@@ -17,7 +17,7 @@ const SWINGS: f64 = 20.0;
 ///
 /// # Errors
 /// Unknown channel, no sample in the window, or an unreadable file.
-pub fn turn_amplitudes(run: &Run, channel: &str, window: (f64, f64)) -> Result<Vec<f64>, PlotError> {
+pub fn turn_amplitudes(run: &DrawnRun, channel: &str, window: (f64, f64)) -> Result<Vec<f64>, PlotError> {
     let mut turns = Turns::default();
     run.each_sample(&[channel], window, |row| turns.push(row[0]))?;
     Ok(turns.amplitudes())
@@ -96,7 +96,7 @@ fn position(trains: &System) -> &'static str {
 
 /// Over the last period of a periodic motion, otherwise over the whole run.
 fn portrait(entry: &Entry, subject: &Subject) -> Drawn {
-    let Shown { axes, window, periodic } = shown(subject.run);
+    let ShownPortrait { axes, window, periodic } = shown(subject.run);
     let over = format!("Relative velocity over {}", subject.run.axis(axes.0)?.name);
     let mut title = if periodic { format!("{over}, last period") } else { over };
     if let Some(few) = few_samples(subject.run, window)? {
@@ -106,7 +106,7 @@ fn portrait(entry: &Entry, subject: &Subject) -> Drawn {
 }
 
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Shown {
+pub(super) struct ShownPortrait {
     /// Channels of the horizontal and the vertical axis.
     pub(super) axes: (&'static str, &'static str),
     /// Start and end, s.
@@ -117,18 +117,18 @@ pub(super) struct Shown {
 
 const MANY: usize = 60;
 
-pub(super) fn few_samples(run: &Run, window: (f64, f64)) -> Result<Option<String>, PlotError> {
+pub(super) fn few_samples(run: &DrawnRun, window: (f64, f64)) -> Result<Option<String>, PlotError> {
     let samples = run.rows_in(window)?.len();
     let few = || format!("it has {samples} samples, joined by straight lines; a smaller output.interval gives more");
     Ok((samples < MANY).then(few))
 }
 
-pub(super) fn shown(run: &Run) -> Shown {
+pub(super) fn shown(run: &DrawnRun) -> ShownPortrait {
     let (first, last) = run.times;
     let period = run.attractor_period.filter(|period| *period < last - first);
     // One more sample closes the curve.
     let begin = |period: f64| (last - period - run.case.output.interval).max(first);
-    Shown {
+    ShownPortrait {
         axes: (position(&run.system), "relative_velocity"),
         window: (period.map_or(first, begin), last),
         periodic: period.is_some(),

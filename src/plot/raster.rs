@@ -1,6 +1,6 @@
 //! PNG output.
 
-use super::drawing::{Drawing, Form};
+use super::drawing::{Drawing, ElementForm};
 use super::error::PlotError;
 use super::signature;
 use tiny_skia::{Color, FillRule, LineJoin, Paint, Pixmap, Stroke, Transform};
@@ -31,7 +31,7 @@ impl Drawing {
             match element.stroke {
                 None => {
                     // Cells of a map meet without a seam.
-                    paint.anti_alias = !matches!(element.form, Form::Rectangle(_));
+                    paint.anti_alias = !matches!(element.form, ElementForm::Rectangle(_));
                     pixels.fill_path(&outline, &paint, FillRule::Winding, scaled, None);
                 }
                 Some(width) => {

@@ -1,6 +1,6 @@
 //! A result file for figures: columns thinned block by block, events, and stretches of modes.
 
-use super::decimate::{MinMax, Portrait};
+use super::decimate::{DecimatedPortrait, MinMax};
 use super::error::{PlotError, hint};
 use super::figure::Axis;
 use super::labels;
@@ -13,7 +13,7 @@ use std::rc::Rc;
 use stickslip_analysis::provenance;
 use stickslip_case::{Case, CaseSource};
 use stickslip_engine::simulation::{Course, further, is_short};
-use stickslip_files::{AddedGroup, DenseOutput, ResultFile, Side, Status, schema};
+use stickslip_files::{AddedGroup, DenseOutput, EventSide, ResultFile, Status, schema};
 use stickslip_system::model::Mode;
 use stickslip_system::model::system::{Pressing, System};
 use stickslip_system::record::{Cycle, CycleStatistics, Event, EventKind, State};
@@ -58,14 +58,14 @@ pub(super) fn dense_points(dense: &DenseOutput<'_>, (from, to): (f64, f64), coun
     times
 }
 
-type Points = Vec<(f64, f64)>;
+type RunPoints = Vec<(f64, f64)>;
 
 /// Variables that jump with the mode; no line joins both sides.
 const JUMPING: [&str; 3] = ["mode", "segment", "friction_torque"];
 
 /// A result file, open for drawing.
 #[derive(Debug)]
-pub struct Run {
+pub struct DrawnRun {
     file: ResultFile,
     rows: usize,
     /// Times of the first and the last sample, s.
@@ -91,7 +91,7 @@ pub struct Run {
     stretches: Vec<(f64, f64, Mode)>,
     pub(super) variables: Vec<schema::Variable>,
     /// Curves that several figures use, by channel and window.
-    cache: RefCell<HashMap<(String, u64, u64), Points>>,
+    cache: RefCell<HashMap<(String, u64, u64), RunPoints>>,
     /// Requested channels on both sides of each event; `None`: the channel is not available there.
     at_events: RefCell<HashMap<String, Option<Rc<Sides>>>>,
 }
@@ -125,17 +125,17 @@ pub(super) fn samples(file: &ResultFile) -> Result<usize, PlotError> {
     Ok(samples)
 }
 
-enum Moment<'a> {
+enum RunMoment<'a> {
     Sample(&'a [f64]),
     Event(usize),
 }
 
-impl Run {
+impl DrawnRun {
     /// Opens a result file with a trajectory, complete or not.
     ///
     /// # Errors
     /// Not a result file, damaged, in use, or without samples.
-    pub fn open(path: &Path) -> Result<Run, PlotError> {
+    pub fn open(path: &Path) -> Result<DrawnRun, PlotError> {
         let file = ResultFile::open(path)?;
         let rows = samples(&file)?;
         let first = |row: usize| file.column("time", row..row + 1).map(|v| v[0]);
@@ -157,7 +157,7 @@ impl Run {
             }
         }
         let dense = file.dense()?.and_then(|dense| dense.span());
-        Ok(Run {
+        Ok(DrawnRun {
             rows,
             times,
             dense,
@@ -287,7 +287,7 @@ impl Run {
         let dense = self.file.dense()?;
         let column = |channel: &&str| -> Result<Vec<f64>, PlotError> {
             Ok(match &dense {
-                Some(dense) => dense.column(channel, times, Side::After)?,
+                Some(dense) => dense.column(channel, times, EventSide::After)?,
                 None => vec![f64::NAN; times.len()],
             })
         };
@@ -432,7 +432,7 @@ impl Run {
     ///
     /// # Errors
     /// Unknown channel, no sample in the window, or an unreadable file.
-    pub fn curves(&self, channels: &[&str], window: (f64, f64)) -> Result<Vec<Points>, PlotError> {
+    pub fn curves(&self, channels: &[&str], window: (f64, f64)) -> Result<Vec<RunPoints>, PlotError> {
         let key = |channel: &str| (channel.to_owned(), window.0.to_bits(), window.1.to_bits());
         let new: Vec<&str> = channels
             .iter()
@@ -446,12 +446,12 @@ impl Run {
             let sides: Vec<Option<Rc<Sides>>> = sides.collect::<Result<_, _>>()?;
             let columns: Vec<&str> = std::iter::once("time").chain(new.iter().copied()).collect();
             self.in_order(&columns, window, self.events_in(window), |moment| match moment {
-                Moment::Sample(row) => {
+                RunMoment::Sample(row) => {
                     for (thin, value) in thinned.iter_mut().zip(&row[1..]) {
                         thin.push(row[0], *value);
                     }
                 }
-                Moment::Event(k) => {
+                RunMoment::Event(k) => {
                     for (thin, sides) in thinned.iter_mut().zip(&sides) {
                         if let Some(sides) = sides {
                             thin.push(self.events[k].time, sides.before[k]);
@@ -478,16 +478,16 @@ impl Run {
         channels: &[&str],
         window: (f64, f64),
         mut events: Range<usize>,
-        mut take: impl FnMut(Moment),
+        mut take: impl FnMut(RunMoment),
     ) -> Result<(), PlotError> {
         self.each_sample(channels, window, |row| {
             while !events.is_empty() && self.events[events.start].time <= row[0] {
-                take(Moment::Event(events.start));
+                take(RunMoment::Event(events.start));
                 events.start += 1;
             }
-            take(Moment::Sample(row));
+            take(RunMoment::Sample(row));
         })?;
-        events.for_each(|k| take(Moment::Event(k)));
+        events.for_each(|k| take(RunMoment::Event(k)));
         Ok(())
     }
 
@@ -505,12 +505,12 @@ impl Run {
         let mut mode = before.or(first).map_or(0, |mode| mode as usize);
         self.in_order(&["time", "mode", x, y], window, inside, |moment| {
             match (moment, &sides) {
-                (Moment::Sample(row), _) => {
+                (RunMoment::Sample(row), _) => {
                     mode = row[1] as usize;
                     take(mode, row[2], row[3]);
                 }
                 // Other kinds are no turn of the motion; a kick is a jump.
-                (Moment::Event(k), Some((x, y))) if self.events[k].kind.in_event_sequence() => {
+                (RunMoment::Event(k), Some((x, y))) if self.events[k].kind.in_event_sequence() => {
                     take(mode, x.before[k], y.before[k]);
                     // A window that ends with an event shows the state before the event.
                     if self.events[k].time < window.1 {
@@ -524,16 +524,16 @@ impl Run {
     }
 
     /// One channel over another in a time window, thinned: the lines of each mode that occurs.
-    pub fn portrait(&self, x: &str, y: &str, window: (f64, f64)) -> Result<Vec<(Mode, Vec<Points>)>, PlotError> {
+    pub fn portrait(&self, x: &str, y: &str, window: (f64, f64)) -> Result<Vec<(Mode, Vec<RunPoints>)>, PlotError> {
         let empty = (f64::INFINITY, f64::NEG_INFINITY);
         let (mut x_range, mut y_range) = (empty, empty);
         self.each_state((x, y), window, |_, x, y| {
             x_range = (x_range.0.min(x), x_range.1.max(x));
             y_range = (y_range.0.min(y), y_range.1.max(y));
         })?;
-        let mut by_mode: Vec<(Mode, Portrait)> = Mode::ALL
+        let mut by_mode: Vec<(Mode, DecimatedPortrait)> = Mode::ALL
             .into_iter()
-            .map(|mode| (mode, Portrait::new(x_range, y_range)))
+            .map(|mode| (mode, DecimatedPortrait::new(x_range, y_range)))
             .collect();
         let joined = !JUMPING.contains(&x) && !JUMPING.contains(&y);
         let mut current = None;

@@ -1,6 +1,6 @@
 //! SVG output.
 
-use super::drawing::{Drawing, Element, Form};
+use super::drawing::{Drawing, DrawingElement, ElementForm};
 use super::html::escaped;
 use super::{font, signature, typeset};
 use plotters_backend::BackendCoord;
@@ -27,7 +27,7 @@ impl Drawing {
     }
 }
 
-fn written(element: &Element) -> String {
+fn written(element: &DrawingElement) -> String {
     let [red, green, blue] = element.color;
     let color = format!("#{red:02X}{green:02X}{blue:02X}");
     let opacity = element.opacity;
@@ -37,26 +37,26 @@ fn written(element: &Element) -> String {
     };
     let width = element.stroke.unwrap_or(1);
     match &element.form {
-        Form::Line([(x1, y1), (x2, y2)]) => format!(
+        ElementForm::Line([(x1, y1), (x2, y2)]) => format!(
             "<line opacity=\"{opacity}\" stroke=\"{stroke}\" stroke-width=\"{width}\" x1=\"{x1}\" y1=\"{y1}\" x2=\"{x2}\" y2=\"{y2}\"/>\n"
         ),
-        Form::Polyline(points) => format!(
+        ElementForm::Polyline(points) => format!(
             "<polyline fill=\"{fill}\" opacity=\"{opacity}\" stroke=\"{stroke}\" stroke-width=\"{width}\" points=\"{}\"/>\n",
             listed(points)
         ),
-        Form::Polygon(corners) => format!(
+        ElementForm::Polygon(corners) => format!(
             "<polygon opacity=\"{opacity}\" fill=\"{fill}\" points=\"{}\"/>\n",
             listed(corners)
         ),
-        Form::Rectangle([(left, top), (right, bottom)]) => format!(
+        ElementForm::Rectangle([(left, top), (right, bottom)]) => format!(
             "<rect x=\"{left}\" y=\"{top}\" width=\"{}\" height=\"{}\" opacity=\"{opacity}\" fill=\"{fill}\" stroke=\"{stroke}\"/>\n",
             right - left,
             bottom - top
         ),
-        Form::Circle((x, y), radius) => format!(
+        ElementForm::Circle((x, y), radius) => format!(
             "<circle cx=\"{x}\" cy=\"{y}\" r=\"{radius}\" opacity=\"{opacity}\" fill=\"{fill}\" stroke=\"{stroke}\" stroke-width=\"{width}\"/>\n"
         ),
-        Form::Text(text) => {
+        ElementForm::Text(text) => {
             let (x, y) = text.at;
             let turned = match text.turn {
                 0 => String::new(),

@@ -5,7 +5,7 @@ use super::figure::{Axis, Curve, CurveStyle, Figure, Panel, drawn, extent};
 use super::style::{GREY, PALETTE};
 use plotters::style::RGBColor;
 use std::path::Path;
-use stickslip_analysis::analysis::work_precision::{Errors, Knob, Measurement, Reference, StudyResult};
+use stickslip_analysis::analysis::work_precision::{Knob, Measurement, MethodErrors, PrecisionReference, StudyResult};
 use stickslip_engine::simulation::Method;
 use stickslip_files::{Reason, WorkPrecisionFile};
 
@@ -16,7 +16,7 @@ const LEAST: f64 = 1e-16;
 pub const NAME: &str = "work-precision";
 
 /// Runs of one method with one kind of knob, in the order of the study.
-struct Series<'a> {
+struct MethodSeries<'a> {
     label: String,
     color: usize,
     fixed: bool,
@@ -53,7 +53,7 @@ pub fn of_file(path: &Path) -> Result<Figure, PlotError> {
             method: method.ok_or_else(|| Reason::UnknownCode { what, code }.of(path))?,
             knob: known(fixed_step).map_or(Knob::Tolerance(rtol), Knob::FixedStep),
             failure: (failed != 0.0).then(String::new),
-            errors: Errors {
+            errors: MethodErrors {
                 onset,
                 final_stick,
                 largest,
@@ -68,12 +68,12 @@ pub fn of_file(path: &Path) -> Result<Figure, PlotError> {
     }
     let [onset, final_stick, largest] = file.uncertainties.map(known);
     let result = StudyResult {
-        reference: Reference {
+        reference: PrecisionReference {
             description: file.reference,
             events: Vec::new(),
             uncertainties: Vec::new(),
         },
-        uncertainty: Errors {
+        uncertainty: MethodErrors {
             onset,
             final_stick,
             largest,
@@ -89,7 +89,7 @@ pub fn of_file(path: &Path) -> Result<Figure, PlotError> {
 pub fn figure(title: &str, result: &StudyResult) -> Figure {
     let series = series(&result.measurements);
     let calls: fn(&Measurement) -> f64 = |m| m.rhs_evaluations as f64;
-    let panel = |x: Axis, of_x: fn(&Measurement) -> f64, name: &str, error: fn(&Errors) -> Option<f64>| {
+    let panel = |x: Axis, of_x: fn(&Measurement) -> f64, name: &str, error: fn(&MethodErrors) -> Option<f64>| {
         let uncertainty = error(&result.uncertainty).unwrap_or(0.0);
         let mut curves: Vec<Curve> = Vec::new();
         for s in &series {
@@ -132,8 +132,8 @@ pub fn color(number: usize) -> RGBColor {
     RGBColor(darker(r), darker(g), darker(b))
 }
 
-fn series(measurements: &[Measurement]) -> Vec<Series<'_>> {
-    let mut series: Vec<Series> = Vec::new();
+fn series(measurements: &[Measurement]) -> Vec<MethodSeries<'_>> {
+    let mut series: Vec<MethodSeries> = Vec::new();
     for m in measurements {
         let fixed = matches!(m.knob, Knob::FixedStep(_));
         // The method's colour, or the next free one.
@@ -142,7 +142,7 @@ fn series(measurements: &[Measurement]) -> Vec<Series<'_>> {
         let color = known.map_or_else(next, |s| s.color);
         match series.iter_mut().find(|s| s.color == color && s.fixed == fixed) {
             Some(s) => s.runs.push(m),
-            None => series.push(Series {
+            None => series.push(MethodSeries {
                 label: format!("{}{}", m.method.name(), if fixed { ", fixed steps" } else { "" }),
                 color,
                 fixed,

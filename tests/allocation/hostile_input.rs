@@ -18,7 +18,7 @@ use stickslip::calibrate::{CALIBRATIONS, CalibrationStudy};
 use stickslip::case::{Case, CaseSource, Origin, Override, builtin};
 use stickslip::compare::{Mapping, Reference};
 use stickslip::results::{MergeOptions, merge};
-use stickslip::sweep::{EventRow, Existing, Journal, Outcome, QUANTITIES, STUDIES, Study, StudySource};
+use stickslip::sweep::{EventRow, Existing, Journal, PointOutcome, QUANTITIES, STUDIES, Study, StudySource};
 
 /// Files of each kind, unless the environment says how many.
 const FILES: u64 = 300;
@@ -260,7 +260,7 @@ fn studies() {
         "case = \"paper\"\n[[series]]\nmethods = [\"auto\", \"erk\", \"series\"]\ntolerances = [1e-4{}]\n",
         ", 1e-5".repeat(13_000)
     );
-    let refusal = work_precision::Study::parse(StudySource::text("hostile", &many)).unwrap_err();
+    let refusal = work_precision::PrecisionStudy::parse(StudySource::text("hostile", &many)).unwrap_err();
     assert!(refusal.to_string().contains("more than 10000 runs"), "{refusal}");
     seeds.push(many.into_bytes());
     campaign("study", &seeds, |bytes| {
@@ -268,7 +268,7 @@ fn studies() {
         let source = StudySource::text("hostile", &text);
         let sweep = Study::parse(source.clone(), &[]).map(drop);
         let calibration = CalibrationStudy::parse(source.clone(), &[]).map(drop);
-        let precision = work_precision::Study::parse(source).map(drop);
+        let precision = work_precision::PrecisionStudy::parse(source).map(drop);
         sweep.or(calibration).or(precision).map_err(|error| error.to_string())
     });
 }
@@ -477,8 +477,8 @@ fn journals() {
     const DIGEST: &str = "0123456789abcdef0123456789abcdef0123456789abcdef0123456789abcdef";
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("hostile.journal");
-    let outcomes: Vec<Outcome> = (0..8)
-        .map(|number| Outcome {
+    let outcomes: Vec<PointOutcome> = (0..8)
+        .map(|number| PointOutcome {
             // Found: memory was asked for by the largest number.
             number: if number == 7 { 1 << 60 } else { number },
             result: match number % 3 {

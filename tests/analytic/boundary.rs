@@ -6,7 +6,7 @@ use stickslip::case::Override;
 use stickslip::model::Parameters;
 use stickslip::results::SweepFile;
 use stickslip::sweep::{
-    Branch, Design, Study, StudySource, Sweep, SweepReport, quantity_index, run_point, without_a_file,
+    CurveBranch, Design, Study, StudySource, Sweep, SweepReport, quantity_index, run_point, without_a_file,
 };
 
 fn study(text: &str) -> Study {
@@ -52,7 +52,7 @@ fn analytic_the_traced_loss_of_stability_is_the_linear_limit() {
     let law = p.friction.law.as_exponential().unwrap();
     let slope = 2.0 * p.contact.radius * force * (law.low_speed - law.high_speed);
     for point in points {
-        assert_eq!(point.branch, Branch::Lower);
+        assert_eq!(point.branch, CurveBranch::Lower);
         // A millisecond before the stop the speed is 1 rad/s or so, but the last instants count: the run sees the margin
         // change if it does so above the first oscillation of omega_r about its mean, some 0.1 rad/s.
         let [decay, damping] = point.middle();
@@ -99,7 +99,7 @@ boundary = { refinements = 0, width = 1e-3 }
         for point in &curve.points {
             for (place, met) in [(point.met, true), (point.unmet, false)] {
                 let coordinates = place.map(stickslip::case::Setting::Number).to_vec();
-                let point = stickslip::sweep::Point { number: 0, coordinates };
+                let point = stickslip::sweep::StudyPoint { number: 0, coordinates };
                 let outcome = run_point(&tight, &point, &without_a_file, &|| false).unwrap().unwrap();
                 assert_eq!(spec.criterion.is_met(&outcome), met, "{place:?}");
                 checked += 1;
@@ -190,13 +190,13 @@ boundary = { refinements = 0, width = 1e-4 }
     let folds: Vec<_> = found.curves[0]
         .points
         .iter()
-        .filter(|point| point.branch == Branch::Fold)
+        .filter(|point| point.branch == CurveBranch::Fold)
         .collect();
     let [fold] = folds[..] else { panic!("{folds:?}") };
     let [decay, damping] = fold.middle();
     let meets = |decay: f64, damping: f64| {
         let coordinates = [decay, damping].map(stickslip::case::Setting::Number).to_vec();
-        let point = stickslip::sweep::Point { number: 0, coordinates };
+        let point = stickslip::sweep::StudyPoint { number: 0, coordinates };
         let outcome = run_point(&study, &point, &without_a_file, &|| false).unwrap().unwrap();
         outcome.value(quantity_index("stick_count").unwrap()) >= 2.0
     };

@@ -486,7 +486,7 @@ mod vocabulary {
     use stickslip::compare::Channel;
     use stickslip::compare::Vocabulary;
     use stickslip::compare::vocabulary::Known;
-    use stickslip::simulation::Which;
+    use stickslip::simulation::TrainSide;
 
     fn of(case: &str) -> Vocabulary {
         let case = Case::read(&CaseSource::built_in(case).unwrap(), &[]).unwrap();
@@ -536,7 +536,7 @@ mod vocabulary {
         assert_eq!(*channel, Channel::RelativeVelocity);
         assert_eq!(sum.terms, [(0, -1.0)]);
         let end = Known {
-            of: Which::Rotor,
+            of: TrainSide::Rotor,
             is_rate: true,
         };
         assert_eq!(sum.known, [(end, 1.0)]);

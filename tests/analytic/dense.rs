@@ -8,9 +8,9 @@ use stickslip::case::{Case, CaseSource};
 use stickslip::model::system::System;
 use stickslip::numerics::chebyshev::{COEFFICIENTS, place, value};
 use stickslip::record::{
-    Channels, Event, EventKind, MemoryRecorder, Piece, Recorder, RecorderError, Sample, Segment, State,
+    Channels, DensePiece, Event, EventKind, MemoryRecorder, Recorder, RecorderError, Sample, Segment, State,
 };
-use stickslip::results::{ResultFile, Side};
+use stickslip::results::{EventSide, ResultFile};
 use stickslip::simulation::natural_period;
 use stickslip::simulation::{Around, Following, Method};
 
@@ -60,7 +60,7 @@ impl Recorder for Followed {
     fn segment(&mut self, segment: &Segment) -> Result<(), RecorderError> {
         self.rows.segment(segment)
     }
-    fn piece(&mut self, piece: &Piece<'_>) -> Result<(), RecorderError> {
+    fn piece(&mut self, piece: &DensePiece<'_>) -> Result<(), RecorderError> {
         self.pieces
             .push((piece.start, piece.end, piece.segment, piece.coefficients.to_vec()));
         Ok(())
@@ -319,7 +319,7 @@ fn multiprecision_states_between_the_samples_are_the_oracles() {
                 "z" => ("z", 1e-5),
                 name => (name, 1.0),
             };
-            let found = dense.values(name, &[sample.time], Side::After).unwrap()[0];
+            let found = dense.values(name, &[sample.time], EventSide::After).unwrap()[0];
             let error = (found - expected).abs() / scale;
             println!("{name} at {}: {found:e}, off by {error:.1e} of {scale:e}", sample.time);
             assert!(error < 1e-8, "{name} at {}: {found} {expected}", sample.time);
@@ -335,19 +335,24 @@ fn multiprecision_states_between_the_samples_are_the_oracles() {
         .find(|event| event.kind == EventKind::Stick)
         .unwrap();
     let torque = |side| dense.values("friction_torque", &[stick.time], side).unwrap()[0];
-    assert!((torque(Side::Before) - torque(Side::After)).abs() > 0.1);
+    assert!((torque(EventSide::Before) - torque(EventSide::After)).abs() > 0.1);
     let before = stick.before;
     for (name, before) in [
         ("theta_dot", before.theta_dot),
         ("phi1", before.phi1),
         ("rotor_twist_rate", before.rotor_twist_rate),
     ] {
-        let found = dense.values(name, &[stick.time], Side::Before).unwrap()[0];
+        let found = dense.values(name, &[stick.time], EventSide::Before).unwrap()[0];
         assert!(
             (found - before).abs() <= 1e-12 * before.abs().max(1e-3),
             "{name}: {found} {before}"
         );
     }
-    assert!(dense.values("no_such", &[1.0], Side::After).is_err());
-    assert!(dense.values("z", &[case.output.end_time + 1.0], Side::After).unwrap()[0].is_nan());
+    assert!(dense.values("no_such", &[1.0], EventSide::After).is_err());
+    assert!(
+        dense
+            .values("z", &[case.output.end_time + 1.0], EventSide::After)
+            .unwrap()[0]
+            .is_nan()
+    );
 }

@@ -3,7 +3,7 @@
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 
 use proptest::prelude::*;
-use stickslip::signal::{Drive, Frequency, Ramp, Shape, Signal, Table, Timeline, Wave};
+use stickslip::signal::{Drive, Frequency, HarmonicShape, Ramp, Signal, Table, Timeline, Wave};
 
 fn ramp(value: f64, rise_time: f64) -> Drive {
     Drive::Linear(Signal::Ramp(Ramp { value, rise_time }))
@@ -16,7 +16,7 @@ fn table(time: &[f64], value: &[f64]) -> Drive {
     }))
 }
 
-fn wave(shape: Shape, amplitude: f64, frequency: Frequency, phase: f64) -> Wave {
+fn wave(shape: HarmonicShape, amplitude: f64, frequency: Frequency, phase: f64) -> Wave {
     Wave {
         shape,
         mean: 0.0,
@@ -30,7 +30,7 @@ fn wave(shape: Shape, amplitude: f64, frequency: Frequency, phase: f64) -> Wave 
 
 #[test]
 fn analytic_a_timeline_has_the_corners_of_all_its_drives_once() {
-    let mut gated = wave(Shape::Sine, 1.0, Frequency::Cycles(1.0), 0.0);
+    let mut gated = wave(HarmonicShape::Sine, 1.0, Frequency::Cycles(1.0), 0.0);
     (gated.from, gated.to) = (Some(1.0), Some(3.0));
     let drives = [
         ramp(2.0, 1.0),
@@ -58,7 +58,10 @@ fn analytic_a_timeline_has_the_corners_of_all_its_drives_once() {
 
 #[test]
 fn analytic_harmonics_are_sine_and_cosine() {
-    for (shape, of) in [(Shape::Sine, f64::sin as fn(f64) -> f64), (Shape::Cosine, f64::cos)] {
+    for (shape, of) in [
+        (HarmonicShape::Sine, f64::sin as fn(f64) -> f64),
+        (HarmonicShape::Cosine, f64::cos),
+    ] {
         for phase in [0.0, 0.4, -FRAC_PI_2] {
             let drive = Drive::Wave(Wave {
                 mean: 0.5,
@@ -76,7 +79,7 @@ fn analytic_harmonics_are_sine_and_cosine() {
 /// A frequency in cycles that is a whole number returns to its start at each whole second, however late.
 #[test]
 fn analytic_late_harmonics_keep_their_phase() {
-    let drive = Drive::Wave(wave(Shape::Sine, 1.0, Frequency::Cycles(50.0), 0.3));
+    let drive = Drive::Wave(wave(HarmonicShape::Sine, 1.0, Frequency::Cycles(50.0), 0.3));
     let timeline = Timeline::new(&[&drive]);
     for t in [0.0, 1.0, 1e3, 86_400.0, 1e5, 1e9] {
         assert_eq!(timeline.value(0, 0, t), 0.3f64.sin());
@@ -86,8 +89,8 @@ fn analytic_late_harmonics_keep_their_phase() {
 
 #[test]
 fn analytic_integrals_are_the_antiderivatives() {
-    let sine = Drive::Wave(wave(Shape::Sine, 2.0, Frequency::Angular(3.0), 0.0));
-    let cosine = Drive::Wave(wave(Shape::Cosine, 2.0, Frequency::Cycles(0.5), 0.7));
+    let sine = Drive::Wave(wave(HarmonicShape::Sine, 2.0, Frequency::Angular(3.0), 0.0));
+    let cosine = Drive::Wave(wave(HarmonicShape::Cosine, 2.0, Frequency::Cycles(0.5), 0.7));
     let sum = Drive::Sum(vec![ramp(4.0, 2.0), Drive::Value(1.0)]);
     let timeline = Timeline::new(&[&sine, &cosine, &sum]);
     for t in [0.0, 0.01, 1.0, 2.0, 31.4] {
@@ -105,7 +108,12 @@ fn analytic_a_number_goes_by_the_path_of_its_key() {
     let drive = Drive::Sum(vec![
         Drive::Value(1.0),
         table(&[0.0, 1.0], &[2.0, 3.0]),
-        Drive::Sum(vec![Drive::Wave(wave(Shape::Sine, 1.0, Frequency::Cycles(2.0), 0.0))]),
+        Drive::Sum(vec![Drive::Wave(wave(
+            HarmonicShape::Sine,
+            1.0,
+            Frequency::Cycles(2.0),
+            0.0,
+        ))]),
     ]);
     let mut paths = Vec::new();
     let same = drive.try_map(|path, value| {
@@ -154,7 +162,11 @@ fn any_wave() -> impl Strategy<Value = Drive> {
         .prop_map(
             |(sine, mean, amplitude, frequency, phase, (from, length, begins, ends))| {
                 Drive::Wave(Wave {
-                    shape: if sine { Shape::Sine } else { Shape::Cosine },
+                    shape: if sine {
+                        HarmonicShape::Sine
+                    } else {
+                        HarmonicShape::Cosine
+                    },
                     mean,
                     amplitude,
                     frequency,

@@ -216,10 +216,10 @@ mod chain_coordinates {
 }
 
 mod margin {
-    use stickslip::model::margin::{Surface, of_both};
+    use stickslip::model::margin::{MarginSurface, of_both};
 
-    fn surface([inertia, damping, stiffness]: [f64; 3]) -> Surface {
-        Surface {
+    fn surface([inertia, damping, stiffness]: [f64; 3]) -> MarginSurface {
+        MarginSurface {
             inertia,
             damping,
             stiffness,

@@ -11,7 +11,7 @@ use stickslip::model::system::{
 };
 use stickslip::model::{Axial, BreakawayTest, Mode};
 use stickslip::numerics::Number;
-use stickslip::signal::{Drive, Frequency, Ramp, Shape, Wave};
+use stickslip::signal::{Drive, Frequency, HarmonicShape, Ramp, Wave};
 use stickslip::simulation::expansion::{Expansion, Series};
 use stickslip::simulation::{SystemDynamics, SystemLocation};
 
@@ -306,7 +306,7 @@ impl Number for Uncertain {
 
 fn wave(mean: f64, amplitude: f64, frequency: Frequency) -> Drive {
     Drive::Wave(Wave {
-        shape: Shape::Sine,
+        shape: HarmonicShape::Sine,
         mean,
         amplitude,
         frequency,

@@ -5,7 +5,7 @@ use crate::common::{output, run, truth};
 use stickslip::analysis::{Growth, Summary};
 use stickslip::friction::{self, FrictionLaw, Interpolation, Law};
 use stickslip::model::system::System;
-use stickslip::model::{Kick, KickTime, Parameters};
+use stickslip::model::{DiskKick, KickTime, Parameters};
 use stickslip::record::EventKind;
 use stickslip::signal::{Ramp, Signal, Table};
 use stickslip::simulation::SolverOptions;
@@ -23,7 +23,7 @@ fn growth(parameters: &Parameters, end: f64) -> (Growth, Summary, f64) {
 }
 
 fn kicked(parameters: &Parameters, time: f64) -> Parameters {
-    let kick = Kick {
+    let kick = DiskKick {
         time: KickTime::At(time),
         relative_velocity: 1e-4,
     };

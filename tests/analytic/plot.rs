@@ -2,12 +2,12 @@
 
 mod lines {
     use stickslip::continuation::{Branch, BranchPoint, EndReason, Special};
-    use stickslip::cycle::Stability;
+    use stickslip::cycle::CycleStability;
     use stickslip::plot::branches::lines::{joined, links, pieces};
     use stickslip::plot::branches::quantity::Value;
 
-    fn branch(points: &[(Stability, Option<Special>)]) -> Branch {
-        let point = |(k, &(stability, special)): (usize, &(Stability, Option<Special>))| BranchPoint {
+    fn branch(points: &[(CycleStability, Option<Special>)]) -> Branch {
+        let point = |(k, &(stability, special)): (usize, &(CycleStability, Option<Special>))| BranchPoint {
             value: k as f64,
             period: f64::NAN,
             position: (0.0, 0.0),
@@ -35,7 +35,7 @@ mod lines {
     /// The pieces meet at the Hopf point, and what is stable on one side of it is not drawn on the other.
     #[test]
     fn analytic_pieces_share_the_point_where_stability_changes() {
-        use Stability::{Neutral, Stable, Unstable};
+        use CycleStability::{Neutral, Stable, Unstable};
         let hopf = branch(&[
             (Unstable, None),
             (Unstable, None),
@@ -56,7 +56,7 @@ mod lines {
     /// At a fold rounding decides which stability the point has: the lines beside it do not depend on it.
     #[test]
     fn property_lines_do_not_depend_on_the_stability_of_a_special_point() {
-        use Stability::{Neutral, Stable, Unstable};
+        use CycleStability::{Neutral, Stable, Unstable};
         for own in [Stable, Unstable, Neutral] {
             let fold = branch(&[
                 (Stable, None),
@@ -71,9 +71,9 @@ mod lines {
     /// Where a value is missing there is a gap.
     #[test]
     fn analytic_a_missing_value_is_a_gap() {
-        let all = branch(&[(Stability::Stable, None); 5]);
+        let all = branch(&[(CycleStability::Stable, None); 5]);
         let of: Value = |_, point| if point.value == 2.0 { f64::NAN } else { point.value };
-        let found = pieces(&all, Stability::Stable, of);
+        let found = pieces(&all, CycleStability::Stable, of);
         assert_eq!(found, [vec![(0.0, 0.0), (1.0, 1.0)], vec![(3.0, 3.0), (4.0, 4.0)]]);
     }
 
@@ -366,12 +366,12 @@ mod work_precision {
 }
 
 mod pdf {
-    use stickslip::plot::{Drawing, Element, Form};
+    use stickslip::plot::{Drawing, DrawingElement, ElementForm};
 
     /// 254 x 127 mm are 720 x 360 points; the origin is at the bottom; half the opacity halves the distance from white.
     #[test]
     fn analytic_a_line_and_a_surface_have_their_places() {
-        let element = |form, color, opacity, stroke| Element {
+        let element = |form, color, opacity, stroke| DrawingElement {
             form,
             color,
             opacity,
@@ -384,8 +384,8 @@ mod pdf {
             size: (2540, 1270),
             units_per_mm: 10.0,
             elements: vec![
-                element(Form::Rectangle([(0, 0), (254, 127)]), [255, 0, 0], 0.5, None),
-                element(Form::Line([(0, 0), (2540, 1270)]), [0, 0, 255], 1.0, Some(10)),
+                element(ElementForm::Rectangle([(0, 0), (254, 127)]), [255, 0, 0], 0.5, None),
+                element(ElementForm::Line([(0, 0), (2540, 1270)]), [0, 0, 255], 1.0, Some(10)),
             ],
         };
         let page = String::from_utf8(drawing.page()).unwrap();

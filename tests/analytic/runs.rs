@@ -5,7 +5,7 @@ use crate::common::linear_brake::LinearBrake;
 use crate::common::{disks, event_sequence, output, run, solver, truth};
 use stickslip::case::builtin;
 use stickslip::friction::{Exponential, Friction, Law};
-use stickslip::model::{Kick, KickTime, Mode, Parameters};
+use stickslip::model::{DiskKick, KickTime, Mode, Parameters};
 use stickslip::record::{EventKind, MemoryRecorder, Sample, State};
 use stickslip::signal::{Ramp, Signal, Table};
 use stickslip::simulation::{Method, OutputOptions, OutputWindow, SolverOptions};
@@ -35,8 +35,8 @@ fn short_brake(friction: Friction, rise_time: f64) -> Parameters {
     parameters
 }
 
-fn kick(time: f64, relative_velocity: f64) -> Kick {
-    Kick {
+fn kick(time: f64, relative_velocity: f64) -> DiskKick {
+    DiskKick {
         time: KickTime::At(time),
         relative_velocity,
     }

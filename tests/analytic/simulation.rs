@@ -4,7 +4,7 @@ mod excitation {
     use stickslip::friction::Coulomb;
     use stickslip::model::system::{ContactLaw, End, Initial, Pressing, System, Train};
     use stickslip::model::{Axial, BreakawayTest};
-    use stickslip::signal::{Drive, Frequency, Ramp, Shape, Signal, Wave};
+    use stickslip::signal::{Drive, Frequency, HarmonicShape, Ramp, Signal, Wave};
     use stickslip::simulation::Excitation;
 
     /// A free inertia on the ground, pressed so.
@@ -44,7 +44,7 @@ mod excitation {
 
     fn wave(amplitude: f64, from: Option<f64>, to: Option<f64>) -> Drive {
         Drive::Wave(Wave {
-            shape: Shape::Sine,
+            shape: HarmonicShape::Sine,
             mean: 10.0,
             amplitude,
             frequency: Frequency::Angular(20.0),

@@ -5,8 +5,8 @@ use crate::common::cases::parsed;
 use nalgebra::DMatrix;
 use proptest::prelude::*;
 use std::f64::consts::TAU;
-use stickslip::analysis::stability::Verdict;
-use stickslip::analysis::stability::states::{Change, SystemModes, SystemState};
+use stickslip::analysis::stability::SlidingVerdict;
+use stickslip::analysis::stability::states::{StabilityChange, SystemModes, SystemState};
 use stickslip::case::{Case, CaseSource};
 use stickslip::friction::{Exponential, FrictionLaw, Law, Stribeck};
 use stickslip::model::BreakawayTest;
@@ -35,7 +35,7 @@ fn assert_close(value: f64, expected: f64, relative: f64) {
 }
 
 #[track_caller]
-fn only(changes: &[Change]) -> Change {
+fn only(changes: &[StabilityChange]) -> StabilityChange {
     assert_eq!(changes.len(), 1, "{changes:?}");
     changes[0]
 }
@@ -109,7 +109,7 @@ fn analytic_hopf_of_the_exponential_belt() {
     assert!(point.steady);
     assert_eq!(modes.operating_points.len(), 1);
     assert_close(point.relative_velocity, 0.3, CLOSED_FORM);
-    assert_eq!(point.stability, Verdict::Unstable);
+    assert_eq!(point.stability, SlidingVerdict::Unstable);
     let friction = 10.0 * (0.2 + 0.2 * (-1.5f64).exp());
     assert_close(point.interface_torque, friction, CLOSED_FORM);
     assert_close(point.stator_twist[0], friction / 100.0, CLOSED_FORM);
@@ -127,7 +127,7 @@ fn analytic_hopf_of_the_exponential_belt() {
     assert!(modes.absent.iter().any(|absent| absent.what == "stick mode"));
 
     let above = SystemModes::of_case(&built_in("belt-exponential", &["rotor.speed=0.5"]));
-    assert_eq!(above.operating_points[0].stability, Verdict::Stable);
+    assert_eq!(above.operating_points[0].stability, SlidingVerdict::Stable);
 }
 
 proptest! {
@@ -280,7 +280,7 @@ proptest! {
                 let x = pair[0] + share * (pair[1] - pair[0]);
                 let unstable = match search.changes.get(k) {
                     Some(next) => !next.unstable_above,
-                    None => search.changes.last().map_or(search.throughout == Some(Verdict::Unstable), |last| last.unstable_above),
+                    None => search.changes.last().map_or(search.throughout == Some(SlidingVerdict::Unstable), |last| last.unstable_above),
                 };
                 prop_assert_eq!(grows(x), unstable, "at {}", x);
             }
@@ -413,7 +413,7 @@ fn analytic_steady_sliding_of_the_drill_string() {
         assert_close(point.rotor_twist[0], carried / 473.0, CLOSED_FORM);
         assert!(point.stator_twist.is_empty());
     }
-    assert_eq!(modes.operating_points[1].stability, Verdict::Unstable);
+    assert_eq!(modes.operating_points[1].stability, SlidingVerdict::Unstable);
     // With the bit stuck, the top drive swings on the pipe.
     let stick = state(&modes, "stick");
     assert_eq!(stick.modes.len(), 1);
@@ -445,15 +445,18 @@ fn analytic_stick_joins_the_surfaces() {
     // Without damping, falling friction is unstable at every speed.
     let search = &modes.critical_relative_velocities;
     assert!(search.changes.is_empty());
-    assert_eq!(search.throughout, Some(Verdict::Unstable));
+    assert_eq!(search.throughout, Some(SlidingVerdict::Unstable));
 }
 
 /// Constant friction without damping neither excites nor damps; a clutch does not slide steadily.
 #[test]
 fn analytic_coulomb_friction_is_neutral() {
     let belt = modes("belt-coulomb", &[]);
-    assert_eq!(belt.operating_points[0].stability, Verdict::Neutral);
-    assert_eq!(belt.critical_relative_velocities.throughout, Some(Verdict::Neutral));
+    assert_eq!(belt.operating_points[0].stability, SlidingVerdict::Neutral);
+    assert_eq!(
+        belt.critical_relative_velocities.throughout,
+        Some(SlidingVerdict::Neutral)
+    );
     let clutch = modes("clutch", &[]);
     assert_eq!(clutch.operating_points.len(), 1);
     assert!(!clutch.operating_points[0].steady);
@@ -482,7 +485,7 @@ fn analytic_bristles() {
     // g(0.1) = 1: exp(-10^4) is nothing.
     assert_close(point.interface_torque, 1.0 + 0.4 * 0.1, CLOSED_FORM);
     assert_close(point.rotor_twist[0], 1.04 / 2.0, CLOSED_FORM);
-    assert_eq!(point.stability, Verdict::Stable);
+    assert_eq!(point.stability, SlidingVerdict::Stable);
     // The critical speed by this test's own characteristic polynomial: (s + b)(s^2 + 0.4 s + 2) + (sigma_0 + sigma_1 s) a s = 0
     // with a = x g'/g and b = sigma_0 x/g; by Hurwitz it is stable where p_2 p_1 > p_0
     // (p_2 > 0 from 2 mm/s on).

@@ -11,7 +11,7 @@ use stickslip::case::{Case, CaseSource, Motion, Origin, Override, Words, Written
 use stickslip::friction::{FrictionLaw, Law as _};
 use stickslip::model::system::{ContactLaw, End, KickSide, Pressing, Smoothing};
 use stickslip::model::{BreakawayTest, KickTime, Parameters, nearest_double};
-use stickslip::signal::{Drive, Frequency, Shape, Signal};
+use stickslip::signal::{Drive, Frequency, HarmonicShape, Signal};
 use stickslip::simulation::Around;
 
 /// A case of rotation in which every kind of train and signal occurs; the tests break one thing at a time.
@@ -192,7 +192,7 @@ fn case_trains_are_read_with_units_signals_and_defaults() {
     };
     assert_eq!(
         (torque.on, wave.shape, wave.amplitude, wave.mean),
-        (0, Shape::Sine, 3.0, 0.0)
+        (0, HarmonicShape::Sine, 3.0, 0.0)
     );
     assert_eq!(
         (wave.frequency, wave.from, wave.to),

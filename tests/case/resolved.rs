@@ -10,7 +10,9 @@ use proptest::prelude::*;
 use stickslip::case::{Case, CaseSource, Override, builtin};
 use stickslip::friction::{Exponential, Friction};
 use stickslip::model::system::System;
-use stickslip::model::{Axial, BreakawayTest, Contact, Initial, Kick, KickTime, Parameters, Torsion, nearest_double};
+use stickslip::model::{
+    Axial, BreakawayTest, Contact, DiskInitial, DiskKick, KickTime, Parameters, Torsion, nearest_double,
+};
 use stickslip::signal::{Ramp, Signal, Table};
 use stickslip::simulation::{Around, Following, Method, OutputOptions, OutputWindow, SolverOptions};
 
@@ -142,7 +144,7 @@ fn parameters() -> impl Strategy<Value = Parameters> {
         prop_oneof![not_negative().prop_map(KickTime::At), Just(KickTime::Instability)],
         any_finite(),
     )
-        .prop_map(|(time, relative_velocity)| Kick {
+        .prop_map(|(time, relative_velocity)| DiskKick {
             time,
             relative_velocity,
         });
@@ -189,7 +191,7 @@ fn parameters() -> impl Strategy<Value = Parameters> {
                     }
                     .into(),
                 },
-                initial: Initial { speed },
+                initial: DiskInitial { speed },
                 perturbations,
             },
         )

@@ -4,7 +4,7 @@ use crate::common::cli::{Folder, json, says};
 use crate::common::page::{codes, document, doubles};
 use std::path::Path;
 use stickslip::continuation::{Special, Stored};
-use stickslip::cycle::Stability;
+use stickslip::cycle::CycleStability;
 use stickslip::plot::branches::{Branches, quantity};
 use stickslip::plot::figure::{Curve, CurveStyle, Figure};
 
@@ -73,7 +73,7 @@ fn cli_a_diagram_has_the_branches_of_the_file() {
                 .iter()
                 .find(|point| point.value == x && (point.position.1 - point.position.0) / 2.0 == y);
             let point = found.unwrap_or_else(|| panic!("{x} {y} is in the file"));
-            let changes = point.special.is_some() || point.stability == Stability::Neutral;
+            let changes = point.special.is_some() || point.stability == CycleStability::Neutral;
             assert!(changes || point.stability.name() == stability, "{x}: {stability}");
         }
     }

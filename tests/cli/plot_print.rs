@@ -3,7 +3,7 @@
 use crate::common::cli::{Folder, refusal, says};
 use crate::common::compare::{csv, paper, rows_of};
 use std::process::Command;
-use stickslip::plot::Run;
+use stickslip::plot::DrawnRun;
 use stickslip::record::EventKind;
 
 fn with_run() -> Folder {
@@ -134,7 +134,7 @@ fn property_curves_go_through_the_states_at_events() {
         "sparse.h5",
     ];
     folder.ok(&sparse);
-    let run = Run::open(&folder.path("sparse.h5")).unwrap();
+    let run = DrawnRun::open(&folder.path("sparse.h5")).unwrap();
     let radius = run.system.radius;
     let curve = run.curves(&["friction_torque"], (6.9745, 6.9905)).unwrap().remove(0);
     let (mut slips, mut upright) = (0, 0);

@@ -476,7 +476,7 @@ fn cli_a_certified_file_has_its_uncertainties() {
         .collect();
     assert!(names.iter().any(|name| name == "event-uncertainties"), "{names:?}");
     assert!(names.iter().any(|name| name == "error-bands"), "{names:?}");
-    let runs = [stickslip::plot::Run::open(&folder.path(name)).unwrap()];
+    let runs = [stickslip::plot::DrawnRun::open(&folder.path(name)).unwrap()];
     let subject = stickslip::plot::entry::Subject::new(&runs).unwrap();
     let entry = stickslip::plot::catalogue::find("event-uncertainties").unwrap();
     let figure = entry.build(&subject).unwrap().unwrap();

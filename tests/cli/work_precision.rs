@@ -5,7 +5,7 @@ use crate::common::rows;
 use crate::common::unlocked;
 use std::path::Path;
 use stickslip::Run;
-use stickslip::analysis::work_precision::{STUDIES, Study, StudySource};
+use stickslip::analysis::work_precision::{PrecisionStudy, STUDIES, StudySource};
 use stickslip::case::{Case, CaseSource, Override, WrittenCase};
 
 const STUDY: &str = "title = \"A small one\"\ncase = \"paper-si\"\nset = [\"output.end_time=7\"]\n\n\
@@ -213,7 +213,7 @@ fn cli_the_built_in_study_is_found_by_name() {
     let folder = Folder::new();
     folder.refused("work-precision work", &["there is work-precision"]);
     let text = STUDIES[0].text;
-    let study = Study::parse(StudySource::find("work-precision", STUDIES).unwrap()).unwrap();
+    let study = PrecisionStudy::parse(StudySource::find("work-precision", STUDIES).unwrap()).unwrap();
     assert_eq!(
         (study.source.text.as_str(), study.source.name.as_str()),
         (text, "work-precision")

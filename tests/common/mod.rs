@@ -20,7 +20,7 @@ use stickslip::Run;
 use stickslip::case::Case;
 use stickslip::friction::{Exponential, Friction};
 use stickslip::model::system::System;
-use stickslip::model::{Axial, BreakawayTest, Contact, Initial, Kick, KickTime, Parameters, Torsion};
+use stickslip::model::{Axial, BreakawayTest, Contact, DiskInitial, DiskKick, KickTime, Parameters, Torsion};
 use stickslip::record::{EventKind, MemoryRecorder, Sample};
 use stickslip::signal::{Ramp, Signal};
 use stickslip::simulation::{Following, Method, OutputOptions, RunReport, SolverOptions};
@@ -63,7 +63,7 @@ pub fn truth(name: &str) -> Truth {
     let json: serde_json::Value = serde_json::from_str(&std::fs::read_to_string(path).unwrap()).unwrap();
     let p = |key: &str| number(&json["parameters"][key]);
     let perturbations = match json["parameters"].get("kick_time") {
-        Some(time) => vec![Kick {
+        Some(time) => vec![DiskKick {
             time: KickTime::At(number(time)),
             relative_velocity: p("kick_relative_velocity"),
         }],
@@ -117,7 +117,7 @@ pub fn truth(name: &str) -> Truth {
                 }
                 .into(),
             },
-            initial: Initial { speed: p("omega_0") },
+            initial: DiskInitial { speed: p("omega_0") },
             perturbations,
         },
         end_time: p("t_end"),

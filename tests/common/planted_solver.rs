@@ -5,7 +5,7 @@
 use stickslip::friction::FrictionLaw;
 use stickslip::model::KickTime;
 use stickslip::model::system::{End, KickSide, Pressing, System, Train};
-use stickslip::signal::{Drive, Frequency, Shape, Signal};
+use stickslip::signal::{Drive, Frequency, HarmonicShape, Signal};
 
 /// Entries of a state: twists and speeds of the rotor, the same of the stator, axial displacement and velocity.
 const MOST: usize = 14;
@@ -116,8 +116,8 @@ fn signal(drive: &Drive, t: f64) -> (f64, f64) {
             let size = if acts { wave.amplitude } else { 0.0 };
             let (sine, cosine) = (omega * t + wave.phase).sin_cos();
             match wave.shape {
-                Shape::Sine => (wave.mean + size * sine, size * omega * cosine),
-                Shape::Cosine => (wave.mean + size * cosine, -size * omega * sine),
+                HarmonicShape::Sine => (wave.mean + size * sine, size * omega * cosine),
+                HarmonicShape::Cosine => (wave.mean + size * cosine, -size * omega * sine),
             }
         }
         Drive::Sum(terms) => terms.iter().fold((0.0, 0.0), |sum, term| {

@@ -3,7 +3,7 @@
 use std::ops::ControlFlow;
 use stickslip::case::{Case, CaseSource, Override};
 use stickslip::model::nearest_double;
-use stickslip::oracle::{self, Number, OracleOptions, rational};
+use stickslip::oracle::{self, ExactDouble, OracleOptions, rational};
 
 /// Numbers in [0, 1) that are the same in every run (splitmix64).
 pub struct Random(pub u64);
@@ -125,7 +125,7 @@ pub fn exact_events(
 }
 
 /// `own` - `exact`, without the rounding of `exact` to double.
-pub fn difference(own: f64, exact: &Number) -> f64 {
-    let own = Number::from_f64(own, 64).to_rational().unwrap();
+pub fn difference(own: f64, exact: &ExactDouble) -> f64 {
+    let own = ExactDouble::from_f64(own, 64).to_rational().unwrap();
     nearest_double(&(own - exact.to_rational().unwrap()))
 }

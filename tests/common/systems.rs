@@ -2,7 +2,7 @@
 
 use stickslip::friction::{Exponential, Friction, Hyperbolic};
 use stickslip::model::system::{ContactLaw, End, Initial, Pressing, System, Train};
-use stickslip::model::{Axial, BreakawayTest, Contact, Initial as BrakeInitial, Parameters, Torsion};
+use stickslip::model::{Axial, BreakawayTest, Contact, DiskInitial as BrakeInitial, Parameters, Torsion};
 use stickslip::signal::{Drive, Ramp, Signal};
 
 /// The paper's brake in SI units (number 0), and others around it.

@@ -12,7 +12,7 @@ use stickslip::case::{Case, CaseSource, Override};
 use stickslip::model::nearest_double;
 use stickslip::model::system::ExactSystem;
 use stickslip::model::{Mode, Parameters};
-use stickslip::oracle::{self, Number, OracleOptions, OracleReport, OracleState};
+use stickslip::oracle::{self, ExactDouble, OracleOptions, OracleReport, OracleState};
 use stickslip::record::{Channels, Event, EventKind, Sample, State};
 use stickslip::signal::{Ramp, Signal};
 
@@ -20,7 +20,7 @@ use stickslip::signal::{Ramp, Signal};
 const ROWS: usize = 12;
 
 fn exact(x: f64) -> BigRational {
-    Number::from_f64(x, 64).to_rational().expect("finite")
+    ExactDouble::from_f64(x, 64).to_rational().expect("finite")
 }
 
 fn solve(exact: &ExactSystem, end: f64, sample_times: Vec<BigRational>) -> OracleReport {
@@ -35,7 +35,7 @@ fn solve(exact: &ExactSystem, end: f64, sample_times: Vec<BigRational>) -> Oracl
 
 /// The states of the program's columns from those of the oracle.
 fn states(s: &OracleState) -> Vec<(&'static str, BigRational)> {
-    let r = |x: &Number| x.to_rational().expect("finite");
+    let r = |x: &ExactDouble| x.to_rational().expect("finite");
     let components = s.components();
     let of = |name: &str| r(components.iter().find(|(other, _)| *other == name).expect(name).1);
     let (theta, theta_dot, u, v) = (of("theta"), of("theta_dot"), of("rotor_twist"), of("stator_twist"));

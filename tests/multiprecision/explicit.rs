@@ -4,7 +4,7 @@ use crate::common::cases::{self, built_in, by, parsed, recorded};
 use crate::common::random_brakes::difference;
 use crate::common::{event_sequence, largest_event_error, output, run, solver, truth};
 use std::ops::ControlFlow;
-use stickslip::analysis::work_precision::{self, Errors, Study, StudySource};
+use stickslip::analysis::work_precision::{self, MethodErrors, PrecisionStudy, StudySource};
 use stickslip::case::CaseSource;
 use stickslip::simulation::{Method, SolverOptions};
 
@@ -71,14 +71,14 @@ fn multiprecision_a_smaller_tolerance_is_more_accurate() {
     assert!(tight < 0.1 * loose, "{loose:e} and {tight:e}");
 }
 
-fn study(text: &str) -> Study {
+fn study(text: &str) -> PrecisionStudy {
     let folder = std::path::Path::new(env!("CARGO_MANIFEST_DIR"));
     let path = Some(folder.join("study.toml"));
     let source = StudySource {
         path,
         ..StudySource::text("study", text)
     };
-    Study::parse(source).unwrap()
+    PrecisionStudy::parse(source).unwrap()
 }
 
 const SERIES: &str =
@@ -98,7 +98,7 @@ fn multiprecision_a_study_measures_the_errors() {
     };
     let by_truth = measure("[reference]\ntruth = \"data/truth/si-kick.json\"\n");
     let by_runs = measure("");
-    let Errors { onset, largest, .. } = by_runs.uncertainty;
+    let MethodErrors { onset, largest, .. } = by_runs.uncertainty;
     let (onset, largest) = (onset.unwrap(), largest.unwrap());
     assert!(
         onset > 0.0 && onset <= largest && largest < 1e-11,

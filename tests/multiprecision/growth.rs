@@ -3,7 +3,7 @@
 use crate::common::{output, run, solver, truth};
 use stickslip::analysis::{Growth, Summary};
 use stickslip::model::system::System;
-use stickslip::model::{Kick, KickTime};
+use stickslip::model::{DiskKick, KickTime};
 use stickslip::record::EventKind;
 use stickslip::simulation::natural_period;
 use stickslip::simulation::{Method, SolverOptions};
@@ -34,7 +34,7 @@ fn property_noise_is_called_noise() {
     assert!(summary.noise_determined);
     // The exact run has one stick; this one has what its rounding makes.
     assert!(summary.sticks > 1);
-    parameters.perturbations = vec![Kick {
+    parameters.perturbations = vec![DiskKick {
         time: KickTime::Instability,
         relative_velocity: 1e-4,
     }];
@@ -47,7 +47,7 @@ fn property_noise_is_called_noise() {
 #[test]
 fn property_a_large_early_kick_leaves_the_onset_to_noise() {
     let mut parameters = truth("si-unperturbed").parameters;
-    parameters.perturbations = vec![Kick {
+    parameters.perturbations = vec![DiskKick {
         time: KickTime::At(0.5),
         relative_velocity: -500.0,
     }];

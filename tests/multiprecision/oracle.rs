@@ -8,7 +8,7 @@ use std::time::Duration;
 use stickslip::case::{Case, CaseSource, Override};
 use stickslip::model::nearest_double;
 use stickslip::model::system::Pressing;
-use stickslip::oracle::{self, Number, OracleOptions, OracleReport, OracleRequest, rational};
+use stickslip::oracle::{self, ExactDouble, OracleOptions, OracleReport, OracleRequest, rational};
 use stickslip::record::EventKind;
 
 /// The truth of a case, and the oracle's run of the built-in case it belongs to.
@@ -32,7 +32,7 @@ fn decimal(text: &serde_json::Value) -> BigRational {
 }
 
 /// How many digits of `value` agree with `expected`, where `scale` is what the quantity is worth.
-fn digits(value: &Number, expected: &BigRational, scale: &BigRational) -> f64 {
+fn digits(value: &ExactDouble, expected: &BigRational, scale: &BigRational) -> f64 {
     let error = (value.to_rational().expect("finite") - expected).abs();
     if error.is_zero() {
         f64::INFINITY
@@ -319,7 +319,7 @@ fn multiprecision_a_slip_that_rushes_through_the_friction_law_is_that_of_series(
         // A reversal and more: else there is nothing to agree on.
         assert!(recorder.events.len() > 3, "decay {decay}: {}", recorder.events.len());
         for (own, exact) in recorder.events.iter().zip(&report.events) {
-            let off = Number::from_f64(own.time, 64).minus(&exact.time).abs();
+            let off = ExactDouble::from_f64(own.time, 64).minus(&exact.time).abs();
             assert!(
                 off < 1e-12,
                 "decay {decay}: {:?} at {} off by {off:e}",

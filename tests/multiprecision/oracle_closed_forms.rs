@@ -11,11 +11,11 @@ use stickslip::model::system::{
     Bristles, ContactLaw, End, ExactSystem, Initial, Kick, KickSide, Pressing, Regularisation, Smoothing, Torque, Train,
 };
 use stickslip::model::{BreakawayTest, ExactLaw, KickTime, Mode, nearest_double};
-use stickslip::oracle::{self, Number, OracleOptions, OracleReport, OracleRequest, OracleState, rational};
+use stickslip::oracle::{self, ExactDouble, OracleOptions, OracleReport, OracleRequest, OracleState, rational};
 use stickslip::record::EventKind::{
     self, Contact, Corner, Destabilised, Restabilised, Reversal, Separation, Slip, Stick,
 };
-use stickslip::signal::{Drive, Frequency, Ramp, Shape, Signal, Table, Wave};
+use stickslip::signal::{Drive, Frequency, HarmonicShape, Ramp, Signal, Table, Wave};
 
 type Real = BigRational;
 
@@ -34,7 +34,7 @@ fn value(text: &str) -> Drive<Real> {
 /// amplitude cos(omega t).
 fn cosine(amplitude: &str, frequency: Frequency<Real>) -> Wave<Real> {
     Wave {
-        shape: Shape::Cosine,
+        shape: HarmonicShape::Cosine,
         mean: Real::zero(),
         amplitude: r(amplitude),
         frequency,
@@ -174,13 +174,13 @@ fn kinds(report: &OracleReport) -> Vec<EventKind> {
     report.events.iter().map(|event| event.kind).collect()
 }
 
-fn exact(number: &Number) -> Real {
+fn exact(number: &ExactDouble) -> Real {
     number.to_rational().expect("finite")
 }
 
 /// Events by kind and time, and a number of the state in each.
 #[track_caller]
-fn follows(report: &OracleReport, expected: &[(EventKind, &str, &str)], of: impl Fn(&OracleState) -> &Number) {
+fn follows(report: &OracleReport, expected: &[(EventKind, &str, &str)], of: impl Fn(&OracleState) -> &ExactDouble) {
     assert_eq!(kinds(report), expected.iter().map(|row| row.0).collect::<Vec<_>>());
     for (event, (_, time, value)) in report.events.iter().zip(expected) {
         near(&event.time, time, 1e-36);
@@ -189,18 +189,18 @@ fn follows(report: &OracleReport, expected: &[(EventKind, &str, &str)], of: impl
 }
 
 #[track_caller]
-fn near(found: &Number, expected: &str, tolerance: f64) {
+fn near(found: &ExactDouble, expected: &str, tolerance: f64) {
     near_exact(found, &r(expected), tolerance);
 }
 
 #[track_caller]
-fn near_exact(found: &Number, expected: &Real, tolerance: f64) {
+fn near_exact(found: &ExactDouble, expected: &Real, tolerance: f64) {
     let error = nearest_double(&(exact(found) - expected)).abs();
     assert!(error <= tolerance, "{} is off by {error:.1e}", found.to_decimal(25));
 }
 
 #[track_caller]
-fn near_double(found: &Number, expected: f64, tolerance: f64) {
+fn near_double(found: &ExactDouble, expected: f64, tolerance: f64) {
     let error = (found.to_f64() - expected).abs();
     assert!(error <= tolerance, "{} instead of {expected}", found.to_decimal(20));
 }
@@ -359,7 +359,7 @@ fn analytic_belts_with_coulomb_friction_of_any_size() {
         let (slip, stick) = ((PI + 2.0 * (v * k / (w * drop)).atan()) / w, 2.0 * drop / (k * v));
         let end = format!("{:.6e}", nearest_double(&r(s)) / (k * v) + 3.5 * (slip + stick));
         let report = run(&belt, 40, &end);
-        let times: Vec<&Number> = report.events.iter().map(|event| &event.time).collect();
+        let times: Vec<&ExactDouble> = report.events.iter().map(|event| &event.time).collect();
         assert!(times.len() >= 7);
         for (index, pair) in times.windows(2).enumerate() {
             let expected = if index % 2 == 0 { slip } else { stick };
@@ -435,7 +435,7 @@ fn property_a_clutch_with_a_shaft_keeps_its_momentum() {
 #[test]
 fn analytic_speeds_under_signals() {
     let wave = Wave {
-        shape: Shape::Sine,
+        shape: HarmonicShape::Sine,
         mean: r("0.5"),
         amplitude: r("3"),
         frequency: Frequency::Cycles(r("0.7")),
@@ -618,7 +618,7 @@ fn analytic_contact_and_separation_under_a_given_force() {
     }
     // sin(2 pi t) - 0.5: above zero from 1/12 to 5/12 s.
     let wave = Wave {
-        shape: Shape::Sine,
+        shape: HarmonicShape::Sine,
         mean: r("-0.5"),
         ..cosine("1", Frequency::Cycles(r("1")))
     };
@@ -801,7 +801,7 @@ impl Plain<'_> {
                     Frequency::Cycles(frequency) => TAU * nearest_double(frequency),
                 };
                 let angle = omega * t + nearest_double(&wave.phase);
-                let shape = if wave.shape == Shape::Sine {
+                let shape = if wave.shape == HarmonicShape::Sine {
                     angle.sin()
                 } else {
                     angle.cos()
@@ -951,13 +951,13 @@ fn property_engaged_contacts_by_runge_and_kutta() {
             let mut rotor = train(&["0.5", "2", "1"], &["300", "40"], &["0.1", "0.5"], End::Free);
             rotor.viscous = list(&["0.01", "0", "0.3"]);
             rotor.torque = Some(Torque {
-                signal: wave("2", "8", "0.4", Shape::Cosine),
+                signal: wave("2", "8", "0.4", HarmonicShape::Cosine),
                 on: 1,
             });
-            let drive = wave("0.1", "0.3", "0.7", Shape::Sine);
+            let drive = wave("0.1", "0.3", "0.7", HarmonicShape::Sine);
             let mut stator = train(&["0.4", "1"], &["200", "90"], &["0.05", "0.1"], End::Driven(drive));
             stator.viscous = list(&["0.02", "0.2"]);
-            let force = wave("30", "10", "1.1", Shape::Cosine);
+            let force = wave("30", "10", "1.1", HarmonicShape::Cosine);
             let mut problem = problem(rotor, stator, force, "0.6", law.clone());
             problem.radius = r("0.3");
             problem.contact = contact;
@@ -1173,9 +1173,9 @@ fn random_trains(index: u64) -> ExactSystem {
     let signal = |within: &mut dyn FnMut(f64, f64) -> f64, mean: f64, size: f64| {
         let wave = |within: &mut dyn FnMut(f64, f64) -> f64| Wave {
             shape: if within(0.0, 1.0) < 0.5 {
-                Shape::Sine
+                HarmonicShape::Sine
             } else {
-                Shape::Cosine
+                HarmonicShape::Cosine
             },
             mean: number(mean),
             amplitude: number(size * within(0.2, 1.0)),

@@ -79,7 +79,7 @@ mod number {
     use num_bigint::BigInt;
     use num_rational::BigRational;
     use stickslip::model::nearest_double;
-    use stickslip::oracle::{Number, rational};
+    use stickslip::oracle::{ExactDouble, rational};
 
     #[test]
     fn property_decimals_pass_through_unharmed() {
@@ -91,7 +91,7 @@ mod number {
             "0.0375",
         ] {
             let exact = rational(text).expect("a decimal");
-            let back = Number::from_rational(&exact, 192).to_decimal(30);
+            let back = ExactDouble::from_rational(&exact, 192).to_decimal(30);
             assert_eq!(rational(&back), Some(exact), "{text} became {back}");
         }
     }
@@ -99,14 +99,14 @@ mod number {
     #[test]
     fn property_doubles_pass_through_unharmed() {
         for value in [1.0, -0.1, 1e-300, 6.02e23, 123_456.789] {
-            assert_eq!(Number::from_f64(value, 128).to_f64(), value);
+            assert_eq!(ExactDouble::from_f64(value, 128).to_f64(), value);
         }
     }
 
     #[test]
     fn analytic_a_rational_is_rounded_to_the_precision() {
         let third = BigRational::new(BigInt::from(1), BigInt::from(3));
-        let number = Number::from_rational(&third, 128).to_rational().expect("finite");
+        let number = ExactDouble::from_rational(&third, 128).to_rational().expect("finite");
         let error = nearest_double(&((number - &third) / third));
         // One unit in the last of 128 bits.
         assert!(error.abs() < 2f64.powi(-127), "{error:e}");
@@ -119,11 +119,11 @@ mod float {
     use num_traits::{One, Signed};
     use proptest::prelude::*;
     use stickslip::model::nearest_double;
-    use stickslip::oracle::Number;
+    use stickslip::oracle::ExactDouble;
     use stickslip::oracle::float::Float;
 
     fn exact<const N: usize>(float: &Float<N>) -> BigRational {
-        Number::from(float).to_rational().expect("finite")
+        ExactDouble::from(float).to_rational().expect("finite")
     }
 
     /// Exact arithmetic on the same numbers; what is cut off is less than two units in the last place of `scale`.
@@ -309,11 +309,11 @@ mod elementary {
 
 mod margin {
     use num_rational::BigRational;
-    use stickslip::oracle::margin::{Surface, of_both};
+    use stickslip::oracle::margin::{ExactSurface, of_both};
 
-    fn surface([inertia, damping, stiffness]: [i64; 3]) -> Surface {
+    fn surface([inertia, damping, stiffness]: [i64; 3]) -> ExactSurface {
         let [inertia, damping, stiffness] = [inertia, damping, stiffness].map(|n| BigRational::from_integer(n.into()));
-        Surface {
+        ExactSurface {
             inertia,
             damping,
             stiffness,

@@ -10,7 +10,7 @@ use stickslip::case::{Case, CaseSource, Override};
 use stickslip::model::equations::SystemEquations;
 use stickslip::model::nearest_double;
 use stickslip::model::slow_manifold::{Slip, on_slow_manifold};
-use stickslip::oracle::{self, Number, OracleOptions, rational};
+use stickslip::oracle::{self, ExactDouble, OracleOptions, rational};
 use stickslip::record::EventKind;
 
 fn overrides(texts: &[&str]) -> Vec<Override> {
@@ -22,7 +22,7 @@ fn source() -> CaseSource {
 }
 
 /// Certifies a case and holds every event against the exact one of its kind: (uncertainty, error) of each.
-fn check(name: &str, changes: &[Override], exact: &[(EventKind, Number)]) -> Vec<(f64, f64)> {
+fn check(name: &str, changes: &[Override], exact: &[(EventKind, ExactDouble)]) -> Vec<(f64, f64)> {
     let case = Case::read(&source(), changes).unwrap();
     let recorder = recorded(&case);
     let certificate = certify(&case, &recorder, &|| false).unwrap();
@@ -51,8 +51,8 @@ fn check(name: &str, changes: &[Override], exact: &[(EventKind, Number)]) -> Vec
         .collect()
 }
 
-fn written(events: &[(EventKind, &str)]) -> Vec<(EventKind, Number)> {
-    let number = |text: &str| Number::from_rational(&rational(text).unwrap(), 128);
+fn written(events: &[(EventKind, &str)]) -> Vec<(EventKind, ExactDouble)> {
+    let number = |text: &str| ExactDouble::from_rational(&rational(text).unwrap(), 128);
     events.iter().map(|(kind, time)| (*kind, number(time))).collect()
 }
 
@@ -161,7 +161,7 @@ fn multiprecision_certified_kicks_at_the_instability() {
             "output.around=none",
         ]));
         let end = Case::read(&source(), &changes).unwrap().output.end_time;
-        let exact: Vec<(EventKind, Number)> = exact_events(&source(), &changes, end, 33)
+        let exact: Vec<(EventKind, ExactDouble)> = exact_events(&source(), &changes, end, 33)
             .into_iter()
             .map(|event| (event.kind, event.time))
             .collect();
@@ -240,7 +240,7 @@ fn multiprecision_slow_manifold_knows_its_error() {
             let (mut error, mut stated) = (0.0_f64, 0.0_f64);
             for k in [rotor, rotor + 1, stator, stator + 1] {
                 let weight = if k == rotor || k == stator { frequency } else { 1.0 };
-                let own = Number::from_f64(slow.state[k], 128);
+                let own = ExactDouble::from_f64(slow.state[k], 128);
                 let off = nearest_double(&(own.to_rational().unwrap() - truth(k)));
                 error = error.max(weight * off.abs());
                 stated = stated.max(weight * slow.error[k]);

@@ -6,7 +6,7 @@ use std::f64::consts::PI;
 use std::time::{Duration, Instant};
 use stickslip::analysis::certificate::Verdict;
 use stickslip::analysis::linearised::linearise;
-use stickslip::analysis::sensitivity::{Affected, CaseSensitivities, Outcome, sensitivities};
+use stickslip::analysis::sensitivity::{Affected, CaseSensitivities, RerunOutcome, sensitivities};
 use stickslip::analysis::{Certify, Deadline, Written};
 use stickslip::case::{Case, CaseSource, Override, WrittenCase};
 use stickslip::model::Mode;
@@ -95,7 +95,7 @@ fn analytic_the_period_of_the_coulomb_belt_and_its_events() {
     let speed = &result.rows[column(&found, "rotor.speed")];
     assert!((speed.parameter.half_last_digit.unwrap() - 0.05).abs() < 1e-15);
     let reruns = speed.reruns.as_ref().unwrap();
-    assert_eq!(reruns[0].outcome, Outcome::SameEvents);
+    assert_eq!(reruns[0].outcome, RerunOutcome::SameEvents);
     let exact = period([1.0, 100.0, 10.0, 0.05, 0.4, 0.3]) - period(numbers);
     assert!((reruns[0].shift.unwrap() - exact).abs() < 1e-12, "{:?}", reruns[0]);
     assert_eq!(speed.nonlinear(), Some(true));

@@ -6,7 +6,8 @@ use std::panic::{AssertUnwindSafe, catch_unwind};
 
 use nalgebra::DMatrixViewMut;
 use stickslip::sundials::{
-    Callback, CvodeOptions, Direction, ErkTable, Method, OdeSystem, Solver, SolverError, Task, Tolerances,
+    AdvanceTarget, Callback, CvodeOptions, Direction, ErkTable, OdeSystem, Solver, SolverError, SolverMethod,
+    Tolerances,
 };
 
 const BAD: [f64; 3] = [f64::INFINITY, f64::NEG_INFINITY, f64::NAN];
@@ -66,7 +67,9 @@ fn solver(system: Constants, options: CvodeOptions) -> Solver<Constants> {
 
 /// The place that the error names, row and column.
 fn named(solver: &mut Solver<Constants>, callback: Callback, value: f64) -> (usize, usize) {
-    let error = solver.advance(1.0, Task::Normal).expect_err("the value is refused");
+    let error = solver
+        .advance(1.0, AdvanceTarget::Normal)
+        .expect_err("the value is refused");
     let cause = error.cause().expect("the value is named");
     assert_eq!((cause.callback, cause.value.to_bits()), (callback, value.to_bits()));
     (cause.component, cause.column)
@@ -119,7 +122,7 @@ fn property_finite_values_are_taken_even_if_their_sum_overflows() {
             ..Constants::default()
         };
         let step = 2f64.powi(-1003);
-        let options = Method::Erk {
+        let options = SolverMethod::Erk {
             table: ErkTable::HeunEuler2s12,
             fixed_step: Some(step),
         };
@@ -127,7 +130,7 @@ fn property_finite_values_are_taken_even_if_their_sum_overflows() {
         let mut solver = Solver::new(system, options, 0.0, &[0.0; 2], &tolerances).unwrap();
         solver.set_crossings(&vec![Direction::Either; count]).unwrap();
         for k in 1..=4 {
-            solver.advance(1.0, Task::OneStep).unwrap();
+            solver.advance(1.0, AdvanceTarget::OneStep).unwrap();
             let k = f64::from(k);
             assert_eq!((solver.time(), solver.state()), (k * step, &[k * 2f64.powi(20); 2][..]));
         }
@@ -143,7 +146,7 @@ fn property_crossing_functions_arrive_zeroed() {
             ..Constants::default()
         };
         let mut solver = solver(system, CvodeOptions::ADAMS);
-        solver.advance(1.0, Task::Normal).unwrap();
+        solver.advance(1.0, AdvanceTarget::Normal).unwrap();
         let found = &solver.system().found;
         assert!(found.len() > 2 * count && found.iter().all(|&value| value == 0.0));
     }
@@ -161,19 +164,20 @@ fn property_a_dimension_that_changes_is_a_panic() {
     for other in [0, 2, 4, usize::MAX] {
         for options in [CvodeOptions::ADAMS, CvodeOptions::BDF] {
             let mut solver = solver(constants(), options);
-            solver.advance(1.0, Task::OneStep).unwrap();
+            solver.advance(1.0, AdvanceTarget::OneStep).unwrap();
             solver.system_mut().dimension.set(other);
-            let panic = catch_unwind(AssertUnwindSafe(|| solver.advance(1.0, Task::Normal))).expect_err("a panic");
+            let panic =
+                catch_unwind(AssertUnwindSafe(|| solver.advance(1.0, AdvanceTarget::Normal))).expect_err("a panic");
             let text = panic.downcast_ref::<String>().expect("a text");
             assert!(text.contains(&format!("dimension returned {other}, but 3")), "{text}");
 
             solver.system_mut().dimension.set(3);
             assert!(matches!(
-                solver.advance(1.0, Task::Normal),
+                solver.advance(1.0, AdvanceTarget::Normal),
                 Err(SolverError::NotRestarted { .. })
             ));
             solver.restart(0.0, &[0.0; 3]).unwrap();
-            solver.advance(1.0, Task::Normal).unwrap();
+            solver.advance(1.0, AdvanceTarget::Normal).unwrap();
             assert!(solver.state().iter().all(|y| (y - 1.0).abs() < 1e-6));
         }
     }

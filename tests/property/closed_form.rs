@@ -3,11 +3,11 @@
 use proptest::prelude::*;
 use std::sync::Arc;
 use stickslip::friction::{Exponential, FrictionLaw};
-use stickslip::hybrid::{Advance, ChosenSolver, ClosedForm, ClosedFormEngine, Engine, Segment, SolverKind};
+use stickslip::hybrid::{Advance, ChosenSolver, ClosedFormEngine, Engine, EngineSegment, SolverKind, WithClosedForms};
 use stickslip::model::equations::{ANGLE, DAMPING_LOSS, FRICTION_LOSS, WORK};
 use stickslip::model::system::{ContactLaw, End, Initial, Pressing, System, Torque, Train};
 use stickslip::model::{BreakawayTest, Mode};
-use stickslip::signal::{Drive, Frequency, Shape, Wave};
+use stickslip::signal::{Drive, Frequency, HarmonicShape, Wave};
 use stickslip::simulation::series::TaylorEngine;
 use stickslip::simulation::{SystemDynamics, SystemLocation};
 use stickslip::sundials::Tolerances;
@@ -116,7 +116,7 @@ fn run(
         max_step: None,
         fixed_step: None,
     };
-    let segment = Segment {
+    let segment = EngineSegment {
         location: SystemLocation::new(mode, 0),
         start: 0.0,
         stop: span,
@@ -232,7 +232,7 @@ proptest! {
         system.breakaway_test = test;
         let force = share * torque.abs().max(1.0) / system.breakaway;
         system.pressing = Pressing::Force(Drive::Wave(Wave {
-            shape: Shape::Cosine,
+            shape: HarmonicShape::Cosine,
             mean: force,
             amplitude: ripple * force,
             frequency: Frequency::Angular(0.3 / probe.unit(0)),
@@ -298,7 +298,7 @@ fn analytic_a_stick_that_never_ends_is_one_step() {
         }),
     };
     let force = Drive::Wave(Wave {
-        shape: Shape::Sine,
+        shape: HarmonicShape::Sine,
         mean: 20.0,
         amplitude: 10.0,
         frequency: Frequency::Angular(3.0),

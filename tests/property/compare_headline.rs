@@ -11,7 +11,7 @@ use stickslip::SavedRun;
 use stickslip::case::Case;
 use stickslip::compare::{Cause, Comparison, Mapping, Reference};
 use stickslip::results::{Overwrite, ResultFile};
-use stickslip::simulation::{OutputOptions, Problem, SolverOptions, simulate};
+use stickslip::simulation::{OutputOptions, Simulation, SolverOptions, simulate};
 
 /// A reference in a folder of its own.
 struct Made {
@@ -147,7 +147,7 @@ const OF_WIPER: [&str; 4] = ["stator_twist_0", "stator_twist_1", "stator_speed_0
 fn property_no_run_ends_before_it_begins() {
     let case = written(BOX, &[]);
     let output = OutputOptions::at_the_ends(-16.0);
-    let problem = Problem {
+    let problem = Simulation {
         system: &case.system,
         threshold: case.threshold,
         further: false,

@@ -5,11 +5,11 @@ use proptest::prelude::*;
 use stickslip::case::builtin::TRAINS;
 use stickslip::plot::branches::Branches;
 use stickslip::plot::catalogue::{self, ENTRIES, ExponentialFit};
-use stickslip::plot::decimate::{MinMax, Portrait};
+use stickslip::plot::decimate::{DecimatedPortrait, MinMax};
 use stickslip::plot::entry::Subject;
 use stickslip::plot::figure::{Cell, ColorKey, Map};
 use stickslip::plot::studies::{self, Choice};
-use stickslip::plot::{self, Axis, Curve, Drawing, Figure, Form, Panel, Run};
+use stickslip::plot::{self, Axis, Curve, Drawing, DrawnRun, ElementForm, Figure, Panel};
 use tiny_skia::Rect;
 
 fn curves() -> impl Strategy<Value = Vec<(f64, f64)>> {
@@ -61,7 +61,7 @@ proptest! {
     /// Every point of a portrait has a drawn point within a cell, a 900th of each range.
     #[test]
     fn property_portrait_is_drawn_within_a_cell(points in prop::collection::vec((-2.0..3.0f64, 1e-6..2e-6f64), 1..300)) {
-        let mut portrait = Portrait::new((-2.0, 3.0), (1e-6, 2e-6));
+        let mut portrait = DecimatedPortrait::new((-2.0, 3.0), (1e-6, 2e-6));
         // The way there and back twice: what is drawn already is not drawn again.
         for &(x, y) in points.iter().chain(points.iter().rev()).chain(&points) {
             portrait.push(x, y);
@@ -93,7 +93,7 @@ fn boxes(drawing: &Drawing) -> (Vec<(String, Rect)>, Vec<Rect>) {
         match (&element.form, place) {
             (_, None) => {}
             // The ink: the box of the letters.
-            (Form::Text(text), Some(place)) => texts.push((text.words.clone(), place)),
+            (ElementForm::Text(text), Some(place)) => texts.push((text.words.clone(), place)),
             (_, Some(place)) => rest.push(place),
         }
     }
@@ -140,7 +140,7 @@ fn property_no_text_covers_another_or_the_data() {
                   {from=6.992,to=7.3,interval=5e-5}]";
     folder.ok(&["run", "-q", "--set", window]);
     folder.ok("run paper-si -q");
-    let runs = [folder.path("paper.h5"), folder.path("paper-si.h5")].map(|path| Run::open(&path).unwrap());
+    let runs = [folder.path("paper.h5"), folder.path("paper-si.h5")].map(|path| DrawnRun::open(&path).unwrap());
     for runs in [&runs[..1], &runs[..]] {
         let subject = Subject::new(runs).unwrap();
         for entry in ENTRIES {
@@ -162,7 +162,7 @@ fn property_no_text_of_trains_covers_another_or_the_data() {
         let mut arguments = vec!["run", name, "-q", "--no-witness", "--force", "-o", "run.h5"];
         arguments.extend(sampling.iter().flatten().flat_map(|set| ["--set", set]));
         folder.ok(&arguments);
-        let runs = [Run::open(&folder.path("run.h5")).unwrap()];
+        let runs = [DrawnRun::open(&folder.path("run.h5")).unwrap()];
         let subject = Subject::new(&runs).unwrap();
         for entry in catalogue::of_run(&runs[0]) {
             let figure = match entry.build(&subject).unwrap() {
@@ -189,13 +189,13 @@ fn property_no_text_of_trains_covers_another_or_the_data() {
 /// Powers of ten over fifteen decades and over none, without an error to show, and with nothing at all.
 #[test]
 fn property_work_precision_figures_are_readable() {
-    use stickslip::analysis::work_precision::{Errors, Knob, Measurement, Reference, StudyResult};
+    use stickslip::analysis::work_precision::{Knob, Measurement, MethodErrors, PrecisionReference, StudyResult};
     use stickslip::simulation::Method;
     let run = |method, power: i32, error: Option<f64>| Measurement {
         method,
         knob: Knob::Tolerance(10f64.powi(power)),
         failure: None,
-        errors: Errors {
+        errors: MethodErrors {
             onset: error,
             final_stick: error,
             largest: error,
@@ -217,12 +217,12 @@ fn property_work_precision_figures_are_readable() {
         vec![],
     ] {
         let result = StudyResult {
-            reference: Reference {
+            reference: PrecisionReference {
                 description: String::new(),
                 events: Vec::new(),
                 uncertainties: Vec::new(),
             },
-            uncertainty: Errors {
+            uncertainty: MethodErrors {
                 onset: Some(1e-14),
                 final_stick: Some(1e-13),
                 largest: Some(2e-13),
@@ -360,7 +360,7 @@ fn property_figures_of_studies_are_readable() {
     folder.ok("continue branches.toml -q");
     figures.extend(Branches::read(&folder.path("branches.h5")).unwrap().all().unwrap());
     folder.ok("certify belt-coulomb -q");
-    let runs = [Run::open(&folder.path("belt-coulomb.certified.h5")).unwrap()];
+    let runs = [DrawnRun::open(&folder.path("belt-coulomb.certified.h5")).unwrap()];
     let subject = Subject::new(&runs).unwrap();
     for name in ["event-uncertainties", "error-bands"] {
         figures.push(catalogue::find(name).unwrap().build(&subject).unwrap().unwrap());

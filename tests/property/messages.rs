@@ -32,14 +32,14 @@ mod quote {
 
 mod input {
     use std::io::{BufReader, Read};
-    use stickslip_case::input::{LONGEST_LINE, Rows};
+    use stickslip_case::input::{InputRows, LONGEST_LINE};
 
     /// The reader of a table keeps no more than a row, whatever quotes are in it.
     #[test]
     fn property_a_row_has_an_end() {
         let rows = "1,2,3\n".repeat(6 * LONGEST_LINE / 10);
         let read = |text: &str| {
-            let rows = Rows::new(BufReader::new(text.as_bytes()).take(u64::MAX));
+            let rows = InputRows::new(BufReader::new(text.as_bytes()).take(u64::MAX));
             let mut table = csv::ReaderBuilder::new().from_reader(rows);
             let (mut record, mut count) = (csv::ByteRecord::new(), 0);
             loop {

@@ -6,11 +6,11 @@ use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
 use stickslip::analysis::linearised::linearise;
 use stickslip::case::WrittenCase;
-use stickslip::cycle::{Family, MultiplierKind, Orbit, Search, Stability, find};
+use stickslip::cycle::{CycleSearch, CycleStability, Family, MultiplierKind, Orbit, find};
 use stickslip::model::system::System;
 use stickslip::numerics::eigenvalues::eigenvalues;
 use stickslip::record::EventKind;
-use stickslip::simulation::{Method, MovedCases, MovedSystem, Wanted, shoot};
+use stickslip::simulation::{Method, MovedCases, MovedSystem, WantedResults, shoot};
 
 /// A derivative is right to eight digits of the largest one of its kind.
 const EIGHT_DIGITS: f64 = 1e-8;
@@ -183,7 +183,7 @@ fn apart(one: &[f64], other: &[f64]) -> f64 {
 fn orbit_of(text: &str) -> Option<(WrittenCase, Orbit)> {
     let written = WrittenCase::read(&source(text), &[]).unwrap();
     let family = Family::new(written.clone(), &[]).unwrap();
-    let orbit = find(&family, &[], &Search::default(), &|| false).ok()?;
+    let orbit = find(&family, &[], &CycleSearch::default(), &|| false).ok()?;
     Some((written, orbit))
 }
 
@@ -206,7 +206,7 @@ fn error_of_cycle(index: u64) -> Option<Result<f64, String>> {
     let (chosen, copies): (Vec<_>, Vec<_>) = picked.map(|(_, number)| number).unzip();
     let state = DVector::from_column_slice(&orbit.state);
     let shot = |system: &System, state: &DVector<f64>, derivatives: Option<&[MovedCases]>| {
-        let wanted = Wanted {
+        let wanted = WantedResults {
             derivatives,
             extrema: false,
             stop: &|| false,
@@ -391,6 +391,6 @@ fn property_multipliers_of_a_stick_that_ends_by_a_signal() {
             .find(|one| one.kind == MultiplierKind::Free)
             .unwrap();
         near(free.real, multiplier, 6e-7);
-        assert_eq!(orbit.stability, Stability::Stable);
+        assert_eq!(orbit.stability, CycleStability::Stable);
     }
 }

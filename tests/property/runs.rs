@@ -8,7 +8,7 @@ use proptest::test_runner::{Config, RngAlgorithm, TestRng, TestRunner};
 use stickslip::analysis::{Growth, Summary};
 use stickslip::friction::{Exponential, Friction};
 use stickslip::model::system::System;
-use stickslip::model::{Kick, KickTime, Mode, Parameters};
+use stickslip::model::{DiskKick, KickTime, Mode, Parameters};
 use stickslip::record::{EventKind, MemoryRecorder};
 use stickslip::signal::{Ramp, Signal, Table};
 use stickslip::simulation::{Method, RunReport, SolverOptions};
@@ -73,7 +73,7 @@ prop_compose! {
             parameters.actuation = Signal::Table(Table { time, value: forces });
         }
         let time = timed.map_or(KickTime::Instability, |part| KickTime::At(part * stop));
-        parameters.perturbations = vec![Kick { time, relative_velocity: 10f64.powf(kick) }];
+        parameters.perturbations = vec![DiskKick { time, relative_velocity: 10f64.powf(kick) }];
         Run { parameters, end }
     }
 }

@@ -4,7 +4,7 @@ use crate::common::cases::{built_in, recorded};
 use std::sync::atomic::{AtomicUsize, Ordering};
 use stickslip::analysis::linearised::linearise;
 use stickslip::analysis::sensitivity::{
-    Affected, CaseSensitivities, Outcome, Sensitivities, Sensitivity, sensitivities as of_case,
+    Affected, CaseSensitivities, RerunOutcome, Sensitivities, Sensitivity, sensitivities as of_case,
 };
 use stickslip::case::{Case, WrittenCase};
 use stickslip::model::Parameters;
@@ -95,7 +95,7 @@ fn analytic_shifts_of_the_stop_under_constant_friction() {
             let shift = rerun.shift.unwrap();
             assert_eq!(
                 (rerun.value, rerun.outcome, rerun.sticks),
-                (value, Outcome::SameEvents, Some(1))
+                (value, RerunOutcome::SameEvents, Some(1))
             );
             assert!((shift - exact).abs() < 1e-12, "{path} {value}: {shift:e} {exact:e}");
             let predicted = row.slope.unwrap() * (value - at(path));
@@ -153,14 +153,14 @@ fn property_a_tangential_take_off_is_one_sided() {
     let [below, above] = breakaway.reruns.as_ref().unwrap();
     assert_eq!(
         (below.outcome, below.shift, below.sticks),
-        (Outcome::Invalid, None, None)
+        (RerunOutcome::Invalid, None, None)
     );
     assert_eq!(below.remark, "friction.breakaway: must be at least friction.low_speed");
     assert!(above.shift.unwrap().abs() > 1e-7, "{above:?}");
     assert_eq!(breakaway.nonlinear(), Some(true));
     let [below, above] = row(&found, "friction.low_speed").reruns.as_ref().unwrap();
-    assert_ne!(below.outcome, Outcome::Invalid);
-    assert_eq!(above.outcome, Outcome::Invalid);
+    assert_ne!(below.outcome, RerunOutcome::Invalid);
+    assert_eq!(above.outcome, RerunOutcome::Invalid);
 }
 
 /// Numbers so coarse that they decide which events there are: each way in which a rerun can differ, in words.
@@ -183,14 +183,14 @@ fn property_reruns_with_other_events_say_so() {
     };
     // Hardly any force: it slides on to the end.
     let (outcome, remark) = sticks("actuation.force", 0);
-    assert_eq!(outcome, Outcome::NoFinalStick);
+    assert_eq!(outcome, RerunOutcome::NoFinalStick);
     assert!(
         remark.starts_with("no final stick: the run ends sliding, 0 sticks instead of "),
         "{remark}"
     );
     // A kick of a hundredth reaches the sliding speed later.
     let (outcome, remark) = sticks("perturbation.0.relative_velocity", 0);
-    assert_eq!(outcome, Outcome::OtherEvents);
+    assert_eq!(outcome, RerunOutcome::OtherEvents);
     assert!(remark.contains(" sticks instead of "), "{remark}");
     // Friction that hardly falls.
     let (_, remark) = sticks("friction.decay", 0);

@@ -1,7 +1,7 @@
 //! Sticks far shorter than a step: whatever the length of the steps, they are found.
 
 use crate::common::{event_sequence, output, run, truth};
-use stickslip::model::{Kick, KickTime, Parameters};
+use stickslip::model::{DiskKick, KickTime, Parameters};
 use stickslip::record::EventKind;
 use stickslip::signal::{Ramp, Signal, Table};
 use stickslip::simulation::{Method, SolverOptions};
@@ -9,7 +9,7 @@ use stickslip::simulation::{Method, SolverOptions};
 fn paper_si(relative_velocity: f64) -> Parameters {
     let mut parameters = truth("si-kick").parameters;
     let time = KickTime::Instability;
-    parameters.perturbations = vec![Kick {
+    parameters.perturbations = vec![DiskKick {
         time,
         relative_velocity,
     }];

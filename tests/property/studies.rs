@@ -42,10 +42,10 @@ mod partition {
 mod journal {
     use proptest::prelude::*;
     use stickslip::record::EventKind;
-    use stickslip::sweep::{EventRow, Outcome};
+    use stickslip::sweep::{EventRow, PointOutcome};
     use stickslip::sweep::{Existing, Journal, JournalError};
 
-    fn outcome(number: u64) -> Outcome {
+    fn outcome(number: u64) -> PointOutcome {
         let result = if number % 3 == 1 {
             Err(format!("point {number} failed: ä"))
         } else {
@@ -61,7 +61,7 @@ mod journal {
                 internal_force: 2.0,
             })
             .collect();
-        Outcome { number, result, events }
+        PointOutcome { number, result, events }
     }
 
     const DIGEST: &str = "0123456789abcdef0123456789abcdef0123456789abcdef0123456789abcdef";
@@ -171,11 +171,11 @@ mod workers {
 mod orbit {
     use stickslip::cycle::orbit::{vanishing, whole};
     use stickslip::model::Mode;
-    use stickslip::simulation::{Border, Phase};
+    use stickslip::simulation::{Border, ShotPhase};
 
     #[test]
     fn property_what_vanishes_is_measured_by_the_largest_slip_and_force() {
-        let phase = |mode, from: f64, to: f64, depth: f64| Phase { mode, from, to, depth };
+        let phase = |mode, from: f64, to: f64, depth: f64| ShotPhase { mode, from, to, depth };
         let found = vanishing(&whole(&[
             phase(Mode::SlipForward, 0.0, 1.0, 2.0),
             phase(Mode::Stick, 1.0, 2.0, 0.0),

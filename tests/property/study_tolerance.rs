@@ -3,7 +3,9 @@
 use std::collections::BTreeMap;
 use std::sync::atomic::AtomicBool;
 use stickslip::case::Override;
-use stickslip::sweep::{Outcome, STUDY_RTOL, Study, StudySource, Values, quantity_index, run_points, without_a_file};
+use stickslip::sweep::{
+    PointOutcome, QuantityValues, STUDY_RTOL, Study, StudySource, quantity_index, run_points, without_a_file,
+};
 
 fn study(text: &str) -> Study {
     study_with(text, &[])
@@ -30,11 +32,11 @@ axis = [
     ))
 }
 
-fn values(study: &Study, settings: &[&str]) -> BTreeMap<u64, Values> {
+fn values(study: &Study, settings: &[&str]) -> BTreeMap<u64, QuantityValues> {
     let study = study_with(&study.source.text, settings);
     let points = (0..study.point_count().unwrap()).filter_map(|number| study.point(number));
     let mut found = BTreeMap::new();
-    let keep = |group: Vec<Outcome>| {
+    let keep = |group: Vec<PointOutcome>| {
         found.extend(
             group
                 .into_iter()

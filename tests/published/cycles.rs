@@ -10,7 +10,9 @@ use crate::common::cases::{parsed, source};
 use std::path::PathBuf;
 use stickslip::case::{Case, CaseSource, WrittenCase};
 use stickslip::continuation::{Continuation, ContinuationStudy, EndReason, Explored, Special, Stored};
-use stickslip::cycle::{Border, CycleError, Family, From, MultiplierKind, Orbit, Search, Stability, certify, find};
+use stickslip::cycle::{
+    Border, CycleError, CycleSearch, CycleStability, Family, From, MultiplierKind, Orbit, certify, find,
+};
 use stickslip::sweep::StudySource;
 
 /// A mass on a spring and a belt or the ground, under a harmonic force.
@@ -38,12 +40,12 @@ fn family(source: &CaseSource, settings: &[&str]) -> Family {
     Family::new(WrittenCase::read(source, &parsed(settings)).unwrap(), &[]).unwrap()
 }
 
-fn cycle_of(source: &CaseSource, settings: &[&str], search: &Search) -> Orbit {
+fn cycle_of(source: &CaseSource, settings: &[&str], search: &CycleSearch) -> Orbit {
     find(&family(source, settings), &[], search, &|| false).unwrap()
 }
 
 fn found(source: &CaseSource, settings: &[&str]) -> Orbit {
-    cycle_of(source, settings, &Search::default())
+    cycle_of(source, settings, &CycleSearch::default())
 }
 
 fn built_in(name: &str) -> CaseSource {
@@ -76,7 +78,7 @@ fn analytic_leine_s_belt_has_its_period_and_a_multiplier_of_zero() {
     );
     let kinds: Vec<_> = orbit.multipliers.iter().map(|one| one.kind).collect();
     assert_eq!(kinds, [MultiplierKind::Along, MultiplierKind::Stick]);
-    assert_eq!(orbit.stability, Stability::Stable);
+    assert_eq!(orbit.stability, CycleStability::Stable);
     near(orbit.stick_durations.unwrap().0, 7.7050317693504237635, 1e-13);
 }
 
@@ -86,7 +88,7 @@ fn property_bristles_do_not_hide_the_return() {
     let orbit = found(&built_in("lugre-slider"), &[]);
     // As many digits as the report of a run has.
     near(orbit.period, 6.362719821066, 1e-12);
-    assert_eq!(orbit.stability, Stability::Stable);
+    assert_eq!(orbit.stability, CycleStability::Stable);
 }
 
 #[test]
@@ -218,7 +220,7 @@ fn multiprecision_multipliers_are_those_of_differences_of_the_oracle() {
         let report = run(&system, &options, &mut |_| std::ops::ControlFlow::Continue(())).unwrap();
         let state = &report.samples[0].1;
         // Differences are taken in doubles of the distance from the exact start.
-        let from = |number: &stickslip::oracle::Number, value: f64| {
+        let from = |number: &stickslip::oracle::ExactDouble, value: f64| {
             let own = number.to_rational().unwrap() - BigRational::from_float(value).unwrap();
             let scaled = own / &h;
             stickslip::oracle::decimal(&scaled, 20).parse::<f64>().unwrap()
@@ -249,7 +251,7 @@ fn multiprecision_cycles_are_certified_by_the_oracle() {
     ] {
         let source = built_in(name);
         let family = family(&source, settings);
-        let orbit = find(&family, &[], &Search::default(), &|| false).unwrap();
+        let orbit = find(&family, &[], &CycleSearch::default(), &|| false).unwrap();
         let exact = Case::exact(&source, &parsed(settings)).unwrap();
         let mut go_on = |_, _| std::ops::ControlFlow::Continue(());
         let certificate = certify(&family, &orbit, &exact, digits, orbit.periods_before(), &mut go_on).unwrap();
@@ -280,17 +282,19 @@ fn multiprecision_cycles_are_certified_by_the_oracle() {
 fn property_a_case_without_a_cycle_says_why() {
     let stops = Family::new(WrittenCase::read(&built_in("paper"), &[]).unwrap(), &[]);
     assert!(matches!(stops, Err(CycleError::NotPeriodic(_))));
-    let sticks = find(&family(&built_in("clutch"), &[]), &[], &Search::default(), &|| false);
+    let sticks = find(&family(&built_in("clutch"), &[]), &[], &CycleSearch::default(), &|| {
+        false
+    });
     assert!(matches!(sticks, Err(CycleError::Sticks { .. })));
     let steady = family(
         &built_in("belt-exponential"),
         &["rotor.speed=1.0", "output.end_time=100"],
     );
-    let steady = find(&steady, &[], &Search::default(), &|| false);
+    let steady = find(&steady, &[], &CycleSearch::default(), &|| false);
     assert!(steady.is_err(), "{steady:?}");
-    let initial = Search {
+    let initial = CycleSearch {
         from: From::Initial,
-        ..Search::default()
+        ..CycleSearch::default()
     };
     let stopped = find(&family(&built_in("belt-leine"), &[]), &[], &initial, &|| true);
     assert!(matches!(stopped, Err(CycleError::Interrupted)));
@@ -298,7 +302,7 @@ fn property_a_case_without_a_cycle_says_why() {
     let sliding = find(
         &family(&built_in("belt-exponential"), &["rotor.speed=0.8"]),
         &[],
-        &Search::default(),
+        &CycleSearch::default(),
         &|| false,
     );
     assert!(matches!(sliding, Err(CycleError::Decays { .. })), "{sliding:?}");
@@ -370,7 +374,7 @@ fn analytic_exponential_belt_from_its_hopf_point_to_the_graze() {
     assert!(slips.iter().any(|point| point.value > 0.46 && point.value < 0.73));
     for point in &slips {
         assert!(point.value > 0.4605 && point.value < 0.73465);
-        assert_eq!(point.stability, Stability::Unstable);
+        assert_eq!(point.stability, CycleStability::Unstable);
     }
 }
 
@@ -409,15 +413,15 @@ fn multiprecision_unstable_cycles_of_the_exponential_belt() {
             "initial.stator_speed=0.0".to_owned(),
         ];
         let settings: Vec<&str> = settings.iter().map(String::as_str).collect();
-        let search = Search {
+        let search = CycleSearch {
             from: From::Initial,
-            ..Search::default()
+            ..CycleSearch::default()
         };
         let orbit = cycle_of(&built_in("belt-exponential"), &settings, &search);
         near(orbit.period, period, 1e-13);
         near(orbit.amplitude(), amplitude, 1e-12);
         near(free(&orbit)[0].0, multiplier, 1e-9);
-        assert_eq!(orbit.stability, Stability::Unstable);
+        assert_eq!(orbit.stability, CycleStability::Unstable);
     }
 }
 
@@ -672,7 +676,7 @@ fn property_a_number_that_parts_the_drives_is_refused() {
         let written = WrittenCase::read(&source(&torque(first)), &[]).unwrap();
         let value = written.case().number(&key).unwrap();
         let family = Family::new(written, &[vec![key.clone()]]).unwrap();
-        let found = find(&family, &[value * 1.001 + 1e-3], &Search::default(), &|| false);
+        let found = find(&family, &[value * 1.001 + 1e-3], &CycleSearch::default(), &|| false);
         let text = found.unwrap_err().to_string();
         assert!(text.contains("another common period") && text.contains(&key), "{text}");
     }
@@ -688,7 +692,7 @@ fn property_stable_points_of_a_branch_are_where_long_runs_end() {
     );
     let points = explored.branches.iter().flat_map(|branch| &branch.points);
     let stable: Vec<_> = points
-        .filter(|point| point.stability == Stability::Stable && point.special.is_none())
+        .filter(|point| point.stability == CycleStability::Stable && point.special.is_none())
         .collect();
     assert!(stable.len() > 10);
     for point in stable.iter().step_by(7) {

@@ -10,7 +10,7 @@ use stickslip::plot::entry::Subject;
 use stickslip::plot::figure::CurveStyle;
 use stickslip::plot::portraits::turn_amplitudes;
 use stickslip::plot::spiral::Turns;
-use stickslip::plot::{Curve, Figure, Run, own};
+use stickslip::plot::{Curve, DrawnRun, Figure, own};
 use stickslip::signal::{Ramp, Signal};
 
 /// The paper's run, whose samples are close at the plateau, the stick-slip and the last stick.
@@ -26,7 +26,7 @@ fn file() -> &'static std::path::Path {
 }
 
 fn figure(name: &str) -> Figure {
-    let runs = [Run::open(file()).unwrap()];
+    let runs = [DrawnRun::open(file()).unwrap()];
     let subject = Subject::new(&runs).unwrap();
     find(name).unwrap().build(&subject).unwrap().unwrap()
 }
@@ -72,7 +72,7 @@ fn analytic_rotor_speed_falls_evenly() {
     let speed = points(&figure("rotor-speed"), "");
     let between: Vec<(f64, f64)> = speed.into_iter().filter(|p| p.0 > 2.0 && p.0 < 6.0).collect();
     let (first, last) = (between[0], between[between.len() - 1]);
-    let system = Run::open(file()).unwrap().system;
+    let system = DrawnRun::open(file()).unwrap().system;
     let Pressing::Axial {
         actuation: Signal::Ramp(Ramp { value: force, .. }),
         ..
@@ -96,7 +96,7 @@ fn analytic_rotor_speed_falls_evenly() {
 #[test]
 fn property_stick_slip_is_drawn_with_falling_slips() {
     let velocity = points(&figure("stick-slip-transition"), "");
-    let run = Run::open(file()).unwrap();
+    let run = DrawnRun::open(file()).unwrap();
     let mut largest = f64::INFINITY;
     let cycles = &run.cycles;
     let mut start = run.stick_slip.onset_time.unwrap();
@@ -116,7 +116,7 @@ fn property_stick_slip_is_drawn_with_falling_slips() {
 /// it to the torque that holds.
 #[test]
 fn analytic_torque_in_slip_is_the_friction_law() {
-    let runs = [Run::open(file()).unwrap()];
+    let runs = [DrawnRun::open(file()).unwrap()];
     let axes = ("relative_velocity", "friction_torque");
     let figure = own::phase(&runs, "law", "law", axes, (6.97, 6.99)).unwrap();
     let system = &runs[0].system;
@@ -229,7 +229,7 @@ fn published_spirals_converge_diverge_converge() {
 /// after its first turns, in which the surfaces' own mode dies away.
 #[test]
 fn analytic_last_stick_decays_as_its_mode() {
-    let run = Run::open(file()).unwrap();
+    let run = DrawnRun::open(file()).unwrap();
     let start = run.stick_slip.final_stick_time.unwrap() + 0.02;
     let amplitudes = turn_amplitudes(&run, "phi1_dot", (start, start + 0.1)).unwrap();
     let states = SystemModes::of_case(&run.system).states;

@@ -17,7 +17,7 @@ use std::f64::consts::{PI, TAU};
 use std::ops::ControlFlow;
 use stickslip::case::{Case, CaseSource};
 use stickslip::model::{Mode, nearest_double};
-use stickslip::oracle::{self, Number, OracleOptions, OracleReport, rational};
+use stickslip::oracle::{self, ExactDouble, OracleOptions, OracleReport, rational};
 use stickslip::record::EventKind::{self, Reversal, Slip, Stick};
 use stickslip::simulation::Method;
 
@@ -62,7 +62,7 @@ impl Known {
 /// An event, its time, and where the stator then is, if that is known.
 type Expected = (EventKind, Known, Option<Known>);
 
-fn exact(number: &Number) -> Real {
+fn exact(number: &ExactDouble) -> Real {
     number.to_rational().unwrap()
 }
 
@@ -163,7 +163,7 @@ fn published_belt_of_leine_et_al() {
         if nearest_double(&change).abs() < 1e-14 {
             break x;
         }
-        let next = exact(&Number::from_rational(&(&b - change), 128));
+        let next = exact(&ExactDouble::from_rational(&(&b - change), 128));
         (a, at_a, b) = (b, at_b, next);
     };
     known(LARGEST).holds(&largest, 0.0);

@@ -7,7 +7,7 @@ use std::sync::Arc;
 use stickslip::SavedRun;
 use stickslip::analysis::KeptRun;
 use stickslip::case::{Case, CaseSource, Override};
-use stickslip::cli::{CommandError, End, Said, capture};
+use stickslip::cli::{CommandEnd, CommandError, Said, capture};
 use stickslip::results::{KeptRows, KeptView, Overwrite, ResultFile, Status, Values};
 
 type Outcome = Result<(), Box<dyn Error>>;
@@ -130,7 +130,7 @@ fn property_a_kept_run_ends_when_it_is_told_to() -> Outcome {
     Ok(())
 }
 
-fn captured(arguments: &[&str]) -> (Said, Result<End, CommandError>) {
+fn captured(arguments: &[&str]) -> (Said, Result<CommandEnd, CommandError>) {
     capture(arguments.iter().map(OsString::from), Arc::default())
 }
 
@@ -138,7 +138,7 @@ fn captured(arguments: &[&str]) -> (Said, Result<End, CommandError>) {
 #[test]
 fn cli_a_captured_command_gives_report_and_document() -> Outcome {
     let (modes, end) = captured(&["modes", "paper"]);
-    assert!(matches!(end, Ok(End::Done)));
+    assert!(matches!(end, Ok(CommandEnd::Done)));
     assert!(modes.text.contains("natural period T_n"));
     let document: serde_json::Value = serde_json::from_str(&modes.document.ok_or("no document")?)?;
     assert!(document["natural_period"].is_number());

@@ -5,8 +5,8 @@ use std::f64::consts::{FRAC_PI_2, PI};
 use nalgebra::DMatrixViewMut;
 use proptest::prelude::*;
 use stickslip::sundials::{
-    Callback, Counters, CvodeOptions, Direction, ErkTable, Flag, Method, Multistep, Nonlinear, OdeSystem, Outcome,
-    ShortSteps, Solver, SolverError, Task, Tolerances,
+    AdvanceTarget, Advanced, Callback, Counters, CvodeOptions, Direction, ErkTable, Flag, Multistep, Nonlinear,
+    OdeSystem, ShortSteps, Solver, SolverError, SolverMethod, Tolerances,
 };
 
 /// x'' = -x: x = cos t, v = -sin t from (1, 0). Crossings of x and of v.
@@ -83,7 +83,7 @@ fn erk() -> Solver<Oscillator> {
 }
 
 fn esdirk() -> Solver<Oscillator> {
-    Solver::new(Oscillator::with_jacobian(), Method::ESDIRK, 0.0, &START, &tight()).unwrap()
+    Solver::new(Oscillator::with_jacobian(), SolverMethod::ESDIRK, 0.0, &START, &tight()).unwrap()
 }
 
 /// One of each kind, to be put through the same test.
@@ -132,7 +132,7 @@ fn analytic_oscillator_crossings_in_order_and_direction() {
             (3.0 * FRAC_PI_2, [Some(Rising), None]),
             (2.0 * PI, [None, Some(Falling)]),
         ] {
-            assert_eq!(solver.advance(10.0, Task::Normal).unwrap(), Outcome::Roots);
+            assert_eq!(solver.advance(10.0, AdvanceTarget::Normal).unwrap(), Advanced::Roots);
             assert!((solver.time() - time).abs() < 1e-7, "{} for {time}", solver.time());
             assert_eq!(solver.crossings_found(), found);
         }
@@ -144,17 +144,17 @@ fn analytic_oscillator_crossings_filtered_by_direction() {
     for_each_integrator!(solver => {
         solver.set_max_step(Some(0.1)).unwrap();
         solver.set_crossings(&[Direction::Rising]).unwrap();
-        assert_eq!(solver.advance(20.0, Task::Normal).unwrap(), Outcome::Roots);
+        assert_eq!(solver.advance(20.0, AdvanceTarget::Normal).unwrap(), Advanced::Roots);
         assert!((solver.time() - 3.0 * FRAC_PI_2).abs() < 1e-7);
         assert_eq!(solver.crossings_found(), [Some(Direction::Rising)]);
         // From here on the other one.
         solver.set_crossings(&[Direction::Falling]).unwrap();
-        assert_eq!(solver.advance(20.0, Task::Normal).unwrap(), Outcome::Roots);
+        assert_eq!(solver.advance(20.0, AdvanceTarget::Normal).unwrap(), Advanced::Roots);
         assert!((solver.time() - 5.0 * FRAC_PI_2).abs() < 1e-7);
         assert_eq!(solver.crossings_found(), [Some(Direction::Falling)]);
         // And none.
         solver.set_crossings(&[]).unwrap();
-        assert_eq!(solver.advance(20.0, Task::Normal).unwrap(), Outcome::Reached);
+        assert_eq!(solver.advance(20.0, AdvanceTarget::Normal).unwrap(), Advanced::Reached);
         assert!(solver.crossings_found().is_empty());
     });
 }
@@ -167,11 +167,11 @@ fn sundials_a_function_that_is_zero_at_the_start_is_watched_when_it_has_left() {
         solver.set_max_step(Some(0.1)).unwrap();
         solver.set_crossings(&[Direction::Either, Direction::Either]).unwrap();
         solver.restart(0.0, &[0.0, 0.0]).unwrap();
-        assert_eq!(solver.advance(1.0, Task::Normal).unwrap(), Outcome::Reached);
+        assert_eq!(solver.advance(1.0, AdvanceTarget::Normal).unwrap(), Advanced::Reached);
         // x = -1e-9 + 1e-3 t crosses zero within the first step.
         solver.set_initial_step(Some(1e-3)).unwrap();
         solver.restart(0.0, &[-1e-9, 1e-3]).unwrap();
-        assert_eq!(solver.advance(1.0, Task::Normal).unwrap(), Outcome::Roots);
+        assert_eq!(solver.advance(1.0, AdvanceTarget::Normal).unwrap(), Advanced::Roots);
         assert_eq!(solver.crossings_found(), [Some(Direction::Rising), None]);
         assert!((solver.time() - 1e-6).abs() < 1e-9, "{}", solver.time());
     });
@@ -183,18 +183,18 @@ fn sundials_a_function_that_is_zero_at_the_start_is_watched_when_it_has_left() {
 fn sundials_a_stop_time_is_hit_exactly_and_once() {
     for_each_integrator!(solver => {
         solver.set_stop_time(Some(1.5)).unwrap();
-        assert_eq!(solver.advance(3.0, Task::Normal).unwrap(), Outcome::StopTime);
+        assert_eq!(solver.advance(3.0, AdvanceTarget::Normal).unwrap(), Advanced::StopTime);
         assert_eq!(solver.time(), 1.5);
         assert_eq!(solver.mesh_time().unwrap(), 1.5);
         assert!(error(&solver) < added_up(&mut solver, 1e-10), "{}", error(&solver));
-        assert_eq!(solver.advance(3.0, Task::Normal).unwrap(), Outcome::Reached);
+        assert_eq!(solver.advance(3.0, AdvanceTarget::Normal).unwrap(), Advanced::Reached);
         // A restart clears it, and so does None.
         solver.set_stop_time(Some(3.5)).unwrap();
         solver.restart(3.0, &[3f64.cos(), -3f64.sin()]).unwrap();
-        assert_eq!(solver.advance(4.0, Task::Normal).unwrap(), Outcome::Reached);
+        assert_eq!(solver.advance(4.0, AdvanceTarget::Normal).unwrap(), Advanced::Reached);
         solver.set_stop_time(Some(5.0)).unwrap();
         solver.set_stop_time(None).unwrap();
-        assert_eq!(solver.advance(6.0, Task::Normal).unwrap(), Outcome::Reached);
+        assert_eq!(solver.advance(6.0, AdvanceTarget::Normal).unwrap(), Advanced::Reached);
         assert!(error(&solver) < 1e-7);
     });
 }
@@ -207,7 +207,7 @@ fn analytic_a_cut_step_converges() {
         let mut solver = esdirk();
         solver.set_max_steps(None).unwrap();
         solver.set_stop_time(Some(stop)).unwrap();
-        assert_eq!(solver.advance(9.0, Task::Normal).unwrap(), Outcome::StopTime);
+        assert_eq!(solver.advance(9.0, AdvanceTarget::Normal).unwrap(), Advanced::StopTime);
         let bound = added_up(&mut solver, 1e-10);
         assert!(error(&solver) < bound, "{stop}: {}", error(&solver));
     }
@@ -218,7 +218,7 @@ fn sundials_one_step_goes_to_the_mesh() {
     for_each_integrator!(solver => {
         let mut before = 0.0;
         for _ in 0..20 {
-            assert_eq!(solver.advance(10.0, Task::OneStep).unwrap(), Outcome::Stepped);
+            assert_eq!(solver.advance(10.0, AdvanceTarget::OneStep).unwrap(), Advanced::Stepped);
             assert_eq!(solver.time(), solver.mesh_time().unwrap());
             let step = solver.last_step_size().unwrap();
             assert!((before + step - solver.time()).abs() <= 1e-15, "{before} + {step} = {}", solver.time());
@@ -233,9 +233,9 @@ fn analytic_oscillator_backwards_in_time() {
     for_each_integrator!(solver => {
         solver.set_crossings(&[Direction::Either]).unwrap();
         solver.set_max_step(Some(0.1)).unwrap();
-        assert_eq!(solver.advance(-2.0, Task::Normal).unwrap(), Outcome::Roots);
+        assert_eq!(solver.advance(-2.0, AdvanceTarget::Normal).unwrap(), Advanced::Roots);
         assert!((solver.time() + FRAC_PI_2).abs() < 1e-7);
-        assert_eq!(solver.advance(-2.0, Task::Normal).unwrap(), Outcome::Reached);
+        assert_eq!(solver.advance(-2.0, AdvanceTarget::Normal).unwrap(), Advanced::Reached);
         assert!(error(&solver) < 1e-7);
     });
 }
@@ -246,7 +246,7 @@ fn analytic_dense_output_within_the_last_step() {
     for_each_integrator!(solver => {
         solver.set_max_step(Some(0.02)).unwrap();
         solver.set_max_steps(None).unwrap();
-        assert_eq!(solver.advance(3.0, Task::Normal).unwrap(), Outcome::Reached);
+        assert_eq!(solver.advance(3.0, AdvanceTarget::Normal).unwrap(), Advanced::Reached);
         let (end, step) = (solver.mesh_time().unwrap(), solver.last_step_size().unwrap());
         let mut out = [0.0; 2];
         for part in 0..=10 {
@@ -270,7 +270,7 @@ fn sundials_nothing_to_interpolate_before_the_first_step() {
     for_each_integrator!(solver => {
         let mut out = [0.0; 2];
         assert!(matches!(solver.interpolate(0.0, 0, &mut out), Err(SolverError::NoStep { .. })));
-        solver.advance(1.0, Task::OneStep).unwrap();
+        solver.advance(1.0, AdvanceTarget::OneStep).unwrap();
         assert!(solver.interpolate(solver.time(), 0, &mut out).is_ok());
         solver.restart(0.0, &START).unwrap();
         assert!(matches!(solver.interpolate(0.0, 0, &mut out), Err(SolverError::NoStep { .. })));
@@ -281,7 +281,7 @@ fn sundials_nothing_to_interpolate_before_the_first_step() {
 #[test]
 fn sundials_a_restart_is_as_good_as_new() {
     for_each_integrator!(solver => {
-        let run = |solver: &mut dyn FnMut() -> (Outcome, f64, Vec<f64>, Counters)| {
+        let run = |solver: &mut dyn FnMut() -> (Advanced, f64, Vec<f64>, Counters)| {
             let mut trace = Vec::new();
             for _ in 0..40 {
                 trace.push(solver());
@@ -290,7 +290,7 @@ fn sundials_a_restart_is_as_good_as_new() {
         };
         solver.set_crossings(&[Direction::Either, Direction::Either]).unwrap();
         let mut once = || {
-            let outcome = solver.advance(10.0, Task::OneStep).unwrap();
+            let outcome = solver.advance(10.0, AdvanceTarget::OneStep).unwrap();
             (outcome, solver.time(), solver.state().to_vec(), solver.counters().unwrap())
         };
         let first = run(&mut once);
@@ -299,7 +299,7 @@ fn sundials_a_restart_is_as_good_as_new() {
         assert_eq!(solver.crossings_found(), [None, None]);
         assert_eq!((solver.time(), solver.state()), (0.0, &START[..]));
         let mut once = || {
-            let outcome = solver.advance(10.0, Task::OneStep).unwrap();
+            let outcome = solver.advance(10.0, AdvanceTarget::OneStep).unwrap();
             (outcome, solver.time(), solver.state().to_vec(), solver.counters().unwrap())
         };
         let second = run(&mut once);
@@ -314,7 +314,7 @@ fn sundials_a_restart_is_as_good_as_new() {
 fn sundials_counters_count_the_calls() {
     for_each_integrator!(solver => {
         solver.set_crossings(&[Direction::Either]).unwrap();
-        while solver.advance(10.0, Task::Normal).unwrap() == Outcome::Roots {}
+        while solver.advance(10.0, AdvanceTarget::Normal).unwrap() == Advanced::Roots {}
         let counters = solver.counters().unwrap();
         let system = solver.system();
         assert_eq!(counters.rhs_evaluations, system.rhs_calls);
@@ -323,15 +323,15 @@ fn sundials_counters_count_the_calls() {
     });
     let options = CvodeOptions::BDF;
     let mut solver = Solver::new(Oscillator::default(), options, 0.0, &START, &tight()).unwrap();
-    solver.advance(1.0, Task::Normal).unwrap();
+    solver.advance(1.0, AdvanceTarget::Normal).unwrap();
     assert_eq!(
         solver.counters().unwrap().rhs_evaluations,
         solver.system().rhs_calls,
         "with differences"
     );
     assert_eq!(solver.system().jacobian_calls, 0);
-    let mut solver = Solver::new(Oscillator::default(), Method::ESDIRK, 0.0, &START, &tight()).unwrap();
-    solver.advance(1.0, Task::Normal).unwrap();
+    let mut solver = Solver::new(Oscillator::default(), SolverMethod::ESDIRK, 0.0, &START, &tight()).unwrap();
+    solver.advance(1.0, AdvanceTarget::Normal).unwrap();
     assert_eq!(
         solver.counters().unwrap().rhs_evaluations,
         solver.system().rhs_calls,
@@ -344,7 +344,7 @@ fn sundials_counters_count_the_calls() {
 /// Error after a quarter of a period in `steps` steps, at a step's end.
 fn fixed_step_error(solver: &mut Solver<Oscillator>, steps: u32) -> f64 {
     for _ in 0..steps {
-        assert_eq!(solver.advance(10.0, Task::OneStep).unwrap(), Outcome::Stepped);
+        assert_eq!(solver.advance(10.0, AdvanceTarget::OneStep).unwrap(), Advanced::Stepped);
     }
     error(solver)
 }
@@ -377,7 +377,7 @@ fn analytic_explicit_tables_converge_with_their_order() {
     for &table in ErkTable::ALL {
         let observed = observed_order(|steps| {
             let fixed_step = Some(1.5 / f64::from(steps));
-            let options = Method::Erk { table, fixed_step };
+            let options = SolverMethod::Erk { table, fixed_step };
             let mut solver = Solver::new(Oscillator::default(), options, 0.0, &START, &tight()).unwrap();
             fixed_step_error(&mut solver, steps)
         });
@@ -389,7 +389,7 @@ fn analytic_explicit_tables_converge_with_their_order() {
 #[test]
 fn analytic_esdirk_converges_with_its_order() {
     let observed = observed_order(|steps| {
-        let options = Method::Esdirk {
+        let options = SolverMethod::Esdirk {
             fixed_step: Some(1.5 / f64::from(steps)),
             trust_convergence_rate: false,
         };
@@ -414,7 +414,7 @@ fn analytic_one_step_methods_follow_a_tolerance() {
         let mut solver = Solver::new(Oscillator::default(), table, 0.0, &START, &tolerances).unwrap();
         solver.set_max_steps(None).unwrap();
         while solver.time() < 6.0 {
-            solver.advance(6.0, Task::OneStep).unwrap();
+            solver.advance(6.0, AdvanceTarget::OneStep).unwrap();
         }
         assert!(
             error(&solver) < added_up(&mut solver, 1e-8),
@@ -423,10 +423,17 @@ fn analytic_one_step_methods_follow_a_tolerance() {
         );
         assert_eq!(solver.counters().unwrap().last_order, table.order());
     }
-    let mut solver = Solver::new(Oscillator::with_jacobian(), Method::ESDIRK, 0.0, &START, &tolerances).unwrap();
+    let mut solver = Solver::new(
+        Oscillator::with_jacobian(),
+        SolverMethod::ESDIRK,
+        0.0,
+        &START,
+        &tolerances,
+    )
+    .unwrap();
     solver.set_max_steps(None).unwrap();
     while solver.time() < 6.0 {
-        solver.advance(6.0, Task::OneStep).unwrap();
+        solver.advance(6.0, AdvanceTarget::OneStep).unwrap();
     }
     let bound = added_up(&mut solver, 1e-8);
     assert!(error(&solver) < bound, "{}", error(&solver));
@@ -521,7 +528,7 @@ macro_rules! for_each_edge_solver {
         }
         {
             #[allow(unused_mut)]
-            let mut $solver = Solver::new($system, Method::ESDIRK, 0.0, &[1.0], &coarse()).unwrap();
+            let mut $solver = Solver::new($system, SolverMethod::ESDIRK, 0.0, &[1.0], &coarse()).unwrap();
             $test
         }
     }};
@@ -535,7 +542,7 @@ fn analytic_a_step_beyond_the_edge_is_taken_back() {
         solver.set_initial_step(Some(3.0)).unwrap();
         solver.set_stop_time(None).unwrap();
         while solver.time() < 0.9 {
-            solver.advance(0.9, Task::Normal).unwrap();
+            solver.advance(0.9, AdvanceTarget::Normal).unwrap();
         }
         assert_eq!(solver.time(), 0.9);
         assert!(solver.system().met > 0, "the edge was met");
@@ -550,11 +557,11 @@ fn analytic_a_step_beyond_the_edge_is_taken_back() {
 fn analytic_a_first_step_beyond_the_edge_is_taken_back() {
     for_each_edge_solver!(Edge::new(1.0 + 1e-6), solver => {
         solver.set_max_steps(None).unwrap();
-        assert_eq!(solver.advance(5e-7, Task::Normal).unwrap(), Outcome::Reached);
+        assert_eq!(solver.advance(5e-7, AdvanceTarget::Normal).unwrap(), Advanced::Reached);
         assert!((solver.state()[0] - 5e-7f64.exp()).abs() < 1e-9);
     });
     let mut solver = Solver::new(Edge::new(1.0 + 1e-6), ErkTable::Verner13s78, 0.0, &[1.0], &coarse()).unwrap();
-    assert_eq!(solver.advance(1.0, Task::OneStep).unwrap(), Outcome::Stepped);
+    assert_eq!(solver.advance(1.0, AdvanceTarget::OneStep).unwrap(), Advanced::Stepped);
     assert!(solver.system().met > 0 && solver.time() > 0.0 && solver.time() < 1e-6);
 }
 
@@ -563,9 +570,9 @@ fn analytic_a_first_step_beyond_the_edge_is_taken_back() {
 fn analytic_a_wall_is_an_error_that_names_the_value() {
     for_each_edge_solver!(Edge::new(2.0), solver => {
         solver.set_max_steps(None).unwrap();
-        assert_eq!(solver.advance(0.5, Task::Normal).unwrap(), Outcome::Reached);
+        assert_eq!(solver.advance(0.5, AdvanceTarget::Normal).unwrap(), Advanced::Reached);
         let before = solver.state().to_vec();
-        let error = solver.advance(3.0, Task::Normal).unwrap_err();
+        let error = solver.advance(3.0, AdvanceTarget::Normal).unwrap_err();
         let cause = error.cause().expect("the value is named");
         assert_eq!((cause.callback, cause.component), (Callback::RightHandSide, 0));
         assert!(cause.value.is_nan() && cause.time > 0.5 && cause.time < 3.0);
@@ -581,10 +588,10 @@ fn analytic_a_wall_is_an_error_that_names_the_value() {
         assert!(time > 0.5 && time < 2f64.ln() + 0.01, "{time}");
 
         // It does not go on, but it can start anew.
-        assert!(matches!(solver.advance(3.0, Task::Normal), Err(SolverError::NotRestarted { .. })));
+        assert!(matches!(solver.advance(3.0, AdvanceTarget::Normal), Err(SolverError::NotRestarted { .. })));
         assert!(matches!(solver.interpolate(0.5, 0, &mut [0.0]), Err(SolverError::NoStep { .. })));
         solver.restart(0.0, &[1.0]).unwrap();
-        assert_eq!(solver.advance(0.5, Task::Normal).unwrap(), Outcome::Reached);
+        assert_eq!(solver.advance(0.5, AdvanceTarget::Normal).unwrap(), Advanced::Reached);
         assert_eq!(solver.state(), before);
     });
 }
@@ -592,7 +599,7 @@ fn analytic_a_wall_is_an_error_that_names_the_value() {
 #[test]
 fn sundials_a_right_hand_side_without_a_first_value_is_an_error() {
     for_each_edge_solver!(Edge::new(0.5), solver => {
-        let error = solver.advance(1.0, Task::Normal).unwrap_err();
+        let error = solver.advance(1.0, AdvanceTarget::Normal).unwrap_err();
         assert_eq!(error.cause().expect("the value is named").time, 0.0);
         assert!(error.to_string().contains("RHSFUNC"), "{error}");
     });
@@ -600,12 +607,12 @@ fn sundials_a_right_hand_side_without_a_first_value_is_an_error() {
 
 #[test]
 fn sundials_a_fixed_step_cannot_be_shortened() {
-    let options = Method::Erk {
+    let options = SolverMethod::Erk {
         table: ErkTable::DormandPrince7s45,
         fixed_step: Some(0.1),
     };
     let mut solver = Solver::new(Edge::new(2.0), options, 0.0, &[1.0], &coarse()).unwrap();
-    let error = solver.advance(1.0, Task::Normal).unwrap_err();
+    let error = solver.advance(1.0, AdvanceTarget::Normal).unwrap_err();
     assert!(error.cause().is_some(), "{error}");
 }
 
@@ -617,7 +624,7 @@ fn sundials_a_jacobian_that_is_not_finite_is_an_error_that_names_the_value() {
             ..Edge::new(1e300)
         };
         let error = edge_cvode(system(), Nonlinear::Newton)
-            .advance(1.0, Task::Normal)
+            .advance(1.0, AdvanceTarget::Normal)
             .unwrap_err();
         assert_eq!(
             error.cause().expect("the value is named").callback,
@@ -625,8 +632,8 @@ fn sundials_a_jacobian_that_is_not_finite_is_an_error_that_names_the_value() {
             "{error}"
         );
         assert!(error.to_string().contains("in row 0, column 0 at t = "), "{error}");
-        let mut solver = Solver::new(system(), Method::ESDIRK, 0.0, &[1.0], &coarse()).unwrap();
-        let error = solver.advance(1.0, Task::Normal).unwrap_err();
+        let mut solver = Solver::new(system(), SolverMethod::ESDIRK, 0.0, &[1.0], &coarse()).unwrap();
+        let error = solver.advance(1.0, AdvanceTarget::Normal).unwrap_err();
         assert_eq!(
             error.cause().expect("the value is named").callback,
             Callback::Jacobian,
@@ -639,9 +646,9 @@ fn sundials_a_jacobian_that_is_not_finite_is_an_error_that_names_the_value() {
 fn sundials_a_crossing_function_that_is_not_finite_is_an_error_at_once() {
     for_each_edge_solver!(Edge::new(1e300), solver => {
         solver.set_crossings(&[Direction::Either]).unwrap();
-        solver.advance(0.5, Task::Normal).unwrap();
+        solver.advance(0.5, AdvanceTarget::Normal).unwrap();
         solver.system_mut().root = f64::NAN;
-        let error = solver.advance(1.0, Task::Normal).unwrap_err();
+        let error = solver.advance(1.0, AdvanceTarget::Normal).unwrap_err();
         assert_eq!(error.cause().expect("the value is named").callback, Callback::Crossing);
         assert!(error.to_string().contains("RTFUNC_FAIL (-12)"), "{error}");
         assert!(error.to_string().contains("the crossing function gave NaN in component 0"), "{error}");
@@ -655,14 +662,14 @@ fn sundials_a_crossing_function_that_is_not_finite_is_an_error_at_once() {
 fn sundials_too_many_steps_is_an_error_that_one_may_go_on_after() {
     for_each_integrator!(solver => {
         solver.set_max_steps(Some(5)).unwrap();
-        let error = solver.advance(10.0, Task::Normal).unwrap_err();
+        let error = solver.advance(10.0, AdvanceTarget::Normal).unwrap_err();
         assert_eq!(error.flag().map(Flag::number), Some(-1));
         assert!(error.to_string().contains("TOO_MUCH_WORK (-1)"), "{error}");
         assert!(error.to_string().contains("mxstep"), "SUNDIALS' own words are in {error}");
         assert!(error.cause().is_none());
         assert_eq!((solver.time(), solver.state()), (0.0, &START[..]));
         solver.set_max_steps(None).unwrap();
-        assert_eq!(solver.advance(10.0, Task::Normal).unwrap(), Outcome::Reached);
+        assert_eq!(solver.advance(10.0, AdvanceTarget::Normal).unwrap(), Advanced::Reached);
         assert!(error_below(&solver, 1e-6));
     });
 }
@@ -718,7 +725,7 @@ fn sundials_wrong_arguments_are_errors() {
 
     for_each_integrator!(solver => {
         for t in [f64::NAN, f64::INFINITY] {
-            assert!(matches!(solver.advance(t, Task::Normal), Err(SolverError::Argument { .. })));
+            assert!(matches!(solver.advance(t, AdvanceTarget::Normal), Err(SolverError::Argument { .. })));
             assert!(matches!(solver.set_stop_time(Some(t)), Err(SolverError::Argument { .. })));
             assert!(matches!(solver.restart(t, &START), Err(SolverError::Argument { .. })));
             assert!(matches!(solver.set_max_step(Some(t)), Err(SolverError::Argument { .. })));
@@ -727,10 +734,10 @@ fn sundials_wrong_arguments_are_errors() {
         }
         assert!(matches!(solver.restart(0.0, &[1.0; 3]), Err(SolverError::Length { expected: 2, found: 3, .. })));
         assert!(solver.set_tolerances(&Tolerances::uniform(1e-6, 1e-6, 3)).is_err());
-        let error = solver.advance(0.0, Task::Normal).unwrap_err();
+        let error = solver.advance(0.0, AdvanceTarget::Normal).unwrap_err();
         assert!(error.to_string().contains("TOO_CLOSE"), "{error}");
         // None of that has hurt.
-        assert_eq!(solver.advance(1.0, Task::Normal).unwrap(), Outcome::Reached);
+        assert_eq!(solver.advance(1.0, AdvanceTarget::Normal).unwrap(), Advanced::Reached);
         assert!(error_below(&solver, 1e-7));
     });
 }
@@ -738,7 +745,7 @@ fn sundials_wrong_arguments_are_errors() {
 #[test]
 fn sundials_an_error_has_function_flag_time_and_message() {
     let mut solver = cvode(Multistep::Bdf, Nonlinear::Newton);
-    solver.advance(1.0, Task::Normal).unwrap();
+    solver.advance(1.0, AdvanceTarget::Normal).unwrap();
     let error = solver.set_stop_time(Some(0.5)).unwrap_err();
     assert_eq!(error.flag().map(Flag::name), Some("CV_ILL_INPUT"));
     let text = error.to_string();
@@ -757,7 +764,7 @@ fn sundials_integrators_run_in_parallel_threads() {
                 // Made here, run there.
                 let mut solver = esdirk();
                 scope.spawn(move || {
-                    solver.advance(5.0, Task::Normal).unwrap();
+                    solver.advance(5.0, AdvanceTarget::Normal).unwrap();
                     solver.state()[0]
                 })
             })
@@ -807,7 +814,7 @@ fn sundials_memory_that_was_used_before_decides_no_order() {
         let tolerances = Tolerances::uniform(1e-8, 1e-10, Decays::COUNT);
         let mut solver = Solver::new(Decays, options, 0.0, &[1.0; Decays::COUNT], &tolerances).unwrap();
         solver.set_max_steps(None).unwrap();
-        while solver.advance(3.0, Task::Normal).unwrap() != Outcome::Reached {}
+        while solver.advance(3.0, AdvanceTarget::Normal).unwrap() != Advanced::Reached {}
         solver.counters().unwrap().steps
     };
     for k in 0..24 {
@@ -823,7 +830,7 @@ fn regression_counters_of_one_period() {
     let mut text = String::new();
     for_each_integrator!(solver => {
         solver.set_crossings(&[Direction::Either]).unwrap();
-        while solver.advance(2.0 * PI, Task::Normal).unwrap() == Outcome::Roots {}
+        while solver.advance(2.0 * PI, AdvanceTarget::Normal).unwrap() == Advanced::Roots {}
         let Counters {
             steps,
             rhs_evaluations,
@@ -864,7 +871,7 @@ proptest! {
         let mut solver = Solver::new(Oscillator::default(), ErkTable::Verner8s56, 0.0, &start, &tolerances).unwrap();
         solver.set_max_step(Some(0.1)).unwrap();
         solver.set_crossings(&[Direction::Falling]).unwrap();
-        prop_assert_eq!(solver.advance(10.0, Task::Normal).unwrap(), Outcome::Roots);
+        prop_assert_eq!(solver.advance(10.0, AdvanceTarget::Normal).unwrap(), Advanced::Roots);
         prop_assert!((solver.time() - (FRAC_PI_2 - phase)).abs() < 1e-8);
     }
 }
@@ -877,7 +884,7 @@ fn analytic_a_long_run_is_not_taken_for_a_stalled_one() {
     for options in [CvodeOptions::ADAMS, CvodeOptions::BDF] {
         let mut solver = Solver::new(Oscillator::default(), options, 0.0, &[1.0, 0.0], &tolerances).unwrap();
         solver.set_max_steps(None).unwrap();
-        assert_eq!(solver.advance(end, Task::Normal).unwrap(), Outcome::Reached);
+        assert_eq!(solver.advance(end, AdvanceTarget::Normal).unwrap(), Advanced::Reached);
         assert!(solver.counters().unwrap().rhs_evaluations > 100_000);
     }
 }

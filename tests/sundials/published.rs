@@ -2,7 +2,7 @@
 
 use nalgebra::DMatrixViewMut;
 use stickslip::sundials::{
-    CvodeOptions, Direction, ErkTable, Multistep, Nonlinear, OdeSystem, Outcome, Solver, Task, Tolerances,
+    AdvanceTarget, Advanced, CvodeOptions, Direction, ErkTable, Multistep, Nonlinear, OdeSystem, Solver, Tolerances,
 };
 
 /// `examples/cvode/serial/cvRoberts_dns.c`: three species, the classic stiff problem of Robertson.
@@ -86,16 +86,16 @@ At t = 4.0000e+10      y =  6.934511e-08    2.773804e-13    9.999999e-01
     let mut t_out = 0.4;
     let mut outputs = 0;
     while outputs < 12 {
-        let outcome = solver.advance(t_out, Task::Normal).unwrap();
+        let outcome = solver.advance(t_out, AdvanceTarget::Normal).unwrap();
         let y = solver.state();
         let [y1, y2, y3] = [e(y[0], 6), e(y[1], 6), e(y[2], 6)];
         printed += &format!("At t = {}      y ={y1:>14}  {y2:>14}  {y3:>14}\n", e(solver.time(), 4));
         match outcome {
-            Outcome::Reached => {
+            Advanced::Reached => {
                 outputs += 1;
                 t_out *= 10.0;
             }
-            Outcome::Roots => {
+            Advanced::Roots => {
                 let found = solver.crossings_found().iter().map(|found| match found {
                     None => 0,
                     Some(Direction::Rising) => 1,
@@ -144,7 +144,10 @@ fn published_analytic_nonlinear_by_explicit_runge_kutta() {
     let tolerances = Tolerances::uniform(1e-6, 1e-10, 1);
     let mut solver = Solver::new(AnalyticNonlinear, ErkTable::Zonneveld5s34, 0.0, &[0.0], &tolerances).unwrap();
     for (t, published) in (1..=10).zip(PUBLISHED) {
-        assert_eq!(solver.advance(f64::from(t), Task::Normal).unwrap(), Outcome::Reached);
+        assert_eq!(
+            solver.advance(f64::from(t), AdvanceTarget::Normal).unwrap(),
+            Advanced::Reached
+        );
         assert_eq!(format!("{:.6}", solver.state()[0]), published);
     }
     let counters = solver.counters().unwrap();
@@ -206,7 +209,7 @@ fn published_van_der_pol_by_adams_and_bdf() {
         let mut outputs = Vec::new();
         for output in 0..4 {
             let t_out = 1.39283880203 + f64::from(output) * 2.214773875;
-            assert_eq!(solver.advance(t_out, Task::Normal).unwrap(), Outcome::Reached);
+            assert_eq!(solver.advance(t_out, AdvanceTarget::Normal).unwrap(), Advanced::Reached);
             outputs.push(solver.state().to_vec());
         }
         let run = format!("{method:?}, {nonlinear:?}");

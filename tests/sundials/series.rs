@@ -9,15 +9,15 @@ use stickslip::Run;
 use stickslip::friction::{Exponential, Friction};
 use stickslip::hybrid::RunError;
 use stickslip::model::system::System;
-use stickslip::model::{BreakawayTest, Kick, KickTime, Parameters};
+use stickslip::model::{BreakawayTest, DiskKick, KickTime, Parameters};
 use stickslip::record::{EventKind, MemoryRecorder};
 use stickslip::signal::{Ramp, Signal, Table};
 use stickslip::simulation::{Method, SolverOptions};
 
 const WITHIN: f64 = 1e-11;
 
-fn kick(time: KickTime, relative_velocity: f64) -> Kick {
-    Kick {
+fn kick(time: KickTime, relative_velocity: f64) -> DiskKick {
+    DiskKick {
         time,
         relative_velocity,
     }

@@ -1,7 +1,7 @@
 //! The keys that the cases of a study have, and messages about unknown keys.
 
-use super::document::{self, Node, Value};
-use super::schema::{self, Kind};
+use super::document::{self, CaseValue, PlacedValue};
+use super::schema::{self, KeyKind};
 use super::setting::Slot;
 use super::signals::{PROFILES, keys_of};
 use super::{Case, CaseSource, Override, Words, suggest};
@@ -14,7 +14,7 @@ pub struct CaseKeys {
     /// Names and units of the base case.
     pub words: Words,
     /// The resolved case in the general form, with its lists and signals; `None` if the case cannot be read.
-    resolved: Option<Node>,
+    resolved: Option<PlacedValue>,
 }
 
 impl CaseKeys {
@@ -51,8 +51,8 @@ impl CaseKeys {
         let root = self.resolved.as_ref()?;
         let (key, _, inner) = schema::find(path, false).next()?;
         match key.kind {
-            Kind::List(..) => in_list(root, key.path, inner),
-            Kind::Signal(_) => in_signal(root, key.path, inner),
+            KeyKind::List(..) => in_list(root, key.path, inner),
+            KeyKind::Signal(_) => in_signal(root, key.path, inner),
             _ => None,
         }
     }
@@ -64,7 +64,7 @@ impl CaseKeys {
 
     /// The known path that an unknown one most likely means.
     pub fn suggestion(&self, path: &str) -> Option<String> {
-        let found = schema::find(path, self.words.short).find(|found| matches!(found.0.kind, Kind::Signal(_)));
+        let found = schema::find(path, self.words.short).find(|found| matches!(found.0.kind, KeyKind::Signal(_)));
         if let (Some(_), Some((before, last))) = (found, path.rsplit_once('.')) {
             let known = PROFILES.iter().flat_map(|profile| keys_of(profile));
             if let Some(close) = suggest(last, known) {
@@ -83,7 +83,7 @@ impl CaseKeys {
     pub fn is_whole(&self, path: &str) -> bool {
         schema::find(path, self.words.short).any(|(key, _, inner)| {
             let mut parts = inner.split('.').filter(|part| !part.is_empty());
-            matches!(key.kind, Kind::Signal(_)) && parts.all(|part| part == SIGNALS || part.parse::<usize>().is_ok())
+            matches!(key.kind, KeyKind::Signal(_)) && parts.all(|part| part == SIGNALS || part.parse::<usize>().is_ok())
         })
     }
 
@@ -136,9 +136,9 @@ pub(super) fn of_other_form(path: &str, short: bool) -> Option<String> {
     })
 }
 
-fn in_list(root: &Node, list: &str, index: &str) -> Option<String> {
+fn in_list(root: &PlacedValue, list: &str, index: &str) -> Option<String> {
     let count = match root.at(list).map(|node| &node.value) {
-        Some(Value::Array(elements)) => elements.len(),
+        Some(CaseValue::Array(elements)) => elements.len(),
         _ => 0,
     };
     let elements = schema::elements(list, count);
@@ -151,7 +151,7 @@ fn in_list(root: &Node, list: &str, index: &str) -> Option<String> {
     }
 }
 
-fn in_signal(root: &Node, signal: &str, rest: &str) -> Option<String> {
+fn in_signal(root: &PlacedValue, signal: &str, rest: &str) -> Option<String> {
     if rest.is_empty() {
         return None;
     }
@@ -166,8 +166,8 @@ fn in_signal(root: &Node, signal: &str, rest: &str) -> Option<String> {
                     "this case has no {at}; give it one in [set], such as {at} = {{ profile = \"sine\", ... }}"
                 ));
             }
-            (Some(Value::Array(_)), _) => return in_list(root, &at, part),
-            (Some(Value::Table(_)), Some(Value::Text(profile))) => {
+            (Some(CaseValue::Array(_)), _) => return in_list(root, &at, part),
+            (Some(CaseValue::Table(_)), Some(CaseValue::Text(profile))) => {
                 let own = keys_of(profile);
                 if part != "profile" && !own.contains(&part) {
                     let close = suggest(part, own.iter().copied());
@@ -195,7 +195,7 @@ fn in_signal(root: &Node, signal: &str, rest: &str) -> Option<String> {
         }
     }
     match root.at(&at).map(|node| &node.value) {
-        Some(Value::Array(_)) => in_list(root, &at, ""),
+        Some(CaseValue::Array(_)) => in_list(root, &at, ""),
         _ => None,
     }
 }

@@ -1,6 +1,6 @@
 //! The two chains of the general form, and their state at t = 0: lists with a number for each part.
 
-use super::document::{Node, Value};
+use super::document::{CaseValue, PlacedValue};
 use super::place::Content;
 use super::quantity::Dimension;
 use super::reader::{Given, Reader, content};
@@ -27,7 +27,7 @@ impl Reader {
                 self.report(side, message);
                 return false;
             }
-            Some(Value::Table(_)) => {}
+            Some(CaseValue::Table(_)) => {}
             // check_names reports it.
             Some(_) => return false,
         }
@@ -124,10 +124,10 @@ impl Reader {
         }
         let on = match self.root.at(&on_path).map(|node| &node.value) {
             None => count - 1,
-            Some(Value::Integer(on)) if (0..count as i64).contains(on) => *on as usize,
+            Some(CaseValue::Integer(on)) if (0..count as i64).contains(on) => *on as usize,
             Some(other) => {
                 let written = match other {
-                    Value::Integer(on) => on.to_string(),
+                    CaseValue::Integer(on) => on.to_string(),
                     other => other.describe(),
                 };
                 let message = match count {
@@ -198,17 +198,17 @@ impl Reader {
 
     /// The list at a path. Elements that were not set in a list set element by element take `default`. `None` without a
     /// list, or if an element is beyond it, which is reported.
-    fn whole_list(&mut self, path: &str, count: usize, default: f64) -> Option<Node> {
+    fn whole_list(&mut self, path: &str, count: usize, default: f64) -> Option<PlacedValue> {
         let node = self.root.at(path)?;
-        let Value::Table(entries) = &node.value else {
+        let CaseValue::Table(entries) = &node.value else {
             return Some(node.clone());
         };
         let index = |name: &String| name.parse::<usize>().ok();
         if entries.is_empty() || entries.iter().any(|(name, _)| index(name).is_none()) {
             return Some(node.clone());
         }
-        let unset = Node {
-            value: Value::Float(default),
+        let unset = PlacedValue {
+            value: CaseValue::Float(default),
             place: node.place.clone(),
         };
         let mut list = vec![unset.clone(); count];
@@ -223,8 +223,8 @@ impl Reader {
             };
             *place = element.clone();
         }
-        Some(Node {
-            value: Value::Array(list),
+        Some(PlacedValue {
+            value: CaseValue::Array(list),
             ..unset
         })
     }

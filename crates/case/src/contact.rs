@@ -1,6 +1,6 @@
 //! Keys of the contact that depend on each other: normal force, radius and contact law.
 
-use super::document::Value;
+use super::document::CaseValue;
 use super::reader::{Reader, missing};
 use super::schema::{self, Domain, FRICTION_LAW};
 use super::value::single;
@@ -129,7 +129,7 @@ impl Reader {
         // check_names has reported any other value.
         if matches!(
             self.root.at(REGULARISATION).map(|node| &node.value),
-            Some(Value::Table(_))
+            Some(CaseValue::Table(_))
         ) {
             case.system.contact = ContactLaw::Regularised(Regularisation {
                 function: Smoothing::Tanh,

@@ -3,52 +3,52 @@
 use stickslip_system::quote::{quoted, shown};
 use toml_edit::{Document, Item, Table, TableLike, Value as TomlValue};
 
-use super::error::{CaseError, Problem};
+use super::error::{CaseError, CaseProblem};
 use super::schema;
 
 /// Where a value was written.
 #[derive(Debug, Clone, PartialEq)]
-pub enum Place {
+pub enum TextPlace {
     /// 1-based line of the file.
     Line(usize),
     /// The key of an override.
     Override(String),
 }
 
-impl Place {
+impl TextPlace {
     /// Sort key: the order of the file, then the overrides.
     pub fn rank(&self) -> usize {
         match self {
-            Place::Line(line) => *line,
-            Place::Override(_) => usize::MAX,
+            TextPlace::Line(line) => *line,
+            TextPlace::Override(_) => usize::MAX,
         }
     }
 
     /// `paper.toml:12` or `--set torsion.damping`.
     pub fn show(&self, label: &str) -> String {
         match self {
-            Place::Line(line) => format!("{label}:{line}"),
-            Place::Override(key) => format!("--set {key}"),
+            TextPlace::Line(line) => format!("{label}:{line}"),
+            TextPlace::Override(key) => format!("--set {key}"),
         }
     }
 }
 
 /// A value with the place where it stands.
 #[derive(Debug, Clone)]
-pub struct Node {
+pub struct PlacedValue {
     /// The value.
-    pub value: Value,
+    pub value: CaseValue,
     /// Line of the file, or the override that set it.
-    pub place: Place,
+    pub place: TextPlace,
 }
 
 /// A value of TOML.
 #[derive(Debug, Clone)]
-pub enum Value {
+pub enum CaseValue {
     /// Keys with their values, in the order of the text.
-    Table(Vec<(String, Node)>),
+    Table(Vec<(String, PlacedValue)>),
     /// A list.
-    Array(Vec<Node>),
+    Array(Vec<PlacedValue>),
     /// A string.
     Text(String),
     /// A number without point and exponent.
@@ -61,17 +61,17 @@ pub enum Value {
     Date,
 }
 
-impl Value {
+impl CaseValue {
     /// The kind of value with its article, for messages.
     pub fn describe(&self) -> String {
         match self {
-            Value::Table(_) => "a table".to_owned(),
-            Value::Array(_) => "an array".to_owned(),
-            Value::Text(text) => format!("the text \"{text}\"", text = shown(text)),
-            Value::Integer(number) => format!("the number {number}"),
-            Value::Float(number) => format!("the number {number:?}"),
-            Value::Flag(flag) => flag.to_string(),
-            Value::Date => "a date".to_owned(),
+            CaseValue::Table(_) => "a table".to_owned(),
+            CaseValue::Array(_) => "an array".to_owned(),
+            CaseValue::Text(text) => format!("the text \"{text}\"", text = shown(text)),
+            CaseValue::Integer(number) => format!("the number {number}"),
+            CaseValue::Float(number) => format!("the number {number:?}"),
+            CaseValue::Flag(flag) => flag.to_string(),
+            CaseValue::Date => "a date".to_owned(),
         }
     }
 
@@ -79,7 +79,7 @@ impl Value {
     fn toml(&self) -> String {
         let text = |text: &str| TomlValue::from(text).to_string();
         match self {
-            Value::Table(entries) => {
+            CaseValue::Table(entries) => {
                 let entries = entries.iter().map(|(key, node)| {
                     let plain = |c: char| c.is_ascii_alphanumeric() || matches!(c, '_' | '-');
                     let bare = !key.is_empty() && key.chars().all(plain);
@@ -88,27 +88,27 @@ impl Value {
                 });
                 format!("{{ {} }}", entries.collect::<Vec<_>>().join(", "))
             }
-            Value::Array(nodes) => {
+            CaseValue::Array(nodes) => {
                 let nodes = nodes.iter().map(|node| node.value.toml());
                 format!("[{}]", nodes.collect::<Vec<_>>().join(", "))
             }
-            Value::Text(words) => text(words),
-            Value::Integer(number) => number.to_string(),
-            Value::Float(number) => format!("{number:?}"),
-            Value::Flag(flag) => flag.to_string(),
-            Value::Date => text(""),
+            CaseValue::Text(words) => text(words),
+            CaseValue::Integer(number) => number.to_string(),
+            CaseValue::Float(number) => format!("{number:?}"),
+            CaseValue::Flag(flag) => flag.to_string(),
+            CaseValue::Date => text(""),
         }
     }
 }
 
-impl Node {
+impl PlacedValue {
     /// The node at a path of keys and indices.
-    pub fn at(&self, path: &str) -> Option<&Node> {
+    pub fn at(&self, path: &str) -> Option<&PlacedValue> {
         path.split('.').try_fold(self, |node, segment| node.child(segment))
     }
 
     /// The node at `path`, or the closest one above it.
-    pub fn closest(&self, path: &str) -> &Node {
+    pub fn closest(&self, path: &str) -> &PlacedValue {
         let mut node = self;
         for segment in path.split('.') {
             match node.child(segment) {
@@ -119,17 +119,17 @@ impl Node {
         node
     }
 
-    fn child(&self, segment: &str) -> Option<&Node> {
+    fn child(&self, segment: &str) -> Option<&PlacedValue> {
         match &self.value {
-            Value::Table(entries) => entries.iter().find(|(key, _)| key == segment).map(|(_, node)| node),
-            Value::Array(elements) => elements.get(segment.parse::<usize>().ok()?),
+            CaseValue::Table(entries) => entries.iter().find(|(key, _)| key == segment).map(|(_, node)| node),
+            CaseValue::Array(elements) => elements.get(segment.parse::<usize>().ok()?),
             _ => None,
         }
     }
 }
 
 /// Reads TOML text; `label` names it in errors.
-pub fn read(text: &str, label: &str) -> Result<Node, CaseError> {
+pub fn read(text: &str, label: &str) -> Result<PlacedValue, CaseError> {
     let text = text.strip_prefix('\u{feff}').unwrap_or(text);
     let ends: Vec<usize> = text.match_indices('\n').map(|(at, _)| at).collect();
     let line = |offset: usize| 1 + ends.partition_point(|&end| end < offset);
@@ -143,27 +143,27 @@ pub fn read(text: &str, label: &str) -> Result<Node, CaseError> {
         }
         CaseError::one(format!("{label}:{at}"), "", format!("not valid TOML: {message}"))
     })?;
-    let place = |at: usize| Place::Line(line(at));
-    Ok(Node {
+    let place = |at: usize| TextPlace::Line(line(at));
+    Ok(PlacedValue {
         value: from_table(document.as_table(), 0, &place),
-        place: Place::Line(1),
+        place: TextPlace::Line(1),
     })
 }
 
-type PlaceAt<'a> = &'a dyn Fn(usize) -> Place;
+type PlaceAt<'a> = &'a dyn Fn(usize) -> TextPlace;
 
 /// `at` is the offset of the enclosing item, for values without a span.
-fn from_table(table: &dyn TableLike, at: usize, place: PlaceAt) -> Value {
+fn from_table(table: &dyn TableLike, at: usize, place: PlaceAt) -> CaseValue {
     let entries = table.iter().map(|(name, item)| {
         let key = table.key(name).and_then(|key| key.span()).map(|span| span.start);
         let at = key.or(item.span().map(|span| span.start)).unwrap_or(at);
         (name.to_owned(), from_item(item, at, place))
     });
-    Value::Table(entries.collect())
+    CaseValue::Table(entries.collect())
 }
 
-fn from_item(item: &Item, at: usize, place: PlaceAt) -> Node {
-    let node = |value: Value, at: usize| Node {
+fn from_item(item: &Item, at: usize, place: PlaceAt) -> PlacedValue {
+    let node = |value: CaseValue, at: usize| PlacedValue {
         value,
         place: place(at),
     };
@@ -175,26 +175,26 @@ fn from_item(item: &Item, at: usize, place: PlaceAt) -> Node {
                 let at = table.span().map_or(at, |span| span.start);
                 node(from_table(table, at, place), at)
             };
-            node(Value::Array(tables.iter().map(element).collect()), at)
+            node(CaseValue::Array(tables.iter().map(element).collect()), at)
         }
-        Item::None => node(Value::Table(Vec::new()), at),
+        Item::None => node(CaseValue::Table(Vec::new()), at),
     }
 }
 
-fn from_value(value: &TomlValue, at: usize, place: PlaceAt) -> Node {
+fn from_value(value: &TomlValue, at: usize, place: PlaceAt) -> PlacedValue {
     let own = match value {
-        TomlValue::String(text) => Value::Text(text.value().clone()),
-        TomlValue::Integer(number) => Value::Integer(*number.value()),
-        TomlValue::Float(number) => Value::Float(*number.value()),
-        TomlValue::Boolean(flag) => Value::Flag(*flag.value()),
-        TomlValue::Datetime(_) => Value::Date,
+        TomlValue::String(text) => CaseValue::Text(text.value().clone()),
+        TomlValue::Integer(number) => CaseValue::Integer(*number.value()),
+        TomlValue::Float(number) => CaseValue::Float(*number.value()),
+        TomlValue::Boolean(flag) => CaseValue::Flag(*flag.value()),
+        TomlValue::Datetime(_) => CaseValue::Date,
         TomlValue::Array(array) => {
             let element = |value: &TomlValue| from_value(value, value.span().map_or(at, |span| span.start), place);
-            Value::Array(array.iter().map(element).collect())
+            CaseValue::Array(array.iter().map(element).collect())
         }
         TomlValue::InlineTable(table) => from_table(table, at, place),
     };
-    Node {
+    PlacedValue {
         value: own,
         place: place(at),
     }
@@ -205,8 +205,8 @@ fn from_value(value: &TomlValue, at: usize, place: PlaceAt) -> Node {
 pub struct Override {
     /// Dotted path, with `.0` for `[0]`.
     path: String,
-    value: Value,
-    origin: Option<Place>,
+    value: CaseValue,
+    origin: Option<TextPlace>,
 }
 
 impl std::fmt::Debug for Override {
@@ -250,7 +250,7 @@ impl Override {
         &self.path
     }
 
-    pub(super) fn value(path: &str, value: Value) -> Override {
+    pub(super) fn value(path: &str, value: CaseValue) -> Override {
         Override {
             path: path.to_owned(),
             value,
@@ -260,25 +260,25 @@ impl Override {
 
     /// Sets a number, SI.
     pub fn number(path: &str, value: f64) -> Override {
-        Override::value(path, Value::Float(value))
+        Override::value(path, CaseValue::Float(value))
     }
 
     /// The override with `place` as its origin.
-    pub fn at(self, place: Place) -> Override {
+    pub fn at(self, place: TextPlace) -> Override {
         let origin = Some(place);
         Override { origin, ..self }
     }
 
     /// Place where it was written, if that is a study.
-    pub fn origin(&self) -> Option<&Place> {
+    pub fn origin(&self) -> Option<&TextPlace> {
         self.origin.as_ref()
     }
 
     /// Sets the value of a study's node.
-    pub fn of_node(path: &str, node: &Node) -> Override {
+    pub fn of_node(path: &str, node: &PlacedValue) -> Override {
         let origin = Some(node.place.clone());
         let mut node = node.clone();
-        re_place(&mut node, &Place::Override(path.to_owned()));
+        re_place(&mut node, &TextPlace::Override(path.to_owned()));
         Override {
             origin,
             ..Override::value(path, node.value)
@@ -286,29 +286,29 @@ impl Override {
     }
 }
 
-fn override_value(text: &str, path: &str) -> Value {
+fn override_value(text: &str, path: &str) -> CaseValue {
     if let Ok(value) = text.parse::<TomlValue>() {
-        let place = |_| Place::Override(path.to_owned());
+        let place = |_| TextPlace::Override(path.to_owned());
         return from_value(&value, 0, &place).value;
     }
     // Numbers that TOML rejects: .5, 5., 007.
     match text.parse::<f64>() {
-        Ok(number) if number.is_finite() => Value::Float(number),
-        _ => Value::Text(text.to_owned()),
+        Ok(number) if number.is_finite() => CaseValue::Float(number),
+        _ => CaseValue::Text(text.to_owned()),
     }
 }
 
 const DEEPEST: usize = 8;
 
-pub(super) fn apply(root: &mut Node, change: &Override) -> Result<(), Problem> {
-    let place = Place::Override(change.path.clone());
-    let problem = |message: String| Problem {
+pub(super) fn apply(root: &mut PlacedValue, change: &Override) -> Result<(), CaseProblem> {
+    let place = TextPlace::Override(change.path.clone());
+    let problem = |message: String| CaseProblem {
         place: place.show(""),
         key: change.path.clone(),
         message,
     };
-    let empty = || Node {
-        value: Value::Table(Vec::new()),
+    let empty = || PlacedValue {
+        value: CaseValue::Table(Vec::new()),
         place: place.clone(),
     };
     // No key is deeper than a few tables. The limit bounds the recursion over the tree.
@@ -321,23 +321,28 @@ pub(super) fn apply(root: &mut Node, change: &Override) -> Result<(), Problem> {
         let here = walked.join(".");
         let of_list = schema::is_list(&here);
         // A number may replace a list of one.
-        if of_list && matches!(node.value, Value::Integer(_) | Value::Float(_) | Value::Text(_)) {
-            node.value = Value::Array(vec![node.clone()]);
+        if of_list
+            && matches!(
+                node.value,
+                CaseValue::Integer(_) | CaseValue::Float(_) | CaseValue::Text(_)
+            )
+        {
+            node.value = CaseValue::Array(vec![node.clone()]);
         }
         // Element 0 of a missing array creates the array. A chain's list has a length that the chain decides, so its
         // elements stay in a table until the case is read.
-        if segment == "0" && !of_list && matches!(&node.value, Value::Table(entries) if entries.is_empty()) {
-            node.value = Value::Array(Vec::new());
+        if segment == "0" && !of_list && matches!(&node.value, CaseValue::Table(entries) if entries.is_empty()) {
+            node.value = CaseValue::Array(Vec::new());
         }
         node = match &mut node.value {
-            Value::Table(entries) => {
+            CaseValue::Table(entries) => {
                 let index = entries.iter().position(|(key, _)| key == segment).unwrap_or_else(|| {
                     entries.push((segment.to_owned(), empty()));
                     entries.len() - 1
                 });
                 &mut entries[index].1
             }
-            Value::Array(elements) => {
+            CaseValue::Array(elements) => {
                 let count = elements.len();
                 let Ok(index) = segment.parse::<usize>() else {
                     return Err(problem(format!(
@@ -367,7 +372,7 @@ pub(super) fn apply(root: &mut Node, change: &Override) -> Result<(), Problem> {
         };
         walked.push(segment);
     }
-    *node = Node {
+    *node = PlacedValue {
         value: change.value.clone(),
         place: place.clone(),
     };
@@ -375,11 +380,11 @@ pub(super) fn apply(root: &mut Node, change: &Override) -> Result<(), Problem> {
     Ok(())
 }
 
-fn re_place(node: &mut Node, place: &Place) {
+fn re_place(node: &mut PlacedValue, place: &TextPlace) {
     node.place = place.clone();
     match &mut node.value {
-        Value::Table(entries) => entries.iter_mut().for_each(|(_, child)| re_place(child, place)),
-        Value::Array(elements) => elements.iter_mut().for_each(|child| re_place(child, place)),
+        CaseValue::Table(entries) => entries.iter_mut().for_each(|(_, child)| re_place(child, place)),
+        CaseValue::Array(elements) => elements.iter_mut().for_each(|child| re_place(child, place)),
         _ => {}
     }
 }

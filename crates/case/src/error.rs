@@ -10,12 +10,12 @@ use stickslip_system::quote::shown;
 #[error("{}", self.problems.iter().map(ToString::to_string).collect::<Vec<_>>().join("\n"))]
 pub struct CaseError {
     /// At least one, in the order of the file.
-    pub problems: Vec<Problem>,
+    pub problems: Vec<CaseProblem>,
 }
 
 /// A problem of a case.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Problem {
+pub struct CaseProblem {
     /// `paper.toml:12`, `--set torsion.damping`, or empty for a value set by the program.
     pub place: String,
     /// Dotted path of the key; empty if the problem has none.
@@ -24,7 +24,7 @@ pub struct Problem {
     pub message: String,
 }
 
-impl fmt::Display for Problem {
+impl fmt::Display for CaseProblem {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let key = shown(&self.key);
         let set = self.place.strip_prefix("--set ");
@@ -51,7 +51,7 @@ impl CaseError {
     /// An error of one problem: its place (file and line), the key, and the message.
     pub fn one(place: impl Into<String>, key: impl Into<String>, message: impl Into<String>) -> CaseError {
         CaseError {
-            problems: vec![Problem {
+            problems: vec![CaseProblem {
                 place: place.into(),
                 key: key.into(),
                 message: message.into(),

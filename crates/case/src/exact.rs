@@ -1,9 +1,9 @@
 //! The numbers of a case without rounding.
 
-use super::document::{Node, Value};
+use super::document::{CaseValue, PlacedValue};
 use super::error::CaseError;
 use super::quantity::{self, Dimension};
-use super::reader::Read;
+use super::reader::ReadCase;
 use super::{Case, Motion, Words, numbers, schema};
 use num_bigint::BigInt;
 use num_rational::BigRational;
@@ -14,7 +14,7 @@ use stickslip_system::model::system::{
     Bristles, ContactLaw, End, ExactSystem, Initial, Kick, Pressing, Regularisation, Torque, Train,
 };
 use stickslip_system::model::{Axial, ExactLaw, KickTime};
-use stickslip_system::signal::{Drive, Ramp, Shape, Signal, Table, Wave};
+use stickslip_system::signal::{Drive, HarmonicShape, Ramp, Signal, Table, Wave};
 
 /// The system of a case without rounding: decimals as written, units by their exact factors.
 #[derive(Debug, Clone, PartialEq)]
@@ -25,8 +25,8 @@ pub struct ExactCase {
     pub threshold: Option<BigRational>,
 }
 
-pub(super) fn read(read: &Read) -> Result<ExactCase, CaseError> {
-    let exact = Exact {
+pub(super) fn read(read: &ReadCase) -> Result<ExactCase, CaseError> {
+    let exact = ExactReader {
         case: &read.case,
         written: &read.written,
     };
@@ -36,15 +36,15 @@ pub(super) fn read(read: &Read) -> Result<ExactCase, CaseError> {
     })
 }
 
-struct Exact<'a> {
+struct ExactReader<'a> {
     case: &'a Case,
-    written: &'a Node,
+    written: &'a PlacedValue,
 }
 
-type Found<T> = Result<T, CaseError>;
+type FoundExact<T> = Result<T, CaseError>;
 
-impl Exact<'_> {
-    fn system(&self) -> Found<ExactSystem> {
+impl ExactReader<'_> {
+    fn system(&self) -> FoundExact<ExactSystem> {
         let system = &self.case.system;
         let rotor = self.train("rotor", &system.rotor)?;
         let stator = self.train("stator", &system.stator)?;
@@ -100,14 +100,14 @@ impl Exact<'_> {
                 stator_twist: self.list("initial.stator_twist", &initial.stator_twist)?,
                 stator_speed: self.speeds("stator", &stator, &initial.stator_speed)?,
             },
-            kicks: kicks.collect::<Found<_>>()?,
+            kicks: kicks.collect::<FoundExact<_>>()?,
             rotor,
             stator,
         })
     }
 
     /// |omega_r| below which statistics count a stick: as written, or its default.
-    fn threshold(&self) -> Found<Option<BigRational>> {
+    fn threshold(&self) -> FoundExact<Option<BigRational>> {
         const PATH: &str = "friction.threshold";
         let ten = BigRational::from_integer(10.into());
         Ok(match &self.case.system.contact {
@@ -118,13 +118,13 @@ impl Exact<'_> {
         })
     }
 
-    fn smoothing_speed(&self, regularisation: &Regularisation) -> Found<BigRational> {
+    fn smoothing_speed(&self, regularisation: &Regularisation) -> FoundExact<BigRational> {
         self.number("friction.regularisation.speed", regularisation.speed)
     }
 
     /// Parameters of the friction law, with defaults. For bristles it is the law of their limits: there the key
     /// `viscous` is sigma_2, and no parameter of the law.
-    fn law(&self, law: &FrictionLaw) -> Found<ExactLaw> {
+    fn law(&self, law: &FrictionLaw) -> FoundExact<ExactLaw> {
         let mut exact = ExactLaw {
             name: law.name(),
             numbers: Vec::new(),
@@ -151,7 +151,7 @@ impl Exact<'_> {
     }
 
     /// r, given or from the diameters by equation (6) or (7); 1 in translation.
-    fn radius(&self) -> Found<BigRational> {
+    fn radius(&self) -> FoundExact<BigRational> {
         let number = |path: &str| self.number(path, self.case.system.radius);
         if self.case.motion() == Motion::Translation || self.written.at("contact.radius").is_some() {
             return number("contact.radius");
@@ -159,13 +159,13 @@ impl Exact<'_> {
         let (outer, inner) = (number("contact.outer_diameter")?, number("contact.inner_diameter")?);
         let wear = self.written.at("contact.wear").map(|node| &node.value);
         Ok(match wear {
-            Some(Value::Text(wear)) if wear == schema::UNIFORM_PRESSURE => uniform_pressure_radius(outer, inner),
+            Some(CaseValue::Text(wear)) if wear == schema::UNIFORM_PRESSURE => uniform_pressure_radius(outer, inner),
             _ => uniform_wear_radius(outer, inner),
         })
     }
 
     /// The number at `path` of the general form as written, else from the double `default`.
-    fn number(&self, path: &str, default: f64) -> Found<BigRational> {
+    fn number(&self, path: &str, default: f64) -> FoundExact<BigRational> {
         let dimension = numbers::dimension(path, Words::general(self.case.motion())).unwrap_or(Dimension::Number);
         let value = match self
             .place(path)
@@ -173,9 +173,9 @@ impl Exact<'_> {
             .map(|node| &node.value)
         {
             None => return decimal(path, default),
-            Some(Value::Integer(number)) => Ok(BigRational::from_integer(BigInt::from(*number))),
-            Some(Value::Float(number)) => return decimal(path, *number),
-            Some(Value::Text(text)) => quantity::exact(text, dimension),
+            Some(CaseValue::Integer(number)) => Ok(BigRational::from_integer(BigInt::from(*number))),
+            Some(CaseValue::Float(number)) => return decimal(path, *number),
+            Some(CaseValue::Text(text)) => quantity::exact(text, dimension),
             Some(_) => Err("expected a number".to_owned()),
         };
         value.map_err(|message| CaseError::one("", path, message))
@@ -190,22 +190,25 @@ impl Exact<'_> {
         }
         path.strip_suffix(".0").filter(|list| {
             let node = self.written.at(list).map(|node| &node.value);
-            matches!(node, Some(Value::Integer(_) | Value::Float(_) | Value::Text(_)))
+            matches!(
+                node,
+                Some(CaseValue::Integer(_) | CaseValue::Float(_) | CaseValue::Text(_))
+            )
         })
     }
 
-    fn list(&self, path: &str, values: &[f64]) -> Found<Vec<BigRational>> {
+    fn list(&self, path: &str, values: &[f64]) -> FoundExact<Vec<BigRational>> {
         let elements = values.iter().enumerate();
         elements
             .map(|(index, value)| self.number(&format!("{path}.{index}"), *value))
             .collect()
     }
 
-    fn drive(&self, path: &str, drive: &Drive) -> Found<Drive<BigRational>> {
+    fn drive(&self, path: &str, drive: &Drive) -> FoundExact<Drive<BigRational>> {
         drive.try_map(|inner, value| self.number(format!("{path}.{inner}").trim_end_matches('.'), *value))
     }
 
-    fn train(&self, side: &str, train: &Train) -> Found<Train<BigRational>> {
+    fn train(&self, side: &str, train: &Train) -> FoundExact<Train<BigRational>> {
         let list = |name: &str, values: &[f64]| self.list(&format!("{side}.{name}"), values);
         Ok(Train {
             inertia: list("inertia", &train.inertia)?,
@@ -227,7 +230,7 @@ impl Exact<'_> {
         })
     }
 
-    fn speeds(&self, side: &str, train: &Train<BigRational>, speeds: &[f64]) -> Found<Vec<BigRational>> {
+    fn speeds(&self, side: &str, train: &Train<BigRational>, speeds: &[f64]) -> FoundExact<Vec<BigRational>> {
         let path = format!("initial.{side}_speed");
         if side == "rotor" && self.written.at("initial.speed").is_some() {
             return Ok(vec![self.number("initial.speed", f64::NAN)?; speeds.len()]);
@@ -244,7 +247,7 @@ impl Exact<'_> {
         Ok(found)
     }
 
-    fn breakaway(&self) -> Found<BigRational> {
+    fn breakaway(&self) -> FoundExact<BigRational> {
         let system = &self.case.system;
         match self.written.at("friction.breakaway") {
             Some(_) => self.number("friction.breakaway", f64::NAN),
@@ -256,7 +259,7 @@ impl Exact<'_> {
     }
 }
 
-fn decimal(path: &str, number: f64) -> Found<BigRational> {
+fn decimal(path: &str, number: f64) -> FoundExact<BigRational> {
     quantity::decimal(&format!("{number:e}")).map_err(|message| CaseError::one("", path, message))
 }
 
@@ -293,8 +296,8 @@ fn wave_at_start(wave: &Wave<BigRational>) -> BigRational {
     }
     let (sine, cosine) = sine_and_cosine(&wave.phase);
     let shape = match wave.shape {
-        Shape::Sine => sine,
-        Shape::Cosine => cosine,
+        HarmonicShape::Sine => sine,
+        HarmonicShape::Cosine => cosine,
     };
     &wave.mean + &wave.amplitude * shape
 }

@@ -94,15 +94,15 @@ impl<R: Read> Read for Lines<R> {
 
 /// A table read by rows. A row longer than [`LONGEST_LINE`] is an error, however many lines it has: an unclosed quote
 /// makes one row of the rest.
-pub struct Rows<R> {
+pub struct InputRows<R> {
     lines: Lines<R>,
     since_row: usize,
 }
 
-impl<R: Read> Rows<R> {
+impl<R: Read> InputRows<R> {
     /// Reads a table from `inner`.
     pub fn new(inner: R) -> Self {
-        Rows {
+        InputRows {
             lines: Lines::new(inner),
             since_row: 0,
         }
@@ -114,7 +114,7 @@ impl<R: Read> Rows<R> {
     }
 }
 
-impl<R: Read> Read for Rows<R> {
+impl<R: Read> Read for InputRows<R> {
     fn read(&mut self, buffer: &mut [u8]) -> io::Result<usize> {
         let count = self.lines.read(buffer)?;
         self.since_row += count;

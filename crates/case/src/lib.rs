@@ -60,7 +60,7 @@ mod written;
 
 pub use case_keys::CaseKeys;
 pub use document::Override;
-pub use error::{CaseError, Problem};
+pub use error::{CaseError, CaseProblem};
 pub use exact::ExactCase;
 pub use motion::Motion;
 pub use numbers::CaseNumber;
@@ -75,7 +75,7 @@ pub use written::WrittenCase;
 
 use stickslip_engine::Runnable;
 use stickslip_engine::simulation::{Following, OutputOptions, SolverOptions};
-use stickslip_system::friction::{Exponential, Parameters as _};
+use stickslip_system::friction::{Exponential, LawParameters as _};
 use stickslip_system::model::margin::twice_resistance;
 use stickslip_system::model::system::{ContactLaw, End, Initial, Pressing, System, Train};
 use stickslip_system::model::{Axial, BreakawayTest, Parameters};
@@ -132,8 +132,8 @@ impl Case {
     pub fn number(&self, path: &str) -> Result<f64, CaseError> {
         let root = document::read(&self.resolved(), &self.title)?;
         match root.at(path).map(|node| &node.value) {
-            Some(document::Value::Float(number)) => Ok(*number),
-            Some(document::Value::Integer(number)) => Ok(*number as f64),
+            Some(document::CaseValue::Float(number)) => Ok(*number),
+            Some(document::CaseValue::Integer(number)) => Ok(*number as f64),
             _ => Err(CaseError::one("", path, "the case has no number of that path")),
         }
     }

@@ -1,9 +1,9 @@
 //! The physical parameters of a case, by dotted path: the parameters of sensitivities and searches.
 
-use super::document::{Node, Value};
+use super::document::{CaseValue, PlacedValue};
 use super::place::Content;
 use super::quantity::{self, Dimension};
-use super::schema::{self, Kind};
+use super::schema::{self, KeyKind};
 use super::{Case, Words, signals};
 
 /// A parameter of a case.
@@ -48,7 +48,7 @@ const APART: &[&str] = &[
 
 /// Every physical parameter of a tree of values, in its order. The general form omits zeros, which have no digits, and
 /// lists of more than 32 elements. Defaults that follow from other parameters are not listed.
-pub(super) fn of(root: &Node, words: Words) -> Vec<CaseNumber> {
+pub(super) fn of(root: &PlacedValue, words: Words) -> Vec<CaseNumber> {
     let mut numbers = Vec::new();
     for table in TABLES {
         if let Some(node) = root.at(table) {
@@ -58,31 +58,31 @@ pub(super) fn of(root: &Node, words: Words) -> Vec<CaseNumber> {
     numbers
 }
 
-pub(super) fn half_last_digit(root: &Node, path: &str, words: Words) -> Option<f64> {
+pub(super) fn half_last_digit(root: &PlacedValue, path: &str, words: Words) -> Option<f64> {
     printed(&root.at(path)?.value, dimension(path, words)?).map(|number| number.1)
 }
 
 /// A number as written, and half a unit of its last digit, SI. A plain number is in SI; it counts as the shortest
 /// decimal of its double, so trailing zeros are lost.
-fn printed(value: &Value, dimension: Dimension) -> Option<(f64, f64)> {
+fn printed(value: &CaseValue, dimension: Dimension) -> Option<(f64, f64)> {
     let printed = match value {
-        Value::Integer(number) => quantity::printed(&number.to_string(), Dimension::Number),
-        Value::Float(number) => quantity::printed(&format!("{number:e}"), Dimension::Number),
-        Value::Text(text) => quantity::printed(text, dimension),
+        CaseValue::Integer(number) => quantity::printed(&number.to_string(), Dimension::Number),
+        CaseValue::Float(number) => quantity::printed(&format!("{number:e}"), Dimension::Number),
+        CaseValue::Text(text) => quantity::printed(text, dimension),
         _ => return None,
     };
     printed.ok()
 }
 
-fn collect(node: &Node, path: &str, words: Words, numbers: &mut Vec<CaseNumber>) {
+fn collect(node: &PlacedValue, path: &str, words: Words, numbers: &mut Vec<CaseNumber>) {
     let apart = &APART[if words.short { 3 } else { 0 }..];
     match &node.value {
-        Value::Table(entries) => {
+        CaseValue::Table(entries) => {
             for (name, entry) in entries {
                 collect(entry, &format!("{path}.{name}"), words, numbers);
             }
         }
-        Value::Array(elements) if words.short || elements.len() <= LONGEST_LIST => {
+        CaseValue::Array(elements) if words.short || elements.len() <= LONGEST_LIST => {
             for (index, element) in elements.iter().enumerate() {
                 collect(element, &format!("{path}.{index}"), words, numbers);
             }
@@ -108,7 +108,7 @@ pub(super) fn dimension(path: &str, words: Words) -> Option<Dimension> {
     let motion = words.motion();
     let (key, _, inner) = schema::find(path, words.short).next()?;
     match key.kind {
-        Kind::Signal(dimension) => Some(signals::measure(inner, dimension, motion).0),
+        KeyKind::Signal(dimension) => Some(signals::measure(inner, dimension, motion).0),
         _ => key.dimension().map(|dimension| motion.dimension(dimension)),
     }
 }
@@ -119,7 +119,7 @@ impl Case {
     pub(super) fn put(&mut self, path: &str, value: f64, short: bool) -> bool {
         for (key, index, inner) in schema::find(path, short) {
             let mut places = (key.places)(self, index);
-            let is_time = matches!(key.kind, Kind::Moment);
+            let is_time = matches!(key.kind, KeyKind::Moment);
             let content = places.first().and_then(|place| place.get());
             let there = |content: &Content| is_time || content.number(inner).is_some();
             let Some(content) = content.filter(there) else { continue };

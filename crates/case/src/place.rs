@@ -5,7 +5,7 @@ use toml_edit::Value;
 use super::Setting;
 use stickslip_system::friction::FrictionLaw;
 use stickslip_system::model::KickTime;
-use stickslip_system::signal::{Drive, Frequency, SIGNALS, Shape, Signal, Table};
+use stickslip_system::signal::{Drive, Frequency, HarmonicShape, SIGNALS, Signal, Table};
 
 pub(super) const INSTABILITY: &str = "instability";
 
@@ -154,8 +154,8 @@ fn signal(drive: &Drive) -> String {
         }
         Drive::Wave(wave) => {
             let shape = match wave.shape {
-                Shape::Sine => "sine",
-                Shape::Cosine => "cosine",
+                HarmonicShape::Sine => "sine",
+                HarmonicShape::Cosine => "cosine",
             };
             let frequency = match wave.frequency {
                 Frequency::Cycles(frequency) => format!("frequency = {frequency:?}"),

@@ -2,11 +2,11 @@
 
 use super::case_keys::of_other_form;
 use super::conditions::{self, Violation};
-use super::document::{Node, Place, Value};
-use super::error::{CaseError, Problem};
+use super::document::{CaseValue, PlacedValue, TextPlace};
+use super::error::{CaseError, CaseProblem};
 use super::place::Content;
 use super::quantity::{self, Dimension};
-use super::schema::{self, ARRAYS, Key, Kind, Presence};
+use super::schema::{self, ARRAYS, Key, KeyKind, Presence};
 use super::source::Origin;
 use super::value::{number, numbers, single};
 use super::words::{form_of, named_motion};
@@ -15,15 +15,15 @@ use stickslip_engine::simulation::Around;
 use stickslip_system::friction::Law as _;
 use stickslip_system::signal::Signal;
 
-pub(super) struct Read {
+pub(super) struct ReadCase {
     pub(super) case: Case,
-    pub(super) written: Node,
+    pub(super) written: PlacedValue,
 }
 
 pub(super) struct Reader {
-    pub(super) root: Node,
+    pub(super) root: PlacedValue,
     pub(super) label: String,
-    problems: Vec<(usize, Problem)>,
+    problems: Vec<(usize, CaseProblem)>,
     pub(super) words: Words,
 }
 
@@ -34,7 +34,7 @@ pub(super) enum Given {
     Right,
 }
 
-pub(super) fn read(source: &CaseSource, overrides: &[Override]) -> Result<Read, CaseError> {
+pub(super) fn read(source: &CaseSource, overrides: &[Override]) -> Result<ReadCase, CaseError> {
     let (root, short, problems) = form_of(source, overrides)?;
     let motion = if short { Ok(None) } else { named_motion(&root) };
     let known = motion.as_ref().ok().copied().flatten().unwrap_or_default();
@@ -60,7 +60,7 @@ pub(super) fn read(source: &CaseSource, overrides: &[Override]) -> Result<Read, 
     let mut problems = reader.problems;
     if problems.is_empty() {
         let written = reader.root;
-        return Ok(Read { case, written });
+        return Ok(ReadCase { case, written });
     }
     problems.sort_by_key(|&(rank, _)| rank);
     let problems = problems.into_iter().map(|(_, problem)| problem).collect();
@@ -78,7 +78,7 @@ impl Reader {
         }
         self.contact_law(case);
         for array in ARRAYS {
-            if let Some(Value::Array(elements)) = self.root.at(array).map(|node| &node.value) {
+            if let Some(CaseValue::Array(elements)) = self.root.at(array).map(|node| &node.value) {
                 schema::resize(case, array, elements.len());
             }
         }
@@ -145,18 +145,18 @@ impl Reader {
     }
 
     /// The place of the value at `path` or of its closest ancestor; `None` for the whole file.
-    fn place(&self, path: &str) -> Option<Place> {
+    fn place(&self, path: &str) -> Option<TextPlace> {
         let node = self.root.closest(path);
         (!std::ptr::eq(node, &self.root)).then(|| node.place.clone())
     }
 
-    fn push(&mut self, place: Option<Place>, key: &str, message: String) {
+    fn push(&mut self, place: Option<TextPlace>, key: &str, message: String) {
         // A missing value has no line: its problem is sorted after the lines and before the overrides.
         let (rank, place) = match place {
             None => (usize::MAX - 1, self.label.clone()),
             Some(place) => (place.rank(), place.show(&self.label)),
         };
-        let problem = Problem {
+        let problem = CaseProblem {
             place,
             key: key.to_owned(),
             message,
@@ -165,13 +165,13 @@ impl Reader {
     }
 
     pub(super) fn is_overridden(&self, path: &str) -> bool {
-        matches!(self.root.closest(path).place, Place::Override(_))
+        matches!(self.root.closest(path).place, TextPlace::Override(_))
     }
 
     /// Finds unknown keys, and tables and arrays in wrong places. `path` leads to `node`; `pattern` is the path in the
     /// schema, with `[]` for indices.
-    fn check_names(&mut self, node: &Node, path: &str, pattern: &str) {
-        let Value::Table(entries) = &node.value else {
+    fn check_names(&mut self, node: &PlacedValue, path: &str, pattern: &str) {
+        let CaseValue::Table(entries) = &node.value else {
             return self.report(path, format!("expected a table, but got {}", node.value.describe()));
         };
         let known = schema::known(self.words.short);
@@ -184,7 +184,7 @@ impl Reader {
             let inside = format!("{pattern_here}.");
             if ARRAYS.contains(&pattern_here.as_str()) {
                 match &child.value {
-                    Value::Array(elements) => {
+                    CaseValue::Array(elements) => {
                         for (index, element) in elements.iter().enumerate() {
                             self.check_names(element, &join(&path, &index.to_string()), &format!("{pattern_here}[]"));
                         }
@@ -204,14 +204,14 @@ impl Reader {
     }
 
     /// Reports keys of the other form in an unknown table. Returns whether there are any.
-    fn check_form(&mut self, node: &Node, path: &str) -> bool {
-        if path == "torsion" && matches!(node.place, Place::Line(_)) {
+    fn check_form(&mut self, node: &PlacedValue, path: &str) -> bool {
+        if path == "torsion" && matches!(node.place, TextPlace::Line(_)) {
             let message = "beside [rotor] and [stator]: it is the short form of a rotor of two inertias and a stator of one; \
                            keep either [torsion], or [rotor] and [stator]";
             self.report(path, message);
             return true;
         }
-        if let (Value::Table(entries), None) = (&node.value, node.at("profile")) {
+        if let (CaseValue::Table(entries), None) = (&node.value, node.at("profile")) {
             let mut any = false;
             for (name, child) in entries {
                 any |= self.check_form(child, &join(path, name));
@@ -241,7 +241,7 @@ impl Reader {
 
     fn fill_key(&mut self, case: &mut Case, key: &Key, index: usize) -> Given {
         let path = key.concrete(index);
-        if let Some(choice) = Choice::of(key) {
+        if let Some(choice) = DecidingWord::of(key) {
             let chosen = self.chosen(choice);
             let Some(chosen) = chosen.filter(|chosen| belongs(key, chosen)) else {
                 if let Some(chosen) = chosen {
@@ -259,7 +259,7 @@ impl Reader {
         }
         let Some(node) = self.root.at(&path) else {
             // A value of another kind instead of the table has already been reported.
-            let in_table = matches!(self.root.closest(&path).value, Value::Table(_));
+            let in_table = matches!(self.root.closest(&path).value, CaseValue::Table(_));
             let required = matches!(
                 key.presence,
                 Presence::Required | Presence::Profile(_) | Presence::Law { default: None }
@@ -284,27 +284,27 @@ impl Reader {
             .ok()
     }
 
-    fn chosen(&self, choice: &Choice) -> Option<&'static str> {
+    fn chosen(&self, choice: &DecidingWord) -> Option<&'static str> {
         let mut words = (choice.words)(self.words.short).into_iter();
         match self.root.at(choice.path).map(|node| &node.value) {
             None => words.next().filter(|_| choice.has_default),
-            Some(Value::Text(word)) => words.find(|known| known == word),
+            Some(CaseValue::Text(word)) => words.find(|known| known == word),
             _ => None,
         }
     }
 
     /// Keys that are given but belong to another word of the choice only.
-    fn foreign(&self, choice: &'static Choice, chosen: &'static str) -> impl Iterator<Item = &'static Key> {
+    fn foreign(&self, choice: &'static DecidingWord, chosen: &'static str) -> impl Iterator<Item = &'static Key> {
         let keys = schema::in_order(self.words.short).iter().copied();
         keys.filter(move |key| {
-            Choice::of(key).is_some_and(|of| of.path == choice.path)
+            DecidingWord::of(key).is_some_and(|of| of.path == choice.path)
                 && self.has(key.path)
                 && !schema::find(key.path, self.words.short).any(|found| belongs(found.0, chosen))
         })
     }
 
     /// Reports `key` if it is given but belongs to another word of the choice.
-    fn check_choice(&mut self, key: &Key, choice: &'static Choice, chosen: &'static str) {
+    fn check_choice(&mut self, key: &Key, choice: &'static DecidingWord, chosen: &'static str) {
         if !self.has(key.path) {
             return;
         }
@@ -337,7 +337,7 @@ impl Reader {
         self.push(place, key.path, message);
     }
 
-    fn template(&self, choice: &Choice, word: &str) -> String {
+    fn template(&self, choice: &DecidingWord, word: &str) -> String {
         let (table, noun) = choice.path.split_once('.').unwrap_or_default();
         let mut text = format!("{table}={{{noun}=\"{word}\"");
         for key in schema::in_order(self.words.short)
@@ -346,7 +346,7 @@ impl Reader {
         {
             let required = key.presence == Presence::Required && key.path != choice.path;
             if required || belongs(key, word) {
-                let value = if matches!(key.kind, Kind::Series(_)) {
+                let value = if matches!(key.kind, KeyKind::Series(_)) {
                     "[...]"
                 } else {
                     "..."
@@ -359,29 +359,29 @@ impl Reader {
 }
 
 /// A word that decides which other keys a table has.
-struct Choice {
+struct DecidingWord {
     path: &'static str,
     words: fn(bool) -> Vec<&'static str>,
     has_default: bool,
     named: &'static str,
 }
 
-const PROFILE: Choice = Choice {
+const PROFILE: DecidingWord = DecidingWord {
     path: "actuation.profile",
     words: |_| Signal::NAMES.to_vec(),
     has_default: false,
     named: "the profile",
 };
 
-const LAW: Choice = Choice {
+const LAW: DecidingWord = DecidingWord {
     path: schema::FRICTION_LAW,
     words: schema::laws,
     has_default: true,
     named: schema::FRICTION_LAW,
 };
 
-impl Choice {
-    fn of(key: &Key) -> Option<&'static Choice> {
+impl DecidingWord {
+    fn of(key: &Key) -> Option<&'static DecidingWord> {
         match key.presence {
             Presence::Profile(_) => Some(&PROFILE),
             Presence::Law { .. } => Some(&LAW),
@@ -398,23 +398,23 @@ fn belongs(key: &Key, word: &str) -> bool {
     }
 }
 
-pub(super) fn content(key: &Key, path: &str, node: &Node, motion: Motion) -> Result<Content, Vec<Violation>> {
+pub(super) fn content(key: &Key, path: &str, node: &PlacedValue, motion: Motion) -> Result<Content, Vec<Violation>> {
     let whole = |message: String| vec![Violation::new(path, &[], message)];
     let dimension = key.dimension().map(|dimension| motion.dimension(dimension));
     match (key.kind, &node.value, dimension) {
-        (Kind::Signal(dimension), ..) => signals::read(path, node, dimension, motion).map(Content::Signal),
-        (Kind::Series(_) | Kind::List(..), Value::Array(elements), Some(dimension)) => {
+        (KeyKind::Signal(dimension), ..) => signals::read(path, node, dimension, motion).map(Content::Signal),
+        (KeyKind::Series(_) | KeyKind::List(..), CaseValue::Array(elements), Some(dimension)) => {
             numbers(path, elements, dimension, key.domain()).map(Content::List)
         }
-        (Kind::List(..), Value::Integer(_) | Value::Float(_) | Value::Text(_), Some(dimension)) => {
+        (KeyKind::List(..), CaseValue::Integer(_) | CaseValue::Float(_) | CaseValue::Text(_), Some(dimension)) => {
             let number = number(&node.value, dimension, key.domain());
             number.map(|number| Content::List(vec![number])).map_err(whole)
         }
-        (Kind::Series(_), other, _) => Err(whole(format!(
+        (KeyKind::Series(_), other, _) => Err(whole(format!(
             "expected an array of numbers, but got {}",
             other.describe()
         ))),
-        (Kind::List(..), other, Some(dimension)) => {
+        (KeyKind::List(..), other, Some(dimension)) => {
             let expected = quantity::expectation(dimension);
             Err(whole(format!(
                 "expected a list of numbers, each {expected}, but got {}",
@@ -427,7 +427,7 @@ pub(super) fn content(key: &Key, path: &str, node: &Node, motion: Motion) -> Res
 
 pub(super) fn missing(key: &Key, motion: Motion) -> String {
     let choices = key.choices();
-    let series = matches!(key.kind, Kind::Series(_));
+    let series = matches!(key.kind, KeyKind::Series(_));
     let value = match key.dimension().map(|dimension| motion.dimension(dimension)) {
         Some(Dimension::Number) if series => "[...], plain numbers".to_owned(),
         Some(Dimension::Number) => "a number".to_owned(),

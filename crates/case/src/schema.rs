@@ -28,7 +28,7 @@ pub struct Key {
     /// Default, or condition of its presence.
     pub presence: Presence,
     pub(super) form: Form,
-    pub(super) kind: Kind,
+    pub(super) kind: KeyKind,
     /// All places of a case that the key sets, by the index of the array element. Empty if the case has no such place:
     /// another profile or friction law, no such element.
     pub(super) places: for<'a> fn(&'a mut Case, usize) -> Vec<Place<'a>>,
@@ -62,7 +62,7 @@ pub(super) enum Form {
 }
 
 #[derive(Debug, Clone, Copy)]
-pub(super) enum Kind {
+pub(super) enum KeyKind {
     Text,
     Flag,
     Count,
@@ -108,25 +108,25 @@ impl Key {
     /// Dimension of its number in rotation; `None` for other types.
     pub fn dimension(&self) -> Option<Dimension> {
         match self.kind {
-            Kind::Number(dimension, _) | Kind::Series(dimension) => Some(dimension),
-            Kind::List(dimension, _) | Kind::Signal(dimension) => Some(dimension),
-            Kind::Moment => Some(Dimension::Time),
-            Kind::Count | Kind::Index => Some(Dimension::Number),
-            Kind::Text | Kind::Flag | Kind::Word(_) => None,
+            KeyKind::Number(dimension, _) | KeyKind::Series(dimension) => Some(dimension),
+            KeyKind::List(dimension, _) | KeyKind::Signal(dimension) => Some(dimension),
+            KeyKind::Moment => Some(Dimension::Time),
+            KeyKind::Count | KeyKind::Index => Some(Dimension::Number),
+            KeyKind::Text | KeyKind::Flag | KeyKind::Word(_) => None,
         }
     }
 
     pub(super) fn domain(&self) -> Domain {
         match self.kind {
-            Kind::Number(_, domain) | Kind::List(_, domain) => domain,
-            Kind::Moment => Domain::NotNegative,
+            KeyKind::Number(_, domain) | KeyKind::List(_, domain) => domain,
+            KeyKind::Moment => Domain::NotNegative,
             _ => Domain::Any,
         }
     }
 
     pub(super) fn choices(&self) -> Vec<&'static str> {
         match self.kind {
-            Kind::Word(words) => words(),
+            KeyKind::Word(words) => words(),
             _ => Vec::new(),
         }
     }
@@ -162,8 +162,8 @@ impl Key {
         let inner = rest.strip_prefix('.').unwrap_or(rest);
         let fits = match self.kind {
             _ if rest.is_empty() => true,
-            Kind::Series(_) => inner.parse::<usize>().is_ok(),
-            Kind::List(..) | Kind::Signal(_) => true,
+            KeyKind::Series(_) => inner.parse::<usize>().is_ok(),
+            KeyKind::List(..) | KeyKind::Signal(_) => true,
             _ => false,
         };
         (fits && (rest.is_empty() || rest.starts_with('.'))).then_some((index, inner))
@@ -171,11 +171,11 @@ impl Key {
 }
 
 /// A key, the index of its array element, and the path of a value in its list or signal.
-pub(super) type Found<'p> = (&'static Key, usize, &'p str);
+pub(super) type FoundKey<'p> = (&'static Key, usize, &'p str);
 
 /// The keys of a concrete path. `perturbation.0.time` is `perturbation[].time`, `actuation.force.3` an element of
 /// `actuation.force` of a table, and `rotor.speed.amplitude` a value in the signal `rotor.speed`.
-pub(super) fn find(path: &str, short: bool) -> impl Iterator<Item = Found<'_>> {
+pub(super) fn find(path: &str, short: bool) -> impl Iterator<Item = FoundKey<'_>> {
     let own = KEYS.iter().filter(move |key| key.is_of(short));
     own.filter_map(move |key| key.matches(path).map(|(index, inner)| (key, index, inner)))
 }
@@ -224,7 +224,7 @@ pub(super) fn known(short: bool) -> Vec<&'static str> {
 
 pub(super) fn is_list(path: &str) -> bool {
     KEYS.iter()
-        .any(|key| key.path == path && matches!(key.kind, Kind::List(..)))
+        .any(|key| key.path == path && matches!(key.kind, KeyKind::List(..)))
 }
 
 pub(super) fn elements(list: &str, count: usize) -> String {
@@ -277,25 +277,25 @@ pub(super) fn keys_of_law(law: &str) -> &'static [&'static str] {
     }
 }
 
-type Words<T> = [(&'static str, T)];
+type FormWords<T> = [(&'static str, T)];
 
-const BREAKAWAY_TESTS: &Words<BreakawayTest> = &[
+const BREAKAWAY_TESTS: &FormWords<BreakawayTest> = &[
     ("transmitted", BreakawayTest::Transmitted),
     ("stator", BreakawayTest::Stator),
     ("rotor", BreakawayTest::Rotor),
 ];
-const SIDES: &Words<KickSide> = &[
+const SIDES: &FormWords<KickSide> = &[
     ("both", KickSide::Both),
     ("rotor", KickSide::Rotor),
     ("stator", KickSide::Stator),
 ];
-const SMOOTHINGS: &Words<Smoothing> = &[("tanh", Smoothing::Tanh), ("arctan", Smoothing::Arctan)];
+const SMOOTHINGS: &FormWords<Smoothing> = &[("tanh", Smoothing::Tanh), ("arctan", Smoothing::Arctan)];
 
-fn names<T>(words: &Words<T>) -> Vec<&'static str> {
+fn names<T>(words: &FormWords<T>) -> Vec<&'static str> {
     words.iter().map(|word| word.0).collect()
 }
 
-fn word<'a, T: Copy + PartialEq>(field: &'a mut T, words: &'static Words<T>) -> Place<'a> {
+fn word<'a, T: Copy + PartialEq>(field: &'a mut T, words: &'static FormWords<T>) -> Place<'a> {
     let now = words.iter().find(|word| word.1 == *field).map(|word| word.0);
     Place::word(now, move |name| {
         if let Some(word) = words.iter().find(|word| word.0 == name) {
@@ -410,7 +410,7 @@ macro_rules! keys {
 
 use Dimension as D;
 use Domain::{Any, NotNegative, Positive, Tolerance};
-use Kind::{Count, Flag, Index, List, Moment, Number, Series, Text, Word};
+use KeyKind::{Count, Flag, Index, List, Moment, Number, Series, Text, Word};
 use Presence::{Alternative, Default, Profile, Required};
 
 const OF_LAW: Presence = Presence::Law { default: None };
@@ -438,10 +438,10 @@ keys! { |case, index|
         "damping of each inertia to the ground";
     "rotor.end", General, Required, Word(|| vec!["free", "fixed", "driven"]) => [end(&mut case.system.rotor)],
         "what holds the far end";
-    "rotor.speed", General, Default("none: required of a driven end"), Kind::Signal(D::AngularVelocity)
+    "rotor.speed", General, Default("none: required of a driven end"), KeyKind::Signal(D::AngularVelocity)
         => part!(&mut case.system.rotor.end, End::Driven(speed) => at(speed)),
         "speed of a driven end";
-    "rotor.torque", General, Default("none"), Kind::Signal(D::Torque)
+    "rotor.torque", General, Default("none"), KeyKind::Signal(D::Torque)
         => case.system.rotor.torque.as_mut().map(|torque| at(&mut torque.signal)),
         "external torque";
     "rotor.torque_on", General, Default("the outermost"), Index
@@ -460,10 +460,10 @@ keys! { |case, index|
         "as of the rotor";
     "stator.end", General, Required, Word(|| vec!["free", "fixed", "driven"]) => [end(&mut case.system.stator)],
         "what holds the far end";
-    "stator.speed", General, Default("none: required of a driven end"), Kind::Signal(D::AngularVelocity)
+    "stator.speed", General, Default("none: required of a driven end"), KeyKind::Signal(D::AngularVelocity)
         => part!(&mut case.system.stator.end, End::Driven(speed) => at(speed)),
         "speed of a driven end";
-    "stator.torque", General, Default("none"), Kind::Signal(D::Torque)
+    "stator.torque", General, Default("none"), KeyKind::Signal(D::Torque)
         => case.system.stator.torque.as_mut().map(|torque| at(&mut torque.signal)),
         "external torque";
     "stator.torque_on", General, Default("the outermost"), Index
@@ -518,7 +518,7 @@ keys! { |case, index|
     "contact.breakaway_test", Both, Default("transmitted"), Word(|| names(BREAKAWAY_TESTS))
         => [word(&mut case.system.breakaway_test, BREAKAWAY_TESTS)],
         "the torque held against mu_0 r F_n: T_f, or the paper's T_s or T_r alone";
-    "contact.normal_force", General, Default("none: [axial] and [actuation]"), Kind::Signal(D::Force)
+    "contact.normal_force", General, Default("none: [axial] and [actuation]"), KeyKind::Signal(D::Force)
         => part!(&mut case.system.pressing, Pressing::Force(force) => at(force)),
         "F_n, where no [axial] and [actuation] give it";
     "friction.law", Short, Default("exponential"), Word(|| laws(true)) => [friction_law(case)],

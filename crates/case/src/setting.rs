@@ -1,8 +1,8 @@
 //! One value for one key, checked on its own: the values of a study's axis.
 
-use super::document::{Override, Value};
+use super::document::{CaseValue, Override};
 use super::quantity::Dimension;
-use super::schema::{self, Domain, Key, Kind};
+use super::schema::{self, Domain, Key, KeyKind};
 use super::signals::{self, PROFILES};
 use super::value::{choice, number, single};
 use super::{Motion, Words};
@@ -47,10 +47,10 @@ impl Override {
     /// Sets one value of an axis.
     pub fn setting(path: &str, value: &Setting) -> Override {
         let value = match value {
-            Setting::Number(number) => Value::Float(*number),
-            Setting::Count(count) => Value::Integer(i64::try_from(*count).unwrap_or(i64::MAX)),
-            Setting::Flag(flag) => Value::Flag(*flag),
-            Setting::Text(text) => Value::Text(text.clone()),
+            Setting::Number(number) => CaseValue::Float(*number),
+            Setting::Count(count) => CaseValue::Integer(i64::try_from(*count).unwrap_or(i64::MAX)),
+            Setting::Flag(flag) => CaseValue::Flag(*flag),
+            Setting::Text(text) => CaseValue::Text(text.clone()),
         };
         Override::value(path, value)
     }
@@ -75,8 +75,8 @@ impl Slot {
     pub(super) fn at(path: &str, words: Words) -> Option<Slot> {
         let (key, _, inner) = schema::find(path, words.short).next()?;
         let takes = match key.kind {
-            Kind::Signal(dimension) if !inner.is_empty() => of_signal(inner, dimension, words.motion())?,
-            Kind::List(..) if !inner.is_empty() && inner.parse::<usize>().is_err() => return None,
+            KeyKind::Signal(dimension) if !inner.is_empty() => of_signal(inner, dimension, words.motion())?,
+            KeyKind::List(..) if !inner.is_empty() && inner.parse::<usize>().is_err() => return None,
             _ => Takes::Key(key, words.motion()),
         };
         // Both chains have the same keys; the rotor's have the description.
@@ -103,7 +103,7 @@ impl Slot {
     }
 
     /// Reads one value, checked without the rest of the case.
-    pub fn read(&self, value: &Value) -> Result<Setting, String> {
+    pub fn read(&self, value: &CaseValue) -> Result<Setting, String> {
         match self.takes {
             Takes::Key(key, motion) => single(key, value, motion),
             Takes::Number(dimension, domain) => number(value, dimension, domain).map(Setting::Number),

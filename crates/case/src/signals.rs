@@ -1,12 +1,12 @@
 //! A signal from its value in a case: a number, or a table with a profile.
 
 use super::conditions::{SHORTEST_RUN, Violation, points, too_short};
-use super::document::{Node, Value};
+use super::document::{CaseValue, PlacedValue};
 use super::quantity::{self, Dimension};
 use super::schema::Domain;
 use super::value::{choice, number, numbers};
 use super::{Motion, suggest};
-use stickslip_system::signal::{Drive, Frequency, Ramp, SIGNALS, Shape, Signal, Table, Timeline, Wave};
+use stickslip_system::signal::{Drive, Frequency, HarmonicShape, Ramp, SIGNALS, Signal, Table, Timeline, Wave};
 
 pub(super) const PROFILES: &[&str] = &["ramp", "table", "sine", "cosine", "sum"];
 
@@ -56,7 +56,12 @@ pub(super) fn measure(path: &str, dimension: Dimension, motion: Motion) -> (Dime
     )
 }
 
-pub(super) fn read(path: &str, node: &Node, dimension: Dimension, motion: Motion) -> Result<Drive, Vec<Violation>> {
+pub(super) fn read(
+    path: &str,
+    node: &PlacedValue,
+    dimension: Dimension,
+    motion: Motion,
+) -> Result<Drive, Vec<Violation>> {
     let mut reader = Signals {
         dimension,
         motion,
@@ -65,7 +70,7 @@ pub(super) fn read(path: &str, node: &Node, dimension: Dimension, motion: Motion
     reader.whole(path, node).ok_or(reader.wrong)
 }
 
-type At<'a> = (&'a str, &'a Node);
+type SignalPlace<'a> = (&'a str, &'a PlacedValue);
 
 struct Signals {
     dimension: Dimension,
@@ -74,7 +79,7 @@ struct Signals {
 }
 
 impl Signals {
-    fn whole(&mut self, path: &str, node: &Node) -> Option<Drive> {
+    fn whole(&mut self, path: &str, node: &PlacedValue) -> Option<Drive> {
         let drive = self.drive(path, node, 0).filter(|_| self.wrong.is_empty())?;
         let timeline = Timeline::new(&[&drive]);
         let finite = |stretch: usize| {
@@ -90,12 +95,12 @@ impl Signals {
         )
     }
 
-    fn drive(&mut self, path: &str, node: &Node, depth: usize) -> Option<Drive> {
+    fn drive(&mut self, path: &str, node: &PlacedValue, depth: usize) -> Option<Drive> {
         let at = (path, node);
         let dimension = self.motion.dimension(self.dimension);
         let entries = match &node.value {
-            Value::Table(entries) => entries,
-            Value::Array(_) => {
+            CaseValue::Table(entries) => entries,
+            CaseValue::Array(_) => {
                 let message = format!(
                     "expected {}, or a table with a profile, such as {{ profile = \"table\", time = [...], value = [...] }}, but \
                      got an array",
@@ -128,8 +133,8 @@ impl Signals {
             "ramp" => self.ramp(at),
             "table" => self.table(at),
             "sum" => self.sum(at, depth),
-            "sine" => self.wave(Shape::Sine, at),
-            _ => self.wave(Shape::Cosine, at),
+            "sine" => self.wave(HarmonicShape::Sine, at),
+            _ => self.wave(HarmonicShape::Cosine, at),
         }
     }
 
@@ -142,7 +147,7 @@ impl Signals {
         read.map_err(|message| self.wrong::<()>(path, message)).ok()
     }
 
-    fn element(&mut self, (path, node): At<'_>, name: &str, default: Option<f64>) -> Option<f64> {
+    fn element(&mut self, (path, node): SignalPlace<'_>, name: &str, default: Option<f64>) -> Option<f64> {
         let path = format!("{path}.{name}");
         let (dimension, domain) = measure(name, self.dimension, self.motion);
         match node.at(name) {
@@ -158,7 +163,7 @@ impl Signals {
         }
     }
 
-    fn ramp(&mut self, at: At<'_>) -> Option<Drive> {
+    fn ramp(&mut self, at: SignalPlace<'_>) -> Option<Drive> {
         let value = self.element(at, "value", None);
         let rise_time = self.element(at, "rise_time", None)?;
         if rise_time > 0.0 && rise_time < SHORTEST_RUN {
@@ -167,12 +172,12 @@ impl Signals {
         value.map(|value| Drive::Linear(Signal::Ramp(Ramp { value, rise_time })))
     }
 
-    fn table(&mut self, (path, node): At<'_>) -> Option<Drive> {
+    fn table(&mut self, (path, node): SignalPlace<'_>) -> Option<Drive> {
         let paths = ["time", "value"].map(|name| format!("{path}.{name}"));
         let lists = [("time", &paths[0]), ("value", &paths[1])].map(|(name, path)| {
             let (dimension, _) = measure(name, self.dimension, self.motion);
             match node.at(name).map(|node| &node.value) {
-                Some(Value::Array(elements)) => {
+                Some(CaseValue::Array(elements)) => {
                     let numbers = numbers(path, elements, dimension, Domain::Any);
                     numbers.map_err(|wrong| self.wrong.extend(wrong)).ok()
                 }
@@ -194,7 +199,7 @@ impl Signals {
         Some(Drive::Linear(Signal::Table(Table { time, value })))
     }
 
-    fn wave(&mut self, shape: Shape, at: At<'_>) -> Option<Drive> {
+    fn wave(&mut self, shape: HarmonicShape, at: SignalPlace<'_>) -> Option<Drive> {
         let (path, node) = at;
         let mean = self.element(at, "mean", Some(0.0));
         let amplitude = self.element(at, "amplitude", None);
@@ -236,17 +241,17 @@ impl Signals {
         }))
     }
 
-    fn sum(&mut self, (path, node): At<'_>, depth: usize) -> Option<Drive> {
+    fn sum(&mut self, (path, node): SignalPlace<'_>, depth: usize) -> Option<Drive> {
         let path = format!("{path}.{SIGNALS}");
         match node.at(SIGNALS).map(|node| &node.value) {
-            Some(Value::Array(elements)) if !elements.is_empty() => {
+            Some(CaseValue::Array(elements)) if !elements.is_empty() => {
                 let elements = elements.iter().enumerate();
                 let terms: Vec<Option<Drive>> = elements
                     .map(|(index, element)| self.drive(&format!("{path}.{index}"), element, depth + 1))
                     .collect();
                 terms.into_iter().collect::<Option<Vec<Drive>>>().map(Drive::Sum)
             }
-            None | Some(Value::Array(_)) => {
+            None | Some(CaseValue::Array(_)) => {
                 self.wrong(&path, "missing: the signals that are added; write signals = [ ... ]")
             }
             Some(other) => self.wrong(

@@ -1,17 +1,17 @@
 //! One value by the rules of its key: unit, limits, choices.
 
 use super::conditions::Violation;
-use super::document::{Node, Value};
+use super::document::{CaseValue, PlacedValue};
 use super::place::INSTABILITY;
 use super::quantity::{self, Dimension};
-use super::schema::{Domain, Key, Kind, METHOD};
+use super::schema::{Domain, Key, KeyKind, METHOD};
 use super::{Motion, Setting, suggest};
 use stickslip_engine::simulation::Method;
 use stickslip_system::quote::shown;
 
 pub(super) fn numbers(
     path: &str,
-    elements: &[Node],
+    elements: &[PlacedValue],
     dimension: Dimension,
     domain: Domain,
 ) -> Result<Vec<f64>, Vec<Violation>> {
@@ -27,27 +27,29 @@ pub(super) fn numbers(
 }
 
 /// One value for a key, checked without the rest of the case; for a list or a signal, one number.
-pub(super) fn single(key: &Key, value: &Value, motion: Motion) -> Result<Setting, String> {
+pub(super) fn single(key: &Key, value: &CaseValue, motion: Motion) -> Result<Setting, String> {
     let whole = |least: i64, expected: &str| match value {
-        Value::Integer(count) if *count >= least => Ok(Setting::Count(usize::try_from(*count).unwrap_or(usize::MAX))),
+        CaseValue::Integer(count) if *count >= least => {
+            Ok(Setting::Count(usize::try_from(*count).unwrap_or(usize::MAX)))
+        }
         other => Err(format!(
             "expected a whole number{expected}, but got {}",
             other.describe()
         )),
     };
     match (key.kind, value) {
-        (Kind::Text, Value::Text(text)) => Ok(Setting::Text(text.clone())),
-        (Kind::Text, other) => Err(format!("expected text in quotes, but got {}", other.describe())),
-        (Kind::Flag, Value::Flag(flag)) => Ok(Setting::Flag(*flag)),
-        (Kind::Flag, other) => Err(format!("expected true or false, but got {}", other.describe())),
-        (Kind::Count, _) => whole(1, " of at least 1"),
-        (Kind::Index, _) => whole(0, ", 0 or more"),
-        (Kind::Word(_), Value::Text(name)) if key.path == METHOD && name == Method::FORMER_DEFAULT => {
+        (KeyKind::Text, CaseValue::Text(text)) => Ok(Setting::Text(text.clone())),
+        (KeyKind::Text, other) => Err(format!("expected text in quotes, but got {}", other.describe())),
+        (KeyKind::Flag, CaseValue::Flag(flag)) => Ok(Setting::Flag(*flag)),
+        (KeyKind::Flag, other) => Err(format!("expected true or false, but got {}", other.describe())),
+        (KeyKind::Count, _) => whole(1, " of at least 1"),
+        (KeyKind::Index, _) => whole(0, ", 0 or more"),
+        (KeyKind::Word(_), CaseValue::Text(name)) if key.path == METHOD && name == Method::FORMER_DEFAULT => {
             Ok(Setting::Text(Method::default().name().to_owned()))
         }
-        (Kind::Word(words), _) => choice(value, &words()).map(|name| Setting::Text(name.to_owned())),
-        (Kind::Moment, Value::Text(word)) if word == INSTABILITY => Ok(Setting::Text(word.clone())),
-        (Kind::Moment, Value::Text(word)) if !word.contains(|c: char| c.is_ascii_digit()) => Err(format!(
+        (KeyKind::Word(words), _) => choice(value, &words()).map(|name| Setting::Text(name.to_owned())),
+        (KeyKind::Moment, CaseValue::Text(word)) if word == INSTABILITY => Ok(Setting::Text(word.clone())),
+        (KeyKind::Moment, CaseValue::Text(word)) if !word.contains(|c: char| c.is_ascii_digit()) => Err(format!(
             "expected a time, s, or \"{}\", but got \"{}\"",
             INSTABILITY,
             shown(word)
@@ -59,11 +61,11 @@ pub(super) fn single(key: &Key, value: &Value, motion: Motion) -> Result<Setting
     }
 }
 
-pub(super) fn number(value: &Value, dimension: Dimension, domain: Domain) -> Result<f64, String> {
+pub(super) fn number(value: &CaseValue, dimension: Dimension, domain: Domain) -> Result<f64, String> {
     let number = match value {
-        Value::Integer(number) => *number as f64,
-        Value::Float(number) => *number,
-        Value::Text(text) => quantity::parse(text, dimension)?,
+        CaseValue::Integer(number) => *number as f64,
+        CaseValue::Float(number) => *number,
+        CaseValue::Text(text) => quantity::parse(text, dimension)?,
         other => {
             return Err(format!(
                 "expected {}, but got {}",
@@ -79,19 +81,19 @@ pub(super) fn number(value: &Value, dimension: Dimension, domain: Domain) -> Res
 }
 
 /// The value as written, with SI if the unit differs.
-fn written(value: &Value, number: f64, dimension: Dimension) -> String {
+fn written(value: &CaseValue, number: f64, dimension: Dimension) -> String {
     match value {
-        Value::Text(text) => format!("\"{text}\", {number:?} {}", dimension.unit(), text = shown(text)),
+        CaseValue::Text(text) => format!("\"{text}\", {number:?} {}", dimension.unit(), text = shown(text)),
         _ => format!("{number:?}"),
     }
 }
 
-pub(super) fn choice(value: &Value, names: &[&'static str]) -> Result<&'static str, String> {
+pub(super) fn choice(value: &CaseValue, names: &[&'static str]) -> Result<&'static str, String> {
     let listed = || match names {
         [only] => format!("\"{only}\""),
         _ => format!("one of \"{}\"", names.join("\", \"")),
     };
-    let Value::Text(text) = value else {
+    let CaseValue::Text(text) = value else {
         return Err(format!("expected {}, but got {}", listed(), value.describe()));
     };
     names.iter().find(|name| *name == text).copied().ok_or_else(|| {

@@ -1,8 +1,8 @@
 //! Names and units of a system's places, and the layout of its files.
 
-use super::document::{self, Node};
+use super::document::{self, PlacedValue};
 use super::value::choice;
-use super::{CaseError, CaseSource, Motion, Override, Problem};
+use super::{CaseError, CaseProblem, CaseSource, Motion, Override};
 
 /// Names and units of a system's places, and the layout of its files. Both follow from the form of the case, not from
 /// the equations.
@@ -75,8 +75,11 @@ impl Words {
 ///
 /// # Errors
 /// The text is not TOML.
-pub(super) fn form_of(source: &CaseSource, overrides: &[Override]) -> Result<(Node, bool, Vec<Problem>), CaseError> {
-    let is_short = |root: &Node| match ["rotor", "stator"].iter().any(|chain| root.at(chain).is_some()) {
+pub(super) fn form_of(
+    source: &CaseSource,
+    overrides: &[Override],
+) -> Result<(PlacedValue, bool, Vec<CaseProblem>), CaseError> {
+    let is_short = |root: &PlacedValue| match ["rotor", "stator"].iter().any(|chain| root.at(chain).is_some()) {
         true => Some(false),
         false => root.at("torsion").map(|_| true),
     };
@@ -94,7 +97,7 @@ pub(super) fn form_of(source: &CaseSource, overrides: &[Override]) -> Result<(No
 ///
 /// # Errors
 /// The value is no motion.
-pub(super) fn named_motion(root: &Node) -> Result<Option<Motion>, String> {
+pub(super) fn named_motion(root: &PlacedValue) -> Result<Option<Motion>, String> {
     let Some(node) = root.at("motion") else {
         return Ok(None);
     };

@@ -22,7 +22,7 @@ impl WrittenCase {
     /// # Errors
     /// All problems that were found in the case.
     pub fn read(source: &CaseSource, overrides: &[Override]) -> Result<WrittenCase, CaseError> {
-        let reader::Read { case, written } = reader::read(source, overrides)?;
+        let reader::ReadCase { case, written } = reader::read(source, overrides)?;
         if !case.is_short() {
             return Ok(WrittenCase {
                 numbers: numbers::of(&written, case.words),

@@ -2,7 +2,7 @@
 
 use std::borrow::Cow;
 use stickslip_case::quantity::Dimension;
-use stickslip_engine::simulation::{Part, Quantity, Which};
+use stickslip_engine::simulation::{CourseQuantity, TrainPart, TrainSide};
 
 /// A quantity over time that both runs have, in SI units and radians. Names and signs are those of /trajectory.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
@@ -38,13 +38,13 @@ pub enum Channel {
     /// T_f = (T_r + T_s)/2, N m.
     TransmittedTorque,
     /// Twist of a shaft, rad.
-    Twist(Part),
+    Twist(TrainPart),
     /// Twist rate of a shaft, rad/s.
-    TwistRate(Part),
+    TwistRate(TrainPart),
     /// Speed of an inertia, rad/s.
-    Speed(Part),
+    Speed(TrainPart),
     /// Angle of an inertia, rad: no column of a result, but integrated by plain solvers.
-    Angle(Part),
+    Angle(TrainPart),
     /// z of the bristles.
     Deflection,
     /// Integral of F_n over time, N s: no column of a result, but written by explicit finite-element codes.
@@ -84,7 +84,7 @@ impl Channel {
 
     /// Name of its variable in /trajectory.
     pub fn name(self) -> Cow<'static, str> {
-        let of = |part: Part, what: &str| Cow::Owned(format!("{}_{what}_{}", part.of.name(), part.index));
+        let of = |part: TrainPart, what: &str| Cow::Owned(format!("{}_{what}_{}", part.of.name(), part.index));
         match self {
             Channel::Twist(part) => of(part, "twist"),
             Channel::TwistRate(part) => of(part, "twist_rate"),
@@ -139,37 +139,39 @@ impl Channel {
     }
 
     /// Its function of time; `outermost` is the rotor's outermost inertia.
-    pub(crate) fn quantity(self, outermost: usize) -> Quantity {
-        let rotor = |index| Part {
-            of: Which::Rotor,
+    pub(crate) fn quantity(self, outermost: usize) -> CourseQuantity {
+        let rotor = |index| TrainPart {
+            of: TrainSide::Rotor,
             index,
         };
-        let stator = Part {
-            of: Which::Stator,
+        let stator = TrainPart {
+            of: TrainSide::Stator,
             index: 0,
         };
         match self {
-            Channel::RelativeVelocity => Quantity::RelativeVelocity,
-            Channel::RotorTwist => Quantity::Twist(rotor(0)),
-            Channel::RotorTwistRate => Quantity::TwistRate(rotor(0)),
-            Channel::Twist(part) => Quantity::Twist(part),
-            Channel::TwistRate(part) => Quantity::TwistRate(part),
-            Channel::Speed(part) => Quantity::Speed(part),
-            Channel::Angle(part) => Quantity::Angle(part),
-            Channel::Phi1 => Quantity::Angle(stator),
-            Channel::Phi1Dot => Quantity::Speed(stator),
-            Channel::Phi2 => Quantity::Angle(rotor(0)),
-            Channel::Phi2Dot => Quantity::Speed(rotor(0)),
-            Channel::Theta => Quantity::Angle(rotor(outermost)),
-            Channel::ThetaDot => Quantity::Speed(rotor(outermost)),
-            Channel::SlipDisplacement => Quantity::Slip,
-            Channel::Deflection => Quantity::Deflection,
-            Channel::NormalForce => Quantity::NormalForce,
-            Channel::FrictionTorque => Quantity::Interface,
-            Channel::Z => Quantity::AxialDisplacement,
-            Channel::ZDot => Quantity::AxialVelocity,
+            Channel::RelativeVelocity => CourseQuantity::RelativeVelocity,
+            Channel::RotorTwist => CourseQuantity::Twist(rotor(0)),
+            Channel::RotorTwistRate => CourseQuantity::TwistRate(rotor(0)),
+            Channel::Twist(part) => CourseQuantity::Twist(part),
+            Channel::TwistRate(part) => CourseQuantity::TwistRate(part),
+            Channel::Speed(part) => CourseQuantity::Speed(part),
+            Channel::Angle(part) => CourseQuantity::Angle(part),
+            Channel::Phi1 => CourseQuantity::Angle(stator),
+            Channel::Phi1Dot => CourseQuantity::Speed(stator),
+            Channel::Phi2 => CourseQuantity::Angle(rotor(0)),
+            Channel::Phi2Dot => CourseQuantity::Speed(rotor(0)),
+            Channel::Theta => CourseQuantity::Angle(rotor(outermost)),
+            Channel::ThetaDot => CourseQuantity::Speed(rotor(outermost)),
+            Channel::SlipDisplacement => CourseQuantity::Slip,
+            Channel::Deflection => CourseQuantity::Deflection,
+            Channel::NormalForce => CourseQuantity::NormalForce,
+            Channel::FrictionTorque => CourseQuantity::Interface,
+            Channel::Z => CourseQuantity::AxialDisplacement,
+            Channel::ZDot => CourseQuantity::AxialVelocity,
             // Impulses are integrated from forces and torques.
-            Channel::TransmittedTorque | Channel::NormalImpulse | Channel::FrictionImpulse => Quantity::Transmitted,
+            Channel::TransmittedTorque | Channel::NormalImpulse | Channel::FrictionImpulse => {
+                CourseQuantity::Transmitted
+            }
         }
     }
 }

@@ -3,7 +3,7 @@
 use super::Channel;
 use stickslip_case::quantity::Dimension;
 use stickslip_case::{Motion, Words};
-use stickslip_engine::simulation::{Part, Quantity, Which};
+use stickslip_engine::simulation::{CourseQuantity, TrainPart, TrainSide};
 use stickslip_system::model::system::{ContactLaw, End, Pressing, System, Train};
 
 /// Channels that a reference can be compared in.
@@ -29,7 +29,7 @@ struct Entry {
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Known {
     /// Train of the end.
-    pub of: Which,
+    pub of: TrainSide,
     /// Speed of the end, not its angle.
     pub is_rate: bool,
 }
@@ -69,26 +69,26 @@ struct Forms<'a> {
 }
 
 impl Forms<'_> {
-    fn train(&self, of: Which) -> &Train {
+    fn train(&self, of: TrainSide) -> &Train {
         match of {
-            Which::Rotor => &self.trains.rotor,
-            Which::Stator => &self.trains.stator,
+            TrainSide::Rotor => &self.trains.rotor,
+            TrainSide::Stator => &self.trains.stator,
         }
     }
 
-    fn count(&self, of: Which) -> usize {
+    fn count(&self, of: TrainSide) -> usize {
         self.train(of).inertia.len()
     }
 
-    fn shafts(&self, of: Which) -> usize {
+    fn shafts(&self, of: TrainSide) -> usize {
         self.train(of).shafts()
     }
 
-    fn inertia(&self, Part { of, index }: Part, is_rate: bool) -> Sum {
-        let (rotor, stator) = (self.count(Which::Rotor), self.count(Which::Stator));
+    fn inertia(&self, TrainPart { of, index }: TrainPart, is_rate: bool) -> Sum {
+        let (rotor, stator) = (self.count(TrainSide::Rotor), self.count(TrainSide::Stator));
         let mut form = Sum::default();
         if index < self.count(of) {
-            let first = if of == Which::Rotor { 0 } else { rotor };
+            let first = if of == TrainSide::Rotor { 0 } else { rotor };
             let rates = if is_rate { rotor + stator } else { 0 };
             form.terms.push((rates + first + index, 1.0));
         } else if matches!(self.train(of).end, End::Driven(_)) {
@@ -97,25 +97,25 @@ impl Forms<'_> {
         form
     }
 
-    fn shaft(&self, Part { of, index }: Part, is_rate: bool) -> Sum {
-        let sign = if of == Which::Rotor { 1.0 } else { -1.0 };
-        let [outer, inner] = [index + 1, index].map(|index| self.inertia(Part { of, index }, is_rate));
+    fn shaft(&self, TrainPart { of, index }: TrainPart, is_rate: bool) -> Sum {
+        let sign = if of == TrainSide::Rotor { 1.0 } else { -1.0 };
+        let [outer, inner] = [index + 1, index].map(|index| self.inertia(TrainPart { of, index }, is_rate));
         Sum::difference(sign, &outer, &inner)
     }
 
     fn across(&self, is_rate: bool) -> Sum {
-        let [rotor, stator] = Which::BOTH.map(|of| self.inertia(Part { of, index: 0 }, is_rate));
+        let [rotor, stator] = TrainSide::BOTH.map(|of| self.inertia(TrainPart { of, index: 0 }, is_rate));
         Sum::difference(1.0, &rotor, &stator)
     }
 
-    fn of(&self, quantity: Quantity) -> Option<Sum> {
+    fn of(&self, quantity: CourseQuantity) -> Option<Sum> {
         Some(match quantity {
-            Quantity::RelativeVelocity => self.across(true),
-            Quantity::Slip => self.across(false),
-            Quantity::Twist(part) => self.shaft(part, false),
-            Quantity::TwistRate(part) => self.shaft(part, true),
-            Quantity::Angle(part) => self.inertia(part, false),
-            Quantity::Speed(part) => self.inertia(part, true),
+            CourseQuantity::RelativeVelocity => self.across(true),
+            CourseQuantity::Slip => self.across(false),
+            CourseQuantity::Twist(part) => self.shaft(part, false),
+            CourseQuantity::TwistRate(part) => self.shaft(part, true),
+            CourseQuantity::Angle(part) => self.inertia(part, false),
+            CourseQuantity::Speed(part) => self.inertia(part, true),
             _ => return None,
         })
     }
@@ -124,13 +124,13 @@ impl Forms<'_> {
     fn channels(&self) -> Vec<Channel> {
         let of_motion = |channel: &&Channel| self.of(channel.quantity(0)).is_some();
         let (motion, forces): (Vec<&Channel>, Vec<&Channel>) = Channel::ALL.iter().partition(of_motion);
-        let has_twist = self.shafts(Which::Rotor) > 0;
+        let has_twist = self.shafts(TrainSide::Rotor) > 0;
         let mut found: Vec<Channel> = motion.into_iter().copied().collect();
         found.retain(|channel| has_twist || !matches!(channel, Channel::RotorTwist | Channel::RotorTwistRate));
-        for of in Which::BOTH {
-            let shafts = (0..self.shafts(of)).map(|index| Part { of, index });
+        for of in TrainSide::BOTH {
+            let shafts = (0..self.shafts(of)).map(|index| TrainPart { of, index });
             found.extend(shafts.flat_map(|part| [Channel::Twist(part), Channel::TwistRate(part)]));
-            let inertias = (0..self.count(of)).map(|index| Part { of, index });
+            let inertias = (0..self.count(of)).map(|index| TrainPart { of, index });
             found.extend(inertias.flat_map(|part| [Channel::Speed(part), Channel::Angle(part)]));
         }
         let has_axial = matches!(self.trains.pressing, Pressing::Axial { .. });
@@ -170,7 +170,7 @@ impl Vocabulary {
     pub fn of(words: Words, trains: &System) -> Vocabulary {
         let forms = Forms { trains };
         let is_short = words.has_letters();
-        let outermost = forms.count(Which::Rotor).saturating_sub(1);
+        let outermost = forms.count(TrainSide::Rotor).saturating_sub(1);
         let mut entries: Vec<Entry> = Vec::new();
         let mut same = Vec::new();
         for channel in forms.channels() {
@@ -192,13 +192,13 @@ impl Vocabulary {
                 }),
             }
         }
-        if let [(of, 1), (_, 0)] | [(_, 0), (of, 1)] = Which::BOTH.map(|of| (of, forms.count(of))) {
+        if let [(of, 1), (_, 0)] | [(_, 0), (of, 1)] = TrainSide::BOTH.map(|of| (of, forms.count(of))) {
             let names: [(bool, &[&str]); 2] = [
                 (false, &["x", "position", "angle"]),
                 (true, &["v", "velocity", "speed", "x_dot", "xdot", "dx"]),
             ];
             for (is_rate, names) in names {
-                let alone = Some(forms.inertia(Part { of, index: 0 }, is_rate));
+                let alone = Some(forms.inertia(TrainPart { of, index: 0 }, is_rate));
                 for entry in entries.iter_mut().filter(|entry| entry.form == alone) {
                     entry.names.extend(names.iter().map(|&name| name.to_owned()));
                 }

@@ -23,7 +23,7 @@ pub trait Runnable {
 /// A run that is being prepared; [`Run::start`] computes it.
 #[must_use = "nothing is computed before `start`"]
 pub struct Run<'a> {
-    problem: simulation::Problem<'a>,
+    problem: simulation::Simulation<'a>,
     solver: &'a SolverOptions,
     output: &'a OutputOptions,
     recorder: Option<&'a mut dyn Recorder>,
@@ -33,7 +33,7 @@ pub struct Run<'a> {
 impl<'a> Run<'a> {
     /// The run described by a case.
     pub fn new(case: &'a impl Runnable) -> Self {
-        let problem = simulation::Problem {
+        let problem = simulation::Simulation {
             system: case.system(),
             threshold: case.threshold(),
             further: case.numbers_parts(),
@@ -44,7 +44,7 @@ impl<'a> Run<'a> {
     /// The run of a system without a case. Values are used as given: only reading a case validates. `threshold` (rad/s)
     /// is the speed below which a contact without stick counts as stuck.
     pub fn of_system(system: &'a System, threshold: f64, solver: &'a SolverOptions, output: &'a OutputOptions) -> Self {
-        let problem = simulation::Problem {
+        let problem = simulation::Simulation {
             system,
             threshold,
             further: true,
@@ -52,7 +52,7 @@ impl<'a> Run<'a> {
         Run::prepared(problem, solver, output)
     }
 
-    fn prepared(problem: simulation::Problem<'a>, solver: &'a SolverOptions, output: &'a OutputOptions) -> Self {
+    fn prepared(problem: simulation::Simulation<'a>, solver: &'a SolverOptions, output: &'a OutputOptions) -> Self {
         Run {
             problem,
             solver,

@@ -5,10 +5,10 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use super::attributes::{describe, describe_text, write_attributes};
-use super::schema::{self, Kind, Variable};
+use super::schema::{self, StorageKind, Variable};
 use super::table::{create_empty, create_group};
 use super::target::{self, Overwrite};
-use super::values::{Column, Values, with_type};
+use super::values::{FileColumn, Values, with_type};
 use super::{AttributeValue, ResultError, raw};
 
 /// Additions to a group of a result file. /events exists already; any other group is made anew.
@@ -18,7 +18,7 @@ pub struct Addition {
     /// Attributes of the group.
     pub attributes: Vec<(String, AttributeValue)>,
     /// Columns in the order of the file, with their dimensions. A column without one is a dimension.
-    columns: Vec<(Column, Vec<String>)>,
+    columns: Vec<(FileColumn, Vec<String>)>,
     /// Name, description, text.
     texts: Vec<[String; 3]>,
 }
@@ -41,7 +41,7 @@ impl Addition {
 
     /// Adds a dimension with its coordinate, 0, 1, ...
     pub fn dimension(&mut self, name: &str, length: usize, long_name: &str) {
-        let column = Column {
+        let column = FileColumn {
             variable: Variable::index(name, long_name),
             values: Values::Int32((0..length as i32).collect()),
         };
@@ -49,7 +49,7 @@ impl Addition {
     }
 
     /// Adds a column over one dimension, or over several with the last one fastest.
-    pub fn over(&mut self, dimensions: &[&str], column: Column) {
+    pub fn over(&mut self, dimensions: &[&str], column: FileColumn) {
         let dimensions = dimensions.iter().map(|&name| name.to_owned());
         self.columns.push((column, dimensions.collect()));
     }
@@ -65,7 +65,7 @@ impl Addition {
             false => create_group(file, &self.group)?,
         };
         write_attributes(&group, &self.attributes)?;
-        for (Column { variable, values }, dimensions) in &self.columns {
+        for (FileColumn { variable, values }, dimensions) in &self.columns {
             if group.link_exists(&variable.name) {
                 group.unlink(&variable.name)?;
             }

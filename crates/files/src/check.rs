@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 
 use serde::Serialize;
 
-use super::schema::{self, Extension, Table, group, root};
+use super::schema::{self, Extension, TableSchema, group, root};
 use super::seal::{self, Seal};
 use super::source::{Holds, Object, Source};
 use super::{Reason, ResultError, ResultFile, Status};
@@ -29,19 +29,19 @@ pub struct CheckReport {
     /// Number of rows of the trajectory; 0 in other files.
     pub samples: usize,
     /// Problems; empty if the file is sound.
-    pub problems: Vec<Problem>,
+    pub problems: Vec<FileDefect>,
 }
 
 /// A defect of a file.
 #[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct Problem {
+pub struct FileDefect {
     /// Group or variable, with a row if there is one.
     pub place: String,
     /// Description.
     pub what: String,
 }
 
-impl std::fmt::Display for Problem {
+impl std::fmt::Display for FileDefect {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         write!(f, "{}: {}", self.place, self.what)
     }
@@ -96,7 +96,7 @@ pub fn check_sound(path: &Path) -> Result<(), ResultError> {
     check.stored();
     check.meant();
     let problems = &check.report.problems;
-    let named: Vec<String> = problems.iter().take(NAMED).map(Problem::to_string).collect();
+    let named: Vec<String> = problems.iter().take(NAMED).map(FileDefect::to_string).collect();
     let more = match problems.len().saturating_sub(NAMED) {
         0 => String::new(),
         more => format!("; and {more} more"),
@@ -205,7 +205,7 @@ impl Check {
     fn problem(&mut self, place: impl Into<String>, what: impl Into<String>) {
         if self.report.problems.len() < MOST {
             let (place, what) = (place.into(), what.into());
-            self.report.problems.push(Problem { place, what });
+            self.report.problems.push(FileDefect { place, what });
         }
     }
 
@@ -306,7 +306,7 @@ impl Check {
     }
 
     /// Every variable of the schema must exist with its type.
-    fn structure(&mut self, table: &Table) -> Result<(), ResultError> {
+    fn structure(&mut self, table: &TableSchema) -> Result<(), ResultError> {
         for variable in &table.variables {
             let path = format!("{}/{}", table.group, variable.name);
             let Some(info) = self.source.dataset(&path)? else {

@@ -6,7 +6,7 @@ use serde::Serialize;
 
 use super::attributes::{AttributeValue, plain};
 use super::check::check_sound;
-use super::source::{DatasetInfo, Fault, Object, Source};
+use super::source::{DatasetInfo, Object, ObjectFault, Source};
 use super::{Reason, ResultError, ResultFile};
 
 /// Contents of a file of this program.
@@ -75,7 +75,7 @@ fn of_file(source: &Source) -> Result<Contents, ResultError> {
             contents.variables.push(describe(source, path, &member.name, info)?);
             Ok(())
         }
-        Object::Not(Fault::Unnamed(_)) => {
+        Object::Not(ObjectFault::Unnamed(_)) => {
             let kind = "not read: the name is not UTF-8".to_owned();
             contents.variables.push(VariableInfo {
                 group: group_of(path, &member.name),

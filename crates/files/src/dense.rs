@@ -11,7 +11,7 @@ const BLOCK: usize = 4096;
 
 /// Side of an event at its time.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Side {
+pub enum EventSide {
     /// The state before it.
     Before,
     /// The state after it.
@@ -77,10 +77,10 @@ impl DenseOutput<'_> {
     }
 
     /// The piece that contains `t` (s); at an event, or between two pieces, the piece on this side.
-    pub fn piece_at(&self, t: f64, side: Side) -> Option<usize> {
+    pub fn piece_at(&self, t: f64, side: EventSide) -> Option<usize> {
         let index = match side {
-            Side::After => self.starts.partition_point(|start| *start <= t).checked_sub(1)?,
-            Side::Before => self.ends.partition_point(|end| *end < t),
+            EventSide::After => self.starts.partition_point(|start| *start <= t).checked_sub(1)?,
+            EventSide::Before => self.ends.partition_point(|end| *end < t),
         };
         // The first piece has no side before it, the last none after it.
         let index = index.min(self.starts.len().checked_sub(1)?);
@@ -110,7 +110,7 @@ impl DenseOutput<'_> {
 
     /// A column of /trajectory at given times (s): a channel, the time itself, or mode and segment of the piece. Errors
     /// of [`Self::coefficients`].
-    pub fn column(&self, name: &str, times: &[f64], side: Side) -> Result<Vec<f64>, ResultError> {
+    pub fn column(&self, name: &str, times: &[f64], side: EventSide) -> Result<Vec<f64>, ResultError> {
         match name {
             "time" => Ok(times.to_vec()),
             "mode" | "segment" => {
@@ -124,7 +124,7 @@ impl DenseOutput<'_> {
 
     /// A channel at given times (s), fast if they are in order; NaN beyond the dense output. Errors of
     /// [`Self::coefficients`].
-    pub fn values(&self, channel: &str, times: &[f64], side: Side) -> Result<Vec<f64>, ResultError> {
+    pub fn values(&self, channel: &str, times: &[f64], side: EventSide) -> Result<Vec<f64>, ResultError> {
         let mut last: Option<(usize, [f64; COEFFICIENTS])> = None;
         times
             .iter()

@@ -103,10 +103,10 @@ fn temporary_with(folder: &Path, parts: &[&[u8]]) -> io::Result<Temporary> {
 /// A file that gets its name when it is complete. On Linux it has none until then, so that a killed program leaves nothing;
 /// elsewhere, and on file systems that know no such files, it has a hidden one, and is removed unless it is persisted.
 #[derive(Debug)]
-pub struct Temporary(Made);
+pub struct Temporary(MadeFolder);
 
 #[derive(Debug)]
-enum Made {
+enum MadeFolder {
     #[cfg(target_os = "linux")]
     Nameless(File),
     Named(tempfile::NamedTempFile),
@@ -127,22 +127,22 @@ impl Temporary {
             if Path::new("/proc/self/fd").is_dir()
                 && let Ok(file) = open(folder, flags, Mode::from_raw_mode(PERMISSIONS))
             {
-                return Ok(Temporary(Made::Nameless(file.into())));
+                return Ok(Temporary(MadeFolder::Nameless(file.into())));
             }
         }
         let mut builder = tempfile::Builder::new();
         builder.prefix(PREFIX);
         #[cfg(unix)]
         builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(PERMISSIONS));
-        builder.tempfile_in(folder).map(Made::Named).map(Temporary)
+        builder.tempfile_in(folder).map(MadeFolder::Named).map(Temporary)
     }
 
     /// The open file.
     pub fn file(&self) -> &File {
         match &self.0 {
             #[cfg(target_os = "linux")]
-            Made::Nameless(file) => file,
-            Made::Named(file) => file.as_file(),
+            MadeFolder::Nameless(file) => file,
+            MadeFolder::Named(file) => file.as_file(),
         }
     }
 
@@ -150,8 +150,8 @@ impl Temporary {
     pub fn persist(self, path: &Path) -> io::Result<()> {
         match self.0 {
             #[cfg(target_os = "linux")]
-            Made::Nameless(file) => name(&file, path),
-            Made::Named(file) => file.persist(path).map(drop).map_err(|error| error.error),
+            MadeFolder::Nameless(file) => name(&file, path),
+            MadeFolder::Named(file) => file.persist(path).map(drop).map_err(|error| error.error),
         }
     }
 }

@@ -1,7 +1,7 @@
 //! Rows of a run in memory, in the columns of a result file.
 
 use super::rows::{PIECE_COEFFICIENTS, PIECES, TRAJECTORY, TableRows};
-use super::schema::{self, Extension, Table};
+use super::schema::{self, Extension, TableSchema};
 use super::values::Values;
 use super::{Addition, ResultError, Status, StickSlipTable};
 
@@ -9,13 +9,13 @@ use super::{Addition, ResultError, Status, StickSlipTable};
 #[derive(Debug, Clone)]
 pub struct KeptTable {
     /// Name, unit and description of each column.
-    pub schema: Table,
+    pub schema: TableSchema,
     /// Columns in the order of `schema.variables`, all of one length.
     pub columns: Vec<Values<'static>>,
 }
 
 impl KeptTable {
-    fn new(schema: Table) -> Self {
+    fn new(schema: TableSchema) -> Self {
         let columns = schema.variables.iter().map(|variable| Values::new(variable.kind, 0));
         KeptTable {
             columns: columns.collect(),

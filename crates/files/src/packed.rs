@@ -3,8 +3,8 @@
 
 use libdeflater::{CompressionLvl, Compressor};
 
-use super::raw::Rows;
-use super::values::Number;
+use super::raw::RowRange;
+use super::values::StoredNumber;
 
 /// The lowest level packs shuffled doubles almost as well as the others, in a third of the time.
 pub(super) const DEFLATE_LEVEL: u8 = 1;
@@ -37,9 +37,9 @@ impl Packer {
     }
 
     /// Writes the chunk of `length` rows of `dataset` at row `start`: `values`, then zeros.
-    pub(super) fn write<T: Number>(
+    pub(super) fn write<T: StoredNumber>(
         &mut self,
-        dataset: &Rows,
+        dataset: &RowRange,
         start: usize,
         length: usize,
         values: &[T],
@@ -91,7 +91,7 @@ fn put(packed: &mut [u8], end: &mut usize, bytes: &[u8]) {
 }
 
 /// One plane of `length` bytes for each byte of the values, padded with zeros.
-fn shuffle<T: Number>(values: &[T], length: usize, planes: &mut [u8]) {
+fn shuffle<T: StoredNumber>(values: &[T], length: usize, planes: &mut [u8]) {
     let (blocks, rest) = values.as_chunks::<8>();
     for (block, start) in blocks.iter().zip((0..).step_by(8)) {
         let bytes = transposed(block.map(T::bytes));

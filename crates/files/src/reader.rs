@@ -6,7 +6,7 @@ use std::path::Path;
 use super::attributes::AttributeValue;
 use super::schema::{self, attribute, group, root};
 use super::source::{DatasetInfo, Holds, Object, Source, uneven};
-use super::values::Number;
+use super::values::StoredNumber;
 use super::{Extra, Reason, ResultError, Status, StickSlipTable, Values};
 use stickslip_system::model::Mode;
 use stickslip_system::record::{Channels, Cycle, Event, EventKind, Sample, Segment, State};
@@ -186,7 +186,7 @@ impl ResultFile {
     /// Rows `range` of the trajectory, finite or not.
     pub fn samples(&self, range: Range<usize>) -> Result<Vec<Sample>, ResultError> {
         let table = schema::trajectory();
-        let rows = Rows::read(self, &table, range.clone())?;
+        let rows = ReaderRows::read(self, &table, range.clone())?;
         let sample = |row: usize| {
             Ok(Sample {
                 time: rows.columns[0][row],
@@ -203,7 +203,7 @@ impl ResultFile {
     pub fn states(&self, range: Range<usize>) -> Result<Vec<(f64, Mode, State)>, ResultError> {
         let mut table = schema::trajectory();
         table.variables.truncate(3 + State::COUNT);
-        let rows = Rows::read(self, &table, range.clone())?;
+        let rows = ReaderRows::read(self, &table, range.clone())?;
         let state = |row: usize| {
             let values = rows.part(3, row);
             self.finite(range.start + row, State::DESCRIPTIONS, values)?;
@@ -218,7 +218,7 @@ impl ResultFile {
         let count = self.few(&table)?;
         let mut events = Vec::with_capacity(count);
         for block in blocks(count) {
-            let rows = Rows::read(self, &table, block.clone())?;
+            let rows = ReaderRows::read(self, &table, block.clone())?;
             for row in 0..block.len() {
                 let code = rows.columns[2][row] as i8;
                 let kind = EventKind::ALL.into_iter().find(|kind| kind.code() == code);
@@ -245,7 +245,7 @@ impl ResultFile {
     pub fn segments(&self) -> Result<Vec<Segment>, ResultError> {
         let table = schema::segments();
         let all = 0..self.few(&table)?;
-        let rows = Rows::read(self, &table, all.clone())?;
+        let rows = ReaderRows::read(self, &table, all.clone())?;
         let segment = |row: usize| {
             let code = rows.columns[4][row] as i8;
             let solver = schema::SOLVERS.iter().find(|flag| flag.0 == code);
@@ -278,7 +278,7 @@ impl ResultFile {
         }
         let cycles = schema::stick_slip();
         let all = 0..self.few(&cycles)?;
-        let rows = Rows::read(self, &cycles, all.clone())?;
+        let rows = ReaderRows::read(self, &cycles, all.clone())?;
         let cycle = |row: usize| {
             let [stick_duration, slip_duration, period] = rows.part(1, row);
             Cycle {
@@ -450,7 +450,7 @@ impl ResultFile {
             .ok_or_else(|| self.source.missing(format!("text in /{}/{name}", group::INPUT)))
     }
 
-    pub(super) fn few(&self, table: &schema::Table) -> Result<usize, ResultError> {
+    pub(super) fn few(&self, table: &schema::TableSchema) -> Result<usize, ResultError> {
         let rows = self.rows(table)?;
         if rows > MOST_ROWS {
             return Err(self.source.refused(format!("/{} has {rows} rows", table.group)));
@@ -460,7 +460,7 @@ impl ResultFile {
 
     /// Number of rows that every column of a table has. A run killed in a flush may leave columns of different lengths,
     /// or longer than their data.
-    pub(super) fn rows(&self, table: &schema::Table) -> Result<usize, ResultError> {
+    pub(super) fn rows(&self, table: &schema::TableSchema) -> Result<usize, ResultError> {
         let mut rows = usize::MAX;
         for variable in &table.variables {
             let info = self.dataset(table.group, &variable.name)?;
@@ -490,7 +490,7 @@ impl ResultFile {
         Ok(rows)
     }
 
-    pub(super) fn values<T: Number>(
+    pub(super) fn values<T: StoredNumber>(
         &self,
         group: &str,
         name: &str,
@@ -547,17 +547,17 @@ impl ResultFile {
     }
 }
 
-struct Rows<'a> {
+struct ReaderRows<'a> {
     file: &'a ResultFile,
-    table: &'a schema::Table,
+    table: &'a schema::TableSchema,
     first: usize,
     columns: Vec<Vec<f64>>,
 }
 
-impl<'a> Rows<'a> {
-    fn read(file: &'a ResultFile, table: &'a schema::Table, range: Range<usize>) -> Result<Self, ResultError> {
+impl<'a> ReaderRows<'a> {
+    fn read(file: &'a ResultFile, table: &'a schema::TableSchema, range: Range<usize>) -> Result<Self, ResultError> {
         let column = |variable: &schema::Variable| file.values(table.group, &variable.name, range.clone());
-        Ok(Rows {
+        Ok(ReaderRows {
             columns: table.variables.iter().map(column).collect::<Result<_, _>>()?,
             first: range.start,
             file,

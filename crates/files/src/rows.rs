@@ -3,7 +3,7 @@
 use super::ResultError;
 use super::schema;
 use stickslip_system::numerics::chebyshev::COEFFICIENTS;
-use stickslip_system::record::{Cycle, Event, Piece, Recorder, RecorderError, Sample, Segment};
+use stickslip_system::record::{Cycle, DensePiece, Event, Recorder, RecorderError, Sample, Segment};
 
 /// Positions in [`schema::tables`]; tables of the dense output follow.
 pub(super) const TRAJECTORY: usize = 0;
@@ -87,7 +87,7 @@ macro_rules! record_rows {
                 Ok(self.numbered(SEGMENTS, &row)?)
             }
 
-            fn piece(&mut self, piece: &Piece<'_>) -> Result<(), RecorderError> {
+            fn piece(&mut self, piece: &DensePiece<'_>) -> Result<(), RecorderError> {
                 let row = [piece.start, piece.end, piece.mode.code().into(), piece.segment.into()];
                 self.numbered(PIECES, &row)?;
                 for degree in 0..COEFFICIENTS {

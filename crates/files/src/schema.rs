@@ -119,7 +119,7 @@ const SHORT_CHUNK: usize = 64;
 
 /// Storage type of a column, always little-endian.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Kind {
+pub enum StorageKind {
     /// Codes.
     Int8,
     /// Indices.
@@ -130,20 +130,20 @@ pub enum Kind {
     Float64,
 }
 
-impl Kind {
+impl StorageKind {
     /// Name in NumPy.
     pub fn name(self) -> &'static str {
         match self {
-            Kind::Int8 => "int8",
-            Kind::Int32 => "int32",
-            Kind::Int64 => "int64",
-            Kind::Float64 => "float64",
+            StorageKind::Int8 => "int8",
+            StorageKind::Int32 => "int32",
+            StorageKind::Int64 => "int64",
+            StorageKind::Float64 => "float64",
         }
     }
 }
 
 /// The meaning of a code.
-pub type Flag = (i8, &'static str);
+pub type CodeMeaning = (i8, &'static str);
 
 /// One variable of a table.
 #[derive(Debug, Clone, PartialEq)]
@@ -151,7 +151,7 @@ pub struct Variable {
     /// Name in the group.
     pub name: String,
     /// Type of the values.
-    pub kind: Kind,
+    pub kind: StorageKind,
     /// UDUNITS unit; "1" for a pure number.
     pub units: String,
     /// Description.
@@ -163,7 +163,7 @@ pub struct Variable {
 }
 
 impl Variable {
-    pub(super) fn new(name: &str, kind: Kind, units: &str, long_name: &str) -> Self {
+    pub(super) fn new(name: &str, kind: StorageKind, units: &str, long_name: &str) -> Self {
         Variable {
             name: name.to_owned(),
             kind,
@@ -176,35 +176,35 @@ impl Variable {
 
     /// A column of doubles.
     pub fn quantity(name: &str, units: &str, long_name: &str) -> Self {
-        Variable::new(name, Kind::Float64, units, long_name)
+        Variable::new(name, StorageKind::Float64, units, long_name)
     }
 
     fn seconds(name: &str, long_name: &str) -> Self {
         Variable::quantity(name, "s", long_name)
     }
 
-    pub(super) fn code(name: &str, long_name: &str, flags: &[Flag]) -> Self {
+    pub(super) fn code(name: &str, long_name: &str, flags: &[CodeMeaning]) -> Self {
         Variable {
             flags: flags
                 .iter()
                 .map(|&(code, word)| (i64::from(code), word.to_owned()))
                 .collect(),
-            ..Variable::new(name, Kind::Int8, "1", long_name)
+            ..Variable::new(name, StorageKind::Int8, "1", long_name)
         }
     }
 
     pub(super) fn count(name: &str, long_name: &str) -> Self {
-        Variable::new(name, Kind::Int64, "1", long_name)
+        Variable::new(name, StorageKind::Int64, "1", long_name)
     }
 
     pub(super) fn index(name: &str, long_name: &str) -> Self {
-        Variable::new(name, Kind::Int32, "1", long_name)
+        Variable::new(name, StorageKind::Int32, "1", long_name)
     }
 }
 
 /// A group of columns over one dimension, whose coordinate is the first variable and has its name.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Table {
+pub struct TableSchema {
     /// Group of the variables.
     pub group: &'static str,
     /// Rows in a chunk, and in the buffer.
@@ -213,9 +213,9 @@ pub struct Table {
     pub variables: Vec<Variable>,
 }
 
-impl Table {
+impl TableSchema {
     pub(super) fn new(group: &'static str, chunk: usize, variables: Vec<Variable>) -> Self {
-        Table {
+        TableSchema {
             group,
             chunk,
             variables,
@@ -224,21 +224,21 @@ impl Table {
 }
 
 /// Codes of `mode` and `mode_after`. Only the contact of trains may be engaged.
-pub(crate) fn mode_flags(trains: bool) -> Vec<Flag> {
+pub(crate) fn mode_flags(trains: bool) -> Vec<CodeMeaning> {
     let modes = Mode::ALL.iter().filter(|&&mode| mode != Mode::Engaged);
     let modes = modes.chain(trains.then_some(&Mode::Engaged));
     modes.map(|mode| (mode.code(), mode.name())).collect()
 }
 
-pub(crate) fn kind_flags() -> Vec<Flag> {
+pub(crate) fn kind_flags() -> Vec<CodeMeaning> {
     EventKind::ALL.iter().map(|kind| (kind.code(), kind.name())).collect()
 }
 
 /// Codes of `sense`: the sign of the relative velocity in slip.
-const SENSES: [Flag; 3] = [(-1, "backward"), (0, "none"), (1, "forward")];
+const SENSES: [CodeMeaning; 3] = [(-1, "backward"), (0, "none"), (1, "forward")];
 
 /// Codes of `solver`; -1 for a solver without a name here.
-pub(crate) const SOLVERS: [Flag; 8] = [
+pub(crate) const SOLVERS: [CodeMeaning; 8] = [
     (-1, "other"),
     (0, "cvode-bdf"),
     (1, "cvode-adams"),
@@ -250,7 +250,7 @@ pub(crate) const SOLVERS: [Flag; 8] = [
 ];
 
 /// /trajectory: a row for each sample.
-pub fn trajectory() -> Table {
+pub fn trajectory() -> TableSchema {
     let mut variables = vec![
         Variable::seconds("time", "time"),
         Variable::code("mode", "what the contact does", &mode_flags(false)),
@@ -266,11 +266,11 @@ pub fn trajectory() -> Table {
             .iter()
             .map(|(name, units, long_name)| Variable::quantity(name, units, long_name)),
     );
-    Table::new(group::TRAJECTORY, LONG_CHUNK, variables)
+    TableSchema::new(group::TRAJECTORY, LONG_CHUNK, variables)
 }
 
 /// /events: a row for each event, with the states before and after.
-pub fn events() -> Table {
+pub fn events() -> TableSchema {
     let mut variables = vec![
         Variable::index("event", "index of the event"),
         Variable::seconds("time", "time"),
@@ -298,11 +298,11 @@ pub fn events() -> Table {
     }
     let long_name = "internal force T_f/r just before the event";
     variables.push(Variable::quantity("internal_force", "N", long_name));
-    Table::new(group::EVENTS, SHORT_CHUNK, variables)
+    TableSchema::new(group::EVENTS, SHORT_CHUNK, variables)
 }
 
 /// /segments: a row for each stretch integrated without a restart, with its cost.
-pub fn segments() -> Table {
+pub fn segments() -> TableSchema {
     let variables = vec![
         Variable::index("segment", "index of the segment"),
         Variable::seconds("start", "time of the segment's start"),
@@ -323,22 +323,22 @@ pub fn segments() -> Table {
         Variable::index("last_order", "order of the last step, 0 where it has no meaning"),
         Variable::seconds("last_step", "last step"),
     ];
-    Table::new(group::SEGMENTS, SHORT_CHUNK, variables)
+    TableSchema::new(group::SEGMENTS, SHORT_CHUNK, variables)
 }
 
 /// /stick_slip: a row for each cycle, a stick and the slip after it.
-pub fn stick_slip() -> Table {
+pub fn stick_slip() -> TableSchema {
     let variables = vec![
         Variable::index("cycle", "index of the cycle"),
         Variable::seconds("stick_duration", "duration of the cycle's stick"),
         Variable::seconds("slip_duration", "duration of the cycle's slip"),
         Variable::seconds("period", "time from the cycle's stick to the next"),
     ];
-    Table::new(group::STICK_SLIP, SHORT_CHUNK, variables)
+    TableSchema::new(group::STICK_SLIP, SHORT_CHUNK, variables)
 }
 
 /// /runs of a work-precision study: a row for each run. `methods` are the names of the codes.
-pub(crate) fn work_precision_runs(methods: &[String]) -> Table {
+pub(crate) fn work_precision_runs(methods: &[String]) -> TableSchema {
     let variables = vec![
         Variable::index("run", "index of the run"),
         Variable {
@@ -375,18 +375,18 @@ pub(crate) fn work_precision_runs(methods: &[String]) -> Table {
         Variable::count("jacobian_evaluations", "evaluations of the Jacobian"),
         Variable::seconds("wall_time", "time of the integration, the least of its repetitions"),
     ];
-    Table::new(group::RUNS, SHORT_CHUNK, variables)
+    TableSchema::new(group::RUNS, SHORT_CHUNK, variables)
 }
 
 /// /reference of a work-precision study: a row for each event of the sequence.
-pub(crate) fn work_precision_reference() -> Table {
+pub(crate) fn work_precision_reference() -> TableSchema {
     let variables = vec![
         Variable::index("event", "index of the event"),
         Variable::code("kind", "what happened", &kind_flags()),
         Variable::seconds("time", "time"),
         Variable::seconds("time_uncertainty", "uncertainty of the time"),
     ];
-    Table::new(group::REFERENCE, SHORT_CHUNK, variables)
+    TableSchema::new(group::REFERENCE, SHORT_CHUNK, variables)
 }
 
 /// (name, unit, description) of /reference's float64 attributes: smaller errors count as zero.
@@ -401,7 +401,7 @@ pub(crate) const WORK_PRECISION_UNCERTAINTIES: [(&str, &str, &str); 3] = [
 ];
 
 /// Every table, in the order of the file.
-pub fn tables() -> [Table; 4] {
+pub fn tables() -> [TableSchema; 4] {
     [trajectory(), events(), segments(), stick_slip()]
 }
 
@@ -419,7 +419,7 @@ pub struct Extension {
 }
 
 /// Tables of the dense output. The second has [`COEFFICIENTS`] rows for each piece, and a column for each channel.
-pub(crate) fn dense_tables(trajectory: &Table) -> [Table; 2] {
+pub(crate) fn dense_tables(trajectory: &TableSchema) -> [TableSchema; 2] {
     let of_trajectory = |name: &str| trajectory.variables.iter().find(|variable| variable.name == name);
     let mut pieces = vec![
         Variable::index("piece", "index of the piece"),
@@ -435,23 +435,23 @@ pub(crate) fn dense_tables(trajectory: &Table) -> [Table; 2] {
         coefficients.push(Variable::quantity(&variable.name, &variable.units, &long_name));
     }
     [
-        Table::new(group::DENSE, LONG_CHUNK / COEFFICIENTS, pieces),
-        Table::new(group::DENSE_COEFFICIENTS, LONG_CHUNK, coefficients),
+        TableSchema::new(group::DENSE, LONG_CHUNK / COEFFICIENTS, pieces),
+        TableSchema::new(group::DENSE_COEFFICIENTS, LONG_CHUNK, coefficients),
     ]
 }
 
-pub(super) fn all_tables(extension: &Extension) -> Vec<Table> {
+pub(super) fn all_tables(extension: &Extension) -> Vec<TableSchema> {
     let tables = extended_tables(extension);
     let dense = extension.dense.then(|| dense_tables(&tables[0]));
     tables.into_iter().chain(dense.into_iter().flatten()).collect()
 }
 
 /// Channels of a trajectory: all columns except time, mode and segment.
-pub fn channels(trajectory: &Table) -> impl Iterator<Item = &Variable> {
+pub fn channels(trajectory: &TableSchema) -> impl Iterator<Item = &Variable> {
     trajectory
         .variables
         .iter()
-        .filter(|variable| variable.kind == Kind::Float64 && variable.name != "time")
+        .filter(|variable| variable.kind == StorageKind::Float64 && variable.name != "time")
 }
 
 /// Descriptions for trains, which replace those for a brake.
@@ -473,7 +473,7 @@ const OF_TRAINS: [(&str, &str); 5] = [
 ];
 
 /// Every table with an extension, in the order of the file.
-pub fn extended_tables(extension: &Extension) -> [Table; 4] {
+pub fn extended_tables(extension: &Extension) -> [TableSchema; 4] {
     let mut tables = tables();
     let [trajectory, events, ..] = &mut tables;
     let further = |suffix: &str, remark: &str| -> Vec<Variable> {

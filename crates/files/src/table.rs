@@ -13,8 +13,8 @@ use ndarray::{ArrayViewD, IxDyn};
 use super::attributes::describe;
 use super::packed::{DEFLATE_LEVEL, Packer};
 use super::raw;
-use super::schema::{Kind, Table, Variable};
-use super::values::{Number, Values, each, with_type};
+use super::schema::{StorageKind, TableSchema, Variable};
+use super::values::{StoredNumber, Values, each, with_type};
 
 impl Values<'_> {
     pub(super) fn write(&self, dataset: &Dataset) -> hdf5::Result<()> {
@@ -43,14 +43,14 @@ pub(super) struct TableWriter {
 }
 
 struct Growing {
-    dataset: raw::Rows,
-    kind: Kind,
+    dataset: raw::RowRange,
+    kind: StorageKind,
 }
 
 impl TableWriter {
-    pub(super) fn create(file: &hdf5::File, table: &Table) -> hdf5::Result<Self> {
+    pub(super) fn create(file: &hdf5::File, table: &TableSchema) -> hdf5::Result<Self> {
         let group = create_group(file, table.group)?;
-        let forms = Forms::new(table.chunk)?;
+        let forms = ColumnForms::new(table.chunk)?;
         let mut columns: Vec<Growing> = Vec::with_capacity(table.variables.len());
         for variable in &table.variables {
             let dataset = forms.create(&group, variable)?;
@@ -59,7 +59,7 @@ impl TableWriter {
                 Some(scale) => raw::attach_scale(&dataset, &scale.dataset, 0)?,
             }
             columns.push(Growing {
-                dataset: raw::Rows::new(dataset)?,
+                dataset: raw::RowRange::new(dataset)?,
                 kind: variable.kind,
             });
         }
@@ -110,7 +110,7 @@ impl TableWriter {
     }
 
     /// Writes a column's chunks with new values; the first `known` buffered ones are in the file.
-    fn write_column<T: Number>(&mut self, index: usize, known: usize) -> hdf5::Result<()> {
+    fn write_column<T: StoredNumber>(&mut self, index: usize, known: usize) -> hdf5::Result<()> {
         let width = self.columns.len();
         let dataset = &self.columns[index].dataset;
         let values: Vec<T> = self
@@ -160,16 +160,16 @@ pub(super) fn create_group(parent: &Group, name: &str) -> hdf5::Result<Group> {
 }
 
 /// Properties of a table's columns, made once.
-struct Forms {
+struct ColumnForms {
     shape: Dataspace,
     link: LinkCreate,
     creation: DatasetCreate,
     access: DatasetAccess,
 }
 
-impl Forms {
+impl ColumnForms {
     fn new(chunk: usize) -> hdf5::Result<Self> {
-        Ok(Forms {
+        Ok(ColumnForms {
             shape: Dataspace::try_new(0..)?,
             link: LinkCreate::try_new()?,
             creation: packed(&mut DatasetCreate::build())
@@ -202,7 +202,7 @@ fn packed(list: &mut DatasetCreateBuilder) -> &mut DatasetCreateBuilder {
         .fletcher32()
 }
 
-pub(super) fn create_empty<T: Number>(
+pub(super) fn create_empty<T: StoredNumber>(
     builder: DatasetBuilder,
     shape: impl Into<Extents>,
     name: &str,

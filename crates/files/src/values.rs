@@ -5,9 +5,9 @@ use std::borrow::Cow;
 use hdf5::H5Type;
 use hdf5::types::OwnedDynValue;
 
-use super::schema::{Kind, Variable};
+use super::schema::{StorageKind, Variable};
 
-pub(super) trait Number: H5Type + Copy + Into<OwnedDynValue> {
+pub(super) trait StoredNumber: H5Type + Copy + Into<OwnedDynValue> {
     fn of(value: f64) -> Self;
     /// Bytes as in the file, the first one lowest.
     fn bytes(self) -> u64;
@@ -15,7 +15,7 @@ pub(super) trait Number: H5Type + Copy + Into<OwnedDynValue> {
 
 macro_rules! numbers {
     ($($type:ty, $bits:ty;)*) => {
-        $(impl Number for $type {
+        $(impl StoredNumber for $type {
             fn of(value: f64) -> Self {
                 value as $type
             }
@@ -36,10 +36,10 @@ numbers! {
 macro_rules! with_type {
     ($kind:expr, $($function:ident)::+ ($($argument:expr),*)) => {
         match $kind {
-            Kind::Int8 => $($function)::+::<i8>($($argument),*),
-            Kind::Int32 => $($function)::+::<i32>($($argument),*),
-            Kind::Int64 => $($function)::+::<i64>($($argument),*),
-            Kind::Float64 => $($function)::+::<f64>($($argument),*),
+            StorageKind::Int8 => $($function)::+::<i8>($($argument),*),
+            StorageKind::Int32 => $($function)::+::<i32>($($argument),*),
+            StorageKind::Int64 => $($function)::+::<i64>($($argument),*),
+            StorageKind::Float64 => $($function)::+::<f64>($($argument),*),
         }
     };
 }
@@ -73,12 +73,12 @@ macro_rules! each {
 pub(super) use each;
 
 impl Values<'_> {
-    pub(super) fn new(kind: Kind, capacity: usize) -> Self {
+    pub(super) fn new(kind: StorageKind, capacity: usize) -> Self {
         match kind {
-            Kind::Int8 => Values::Int8(Vec::with_capacity(capacity).into()),
-            Kind::Int32 => Values::Int32(Vec::with_capacity(capacity).into()),
-            Kind::Int64 => Values::Int64(Vec::with_capacity(capacity).into()),
-            Kind::Float64 => Values::Float64(Vec::with_capacity(capacity).into()),
+            StorageKind::Int8 => Values::Int8(Vec::with_capacity(capacity).into()),
+            StorageKind::Int32 => Values::Int32(Vec::with_capacity(capacity).into()),
+            StorageKind::Int64 => Values::Int64(Vec::with_capacity(capacity).into()),
+            StorageKind::Float64 => Values::Float64(Vec::with_capacity(capacity).into()),
         }
     }
 
@@ -114,23 +114,23 @@ impl Values<'_> {
 
     /// Adds the nearest value of the type.
     pub(super) fn push(&mut self, value: f64) {
-        each!(self, list => list.to_mut().push(Number::of(value)));
+        each!(self, list => list.to_mut().push(StoredNumber::of(value)));
     }
 }
 
 /// A column with its values.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Column {
+pub struct FileColumn {
     /// Name, unit and description.
     pub variable: Variable,
     /// Values.
     pub values: Values<'static>,
 }
 
-impl Column {
+impl FileColumn {
     /// A column of doubles; NaN if a value is missing.
     pub fn numbers(name: &str, units: &str, long_name: &str, values: impl IntoIterator<Item = f64>) -> Self {
-        Column {
+        FileColumn {
             variable: Variable::quantity(name, units, long_name),
             values: Values::Float64(values.into_iter().collect()),
         }
@@ -138,7 +138,7 @@ impl Column {
 
     /// A column of integers.
     pub fn counts(name: &str, long_name: &str, values: impl IntoIterator<Item = i64>) -> Self {
-        Column {
+        FileColumn {
             variable: Variable::count(name, long_name),
             values: Values::Int64(values.into_iter().collect()),
         }
@@ -148,7 +148,7 @@ impl Column {
     pub fn codes(name: &str, long_name: &str, values: impl IntoIterator<Item = i8>, words: Vec<(i64, String)>) -> Self {
         let mut variable = Variable::code(name, long_name, &[]);
         variable.flags = words;
-        Column {
+        FileColumn {
             variable,
             values: Values::Int8(values.into_iter().collect()),
         }

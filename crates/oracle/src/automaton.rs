@@ -3,15 +3,15 @@
 mod guards;
 
 use super::axial::{Actuation, INSTANT};
-use super::courses::Course;
-use super::equations::{ChainState, Expansion, Far, Model, ROTOR, Regime, STATOR, State, speeds};
+use super::courses::SignalCourse;
+use super::equations::{ChainState, ExactExpansion, ExactRegime, Far, Model, ROTOR, STATOR, State, speeds};
 use super::float::{Float, WORD_BITS};
 use super::friction::{self, at_vanishing_speed};
-use super::number::Number;
+use super::number::ExactDouble;
 use super::report::{OracleEvent, OracleReport, OracleState};
 use super::scales::{Scales, scales};
 use super::{GUARD_BITS, MOST_WORDS, OracleError, OracleOptions, steps};
-use guards::{Fired, Guard};
+use guards::{ExactGuard, FiredGuard};
 use num_rational::BigRational;
 use std::collections::VecDeque;
 use std::ops::ControlFlow;
@@ -58,7 +58,7 @@ fn run_with<const N: usize>(
     bits: usize,
     control: &mut dyn FnMut(f64) -> ControlFlow<()>,
 ) -> Result<OracleReport, OracleError> {
-    let mut run = Run::<N>::new(exact, options, bits)?;
+    let mut run = ExactRun::<N>::new(exact, options, bits)?;
     while run.time < run.end {
         if run.steps.is_multiple_of(if N > 4 { 1 } else { 64 }) && control(run.time.to_f64()).is_break() {
             return Err(OracleError::Interrupted(run.time.to_f64()));
@@ -77,29 +77,29 @@ fn run_with<const N: usize>(
 
 /// State of the stability margin. It is watched up to the first stick, and only if sliding slows down by itself.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Watch {
+enum ExactMarginWatch {
     Stable,
     Unstable,
     Off,
 }
 
 #[derive(Clone, Copy)]
-struct Kick<const N: usize> {
+struct ExactKick<const N: usize> {
     delta: Float<N>,
     on: KickSide,
 }
 
-struct Run<const N: usize> {
+struct ExactRun<const N: usize> {
     bits: usize,
     model: Model<N>,
     scales: Scales,
-    courses: Vec<Course<N>>,
+    courses: Vec<SignalCourse<N>>,
     actuation: Option<Actuation<N>>,
     time: Float<N>,
     end: Float<N>,
     state: State<N>,
     mode: Mode,
-    watch: Watch,
+    watch: ExactMarginWatch,
     /// Sign of omega_r in an engaged contact.
     sense: i8,
     /// The stick speed of an engaged contact, and whether |omega_r| is above it.
@@ -109,7 +109,7 @@ struct Run<const N: usize> {
     piece: usize,
     ends: bool,
     /// Guards that the last event left at zero, with the number of their leading coefficients that vanish.
-    zeros: Vec<(Guard, usize)>,
+    zeros: Vec<(ExactGuard, usize)>,
     /// For a take-off from stick: 2 if breakaway and low-speed friction are equal, since omega_r' then also
     /// starts at 0.
     take_off_zeros: usize,
@@ -117,17 +117,17 @@ struct Run<const N: usize> {
     stays_open: bool,
     corners: VecDeque<BigRational>,
     /// Timed kicks to come, in order, and kicks that wait for the instability.
-    kicks: VecDeque<(Float<N>, Kick<N>)>,
-    waiting: Vec<Kick<N>>,
+    kicks: VecDeque<(Float<N>, ExactKick<N>)>,
+    waiting: Vec<ExactKick<N>>,
     samples_due: VecDeque<Float<N>>,
     events: Vec<OracleEvent>,
-    samples: Vec<(Number, OracleState)>,
+    samples: Vec<(ExactDouble, OracleState)>,
     max_events: usize,
     counted: usize,
     steps: u64,
 }
 
-impl<const N: usize> Run<N> {
+impl<const N: usize> ExactRun<N> {
     fn new(exact: &ExactSystem, options: &OracleOptions, bits: usize) -> Result<Self, OracleError> {
         let number = Float::from_rational;
         if exact.rotor.is_rigid() && exact.stator.is_rigid() {
@@ -137,12 +137,12 @@ impl<const N: usize> Run<N> {
             });
         }
         let model = Model::new(exact);
-        let courses: Vec<Course<N>> = exact
+        let courses: Vec<SignalCourse<N>> = exact
             .drives()
             .iter()
-            .map(|drive| Course::new(drive, &model.table))
+            .map(|drive| SignalCourse::new(drive, &model.table))
             .collect();
-        let mut corners: Vec<BigRational> = courses.iter().flat_map(Course::corners).cloned().collect();
+        let mut corners: Vec<BigRational> = courses.iter().flat_map(SignalCourse::corners).cloned().collect();
         let (mut actuation, mut presses) = (None, false);
         if let Pressing::Axial {
             axial,
@@ -157,7 +157,7 @@ impl<const N: usize> Run<N> {
         corners.dedup();
         let (mut kicks, mut waiting) = (Vec::new(), Vec::new());
         for kick in &exact.kicks {
-            let given = Kick {
+            let given = ExactKick {
                 delta: number(&kick.relative_velocity),
                 on: kick.on,
             };
@@ -169,7 +169,7 @@ impl<const N: usize> Run<N> {
         kicks.sort_by(|a, b| a.0.cmp(b.0));
         let (knots, ends) = friction::knots(&exact.law);
         let scales = scales(exact, &courses);
-        let mut run = Run {
+        let mut run = ExactRun {
             bits,
             state: State {
                 // They follow from the speeds of the ends, which are known once the run exists.
@@ -187,9 +187,9 @@ impl<const N: usize> Run<N> {
             end: number(&options.end_time),
             mode: Mode::Separated,
             watch: if options.stability && model.twice_resistance.is_some() {
-                Watch::Stable
+                ExactMarginWatch::Stable
             } else {
-                Watch::Off
+                ExactMarginWatch::Off
             },
             sense: 1,
             threshold: None,
@@ -263,19 +263,19 @@ impl<const N: usize> Run<N> {
         })
     }
 
-    fn regime(&self) -> Regime {
+    fn regime(&self) -> ExactRegime {
         match self.mode {
-            Mode::Separated => Regime::Open,
-            Mode::Stick => Regime::Stick,
-            Mode::SlipForward | Mode::SlipBackward => Regime::Slip(self.mode.sense(), self.piece),
-            Mode::Engaged => Regime::Engaged(self.sense, self.piece),
+            Mode::Separated => ExactRegime::Open,
+            Mode::Stick => ExactRegime::Stick,
+            Mode::SlipForward | Mode::SlipBackward => ExactRegime::Slip(self.mode.sense(), self.piece),
+            Mode::Engaged => ExactRegime::Engaged(self.sense, self.piece),
         }
     }
 
-    fn expansion(&self, regime: Regime, order: usize) -> Expansion<N> {
+    fn expansion(&self, regime: ExactRegime, order: usize) -> ExactExpansion<N> {
         let force = self.actuation.as_ref().map(|actuation| actuation.at(&self.time));
         let now = (&self.state, &self.time);
-        let mut expansion = Expansion::new(
+        let mut expansion = ExactExpansion::new(
             &self.model,
             regime,
             now,
@@ -286,7 +286,7 @@ impl<const N: usize> Run<N> {
         expansion
     }
 
-    fn reading(&self, state: &State<N>, expansion: Option<(&Expansion<N>, &Float<N>)>) -> OracleState {
+    fn reading(&self, state: &State<N>, expansion: Option<(&ExactExpansion<N>, &Float<N>)>) -> OracleState {
         let ends = match expansion {
             Some((expansion, after)) => expansion.ends(&self.model, after),
             None => self.ends(),
@@ -358,7 +358,7 @@ impl<const N: usize> Run<N> {
     /// Mode of surfaces with equal speed: stick, or slip in the sense of the transmitted torque if it exceeds the
     /// limit.
     fn settled(&self) -> Mode {
-        let [transmitted, limit] = self.expansion(Regime::Stick, 0).stick_test(&self.model);
+        let [transmitted, limit] = self.expansion(ExactRegime::Stick, 0).stick_test(&self.model);
         let limit = if limit.signum() > 0 { limit } else { Float::zero() };
         let excess = &magnitude(&transmitted) - &limit;
         if excess.signum() <= 0 || excess.log2() < limit.log2().max(self.scales.torque) - self.resolved() {
@@ -390,7 +390,7 @@ impl<const N: usize> Run<N> {
     fn enter(&mut self, mode: Mode) {
         self.mode = mode;
         if mode == Mode::Stick {
-            self.watch = Watch::Off;
+            self.watch = ExactMarginWatch::Off;
         }
     }
 
@@ -398,7 +398,7 @@ impl<const N: usize> Run<N> {
     fn find_sense(&mut self) {
         self.sense = match self.relative_velocity().signum() {
             0 => {
-                let expansion = self.expansion(Regime::Engaged(1, 0), LEADING);
+                let expansion = self.expansion(ExactRegime::Engaged(1, 0), LEADING);
                 let leading = expansion.relative.iter().map(Float::signum).find(|sign| *sign != 0);
                 leading.unwrap_or(1)
             }
@@ -448,7 +448,7 @@ impl<const N: usize> Run<N> {
             .collect();
         if jumps.iter().any(|jump| !jump.is_zero()) {
             // After the jump, a take-off at this instant is no longer tangential.
-            for (_, count) in self.zeros.iter_mut().filter(|(guard, _)| *guard == Guard::Stop) {
+            for (_, count) in self.zeros.iter_mut().filter(|(guard, _)| *guard == ExactGuard::Stop) {
                 *count = 1;
             }
         }
@@ -491,14 +491,14 @@ impl<const N: usize> Run<N> {
                         self.close()?;
                         if !beyond {
                             // Zero up to rounding, and rising until the next corner.
-                            self.zeros.push((Guard::Separation, usize::MAX));
+                            self.zeros.push((ExactGuard::Separation, usize::MAX));
                         }
                     }
-                    (true, false) if !beyond => self.zeros.push((Guard::Contact, 1)),
-                    (false, true) if !beyond => self.zeros.push((Guard::Separation, 1)),
+                    (true, false) if !beyond => self.zeros.push((ExactGuard::Contact, 1)),
+                    (false, true) if !beyond => self.zeros.push((ExactGuard::Separation, 1)),
                     (false, false) if !beyond && side < 0 => {
                         self.open()?;
-                        self.zeros.push((Guard::Contact, 1));
+                        self.zeros.push((ExactGuard::Contact, 1));
                     }
                     _ => {}
                 }
@@ -508,7 +508,7 @@ impl<const N: usize> Run<N> {
                 (1, beyond) if open => {
                     self.close()?;
                     if !beyond {
-                        self.zeros.push((Guard::Separation, 1));
+                        self.zeros.push((ExactGuard::Separation, 1));
                     }
                     Ok(())
                 }
@@ -516,7 +516,7 @@ impl<const N: usize> Run<N> {
                 (_, beyond) if !open => {
                     self.open()?;
                     if !beyond {
-                        self.zeros.push((Guard::Contact, 1));
+                        self.zeros.push((ExactGuard::Contact, 1));
                     }
                     Ok(())
                 }
@@ -564,8 +564,12 @@ impl<const N: usize> Run<N> {
     }
 
     fn forget_speed(&mut self) {
-        self.zeros
-            .retain(|(guard, _)| matches!(guard, Guard::Separation | Guard::Contact | Guard::Breakaway(_)));
+        self.zeros.retain(|(guard, _)| {
+            matches!(
+                guard,
+                ExactGuard::Separation | ExactGuard::Contact | ExactGuard::Breakaway(_)
+            )
+        });
     }
 
     /// After a jump of omega_r in slip or in an engaged contact: handles a change of its sign.
@@ -616,7 +620,7 @@ impl<const N: usize> Run<N> {
         self.record(EventKind::Separation)
     }
 
-    fn kick(&mut self, kick: &Kick<N>) -> Result<(), OracleError> {
+    fn kick(&mut self, kick: &ExactKick<N>) -> Result<(), OracleError> {
         let [rotor, stator] = self.model.shares;
         let delta = &kick.delta;
         if self.mode == Mode::Stick {
@@ -649,11 +653,11 @@ impl<const N: usize> Run<N> {
     }
 
     fn change_stability(&mut self) -> Result<(), OracleError> {
-        if self.watch == Watch::Unstable {
-            self.watch = Watch::Stable;
+        if self.watch == ExactMarginWatch::Unstable {
+            self.watch = ExactMarginWatch::Stable;
             return self.record(EventKind::Restabilised);
         }
-        self.watch = Watch::Unstable;
+        self.watch = ExactMarginWatch::Unstable;
         self.record(EventKind::Destabilised)?;
         for kick in std::mem::take(&mut self.waiting) {
             self.kick(&kick)?;
@@ -665,9 +669,9 @@ impl<const N: usize> Run<N> {
         self.join();
         self.piece = 0;
         let mode = self.settled();
-        self.zeros.retain(|(guard, _)| *guard != Guard::Stop);
+        self.zeros.retain(|(guard, _)| *guard != ExactGuard::Stop);
         if mode != Mode::Stick {
-            self.zeros.push((Guard::Stop, 1));
+            self.zeros.push((ExactGuard::Stop, 1));
         }
         if mode == self.mode {
             return Ok(());
@@ -732,65 +736,65 @@ impl<const N: usize> Run<N> {
         // A guard that fires at once is still at the knot, which stays among the zeros.
         let at_knot = reached.is_zero();
         self.zeros
-            .retain(|(guard, _)| at_knot && matches!(guard, Guard::Knot(_)));
+            .retain(|(guard, _)| at_knot && matches!(guard, ExactGuard::Knot(_)));
         match fired {
             Some(fired) => self.transition(&fired),
             None => Ok(()),
         }
     }
 
-    fn transition(&mut self, fired: &Fired<N>) -> Result<(), OracleError> {
+    fn transition(&mut self, fired: &FiredGuard<N>) -> Result<(), OracleError> {
         let at_once = fired.after.is_zero();
-        let mut crossed = |guard: Guard| {
+        let mut crossed = |guard: ExactGuard| {
             if !at_once {
                 self.zeros.push((guard, 1));
             }
         };
         match fired.guard {
-            Guard::Stop => self.stop(),
-            Guard::Sense => {
+            ExactGuard::Stop => self.stop(),
+            ExactGuard::Sense => {
                 self.sense = -self.sense;
                 self.piece = 0;
                 if !at_once || fired.known > 0 {
-                    self.zeros.push((Guard::Sense, 1));
+                    self.zeros.push((ExactGuard::Sense, 1));
                 }
                 Ok(())
             }
-            Guard::Knot(side) => {
+            ExactGuard::Knot(side) => {
                 self.piece = if side > 0 { self.piece + 1 } else { self.piece - 1 };
-                crossed(Guard::Knot(-side));
+                crossed(ExactGuard::Knot(-side));
                 Ok(())
             }
-            Guard::Stability => {
-                crossed(Guard::Stability);
+            ExactGuard::Stability => {
+                crossed(ExactGuard::Stability);
                 self.change_stability()
             }
-            Guard::Threshold => {
-                crossed(Guard::Threshold);
+            ExactGuard::Threshold => {
+                crossed(ExactGuard::Threshold);
                 self.cross_threshold()
             }
-            Guard::Breakaway(sense) => {
+            ExactGuard::Breakaway(sense) => {
                 // Removes the rounding of the stick, so that omega_r is exactly zero.
                 self.join();
                 self.mode = slip(sense);
                 self.piece = 0;
                 // A torque beyond its limit accelerates the surfaces at once.
                 let zeros = if fired.beyond { 1 } else { self.take_off_zeros };
-                self.zeros.push((Guard::Stop, zeros));
+                self.zeros.push((ExactGuard::Stop, zeros));
                 self.record(EventKind::Slip)
             }
-            Guard::Separation => {
+            ExactGuard::Separation => {
                 self.open()?;
                 if !fired.beyond {
-                    self.zeros.push((Guard::Contact, 1));
+                    self.zeros.push((ExactGuard::Contact, 1));
                 }
                 Ok(())
             }
-            Guard::Contact => {
+            ExactGuard::Contact => {
                 self.close()?;
                 // Not if the force already stood beyond zero.
                 if !at_once {
-                    self.zeros.push((Guard::Separation, 1));
+                    self.zeros.push((ExactGuard::Separation, 1));
                 }
                 Ok(())
             }

@@ -1,7 +1,7 @@
 //! The axial motion, which is independent of the rest and presses the surfaces together.
 
 use super::float::Float;
-use super::pieces::{Piece, pieces};
+use super::pieces::{ExactPiece, pieces};
 use num_rational::BigRational;
 use num_traits::{Signed, Zero};
 use std::cmp::Ordering;
@@ -13,15 +13,15 @@ use stickslip_system::signal::Signal;
 pub(super) const INSTANT: f64 = 1e-18;
 
 #[derive(Debug)]
-pub(super) struct AxialMotion<const N: usize> {
+pub(super) struct ExactAxialMotion<const N: usize> {
     damping: Float<N>,
     stiffness: Float<N>,
     per_mass: Float<N>,
 }
 
-impl<const N: usize> AxialMotion<N> {
+impl<const N: usize> ExactAxialMotion<N> {
     pub fn new(mass: &BigRational, stiffness: &BigRational, damping: &BigRational) -> Self {
-        AxialMotion {
+        ExactAxialMotion {
             damping: Float::from_rational(damping),
             stiffness: Float::from_rational(stiffness),
             per_mass: Float::from_rational(&mass.recip()),
@@ -51,7 +51,7 @@ pub(super) struct Actuation<const N: usize> {
     now: (Float<N>, [Float<N>; 2]),
     /// Whether F presses just before the next corner.
     presses_at_end: bool,
-    later: VecDeque<Piece>,
+    later: VecDeque<ExactPiece>,
     /// Amplitude below which a ringing open contact stays open, m.
     ringing_floor: f64,
     /// m / k_e, s^2.
@@ -65,9 +65,9 @@ impl<const N: usize> Actuation<N> {
         ringing_floor: &BigRational,
         [mass, stiffness]: [&BigRational; 2],
     ) -> (Self, bool) {
-        let mut later: VecDeque<Piece> = pieces(signal).into();
+        let mut later: VecDeque<ExactPiece> = pieces(signal).into();
         let zero = BigRational::zero;
-        let first = later.pop_front().unwrap_or(Piece::constant(zero(), zero()));
+        let first = later.pop_front().unwrap_or(ExactPiece::constant(zero(), zero()));
         let presses = first.force.is_positive() || (first.force.is_zero() && first.slope.is_positive());
         let actuation = Actuation {
             now: Self::numbers(&first),
@@ -79,7 +79,7 @@ impl<const N: usize> Actuation<N> {
         (actuation, presses)
     }
 
-    fn numbers(piece: &Piece) -> (Float<N>, [Float<N>; 2]) {
+    fn numbers(piece: &ExactPiece) -> (Float<N>, [Float<N>; 2]) {
         let number = Float::from_rational;
         (number(&piece.start), [number(&piece.force), number(&piece.slope)])
     }
@@ -107,7 +107,7 @@ impl<const N: usize> Actuation<N> {
 
     /// Whether an open contact stays open at `time`: F does not press, and the remaining oscillation is below its
     /// floor.
-    pub fn rests(&self, motion: &AxialMotion<N>, axial: [&Float<N>; 2], time: &Float<N>) -> bool {
+    pub fn rests(&self, motion: &ExactAxialMotion<N>, axial: [&Float<N>; 2], time: &Float<N>) -> bool {
         let (_, [force, _]) = &self.now;
         if force.signum() > 0 || self.presses_at_end {
             return false;
@@ -119,7 +119,7 @@ impl<const N: usize> Actuation<N> {
 
     /// Sign with which the pressing force leaves zero at a corner of F, and whether it stood beyond zero already.
     /// Changes within an instant count as immediate.
-    pub fn leaving(&self, motion: &AxialMotion<N>, [z, z_dot]: [&Float<N>; 2]) -> (i8, bool) {
+    pub fn leaving(&self, motion: &ExactAxialMotion<N>, [z, z_dot]: [&Float<N>; 2]) -> (i8, bool) {
         let [force, slope] = &self.now.1;
         let normal = motion.normal_force(z, z_dot);
         let acceleration = motion.acceleration(&normal, force);

@@ -2,12 +2,12 @@
 
 use super::elementary::Elementary;
 use super::float::Float;
-use super::friction::{self, Friction, Shapes};
+use super::friction::{self, ExactFriction, Shapes};
 use stickslip_system::model::system::{ContactLaw, ExactSystem, Smoothing};
 
 #[derive(Debug)]
-pub(super) struct Contact<const N: usize> {
-    friction: Vec<Friction<N>>,
+pub(super) struct ExactContact<const N: usize> {
+    friction: Vec<ExactFriction<N>>,
     engaged: Engaged<N>,
 }
 
@@ -25,10 +25,10 @@ enum Engaged<const N: usize> {
     },
 }
 
-impl<const N: usize> Contact<N> {
+impl<const N: usize> ExactContact<N> {
     pub fn new(exact: &ExactSystem) -> Self {
         let number = Float::from_rational;
-        Contact {
+        ExactContact {
             friction: friction::pieces(&exact.radius, &exact.law),
             engaged: match &exact.contact {
                 ContactLaw::StickSlip => Engaged::Never,
@@ -75,7 +75,7 @@ pub(super) struct ContactSeries<const N: usize> {
     pub deflection: Vec<Float<N>>,
 }
 
-type Known<'a, const N: usize> = (&'a [Float<N>], &'a [Float<N>]);
+type KnownForce<'a, const N: usize> = (&'a [Float<N>], &'a [Float<N>]);
 
 /// The next coefficient of a quotient q = n/d, where d has one coefficient more than q.
 fn quotient<const N: usize>(
@@ -105,7 +105,7 @@ impl<const N: usize> ContactSeries<N> {
         self.deflection.push(Float::zero());
     }
 
-    fn law(&mut self, friction: &Friction<N>, table: &Elementary<N>, speed: Float<N>) -> Float<N> {
+    fn law(&mut self, friction: &ExactFriction<N>, table: &Elementary<N>, speed: Float<N>) -> Float<N> {
         let k = self.shapes.speed.len();
         self.shapes.extend(friction, speed, table);
         let mut value = match self.shapes.shape.get(k) {
@@ -122,7 +122,7 @@ impl<const N: usize> ContactSeries<N> {
     /// The next coefficient of s mu(s omega_r) r F_n.
     pub fn slip(
         &mut self,
-        contact: &Contact<N>,
+        contact: &ExactContact<N>,
         table: &Elementary<N>,
         (sense, piece): (i8, usize),
         (relative, normal): (&Float<N>, &[Float<N>]),
@@ -147,7 +147,7 @@ impl<const N: usize> ContactSeries<N> {
     /// margin is zero with it, and has the sign of the slope of friction.
     pub fn margin(
         &self,
-        contact: &Contact<N>,
+        contact: &ExactContact<N>,
         piece: usize,
         twice_resistance: &Float<N>,
         normal: &[Float<N>],
@@ -172,10 +172,10 @@ impl<const N: usize> ContactSeries<N> {
 
     pub fn engaged(
         &mut self,
-        contact: &Contact<N>,
+        contact: &ExactContact<N>,
         table: &Elementary<N>,
         (sense, piece): (i8, usize),
-        (relative, normal): Known<'_, N>,
+        (relative, normal): KnownForce<'_, N>,
     ) -> Float<N> {
         let k = relative.len() - 1;
         let speed = if sense < 0 { -&relative[k] } else { relative[k] };

@@ -2,22 +2,22 @@
 
 use super::elementary::Elementary;
 use super::float::Float;
-use super::pieces::{Piece, pieces};
+use super::pieces::{ExactPiece, pieces};
 use num_bigint::BigInt;
 use num_rational::BigRational;
 use num_traits::{Signed, Zero};
 use stickslip_system::model::nearest_double;
-use stickslip_system::signal::{Drive, Frequency, Shape, Wave};
+use stickslip_system::signal::{Drive, Frequency, HarmonicShape, Wave};
 
 #[derive(Debug)]
-pub(super) struct Course<const N: usize> {
-    stretches: Vec<Stretch<N>>,
-    waves: Vec<Harmonic<N>>,
+pub(super) struct SignalCourse<const N: usize> {
+    stretches: Vec<CourseStretch<N>>,
+    waves: Vec<HarmonicCourse<N>>,
     current: usize,
 }
 
 #[derive(Debug)]
-struct Stretch<const N: usize> {
+struct CourseStretch<const N: usize> {
     exact_start: BigRational,
     start: Float<N>,
     linear: [Float<N>; 2],
@@ -27,8 +27,8 @@ struct Stretch<const N: usize> {
 }
 
 #[derive(Debug)]
-struct Harmonic<const N: usize> {
-    shape: Shape,
+struct HarmonicCourse<const N: usize> {
+    shape: HarmonicShape,
     amplitude: Float<N>,
     omega: Float<N>,
     phase: Float<N>,
@@ -36,13 +36,13 @@ struct Harmonic<const N: usize> {
 
 #[derive(Default)]
 struct Parts<'a> {
-    linear: Vec<Vec<Piece>>,
+    linear: Vec<Vec<ExactPiece>>,
     waves: Vec<&'a Wave<BigRational>>,
 }
 
 impl<'a> Parts<'a> {
     fn gather(&mut self, drive: &'a Drive<BigRational>) {
-        let constant = |value: &BigRational| vec![Piece::constant(BigRational::zero(), value.clone())];
+        let constant = |value: &BigRational| vec![ExactPiece::constant(BigRational::zero(), value.clone())];
         match drive {
             Drive::Value(value) => self.linear.push(constant(value)),
             Drive::Linear(signal) => self.linear.push(pieces(signal)),
@@ -71,7 +71,7 @@ pub(super) fn shortest_period(drive: &Drive<BigRational>) -> f64 {
     parts.waves.iter().map(period).fold(f64::INFINITY, f64::min)
 }
 
-impl<const N: usize> Course<N> {
+impl<const N: usize> SignalCourse<N> {
     pub fn new(drive: &Drive<BigRational>, table: &Elementary<N>) -> Self {
         let mut parts = Parts::default();
         parts.gather(drive);
@@ -84,7 +84,7 @@ impl<const N: usize> Course<N> {
         let stretch = |start: BigRational| {
             let [mut value, mut slope, mut step] = [(); 3].map(|()| BigRational::zero());
             for part in &parts.linear {
-                let at = |piece: &Piece| &piece.force + &piece.slope * (&start - &piece.start);
+                let at = |piece: &ExactPiece| &piece.force + &piece.slope * (&start - &piece.start);
                 if let Some(piece) = part.iter().rev().find(|piece| piece.start <= start) {
                     value += at(piece);
                     slope += &piece.slope;
@@ -93,7 +93,7 @@ impl<const N: usize> Course<N> {
                 }
             }
             let acting = |index: &usize| acts(parts.waves[*index], &start);
-            Stretch {
+            CourseStretch {
                 start: Float::from_rational(&start),
                 linear: [Float::from_rational(&value), Float::from_rational(&slope)],
                 step: Float::from_rational(&step),
@@ -101,7 +101,7 @@ impl<const N: usize> Course<N> {
                 exact_start: start,
             }
         };
-        let harmonic = |wave: &&Wave<BigRational>| Harmonic {
+        let harmonic = |wave: &&Wave<BigRational>| HarmonicCourse {
             shape: wave.shape,
             amplitude: Float::from_rational(&wave.amplitude),
             omega: match &wave.frequency {
@@ -113,7 +113,7 @@ impl<const N: usize> Course<N> {
             },
             phase: Float::from_rational(&wave.phase),
         };
-        Course {
+        SignalCourse {
             waves: parts.waves.iter().map(harmonic).collect(),
             stretches: corners.into_iter().map(stretch).collect(),
             current: 0,
@@ -173,13 +173,13 @@ impl<const N: usize> Course<N> {
     }
 }
 
-impl<const N: usize> Harmonic<N> {
+impl<const N: usize> HarmonicCourse<N> {
     /// The wave, and its derivative by the angle.
     fn derivatives(&self, time: &Float<N>, table: &Elementary<N>) -> [Float<N>; 2] {
         let [sine, cosine] = table.sine_and_cosine(&(&(&self.omega * time) + &self.phase));
         match self.shape {
-            Shape::Sine => [&self.amplitude * &sine, &self.amplitude * &cosine],
-            Shape::Cosine => [&self.amplitude * &cosine, -&(&self.amplitude * &sine)],
+            HarmonicShape::Sine => [&self.amplitude * &sine, &self.amplitude * &cosine],
+            HarmonicShape::Cosine => [&self.amplitude * &cosine, -&(&self.amplitude * &sine)],
         }
     }
 

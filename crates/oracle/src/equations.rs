@@ -5,9 +5,9 @@
 //! S_i acts with that sign on its inner inertia and against it on its outer one. The torque T of the contact acts
 //! against it on the surface.
 
-use super::axial::AxialMotion;
-use super::contact::{Contact, ContactSeries};
-use super::courses::{Course, CourseSeries};
+use super::axial::ExactAxialMotion;
+use super::contact::{ContactSeries, ExactContact};
+use super::courses::{CourseSeries, SignalCourse};
 use super::elementary::Elementary;
 use super::float::Float;
 use super::margin::twice_resistance;
@@ -22,7 +22,7 @@ pub(super) const STATOR: usize = 1;
 
 /// The regime of the equations. Slip and engaged contact: the sign of omega_r and the piece of the friction law.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Regime {
+pub(super) enum ExactRegime {
     Open,
     Stick,
     Slip(i8, usize),
@@ -140,13 +140,13 @@ pub(super) struct Model<const N: usize> {
     pub shares: [Float<N>; 2],
     /// 1/(J_1 + J_2); zero if one of them is infinite.
     per_sum: Float<N>,
-    pub axial: Option<AxialMotion<N>>,
+    pub axial: Option<ExactAxialMotion<N>>,
     pub force: Option<usize>,
     breakaway: Float<N>,
     /// 2 R of the margin of steady sliding, N m s/rad; `None` if sliding does not slow down by itself, or nothing can
     /// swing.
     pub twice_resistance: Option<Float<N>>,
-    pub contact: Contact<N>,
+    pub contact: ExactContact<N>,
     pub table: Elementary<N>,
 }
 
@@ -169,7 +169,7 @@ impl<const N: usize> Model<N> {
         let (axial, force) = match &exact.pressing {
             Pressing::Force(_) => (None, Some(courses)),
             Pressing::Axial { axial, .. } => {
-                let motion = AxialMotion::new(&axial.mass, &axial.stiffness, &axial.damping);
+                let motion = ExactAxialMotion::new(&axial.mass, &axial.stiffness, &axial.damping);
                 (Some(motion), None)
             }
         };
@@ -181,7 +181,7 @@ impl<const N: usize> Model<N> {
             force,
             breakaway: Float::from_rational(&(&exact.radius * &exact.breakaway)),
             twice_resistance: twice_resistance(exact),
-            contact: Contact::new(exact),
+            contact: ExactContact::new(exact),
             table: Elementary::new(largest_order(Float::<N>::BITS) + 2),
         }
     }
@@ -199,8 +199,8 @@ struct ChainSeries<const N: usize> {
 }
 
 #[derive(Debug)]
-pub(super) struct Expansion<const N: usize> {
-    regime: Regime,
+pub(super) struct ExactExpansion<const N: usize> {
+    regime: ExactRegime,
     chains: [ChainSeries<N>; 2],
     axial: [Vec<Float<N>>; 2],
     actuation: [Float<N>; 2],
@@ -212,13 +212,13 @@ pub(super) struct Expansion<const N: usize> {
     pub contact: ContactSeries<N>,
 }
 
-impl<const N: usize> Expansion<N> {
+impl<const N: usize> ExactExpansion<N> {
     /// Expansion of order 0 around `time`. `actuation` is F and F' of the axial mode.
     pub fn new(
         model: &Model<N>,
-        regime: Regime,
+        regime: ExactRegime,
         (state, time): (&State<N>, &Float<N>),
-        courses: &[Course<N>],
+        courses: &[SignalCourse<N>],
         actuation: [Float<N>; 2],
     ) -> Self {
         let each = |values: &[Float<N>]| values.iter().map(|value| vec![*value]).collect::<Vec<_>>();
@@ -233,7 +233,7 @@ impl<const N: usize> Expansion<N> {
                 next: vec![Float::zero(); inertias],
             }
         };
-        Expansion {
+        ExactExpansion {
             regime,
             chains: [chain(ROTOR), chain(STATOR)],
             axial: match &state.axial {
@@ -285,27 +285,27 @@ impl<const N: usize> Expansion<N> {
         let far = [ROTOR, STATOR].map(|c| self.far_acceleration(&model.chains[c], k));
         // T, and with it the surfaces.
         let torque = match self.regime {
-            Regime::Open => {
+            ExactRegime::Open => {
                 self.contact.rest();
                 Float::zero()
             }
-            Regime::Stick => {
+            ExactRegime::Stick => {
                 let torque = transmitted(model, self.chains.each_ref().map(|chain| chain.next.first()), &far);
                 self.transmitted.push(torque);
                 torque
             }
-            Regime::Slip(sense, piece) => {
+            ExactRegime::Slip(sense, piece) => {
                 let sides = (sense, piece);
                 self.contact
                     .slip(&model.contact, &model.table, sides, (&relative, &self.normal))
             }
-            Regime::Engaged(sense, piece) => {
+            ExactRegime::Engaged(sense, piece) => {
                 let sides = (sense, piece);
                 self.contact
                     .engaged(&model.contact, &model.table, sides, (&self.relative, &self.normal))
             }
         };
-        let joint = (self.regime == Regime::Stick && !model.per_sum.is_zero()).then(|| {
+        let joint = (self.regime == ExactRegime::Stick && !model.per_sum.is_zero()).then(|| {
             let sum = &self.chains[ROTOR].next[0] + &self.chains[STATOR].next[0];
             &sum * &model.per_sum
         });
@@ -318,7 +318,7 @@ impl<const N: usize> Expansion<N> {
                 *sum = &*sum * per_inertia;
             }
             let accelerations = &mut series.next;
-            if self.regime == Regime::Stick
+            if self.regime == ExactRegime::Stick
                 && let Some(surface) = accelerations.first_mut()
             {
                 *surface = joint.unwrap_or(far[1 - c]);
@@ -414,7 +414,7 @@ impl<const N: usize> Expansion<N> {
     /// The margin of steady sliding, 2 (R + r F_n mu'), N m s/rad; empty outside slip.
     pub fn margin(&self, model: &Model<N>) -> Vec<Float<N>> {
         match (self.regime, &model.twice_resistance) {
-            (Regime::Slip(_, piece), Some(resistance)) => {
+            (ExactRegime::Slip(_, piece), Some(resistance)) => {
                 self.contact.margin(&model.contact, piece, resistance, &self.normal)
             }
             _ => Vec::new(),

@@ -7,7 +7,7 @@
 // Carries run through the words of two numbers, which indices show more plainly than iterators.
 #![allow(clippy::needless_range_loop)]
 
-use super::number::Number;
+use super::number::ExactDouble;
 use num_bigint::{BigInt, BigUint, Sign};
 use num_rational::BigRational;
 use num_traits::{One, Signed, Zero};
@@ -512,23 +512,23 @@ impl<const N: usize> Float<N> {
     }
 }
 
-impl<const N: usize> From<&Float<N>> for Number {
-    fn from(float: &Float<N>) -> Number {
+impl<const N: usize> From<&Float<N>> for ExactDouble {
+    fn from(float: &Float<N>) -> ExactDouble {
         let sign = match float.signum() {
             -1 => Sign::Minus,
             0 => Sign::NoSign,
             _ => Sign::Plus,
         };
         let mantissa = float.is_finite().then(|| BigInt::from_biguint(sign, float.mantissa()));
-        Number::new(mantissa, float.exponent - Float::<N>::BITS as i64, Float::<N>::BITS)
+        ExactDouble::new(mantissa, float.exponent - Float::<N>::BITS as i64, Float::<N>::BITS)
     }
 }
 
-impl Number {
+impl ExactDouble {
     /// The double `value`, exactly, as a number with a precision of `bits`.
-    pub fn from_f64(value: f64, bits: usize) -> Number {
+    pub fn from_f64(value: f64, bits: usize) -> ExactDouble {
         // Any length holds the mantissa of a double.
-        let exact = Number::from(&Float::<2>::from_f64(value));
+        let exact = ExactDouble::from(&Float::<2>::from_f64(value));
         exact.with_bits(bits)
     }
 }

@@ -11,18 +11,18 @@ use num_rational::BigRational;
 use stickslip_system::model::{ExactLaw, nearest_double};
 
 #[derive(Debug)]
-pub(super) struct Friction<const N: usize> {
+pub(super) struct ExactFriction<const N: usize> {
     /// r times the part of mu outside the shape.
     pub constant: Float<N>,
     /// r times the factor of S.
     pub falling: Float<N>,
     /// -2 r times the factor of R.
     pub negative_damping: Float<N>,
-    kind: Kind<N>,
+    kind: LawKind<N>,
 }
 
 #[derive(Debug)]
-enum Kind<const N: usize> {
+enum LawKind<const N: usize> {
     /// S = R = exp(-alpha x); -alpha.
     Exponential(Float<N>),
     Constant,
@@ -45,16 +45,16 @@ enum Kind<const N: usize> {
 }
 
 /// The pieces of a law between its knots, by increasing speed; one without knots.
-pub(super) fn pieces<const N: usize>(radius: &BigRational, law: &ExactLaw) -> Vec<Friction<N>> {
+pub(super) fn pieces<const N: usize>(radius: &BigRational, law: &ExactLaw) -> Vec<ExactFriction<N>> {
     if law.name == "table" {
         table(radius, law)
     } else {
-        vec![Friction::whole(radius, law)]
+        vec![ExactFriction::whole(radius, law)]
     }
 }
 
 /// One piece for each interval of a table, and one above.
-fn table<const N: usize>(radius: &BigRational, law: &ExactLaw) -> Vec<Friction<N>> {
+fn table<const N: usize>(radius: &BigRational, law: &ExactLaw) -> Vec<ExactFriction<N>> {
     let integer = |n: i64| BigRational::from_integer(BigInt::from(n));
     let (x, y) = (law.list("speed"), law.list("coefficient"));
     let last = x.len() - 1;
@@ -72,10 +72,14 @@ fn table<const N: usize>(radius: &BigRational, law: &ExactLaw) -> Vec<Friction<N
             let third = (&m + &n - integer(2) * &d[k]) / (&h[k] * &h[k]);
             [m, quadratic, third]
         };
-        all.push(Friction::cubic(radius, &x[k], [&y[k], &cubic[0], &cubic[1], &cubic[2]]));
+        all.push(ExactFriction::cubic(
+            radius,
+            &x[k],
+            [&y[k], &cubic[0], &cubic[1], &cubic[2]],
+        ));
     }
     let zero = BigRational::default();
-    all.push(Friction::cubic(radius, &x[last], [&y[last], &zero, &zero, &zero]));
+    all.push(ExactFriction::cubic(radius, &x[last], [&y[last], &zero, &zero, &zero]));
     all
 }
 
@@ -118,13 +122,13 @@ pub(super) fn knots(law: &ExactLaw) -> (Vec<BigRational>, bool) {
     }
 }
 
-impl<const N: usize> Friction<N> {
+impl<const N: usize> ExactFriction<N> {
     fn cubic(radius: &BigRational, origin: &BigRational, coefficients: [&BigRational; 4]) -> Self {
-        Friction {
+        ExactFriction {
             constant: Float::zero(),
             falling: Float::from_rational(radius),
             negative_damping: Float::from_rational(&(radius + radius)),
-            kind: Kind::Cubic {
+            kind: LawKind::Cubic {
                 coefficients: coefficients.map(Float::from_rational),
                 origin: Float::from_rational(origin),
             },
@@ -144,19 +148,19 @@ impl<const N: usize> Friction<N> {
             "exponential" => {
                 let falling = radius * (of("low_speed") - of("high_speed"));
                 let negative = two * of("decay") * &falling;
-                let kind = Kind::Exponential(number(&-of("decay")));
+                let kind = LawKind::Exponential(number(&-of("decay")));
                 (radius * of("high_speed"), falling, negative, kind)
             }
-            "coulomb" => (radius * of("kinetic"), zero.clone(), zero, Kind::Constant),
+            "coulomb" => (radius * of("kinetic"), zero.clone(), zero, LawKind::Constant),
             "hyperbolic" => {
                 let falling = radius * (of("low_speed") - of("high_speed"));
                 let negative = two * &falling / of("scale");
-                let kind = Kind::Hyperbolic(number(&of("scale").recip()));
+                let kind = LawKind::Hyperbolic(number(&of("scale").recip()));
                 (radius * of("high_speed"), falling, negative, kind)
             }
             "stribeck" => {
                 let drop = of("low_speed") - of("high_speed");
-                let kind = Kind::Stribeck {
+                let kind = LawKind::Stribeck {
                     drop: number(&drop),
                     viscous: number(&of("viscous")),
                     per_scale: number(&of("scale").recip()),
@@ -167,11 +171,11 @@ impl<const N: usize> Friction<N> {
             }
             "polynomial" => {
                 let [a, b, c, d] = ["low_speed", "linear", "quadratic", "cubic"].map(of);
-                return Friction::cubic(radius, &zero, [&a, &b, &c, &d]);
+                return ExactFriction::cubic(radius, &zero, [&a, &b, &c, &d]);
             }
             other => panic!("the oracle has no friction law \"{other}\""),
         };
-        Friction {
+        ExactFriction {
             constant: number(&constant),
             falling: number(&falling),
             negative_damping: number(&negative_damping),
@@ -214,7 +218,7 @@ pub(super) struct Shapes<const N: usize> {
 
 impl<const N: usize> Shapes<N> {
     /// Takes coefficient k of x, and computes that of S.
-    pub fn extend(&mut self, friction: &Friction<N>, speed: Float<N>, table: &Elementary<N>) {
+    pub fn extend(&mut self, friction: &ExactFriction<N>, speed: Float<N>, table: &Elementary<N>) {
         let Elementary {
             reciprocals,
             integers,
@@ -224,7 +228,7 @@ impl<const N: usize> Shapes<N> {
         let k = self.speed.len();
         self.speed.push(speed);
         match &friction.kind {
-            Kind::Exponential(minus_decay) => {
+            LawKind::Exponential(minus_decay) => {
                 let exponent = &speed * minus_decay;
                 self.rate.push(&exponent * &integers[k]);
                 let next = if k == 0 {
@@ -234,8 +238,8 @@ impl<const N: usize> Shapes<N> {
                 };
                 self.shape.push(next);
             }
-            Kind::Constant => {}
-            Kind::Stribeck {
+            LawKind::Constant => {}
+            LawKind::Stribeck {
                 drop,
                 viscous,
                 per_scale,
@@ -263,7 +267,7 @@ impl<const N: usize> Shapes<N> {
                 self.exponential.push(next);
                 self.shape.push(&(drop * &next) + &(viscous * &speed));
             }
-            Kind::Cubic { coefficients, origin } => {
+            LawKind::Cubic { coefficients, origin } => {
                 self.ratio.push(if k == 0 { &speed - origin } else { speed });
                 self.power.resize(2, Vec::new());
                 let square = Float::convolution(&self.ratio, &self.ratio);
@@ -276,7 +280,7 @@ impl<const N: usize> Shapes<N> {
                 }
                 self.shape.push(value);
             }
-            Kind::Hyperbolic(per_scale) => {
+            LawKind::Hyperbolic(per_scale) => {
                 // (1 + x/x_s) q = 1; `rate` has the coefficients of the bracket.
                 let ratio = &speed * per_scale;
                 self.rate
@@ -292,12 +296,12 @@ impl<const N: usize> Shapes<N> {
     }
 
     /// R, to the order of S; `None` if it equals S.
-    pub fn slope(&self, friction: &Friction<N>) -> Option<Vec<Float<N>>> {
+    pub fn slope(&self, friction: &ExactFriction<N>) -> Option<Vec<Float<N>>> {
         match &friction.kind {
-            Kind::Exponential(_) => None,
-            Kind::Constant => Some(vec![Float::zero(); self.speed.len()]),
-            Kind::Hyperbolic(_) => Some(square(&self.shape)),
-            Kind::Cubic { coefficients, .. } => {
+            LawKind::Exponential(_) => None,
+            LawKind::Constant => Some(vec![Float::zero(); self.speed.len()]),
+            LawKind::Hyperbolic(_) => Some(square(&self.shape)),
+            LawKind::Cubic { coefficients, .. } => {
                 let [_, b, c, e] = coefficients;
                 let (two, three) = (Float::from_f64(2.0), Float::from_f64(3.0));
                 let term = |k: usize| -&(&(&(&two * c) * &self.ratio[k]) + &(&(&three * e) * &self.power[0][k]));
@@ -307,7 +311,7 @@ impl<const N: usize> Shapes<N> {
                 }
                 Some(slope)
             }
-            Kind::Stribeck {
+            LawKind::Stribeck {
                 viscous, fall, power, ..
             } => {
                 let falling = |k: usize| match power {

@@ -104,7 +104,7 @@ mod solve;
 mod steps;
 
 pub use automaton::run;
-pub use number::{Number, decimal, rational};
+pub use number::{ExactDouble, decimal, rational};
 pub use report::{OracleEvent, OracleReport, OracleState};
 pub use solve::{OracleProgress, OracleRequest, OracleSolution, solve};
 

@@ -18,7 +18,7 @@ use num_traits::{Signed, Zero};
 use stickslip_system::model::system::{End, ExactSystem, Train};
 
 /// A surface on its own shaft.
-pub struct Surface {
+pub struct ExactSurface {
     /// J, kg m^2.
     pub inertia: BigRational,
     /// a of the shaft and to the ground, N m s/rad.
@@ -27,10 +27,10 @@ pub struct Surface {
     pub stiffness: BigRational,
 }
 
-impl Surface {
-    fn of(train: &Train<BigRational>) -> Option<Surface> {
+impl ExactSurface {
+    fn of(train: &Train<BigRational>) -> Option<ExactSurface> {
         let first = |values: &[BigRational]| values.first().cloned().unwrap_or_default();
-        train.inertia.first().map(|inertia| Surface {
+        train.inertia.first().map(|inertia| ExactSurface {
             inertia: inertia.clone(),
             damping: first(&train.damping) + first(&train.viscous),
             stiffness: first(&train.stiffness),
@@ -53,7 +53,7 @@ pub(super) fn twice_resistance<const N: usize>(exact: &ExactSystem) -> Option<Fl
     if free.count() != 1 || chains.iter().any(driven) {
         return None;
     }
-    match chains.map(Surface::of) {
+    match chains.map(ExactSurface::of) {
         [Some(rotor), Some(stator)] => of_both(&rotor, &stator),
         [Some(one), None] | [None, Some(one)] => {
             let swings = one.stiffness.is_positive();
@@ -65,12 +65,12 @@ pub(super) fn twice_resistance<const N: usize>(exact: &ExactSystem) -> Option<Fl
 
 /// Minimum of 2 Re Z over the frequencies at which the surfaces swing against each other, N m s/rad; `None` if they do
 /// not swing.
-pub fn of_both<const N: usize>(one: &Surface, other: &Surface) -> Option<Float<N>> {
-    let undamped = |surface: &Surface| surface.damping.is_zero() && surface.stiffness.is_positive();
+pub fn of_both<const N: usize>(one: &ExactSurface, other: &ExactSurface) -> Option<Float<N>> {
+    let undamped = |surface: &ExactSurface| surface.damping.is_zero() && surface.stiffness.is_positive();
     if undamped(one) || undamped(other) {
         return Some(Float::zero());
     }
-    let [first, second] = [one, other].map(Surface::frequency_squared);
+    let [first, second] = [one, other].map(ExactSurface::frequency_squared);
     if first == second {
         let product = &one.damping * &other.damping;
         let twice = (&product + &product) / (&one.damping + &other.damping);
@@ -103,7 +103,7 @@ pub fn of_both<const N: usize>(one: &Surface, other: &Surface) -> Option<Float<N
     Some(&least + &least)
 }
 
-fn reactance(one: &Surface, other: &Surface) -> [BigRational; 4] {
+fn reactance(one: &ExactSurface, other: &ExactSurface) -> [BigRational; 4] {
     let [j1, k1] = [&one.inertia, &one.stiffness];
     let [j2, k2] = [&other.inertia, &other.stiffness];
     let [a1, a2] = [one, other].map(|surface| &surface.damping * &surface.damping);
@@ -135,8 +135,8 @@ fn shifted(f: &[BigRational; 4], start: &BigRational, width: &BigRational) -> [B
 }
 
 /// Re Z at x = omega^2.
-fn resistance<const N: usize>(one: &Surface, other: &Surface, x: &Float<N>) -> Float<N> {
-    let of = |surface: &Surface| {
+fn resistance<const N: usize>(one: &ExactSurface, other: &ExactSurface, x: &Float<N>) -> Float<N> {
+    let of = |surface: &ExactSurface| {
         let [inertia, a, stiffness] =
             [&surface.inertia, &surface.damping, &surface.stiffness].map(Float::<N>::from_rational);
         (a, &(&inertia * x) - &stiffness)

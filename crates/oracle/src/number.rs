@@ -8,28 +8,28 @@ use stickslip_system::model::nearest_double;
 
 /// A binary floating-point number of a run, exactly.
 #[derive(Debug, Clone)]
-pub struct Number {
+pub struct ExactDouble {
     mantissa: Option<BigInt>,
     /// Power of two of the mantissa's last bit.
     exponent: i64,
     bits: usize,
 }
 
-impl Number {
-    pub(super) fn new(mantissa: Option<BigInt>, exponent: i64, bits: usize) -> Number {
-        Number {
+impl ExactDouble {
+    pub(super) fn new(mantissa: Option<BigInt>, exponent: i64, bits: usize) -> ExactDouble {
+        ExactDouble {
             mantissa,
             exponent,
             bits,
         }
     }
 
-    pub(super) fn with_bits(self, bits: usize) -> Number {
-        Number { bits, ..self }
+    pub(super) fn with_bits(self, bits: usize) -> ExactDouble {
+        ExactDouble { bits, ..self }
     }
 
     /// The rational `value`, truncated to `bits`.
-    pub fn from_rational(value: &BigRational, bits: usize) -> Number {
+    pub fn from_rational(value: &BigRational, bits: usize) -> ExactDouble {
         let lengths = value.numer().magnitude().bits() as i64 - value.denom().magnitude().bits() as i64;
         let exponent = lengths - bits as i64;
         let power = BigInt::one() << exponent.unsigned_abs();
@@ -38,7 +38,7 @@ impl Number {
         } else {
             value.numer() * power / value.denom()
         };
-        Number::new(Some(mantissa), exponent, bits)
+        ExactDouble::new(Some(mantissa), exponent, bits)
     }
 
     /// The exact value; `None` if not finite.
@@ -74,7 +74,7 @@ impl Number {
     }
 
     /// |self - other|, rounded up to a double.
-    pub fn distance(&self, other: &Number) -> f64 {
+    pub fn distance(&self, other: &ExactDouble) -> f64 {
         let (Some(a), Some(b)) = (self.to_rational(), other.to_rational()) else {
             return f64::NAN;
         };
@@ -85,7 +85,7 @@ impl Number {
     }
 
     /// self - other, rounded to a double once.
-    pub fn minus(&self, other: &Number) -> f64 {
+    pub fn minus(&self, other: &ExactDouble) -> f64 {
         match (self.to_rational(), other.to_rational()) {
             (Some(a), Some(b)) => nearest_double(&(a - b)),
             _ => f64::NAN,

@@ -5,7 +5,7 @@ use num_traits::{Signed, Zero};
 use stickslip_system::signal::{Ramp, Signal, Table};
 
 #[derive(Debug, Clone, PartialEq)]
-pub(super) struct Piece {
+pub(super) struct ExactPiece {
     pub start: BigRational,
     pub force: BigRational,
     /// Just before the next piece; `force` for the last.
@@ -13,9 +13,9 @@ pub(super) struct Piece {
     pub slope: BigRational,
 }
 
-impl Piece {
-    pub fn constant(start: BigRational, force: BigRational) -> Piece {
-        Piece {
+impl ExactPiece {
+    pub fn constant(start: BigRational, force: BigRational) -> ExactPiece {
+        ExactPiece {
             start,
             end_force: force.clone(),
             force,
@@ -25,42 +25,42 @@ impl Piece {
 }
 
 /// F(t) from t = 0 on. The last piece never ends.
-pub(super) fn pieces(actuation: &Signal<BigRational>) -> Vec<Piece> {
+pub(super) fn pieces(actuation: &Signal<BigRational>) -> Vec<ExactPiece> {
     let zero = BigRational::zero;
     match actuation {
         Signal::Ramp(Ramp { value, rise_time }) if rise_time.is_positive() => vec![
-            Piece {
+            ExactPiece {
                 start: zero(),
                 force: zero(),
                 end_force: value.clone(),
                 slope: value / rise_time,
             },
-            Piece::constant(rise_time.clone(), value.clone()),
+            ExactPiece::constant(rise_time.clone(), value.clone()),
         ],
-        Signal::Ramp(Ramp { value, .. }) => vec![Piece::constant(zero(), value.clone())],
+        Signal::Ramp(Ramp { value, .. }) => vec![ExactPiece::constant(zero(), value.clone())],
         Signal::Table(Table { time, value }) => table_pieces(time, value),
     }
 }
 
 /// The first force is valid before the table, the last one after it. Points before t = 0 are cut off; two points of one
 /// time are a step.
-fn table_pieces(time: &[BigRational], force: &[BigRational]) -> Vec<Piece> {
+fn table_pieces(time: &[BigRational], force: &[BigRational]) -> Vec<ExactPiece> {
     let zero = BigRational::zero();
     let mut pieces = Vec::with_capacity(time.len() + 1);
     if time.first().is_some_and(|first| first > &zero) {
-        pieces.push(Piece::constant(zero.clone(), force[0].clone()));
+        pieces.push(ExactPiece::constant(zero.clone(), force[0].clone()));
     }
     for (index, (start, at_start)) in time.iter().zip(force).enumerate() {
         let begin = start.max(&zero).clone();
         let Some(end) = time.get(index + 1) else {
-            pieces.push(Piece::constant(begin, at_start.clone()));
+            pieces.push(ExactPiece::constant(begin, at_start.clone()));
             break;
         };
         if end <= &zero || end <= start {
             continue;
         }
         let slope = (&force[index + 1] - at_start) / (end - start);
-        pieces.push(Piece {
+        pieces.push(ExactPiece {
             force: at_start + &slope * (&begin - start),
             end_force: force[index + 1].clone(),
             start: begin,

@@ -2,7 +2,7 @@
 
 use super::equations::{ROTOR, STATOR, State};
 use super::float::Float;
-use super::number::Number;
+use super::number::ExactDouble;
 use stickslip_system::model::Mode;
 use stickslip_system::record::EventKind;
 
@@ -10,31 +10,31 @@ use stickslip_system::record::EventKind;
 #[derive(Debug, Clone)]
 pub struct OracleState {
     /// Twists of the rotor's shafts, from the contact outwards: outer less inner angle, rad.
-    pub rotor_twist: Vec<Number>,
+    pub rotor_twist: Vec<ExactDouble>,
     /// Their rates, rad/s.
-    pub rotor_twist_rate: Vec<Number>,
+    pub rotor_twist_rate: Vec<ExactDouble>,
     /// Speeds of the rotor's inertias, from the contact outwards, rad/s.
-    pub rotor_speed: Vec<Number>,
+    pub rotor_speed: Vec<ExactDouble>,
     /// Twists of the stator's shafts, from the contact outwards: inner less outer angle, rad.
-    pub stator_twist: Vec<Number>,
+    pub stator_twist: Vec<ExactDouble>,
     /// Their rates, rad/s.
-    pub stator_twist_rate: Vec<Number>,
+    pub stator_twist_rate: Vec<ExactDouble>,
     /// Speeds of the stator's inertias, from the contact outwards, rad/s.
-    pub stator_speed: Vec<Number>,
+    pub stator_speed: Vec<ExactDouble>,
     /// omega_r, speed of the rotor's surface less the stator's, rad/s.
-    pub relative_velocity: Number,
+    pub relative_velocity: ExactDouble,
     /// z, m, and z', m/s, of an axial mode.
-    pub axial: Option<[Number; 2]>,
+    pub axial: Option<[ExactDouble; 2]>,
     /// Angles of the outermost inertias of rotor and stator since t = 0, rad; `None` for a train without a free end.
-    pub angles: [Option<Number>; 2],
+    pub angles: [Option<ExactDouble>; 2],
     /// Deflection of the bristles, rad; zero for other engaged contacts. `None` with stick and slip.
-    pub deflection: Option<Number>,
+    pub deflection: Option<ExactDouble>,
 }
 
 impl OracleState {
     /// Name and value of each component that is a column of a result file: axial motion, shafts at the contact, the
     /// rotor's outermost inertia, the surfaces.
-    pub fn components(&self) -> Vec<(&'static str, &Number)> {
+    pub fn components(&self) -> Vec<(&'static str, &ExactDouble)> {
         let [z, z_dot] = self
             .axial
             .as_ref()
@@ -59,7 +59,7 @@ impl OracleState {
         [rotor, stator]: &[(Vec<Float<N>>, Float<N>); 2],
         engaged: bool,
     ) -> OracleState {
-        let numbers = |values: &[Float<N>]| values.iter().map(Number::from).collect();
+        let numbers = |values: &[Float<N>]| values.iter().map(ExactDouble::from).collect();
         let [of_rotor, of_stator] = [ROTOR, STATOR].map(|c| &state.chains[c]);
         OracleState {
             rotor_twist: numbers(&of_rotor.twist),
@@ -69,7 +69,10 @@ impl OracleState {
             stator_twist_rate: numbers(&of_stator.rate),
             stator_speed: numbers(&stator.0),
             relative_velocity: (&(&rotor.1 - &stator.1)).into(),
-            axial: state.axial.as_ref().map(|axial| axial.each_ref().map(Number::from)),
+            axial: state
+                .axial
+                .as_ref()
+                .map(|axial| axial.each_ref().map(ExactDouble::from)),
             angles: [of_rotor, of_stator].map(|chain| chain.free.is_some().then(|| (&chain.angle).into())),
             deflection: engaged.then(|| (&state.deflection).into()),
         }
@@ -80,7 +83,7 @@ impl OracleState {
 #[derive(Debug, Clone)]
 pub struct OracleEvent {
     /// Time, s.
-    pub time: Number,
+    pub time: ExactDouble,
     /// Kind of event.
     pub kind: EventKind,
     /// Mode after the event.
@@ -95,7 +98,7 @@ pub struct OracleReport {
     /// All events, in order.
     pub events: Vec<OracleEvent>,
     /// States at the requested times that the run reaches.
-    pub samples: Vec<(Number, OracleState)>,
+    pub samples: Vec<(ExactDouble, OracleState)>,
     /// Number of steps.
     pub steps: u64,
     /// Bits of the mantissa of all numbers.

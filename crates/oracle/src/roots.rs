@@ -59,7 +59,7 @@ fn first_share<const N: usize>(polynomial: Vec<Float<N>>, recentred: u32) -> Opt
     if doubles[0] > (size - doubles[0].abs()) * (1.0 + rounding) {
         return None;
     }
-    let search = Search {
+    let search = RootSearch {
         bound: rounding * size,
         polynomial,
         recentred,
@@ -115,13 +115,13 @@ fn halves(mut b: Vec<f64>) -> (Vec<f64>, Vec<f64>) {
     (left, b)
 }
 
-struct Search<const N: usize> {
+struct RootSearch<const N: usize> {
     bound: f64,
     polynomial: Vec<Float<N>>,
     recentred: u32,
 }
 
-impl<const N: usize> Search<N> {
+impl<const N: usize> RootSearch<N> {
     /// The first root in [from, to] with Bernstein coefficients `b`.
     fn first(&self, from: f64, to: f64, b: Vec<f64>) -> Option<Float<N>> {
         if b.iter().all(|&b| b > self.bound) {

@@ -1,6 +1,6 @@
 //! The least scale of each component of a motion. The error of a smaller component is relative to this scale.
 
-use super::courses::Course;
+use super::courses::SignalCourse;
 use super::friction;
 use super::pieces::pieces;
 use num_rational::BigRational;
@@ -32,9 +32,9 @@ pub(super) struct ChainScales {
 }
 
 /// Least scales of twists, speeds and signals: a shaft under all torques, and an oscillation of that size.
-pub(super) fn scales<const N: usize>(exact: &ExactSystem, courses: &[Course<N>]) -> Scales {
+pub(super) fn scales<const N: usize>(exact: &ExactSystem, courses: &[SignalCourse<N>]) -> Scales {
     let double = |value: &BigRational| nearest_double(value).abs();
-    let sizes: Vec<f64> = courses.iter().map(Course::size).collect();
+    let sizes: Vec<f64> = courses.iter().map(SignalCourse::size).collect();
     let mut place = 0;
     let mut next = || {
         place += 1;

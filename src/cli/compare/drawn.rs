@@ -1,8 +1,8 @@
 //! The figures of a report.
 
-use super::pages::{Drawn, Part};
-use crate::plot::comparison::Beside;
-use crate::plot::{self, Figure, PlotError, Run};
+use super::pages::{DrawnPage, Part};
+use crate::plot::comparison::DrawnCandidate;
+use crate::plot::{self, DrawnRun, Figure, PlotError};
 use std::path::Path;
 use stickslip_compare::{Comparison, Mapping, Reference};
 
@@ -17,9 +17,9 @@ pub(super) fn figures(
 ) -> Vec<Part> {
     let stem = report.file_stem().unwrap_or_default().to_string_lossy();
     let drawn = || -> Result<Vec<Part>, PlotError> {
-        let run = Run::open(Path::new(&comparison.reference))?;
+        let run = DrawnRun::open(Path::new(&comparison.reference))?;
         let path = Path::new(&comparison.candidate);
-        let beside = Beside {
+        let beside = DrawnCandidate {
             reference,
             run: &run,
             path,
@@ -30,7 +30,7 @@ pub(super) fn figures(
             _ => format!("-{}", number + 1),
         };
         let part = |figure: &Figure| {
-            Ok(Part::Figure(Drawn {
+            Ok(Part::Figure(DrawnPage {
                 file: format!("{stem}{place}-{}.svg", figure.name),
                 title: figure.full_title(),
                 svg: plot::draw(figure, WIDTH)?.svg(),

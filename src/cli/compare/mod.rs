@@ -9,16 +9,18 @@ use super::arguments::{Common, CompareOptions};
 use super::input::columns;
 use super::progress::Bar;
 use super::reference::open_reference;
-use super::{CommandError, End, print, print_json, wants_json, wants_text};
+use super::{CommandEnd, CommandError, print, print_json, wants_json, wants_text};
 use stickslip_compare::{CompareError, Comparison, Mapping, Reference, Requirement};
 
-pub(super) fn compare(options: &CompareOptions, common: &Common) -> Result<End, CommandError> {
+pub(super) fn compare(options: &CompareOptions, common: &Common) -> Result<CommandEnd, CommandError> {
     let requirements = options.require.iter().map(|text| Requirement::parse(text));
     let requirements = requirements
         .collect::<Result<Vec<_>, _>>()
         .map_err(CommandError::input)?;
     let report = options.report.as_deref();
-    let report = report.map(|path| target::Target::check(path, options)).transpose()?;
+    let report = report
+        .map(|path| target::ReportTarget::check(path, options))
+        .transpose()?;
     let reference = open_reference(&options.reference)?;
     let mapping = mapping(options, &reference)?;
     let comparisons = options.candidates.iter().map(|path| {
@@ -52,7 +54,7 @@ pub(super) fn compare(options: &CompareOptions, common: &Common) -> Result<End, 
         print(&render::terminal(&pages.collect::<Vec<_>>()))?;
     }
     match shortfalls.is_empty() {
-        true => Ok(End::Done),
+        true => Ok(CommandEnd::Done),
         false => Err(CommandError::computation(shortfalls.join("; "))),
     }
 }

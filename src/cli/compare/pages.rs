@@ -23,10 +23,10 @@ pub(super) struct Page {
 pub(super) enum Part {
     Text(String),
     Table(Table),
-    Figure(Drawn),
+    Figure(DrawnPage),
 }
 
-pub(super) struct Drawn {
+pub(super) struct DrawnPage {
     /// File name without folder, if the figure has its own file.
     pub file: String,
     pub title: String,

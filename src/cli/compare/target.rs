@@ -7,15 +7,15 @@ use super::render;
 use crate::plot::target::{self, Product};
 use std::path::{Path, PathBuf};
 
-pub(super) struct Target {
+pub(super) struct ReportTarget {
     path: PathBuf,
     html: bool,
     force: bool,
 }
 
-impl Target {
+impl ReportTarget {
     /// Refuses unknown formats, inputs, and existing files that are no report, before anything is computed.
-    pub fn check(path: &Path, options: &CompareOptions) -> Result<Target, CommandError> {
+    pub fn check(path: &Path, options: &CompareOptions) -> Result<ReportTarget, CommandError> {
         let extension = path.extension().map(|e| e.to_string_lossy().to_lowercase());
         let html = match extension.as_deref() {
             Some("html" | "htm") => true,
@@ -35,7 +35,7 @@ impl Target {
             .chain(&options.events);
         let inputs: Vec<PathBuf> = inputs.cloned().collect();
         target::check(path, Product::Report, &inputs, options.force)?;
-        Ok(Target {
+        Ok(ReportTarget {
             path: path.to_owned(),
             html,
             force: options.force,

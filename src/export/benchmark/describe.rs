@@ -1,6 +1,6 @@
 //! Machine-readable descriptions of a package: Data Package (Frictionless, version 1) and RO-Crate 1.1.
 
-use super::super::table::{Column, Kind};
+use super::super::table::{ColumnKind, ExportColumn};
 use super::{About, MARK, RO_CRATE};
 use serde_json::{Value, json};
 use stickslip_system::quote::bound;
@@ -24,7 +24,7 @@ impl Resource {
     }
 }
 
-pub(super) fn schema(columns: &[Column], key: &[&'static str]) -> Value {
+pub(super) fn schema(columns: &[ExportColumn], key: &[&'static str]) -> Value {
     let fields: Vec<Value> = columns.iter().map(field).collect();
     let mut schema = json!({ "fields": fields, "missingValues": ["", "NaN"], "primaryKey": key });
     if key.len() > 1 {
@@ -36,17 +36,17 @@ pub(super) fn schema(columns: &[Column], key: &[&'static str]) -> Value {
     schema
 }
 
-fn field(column: &Column) -> Value {
+fn field(column: &ExportColumn) -> Value {
     let kind = match column.kind {
-        Kind::Number => "number",
-        Kind::Whole => "integer",
-        Kind::Code => "string",
+        ColumnKind::Number => "number",
+        ColumnKind::Whole => "integer",
+        ColumnKind::Code => "string",
     };
     let mut field = json!({ "name": column.name, "type": kind, "description": column.long_name });
-    if column.kind == Kind::Number {
+    if column.kind == ColumnKind::Number {
         field["unit"] = column.units.as_str().into();
     }
-    if column.kind == Kind::Code {
+    if column.kind == ColumnKind::Code {
         let mut words: Vec<&str> = column.meanings.iter().map(|(_, word)| word.as_str()).collect();
         words.sort_unstable();
         words.dedup();

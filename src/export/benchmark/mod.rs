@@ -12,7 +12,7 @@ mod pages;
 mod parameters;
 
 use super::request::{Which, columns};
-use super::table::{Column, Kind, Table};
+use super::table::{ColumnKind, ExportColumn, ExportTable};
 use super::{ExportError, csv};
 use describe::Resource;
 use sha2::{Digest, Sha256};
@@ -142,7 +142,7 @@ fn check_folder(folder: &Path, force: bool) -> Result<(), ExportError> {
     refuse("there already, and not a benchmark package; choose another folder with -o, or write into it with --force")
 }
 
-fn examine<'a>(file: &'a ResultFile, terms: &Terms) -> Result<(About, Table<'a>), ExportError> {
+fn examine<'a>(file: &'a ResultFile, terms: &Terms) -> Result<(About, ExportTable<'a>), ExportError> {
     let rows = file.table_rows(group::EVENTS)?;
     let of_events = columns(file, Which::Events)?;
     let path = file.path().display();
@@ -188,7 +188,7 @@ fn examine<'a>(file: &'a ResultFile, terms: &Terms) -> Result<(About, Table<'a>)
             numbers_parts: Words::of(&source, &[]).numbers_parts(),
             example: Case::read(&source, &[]).is_ok_and(|case| pages::has_example(&case.system)),
         },
-        Table::of_file(group::EVENTS, file, of_events, 0..rows),
+        ExportTable::of_file(group::EVENTS, file, of_events, 0..rows),
     ))
 }
 
@@ -197,7 +197,7 @@ fn fill(
     [folder, called]: [&Path; 2],
     file: &ResultFile,
     mut about: About,
-    events: Table<'_>,
+    events: ExportTable<'_>,
 ) -> Result<Vec<Resource>, ExportError> {
     let mut package = Package {
         folder,
@@ -216,7 +216,7 @@ fn fill(
         .any(|event| event.kind == EventKind::Kick && onset.is_some_and(|onset| event.time > onset));
     about.example &= !kicked_later;
     let rows = file.table_rows(group::TRAJECTORY)?;
-    let samples = Table::of_file("samples", file, columns(file, Which::Trajectory)?, 0..rows);
+    let samples = ExportTable::of_file("samples", file, columns(file, Which::Trajectory)?, 0..rows);
 
     for (name, title, media, text) in [
         (
@@ -314,7 +314,7 @@ impl Package<'_> {
         })
     }
 
-    fn table(&mut self, name: &str, title: &str, table: &Table, key: &[&'static str]) -> Result<(), ExportError> {
+    fn table(&mut self, name: &str, title: &str, table: &ExportTable, key: &[&'static str]) -> Result<(), ExportError> {
         let schema = describe::schema(&table.columns, key);
         self.write(name, title, "text/csv", Some(schema), |file, path| {
             csv::write(&csv::plain_header(&table.columns), table, file, path)
@@ -375,7 +375,7 @@ impl Write for Summed {
 }
 
 /// /sensitivity/time_sensitivity: a row for each event and parameter; `None` if the file has none.
-fn sensitivities(file: &ResultFile) -> Result<Option<Table<'static>>, ExportError> {
+fn sensitivities(file: &ResultFile) -> Result<Option<ExportTable<'static>>, ExportError> {
     const GROUP: &str = group::SENSITIVITY;
     let Some((values, [rows, width])) = file.matrix(GROUP, "time_sensitivity")? else {
         return Ok(None);
@@ -390,7 +390,7 @@ fn sensitivities(file: &ResultFile) -> Result<Option<Table<'static>>, ExportErro
         return Ok(None);
     }
     let uncertainty = file.matrix(GROUP, "time_sensitivity_uncertainty")?;
-    let column = |name: &str, long_name: &str, kind: Kind, words: &[String]| Column {
+    let column = |name: &str, long_name: &str, kind: ColumnKind, words: &[String]| ExportColumn {
         name: name.to_owned(),
         units: "1".to_owned(),
         long_name: long_name.to_owned(),
@@ -399,14 +399,24 @@ fn sensitivities(file: &ResultFile) -> Result<Option<Table<'static>>, ExportErro
     };
     let slope = "d(event time)/d(parameter), s for each unit of the parameter; NaN: not known";
     let mut columns = vec![
-        column("event", "index of the event", Kind::Whole, &[]),
-        column("parameter", "path of the parameter in case.toml", Kind::Code, &names),
-        column("parameter_unit", "SI unit of the parameter", Kind::Code, &units),
-        column("time_sensitivity", slope, Kind::Number, &[]),
+        column("event", "index of the event", ColumnKind::Whole, &[]),
+        column(
+            "parameter",
+            "path of the parameter in case.toml",
+            ColumnKind::Code,
+            &names,
+        ),
+        column("parameter_unit", "SI unit of the parameter", ColumnKind::Code, &units),
+        column("time_sensitivity", slope, ColumnKind::Number, &[]),
     ];
     if uncertainty.is_some() {
         let long_name = "how far time_sensitivity can be off, in its unit; NaN: not known";
-        columns.push(column("time_sensitivity_uncertainty", long_name, Kind::Number, &[]));
+        columns.push(column(
+            "time_sensitivity_uncertainty",
+            long_name,
+            ColumnKind::Number,
+            &[],
+        ));
     }
     let mut spool = super::table::Spool::new(columns.len())?;
     for row in 0..rows {

@@ -2,22 +2,22 @@
 
 use super::quantity::Value;
 use stickslip_analysis::continuation::{Branch, BranchPoint};
-use stickslip_analysis::cycle::Stability;
+use stickslip_analysis::cycle::CycleStability;
 
 /// Stability between successive points. Stability changes at special points, so a link takes it from its ordinary end.
-pub fn links(branch: &Branch) -> Vec<Stability> {
-    let marks_a_change = |point: &BranchPoint| point.special.is_some() || point.stability == Stability::Neutral;
+pub fn links(branch: &Branch) -> Vec<CycleStability> {
+    let marks_a_change = |point: &BranchPoint| point.special.is_some() || point.stability == CycleStability::Neutral;
     let between = |pair: &[BranchPoint]| match (marks_a_change(&pair[0]), marks_a_change(&pair[1])) {
         (false, _) => pair[0].stability,
         (true, false) => pair[1].stability,
         (true, true) if pair[0].stability == pair[1].stability => pair[0].stability,
-        (true, true) => Stability::Neutral,
+        (true, true) => CycleStability::Neutral,
     };
     branch.points.windows(2).map(between).collect()
 }
 
 /// Pieces of a branch with one stability: (parameter, value).
-pub fn pieces(branch: &Branch, stability: Stability, of: Value) -> Vec<Vec<(f64, f64)>> {
+pub fn pieces(branch: &Branch, stability: CycleStability, of: Value) -> Vec<Vec<(f64, f64)>> {
     let (mut pieces, mut open): (Vec<Vec<(f64, f64)>>, bool) = (Vec::new(), false);
     for (pair, link) in branch.points.windows(2).zip(links(branch)) {
         let [from, to] = [&pair[0], &pair[1]].map(|point| (point.value, of(branch, point)));

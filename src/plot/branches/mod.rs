@@ -21,7 +21,7 @@ use plotters::style::RGBColor;
 use quantity::{QUANTITIES, Quantity};
 use std::path::Path;
 use stickslip_analysis::continuation::{Branch, Special, Stored};
-use stickslip_analysis::cycle::Stability;
+use stickslip_analysis::cycle::CycleStability;
 
 const BRANCHES: &str = "branches";
 const SPECIAL_POINTS: &str = "special-points";
@@ -50,10 +50,10 @@ const OF_STEADY: [&str; 2] = ["position", "growth_rate"];
 const KINDS: [(bool, &str, RGBColor); 2] = [(true, "steady sliding", BLACK), (false, "cycles", BLUE)];
 
 /// Stabilities with their line styles.
-const STYLES: [(Stability, CurveStyle); 3] = [
-    (Stability::Stable, CurveStyle::Solid),
-    (Stability::Unstable, CurveStyle::Dashed),
-    (Stability::Neutral, CurveStyle::Dotted),
+const STYLES: [(CycleStability, CurveStyle); 3] = [
+    (CycleStability::Stable, CurveStyle::Solid),
+    (CycleStability::Unstable, CurveStyle::Dashed),
+    (CycleStability::Neutral, CurveStyle::Dotted),
 ];
 
 /// File of a continuation.

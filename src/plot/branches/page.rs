@@ -5,7 +5,7 @@ use super::marks::mark;
 use super::quantity::{Quantity, Value};
 use super::{Branches, KINDS, STYLES};
 use crate::plot::PlotError;
-use crate::plot::figure::{Axis, Shape};
+use crate::plot::figure::{Axis, MarkShape};
 use crate::plot::html::{self, Doubles, PageDocument, counted, file_name};
 use crate::plot::points::{
     ColumnRole, LETTERS, Overlay, PointColumn, PointCommand, PointLine, PointMark, PointsContent, PointsPage,
@@ -16,7 +16,7 @@ use crate::plot::style;
 use crate::plot::target::{self, Product};
 use std::path::Path;
 use stickslip_analysis::continuation::{Branch, BranchPoint, Special};
-use stickslip_analysis::cycle::Stability;
+use stickslip_analysis::cycle::CycleStability;
 use stickslip_system::quote::in_shell;
 
 const HINT: &str = "Lines are full where the motion is stable, dashed where it is unstable, dotted where it is neutral. The pointer \
@@ -241,7 +241,7 @@ fn drawn_lines(branches: &[Branch]) -> Vec<PointLine> {
 type Numbered = (usize, (f64, (f64, f64)));
 
 /// The pieces of a branch with one stability: number and place of each point.
-fn numbered(branch: &Branch, first: usize, stability: Stability) -> Vec<Vec<Numbered>> {
+fn numbered(branch: &Branch, first: usize, stability: CycleStability) -> Vec<Vec<Numbered>> {
     let place = |k: usize| (first + k, (branch.points[k].value, branch.points[k].position));
     let (mut pieces, mut from) = (Vec::new(), 0);
     for own in links(branch).chunk_by(|a, b| a == b) {
@@ -263,7 +263,7 @@ fn marked(special: Special) -> PointMark {
     }
 }
 
-fn outline(shape: Shape) -> String {
+fn outline(shape: MarkShape) -> String {
     let Some(corners) = shape.corners() else {
         let r = RADIUS;
         return format!("M-{r} 0A{r} {r} 0 1 0 {r} 0A{r} {r} 0 1 0-{r} 0Z");

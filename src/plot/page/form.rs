@@ -9,7 +9,7 @@ use std::rc::Rc;
 use crate::plot::labels::in_translation;
 use crate::plot::portraits::shown;
 use crate::plot::sides::Sides;
-use crate::plot::{PlotError, Run};
+use crate::plot::{DrawnRun, PlotError};
 use stickslip_case::Motion;
 use stickslip_files::ResultFile;
 use stickslip_files::schema::{self, Variable};
@@ -76,7 +76,7 @@ struct PortraitAxis {
 #[derive(Debug)]
 pub(super) struct Form {
     /// `None`: this version cannot read the case; the page then lacks two values and all that follows from the case.
-    pub(super) run: Option<Box<Run>>,
+    pub(super) run: Option<Box<DrawnRun>>,
     /// Columns of the trajectory on the page, in the order of the file.
     pub(super) variables: Vec<Variable>,
     pub(super) panels: Vec<Panel>,
@@ -92,7 +92,7 @@ pub(super) struct Form {
 
 impl Form {
     /// The form of a file; without a run, in the words of a brake.
-    pub(super) fn of(file: &ResultFile, run: Option<Run>) -> Result<Form, PlotError> {
+    pub(super) fn of(file: &ResultFile, run: Option<DrawnRun>) -> Result<Form, PlotError> {
         let of_every_file = schema::trajectory().variables;
         let words = Words {
             run: run.as_ref(),
@@ -137,7 +137,11 @@ pub(super) fn has_stick(system: &System) -> bool {
 }
 
 /// Those of `variables` that the file or the equations give on both sides of each event.
-fn sides(file: &ResultFile, run: Option<&Run>, variables: &[Variable]) -> Result<Vec<(String, Rc<Sides>)>, PlotError> {
+fn sides(
+    file: &ResultFile,
+    run: Option<&DrawnRun>,
+    variables: &[Variable],
+) -> Result<Vec<(String, Rc<Sides>)>, PlotError> {
     let state = |name: &str| State::DESCRIPTIONS.iter().position(|state| state.0 == name);
     let mut names: Vec<&str> = variables.iter().map(|variable| variable.name.as_str()).collect();
     names.sort_by_key(|name| state(name).unwrap_or(State::COUNT));
@@ -154,7 +158,7 @@ fn sides(file: &ResultFile, run: Option<&Run>, variables: &[Variable]) -> Result
 }
 
 struct Words<'a> {
-    run: Option<&'a Run>,
+    run: Option<&'a DrawnRun>,
     variables: &'a [Variable],
     motion: Motion,
 }
@@ -162,13 +166,13 @@ struct Words<'a> {
 impl Words<'_> {
     /// Whether the page uses the words of the paper's brake; also if the case cannot be read.
     fn short(&self) -> bool {
-        let is_brake = |run: &Run| run.stops() && run.is_short() && self.motion == Motion::Rotation;
+        let is_brake = |run: &DrawnRun| run.stops() && run.is_short() && self.motion == Motion::Rotation;
         self.run.is_none_or(is_brake)
     }
 
     fn has(&self, channel: &str) -> bool {
         match channel {
-            "z" | "z_dot" | "applied_force" => self.run.is_none_or(Run::has_axial_mode),
+            "z" | "z_dot" | "applied_force" => self.run.is_none_or(DrawnRun::has_axial_mode),
             "breakaway_torque" | LIMIT => self.run.is_none_or(|run| has_stick(&run.system)),
             "work_perturbation" => self.run.is_some_and(|run| !run.system.kicks.is_empty()),
             _ => self.variables.iter().any(|variable| variable.name == channel),

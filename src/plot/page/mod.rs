@@ -18,7 +18,7 @@ use serde::Serialize;
 use super::html::{self, PageDocument, counted, file_name};
 use super::run::samples;
 use super::target::{self, Product};
-use super::{PlotError, Run};
+use super::{DrawnRun, PlotError};
 use document::{RunContent, Second};
 use form::Form;
 use pair::Pair;
@@ -142,7 +142,7 @@ fn notice(file: &ResultFile) -> Result<Option<String>, ResultError> {
 fn form_of(file: &ResultFile) -> Result<Form, PlotError> {
     let source = CaseSource::result(file.path(), file.resolved()?);
     let run = match Case::read(&source, &[]) {
-        Ok(_) => Some(Run::open(file.path())?),
+        Ok(_) => Some(DrawnRun::open(file.path())?),
         Err(error) if file.meta()?.iter().any(|(name, _)| name == META_MOTION) => return Err(error.into()),
         Err(_) => None,
     };

@@ -4,8 +4,8 @@ use serde::Serialize;
 
 use super::form::has_stick;
 use crate::plot::html::Doubles;
-use crate::plot::portraits::{Shown, few_samples, shown};
-use crate::plot::{PlotError, Run};
+use crate::plot::portraits::{ShownPortrait, few_samples, shown};
+use crate::plot::{DrawnRun, PlotError};
 
 const POINTS: usize = 30_000;
 
@@ -40,8 +40,8 @@ struct OrbitLine {
 
 impl Orbit {
     /// The orbit of the figure `phase-portrait`, and a note on omitted points.
-    pub(super) fn of(run: &Run) -> Result<(Orbit, Option<String>), PlotError> {
-        let Shown { axes, window, periodic } = shown(run);
+    pub(super) fn of(run: &DrawnRun) -> Result<(Orbit, Option<String>), PlotError> {
+        let ShownPortrait { axes, window, periodic } = shown(run);
         let period = run.attractor_period.filter(|_| periodic);
         let (heading, span) = match period {
             Some(period) => ("Last period", format!("the last {period:.6} s")),

@@ -9,7 +9,7 @@ use crate::plot::PlotError;
 use crate::plot::html::{Doubles, encoded};
 use crate::plot::run::dense_points;
 use stickslip_files::schema::group;
-use stickslip_files::{DenseOutput, ResultError, ResultFile, Side};
+use stickslip_files::{DenseOutput, EventSide, ResultError, ResultFile};
 
 const BLOCK: usize = 128;
 
@@ -220,7 +220,7 @@ impl<'f> Source<'f> {
             Some((dense, times)) => Box::new(
                 times
                     .chunks(16_384)
-                    .map(move |times| dense.column(name, times, Side::After)),
+                    .map(move |times| dense.column(name, times, EventSide::After)),
             ),
             None => Box::new(self.file.column_blocks(name)?),
         })

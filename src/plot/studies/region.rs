@@ -15,7 +15,7 @@ const ROOM: f64 = 0.15;
 const HELD: f64 = 0.0;
 
 /// Calibration result of a parameter; NaN if it is not in the file.
-struct Found {
+struct RegionParameter {
     optimum: f64,
     compromise: f64,
     range: (f64, f64),
@@ -64,7 +64,7 @@ pub(super) fn of_page(file: &SweepFile, data: &StudyData) -> Result<(Vec<Overlay
 }
 
 /// The optimum and, if there is one, the compromise.
-fn marks(a: &Found, b: &Found) -> Vec<Curve> {
+fn marks(a: &RegionParameter, b: &RegionParameter) -> Vec<Curve> {
     let mut curves = vec![Curve::line("optimum", BLACK, vec![(a.optimum, b.optimum)]).styled(CurveStyle::Points)];
     if a.compromise.is_finite() && b.compromise.is_finite() {
         let compromise = vec![(a.compromise, b.compromise)];
@@ -74,13 +74,13 @@ fn marks(a: &Found, b: &Found) -> Vec<Curve> {
 }
 
 /// The least and largest values with which all held targets hold.
-fn bounds(a: &Found, b: &Found) -> Curve {
+fn bounds(a: &RegionParameter, b: &RegionParameter) -> Curve {
     let (left, right, low, high) = (a.least, a.largest, b.least, b.largest);
     let frame = vec![(left, low), (right, low), (right, high), (left, high), (left, low)];
     Curve::line("least and largest", BLACK, frame).styled(CurveStyle::Dashed)
 }
 
-fn found(file: &SweepFile, data: &StudyData) -> Result<Vec<Found>, PlotError> {
+fn found(file: &SweepFile, data: &StudyData) -> Result<Vec<RegionParameter>, PlotError> {
     let count = data.axes.len();
     let there = file.variables("calibration");
     let column = |name: &str| -> Result<Vec<f64>, PlotError> {
@@ -94,7 +94,7 @@ fn found(file: &SweepFile, data: &StudyData) -> Result<Vec<Found>, PlotError> {
     let [optimum, compromise] = [column("optimum")?, column("compromise")?];
     let [from, to] = [column("range_from")?, column("range_to")?];
     let [least, largest] = [column("least")?, column("largest")?];
-    let of = |k: usize| Found {
+    let of = |k: usize| RegionParameter {
         optimum: optimum[k],
         compromise: compromise[k],
         range: (from[k].min(to[k]), from[k].max(to[k])),
@@ -135,7 +135,7 @@ fn largest_residuals(file: &SweepFile, data: &StudyData) -> Result<Vec<f64>, Plo
     Ok(worst)
 }
 
-fn side(axis: &StudyAxis, found: &Found) -> Axis {
+fn side(axis: &StudyAxis, found: &RegionParameter) -> Axis {
     let (low, high) = found.range;
     // Ranges of several decades were searched in the logarithm.
     axis.axis()
@@ -143,7 +143,7 @@ fn side(axis: &StudyAxis, found: &Found) -> Axis {
         .logarithmic(low > 0.0 && high >= 100.0 * low)
 }
 
-fn pair(data: &StudyData, [a, b]: [usize; 2], found: &[Found], worst: &[f64]) -> Figure {
+fn pair(data: &StudyData, [a, b]: [usize; 2], found: &[RegionParameter], worst: &[f64]) -> Figure {
     let place = |point: usize| (data.axes[a].values[point], data.axes[b].values[point]);
     let group = |within: &dyn Fn(f64) -> bool| -> Vec<(f64, f64)> {
         let points = (0..worst.len()).filter(|&point| within(worst[point]));
@@ -176,7 +176,7 @@ fn pair(data: &StudyData, [a, b]: [usize; 2], found: &[Found], worst: &[f64]) ->
     )
 }
 
-fn enlarged(data: &StudyData, [a, b]: [usize; 2], found: &[Found], curves: &[Curve]) -> Option<Panel> {
+fn enlarged(data: &StudyData, [a, b]: [usize; 2], found: &[RegionParameter], curves: &[Curve]) -> Option<Panel> {
     let window = |k: usize| {
         let own = &found[k];
         let axis = side(&data.axes[k], own);
@@ -211,7 +211,7 @@ fn enlarged(data: &StudyData, [a, b]: [usize; 2], found: &[Found], curves: &[Cur
     Some(panel)
 }
 
-fn alone(data: &StudyData, axis: &StudyAxis, found: &Found, worst: &[f64]) -> Figure {
+fn alone(data: &StudyData, axis: &StudyAxis, found: &RegionParameter, worst: &[f64]) -> Figure {
     let points: Vec<(f64, f64)> = axis
         .values
         .iter()

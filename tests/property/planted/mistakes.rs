@@ -11,7 +11,7 @@ use stickslip::case::Motion;
 use stickslip::friction::{FrictionLaw, Law};
 use stickslip::model::KickTime;
 use stickslip::model::system::{End, KickSide, Pressing, System, Train};
-use stickslip::signal::{Drive, Shape};
+use stickslip::signal::{Drive, HarmonicShape};
 
 /// Rows of a candidate at most.
 pub(super) const MOST_ROWS: f64 = 60_000.0;
@@ -584,16 +584,16 @@ fn turned(system: &mut System) -> Option<(String, f64, f64)> {
     for (path, drive) in drives {
         if let Drive::Wave(wave) = drive {
             // cos(x) is sin(x + pi/2).
-            let shift = if wave.shape == Shape::Sine {
+            let shift = if wave.shape == HarmonicShape::Sine {
                 FRAC_PI_2
             } else {
                 -FRAC_PI_2
             };
             let phase = wave.phase;
-            wave.shape = if wave.shape == Shape::Sine {
-                Shape::Cosine
+            wave.shape = if wave.shape == HarmonicShape::Sine {
+                HarmonicShape::Cosine
             } else {
-                Shape::Sine
+                HarmonicShape::Sine
             };
             return Some((format!("{path}.phase"), phase, phase + shift));
         }

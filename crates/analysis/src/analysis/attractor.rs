@@ -9,7 +9,7 @@
 //! further contact events, the minima of the relative velocity are sections.
 
 use super::forcing::{common_period, harmonics};
-use super::section::{Hit, Hits, Repetition, Sizes, larger, sizes_of};
+use super::section::{Hits, Repetition, SectionHit, Sizes, larger, sizes_of};
 use super::sequence::Sequence;
 use super::smooth;
 use serde::Serialize;
@@ -17,7 +17,7 @@ use stickslip_engine::simulation::{PortraitPoint, Section, further, portrait};
 use stickslip_system::model::Mode;
 use stickslip_system::model::margin::twice_resistance;
 use stickslip_system::model::system::System;
-use stickslip_system::record::{Cycle, Event, EventKind, Piece, Recorder, RecorderError, Sample, Segment};
+use stickslip_system::record::{Cycle, DensePiece, Event, EventKind, Recorder, RecorderError, Sample, Segment};
 
 /// Strobes in a period of the forcing. The first is a section; the others measure the size of the motion.
 const PHASES: u64 = 8;
@@ -161,7 +161,7 @@ impl<'a> Recurrence<'a> {
 
     fn hit(&mut self, event: &Event) {
         let values = &self.further[self.further.len() / 2..];
-        self.hits.push(Hit {
+        self.hits.push(SectionHit {
             section: Section {
                 time: event.time,
                 mode: event.mode_after,
@@ -385,7 +385,7 @@ impl Recorder for Recurrence<'_> {
         let begins = strobes.next.is_multiple_of(PHASES);
         strobes.next += 1;
         if begins {
-            strobes.hits.push(Hit {
+            strobes.hits.push(SectionHit {
                 section,
                 kind: None,
                 sticks: self.sticks,
@@ -400,7 +400,7 @@ impl Recorder for Recurrence<'_> {
         self.inner.segment(segment)
     }
 
-    fn piece(&mut self, piece: &Piece<'_>) -> Result<(), RecorderError> {
+    fn piece(&mut self, piece: &DensePiece<'_>) -> Result<(), RecorderError> {
         self.inner.piece(piece)
     }
 

@@ -171,7 +171,7 @@ impl Compared {
     }
 }
 
-struct Span<'a> {
+struct BandSpan<'a> {
     start: f64,
     end: f64,
     first: Option<&'a Event>,
@@ -179,7 +179,7 @@ struct Span<'a> {
 }
 
 /// Stretches before each event, and after the last if the run has no more; `None` if an end is missing.
-fn spans<'a>(events: &[Option<&'a Event>], no_more: bool, end: f64) -> Vec<Option<Span<'a>>> {
+fn spans<'a>(events: &[Option<&'a Event>], no_more: bool, end: f64) -> Vec<Option<BandSpan<'a>>> {
     (0..=events.len())
         .map(|index| {
             if index == events.len() && !no_more {
@@ -189,7 +189,7 @@ fn spans<'a>(events: &[Option<&'a Event>], no_more: bool, end: f64) -> Vec<Optio
                 .checked_sub(1)
                 .map_or(Some(None), |before| events[before].map(Some))?;
             let last = events.get(index).map_or(Some(None), |event| event.map(Some))?;
-            Some(Span {
+            Some(BandSpan {
                 start: first.map_or(0.0, |event| event.time),
                 end: last.map_or(end, |event| event.time),
                 first,
@@ -200,7 +200,7 @@ fn spans<'a>(events: &[Option<&'a Event>], no_more: bool, end: f64) -> Vec<Optio
 }
 
 struct Cut<'a> {
-    spans: Vec<Option<Span<'a>>>,
+    spans: Vec<Option<BandSpan<'a>>>,
     record: &'a MemoryRecorder,
 }
 
@@ -213,7 +213,7 @@ impl<'a> Cut<'a> {
         }
     }
 
-    fn inside(&self, span: &Span) -> Range<usize> {
+    fn inside(&self, span: &BandSpan) -> Range<usize> {
         let samples = &self.record.samples;
         let from = samples.partition_point(|sample| sample.time <= span.start);
         let to = samples.partition_point(|sample| sample.time < span.end);
@@ -226,7 +226,7 @@ fn larger(a: f64, b: f64) -> f64 {
     if a.is_nan() || b.is_nan() { f64::NAN } else { a.max(b) }
 }
 
-struct Difference {
+struct BandDifference {
     largest: Vec<f64>,
     rows: usize,
 }
@@ -250,9 +250,9 @@ impl Compare<'_> {
     }
 
     /// Difference between a stretch of the result and another run; `None` if the other run lacks part of it.
-    fn difference(&self, index: usize, span: &Span, other: &Cut) -> Option<Difference> {
+    fn difference(&self, index: usize, span: &BandSpan, other: &Cut) -> Option<BandDifference> {
         let theirs = other.spans[index].as_ref()?;
-        let mut difference = Difference {
+        let mut difference = BandDifference {
             largest: vec![0.0; self.columns],
             rows: 0,
         };
@@ -294,7 +294,7 @@ impl Compare<'_> {
     }
 
     /// Largest rate of each column in the rows of a stretch and at its ends. Event `index` ends the stretch.
-    fn rates(&self, index: usize, span: &Span, mode: Mode) -> Vec<f64> {
+    fn rates(&self, index: usize, span: &BandSpan, mode: Mode) -> Vec<f64> {
         let record = self.result.record;
         let mut rates = vec![0.0_f64; self.columns];
         let mut add = |row: &Sample, further: &[f64], tick: f64| {
@@ -409,9 +409,9 @@ pub(super) fn bands(case: &Case, result: &MemoryRecorder, ladder: &[Finished], e
     let first_mode = result.samples.first().map_or(Mode::SlipForward, |row| row.mode);
     let unknown = || vec![f64::NAN; names.len()];
     // Bands and rates of a stretch; `None` if too few runs have all of it.
-    let measured = |index: usize, span: &Span, mode: Mode, rounding: f64| {
+    let measured = |index: usize, span: &BandSpan, mode: Mode, rounding: f64| {
         let against = |other: &Cut| compare.difference(index, span, other);
-        let seen: Vec<(bool, Difference)> = witnesses
+        let seen: Vec<(bool, BandDifference)> = witnesses
             .iter()
             .filter_map(|(independent, other)| Some((*independent, against(other)?)))
             .collect();
@@ -421,7 +421,7 @@ pub(super) fn bands(case: &Case, result: &MemoryRecorder, ladder: &[Finished], e
             .filter(|_| seen.len() >= LEAST_WITNESSES)?;
         let rates = compare.rates(index, span, mode);
         let band = |(column, least): (usize, &f64)| {
-            let distance = |d: &Difference| {
+            let distance = |d: &BandDifference| {
                 let is_compared = column < State::COUNT || d.rows > 0;
                 is_compared.then(|| d.largest[column])
             };
@@ -433,7 +433,7 @@ pub(super) fn bands(case: &Case, result: &MemoryRecorder, ladder: &[Finished], e
         let bands = least.iter().enumerate().map(band).collect();
         Some((bands, rates))
     };
-    let stretch = |(index, span): (usize, &Span)| {
+    let stretch = |(index, span): (usize, &BandSpan)| {
         let ends = || events[index.saturating_sub(1)..events.len().min(index + 1)].iter();
         // Bands stop at the first event that has not converged.
         let known = |event: &CertifiedEvent| event.verdict == Verdict::Converged && event.uncertainty.is_finite();

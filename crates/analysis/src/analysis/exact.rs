@@ -11,7 +11,7 @@ use std::time::Duration;
 use stickslip_case::{Case, ExactCase};
 use stickslip_engine::simulation::{OutputOptions, SolverOptions};
 use stickslip_engine::workers::go_on_unless;
-use stickslip_oracle::{self as oracle, Number, OracleProgress, OracleRequest, OracleSolution};
+use stickslip_oracle::{self as oracle, ExactDouble, OracleProgress, OracleRequest, OracleSolution};
 use stickslip_system::quote::bound;
 use stickslip_system::record::sequence::{Alignment, SequenceEvent};
 use stickslip_system::record::{Event, EventKind};
@@ -179,7 +179,7 @@ pub(super) fn partners(case: &Case, result: &[Event], solution: &OracleSolution)
     }
     let near = |(partner, event): (Option<usize>, &Event)| {
         let index = partner?;
-        let (own, error) = (Number::from_f64(event.time, 64), solution.errors[index]);
+        let (own, error) = (ExactDouble::from_f64(event.time, 64), solution.errors[index]);
         let partner = Partner {
             exact: index,
             distance: own.minus(&exact[index].time),

@@ -10,7 +10,7 @@ use serde::Serialize;
 use std::f64::consts::TAU;
 use std::ops::ControlFlow;
 use stickslip_engine::simulation::{
-    Course, Method, OutputOptions, Problem, RunReport, Section, SolverOptions, deviation_weights, natural_period,
+    Course, Method, OutputOptions, RunReport, Section, Simulation, SolverOptions, deviation_weights, natural_period,
     simulate_from,
 };
 use stickslip_system::model::Mode;
@@ -82,14 +82,14 @@ impl Exponent {
 }
 
 #[derive(Default)]
-struct States {
+struct ExponentStates {
     times: Vec<f64>,
     further: Vec<f64>,
     found: Vec<(f64, Mode, Vec<f64>)>,
     last: Vec<f64>,
 }
 
-impl Recorder for States {
+impl Recorder for ExponentStates {
     fn further(&mut self, values: &[f64]) -> Result<(), RecorderError> {
         self.further.clear();
         self.further.extend_from_slice(values);
@@ -121,7 +121,7 @@ impl Recorder for States {
 }
 
 struct Motions<'a> {
-    problem: Problem<'a>,
+    problem: Simulation<'a>,
     course: Course,
     weights: Vec<f64>,
     steps: usize,
@@ -133,7 +133,7 @@ impl Motions<'_> {
     }
 
     /// Integrates from a state at `from` (s) to `end` (s) into `states`. Returns whether `end` was reached.
-    fn go(&mut self, from: (f64, &[f64]), end: f64, states: &mut States) -> bool {
+    fn go(&mut self, from: (f64, &[f64]), end: f64, states: &mut ExponentStates) -> bool {
         let solver = SolverOptions {
             method: Method::Series,
             max_steps: Some(self.steps),
@@ -176,7 +176,7 @@ impl Motions<'_> {
             let [(from, state), (to, after)] = pair else { break };
             let scale = first / self.size(&deviation);
             let beside: Vec<f64> = state.iter().zip(&deviation).map(|(y, d)| y + scale * d).collect();
-            let mut there = States::default();
+            let mut there = ExponentStates::default();
             if !self.go((*from, &beside), *to, &mut there) {
                 break;
             }
@@ -239,7 +239,7 @@ pub fn exponent(system: &System, threshold: f64, end: &Section, section: Option<
         return None;
     }
     let mut motions = Motions {
-        problem: Problem {
+        problem: Simulation {
             system,
             threshold,
             further: true,
@@ -249,9 +249,9 @@ pub fn exponent(system: &System, threshold: f64, end: &Section, section: Option<
         steps: MOST_STEPS,
     };
     let state = motions.state(&end.further);
-    let mut states = States {
+    let mut states = ExponentStates {
         times: (1..=intervals).rev().map(there).collect(),
-        ..States::default()
+        ..ExponentStates::default()
     };
     // Half of the steps are for the neighbour.
     motions.steps = MOST_STEPS / 2;

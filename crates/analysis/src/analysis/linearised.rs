@@ -82,9 +82,9 @@ impl Linearised {
 }
 
 #[derive(Debug, Default)]
-pub(super) struct Times(pub Vec<(f64, EventKind, Mode)>);
+pub(super) struct LinearisedTimes(pub Vec<(f64, EventKind, Mode)>);
 
-impl Recorder for Times {
+impl Recorder for LinearisedTimes {
     fn stores_motion(&self) -> bool {
         false
     }
@@ -125,7 +125,7 @@ pub fn linearise(
             })
         })
         .collect();
-    let mut times = Times::default();
+    let mut times = LinearisedTimes::default();
     let system = &case.system;
     let found = variation(
         (system, case.threshold),

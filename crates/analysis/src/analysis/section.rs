@@ -41,7 +41,7 @@ pub(super) fn sizes_of(values: &[f64], groups: &[usize]) -> Sizes {
 }
 
 #[derive(Debug, Clone)]
-pub(super) struct Hit {
+pub(super) struct SectionHit {
     pub section: Section,
     /// Event of the section; `None` for a phase of the forcing or a zero of a quantity.
     pub kind: Option<EventKind>,
@@ -52,7 +52,7 @@ pub(super) struct Hit {
 
 #[derive(Debug, Clone)]
 pub(super) struct Hits {
-    hits: VecDeque<Hit>,
+    hits: VecDeque<SectionHit>,
     /// Group of each component: angles, speeds, or bristles.
     groups: Vec<usize>,
     harmonics: Vec<Harmonic>,
@@ -69,7 +69,7 @@ pub(super) struct Repetition<'h> {
     pub distance: f64,
     /// Time from which the cycles agree this well, s.
     pub since: f64,
-    pub ends: [&'h Hit; 2],
+    pub ends: [&'h SectionHit; 2],
 }
 
 impl Hits {
@@ -120,7 +120,7 @@ impl Hits {
     fn repeats(&self, sections: usize) -> Option<(f64, f64, f64)> {
         let from_last = |back: usize| self.hits.len().checked_sub(1 + back).map(|index| &self.hits[index]);
         let (last, one, two) = (from_last(0)?, from_last(sections)?, from_last(2 * sections)?);
-        let same = |a: &Hit| {
+        let same = |a: &SectionHit| {
             a.kind == last.kind && a.section.mode == last.section.mode && a.section.sense == last.section.sense
         };
         if !same(one) || !same(two) {
@@ -165,7 +165,7 @@ impl Hits {
         repeats.then_some((period, agreement, distance))
     }
 
-    pub fn push(&mut self, hit: Hit) {
+    pub fn push(&mut self, hit: SectionHit) {
         let time = hit.section.time;
         self.hits.push_back(hit);
         if self.hits.len() > 2 * LONGEST_PERIOD + 1 {

@@ -7,7 +7,7 @@
 use super::Summary;
 use super::attractor::{Attractor, Recurrence};
 use super::deadline::INTERRUPTED;
-use super::linearised::{Linearised, Slope, Times, by_series, linearise};
+use super::linearised::{Linearised, LinearisedTimes, Slope, by_series, linearise};
 use serde::Serialize;
 use stickslip_case::quantity::Dimension;
 use stickslip_case::{Case, CaseError, CaseNumber, WrittenCase};
@@ -15,7 +15,7 @@ use stickslip_engine::hybrid::RunError;
 use stickslip_engine::run::Run;
 use stickslip_engine::simulation::OutputOptions;
 use stickslip_engine::workers::over_processors;
-use stickslip_files::{Addition, Column};
+use stickslip_files::{Addition, FileColumn};
 use stickslip_system::model::system::ContactLaw;
 use stickslip_system::model::{KickTime, Mode};
 use stickslip_system::record::{Event, EventKind};
@@ -39,7 +39,7 @@ const NEGLIGIBLE: f64 = 1e-6;
 /// Outcome of a rerun.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "kebab-case")]
-pub enum Outcome {
+pub enum RerunOutcome {
     /// Unchanged sequence of events.
     SameEvents,
     /// Another sequence, with a final stick.
@@ -58,17 +58,17 @@ pub enum Outcome {
     NoPeriod,
 }
 
-impl Outcome {
+impl RerunOutcome {
     /// All outcomes, in the order of their codes.
-    pub const ALL: [Outcome; 8] = [
-        Outcome::SameEvents,
-        Outcome::OtherEvents,
-        Outcome::NoiseDetermined,
-        Outcome::NoFinalStick,
-        Outcome::Invalid,
-        Outcome::Failed,
-        Outcome::TooLong,
-        Outcome::NoPeriod,
+    pub const ALL: [RerunOutcome; 8] = [
+        RerunOutcome::SameEvents,
+        RerunOutcome::OtherEvents,
+        RerunOutcome::NoiseDetermined,
+        RerunOutcome::NoFinalStick,
+        RerunOutcome::Invalid,
+        RerunOutcome::Failed,
+        RerunOutcome::TooLong,
+        RerunOutcome::NoPeriod,
     ];
 
     /// Code in result files.
@@ -79,14 +79,14 @@ impl Outcome {
     /// Name in result files and reports.
     pub fn name(self) -> &'static str {
         match self {
-            Outcome::SameEvents => "same-events",
-            Outcome::OtherEvents => "other-events",
-            Outcome::NoiseDetermined => "noise-determined",
-            Outcome::NoFinalStick => "no-final-stick",
-            Outcome::Invalid => "invalid",
-            Outcome::Failed => "failed",
-            Outcome::TooLong => "too-long",
-            Outcome::NoPeriod => "no-period",
+            RerunOutcome::SameEvents => "same-events",
+            RerunOutcome::OtherEvents => "other-events",
+            RerunOutcome::NoiseDetermined => "noise-determined",
+            RerunOutcome::NoFinalStick => "no-final-stick",
+            RerunOutcome::Invalid => "invalid",
+            RerunOutcome::Failed => "failed",
+            RerunOutcome::TooLong => "too-long",
+            RerunOutcome::NoPeriod => "no-period",
         }
     }
 }
@@ -132,23 +132,23 @@ impl Affected {
     }
 
     /// Possible outcomes of a rerun.
-    pub fn outcomes(self) -> Vec<Outcome> {
-        let possible = |outcome: &Outcome| match outcome {
-            Outcome::NoPeriod => self == Affected::AttractorPeriod,
-            Outcome::NoFinalStick => self == Affected::FinalStick,
+    pub fn outcomes(self) -> Vec<RerunOutcome> {
+        let possible = |outcome: &RerunOutcome| match outcome {
+            RerunOutcome::NoPeriod => self == Affected::AttractorPeriod,
+            RerunOutcome::NoFinalStick => self == Affected::FinalStick,
             _ => true,
         };
-        Outcome::ALL.into_iter().filter(possible).collect()
+        RerunOutcome::ALL.into_iter().filter(possible).collect()
     }
 }
 
 /// Rerun with one changed parameter.
 #[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct Rerun {
+pub struct SensitivityRerun {
     /// Value in the unit of the parameter.
     pub value: f64,
     /// Outcome of the rerun.
-    pub outcome: Outcome,
+    pub outcome: RerunOutcome,
     /// Delay or increase of the result, s; `None` without a result.
     pub shift: Option<f64>,
     /// Number of sticks; `None` if the run did not finish.
@@ -165,7 +165,7 @@ pub struct Sensitivity {
     /// d(result)/d(parameter), s per unit; `None` without a derivative.
     pub slope: Option<f64>,
     /// Reruns half a unit lower and higher; `None` if not made.
-    pub reruns: Option<[Rerun; 2]>,
+    pub reruns: Option<[SensitivityRerun; 2]>,
 }
 
 impl Sensitivity {
@@ -180,14 +180,18 @@ impl Sensitivity {
         let sides = self.reruns.as_ref()?.iter().zip([-1.0, 1.0]);
         sides
             .filter_map(|(rerun, side)| match (rerun.outcome, rerun.shift) {
-                (Outcome::SameEvents, Some(shift)) => {
+                (RerunOutcome::SameEvents, Some(shift)) => {
                     let predicted = side * predicted?;
                     let difference = (shift - predicted).abs();
                     Some(difference > (NONLINEAR_SHARE * shift.abs().max(predicted.abs())).max(RERUN_ERROR))
                 }
-                (Outcome::OtherEvents | Outcome::NoiseDetermined | Outcome::NoFinalStick | Outcome::NoPeriod, _) => {
-                    Some(true)
-                }
+                (
+                    RerunOutcome::OtherEvents
+                    | RerunOutcome::NoiseDetermined
+                    | RerunOutcome::NoFinalStick
+                    | RerunOutcome::NoPeriod,
+                    _,
+                ) => Some(true),
                 _ => None,
             })
             .reduce(|one, other| one || other)
@@ -290,7 +294,7 @@ fn run(case: &Case, max_steps: Option<usize>, stop: &dyn Fn() -> bool) -> Result
     let solver = by_series(case, max_steps);
     let output = OutputOptions::at_the_ends(case.output.end_time);
     let (trains, threshold) = (&case.system, case.threshold);
-    let mut times = Times::default();
+    let mut times = LinearisedTimes::default();
     let mut recurrence = Recurrence::new(trains, &mut times, false, None);
     let ended = Run::new(case)
         .solver(&solver)
@@ -509,7 +513,7 @@ impl Differentiated<'_> {
             self.rerun(&number.path, number.value + change)
         });
         // Incomplete reruns are dropped as a whole.
-        let done: Option<Vec<Rerun>> = done.into_iter().collect();
+        let done: Option<Vec<SensitivityRerun>> = done.into_iter().collect();
         let Some(done) = done.filter(|done| done.len() == jobs.len()) else {
             return Some(INTERRUPTED.to_owned());
         };
@@ -519,9 +523,9 @@ impl Differentiated<'_> {
         None
     }
 
-    fn rerun(&self, path: &str, value: f64) -> Option<Rerun> {
+    fn rerun(&self, path: &str, value: f64) -> Option<SensitivityRerun> {
         let without = |outcome, remark| {
-            Some(Rerun {
+            Some(SensitivityRerun {
                 value,
                 outcome,
                 shift: None,
@@ -531,13 +535,13 @@ impl Differentiated<'_> {
         };
         let case = match self.written.with(path, value) {
             Ok(case) => case,
-            Err(error) => return without(Outcome::Invalid, invalid(&error, path)),
+            Err(error) => return without(RerunOutcome::Invalid, invalid(&error, path)),
         };
         let other = match run(&case, Some(RERUN_FACTOR * MOST_STEPS), self.stop) {
             Ok(other) => other,
             Err(NoRun::Interrupted) => return None,
-            Err(NoRun::Failed(text)) => return without(Outcome::Failed, format!("the run failed: {text}")),
-            Err(NoRun::TooLong) => return without(Outcome::TooLong, "the run takes too long".to_owned()),
+            Err(NoRun::Failed(text)) => return without(RerunOutcome::Failed, format!("the run failed: {text}")),
+            Err(NoRun::TooLong) => return without(RerunOutcome::TooLong, "the run takes too long".to_owned()),
         };
         let (own, noise) = self.base.result(self.of, self.last)?;
         // Differences within the convergence of the two attractors count as zero.
@@ -550,13 +554,13 @@ impl Differentiated<'_> {
         });
         let like = other.is_like(self.of, &self.base, self.last);
         let outcome = match (shift, self.of) {
-            (Some(_), _) if other.noise => Outcome::NoiseDetermined,
-            (Some(_), _) if like => Outcome::SameEvents,
-            (None, Affected::AttractorPeriod) => Outcome::NoPeriod,
-            (None, Affected::FinalStick) => Outcome::NoFinalStick,
-            _ => Outcome::OtherEvents,
+            (Some(_), _) if other.noise => RerunOutcome::NoiseDetermined,
+            (Some(_), _) if like => RerunOutcome::SameEvents,
+            (None, Affected::AttractorPeriod) => RerunOutcome::NoPeriod,
+            (None, Affected::FinalStick) => RerunOutcome::NoFinalStick,
+            _ => RerunOutcome::OtherEvents,
         };
-        Some(Rerun {
+        Some(SensitivityRerun {
             value,
             outcome,
             // The time of a different event is not a shift.
@@ -566,27 +570,27 @@ impl Differentiated<'_> {
         })
     }
 
-    fn remarks(&self, other: &Outrun, outcome: Outcome) -> Vec<String> {
+    fn remarks(&self, other: &Outrun, outcome: RerunOutcome) -> Vec<String> {
         let base = &self.base;
         let (word, own) = (other.word(), base.word());
         let mut remarks = Vec::new();
         match (outcome, word.last()) {
-            (Outcome::NoPeriod, _) => {
+            (RerunOutcome::NoPeriod, _) => {
                 remarks.push("the motion does not repeat itself by the end of the run".to_owned())
             }
-            (Outcome::NoFinalStick, Some(last)) => {
+            (RerunOutcome::NoFinalStick, Some(last)) => {
                 remarks.push(format!("no final stick: the last event is a {}", last.name()));
             }
-            (Outcome::NoFinalStick, None) => remarks.push("no final stick: the run ends sliding".to_owned()),
+            (RerunOutcome::NoFinalStick, None) => remarks.push("no final stick: the run ends sliding".to_owned()),
             _ => {}
         }
         match (outcome, &other.attractor, &base.attractor) {
-            (Outcome::SameEvents | Outcome::NoPeriod, ..) => {}
+            (RerunOutcome::SameEvents | RerunOutcome::NoPeriod, ..) => {}
             (_, Some(others), Some(own)) => remarks.push(format!(
                 "{} sticks and {} sections in a period instead of {} and {}",
                 others.sticks, others.sections, own.sticks, own.sections
             )),
-            _ if word != own || outcome == Outcome::OtherEvents => remarks.push(difference(&word, &own)),
+            _ if word != own || outcome == RerunOutcome::OtherEvents => remarks.push(difference(&word, &own)),
             _ => {}
         }
         if other.noise {
@@ -607,9 +611,10 @@ pub fn add_sensitivities(group: &mut Addition, found: Option<&Sensitivities>, of
     let row = |column: usize| found.map(|found| &found.rows[column]);
     let numbers = |name: &str, unit: &str, long_name: &str, of: &dyn Fn(&Sensitivity) -> Option<f64>| {
         let value = |column| row(column).and_then(of).unwrap_or(f64::NAN);
-        Column::numbers(name, unit, long_name, (0..parameters).map(value))
+        FileColumn::numbers(name, unit, long_name, (0..parameters).map(value))
     };
-    let rerun = |column: usize, side: usize| -> Option<&Rerun> { Some(&row(column)?.reruns.as_ref()?[side]) };
+    let rerun =
+        |column: usize, side: usize| -> Option<&SensitivityRerun> { Some(&row(column)?.reruns.as_ref()?[side]) };
     group.attribute("held", found.map_or("", |found| &found.held));
     let without_reruns = match found {
         Some(found) => found.without_reruns.clone().unwrap_or_default(),
@@ -634,7 +639,7 @@ pub fn add_sensitivities(group: &mut Addition, found: Option<&Sensitivities>, of
         }));
         let outcome = |column| rerun(column, side).map_or(NONE, |rerun| rerun.outcome.code());
         let outcomes = (0..parameters).map(outcome);
-        columns.push(Column::codes(
+        columns.push(FileColumn::codes(
             &format!("outcome_{name}"),
             "what that run came to",
             outcomes,
@@ -646,7 +651,7 @@ pub fn add_sensitivities(group: &mut Addition, found: Option<&Sensitivities>, of
                 .map_or(-1, |sticks| sticks as i64)
         };
         let long_name = "number of sticks of that run; -1 without one";
-        columns.push(Column::counts(
+        columns.push(FileColumn::counts(
             &format!("sticks_{name}"),
             long_name,
             (0..parameters).map(sticks),
@@ -656,7 +661,7 @@ pub fn add_sensitivities(group: &mut Addition, found: Option<&Sensitivities>, of
     let long_name =
         "whether these runs differ from what time_sensitivity says by more than a tenth, or in their events";
     let words = [(-1, "unknown"), (0, "linear"), (1, "nonlinear")].map(|(code, word)| (code, word.to_owned()));
-    columns.push(Column::codes(
+    columns.push(FileColumn::codes(
         "nonlinear",
         long_name,
         (0..parameters).map(nonlinear),

@@ -1,7 +1,7 @@
 //! End of a motion without forcing and contact events: sections of a cycle, or steady sliding.
 
-use super::section::{Hit, Hits, RECURRENCE_TOLERANCE, Sizes, larger, sizes_of};
-use stickslip_engine::simulation::{Course, Quantity, Section, SolverOptions};
+use super::section::{Hits, RECURRENCE_TOLERANCE, SectionHit, Sizes, larger, sizes_of};
+use stickslip_engine::simulation::{Course, CourseQuantity, Section, SolverOptions};
 use stickslip_system::model::system::System;
 
 pub(super) const MOST_STEPS: usize = 5_000;
@@ -42,7 +42,7 @@ pub(super) fn sections(
             return None;
         }
         sizes = larger(sizes, sizes_of(&course.further_of(mode, time, &y), hits.groups()));
-        let (series, terms) = course.series(Quantity::RelativeVelocity, length);
+        let (series, terms) = course.series(CourseQuantity::RelativeVelocity, length);
         let acceleration = |share: f64| rate(&series[..terms], share) / length;
         let mut low = 0.0;
         for interval in 0..=INTERVALS {
@@ -61,7 +61,7 @@ pub(super) fn sections(
                 let mut state = y.clone();
                 course.after(b * length, &mut state);
                 let further = course.further_of(mode, time + b * length, &state);
-                hits.push(Hit {
+                hits.push(SectionHit {
                     sizes: larger(sizes, sizes_of(&further, hits.groups())),
                     section: Section {
                         time: time + b * length,

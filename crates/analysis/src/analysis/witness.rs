@@ -12,7 +12,7 @@ use stickslip_engine::hybrid::RunError;
 use stickslip_engine::run::Run;
 use stickslip_engine::simulation::{Method, OutputOptions, SolverOptions, natural_period};
 use stickslip_files::schema::{WITNESS_TIME, group};
-use stickslip_files::{Addition, AttributeValue, Column, quantity};
+use stickslip_files::{Addition, AttributeValue, FileColumn, quantity};
 use stickslip_system::model::margin;
 use stickslip_system::quote::bound;
 
@@ -110,9 +110,9 @@ impl Witness {
     }
 
     /// Column of the witness's times in /events.
-    pub fn column(&self) -> Column {
+    pub fn column(&self) -> FileColumn {
         let long_name = "time of the event by the witness; NaN: it has none";
-        Column::numbers(WITNESS_TIME, "s", long_name, self.times.iter().copied())
+        FileColumn::numbers(WITNESS_TIME, "s", long_name, self.times.iter().copied())
     }
 
     fn attributes(&self) -> Vec<(String, AttributeValue)> {

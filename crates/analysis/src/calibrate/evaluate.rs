@@ -2,14 +2,14 @@
 
 use super::study::CalibrationStudy;
 use super::target::Target;
-use crate::sweep::{Integrate, Point, Values, run_point, without_a_file};
+use crate::sweep::{Integrate, QuantityValues, StudyPoint, run_point, without_a_file};
 use std::sync::atomic::{AtomicBool, Ordering};
 use stickslip_engine::workers::in_order;
 
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Evaluation {
     pub shares: Vec<f64>,
-    pub result: Result<Values, String>,
+    pub result: Result<QuantityValues, String>,
     /// Residual of each target, in half-widths; infinite if the run lacks the quantity.
     pub residuals: Vec<f64>,
 }
@@ -24,18 +24,18 @@ impl Evaluation {
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) struct Halted;
 
-pub(super) struct Evaluator<'a> {
+pub(super) struct TargetEvaluator<'a> {
     pub study: &'a CalibrationStudy,
     pub workers: usize,
     pub stop: &'a AtomicBool,
 }
 
-impl Evaluator<'_> {
+impl TargetEvaluator<'_> {
     pub fn run(&self, shares: &[f64]) -> Result<Evaluation, Halted> {
         if self.stop.load(Ordering::Relaxed) {
             return Err(Halted);
         }
-        let point = Point {
+        let point = StudyPoint {
             number: 0,
             coordinates: self.study.coordinates(shares),
         };

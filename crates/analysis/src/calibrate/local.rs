@@ -4,7 +4,7 @@
 //! interpolation, 1994. Each target is a separate constraint, so no squares or penalties weigh targets against each
 //! other. No derivatives are needed: quantities jump when a stick appears or vanishes.
 
-use super::evaluate::{Evaluation, Evaluator, Halted};
+use super::evaluate::{Evaluation, Halted, TargetEvaluator};
 use cobyla::{RhoBeg, StopTols, minimize};
 use std::cell::RefCell;
 
@@ -23,13 +23,13 @@ fn most_runs(dimensions: usize) -> usize {
 
 /// Runs of COBYLA, each made once although every constraint asks for it.
 struct Runs<'a> {
-    evaluator: &'a Evaluator<'a>,
+    evaluator: &'a TargetEvaluator<'a>,
     made: RefCell<Vec<Evaluation>>,
     halted: RefCell<bool>,
 }
 
 impl Runs<'_> {
-    fn new<'a>(evaluator: &'a Evaluator<'a>) -> Runs<'a> {
+    fn new<'a>(evaluator: &'a TargetEvaluator<'a>) -> Runs<'a> {
         Runs {
             evaluator,
             made: RefCell::new(Vec::new()),
@@ -83,7 +83,7 @@ fn scaled(residual: f64, scale: f64) -> f64 {
 /// Least tau with -tau <= residual <= tau for all `members`, from a point. `reach`: first size of the simplex, as a
 /// share of the ranges; `rounds`: number of restarts. Returns all runs.
 pub(super) fn least_worst(
-    evaluator: &Evaluator,
+    evaluator: &TargetEvaluator,
     start: &Evaluation,
     members: &[usize],
     reach: f64,
@@ -146,7 +146,7 @@ pub(super) fn least_worst(
 
 /// Least (`sign` 1) or largest (-1) valid value of a parameter, from a valid point. Returns all runs.
 pub(super) fn farthest(
-    evaluator: &Evaluator,
+    evaluator: &TargetEvaluator,
     start: &Evaluation,
     members: &[usize],
     parameter: usize,

@@ -20,5 +20,5 @@ mod target;
 pub use output::write_file;
 pub use region::{Correlation, Determined, Interval};
 pub use search::{Calibration, CalibrationError, CalibrationOptions, CalibrationProgress, Compromise, calibrate};
-pub use study::{CALIBRATIONS, CalibrationStudy, Search};
+pub use study::{CALIBRATIONS, CalibrationSearch, CalibrationStudy};
 pub use target::{Role, Target, TargetResult};

@@ -7,7 +7,7 @@ use super::target::Role;
 use crate::provenance;
 use crate::sweep::{command_attribute, header, sweep_variables};
 use std::path::PathBuf;
-use stickslip_files::{Column, Reservation, ResultError, Status, SweepLayout, SweepPlan, SweepRow, SweepWriter};
+use stickslip_files::{FileColumn, Reservation, ResultError, Status, SweepLayout, SweepPlan, SweepRow, SweepWriter};
 
 /// Writes a calibration to a reserved place. Returns its path: an incomplete calibration keeps the partial name.
 pub fn write_file(
@@ -57,16 +57,16 @@ pub fn write_file(
     })
 }
 
-fn index(name: &str, long_name: &str, words: impl Iterator<Item = String>) -> Column {
+fn index(name: &str, long_name: &str, words: impl Iterator<Item = String>) -> FileColumn {
     let words: Vec<(i64, String)> = (0..).zip(words).collect();
-    Column::codes(name, long_name, 0..words.len() as i8, words)
+    FileColumn::codes(name, long_name, 0..words.len() as i8, words)
 }
 
 fn parameter_names(study: &CalibrationStudy) -> impl Iterator<Item = String> {
     study.runs.axes.iter().map(|axis| axis.keys[0].clone())
 }
 
-fn parameter_columns(study: &CalibrationStudy, calibration: &Calibration) -> Vec<Column> {
+fn parameter_columns(study: &CalibrationStudy, calibration: &Calibration) -> Vec<FileColumn> {
     let ends = |share: f64| {
         let axes = study.runs.axes.iter();
         axes.map(move |axis| axis.at(share).as_number().unwrap_or(f64::NAN))
@@ -74,18 +74,18 @@ fn parameter_columns(study: &CalibrationStudy, calibration: &Calibration) -> Vec
     let optimum = "where the largest residual is least, in the unit of the parameter";
     let mut columns = vec![
         index("parameter", "the key of the parameter", parameter_names(study)),
-        Column::numbers("optimum", "1", optimum, calibration.parameters.iter().copied()),
-        Column::numbers(
+        FileColumn::numbers("optimum", "1", optimum, calibration.parameters.iter().copied()),
+        FileColumn::numbers(
             "range_from",
             "1",
             "one end of the range it was looked for in",
             ends(0.0),
         ),
-        Column::numbers("range_to", "1", "the other end", ends(1.0)),
+        FileColumn::numbers("range_to", "1", "the other end", ends(1.0)),
     ];
     if let Some(compromise) = &calibration.compromise {
         let long_name = "where the largest residual is least if no target is set aside";
-        columns.push(Column::numbers(
+        columns.push(FileColumn::numbers(
             "compromise",
             "1",
             long_name,
@@ -95,20 +95,20 @@ fn parameter_columns(study: &CalibrationStudy, calibration: &Calibration) -> Vec
     if !calibration.intervals.is_empty() {
         let intervals = || calibration.intervals.iter();
         let long_name = "least value for which the held targets hold";
-        columns.push(Column::numbers(
+        columns.push(FileColumn::numbers(
             "least",
             "1",
             long_name,
             intervals().map(|interval| interval.least),
         ));
         let long_name = "largest value for which the held targets hold";
-        columns.push(Column::numbers(
+        columns.push(FileColumn::numbers(
             "largest",
             "1",
             long_name,
             intervals().map(|interval| interval.largest),
         ));
-        columns.push(Column::codes(
+        columns.push(FileColumn::codes(
             "determined",
             "from which sides the targets bound it within the range",
             intervals().map(|interval| interval.determined as i8),
@@ -120,7 +120,7 @@ fn parameter_columns(study: &CalibrationStudy, calibration: &Calibration) -> Vec
     columns
 }
 
-fn target_columns(study: &CalibrationStudy, calibration: &Calibration) -> Vec<Column> {
+fn target_columns(study: &CalibrationStudy, calibration: &Calibration) -> Vec<FileColumn> {
     let (targets, results) = (|| study.targets.iter(), || calibration.targets.iter());
     let half_width = "how far the quantity may lie from it, in the unit of the target";
     let here = "of the run with the calibrated parameters, in the unit of the target";
@@ -129,23 +129,23 @@ fn target_columns(study: &CalibrationStudy, calibration: &Calibration) -> Vec<Co
     let measured = targets().map(|target| target.name().to_owned());
     vec![
         index("target", "the quantity that was measured", measured),
-        Column::numbers(
+        FileColumn::numbers(
             "value",
             "1",
             "as measured, in the unit of the target",
             targets().map(|target| target.value),
         ),
-        Column::numbers("half_width", "1", half_width, targets().map(|target| target.half_width)),
-        Column::numbers("here", "1", here, results().map(|result| result.here)),
-        Column::numbers(
+        FileColumn::numbers("half_width", "1", half_width, targets().map(|target| target.half_width)),
+        FileColumn::numbers("here", "1", here, results().map(|result| result.here)),
+        FileColumn::numbers(
             "residual",
             "1",
             "distance from the measured value in half-widths",
             results().map(|result| result.residual),
         ),
-        Column::numbers("nearest", "1", nearest, results().map(|result| result.nearest)),
-        Column::numbers("together", "1", together, results().map(|result| result.together)),
-        Column::codes(
+        FileColumn::numbers("nearest", "1", nearest, results().map(|result| result.nearest)),
+        FileColumn::numbers("together", "1", together, results().map(|result| result.together)),
+        FileColumn::codes(
             "role",
             "what became of the target",
             results().map(|result| result.role as i8),
@@ -154,15 +154,15 @@ fn target_columns(study: &CalibrationStudy, calibration: &Calibration) -> Vec<Co
     ]
 }
 
-fn correlation_columns(study: &CalibrationStudy, calibration: &Calibration) -> Vec<Column> {
+fn correlation_columns(study: &CalibrationStudy, calibration: &Calibration) -> Vec<FileColumn> {
     let pairs = || calibration.correlations.iter();
     let words: Vec<(i64, String)> = (0..).zip(parameter_names(study)).collect();
     let side = |k: usize| pairs().map(move |pair| pair.parameters[k] as i8);
     let long_name = "of their places in the ranges, over the points at which the held targets hold";
     vec![
-        Column::counts("pair", "index of the pair", 0..pairs().len() as i64),
-        Column::codes("first", "one parameter", side(0), words.clone()),
-        Column::codes("second", "the other", side(1), words),
-        Column::numbers("correlation", "1", long_name, pairs().map(|pair| pair.coefficient)),
+        FileColumn::counts("pair", "index of the pair", 0..pairs().len() as i64),
+        FileColumn::codes("first", "one parameter", side(0), words.clone()),
+        FileColumn::codes("second", "the other", side(1), words),
+        FileColumn::numbers("correlation", "1", long_name, pairs().map(|pair| pair.coefficient)),
     ]
 }

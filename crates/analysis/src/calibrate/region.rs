@@ -1,6 +1,6 @@
 //! Exploration of all parameters with which the held targets hold.
 
-use super::evaluate::{Evaluation, Evaluator, Halted};
+use super::evaluate::{Evaluation, Halted, TargetEvaluator};
 use super::local::{apart, farthest, least_worst};
 use chacha20::ChaCha8Rng;
 use chacha20::rand_core::{Rng, SeedableRng};
@@ -78,7 +78,7 @@ const NEARBY: f64 = 4.0;
 
 /// Explores the region where `members` hold, into `pool`. Returns an even sample from the second half of the steps.
 pub(super) fn explore(
-    evaluator: &Evaluator,
+    evaluator: &TargetEvaluator,
     pool: &mut Vec<Evaluation>,
     members: &[usize],
     optimum: &Evaluation,
@@ -143,7 +143,7 @@ fn chains_within(pool: &[Evaluation], members: &[usize], widening: f64, dimensio
 }
 
 fn walk(
-    evaluator: &Evaluator,
+    evaluator: &TargetEvaluator,
     pool: &mut Vec<Evaluation>,
     members: &[usize],
     widening: f64,
@@ -197,7 +197,12 @@ fn propose(chains: &[Vec<f64>], chain: usize, step: usize, random: &mut ChaCha8R
         .collect()
 }
 
-fn extremes(evaluator: &Evaluator, pool: &mut Vec<Evaluation>, members: &[usize], reach: f64) -> Result<(), Halted> {
+fn extremes(
+    evaluator: &TargetEvaluator,
+    pool: &mut Vec<Evaluation>,
+    members: &[usize],
+    reach: f64,
+) -> Result<(), Halted> {
     let feasible = || pool.iter().filter(|point| point.worst(members) <= 1.0);
     let mut searches: Vec<(usize, f64, Evaluation)> = Vec::new();
     for parameter in 0..evaluator.study.runs.axes.len() {
@@ -223,9 +228,9 @@ pub(super) fn reach_of(pool: &[Evaluation], members: &[usize], widening: f64, op
     inside.map(distance).fold(1e-5, f64::max).min(0.25)
 }
 
-pub(super) fn intervals(evaluator: &Evaluator, pool: &[Evaluation], members: &[usize]) -> Vec<Interval> {
+pub(super) fn intervals(evaluator: &TargetEvaluator, pool: &[Evaluation], members: &[usize]) -> Vec<Interval> {
     let axes = evaluator.study.runs.axes.iter().enumerate();
-    let interval = |(k, axis): (usize, &crate::sweep::Axis)| {
+    let interval = |(k, axis): (usize, &crate::sweep::ParameterAxis)| {
         let inside = pool.iter().filter(|point| point.worst(members) <= 1.0);
         let shares = inside.fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], point| {
             [low.min(point.shares[k]), high.max(point.shares[k])]

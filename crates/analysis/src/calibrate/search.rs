@@ -1,6 +1,6 @@
 //! Steps of a calibration: sample, local searches, setting targets aside, exploration of the region.
 
-use super::evaluate::{Evaluation, Evaluator, Halted};
+use super::evaluate::{Evaluation, Halted, TargetEvaluator};
 use super::local::{apart, least, least_worst};
 use super::region::{Correlation, Interval, correlations, explore, intervals, reach_of};
 use super::study::CalibrationStudy;
@@ -47,7 +47,7 @@ pub struct Calibration {
     /// Correlation of every pair of parameters; empty after an early interruption.
     pub correlations: Vec<Correlation>,
     /// All runs: parameters as shares of the ranges, and summary or reason of a failure.
-    pub runs: Vec<(Vec<f64>, Result<crate::sweep::Values, String>)>,
+    pub runs: Vec<(Vec<f64>, Result<crate::sweep::QuantityValues, String>)>,
     /// Number of failed runs in [`Self::runs`].
     pub failed: usize,
 }
@@ -84,7 +84,7 @@ const ROUNDS: [u32; 2] = [3, 2];
 const NEAR: f64 = 0.125;
 
 struct Calibrating<'a, 'b> {
-    evaluator: Evaluator<'a>,
+    evaluator: TargetEvaluator<'a>,
     pool: Vec<Evaluation>,
     progress: &'b mut dyn FnMut(CalibrationProgress),
 }
@@ -96,7 +96,7 @@ pub fn calibrate(
     progress: &mut dyn FnMut(CalibrationProgress),
 ) -> Result<Calibration, CalibrationError> {
     let mut state = Calibrating {
-        evaluator: Evaluator {
+        evaluator: TargetEvaluator {
             study,
             workers: options.workers,
             stop: options.stop,
@@ -306,7 +306,7 @@ impl Calibrating<'_, '_> {
         &mut self,
         items: &[T],
         stage: &'static str,
-        f: impl Fn(&Evaluator, &T) -> Result<R, Halted> + Sync,
+        f: impl Fn(&TargetEvaluator, &T) -> Result<R, Halted> + Sync,
     ) -> Result<(), Halted> {
         let (evaluator, progress, total) = (&self.evaluator, &mut *self.progress, items.len());
         let mut show = |done: usize| progress(CalibrationProgress { stage, done, total });

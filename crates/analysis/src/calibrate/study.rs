@@ -1,12 +1,12 @@
 //! Study file of a calibration: base case, free parameters, measured numbers.
 
 use super::target::{self, Target};
-use crate::study::{Head, PROBES, Reader, StudySource, check_points};
-use crate::sweep::{Axis, Study, case_along, read_axis, sobol};
+use crate::study::{Head, PROBES, StudyReader, StudySource, check_points};
+use crate::sweep::{ParameterAxis, Study, case_along, read_axis, sobol};
 use sha2::{Digest, Sha256};
 use stickslip_case::built_in;
 use stickslip_case::builtin::BuiltIn;
-use stickslip_case::document::Node;
+use stickslip_case::document::PlacedValue;
 use stickslip_case::{Case, CaseError, CaseKeys, Override, Setting};
 
 /// Built-in calibrations.
@@ -14,7 +14,7 @@ pub const CALIBRATIONS: &[BuiltIn] = built_in!["studies": "paper-decay", "paper-
 
 /// Extent of the search for parameters.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Search {
+pub struct CalibrationSearch {
     /// Points of the Sobol sample over the ranges.
     pub points: usize,
     /// Local searches, from the best separate points.
@@ -31,7 +31,7 @@ pub struct CalibrationStudy {
     /// Targets; at least one.
     pub targets: Vec<Target>,
     /// Extent of the search.
-    pub search: Search,
+    pub search: CalibrationSearch,
 }
 
 const STUDY_KEYS: &[&str] = &["title", "case", "set", "free", "target", "search"];
@@ -48,7 +48,7 @@ const DEFAULT_STARTS: u64 = 16;
 impl CalibrationStudy {
     /// Reads a calibration, or reports all problems. `overrides` apply to the base case after the study's own settings.
     pub fn parse(source: StudySource, overrides: &[Override]) -> Result<CalibrationStudy, CaseError> {
-        let (mut reader, root) = Reader::open(&source, STUDY_KEYS)?;
+        let (mut reader, root) = StudyReader::open(&source, STUDY_KEYS)?;
         // Thousands of runs use the fastest method, unless the study sets another.
         let method = Override::setting("solver.method", &Setting::Text("series".to_owned()));
         let head = Head::read(&mut reader, &root, &source, vec![method], overrides);
@@ -97,9 +97,9 @@ impl CalibrationStudy {
     }
 }
 
-fn read_free(reader: &mut Reader, known: &CaseKeys, root: &Node) -> Vec<Axis> {
+fn read_free(reader: &mut StudyReader, known: &CaseKeys, root: &PlacedValue) -> Vec<ParameterAxis> {
     let missing = "missing: what is looked for; write [[free]] with a key and the range from, to";
-    let mut free: Vec<Axis> = Vec::new();
+    let mut free: Vec<ParameterAxis> = Vec::new();
     for (path, node) in reader.tables(root, "free", Some(missing)) {
         reader.check_keys(node, &path, FREE_KEYS);
         if let Some(absent) = ["from", "to"].into_iter().find(|name| node.at(name).is_none()) {
@@ -131,7 +131,7 @@ fn read_free(reader: &mut Reader, known: &CaseKeys, root: &Node) -> Vec<Axis> {
     free
 }
 
-fn read_targets(reader: &mut Reader, head: &Head, free: &[Axis], root: &Node) -> Vec<Target> {
+fn read_targets(reader: &mut StudyReader, head: &Head, free: &[ParameterAxis], root: &PlacedValue) -> Vec<Target> {
     let case = case_along(free, head);
     let kind = (case.as_ref().map(|case| &case.system), head.keys.words.motion());
     let missing = "missing: what was measured; write [[target]] with a quantity and its value";
@@ -153,14 +153,14 @@ fn read_targets(reader: &mut Reader, head: &Head, free: &[Axis], root: &Node) ->
     targets
 }
 
-fn read_search(reader: &mut Reader, root: &Node) -> Option<Search> {
+fn read_search(reader: &mut StudyReader, root: &PlacedValue) -> Option<CalibrationSearch> {
     if let Some(node) = root.at("search") {
         reader.table(node, "search", &["points", "starts", "seed"])?;
     }
     let points = reader.whole_or(root, "", "search.points", 16..=MOST_POINTS, DEFAULT_POINTS);
     let starts = reader.whole_or(root, "", "search.starts", 1..=MOST_STARTS, DEFAULT_STARTS);
     let seed = reader.whole_or(root, "", "search.seed", 0..=u64::from(u32::MAX), 0);
-    Some(Search {
+    Some(CalibrationSearch {
         points: points? as usize,
         starts: starts? as usize,
         seed: seed? as u32,

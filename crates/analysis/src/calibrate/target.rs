@@ -1,9 +1,9 @@
 //! Measured numbers: quantity of a run, value, and uncertainty.
 
-use crate::study::{Reader, plain};
-use crate::sweep::{QUANTITIES, Quantity, Values, asked_for};
+use crate::study::{StudyReader, plain};
+use crate::sweep::{QUANTITIES, Quantity, QuantityValues, asked_for};
 use stickslip_case::Motion;
-use stickslip_case::document::{Node, Value};
+use stickslip_case::document::{CaseValue, PlacedValue};
 use stickslip_case::quantity::{self, Dimension};
 use stickslip_system::model::system::System;
 
@@ -29,7 +29,7 @@ impl Target {
     }
 
     /// Distance from the measured value in half-widths; the target holds from -1 to 1. NaN without the quantity.
-    pub fn residual(&self, values: &Values) -> f64 {
+    pub fn residual(&self, values: &QuantityValues) -> f64 {
         (values[self.quantity] - self.value) / self.half_width
     }
 }
@@ -100,9 +100,9 @@ fn is_measured(quantity: &Quantity) -> bool {
 }
 
 pub(super) fn read(
-    reader: &mut Reader,
+    reader: &mut StudyReader,
     (system, motion): (Option<&System>, Motion),
-    node: &Node,
+    node: &PlacedValue,
     path: &str,
 ) -> Option<Target> {
     reader.table(node, path, &["quantity", "value", "half_width", "weight"])?;
@@ -130,9 +130,9 @@ pub(super) fn read(
     let unit = QUANTITIES[quantity].unit(motion);
     let dimension = dimension(unit);
     // Value, and half-width of its rounding if it is a text.
-    let mut printed = |given: &Node, name: &str| {
+    let mut printed = |given: &PlacedValue, name: &str| {
         let number = match (&given.value, plain(&given.value)) {
-            (Value::Text(text), _) => quantity::printed(text, dimension).map(|(value, half)| (value, Some(half))),
+            (CaseValue::Text(text), _) => quantity::printed(text, dimension).map(|(value, half)| (value, Some(half))),
             (_, Some(value)) => Ok((value, None)),
             (other, None) => Err(format!(
                 "expected {}, but got {}",

@@ -2,11 +2,11 @@
 
 use super::curve::{DISTANCE, border_point};
 use super::ending::EndReason;
-use super::follow::{Follower, Found, LOCATED, MOST_HALVINGS, SHORT};
+use super::follow::{BranchFollower, FoundPoint, LOCATED, MOST_HALVINGS, SHORT};
 use super::manifold::{Local, Measured, What};
 use super::special::Special;
 use super::station::{Station, Trial, scaled};
-use crate::cycle::{Border, CycleError, Equations as _, Guess, tangent};
+use crate::cycle::{Border, CycleError, Guess, NewtonEquations as _, tangent};
 use nalgebra::DVector;
 
 /// Relative distance at which a border is reached; the second for a quantity that vanishes like a root.
@@ -39,7 +39,7 @@ fn told(trial: &Result<Option<Trial>, CycleError>) -> String {
     }
 }
 
-impl<'a> Follower<'a> {
+impl<'a> BranchFollower<'a> {
     /// Locates the border and continues beyond it, if a step changes the sequence of events or finds no solution.
     /// `None`: no border is there, and a shorter step may stay on the branch.
     pub(super) fn border(
@@ -47,7 +47,7 @@ impl<'a> Follower<'a> {
         local: &mut Local<'a>,
         at: (&DVector<f64>, &DVector<f64>),
         step: f64,
-    ) -> Result<Option<Vec<Found>>, CycleError> {
+    ) -> Result<Option<Vec<FoundPoint>>, CycleError> {
         let word = self.current.measured.word.clone();
         let (mut low, mut high) = (0.0, step);
         let (mut last, mut first): (Option<Trial>, Option<Trial>) = (None, None);
@@ -94,16 +94,16 @@ impl<'a> Follower<'a> {
                 self.failure = Some(self.reason(local, &(at.0 + at.1 * high)));
             }
             if low > 0.0 {
-                found.push(Found::Point(Box::new(station)));
+                found.push(FoundPoint::Point(Box::new(station)));
             }
-            found.push(Found::End(if rests { EndReason::Rest } else { EndReason::Lost }));
+            found.push(FoundPoint::End(if rests { EndReason::Rest } else { EndReason::Lost }));
             return Ok(Some(found));
         };
         // Derivatives at the border itself do not indicate a special point.
         let (low_end, high_end) = self.steps.range;
         let value = station.measured.guess.values[0];
-        let apart = |one: &Found| match one {
-            Found::Special(_, special) => {
+        let apart = |one: &FoundPoint| match one {
+            FoundPoint::Special(_, special) => {
                 (special.measured.guess.values[0] - value).abs() > AT_BORDER * 1e-2 * (high_end - low_end)
             }
             _ => true,
@@ -124,13 +124,13 @@ impl<'a> Follower<'a> {
         let (border, edge) = self.sharpened(border, station, beyond.as_ref())?;
         // One border, seen from its two sides.
         let border = border.seen_within();
-        found.push(Found::Special(Special::Border(border), Box::new(edge)));
+        found.push(FoundPoint::Special(Special::Border(border), Box::new(edge)));
         match beyond {
             Some(station) => {
                 self.step = 0.02 * self.steps.longest;
                 found.push(self.take(station)?);
             }
-            None => found.push(Found::End(EndReason::Jump)),
+            None => found.push(FoundPoint::End(EndReason::Jump)),
         }
         Ok(Some(found))
     }

@@ -2,7 +2,7 @@
 
 use super::manifold::{Local, Manifold, Measured};
 use super::special::{Special, critical_pair};
-use crate::cycle::{Border, CycleError, Equations, Guess, NoSolution, solve, tangent};
+use crate::cycle::{Border, CycleError, Guess, NewtonEquations, NoSolution, solve, tangent};
 use nalgebra::{DMatrix, DVector};
 
 /// Step in scaled unknowns for derivatives of the condition.
@@ -113,7 +113,7 @@ fn nearest(measured: &Measured, border: Border) -> Option<f64> {
     distances.map(|margin| margin.1).min_by(f64::total_cmp)
 }
 
-impl Equations for Conditioned<'_> {
+impl NewtonEquations for Conditioned<'_> {
     fn evaluate(&mut self, x: &DVector<f64>) -> Result<(DVector<f64>, DMatrix<f64>), CycleError> {
         let (residual, jacobian) = self.local.evaluate(x)?;
         let own = self.condition(x, &jacobian)?;

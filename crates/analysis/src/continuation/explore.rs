@@ -2,14 +2,14 @@
 
 use super::curve::{CurvePoint, CurveSteps, trace};
 use super::ending::EndReason;
-use super::follow::{Follower, Found, Mark, Steps, is_half};
+use super::follow::{BranchFollower, FollowSteps, FoundPoint, Mark, is_half};
 use super::manifold::{Manifold, Measured, What};
 use super::special::{Special, critical_pair};
 use super::station::Station;
 use super::study::ContinuationStudy;
 use crate::analysis::stability::SystemModes;
-use crate::cycle::{CycleError, Family, Guess, Stability, find, solve};
-use crate::sweep::{Journal, JournalError, Outcome};
+use crate::cycle::{CycleError, CycleStability, Family, Guess, find, solve};
+use crate::sweep::{Journal, JournalError, PointOutcome};
 use nalgebra::{Complex, DMatrix, DVector};
 use std::collections::VecDeque;
 use std::f64::consts::TAU;
@@ -57,7 +57,7 @@ pub struct BranchPoint {
     /// Least and largest relative velocity omega_r.
     pub relative_velocity: (f64, f64),
     /// Stability against small disturbances.
-    pub stability: Stability,
+    pub stability: CycleStability,
     /// Multipliers with magnitude above 1, or eigenvalues with positive real part.
     pub unstable: usize,
     /// Real and imaginary parts of multipliers, or of eigenvalues (1/s); the most unstable first.
@@ -232,7 +232,7 @@ pub(crate) struct Explorer<'a> {
     pub family: &'a Family,
     pub journal: &'a mut Journal,
     /// Points that are not yet in the journal, and time of the last write.
-    pub waiting: (Vec<Outcome>, Instant),
+    pub waiting: (Vec<PointOutcome>, Instant),
     pub stop: &'a dyn Fn() -> bool,
     pub told: &'a mut dyn FnMut(&Explored),
 }
@@ -397,7 +397,7 @@ impl Explorer<'_> {
             widths: &widths,
             stop: self.stop,
         };
-        let steps = Steps {
+        let steps = FollowSteps {
             range: self.study.range(0),
             longest: self.study.step,
             most: self.study.points,
@@ -416,7 +416,7 @@ impl Explorer<'_> {
             },
             _ => job.guess.clone(),
         };
-        let follower = Follower::new(manifold, &steps, &guess, job.direction.as_ref(), job.up);
+        let follower = BranchFollower::new(manifold, &steps, &guess, job.direction.as_ref(), job.up);
         let mut follower = match follower {
             Ok(follower) => follower,
             Err(CycleError::Interrupted) => return Err(Halt::Interrupted),
@@ -449,12 +449,12 @@ impl Explorer<'_> {
                         Err(CycleError::Interrupted) => return Err(Halt::Interrupted),
                         Err(error) => {
                             explored.remarks.push(format!("branch {index} ends: {error}"));
-                            vec![Found::End(EndReason::Lost)]
+                            vec![FoundPoint::End(EndReason::Lost)]
                         }
                         Ok(found) => found,
                     };
                     let marks = found.iter().map(|found| follower.mark(found));
-                    let outcomes = marks.zip(number..).map(|(mark, number)| Outcome {
+                    let outcomes = marks.zip(number..).map(|(mark, number)| PointOutcome {
                         number,
                         result: Ok(flat(&mark)),
                         events: Vec::new(),
@@ -471,10 +471,10 @@ impl Explorer<'_> {
             for one in &found {
                 let branch = &mut explored.branches[index];
                 match one {
-                    Found::Point(station) => branch.points.push(BranchPoint::new(&station.measured, None)),
+                    FoundPoint::Point(station) => branch.points.push(BranchPoint::new(&station.measured, None)),
                     // Two events of a symmetric motion change at once.
-                    Found::Special(special, station) if again(branch, *special, station, self.study.range(0)) => {}
-                    Found::Special(special, station) => {
+                    FoundPoint::Special(special, station) if again(branch, *special, station, self.study.range(0)) => {}
+                    FoundPoint::Special(special, station) => {
                         let birth = BranchPoint::new(&station.measured, Some(*special));
                         // The flip from which the branch was born is a point of the cycles of half the period.
                         let (what, on_branch) = match job.what {
@@ -492,7 +492,7 @@ impl Explorer<'_> {
                         let born = (what == job.what).then_some(&mut *jobs);
                         self.special(*special, station, what, (at, birth), known, specials, born);
                     }
-                    Found::End(reason) => {
+                    FoundPoint::End(reason) => {
                         branch.end = *reason;
                         ended = true;
                         if *reason == EndReason::Lost {
@@ -516,7 +516,7 @@ impl Explorer<'_> {
     }
 
     /// Journal entries from a number to the next point or end; `None` if incomplete.
-    fn recorded(&mut self, number: u64, follower: &mut Follower<'_>) -> Result<Option<Vec<Found>>, Halt> {
+    fn recorded(&mut self, number: u64, follower: &mut BranchFollower<'_>) -> Result<Option<Vec<FoundPoint>>, Halt> {
         let mut marks = Vec::new();
         for number in number.. {
             let Some(outcome) = self.journal.read(number)? else {
@@ -697,7 +697,7 @@ impl Explorer<'_> {
                     let values = points
                         .iter()
                         .flat_map(|point| [point.values[0], point.values[1], point.period]);
-                    self.waiting.0.push(Outcome {
+                    self.waiting.0.push(PointOutcome {
                         number,
                         result: Ok(values.collect()),
                         events: Vec::new(),
@@ -750,7 +750,12 @@ fn again(branch: &Branch, special: Special, station: &Station, (low, high): (f64
     matches!(special, Special::Border(_)) && branch.points.iter().rev().take(3).any(same)
 }
 
-fn born(manifold: Manifold<'_>, guess: &Guess, direction: &DVector<f64>, steps: &Steps) -> Result<Guess, CycleError> {
+fn born(
+    manifold: Manifold<'_>,
+    guess: &Guess,
+    direction: &DVector<f64>,
+    steps: &FollowSteps,
+) -> Result<Guess, CycleError> {
     let found = born_at(manifold, guess, direction, FIRST_STEP * steps.longest)?;
     let (low, high) = steps.range;
     let moved = (found.values[0] - guess.values[0]).abs();

@@ -4,12 +4,14 @@ use super::ending::EndReason;
 use super::explore::{Branch, BranchPoint, Explored};
 use super::special::Special;
 use super::study::ContinuationStudy;
-use crate::cycle::Stability;
+use crate::cycle::CycleStability;
 use crate::provenance;
 use std::path::Path;
 use stickslip_case::{Motion, quantity::Dimension};
 use stickslip_files::schema::META_POINT_COMMAND;
-use stickslip_files::{Addition, AttributeValue, Column, ContinuationFile, ResultError, Status, StoredContinuation};
+use stickslip_files::{
+    Addition, AttributeValue, ContinuationFile, FileColumn, ResultError, Status, StoredContinuation,
+};
 use stickslip_system::quote::in_shell;
 
 const MOST_SEQUENCES: usize = 127;
@@ -17,7 +19,11 @@ const MOST_SEQUENCES: usize = 127;
 /// Longest stored command: all attributes of a group share 64 kB.
 const LONGEST_COMMAND: usize = 32_768;
 
-const STABILITIES: [Stability; 3] = [Stability::Stable, Stability::Unstable, Stability::Neutral];
+const STABILITIES: [CycleStability; 3] = [
+    CycleStability::Stable,
+    CycleStability::Unstable,
+    CycleStability::Neutral,
+];
 
 fn flags<'a>(words: impl IntoIterator<Item = &'a str>) -> Vec<(i64, String)> {
     (0..).zip(words.into_iter().map(str::to_owned)).collect()
@@ -58,7 +64,7 @@ fn branches(explored: &Explored) -> Addition {
     let mut group = Addition::new("branches");
     group.dimension("branch", all.len(), "number of the branch");
     let mut codes = |name: &str, about: &str, codes: Vec<i8>, words: Vec<(i64, String)>| {
-        group.over(&["branch"], Column::codes(name, about, codes, words));
+        group.over(&["branch"], FileColumn::codes(name, about, codes, words));
     };
     let what = all.iter().map(|branch| i8::from(!branch.steady)).collect();
     codes("what", "what is followed", what, flags(["steady", "cycle"]));
@@ -72,7 +78,7 @@ fn branches(explored: &Explored) -> Addition {
         flags(EndReason::ALL.map(EndReason::name)),
     );
     let mut counts = |name: &str, about: &str, values: Vec<i64>| {
-        group.over(&["branch"], Column::counts(name, about, values));
+        group.over(&["branch"], FileColumn::counts(name, about, values));
     };
     let mut first = 0;
     let firsts = all.iter().map(|branch| {
@@ -127,11 +133,11 @@ fn points(study: &ContinuationStudy, motion: Motion, explored: &Explored) -> Add
     );
     group.dimension("component", components, "number of the component of the state");
     let numbers = |name: &str, unit: &str, about: &str, of: &dyn Fn(&BranchPoint) -> f64| {
-        Column::numbers(name, unit, about, only().map(of))
+        FileColumn::numbers(name, unit, about, only().map(of))
     };
     let unit = axis.unit.unwrap_or("1");
-    let mut add = |column: Column| group.over(&["point"], column);
-    add(Column::counts(
+    let mut add = |column: FileColumn| group.over(&["point"], column);
+    add(FileColumn::counts(
         "branch",
         "the branch that it is of",
         all.iter().map(|one| one.0 as i64),
@@ -162,15 +168,15 @@ fn points(study: &ContinuationStudy, motion: Motion, explored: &Explored) -> Add
         &|point| point.relative_velocity.1,
     ));
     let stabilities = only().map(|point| STABILITIES.iter().position(|one| *one == point.stability).unwrap_or(0) as i8);
-    let words = flags(STABILITIES.map(Stability::name));
-    add(Column::codes(
+    let words = flags(STABILITIES.map(CycleStability::name));
+    add(FileColumn::codes(
         "stability",
         "what becomes of small disturbances",
         stabilities,
         words,
     ));
     let about = "multipliers above 1 in magnitude, or eigenvalues with a positive real part";
-    add(Column::counts(
+    add(FileColumn::counts(
         "unstable",
         about,
         only().map(|point| point.unstable as i64),
@@ -178,13 +184,13 @@ fn points(study: &ContinuationStudy, motion: Motion, explored: &Explored) -> Add
     let mut words = vec![(-1, "none".to_owned())];
     words.extend(flags(Special::ALL.map(Special::name)));
     let specials = only().map(|point| point.special.map_or(-1, Special::code));
-    add(Column::codes(
+    add(FileColumn::codes(
         "special",
         "what the point is special for",
         specials,
         words,
     ));
-    add(Column::counts(
+    add(FileColumn::counts(
         "sticks",
         "sticks in a period",
         only().map(|point| point.sticks as i64),
@@ -212,7 +218,7 @@ fn points(study: &ContinuationStudy, motion: Motion, explored: &Explored) -> Add
         sequences.push("other".to_owned());
     }
     let words = flags(sequences.iter().map(String::as_str));
-    add(Column::codes("sequence", "events of a period", codes, words));
+    add(FileColumn::codes("sequence", "events of a period", codes, words));
     let about = "phase of the drives where the state is";
     add(numbers("time", "s", about, &|point| point.time));
     let padded = |values: Vec<f64>, length: usize| {
@@ -227,18 +233,21 @@ fn points(study: &ContinuationStudy, motion: Motion, explored: &Explored) -> Add
     let about = "real part of a multiplier, or of an eigenvalue of steady sliding (1/s); NaN: none";
     group.over(
         &["point", "value"],
-        Column::numbers("real", "1", about, of_values(|one| one.0)),
+        FileColumn::numbers("real", "1", about, of_values(|one| one.0)),
     );
     let about = "imaginary part of a multiplier, or of an eigenvalue of steady sliding (1/s); NaN: none";
     group.over(
         &["point", "value"],
-        Column::numbers("imaginary", "1", about, of_values(|one| one.1)),
+        FileColumn::numbers("imaginary", "1", about, of_values(|one| one.1)),
     );
     let states: Vec<f64> = only()
         .flat_map(|point| padded(point.state.clone(), components))
         .collect();
     let about = "twists, rates, speeds of free chains and bristles at the start of the period, SI";
-    group.over(&["point", "component"], Column::numbers("state", "1", about, states));
+    group.over(
+        &["point", "component"],
+        FileColumn::numbers("state", "1", about, states),
+    );
     group
 }
 
@@ -254,23 +263,23 @@ fn curves(study: &ContinuationStudy, explored: &Explored) -> Addition {
     let over = &["curve_point"];
     group.over(
         over,
-        Column::counts("curve", "the curve that it is of", all.iter().map(|one| one.0 as i64)),
+        FileColumn::counts("curve", "the curve that it is of", all.iter().map(|one| one.0 as i64)),
     );
     let words = flags(Special::ALL.map(Special::name));
     let codes = all.iter().map(|one| one.1.code());
     group.over(
         over,
-        Column::codes("special", "special points of which kind", codes, words),
+        FileColumn::codes("special", "special points of which kind", codes, words),
     );
     for (k, axis) in study.axes.iter().take(2).enumerate() {
         let unit = axis.unit.unwrap_or("1");
         let values = all.iter().map(|one| one.2.values[k]);
-        group.over(over, Column::numbers(&axis.name, unit, axis.description, values));
+        group.over(over, FileColumn::numbers(&axis.name, unit, axis.description, values));
     }
     let periods = all.iter().map(|one| one.2.period);
     group.over(
         over,
-        Column::numbers("curve_period", "s", "period of the cycle there", periods),
+        FileColumn::numbers("curve_period", "s", "period of the cycle there", periods),
     );
     group
 }

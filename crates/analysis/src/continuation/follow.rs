@@ -4,7 +4,7 @@ use super::ending::{EndReason, flip_near, hopf_near};
 use super::manifold::{Local, Manifold, Measured, What};
 use super::special::{Special, tests};
 use super::station::{Station, Trial, row, scaled};
-use crate::cycle::{CycleError, Equations as _, Guess, NoSolution, Solution, solve, tangent};
+use crate::cycle::{CycleError, Guess, NewtonEquations as _, NewtonSolution, NoSolution, solve, tangent};
 use nalgebra::DVector;
 use std::collections::VecDeque;
 
@@ -47,7 +47,7 @@ const RESTED: f64 = 1e-4;
 const INFINITE: f64 = 1e3;
 
 #[derive(Debug, Clone)]
-pub(crate) struct Steps {
+pub(crate) struct FollowSteps {
     /// Range of the varied parameter, SI.
     pub range: (f64, f64),
     /// Longest step, as a share of range and motion size together.
@@ -56,7 +56,7 @@ pub(crate) struct Steps {
 }
 
 #[derive(Debug, Clone)]
-pub(crate) enum Found {
+pub(crate) enum FoundPoint {
     Point(Box<Station>),
     Special(Special, Box<Station>),
     End(EndReason),
@@ -76,9 +76,9 @@ pub(crate) struct Mark {
     pub measured: (f64, Vec<f64>),
 }
 
-pub(crate) struct Follower<'a> {
+pub(crate) struct BranchFollower<'a> {
     pub(super) manifold: Manifold<'a>,
-    pub(super) steps: &'a Steps,
+    pub(super) steps: &'a FollowSteps,
     pub(super) current: Station,
     pub(super) before: VecDeque<Station>,
     pub(super) step: f64,
@@ -117,15 +117,15 @@ fn station_at(
     })
 }
 
-impl<'a> Follower<'a> {
+impl<'a> BranchFollower<'a> {
     /// Starts from a solution, toward rising (`up`) or falling parameter, or in a given direction.
     pub fn new(
         manifold: Manifold<'a>,
-        steps: &'a Steps,
+        steps: &'a FollowSteps,
         guess: &Guess,
         direction: Option<&DVector<f64>>,
         up: bool,
-    ) -> Result<Follower<'a>, CycleError> {
+    ) -> Result<BranchFollower<'a>, CycleError> {
         let measured = manifold.measure(guess)?;
         let swing = measured.relative_velocity.1 - measured.relative_velocity.0;
         let current = station_at(manifold, measured, |local| match direction {
@@ -136,7 +136,7 @@ impl<'a> Follower<'a> {
                 along
             }
         })?;
-        Ok(Follower {
+        Ok(BranchFollower {
             manifold,
             steps,
             current,
@@ -161,11 +161,11 @@ impl<'a> Follower<'a> {
     }
 
     /// Mark for [`Self::resume`].
-    pub fn mark(&self, found: &Found) -> Mark {
+    pub fn mark(&self, found: &FoundPoint) -> Mark {
         let (station, special, end) = match found {
-            Found::Point(station) => (&**station, None, None),
-            Found::Special(special, station) => (&**station, Some(special.code()), None),
-            Found::End(reason) => (&self.current, None, Some(*reason)),
+            FoundPoint::Point(station) => (&**station, None, None),
+            FoundPoint::Special(special, station) => (&**station, Some(special.code()), None),
+            FoundPoint::End(reason) => (&self.current, None, Some(*reason)),
         };
         let guess = &station.measured.guess;
         Mark {
@@ -182,9 +182,9 @@ impl<'a> Follower<'a> {
     }
 
     /// Restores the finding of a mark and continues from there.
-    pub fn resume(&mut self, mark: &Mark) -> Result<Found, CycleError> {
+    pub fn resume(&mut self, mark: &Mark) -> Result<FoundPoint, CycleError> {
         if let Some(reason) = mark.end {
-            return Ok(Found::End(reason));
+            return Ok(FoundPoint::End(reason));
         }
         let guess = Guess {
             time: mark.time,
@@ -224,11 +224,11 @@ impl<'a> Follower<'a> {
             direction,
         };
         match mark.special.and_then(|code| Special::ALL.get(code as usize)) {
-            Some(&special) => Ok(Found::Special(special, Box::new(station))),
+            Some(&special) => Ok(FoundPoint::Special(special, Box::new(station))),
             None => {
                 self.accept(station.clone());
                 self.step = mark.step;
-                Ok(Found::Point(Box::new(station)))
+                Ok(FoundPoint::Point(Box::new(station)))
             }
         }
     }
@@ -262,15 +262,15 @@ impl<'a> Follower<'a> {
     }
 
     /// Next points and special points; the last finding of a branch is its end.
-    pub fn advance(&mut self) -> Result<Vec<Found>, CycleError> {
+    pub fn advance(&mut self) -> Result<Vec<FoundPoint>, CycleError> {
         if self.points >= self.steps.most {
-            return Ok(vec![Found::End(EndReason::Points)]);
+            return Ok(vec![FoundPoint::End(EndReason::Points)]);
         }
         let [before, now, most] = self.halves;
         if now < before && now < SMALL * most {
             let flip = flip_near(self.manifold, &self.current)?;
-            let flip = flip.map(|station| Found::Special(Special::Flip, Box::new(station)));
-            return Ok(flip.into_iter().chain([Found::End(EndReason::Halved)]).collect());
+            let flip = flip.map(|station| FoundPoint::Special(Special::Flip, Box::new(station)));
+            return Ok(flip.into_iter().chain([FoundPoint::End(EndReason::Halved)]).collect());
         }
         let mut local = self.manifold.local(&self.current.measured.guess)?;
         let x = local.unknowns(&self.current.measured.guess);
@@ -314,7 +314,7 @@ impl<'a> Follower<'a> {
                         let last = end.len() - 1;
                         end[last] = bound / local.scale()[last];
                         self.failure = Some(self.reason(&mut local, &end));
-                        return Ok(vec![Found::End(EndReason::Lost)]);
+                        return Ok(vec![FoundPoint::End(EndReason::Lost)]);
                     }
                 },
             };
@@ -327,8 +327,8 @@ impl<'a> Follower<'a> {
             }
             if is_last {
                 let mut found = self.between(&mut local, (&x, &along), step, &next)?;
-                found.push(Found::Point(Box::new(next)));
-                found.push(Found::End(EndReason::Range));
+                found.push(FoundPoint::Point(Box::new(next)));
+                found.push(FoundPoint::End(EndReason::Range));
                 return Ok(found);
             }
             let cosine = scaled(&local, &next.direction).dot(&along);
@@ -375,24 +375,24 @@ impl<'a> Follower<'a> {
     }
 
     /// End at the Hopf point to which the cycles have shrunk, if there is one.
-    fn shrunk(&self) -> Result<Option<Vec<Found>>, CycleError> {
+    fn shrunk(&self) -> Result<Option<Vec<FoundPoint>>, CycleError> {
         let hopf = hopf_near(self.manifold, &self.current)?;
         Ok(hopf.map(|station| {
             vec![
-                Found::Special(Special::Hopf, Box::new(station)),
-                Found::End(EndReason::Shrunk),
+                FoundPoint::Special(Special::Hopf, Box::new(station)),
+                FoundPoint::End(EndReason::Shrunk),
             ]
         }))
     }
 
-    pub(super) fn take(&mut self, station: Station) -> Result<Found, CycleError> {
+    pub(super) fn take(&mut self, station: Station) -> Result<FoundPoint, CycleError> {
         let moved = self.manifold.away_from_events(&station.measured, &station.direction)?;
         let station = match moved {
             Some((measured, direction)) => station_at(self.manifold, measured, |local| scaled(local, &direction))?,
             None => station,
         };
         self.accept(station.clone());
-        Ok(Found::Point(Box::new(station)))
+        Ok(FoundPoint::Point(Box::new(station)))
     }
 
     /// Solution at a distance along a direction; `None` if Newton's method goes elsewhere.
@@ -405,7 +405,7 @@ impl<'a> Follower<'a> {
         self.trial_near(local, at, step, step.max(1e-9))
     }
 
-    fn measured(&self, local: &Local<'a>, solution: Solution, along: &DVector<f64>) -> Result<Trial, CycleError> {
+    fn measured(&self, local: &Local<'a>, solution: NewtonSolution, along: &DVector<f64>) -> Result<Trial, CycleError> {
         let guess = local.guess(&solution.x)?;
         let measured = self.manifold.measure(&guess)?;
         if let Local::Cycles(shooting) = local
@@ -459,7 +459,7 @@ impl<'a> Follower<'a> {
         }
     }
 
-    fn ends(&mut self, local: &mut Local<'a>, next: &Station) -> Result<Option<Vec<Found>>, CycleError> {
+    fn ends(&mut self, local: &mut Local<'a>, next: &Station) -> Result<Option<Vec<FoundPoint>>, CycleError> {
         if let What::Cycles(_) = self.manifold.what {
             let (least, largest) = next.measured.relative_velocity;
             let shrinks = largest - least < Self::swing_of(&self.current).min(SHRUNK * self.swing);
@@ -479,21 +479,21 @@ impl<'a> Follower<'a> {
             }
             if least.abs().max(largest.abs()) < RESTED * self.swing {
                 return Ok(Some(vec![
-                    Found::Point(Box::new(next.clone())),
-                    Found::End(EndReason::Rest),
+                    FoundPoint::Point(Box::new(next.clone())),
+                    FoundPoint::End(EndReason::Rest),
                 ]));
             }
             if next.measured.guess.period > INFINITE * self.first.period {
                 return Ok(Some(vec![
-                    Found::Point(Box::new(next.clone())),
-                    Found::End(EndReason::Infinite),
+                    FoundPoint::Point(Box::new(next.clone())),
+                    FoundPoint::End(EndReason::Infinite),
                 ]));
             }
         }
         if self.points > 8 && self.returns(local, next) {
             return Ok(Some(vec![
-                Found::Point(Box::new(next.clone())),
-                Found::End(EndReason::Closed),
+                FoundPoint::Point(Box::new(next.clone())),
+                FoundPoint::End(EndReason::Closed),
             ]));
         }
         Ok(None)
@@ -524,7 +524,7 @@ impl<'a> Follower<'a> {
         (x, along): (&DVector<f64>, &DVector<f64>),
         step: f64,
         next: &Station,
-    ) -> Result<Vec<Found>, CycleError> {
+    ) -> Result<Vec<FoundPoint>, CycleError> {
         let mut found = Vec::new();
         for special in self.current.tests.passed(&next.tests, self.manifold.what) {
             let located = self.located(local, (x, along), step, special, next)?;
@@ -538,7 +538,7 @@ impl<'a> Follower<'a> {
         found.sort_by(|a, b| a.0.total_cmp(&b.0));
         Ok(found
             .into_iter()
-            .map(|(_, special, station)| Found::Special(special, Box::new(station)))
+            .map(|(_, special, station)| FoundPoint::Special(special, Box::new(station)))
             .collect())
     }
 

@@ -1,10 +1,11 @@
 //! Equations of steady sliding or cycles about a point, and measurements there.
 
 use crate::cycle::{
-    Border, CycleError, Equations, Family, Guess, Orbit, Shooting, Stability, apart, later, motion, scales, to_slip,
+    Border, CycleError, CycleStability, Family, Guess, NewtonEquations, Orbit, Shooting, apart, later, motion, scales,
+    to_slip,
 };
 use nalgebra::{Complex, DMatrix, DVector};
-use stickslip_engine::simulation::{Shot, Wanted, shoot, sliding, weights};
+use stickslip_engine::simulation::{Shot, WantedResults, shoot, sliding, weights};
 use stickslip_system::numerics::eigenvalues::eigenvalues;
 
 /// Share of the fastest eigenvalue beyond which a real part changes the stability of steady sliding.
@@ -37,7 +38,7 @@ pub(crate) struct Measured {
     /// Multipliers of a cycle without the one along it, or eigenvalues (1/s); the most unstable first.
     pub spectrum: Vec<Complex<f64>>,
     pub unstable: usize,
-    pub stability: Stability,
+    pub stability: CycleStability,
     pub position: (f64, f64),
     pub relative_velocity: (f64, f64),
     pub sticks: usize,
@@ -93,7 +94,7 @@ impl Local<'_> {
     }
 }
 
-impl Equations for Local<'_> {
+impl NewtonEquations for Local<'_> {
     fn evaluate(&mut self, x: &DVector<f64>) -> Result<(DVector<f64>, DMatrix<f64>), CycleError> {
         match self {
             Local::Steady(steady) => steady.evaluate(x),
@@ -124,7 +125,7 @@ impl SteadySliding<'_> {
     }
 }
 
-impl Equations for SteadySliding<'_> {
+impl NewtonEquations for SteadySliding<'_> {
     fn evaluate(&mut self, x: &DVector<f64>) -> Result<(DVector<f64>, DMatrix<f64>), CycleError> {
         let guess = self.guess(x);
         let member = self.family.at(&guess.values, true)?;
@@ -242,9 +243,9 @@ impl<'a> Manifold<'a> {
                     at: (guess.period, guess.values.clone()),
                     unstable,
                     stability: match (unstable, neutral) {
-                        (1.., _) => Stability::Unstable,
-                        (0, true) => Stability::Neutral,
-                        (0, false) => Stability::Stable,
+                        (1.., _) => CycleStability::Unstable,
+                        (0, true) => CycleStability::Neutral,
+                        (0, false) => CycleStability::Stable,
                     },
                     spectrum,
                     position: (here.position, here.position),
@@ -291,7 +292,7 @@ impl<'a> Manifold<'a> {
         let guess = &measured.guess;
         let member = self.family.at(&guess.values, true)?;
         let shift = to_slip(&member, guess, self.stop)?;
-        let wanted = Wanted {
+        let wanted = WantedResults {
             derivatives: Some(&member.moved),
             extrema: false,
             stop: self.stop,

@@ -2,7 +2,7 @@
 
 use super::manifold::{Local, Measured};
 use super::special::Tests;
-use crate::cycle::Solution;
+use crate::cycle::NewtonSolution;
 use nalgebra::{DMatrix, DVector};
 
 /// Point with the direction of the branch, in physical units.
@@ -15,7 +15,7 @@ pub(crate) struct Station {
 
 /// Solution on the plane across a direction, at a distance along it.
 pub(super) struct Trial {
-    pub solution: Solution,
+    pub solution: NewtonSolution,
     pub station: Station,
 }
 

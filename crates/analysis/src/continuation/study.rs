@@ -1,9 +1,9 @@
 //! Study file of a continuation: case, varied parameter, and kind of the branches.
 
 use super::special::Special;
-use crate::cycle::{From, LONGEST, Search};
-use crate::study::{Head, Reader, StudySource};
-use crate::sweep::{Axis, WALL_TIME, read_axis};
+use crate::cycle::{CycleSearch, From, LONGEST};
+use crate::study::{Head, StudyReader, StudySource};
+use crate::sweep::{ParameterAxis, WALL_TIME, read_axis};
 use sha2::{Digest, Sha256};
 use std::path::PathBuf;
 use stickslip_case::built_in;
@@ -47,13 +47,13 @@ pub struct ContinuationStudy {
     /// Settings of the study in the base case.
     pub settings: Vec<Override>,
     /// Parameter that varies along branches, and a second one for curves of special points.
-    pub axes: Vec<Axis>,
+    pub axes: Vec<ParameterAxis>,
     /// Whether branches start at steady sliding.
     pub steady: bool,
     /// Whether branches start at a cycle.
     pub cycle: bool,
     /// Search for that cycle.
-    pub search: Search,
+    pub search: CycleSearch,
     /// Whether branches follow the rising, and the falling parameter.
     pub directions: (bool, bool),
     /// Points of a branch in one direction.
@@ -71,10 +71,10 @@ pub struct ContinuationStudy {
 impl ContinuationStudy {
     /// Reads a study, or reports all problems. `overrides` apply to the base case after the study's own settings.
     pub fn parse(source: StudySource, overrides: &[Override]) -> Result<ContinuationStudy, CaseError> {
-        let (mut reader, root) = Reader::open(&source, STUDY_KEYS)?;
+        let (mut reader, root) = StudyReader::open(&source, STUDY_KEYS)?;
         let head = Head::read(&mut reader, &root, &source, Vec::new(), overrides);
         let missing = "missing: the number that varies; write [[axis]] with key, from and to";
-        let mut axes: Vec<Axis> = Vec::new();
+        let mut axes: Vec<ParameterAxis> = Vec::new();
         for (path, node) in reader.tables(&root, "axis", Some(missing)) {
             let Some(axis) = read_axis(&mut reader, &head.keys, node, &path, true) else {
                 continue;
@@ -100,7 +100,7 @@ impl ContinuationStudy {
             axes,
             steady: false,
             cycle: true,
-            search: Search::default(),
+            search: CycleSearch::default(),
             directions: (true, true),
             points: DEFAULT_POINTS as usize,
             step: DEFAULT_STEP,
@@ -148,7 +148,7 @@ impl ContinuationStudy {
         Ok(study)
     }
 
-    fn read_branch(&mut self, reader: &mut Reader, root: &stickslip_case::document::Node) {
+    fn read_branch(&mut self, reader: &mut StudyReader, root: &stickslip_case::document::PlacedValue) {
         let Some(node) = root.at("branch") else { return };
         if reader.table(node, "branch", BRANCH_KEYS).is_none() {
             return;

@@ -14,8 +14,8 @@ use num_rational::BigRational;
 use num_traits::{One, Signed, Zero};
 use std::ops::ControlFlow;
 use stickslip_case::ExactCase;
-use stickslip_engine::simulation::{Excitation, Wanted, shoot};
-use stickslip_files::{Addition, Column, quantity, schema::group};
+use stickslip_engine::simulation::{Excitation, WantedResults, shoot};
+use stickslip_files::{Addition, FileColumn, quantity, schema::group};
 use stickslip_oracle::{self as oracle, OracleError, OracleOptions, OracleReport, OracleState, decimal};
 use stickslip_system::model::equations::{Engagement, Side, SystemEquations};
 use stickslip_system::model::nearest_double;
@@ -222,7 +222,7 @@ pub fn certify(
         of_state(&y)[i] - own[i]
     });
     let back = change.clone().try_inverse().ok_or(NotCertified::Neutral)?;
-    let wanted = Wanted {
+    let wanted = WantedResults {
         derivatives: Some(&[]),
         extrema: false,
         stop: &|| false,
@@ -458,13 +458,13 @@ impl CycleCertificate {
         let times = self.events.iter().map(|event| event.0.value);
         group.over(
             &["exact_event"],
-            Column::numbers("exact_time", "s", "time of the event, rounded to a double", times),
+            FileColumn::numbers("exact_time", "s", "time of the event, rounded to a double", times),
         );
         let errors = self.events.iter().map(|event| event.0.error);
         let about = "how far the decimal of the time can be off";
         group.over(
             &["exact_event"],
-            Column::numbers("exact_uncertainty", "s", about, errors),
+            FileColumn::numbers("exact_uncertainty", "s", about, errors),
         );
         let decimals: Vec<&str> = self.events.iter().map(|event| event.0.decimal.as_str()).collect();
         let kinds: Vec<&str> = self.events.iter().map(|event| event.1).collect();

@@ -2,9 +2,9 @@
 
 use super::error::CycleError;
 use super::family::{Family, Member};
-use super::newton::Equations;
+use super::newton::NewtonEquations;
 use nalgebra::{DMatrix, DVector};
-use stickslip_engine::simulation::{Shot, Wanted, shoot};
+use stickslip_engine::simulation::{Shot, WantedResults, shoot};
 
 /// Least scale of a component, as a speed, relative to the largest speed of the motion.
 const LEAST_SHARE: f64 = 0.05;
@@ -117,7 +117,7 @@ impl<'a> Shooting<'a> {
     }
 }
 
-impl Equations for Shooting<'_> {
+impl NewtonEquations for Shooting<'_> {
     fn evaluate(&mut self, x: &DVector<f64>) -> Result<(DVector<f64>, DMatrix<f64>), CycleError> {
         let guess = self.guess(x)?;
         let n = self.moving();
@@ -126,7 +126,7 @@ impl Equations for Shooting<'_> {
         if guess.period.is_nan() || guess.period <= 0.0 {
             return Err(CycleError::Collapsed { period: guess.period });
         }
-        let wanted = Wanted {
+        let wanted = WantedResults {
             derivatives: Some(&member.moved),
             extrema: false,
             stop: self.stop,

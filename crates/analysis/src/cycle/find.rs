@@ -8,7 +8,7 @@ use super::orbit::Orbit;
 use nalgebra::DVector;
 use stickslip_engine::run::Run;
 use stickslip_engine::simulation::{
-    Method, OutputOptions, Peak, Shot, SolverOptions, Wanted, moving_state, shoot, stated_start, weights,
+    Method, OutputOptions, Peak, Shot, SolverOptions, WantedResults, moving_state, shoot, stated_start, weights,
 };
 use stickslip_system::model::Mode;
 use stickslip_system::record::{Event, Recorder, RecorderError, Sample};
@@ -56,7 +56,7 @@ pub enum From {
 
 /// Options of a search.
 #[derive(Debug, Clone, Copy, Default)]
-pub struct Search {
+pub struct CycleSearch {
     /// Start.
     pub from: From,
     /// Periods of the drives, or turns of an autonomous motion, in a period; `None`: best fit.
@@ -66,13 +66,13 @@ pub struct Search {
 }
 
 #[derive(Default)]
-struct Last {
+struct LastOrbit {
     further: Vec<f64>,
     time: f64,
     mode: Option<Mode>,
 }
 
-impl Recorder for Last {
+impl Recorder for LastOrbit {
     fn further(&mut self, values: &[f64]) -> Result<(), RecorderError> {
         self.further.clear();
         self.further.extend_from_slice(values);
@@ -94,7 +94,12 @@ impl Recorder for Last {
 }
 
 /// Periodic motion of a family at these values of its parameters; an error tells the failed attempts.
-pub fn find(family: &Family, values: &[f64], search: &Search, stop: &dyn Fn() -> bool) -> Result<Orbit, CycleError> {
+pub fn find(
+    family: &Family,
+    values: &[f64],
+    search: &CycleSearch,
+    stop: &dyn Fn() -> bool,
+) -> Result<Orbit, CycleError> {
     let member = family.at(values, false)?;
     let (mut time, mut state) = starting_point(family, values, search, stop)?;
     let horizon = family.case().output.end_time;
@@ -154,7 +159,7 @@ fn decays(
 fn starting_point(
     family: &Family,
     values: &[f64],
-    search: &Search,
+    search: &CycleSearch,
     stop: &dyn Fn() -> bool,
 ) -> Result<(f64, DVector<f64>), CycleError> {
     let case = family.case_at(values)?;
@@ -169,7 +174,7 @@ fn starting_point(
         ..case.solver.clone()
     };
     let output = OutputOptions::at_the_ends(case.output.end_time);
-    let mut last = Last::default();
+    let mut last = LastOrbit::default();
     let run = Run::of_system(&case.system, case.threshold, &solver, &output);
     let report = run.record(&mut last).stop(stop).start();
     let report = report.map_err(|failure| CycleError::Run(failure.to_string()))?;
@@ -187,7 +192,7 @@ pub(crate) fn motion(
     extrema: bool,
     stop: &dyn Fn() -> bool,
 ) -> Result<Shot, CycleError> {
-    let wanted = Wanted {
+    let wanted = WantedResults {
         derivatives: None,
         extrema,
         stop,
@@ -213,7 +218,7 @@ fn stroboscopic(
     member: &Member,
     (time, state): (f64, DVector<f64>),
     period: f64,
-    search: &Search,
+    search: &CycleSearch,
     stop: &dyn Fn() -> bool,
 ) -> Result<(Guess, u32), CycleError> {
     let guess = |multiple: u32| Guess {
@@ -258,7 +263,7 @@ fn autonomous(
     member: &Member,
     (time, state): (f64, DVector<f64>),
     horizon: f64,
-    search: &Search,
+    search: &CycleSearch,
     stop: &dyn Fn() -> bool,
 ) -> Result<(Guess, u32), CycleError> {
     let mut found = None;

@@ -4,13 +4,13 @@ use super::error::CycleError;
 use nalgebra::{DMatrix, DVector};
 
 /// Equations in scaled unknowns of order 1.
-pub(crate) trait Equations {
+pub(crate) trait NewtonEquations {
     /// Scaled residuals and their derivatives by the unknowns.
     fn evaluate(&mut self, x: &DVector<f64>) -> Result<(DVector<f64>, DMatrix<f64>), CycleError>;
 }
 
 #[derive(Debug, Clone)]
-pub(crate) struct Solution {
+pub(crate) struct NewtonSolution {
     pub x: DVector<f64>,
     pub jacobian: DMatrix<f64>,
     /// Length of the last step, an error bound.
@@ -66,10 +66,10 @@ const NEUTRAL: f64 = 1e-13;
 
 /// Solution with `plane` (x - start) = 0. The plane has a row for each surplus unknown.
 pub(crate) fn solve(
-    equations: &mut dyn Equations,
+    equations: &mut dyn NewtonEquations,
     start: &DVector<f64>,
     plane: &DMatrix<f64>,
-) -> Result<Solution, NoSolution> {
+) -> Result<NewtonSolution, NoSolution> {
     let mut x = start.clone();
     let (mut residual, mut jacobian) = equations.evaluate(&x).map_err(NoSolution::Failed)?;
     let first = residual.amax();
@@ -89,7 +89,7 @@ pub(crate) fn solve(
         stuck = if length > 0.5 * shortest { stuck + 1 } else { 0 };
         shortest = shortest.min(length);
         if length <= EXACT || length <= SOLVED && stuck >= STUCK {
-            return Ok(Solution {
+            return Ok(NewtonSolution {
                 x: &x + &step,
                 jacobian,
                 error: length,

@@ -5,7 +5,7 @@ use super::error::CycleError;
 use super::family::{Family, Member};
 use nalgebra::{Complex, DMatrix, DVector};
 use serde::Serialize;
-use stickslip_engine::simulation::{Border, Margin, Phase, Shot, Wanted, shoot};
+use stickslip_engine::simulation::{Border, Margin, Shot, ShotPhase, WantedResults, shoot};
 use stickslip_system::model::Mode;
 use stickslip_system::numerics::eigenvalues::eigenvalues;
 
@@ -70,7 +70,7 @@ impl Multiplier {
 /// Stability against small disturbances.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "kebab-case")]
-pub enum Stability {
+pub enum CycleStability {
     /// All disturbances decay.
     Stable,
     /// A disturbance grows.
@@ -79,13 +79,13 @@ pub enum Stability {
     Neutral,
 }
 
-impl Stability {
+impl CycleStability {
     /// Name in a word.
     pub fn name(self) -> &'static str {
         match self {
-            Stability::Stable => "stable",
-            Stability::Unstable => "unstable",
-            Stability::Neutral => "neutral",
+            CycleStability::Stable => "stable",
+            CycleStability::Unstable => "unstable",
+            CycleStability::Neutral => "neutral",
         }
     }
 }
@@ -130,7 +130,7 @@ pub struct Orbit {
     /// Multipliers, the largest first; the one along an autonomous motion, 1, leads.
     pub multipliers: Vec<Multiplier>,
     /// Stability by the multipliers.
-    pub stability: Stability,
+    pub stability: CycleStability,
     /// Events in order of time.
     pub events: Vec<OrbitEvent>,
     /// Least and largest position, rad (m in translation).
@@ -185,7 +185,7 @@ impl Orbit {
         stop: &dyn Fn() -> bool,
     ) -> Result<Orbit, CycleError> {
         let member: Member = family.at(&guess.values, false)?;
-        let wanted = Wanted {
+        let wanted = WantedResults {
             derivatives: Some(&[]),
             extrema: true,
             stop,
@@ -200,9 +200,9 @@ impl Orbit {
         let largest = multipliers.iter().filter(|one| one.kind == MultiplierKind::Free);
         let largest = largest.map(Multiplier::magnitude).fold(0.0, f64::max);
         let stability = match largest {
-            most if most > 1.0 + NEUTRAL => Stability::Unstable,
-            most if most >= 1.0 - NEUTRAL => Stability::Neutral,
-            _ => Stability::Stable,
+            most if most > 1.0 + NEUTRAL => CycleStability::Unstable,
+            most if most >= 1.0 - NEUTRAL => CycleStability::Neutral,
+            _ => CycleStability::Stable,
         };
         let since = |time: f64| time - guess.time;
         let events = shot.events.iter().filter(|event| event.kind.in_event_sequence());
@@ -276,7 +276,7 @@ pub(crate) fn word(shot: &Shot) -> Vec<u8> {
 }
 
 /// See [`Orbit::clearance`].
-fn clearance(phases: &[Phase]) -> f64 {
+fn clearance(phases: &[ShotPhase]) -> f64 {
     let (Some(first), Some(last), true) = (phases.first(), phases.last(), phases.len() > 1) else {
         return f64::INFINITY;
     };
@@ -286,7 +286,7 @@ fn clearance(phases: &[Phase]) -> f64 {
 }
 
 /// Phases of a period. The phase across its ends is joined, and comes first.
-pub fn whole(phases: &[Phase]) -> Vec<Phase> {
+pub fn whole(phases: &[ShotPhase]) -> Vec<ShotPhase> {
     let mut phases = phases.to_vec();
     if phases.len() > 1
         && phases[0].mode == phases[phases.len() - 1].mode
@@ -299,10 +299,10 @@ pub fn whole(phases: &[Phase]) -> Vec<Phase> {
 }
 
 /// Distances of slips and separations from vanishing. The largest slip of a period does not vanish.
-pub fn vanishing(phases: &[Phase]) -> Vec<Margin> {
+pub fn vanishing(phases: &[ShotPhase]) -> Vec<Margin> {
     let slips = phases.iter().filter(|phase| phase.mode.slides());
     let largest = slips.map(|phase| phase.depth).fold(0.0, f64::max);
-    let margin = |phase: &Phase| {
+    let margin = |phase: &ShotPhase| {
         let (border, distance) = match phase.mode {
             Mode::Separated => (Border::Separation, phase.depth),
             mode if mode.slides() => (Border::Slip, phase.depth / largest),
@@ -315,7 +315,7 @@ pub fn vanishing(phases: &[Phase]) -> Vec<Margin> {
     phases.iter().filter_map(margin).collect()
 }
 
-fn stick_durations(phases: &[Phase]) -> Vec<f64> {
+fn stick_durations(phases: &[ShotPhase]) -> Vec<f64> {
     let sticks = phases.iter().filter(|phase| phase.mode == Mode::Stick);
     sticks.map(|phase| phase.to - phase.from).collect()
 }

@@ -9,7 +9,7 @@ use super::orbit::{MultiplierKind, Orbit};
 use nalgebra::DVector;
 use stickslip_case::{Case, CaseError, CaseSource, Override, WrittenCase};
 use stickslip_engine::simulation::{Excitation, Following, Method, OutputOptions, SolverOptions, stated_start};
-use stickslip_files::{Addition, Column, Reason, ResultError, ResultFile, quantity, schema::group};
+use stickslip_files::{Addition, FileColumn, Reason, ResultError, ResultFile, quantity, schema::group};
 use stickslip_system::model::equations::{Engagement, Side, SystemEquations};
 use stickslip_system::model::system::{ContactLaw, Initial, Pressing};
 
@@ -141,7 +141,7 @@ impl Orbit {
             "number of the multiplier, the largest first",
         );
         let over = |name: &str, long_name: &str, of: fn(&super::Multiplier) -> f64| {
-            Column::numbers(name, "1", long_name, self.multipliers.iter().map(of))
+            FileColumn::numbers(name, "1", long_name, self.multipliers.iter().map(of))
         };
         cycle.over(
             &["multiplier"],
@@ -159,7 +159,7 @@ impl Orbit {
         let about = "why the multiplier has its value: of a disturbance, 1 along an autonomous motion, 0 by a stick";
         cycle.over(
             &["multiplier"],
-            Column::codes("multiplier_kind", about, codes, words.collect()),
+            FileColumn::codes("multiplier_kind", about, codes, words.collect()),
         );
         cycle.text(
             "source",
@@ -173,7 +173,7 @@ impl Orbit {
 }
 
 /// Finds the cycle of a file again: family, orbit, and original case.
-pub fn from_file(file: &ResultFile, stop: &dyn Fn() -> bool) -> Result<(Family, Orbit, Origin), CycleFileError> {
+pub fn from_file(file: &ResultFile, stop: &dyn Fn() -> bool) -> Result<(Family, Orbit, CycleOrigin), CycleFileError> {
     let text = |name: &str| {
         let found = file.text_variable(group::CYCLE, name)?;
         found.ok_or_else(|| Reason::Missing(format!("/cycle/{name}")).of(file.path()))
@@ -213,7 +213,7 @@ pub fn from_file(file: &ResultFile, stop: &dyn Fn() -> bool) -> Result<(Family, 
         }
     };
     let orbit = closed(&family, multiple as u32, &guess, stop)?;
-    let origin = Origin {
+    let origin = CycleOrigin {
         source,
         changes,
         periods_before,
@@ -223,7 +223,7 @@ pub fn from_file(file: &ResultFile, stop: &dyn Fn() -> bool) -> Result<(Family, 
 
 /// Original case of a cycle.
 #[derive(Debug, Clone)]
-pub struct Origin {
+pub struct CycleOrigin {
     /// Source text.
     pub source: CaseSource,
     /// Overrides.

@@ -1,10 +1,10 @@
 //! Common part of all studies: title, base case, settings.
 
 use super::StudySource;
-use super::reading::{Reader, dotted, join};
+use super::reading::{StudyReader, dotted, join};
 use std::path::{Path, PathBuf};
-use stickslip_case::document::{Node, Place, Value};
-use stickslip_case::{Case, CaseError, CaseKeys, CaseSource, Override, Problem};
+use stickslip_case::document::{CaseValue, PlacedValue, TextPlace};
+use stickslip_case::{Case, CaseError, CaseKeys, CaseProblem, CaseSource, Override};
 use stickslip_files::{is_hdf5, open_sound};
 
 pub(crate) struct Head {
@@ -20,8 +20,8 @@ pub(crate) struct Head {
 impl Head {
     /// Reads `title`, `case` and `set`. The order of settings is: `before`, the study's, `overrides`.
     pub fn read(
-        reader: &mut Reader,
-        root: &Node,
+        reader: &mut StudyReader,
+        root: &PlacedValue,
         source: &StudySource,
         before: Vec<Override>,
         overrides: &[Override],
@@ -55,7 +55,12 @@ impl Head {
     }
 }
 
-fn read_base(reader: &mut Reader, root: &Node, source: &StudySource, files: &mut Vec<PathBuf>) -> Option<CaseSource> {
+fn read_base(
+    reader: &mut StudyReader,
+    root: &PlacedValue,
+    source: &StudySource,
+    files: &mut Vec<PathBuf>,
+) -> Option<CaseSource> {
     let Some(node) = root.at("case") else {
         let message = "missing: the base case, as in case = \"paper\" or case = \"mine.toml\"";
         return reader.refuse(root, "case", message);
@@ -83,10 +88,16 @@ fn read_base(reader: &mut Reader, root: &Node, source: &StudySource, files: &mut
 }
 
 /// Leaves of `set`: tables, dotted keys, quoted paths, or a list of texts `KEY=VALUE`.
-fn read_settings(reader: &mut Reader, known: &CaseKeys, node: &Node, path: &str, settings: &mut Vec<Override>) {
+fn read_settings(
+    reader: &mut StudyReader,
+    known: &CaseKeys,
+    node: &PlacedValue,
+    path: &str,
+    settings: &mut Vec<Override>,
+) {
     let whole = || Override::of_node(path, node);
     match &node.value {
-        Value::Array(_) if path.is_empty() => {
+        CaseValue::Array(_) if path.is_empty() => {
             let read = reader.list(node, "set", |reader, element, path| {
                 let text = reader.text(element, path)?;
                 let parsed = Override::parse(&text).map_err(|error| error.problems[0].message.clone());
@@ -95,14 +106,14 @@ fn read_settings(reader: &mut Reader, known: &CaseKeys, node: &Node, path: &str,
             settings.extend(read.unwrap_or_default());
         }
         // A signal is set as a whole; the case finds errors inside.
-        _ if known.is_whole(path) && (node.at("profile").is_some() || matches!(node.value, Value::Array(_))) => {
+        _ if known.is_whole(path) && (node.at("profile").is_some() || matches!(node.value, CaseValue::Array(_))) => {
             settings.push(whole());
         }
         // Another law has other keys, so the table replaces the case's, as with --set.
-        Value::Table(entries) if path == "friction" && entries.iter().any(|(name, _)| name == "law") => {
+        CaseValue::Table(entries) if path == "friction" && entries.iter().any(|(name, _)| name == "law") => {
             settings.push(whole());
         }
-        Value::Table(entries) if entries.is_empty() && !path.is_empty() => {
+        CaseValue::Table(entries) if entries.is_empty() && !path.is_empty() => {
             let within = |key: &&str| key.strip_prefix(path).is_some_and(|rest| rest.starts_with('.'));
             let is_known = known.slot(path).is_some() || known.known().iter().any(within);
             let message = match is_known {
@@ -111,7 +122,7 @@ fn read_settings(reader: &mut Reader, known: &CaseKeys, node: &Node, path: &str,
             };
             reader.report(node, &format!("set.{path}"), message);
         }
-        Value::Table(entries) => {
+        CaseValue::Table(entries) => {
             for (name, child) in entries {
                 read_settings(reader, known, child, &join(path, &dotted(name)), settings);
             }
@@ -120,7 +131,7 @@ fn read_settings(reader: &mut Reader, known: &CaseKeys, node: &Node, path: &str,
             reader.expected::<()>(node, "set", "a table of keys and values");
         }
         _ => {
-            let whole_array = matches!(node.value, Value::Array(_));
+            let whole_array = matches!(node.value, CaseValue::Array(_));
             if known.slot(path).is_none() && !(whole_array && matches!(path, "perturbation" | "output.window")) {
                 reader.report(node, &format!("set.{path}"), known.unknown(path));
             } else {
@@ -154,17 +165,17 @@ fn relabelled(error: CaseError, settings: &[Override], label: &str) -> CaseError
     let problems = error.problems.into_iter().map(|problem| {
         let message = format!("no point of the study is a valid case: {}", problem.message);
         match (written(settings, &problem), problem.place.starts_with("--set ")) {
-            (Some((place, key)), _) => Problem {
+            (Some((place, key)), _) => CaseProblem {
                 place: place.show(label),
                 key,
                 message,
             },
-            (None, true) => Problem {
+            (None, true) => CaseProblem {
                 place: label.to_owned(),
                 message,
                 ..problem
             },
-            (None, false) => Problem { message, ..problem },
+            (None, false) => CaseProblem { message, ..problem },
         }
     });
     CaseError {
@@ -173,7 +184,7 @@ fn relabelled(error: CaseError, settings: &[Override], label: &str) -> CaseError
 }
 
 /// Place and key of the study's setting that caused a problem of its case, if one did.
-pub(crate) fn written<'a>(settings: &'a [Override], problem: &Problem) -> Option<(&'a Place, String)> {
+pub(crate) fn written<'a>(settings: &'a [Override], problem: &CaseProblem) -> Option<(&'a TextPlace, String)> {
     let set = problem.place.strip_prefix("--set ")?;
     let setting = settings.iter().rev().find(|setting| setting.key() == set)?;
     Some((setting.origin()?, format!("set.{}", problem.key)))

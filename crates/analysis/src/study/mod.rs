@@ -11,5 +11,5 @@ mod reading;
 mod source;
 
 pub(crate) use head::{Head, PROBES, check_points, written};
-pub(crate) use reading::{Reader, plain};
+pub(crate) use reading::{StudyReader, plain};
 pub use source::StudySource;

@@ -2,21 +2,21 @@
 
 use super::StudySource;
 use std::ops::RangeInclusive;
-use stickslip_case::document::{self, Node, Place, Value};
-use stickslip_case::{CaseError, Problem, suggest};
+use stickslip_case::document::{self, CaseValue, PlacedValue, TextPlace};
+use stickslip_case::{CaseError, CaseProblem, suggest};
 
-pub(crate) struct Reader {
+pub(crate) struct StudyReader {
     pub(crate) label: String,
     /// Problems with the rank of their places.
-    problems: Vec<(usize, Problem)>,
+    problems: Vec<(usize, CaseProblem)>,
 }
 
-impl Reader {
+impl StudyReader {
     /// Reader and root node of a study with `known` tables.
-    pub(crate) fn open(source: &StudySource, known: &[&str]) -> Result<(Reader, Node), CaseError> {
+    pub(crate) fn open(source: &StudySource, known: &[&str]) -> Result<(StudyReader, PlacedValue), CaseError> {
         let label = source.label();
         let root = document::read(&source.text, &label)?;
-        let mut reader = Reader {
+        let mut reader = StudyReader {
             label,
             problems: Vec::new(),
         };
@@ -24,14 +24,14 @@ impl Reader {
         Ok((reader, root))
     }
 
-    pub(crate) fn report(&mut self, node: &Node, key: &str, message: impl Into<String>) {
+    pub(crate) fn report(&mut self, node: &PlacedValue, key: &str, message: impl Into<String>) {
         self.report_at(&node.place, key, message);
     }
 
-    pub(crate) fn report_at(&mut self, place: &Place, key: &str, message: impl Into<String>) {
+    pub(crate) fn report_at(&mut self, place: &TextPlace, key: &str, message: impl Into<String>) {
         self.problems.push((
             place.rank(),
-            Problem {
+            CaseProblem {
                 place: place.show(&self.label),
                 key: key.to_owned(),
                 message: message.into(),
@@ -40,17 +40,17 @@ impl Reader {
     }
 
     /// Reports a problem and returns `None`.
-    pub(crate) fn refuse<T>(&mut self, node: &Node, key: &str, message: impl Into<String>) -> Option<T> {
+    pub(crate) fn refuse<T>(&mut self, node: &PlacedValue, key: &str, message: impl Into<String>) -> Option<T> {
         self.report(node, key, message);
         None
     }
 
-    pub(crate) fn expected<T>(&mut self, node: &Node, key: &str, what: &str) -> Option<T> {
+    pub(crate) fn expected<T>(&mut self, node: &PlacedValue, key: &str, what: &str) -> Option<T> {
         self.refuse(node, key, format!("expected {what}, but got {}", node.value.describe()))
     }
 
     /// The value, or `None` with a report of the error.
-    pub(crate) fn found<T>(&mut self, node: &Node, key: &str, value: Result<T, String>) -> Option<T> {
+    pub(crate) fn found<T>(&mut self, node: &PlacedValue, key: &str, value: Result<T, String>) -> Option<T> {
         value.map_err(|message| self.report(node, key, message)).ok()
     }
 
@@ -67,8 +67,8 @@ impl Reader {
     }
 
     /// Reports every key of a table that is not in `known`.
-    pub(crate) fn check_keys(&mut self, node: &Node, path: &str, known: &[&str]) {
-        let Value::Table(entries) = &node.value else {
+    pub(crate) fn check_keys(&mut self, node: &PlacedValue, path: &str, known: &[&str]) {
+        let CaseValue::Table(entries) = &node.value else {
             return;
         };
         for (name, child) in entries {
@@ -83,8 +83,8 @@ impl Reader {
     }
 
     /// A table with `known` keys, or `None` with a report.
-    pub(crate) fn table<'a>(&mut self, node: &'a Node, path: &str, known: &[&str]) -> Option<&'a Node> {
-        let Value::Table(_) = node.value else {
+    pub(crate) fn table<'a>(&mut self, node: &'a PlacedValue, path: &str, known: &[&str]) -> Option<&'a PlacedValue> {
+        let CaseValue::Table(_) = node.value else {
             return self.expected(node, path, "a table");
         };
         self.check_keys(node, path, known);
@@ -92,14 +92,19 @@ impl Reader {
     }
 
     /// Tables `[[name]]` with their paths. Reports another kind of node, or `missing` if there is none.
-    pub(crate) fn tables<'a>(&mut self, root: &'a Node, name: &str, missing: Option<&str>) -> Vec<(String, &'a Node)> {
+    pub(crate) fn tables<'a>(
+        &mut self,
+        root: &'a PlacedValue,
+        name: &str,
+        missing: Option<&str>,
+    ) -> Vec<(String, &'a PlacedValue)> {
         let node = root.at(name);
         match node.map(|node| (node, &node.value)) {
-            Some((_, Value::Array(elements))) if !elements.is_empty() => {
+            Some((_, CaseValue::Array(elements))) if !elements.is_empty() => {
                 let paths = (0..elements.len()).map(|index| format!("{name}.{index}"));
                 return paths.zip(elements).collect();
             }
-            Some((_, Value::Array(_))) | None => {
+            Some((_, CaseValue::Array(_))) | None => {
                 if let Some(missing) = missing {
                     self.report(node.unwrap_or(root), name, missing);
                 }
@@ -115,11 +120,11 @@ impl Reader {
     /// Elements of a list by `read`; `None` if one is wrong.
     pub(crate) fn list<T>(
         &mut self,
-        node: &Node,
+        node: &PlacedValue,
         path: &str,
-        mut read: impl FnMut(&mut Reader, &Node, &str) -> Option<T>,
+        mut read: impl FnMut(&mut StudyReader, &PlacedValue, &str) -> Option<T>,
     ) -> Option<Vec<T>> {
-        let Value::Array(elements) = &node.value else {
+        let CaseValue::Array(elements) = &node.value else {
             return self.expected(node, path, "a list in brackets");
         };
         let read = elements
@@ -130,18 +135,18 @@ impl Reader {
         read.collect::<Vec<_>>().into_iter().collect()
     }
 
-    pub(crate) fn text(&mut self, node: &Node, path: &str) -> Option<String> {
+    pub(crate) fn text(&mut self, node: &PlacedValue, path: &str) -> Option<String> {
         match &node.value {
-            Value::Text(text) => Some(text.clone()),
+            CaseValue::Text(text) => Some(text.clone()),
             _ => self.expected(node, path, "text in quotes"),
         }
     }
 
     /// A switch, off by default.
-    pub(crate) fn flag(&mut self, parent: &Node, table: &str, name: &str) -> bool {
+    pub(crate) fn flag(&mut self, parent: &PlacedValue, table: &str, name: &str) -> bool {
         match parent.at(name).map(|node| (node, &node.value)) {
             None => false,
-            Some((_, Value::Flag(flag))) => *flag,
+            Some((_, CaseValue::Flag(flag))) => *flag,
             Some((node, _)) => self
                 .expected(node, &join(table, name), "true or false")
                 .unwrap_or(false),
@@ -151,7 +156,7 @@ impl Reader {
     /// A plain number that satisfies `fits`, or `None` with a report of what was `expected`.
     pub(crate) fn number(
         &mut self,
-        node: &Node,
+        node: &PlacedValue,
         path: &str,
         expected: &str,
         fits: impl Fn(f64) -> bool,
@@ -160,9 +165,9 @@ impl Reader {
         number.or_else(|| self.expected(node, path, expected))
     }
 
-    pub(crate) fn whole_number(&mut self, node: &Node, path: &str, range: RangeInclusive<u64>) -> Option<u64> {
+    pub(crate) fn whole_number(&mut self, node: &PlacedValue, path: &str, range: RangeInclusive<u64>) -> Option<u64> {
         let number = match node.value {
-            Value::Integer(number) => u64::try_from(number).ok(),
+            CaseValue::Integer(number) => u64::try_from(number).ok(),
             _ => None,
         };
         let number = number.filter(|number| range.contains(number));
@@ -172,7 +177,7 @@ impl Reader {
 
     pub(crate) fn whole_or(
         &mut self,
-        table: &Node,
+        table: &PlacedValue,
         path: &str,
         name: &str,
         range: RangeInclusive<u64>,
@@ -184,10 +189,10 @@ impl Reader {
     }
 
     /// One key or a list of keys, as dotted paths.
-    pub(crate) fn keys(&mut self, node: &Node, path: &str) -> Option<Vec<String>> {
+    pub(crate) fn keys(&mut self, node: &PlacedValue, path: &str) -> Option<Vec<String>> {
         let texts = match &node.value {
-            Value::Text(text) => vec![text.clone()],
-            Value::Array(elements) if !elements.is_empty() => {
+            CaseValue::Text(text) => vec![text.clone()],
+            CaseValue::Array(elements) if !elements.is_empty() => {
                 let texts = elements.iter().map(|element| self.text(element, path));
                 texts.collect::<Option<_>>()?
             }
@@ -197,10 +202,10 @@ impl Reader {
     }
 }
 
-pub(crate) fn plain(value: &Value) -> Option<f64> {
+pub(crate) fn plain(value: &CaseValue) -> Option<f64> {
     match value {
-        Value::Integer(number) => Some(*number as f64),
-        Value::Float(number) => Some(*number).filter(|number| number.is_finite()),
+        CaseValue::Integer(number) => Some(*number as f64),
+        CaseValue::Float(number) => Some(*number).filter(|number| number.is_finite()),
         _ => None,
     }
 }

@@ -1,7 +1,7 @@
 //! Axes of a study: keys that change together, and their values.
 
-use crate::study::{Head, Reader};
-use stickslip_case::document::{Node, Value};
+use crate::study::{Head, StudyReader};
+use stickslip_case::document::{CaseValue, PlacedValue};
 use stickslip_case::{Case, CaseKeys, Override, Setting, Slot};
 use stickslip_files::SweepAxis;
 
@@ -16,7 +16,7 @@ pub enum Spacing {
 
 /// Range of values.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Range {
+pub struct AxisRange {
     /// First value, in the key's SI unit.
     pub from: f64,
     /// Last value, in the same unit.
@@ -25,10 +25,10 @@ pub struct Range {
     pub spacing: Spacing,
 }
 
-impl Range {
+impl AxisRange {
     /// Value at a share of the range, 0 at `from` and 1 at `to`; exact at both.
     pub fn at(&self, share: f64) -> f64 {
-        let Range { from, to, spacing } = *self;
+        let AxisRange { from, to, spacing } = *self;
         if share <= 0.0 {
             from
         } else if share >= 1.0 {
@@ -50,7 +50,7 @@ impl Range {
 
 /// Axis of a study.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Axis {
+pub struct ParameterAxis {
     /// Dotted paths of the keys that take its value. The first gives name, unit and description.
     pub keys: Vec<String>,
     /// Name of its variable in the result: the first key with `_` for dots.
@@ -60,12 +60,12 @@ pub struct Axis {
     /// Description of the first key.
     pub description: &'static str,
     /// Range, if it has one.
-    pub range: Option<Range>,
+    pub range: Option<AxisRange>,
     /// Values of a grid, or choices of a sample; empty for a sampled range.
     pub levels: Vec<Setting>,
 }
 
-impl Axis {
+impl ParameterAxis {
     /// Value at a share of the axis, in [0, 1): from the range or the list.
     pub(crate) fn at(&self, share: f64) -> Setting {
         match self.range {
@@ -77,8 +77,8 @@ impl Axis {
         }
     }
 
-    pub(super) fn of_keys(keys: Vec<String>, key: &Slot) -> Axis {
-        Axis {
+    pub(super) fn of_keys(keys: Vec<String>, key: &Slot) -> ParameterAxis {
+        ParameterAxis {
             name: keys[0].replace('.', "_"),
             keys,
             unit: key.unit(),
@@ -105,12 +105,12 @@ impl Axis {
 }
 
 /// Case at the first or last values of all axes; `None` if neither is valid, or if words may change the system.
-pub(crate) fn case_along(axes: &[Axis], head: &Head) -> Option<Case> {
+pub(crate) fn case_along(axes: &[ParameterAxis], head: &Head) -> Option<Case> {
     let at = |share: f64| {
         let settings = axes.iter().map(|axis| (axis, axis.at(share)));
         head.case_with(settings.flat_map(|(axis, value)| axis.overrides(&value).collect::<Vec<_>>()))
     };
-    let is_one_system = axes.iter().all(Axis::is_number);
+    let is_one_system = axes.iter().all(ParameterAxis::is_number);
     [0.0, 1.0].into_iter().filter(|_| is_one_system).find_map(at)
 }
 
@@ -120,7 +120,13 @@ const MOST_LEVELS: u64 = 4_000_000;
 const AXIS_KEYS: &[&str] = &["key", "values", "from", "to", "count", "spacing"];
 
 /// Reads one `[[axis]]` over `known` keys. A `sampled` range has no count.
-pub(crate) fn read(reader: &mut Reader, known: &CaseKeys, node: &Node, path: &str, sampled: bool) -> Option<Axis> {
+pub(crate) fn read(
+    reader: &mut StudyReader,
+    known: &CaseKeys,
+    node: &PlacedValue,
+    path: &str,
+    sampled: bool,
+) -> Option<ParameterAxis> {
     reader.table(node, path, AXIS_KEYS)?;
     let at = |name: &str| format!("{path}.{name}");
     let Some(key_node) = node.at("key") else {
@@ -146,7 +152,7 @@ pub(crate) fn read(reader: &mut Reader, known: &CaseKeys, node: &Node, path: &st
         );
         return reader.refuse(key_node, &at("key"), message);
     }
-    let mut axis = Axis::of_keys(paths, first);
+    let mut axis = ParameterAxis::of_keys(paths, first);
     let of_range = ["from", "to", "count", "spacing"];
     let of_range = of_range.iter().find_map(|name| Some((*name, node.at(name)?)));
     match (node.at("values"), of_range) {
@@ -167,8 +173,8 @@ pub(crate) fn read(reader: &mut Reader, known: &CaseKeys, node: &Node, path: &st
     Some(axis)
 }
 
-fn read_values(reader: &mut Reader, values: &Node, keys: &[Slot], path: &str) -> Option<Vec<Setting>> {
-    let Value::Array(elements) = &values.value else {
+fn read_values(reader: &mut StudyReader, values: &PlacedValue, keys: &[Slot], path: &str) -> Option<Vec<Setting>> {
+    let CaseValue::Array(elements) = &values.value else {
         return reader.expected(values, path, "a list, as in values = [1, 2, 3]");
     };
     if elements.is_empty() {
@@ -187,7 +193,7 @@ fn read_values(reader: &mut Reader, values: &Node, keys: &[Slot], path: &str) ->
     Some(levels)
 }
 
-pub(super) fn one_for_all(keys: &[Slot], value: &Value) -> Result<Setting, String> {
+pub(super) fn one_for_all(keys: &[Slot], value: &CaseValue) -> Result<Setting, String> {
     let mut setting = None;
     for key in keys {
         setting = Some(key.read(value)?);
@@ -195,7 +201,13 @@ pub(super) fn one_for_all(keys: &[Slot], value: &Value) -> Result<Setting, Strin
     setting.ok_or_else(|| "an axis without a key".to_owned())
 }
 
-fn read_range(reader: &mut Reader, node: &Node, keys: &[Slot], path: &str, sampled: bool) -> Option<(Range, usize)> {
+fn read_range(
+    reader: &mut StudyReader,
+    node: &PlacedValue,
+    keys: &[Slot],
+    path: &str,
+    sampled: bool,
+) -> Option<(AxisRange, usize)> {
     let at = |name: &str| format!("{path}.{name}");
     let mut end = |name: &str| {
         let Some(given) = node.at(name) else {
@@ -212,8 +224,8 @@ fn read_range(reader: &mut Reader, node: &Node, keys: &[Slot], path: &str, sampl
     let (from, to) = (end("from"), end("to"));
     let spacing = match node.at("spacing").map(|given| (given, &given.value)) {
         None => Some(Spacing::Linear),
-        Some((_, Value::Text(word))) if word == "linear" => Some(Spacing::Linear),
-        Some((_, Value::Text(word))) if word == "log" => Some(Spacing::Log),
+        Some((_, CaseValue::Text(word))) if word == "linear" => Some(Spacing::Linear),
+        Some((_, CaseValue::Text(word))) if word == "log" => Some(Spacing::Log),
         Some((given, _)) => reader.expected(given, &at("spacing"), "\"linear\" or \"log\""),
     };
     let count = match (node.at("count"), sampled) {
@@ -240,5 +252,5 @@ fn read_range(reader: &mut Reader, node: &Node, keys: &[Slot], path: &str, sampl
         let message = format!("a log axis needs both ends on one side of 0, but they are {from:?} and {to:?}");
         return reader.refuse(node, path, message);
     }
-    Some((Range { from, to, spacing }, count as usize))
+    Some((AxisRange { from, to, spacing }, count as usize))
 }

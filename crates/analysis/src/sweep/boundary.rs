@@ -7,15 +7,15 @@
 
 use super::contour::contours;
 use super::criterion::BoundarySpec;
-use super::curves::{Boundaries, BoundaryPoint, Branch, Curve, Line};
+use super::curves::{Boundaries, BoundaryCurve, BoundaryPoint, ContourLine, CurveBranch};
 use super::error::SweepEnd;
 use super::fold;
 use super::lattice::{Edge, Lattice};
 use super::limit::linear_limit;
-use super::quantities::{Outcome, quantity_index};
-use super::running::{Points, Running};
+use super::quantities::{PointOutcome, quantity_index};
+use super::running::{Running, RunningPoints};
 use super::study::Study;
-use super::tracer::{Crossing, Tracer, place_in_plane};
+use super::tracer::{BoundaryCrossing, Tracer, place_in_plane};
 use crate::analysis::stability::growth::foreseen_exponent;
 use std::collections::{BTreeMap, BTreeSet};
 use stickslip_case::Setting;
@@ -24,7 +24,11 @@ use stickslip_case::Setting;
 const CONTOUR_NODES: usize = 4000;
 const FINER: usize = 4;
 
-pub(super) fn trace(spec: &BoundarySpec, running: &mut Running, points: &mut Points) -> Result<Boundaries, SweepEnd> {
+pub(super) fn trace(
+    spec: &BoundarySpec,
+    running: &mut Running,
+    points: &mut RunningPoints,
+) -> Result<Boundaries, SweepEnd> {
     let study = running.study;
     let Some(ranges) = spec.ranges(&study.axes) else {
         return Ok(Boundaries::default());
@@ -81,25 +85,27 @@ pub(super) fn trace(spec: &BoundarySpec, running: &mut Running, points: &mut Poi
         let lattice = &lattices[plane];
         let [a, b] = edge.ends();
         let (met, unmet) = if lattice.is_met(a) { (a, b) } else { (b, a) };
-        Crossing {
+        BoundaryCrossing {
             plane,
             met: lattice.share(met),
             unmet: lattice.share(unmet),
             unknown: failed.contains(&(plane, unmet)),
         }
     };
-    let mut crossings: Vec<Crossing> = edges.iter().map(crossing).collect();
+    let mut crossings: Vec<BoundaryCrossing> = edges.iter().map(crossing).collect();
     tracer.bisect(&mut crossings)?;
-    let crossings: BTreeMap<(usize, Edge), Crossing> = edges.into_iter().zip(crossings).collect();
-    let of_line = |(plane, line): &(usize, Vec<Edge>)| -> Vec<Crossing> {
+    let crossings: BTreeMap<(usize, Edge), BoundaryCrossing> = edges.into_iter().zip(crossings).collect();
+    let of_line = |(plane, line): &(usize, Vec<Edge>)| -> Vec<BoundaryCrossing> {
         line.iter().map(|&edge| crossings[&(*plane, edge)].clone()).collect()
     };
     // A line ends where runs fail: no case exists beyond.
-    let mut traced: Vec<Vec<Crossing>> = lines
+    let mut traced: Vec<Vec<BoundaryCrossing>> = lines
         .iter()
         .map(of_line)
         .flat_map(|line| {
-            let known = line.split(|crossing| crossing.unknown).map(<[Crossing]>::to_vec);
+            let known = line
+                .split(|crossing| crossing.unknown)
+                .map(<[BoundaryCrossing]>::to_vec);
             known.filter(|part| !part.is_empty()).collect::<Vec<_>>()
         })
         .collect();
@@ -110,11 +116,11 @@ pub(super) fn trace(spec: &BoundarySpec, running: &mut Running, points: &mut Poi
         let points = line.iter().map(|crossing| BoundaryPoint {
             met: place(crossing.met),
             unmet: place(crossing.unmet),
-            branch: Branch::Lower,
+            branch: CurveBranch::Lower,
         });
         let mut points: Vec<BoundaryPoint> = points.collect();
         name_branches(&mut points);
-        Curve {
+        BoundaryCurve {
             plane: line[0].plane,
             points,
         }
@@ -127,7 +133,7 @@ pub(super) fn trace(spec: &BoundarySpec, running: &mut Running, points: &mut Poi
     let limits = if one_for_all { 1 } else { tracer.planes.len() };
     let growth = growth_contours(&tracer, &first, limits);
     let linear_limit = (0..limits)
-        .map(|plane| Line {
+        .map(|plane| ContourLine {
             plane,
             level: 0.0,
             points: linear_limit(study, spec, ranges, &tracer.planes[plane]),
@@ -158,7 +164,7 @@ fn planes(study: &Study, spec: &BoundarySpec) -> Vec<Vec<Setting>> {
 }
 
 /// Contours of G in the first `planes`: exact if G needs no run, else from the `outcomes` of the first grid.
-fn growth_contours(tracer: &Tracer, outcomes: &[Outcome], planes: usize) -> Vec<Line> {
+fn growth_contours(tracer: &Tracer, outcomes: &[PointOutcome], planes: usize) -> Vec<ContourLine> {
     let Some(quantity) = quantity_index("growth_exponent").filter(|_| !tracer.spec.growth_contours.is_empty()) else {
         return Vec::new();
     };
@@ -189,7 +195,7 @@ fn growth_contours(tracer: &Tracer, outcomes: &[Outcome], planes: usize) -> Vec<
         for &level in &tracer.spec.growth_contours {
             for line in contours(nodes, &values, level, exact) {
                 let place = |share: &[f64; 2]| std::array::from_fn(|k| tracer.ranges[k].at(share[k]));
-                lines.push(Line {
+                lines.push(ContourLine {
                     plane,
                     level,
                     points: line.iter().map(place).collect(),
@@ -214,7 +220,11 @@ fn name_branches(points: &mut [BoundaryPoint]) {
             .iter()
             .map(|point| i32::from(point.met[0] > point.unmet[0]) - i32::from(point.met[0] < point.unmet[0]))
             .sum();
-        let branch = if rising >= 0 { Branch::Lower } else { Branch::Upper };
+        let branch = if rising >= 0 {
+            CurveBranch::Lower
+        } else {
+            CurveBranch::Upper
+        };
         points.iter_mut().for_each(|point| point.branch = branch);
         return;
     }
@@ -233,9 +243,9 @@ fn name_branches(points: &mut [BoundaryPoint]) {
     let one_way: Vec<bool> = (0..points.len()).map(one_way).collect();
     for (k, point) in points.iter_mut().enumerate() {
         point.branch = match (k == top, one_way[k] == lower) {
-            (true, _) => Branch::Fold,
-            (false, true) => Branch::Lower,
-            (false, false) => Branch::Upper,
+            (true, _) => CurveBranch::Fold,
+            (false, true) => CurveBranch::Lower,
+            (false, false) => CurveBranch::Upper,
         };
     }
 }

@@ -1,11 +1,11 @@
 //! Tables of a boundary in a sweep file.
 
-use super::axis::{Axis, Spacing};
-use super::curves::{Boundaries, BoundaryPoint, Line};
+use super::axis::{ParameterAxis, Spacing};
+use super::curves::{Boundaries, BoundaryPoint, ContourLine};
 use super::study::{Design, Study};
-use stickslip_files::{Column, ResultError, SweepWriter};
+use stickslip_files::{FileColumn, ResultError, SweepWriter};
 
-fn spacing(axis: &Axis) -> &'static str {
+fn spacing(axis: &ParameterAxis) -> &'static str {
     match axis.range {
         Some(range) if range.spacing == Spacing::Log => "log",
         _ => "linear",
@@ -13,10 +13,10 @@ fn spacing(axis: &Axis) -> &'static str {
 }
 
 /// Line and plane of each row.
-type Rows = Vec<(usize, usize)>;
+type BoundaryRows = Vec<(usize, usize)>;
 
-fn on_axis(axis: &Axis, values: impl Iterator<Item = f64>) -> Column {
-    Column::numbers(&axis.name, axis.unit.unwrap_or("1"), axis.description, values)
+fn on_axis(axis: &ParameterAxis, values: impl Iterator<Item = f64>) -> FileColumn {
+    FileColumn::numbers(&axis.name, axis.unit.unwrap_or("1"), axis.description, values)
 }
 
 impl Boundaries {
@@ -28,26 +28,26 @@ impl Boundaries {
         let text = |name: &'static str, text: &str| (name, text.to_owned());
         let places = |point: &str, line: &str, rows: &[(usize, usize)]| {
             vec![
-                Column::counts(point, "index of the point", 0..rows.len() as i64),
-                Column::counts(line, "which connected line", rows.iter().map(|row| row.0 as i64)),
-                Column::counts(
+                FileColumn::counts(point, "index of the point", 0..rows.len() as i64),
+                FileColumn::counts(line, "which connected line", rows.iter().map(|row| row.0 as i64)),
+                FileColumn::counts(
                     "plane",
                     "which values of the other axes",
                     rows.iter().map(|row| row.1 as i64),
                 ),
             ]
         };
-        let outside = |rows: &[(usize, usize)]| -> Vec<Column> {
+        let outside = |rows: &[(usize, usize)]| -> Vec<FileColumn> {
             let axes = study.axes.iter().enumerate();
             let axes = axes.filter(|(k, axis)| !spec.plane.contains(k) && axis.is_number());
-            let column = |(k, axis): (usize, &Axis)| {
+            let column = |(k, axis): (usize, &ParameterAxis)| {
                 let value = |row: &(usize, usize)| self.planes[row.1][k].as_number().unwrap_or(f64::NAN);
                 on_axis(axis, rows.iter().map(value))
             };
             axes.map(column).collect()
         };
         let curves = self.curves.iter().enumerate();
-        let (rows, points): (Rows, Vec<&BoundaryPoint>) = curves
+        let (rows, points): (BoundaryRows, Vec<&BoundaryPoint>) = curves
             .flat_map(|(k, curve)| curve.points.iter().map(move |point| ((k, curve.plane), point)))
             .unzip();
         let mut columns = places("boundary_point", "curve", &rows);
@@ -56,7 +56,7 @@ impl Boundaries {
             let end = |suffix: &str, long_name: &str, of: fn(&BoundaryPoint) -> [f64; 2]| {
                 let name = format!("{}{suffix}", axis.name);
                 let values = points.iter().map(|point| of(point)[k]);
-                Column::numbers(&name, axis.unit.unwrap_or("1"), long_name, values)
+                FileColumn::numbers(&name, axis.unit.unwrap_or("1"), long_name, values)
             };
             columns.push(end("", axis.description, BoundaryPoint::middle));
             columns.push(end("_met", "of the run that meets the criterion", |point| point.met));
@@ -65,7 +65,7 @@ impl Boundaries {
         let branches = [(0, "lower"), (1, "upper"), (2, "nose")];
         let branches = branches.map(|(code, word)| (code, word.to_owned())).to_vec();
         let codes = points.iter().map(|point| point.branch as i8);
-        columns.push(Column::codes("branch", "which part of the line", codes, branches));
+        columns.push(FileColumn::codes("branch", "which part of the line", codes, branches));
         let width = format!("{:e} of the range of the axis that was bisected", spec.width);
         let attributes = [
             text("criterion", &spec.criterion.text()),
@@ -88,14 +88,14 @@ impl Boundaries {
             ("growth_contours", "contour_point", "growth exponent G", &self.growth),
         ] {
             let lines = lines.iter().enumerate();
-            let (rows, points): (Rows, Vec<(&Line, [f64; 2])>) = lines
+            let (rows, points): (BoundaryRows, Vec<(&ContourLine, [f64; 2])>) = lines
                 .flat_map(|(k, line)| line.points.iter().map(move |&point| ((k, line.plane), (line, point))))
                 .unzip();
             if rows.is_empty() {
                 continue;
             }
             let mut columns = places(point, "line", &rows);
-            columns.push(Column::numbers(
+            columns.push(FileColumn::numbers(
                 "level",
                 "1",
                 level,

@@ -1,10 +1,10 @@
 //! Specification of a boundary study: plane, criterion on a run's summary, and resolution.
 
-use super::axis::{Axis, Range};
-use super::quantities::{Outcome, QUANTITIES, asked_for};
-use crate::study::Reader;
+use super::axis::{AxisRange, ParameterAxis};
+use super::quantities::{PointOutcome, QUANTITIES, asked_for};
+use crate::study::StudyReader;
 use stickslip_case::Setting;
-use stickslip_case::document::Node;
+use stickslip_case::document::PlacedValue;
 use stickslip_system::model::system::System;
 use stickslip_system::quote::shown;
 
@@ -14,14 +14,14 @@ pub struct Criterion {
     /// Index in the quantities of a run.
     pub quantity: usize,
     /// Comparison of quantity and threshold.
-    pub comparison: Comparison,
+    pub comparison: ThresholdTest,
     /// Threshold in the quantity's unit.
     pub threshold: f64,
 }
 
 /// Comparison of a value with a threshold.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Comparison {
+pub enum ThresholdTest {
     /// >=
     AtLeast,
     /// >
@@ -32,11 +32,11 @@ pub enum Comparison {
     Below,
 }
 
-const COMPARISONS: [(&str, Comparison); 4] = [
-    (">=", Comparison::AtLeast),
-    ("<=", Comparison::AtMost),
-    (">", Comparison::Above),
-    ("<", Comparison::Below),
+const COMPARISONS: [(&str, ThresholdTest); 4] = [
+    (">=", ThresholdTest::AtLeast),
+    ("<=", ThresholdTest::AtMost),
+    (">", ThresholdTest::Above),
+    ("<", ThresholdTest::Below),
 ];
 
 impl Criterion {
@@ -65,13 +65,13 @@ impl Criterion {
     }
 
     /// Whether a run meets the criterion. A run without the value does not; a failed run is on no side of a boundary.
-    pub fn is_met(&self, outcome: &Outcome) -> bool {
+    pub fn is_met(&self, outcome: &PointOutcome) -> bool {
         let value = outcome.value(self.quantity);
         match self.comparison {
-            Comparison::AtLeast => value >= self.threshold,
-            Comparison::Above => value > self.threshold,
-            Comparison::AtMost => value <= self.threshold,
-            Comparison::Below => value < self.threshold,
+            ThresholdTest::AtLeast => value >= self.threshold,
+            ThresholdTest::Above => value > self.threshold,
+            ThresholdTest::AtMost => value <= self.threshold,
+            ThresholdTest::Below => value < self.threshold,
         }
     }
 
@@ -104,12 +104,12 @@ pub struct BoundarySpec {
 
 impl BoundarySpec {
     /// Ranges of the two axes.
-    pub fn ranges(&self, axes: &[Axis]) -> Option<[Range; 2]> {
+    pub fn ranges(&self, axes: &[ParameterAxis]) -> Option<[AxisRange; 2]> {
         let [x, y] = self.plane.map(|axis| axes[axis].range);
         Some([x?, y?])
     }
 
-    pub(super) fn corner(axes: &[Axis]) -> Vec<Setting> {
+    pub(super) fn corner(axes: &[ParameterAxis]) -> Vec<Setting> {
         axes.iter().map(|axis| axis.levels[0].clone()).collect()
     }
 }
@@ -122,10 +122,10 @@ const DEFAULT_REFINEMENTS: u64 = 2;
 const DEFAULT_WIDTH: f64 = 1e-4;
 
 pub(super) fn read_boundary(
-    reader: &mut Reader,
+    reader: &mut StudyReader,
     system: Option<&System>,
-    node: &Node,
-    axes: &[Axis],
+    node: &PlacedValue,
+    axes: &[ParameterAxis],
 ) -> Option<BoundarySpec> {
     reader.table(node, "boundary", BOUNDARY_KEYS)?;
     let ranges: Vec<usize> = (0..axes.len()).filter(|&k| axes[k].range.is_some()).collect();

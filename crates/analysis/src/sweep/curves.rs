@@ -4,7 +4,7 @@ use stickslip_case::Setting;
 
 /// Part of a curve.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Branch {
+pub enum CurveBranch {
     /// Before the largest y, at smaller x.
     Lower = 0,
     /// After the largest y, at larger x.
@@ -21,7 +21,7 @@ pub struct BoundaryPoint {
     /// Run that does not.
     pub unmet: [f64; 2],
     /// Part of the boundary.
-    pub branch: Branch,
+    pub branch: CurveBranch,
 }
 
 impl BoundaryPoint {
@@ -33,7 +33,7 @@ impl BoundaryPoint {
 
 /// Connected line of a boundary.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Curve {
+pub struct BoundaryCurve {
     /// Plane, as an index in [`Boundaries::planes`].
     pub plane: usize,
     /// Points along the line; a closed one repeats the first.
@@ -42,7 +42,7 @@ pub struct Curve {
 
 /// Additional line, such as a contour.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Line {
+pub struct ContourLine {
     /// Index in [`Boundaries::planes`].
     pub plane: usize,
     /// Constant value along the line.
@@ -57,10 +57,10 @@ pub struct Boundaries {
     /// Values of the axes outside each plane.
     pub planes: Vec<Vec<Setting>>,
     /// Curves in the order of the planes.
-    pub curves: Vec<Curve>,
+    pub curves: Vec<BoundaryCurve>,
     /// For a brake: limit where steady sliding loses its stability only at standstill, c_t = -2 r F mu'(0) under the
     /// largest force. For trains: change of stability of steady sliding under their drives.
-    pub linear_limit: Vec<Line>,
+    pub linear_limit: Vec<ContourLine>,
     /// Contours of the growth exponent G.
-    pub growth: Vec<Line>,
+    pub growth: Vec<ContourLine>,
 }

@@ -3,13 +3,13 @@
 //! A task is a group of points. It carries the study as a text without files, so that a worker needs nothing but the
 //! program. Its outcomes come back as records of the journal, which stays here.
 
-use super::axis::Axis;
+use super::axis::ParameterAxis;
 use super::error::{SweepEnd, SweepError};
 use super::journal::JournalError;
-use super::quantities::Outcome;
+use super::quantities::PointOutcome;
 use super::record::{encode, outcomes_of};
 use super::runner::{run_point, without_a_file};
-use super::study::{Design, Keep, Point, Study};
+use super::study::{Design, Keep, Study, StudyPoint};
 use crate::provenance;
 use crate::study::StudySource;
 use serde::{Deserialize, Serialize};
@@ -45,10 +45,10 @@ const GROUP: usize = 128;
 /// Runs `points` by an executor and passes outcomes to `deliver`, in groups and in the order of completion.
 pub(super) fn run_elsewhere(
     study: &Study,
-    points: impl Iterator<Item = Point>,
+    points: impl Iterator<Item = StudyPoint>,
     executor: &mut dyn Executor,
     stop: &AtomicBool,
-    deliver: impl FnMut(Vec<Outcome>) -> Result<(), JournalError>,
+    deliver: impl FnMut(Vec<PointOutcome>) -> Result<(), JournalError>,
 ) -> Result<(), SweepEnd> {
     let ended = run_tasks(study, points, executor, stop, deliver);
     if ended.is_err() {
@@ -59,10 +59,10 @@ pub(super) fn run_elsewhere(
 
 fn run_tasks(
     study: &Study,
-    mut points: impl Iterator<Item = Point>,
+    mut points: impl Iterator<Item = StudyPoint>,
     executor: &mut dyn Executor,
     stop: &AtomicBool,
-    mut deliver: impl FnMut(Vec<Outcome>) -> Result<(), JournalError>,
+    mut deliver: impl FnMut(Vec<PointOutcome>) -> Result<(), JournalError>,
 ) -> Result<(), SweepEnd> {
     let failed = |message: String| SweepEnd::Error(SweepError::Executor(message));
     let study = text(&Portable::from(study))?;
@@ -79,7 +79,7 @@ fn run_tasks(
             let within_time = (TASK * done as f64 / seconds) as usize;
             let left = points.size_hint().1.unwrap_or(0);
             let size = within_time.min(left / SHARE).max(1);
-            let task: Vec<Point> = points.by_ref().take(size).collect();
+            let task: Vec<StudyPoint> = points.by_ref().take(size).collect();
             if task.is_empty() {
                 break;
             }
@@ -131,7 +131,7 @@ fn run_tasks(
 pub fn evaluate(study: &str, points: &str, stop: &AtomicBool) -> Result<Option<Vec<u8>>, String> {
     let wrong = |error: serde_json::Error| format!("this is no task of a sweep: {error}");
     let study: Portable = serde_json::from_str(study).map_err(wrong)?;
-    let points: Vec<Point> = serde_json::from_str(points).map_err(wrong)?;
+    let points: Vec<StudyPoint> = serde_json::from_str(points).map_err(wrong)?;
     if study.build != build() {
         return Err("a worker has another build of stickslip than the sweep; install the same one for both".to_owned());
     }
@@ -148,7 +148,7 @@ pub fn evaluate(study: &str, points: &str, stop: &AtomicBool) -> Result<Option<V
 }
 
 /// Computing time (s) and outcomes of a task; `None` if `result` is not from [`evaluate`].
-fn opened(result: &[u8]) -> Option<(f64, Vec<Outcome>)> {
+fn opened(result: &[u8]) -> Option<(f64, Vec<PointOutcome>)> {
     let (seconds, records) = result.split_first_chunk()?;
     Some((f64::from_le_bytes(*seconds), outcomes_of(records)?))
 }
@@ -195,7 +195,7 @@ impl TryFrom<Portable> for Study {
         };
         let settings = task.settings.iter().map(|setting| Override::parse(setting));
         let settings = settings.collect::<Result<Vec<_>, _>>()?;
-        let axis = |keys| Axis {
+        let axis = |keys| ParameterAxis {
             keys,
             name: String::new(),
             unit: None,

@@ -5,12 +5,12 @@ use super::error::SweepError;
 use super::journal::Journal;
 use super::quantities::{EventRow, NO_COUNT, QUANTITIES, is_open};
 use super::report::{NAMED_FAILURES, SweepReport};
-use super::running::Points;
+use super::running::RunningPoints;
 use super::study::Study;
 use crate::provenance;
 use std::path::Path;
 use stickslip_case::{Motion, Setting};
-use stickslip_files::schema::{Kind, META_MOTION, META_POINT_COMMAND, META_SHOW, Variable};
+use stickslip_files::schema::{META_MOTION, META_POINT_COMMAND, META_SHOW, StorageKind, Variable};
 use stickslip_files::{
     AttributeValue, EventForm, Overwrite, Reservation, ShardPlan, Status, SweepHeader, SweepLayout, SweepPlan,
     SweepRow, SweepWriter,
@@ -59,7 +59,7 @@ pub(super) fn write(
     study: &Study,
     (path, overwrite): (&Path, Overwrite),
     journal: &mut Journal,
-    points: &Points,
+    points: &RunningPoints,
     part: Option<&ShardPlan>,
     boundaries: Option<Boundaries>,
     interrupted: bool,
@@ -166,7 +166,11 @@ pub(crate) fn event_form(study: &Study) -> EventForm {
 pub(crate) fn sweep_variables(study: &Study) -> Vec<Variable> {
     let variables = QUANTITIES.iter().map(|quantity| Variable {
         name: quantity.name.to_owned(),
-        kind: if quantity.count { Kind::Int64 } else { Kind::Float64 },
+        kind: if quantity.count {
+            StorageKind::Int64
+        } else {
+            StorageKind::Float64
+        },
         units: quantity.unit(study.words.motion()).to_owned(),
         long_name: quantity.description.to_owned(),
         fill: quantity.count.then_some(NO_COUNT),
@@ -180,7 +184,7 @@ pub(crate) fn sweep_variables(study: &Study) -> Vec<Variable> {
 }
 
 /// Distinct words on an axis, in the order of their first points; empty if all values are numbers.
-fn words_of(study: &Study, points: &Points, axis: usize) -> Vec<String> {
+fn words_of(study: &Study, points: &RunningPoints, axis: usize) -> Vec<String> {
     let levels = &study.axes[axis].levels;
     if study.axes[axis].range.is_some() {
         return Vec::new();

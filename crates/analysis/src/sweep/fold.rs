@@ -4,34 +4,34 @@
 //! continues between the neighbours of the highest.
 
 use super::error::SweepEnd;
-use super::tracer::{Crossing, Tracer};
+use super::tracer::{BoundaryCrossing, Tracer};
 
 const COLUMNS: usize = 8;
 
 /// Rounds; each shrinks the interval of x to two ninths.
 const ROUNDS: usize = 3;
 
-struct Search {
+struct FoldSearch {
     line: usize,
     left: f64,
     right: f64,
     /// Values of y where the criterion is met, and not met, along the whole interval.
     met: f64,
     unmet: f64,
-    found: Vec<Crossing>,
+    found: Vec<BoundaryCrossing>,
 }
 
 /// Adds columns around the folds of lines; `cell` is the size of a cell of the finest lattice.
-pub(super) fn refine(tracer: &mut Tracer, lines: &mut [Vec<Crossing>], cell: [f64; 2]) -> Result<(), SweepEnd> {
+pub(super) fn refine(tracer: &mut Tracer, lines: &mut [Vec<BoundaryCrossing>], cell: [f64; 2]) -> Result<(), SweepEnd> {
     let found = lines.iter().enumerate();
-    let mut searches: Vec<Search> = found.filter_map(|(k, line)| search(k, line, cell)).collect();
+    let mut searches: Vec<FoldSearch> = found.filter_map(|(k, line)| search(k, line, cell)).collect();
     for _ in 0..ROUNDS {
         let mut columns = Vec::new();
         for (k, search) in searches.iter().enumerate() {
             let plane = lines[search.line][0].plane;
             for column in 1..=COLUMNS {
                 let x = search.left + (search.right - search.left) * column as f64 / (COLUMNS + 1) as f64;
-                let crossing = Crossing {
+                let crossing = BoundaryCrossing {
                     plane,
                     met: [x, search.met],
                     unmet: [x, search.unmet],
@@ -40,9 +40,9 @@ pub(super) fn refine(tracer: &mut Tracer, lines: &mut [Vec<Crossing>], cell: [f6
                 columns.push((k, crossing));
             }
         }
-        let (of, mut columns): (Vec<usize>, Vec<Crossing>) = tracer.confirmed(columns)?.into_iter().unzip();
+        let (of, mut columns): (Vec<usize>, Vec<BoundaryCrossing>) = tracer.confirmed(columns)?.into_iter().unzip();
         tracer.bisect(&mut columns)?;
-        let mut columns: Vec<(usize, Crossing)> = of.into_iter().zip(columns).collect();
+        let mut columns: Vec<(usize, BoundaryCrossing)> = of.into_iter().zip(columns).collect();
         columns.retain(|(_, column)| !column.unknown);
         for (k, search) in searches.iter_mut().enumerate() {
             let own = columns.iter().filter(|(of, _)| *of == k);
@@ -56,14 +56,14 @@ pub(super) fn refine(tracer: &mut Tracer, lines: &mut [Vec<Crossing>], cell: [f6
 }
 
 /// Search interval for the fold of a line; `None` without a fold.
-fn search(line: usize, points: &[Crossing], cell: [f64; 2]) -> Option<Search> {
+fn search(line: usize, points: &[BoundaryCrossing], cell: [f64; 2]) -> Option<FoldSearch> {
     let top = top_of(points)?;
     let [x, y] = points[top].middle();
-    let apart = |point: &&Crossing| (point.middle()[0] - x).abs() > 1e-3 * cell[0];
+    let apart = |point: &&BoundaryCrossing| (point.middle()[0] - x).abs() > 1e-3 * cell[0];
     let before = points[..top].iter().rev().find(apart)?.middle();
     let after = points[top + 1..].iter().find(apart)?.middle();
     let (left, right) = (before[0].min(after[0]), before[0].max(after[0]));
-    Some(Search {
+    Some(FoldSearch {
         line,
         left: left.min(x),
         right: right.max(x),
@@ -74,17 +74,17 @@ fn search(line: usize, points: &[Crossing], cell: [f64; 2]) -> Option<Search> {
 }
 
 /// Index of the largest y, if it is not an end of the line.
-fn top_of(points: &[Crossing]) -> Option<usize> {
+fn top_of(points: &[BoundaryCrossing]) -> Option<usize> {
     let y = |k: usize| points[k].middle()[1];
     let top = (0..points.len()).max_by(|&a, &b| y(a).total_cmp(&y(b)))?;
     (top > 0 && top + 1 < points.len()).then_some(top)
 }
 
-impl Search {
+impl FoldSearch {
     /// Adds new columns and narrows the interval to the neighbours of the highest.
-    fn narrow(&mut self, mut columns: Vec<Crossing>) {
+    fn narrow(&mut self, mut columns: Vec<BoundaryCrossing>) {
         columns.sort_by(|a, b| a.met[0].total_cmp(&b.met[0]));
-        let y = |column: &Crossing| column.middle()[1];
+        let y = |column: &BoundaryCrossing| column.middle()[1];
         let Some(best) = (0..columns.len()).max_by(|&a, &b| y(&columns[a]).total_cmp(&y(&columns[b]))) else {
             return;
         };
@@ -108,7 +108,7 @@ impl Search {
     }
 }
 
-fn insert(line: &mut Vec<Crossing>, mut columns: Vec<Crossing>) {
+fn insert(line: &mut Vec<BoundaryCrossing>, mut columns: Vec<BoundaryCrossing>) {
     let Some(top) = top_of(line) else { return };
     columns.push(line[top].clone());
     columns.sort_by(|a, b| a.middle()[0].total_cmp(&b.middle()[0]));

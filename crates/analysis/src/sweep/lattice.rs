@@ -3,26 +3,26 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 /// Integer coordinates of a node on the finest grid.
-pub type Node = (u32, u32);
+pub type LatticeNode = (u32, u32);
 
 /// Edge between neighbours on the finest grid.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub struct Edge {
     /// Lower end.
-    pub node: Node,
+    pub node: LatticeNode,
     /// Whether the upper end is the next node along x; otherwise along y.
     pub along_x: bool,
 }
 
 impl Edge {
     /// Edges of the cell with this lower corner, on the finest grid: below, right, above, left.
-    pub(super) fn around((i, j): Node) -> [Edge; 4] {
+    pub(super) fn around((i, j): LatticeNode) -> [Edge; 4] {
         [((i, j), true), ((i + 1, j), false), ((i, j + 1), true), ((i, j), false)]
             .map(|(node, along_x)| Edge { node, along_x })
     }
 
     /// Both ends, the lower first.
-    pub fn ends(self) -> [Node; 2] {
+    pub fn ends(self) -> [LatticeNode; 2] {
         let (i, j) = self.node;
         [self.node, if self.along_x { (i + 1, j) } else { (i, j + 1) }]
     }
@@ -36,8 +36,8 @@ pub struct Lattice {
     /// Current side length of a cell, in cells of the finest grid.
     step: u32,
     /// Lower corners of current cells that the line may cross.
-    cells: BTreeSet<Node>,
-    met: BTreeMap<Node, bool>,
+    cells: BTreeSet<LatticeNode>,
+    met: BTreeMap<LatticeNode, bool>,
 }
 
 impl Lattice {
@@ -60,7 +60,7 @@ impl Lattice {
     }
 
     /// Position of a node in the unit square.
-    pub fn share(&self, node: Node) -> [f64; 2] {
+    pub fn share(&self, node: LatticeNode) -> [f64; 2] {
         [
             f64::from(node.0) / f64::from(self.size[0]),
             f64::from(node.1) / f64::from(self.size[1]),
@@ -68,21 +68,21 @@ impl Lattice {
     }
 
     /// Unknown nodes of the current cells.
-    pub fn unknown(&self) -> Vec<Node> {
-        let nodes: BTreeSet<Node> = self.cells.iter().flat_map(|&cell| corners(cell, self.step)).collect();
+    pub fn unknown(&self) -> Vec<LatticeNode> {
+        let nodes: BTreeSet<LatticeNode> = self.cells.iter().flat_map(|&cell| corners(cell, self.step)).collect();
         nodes.into_iter().filter(|node| !self.met.contains_key(node)).collect()
     }
 
     /// Sets whether the condition holds at a node.
-    pub fn set(&mut self, node: Node, met: bool) {
+    pub fn set(&mut self, node: LatticeNode, met: bool) {
         self.met.insert(node, met);
     }
 
-    pub(super) fn is_met(&self, node: Node) -> bool {
+    pub(super) fn is_met(&self, node: LatticeNode) -> bool {
         self.met.get(&node).copied().unwrap_or(false)
     }
 
-    fn is_mixed(&self, cell: Node) -> bool {
+    fn is_mixed(&self, cell: LatticeNode) -> bool {
         let known = corners(cell, self.step).map(|node| self.is_met(node));
         known.iter().any(|&met| met != known[0])
     }
@@ -94,7 +94,7 @@ impl Lattice {
             return false;
         }
         let (step, half) = (self.step, self.step / 2);
-        let mut crossed: BTreeSet<Node> = BTreeSet::new();
+        let mut crossed: BTreeSet<LatticeNode> = BTreeSet::new();
         for &(i, j) in self.cells.iter().filter(|&&cell| self.is_mixed(cell)) {
             for i in [i.saturating_sub(step), i, i + step] {
                 for j in [j.saturating_sub(step), j, j + step] {
@@ -167,6 +167,6 @@ pub(super) fn join<E: Copy + Ord>(links: &[[E; 2]]) -> Vec<Vec<E>> {
     lines
 }
 
-fn corners((i, j): Node, step: u32) -> [Node; 4] {
+fn corners((i, j): LatticeNode, step: u32) -> [LatticeNode; 4] {
     [(i, j), (i + step, j), (i, j + step), (i + step, j + step)]
 }

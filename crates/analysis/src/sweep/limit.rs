@@ -1,6 +1,6 @@
 //! Linear limit of a plane: loss of stability of steady sliding.
 
-use super::axis::Range;
+use super::axis::AxisRange;
 use super::criterion::BoundarySpec;
 use super::study::Study;
 use super::tracer::place_in_plane;
@@ -17,7 +17,12 @@ const LIMIT_HALVINGS: usize = 50;
 
 /// Zeros of the margin of steady sliding at even values of y: every change of sign on the first grid, in order of x.
 /// Sliding that slows down by itself uses its least margin, under the largest force.
-pub(super) fn linear_limit(study: &Study, spec: &BoundarySpec, ranges: [Range; 2], plane: &[Setting]) -> Vec<[f64; 2]> {
+pub(super) fn linear_limit(
+    study: &Study,
+    spec: &BoundarySpec,
+    ranges: [AxisRange; 2],
+    plane: &[Setting],
+) -> Vec<[f64; 2]> {
     let is_stable = |x: f64, y: f64| {
         let case = study.case_at(&place_in_plane(plane, spec, ranges, [x, y])).ok()?;
         let system = &case.system;

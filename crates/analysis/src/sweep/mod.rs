@@ -1,6 +1,6 @@
 //! Sweeps: a study varies the keys of a case, and a sweep runs its points.
 //!
-//! A [`Study`] is a TOML file with a base case, [`Axis`]es over its keys, and the choice of points: a grid, a sample, a
+//! A [`Study`] is a TOML file with a base case, [`ParameterAxis`]es over its keys, and the choice of points: a grid, a sample, a
 //! table, or the trace of a boundary. Points are numbered; the outcome of a point depends on the study alone. Threads
 //! of this process ([`run_points`]) or an [`Executor`] compute them. The [`Journal`] keeps every outcome, and the sweep
 //! file (`stickslip_files::SweepWriter`) is made from it in the order of the numbers. A [`Shard`] is a part of the
@@ -45,20 +45,20 @@ mod study;
 mod tracer;
 
 pub use crate::study::StudySource;
-pub use axis::{Axis, Range, Spacing};
+pub use axis::{AxisRange, ParameterAxis, Spacing};
 pub(crate) use axis::{case_along, read as read_axis};
-pub use criterion::{BoundarySpec, Comparison, Criterion};
-pub use curves::{Boundaries, BoundaryPoint, Branch, Curve, Line};
+pub use criterion::{BoundarySpec, Criterion, ThresholdTest};
+pub use curves::{Boundaries, BoundaryCurve, BoundaryPoint, ContourLine, CurveBranch};
 pub use error::SweepError;
 pub use executor::{Executor, evaluate};
 pub(crate) use file::{command_attribute, header, sweep_variables};
 pub use journal::{Existing, Journal, JournalError, journal_path};
 pub(crate) use quantities::asked_for;
-pub use quantities::{EventRow, Outcome, QUANTITIES, Quantity, Values, quantity_index};
+pub use quantities::{EventRow, PointOutcome, QUANTITIES, Quantity, QuantityValues, quantity_index};
 pub use report::{SweepProgress, SweepReport};
 pub use run::Sweep;
 pub use runner::{Integrate, IntegrateError, Integrated, Stopped, run_point, run_points, without_a_file};
 pub(crate) use sampling::sobol;
 pub use shard::Shard;
 pub(crate) use study::WALL_TIME;
-pub use study::{Design, Keep, Point, STUDIES, STUDY_RTOL, Study};
+pub use study::{Design, Keep, STUDIES, STUDY_RTOL, Study, StudyPoint};

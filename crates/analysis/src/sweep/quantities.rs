@@ -331,7 +331,7 @@ const LASTING_STICK: f64 = 2.0;
 
 /// Whether a longer run might determine the motion. A stop: no lasting stick yet. Another motion without a period: the
 /// contact still changes in the second half, or the final stick, too short, may belong to a cycle.
-pub(super) fn is_open(values: &Values) -> bool {
+pub(super) fn is_open(values: &QuantityValues) -> bool {
     let value = |name: &str| quantity_index(name).map_or(f64::NAN, |place| values[place]);
     if !value("natural_period").is_nan() {
         return value("final_stick_time").is_nan();
@@ -344,7 +344,7 @@ pub(super) fn is_open(values: &Values) -> bool {
 }
 
 /// One value for each of the quantities of a study; NaN where the run has none.
-pub type Values = Vec<f64>;
+pub type QuantityValues = Vec<f64>;
 
 /// Event of a run in a sweep file.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -375,23 +375,23 @@ impl From<&Event> for EventRow {
 
 /// Outcome of a point.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Outcome {
+pub struct PointOutcome {
     /// Number of the point in its study.
     pub number: u64,
     /// Summary, or reason of a failure.
-    pub result: Result<Values, String>,
+    pub result: Result<QuantityValues, String>,
     /// Events in order of time; empty unless the study keeps them.
     pub events: Vec<EventRow>,
 }
 
-impl Outcome {
+impl PointOutcome {
     /// Value of a quantity by its index; NaN if missing.
     pub fn value(&self, index: usize) -> f64 {
         self.result.as_ref().map_or(f64::NAN, |values| values[index])
     }
 }
 
-pub(super) fn values(summary: &Summary) -> Values {
+pub(super) fn values(summary: &Summary) -> QuantityValues {
     let values = QUANTITIES.iter().map(|quantity| (quantity.get)(summary));
     values.map(|value| value.unwrap_or(f64::NAN)).collect()
 }

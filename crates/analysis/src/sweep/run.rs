@@ -9,7 +9,7 @@ use super::journal::{Existing, Journal, journal_path};
 use super::point_file::{folder_of_runs, into_a_file};
 use super::report::{SweepProgress, SweepReport};
 use super::runner::{Integrate, without_a_file};
-use super::running::{Points, Running};
+use super::running::{Running, RunningPoints};
 use super::shard::{Shard, plan};
 use super::study::{Design, Study};
 use std::ops::ControlFlow;
@@ -181,7 +181,7 @@ fn run(
         progress,
         failed: 0,
     };
-    let mut points = Points::of(study);
+    let mut points = RunningPoints::of(study);
     let mut boundaries = None;
     let ended = match &study.design {
         Design::Boundary(spec) => trace(spec, &mut state, &mut points).map(|found| boundaries = Some(found)),

@@ -1,7 +1,7 @@
 //! Runs of points on a pool of threads, with one receiver of the outcomes.
 
-use super::quantities::{EventRow, Outcome, Values, values};
-use super::study::{Point, Study};
+use super::quantities::{EventRow, PointOutcome, QuantityValues, values};
+use super::study::{Study, StudyPoint};
 use crate::analysis::{Summary, recorded};
 use std::ops::ControlFlow;
 use std::panic::{AssertUnwindSafe, catch_unwind};
@@ -22,7 +22,7 @@ pub struct Integrated {
     /// Report of the run.
     pub report: RunReport,
     /// Quantities; `None` for an interrupted run.
-    pub values: Option<Values>,
+    pub values: Option<QuantityValues>,
 }
 
 impl Integrated {
@@ -78,16 +78,16 @@ const GATHERING: Duration = Duration::from_millis(20);
 /// current points are abandoned.
 pub fn run_points<E>(
     study: &Study,
-    points: impl Iterator<Item = Point> + Send,
+    points: impl Iterator<Item = StudyPoint> + Send,
     workers: usize,
     stop: &AtomicBool,
     integrate: &Integrate,
-    mut deliver: impl FnMut(Vec<Outcome>) -> Result<(), E>,
+    mut deliver: impl FnMut(Vec<PointOutcome>) -> Result<(), E>,
 ) -> Result<(), Stopped<E>> {
     let given_up = AtomicBool::new(false);
     let halted = || stop.load(Ordering::Relaxed) || given_up.load(Ordering::Relaxed);
     let mut error = None;
-    let job = |point: Point| match halted() {
+    let job = |point: StudyPoint| match halted() {
         true => None,
         false => run_point(study, &point, integrate, &halted).transpose(),
     };
@@ -128,12 +128,12 @@ pub fn run_points<E>(
 /// Runs one point; `None` if abandoned. Only its storage can fail; a failed run is an outcome.
 pub fn run_point(
     study: &Study,
-    point: &Point,
+    point: &StudyPoint,
     integrate: &Integrate,
     halted: &dyn Fn() -> bool,
-) -> Result<Option<Outcome>, String> {
+) -> Result<Option<PointOutcome>, String> {
     let outcome = |result, events| {
-        Ok(Some(Outcome {
+        Ok(Some(PointOutcome {
             number: point.number,
             result,
             events,

@@ -3,25 +3,25 @@
 use super::error::SweepEnd;
 use super::executor::{Executor, run_elsewhere};
 use super::journal::Journal;
-use super::quantities::Outcome;
+use super::quantities::PointOutcome;
 use super::report::SweepProgress;
 use super::runner::{Integrate, run_points};
-use super::study::{Point, Study};
+use super::study::{Study, StudyPoint};
 use std::collections::HashSet;
 use std::sync::atomic::AtomicBool;
 use stickslip_case::Setting;
 use stickslip_files::ShardPlan;
 
-pub(super) struct Points<'a> {
+pub(super) struct RunningPoints<'a> {
     study: &'a Study,
     /// Points of a traced boundary; otherwise the study has them.
     pub(super) asked: Vec<Vec<Setting>>,
 }
 
-impl<'a> Points<'a> {
+impl<'a> RunningPoints<'a> {
     pub(super) fn of(study: &'a Study) -> Self {
         let asked = Vec::new();
-        Points { study, asked }
+        RunningPoints { study, asked }
     }
 
     pub(super) fn count(&self) -> u64 {
@@ -61,7 +61,7 @@ impl Running<'_> {
     }
 
     /// Runs a round of points after the first `start`, and returns all their outcomes in order.
-    pub(super) fn round(&mut self, start: u64, coordinates: &[Vec<Setting>]) -> Result<Vec<Outcome>, SweepEnd> {
+    pub(super) fn round(&mut self, start: u64, coordinates: &[Vec<Setting>]) -> Result<Vec<PointOutcome>, SweepEnd> {
         let numbered = |k: usize| start + k as u64;
         let held: Vec<bool> = (0..coordinates.len())
             .map(|k| self.journal.holds(numbered(k)))
@@ -70,7 +70,7 @@ impl Running<'_> {
             .iter()
             .enumerate()
             .filter(|(k, _)| !held[*k])
-            .map(|(k, coordinates)| Point {
+            .map(|(k, coordinates)| StudyPoint {
                 number: numbered(k),
                 coordinates: coordinates.clone(),
             });
@@ -82,7 +82,7 @@ impl Running<'_> {
         Ok(outcomes)
     }
 
-    fn run(&mut self, points: impl Iterator<Item = Point> + Send, total: u64, open: bool) -> Result<(), SweepEnd> {
+    fn run(&mut self, points: impl Iterator<Item = StudyPoint> + Send, total: u64, open: bool) -> Result<(), SweepEnd> {
         let Running {
             study,
             workers,
@@ -102,7 +102,7 @@ impl Running<'_> {
             });
         };
         show(journal.points(), *failed);
-        let deliver = |group: Vec<Outcome>| {
+        let deliver = |group: Vec<PointOutcome>| {
             journal.append(&group)?;
             *failed += group.iter().filter(|outcome| outcome.result.is_err()).count() as u64;
             show(journal.points(), *failed);

@@ -1,10 +1,10 @@
 //! Samples of many axes: Latin hypercubes, Sobol sequences, and tables of points.
 
-use super::axis::{Axis, one_for_all};
+use super::axis::{ParameterAxis, one_for_all};
 use chacha20::ChaCha8Rng;
 use chacha20::rand_core::{Rng, SeedableRng};
 use std::path::Path;
-use stickslip_case::document::Value;
+use stickslip_case::document::CaseValue;
 use stickslip_case::{CaseKeys, Setting};
 use stickslip_system::quote::quoted;
 
@@ -32,7 +32,7 @@ pub(super) fn too_many(axes: usize, count: u64) -> Option<u64> {
 }
 
 /// Sample of the axes: `count` rows with one value for each axis, reproducible from the seed on all machines.
-pub(super) fn draw(axes: &[Axis], method: SampleMethod, count: usize, seed: u32) -> Vec<Vec<Setting>> {
+pub(super) fn draw(axes: &[ParameterAxis], method: SampleMethod, count: usize, seed: u32) -> Vec<Vec<Setting>> {
     let shares = match method {
         SampleMethod::LatinHypercube => latin_hypercube(axes.len(), count, seed),
         SampleMethod::Sobol => sobol(axes.len(), count, seed),
@@ -74,7 +74,7 @@ fn unit(random: &mut impl Rng) -> f64 {
 }
 
 /// Axes and rows of a CSV file whose first line has `known` keys; the error tells problem and line.
-pub(super) fn read_table(path: &Path, known: &CaseKeys) -> Result<(Vec<Axis>, Vec<Vec<Setting>>), String> {
+pub(super) fn read_table(path: &Path, known: &CaseKeys) -> Result<(Vec<ParameterAxis>, Vec<Vec<Setting>>), String> {
     let file = path.display();
     let unreadable = |error: &std::io::Error| {
         let what = stickslip_case::words(error).replace("TOML", "CSV");
@@ -89,7 +89,7 @@ pub(super) fn read_table(path: &Path, known: &CaseKeys) -> Result<(Vec<Axis>, Ve
     let mut table = csv::ReaderBuilder::new()
         .trim(csv::Trim::All)
         .comment(Some(b'#'))
-        .from_reader(stickslip_case::input::Rows::new(opened));
+        .from_reader(stickslip_case::input::InputRows::new(opened));
     let bad = |error: csv::Error| match error.kind() {
         csv::ErrorKind::UnequalLengths {
             pos, expected_len, len, ..
@@ -122,10 +122,10 @@ pub(super) fn read_table(path: &Path, known: &CaseKeys) -> Result<(Vec<Axis>, Ve
         if let Some(why) = known.misplaced(&name) {
             return Err(format!("{file}:1: {why}"));
         }
-        if axes.iter().any(|axis: &Axis| axis.keys[0] == name) {
+        if axes.iter().any(|axis: &ParameterAxis| axis.keys[0] == name) {
             return Err(format!("{file}:1: {name} has two columns; keep one"));
         }
-        axes.push(Axis::of_keys(vec![name.clone()], &key));
+        axes.push(ParameterAxis::of_keys(vec![name.clone()], &key));
         keys.push((name, key));
     }
     let mut rows = Vec::new();
@@ -162,14 +162,14 @@ fn is_word(name: &str) -> bool {
     name.len() <= LONGEST && name.chars().all(|c| c.is_ascii_lowercase() || c == '_' || c == '.')
 }
 
-fn cell_value(cell: &str) -> Value {
+fn cell_value(cell: &str) -> CaseValue {
     if let Ok(number) = cell.parse::<i64>() {
-        return Value::Integer(number);
+        return CaseValue::Integer(number);
     }
     match (cell.parse::<f64>(), cell) {
-        (Ok(number), _) => Value::Float(number),
-        (_, "true") => Value::Flag(true),
-        (_, "false") => Value::Flag(false),
-        _ => Value::Text(cell.to_owned()),
+        (Ok(number), _) => CaseValue::Float(number),
+        (_, "true") => CaseValue::Flag(true),
+        (_, "false") => CaseValue::Flag(false),
+        _ => CaseValue::Text(cell.to_owned()),
     }
 }

@@ -1,16 +1,16 @@
 //! Study file of a sweep: base case, axes over its keys, and requested results.
 
-use super::axis::{self, Axis};
+use super::axis::{self, ParameterAxis};
 use super::criterion::{BoundarySpec, read_boundary};
 use super::quantities::asked_for;
 use super::sampling::{self, MOST_SOBOL_AXES, MOST_SOBOL_POINTS, SampleMethod};
-use crate::study::{Head, PROBES, Reader, StudySource, check_points};
+use crate::study::{Head, PROBES, StudyReader, StudySource, check_points};
 use serde::{Deserialize, Serialize};
 use sha2::{Digest, Sha256};
 use std::path::PathBuf;
 use stickslip_case::built_in;
 use stickslip_case::builtin::BuiltIn;
-use stickslip_case::document::{self, Node, Value};
+use stickslip_case::document::{self, CaseValue, PlacedValue};
 use stickslip_case::{Case, CaseError, CaseKeys, CaseSource, METHOD, Override, Setting, Words};
 use stickslip_engine::simulation::Method;
 use stickslip_files::SweepLayout;
@@ -62,7 +62,7 @@ pub struct Study {
     /// Settings of the study in the base case.
     pub settings: Vec<Override>,
     /// Axes in the order of the text; the last varies fastest.
-    pub axes: Vec<Axis>,
+    pub axes: Vec<ParameterAxis>,
     /// Choice of points.
     pub design: Design,
     /// Stored results of each run.
@@ -77,7 +77,7 @@ pub struct Study {
 
 /// Point of a study.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub struct Point {
+pub struct StudyPoint {
     /// Number in the study, from 0.
     pub number: u64,
     /// Value on each axis.
@@ -100,7 +100,7 @@ const STUDY_KEYS: &[&str] = &[
 impl Study {
     /// Reads a study, or reports all problems. `overrides` apply to the base case after the study's own settings.
     pub fn parse(source: StudySource, overrides: &[Override]) -> Result<Study, CaseError> {
-        let (mut reader, root) = Reader::open(&source, STUDY_KEYS)?;
+        let (mut reader, root) = StudyReader::open(&source, STUDY_KEYS)?;
         let mut head = Head::read(&mut reader, &root, &source, Vec::new(), overrides);
         let mut axes = read_axes(&mut reader, &head.keys, &root);
         // A table of points defines its columns later.
@@ -129,7 +129,7 @@ impl Study {
         Ok(study)
     }
 
-    fn new(head: Head, source: StudySource, axes: Vec<Axis>, design: Design) -> Option<Study> {
+    fn new(head: Head, source: StudySource, axes: Vec<ParameterAxis>, design: Design) -> Option<Study> {
         let Head {
             title,
             base,
@@ -154,7 +154,7 @@ impl Study {
     }
 
     /// Study whose points are requested one by one in the ranges of the axes; `None` without a base case.
-    pub(crate) fn of_ranges(head: Head, source: StudySource, axes: Vec<Axis>) -> Option<Study> {
+    pub(crate) fn of_ranges(head: Head, source: StudySource, axes: Vec<ParameterAxis>) -> Option<Study> {
         let study = Study::new(head, source, axes, Design::Rows(Vec::new()))?;
         Some(Study {
             // A search needs runs that vary smoothly with the parameters, so the case's own tolerance.
@@ -198,7 +198,7 @@ impl Study {
     }
 
     /// Point of a number below [`Self::point_count`]; `None` beyond, and in a boundary study.
-    pub fn point(&self, number: u64) -> Option<Point> {
+    pub fn point(&self, number: u64) -> Option<StudyPoint> {
         if number >= self.point_count()? {
             return None;
         }
@@ -217,7 +217,7 @@ impl Study {
             Design::Rows(rows) => rows[usize::try_from(number).ok()?].clone(),
             Design::Boundary(_) => return None,
         };
-        Some(Point { number, coordinates })
+        Some(StudyPoint { number, coordinates })
     }
 
     /// Case at one value for each axis, if valid.
@@ -303,16 +303,16 @@ impl Study {
     }
 }
 
-fn gives_tolerance(base: &CaseSource, settings: &[Override], axes: &[Axis]) -> bool {
+fn gives_tolerance(base: &CaseSource, settings: &[Override], axes: &[ParameterAxis]) -> bool {
     const KEY: &str = "solver.rtol";
     settings.iter().any(|setting| matches!(setting.key(), KEY | "solver"))
         || axes.iter().any(|axis| axis.keys.iter().any(|key| key == KEY))
         || document::read(&base.text, "").is_ok_and(|root| root.at(KEY).is_some())
 }
 
-fn read_axes(reader: &mut Reader, known: &CaseKeys, root: &Node) -> Vec<Axis> {
+fn read_axes(reader: &mut StudyReader, known: &CaseKeys, root: &PlacedValue) -> Vec<ParameterAxis> {
     let sampled = root.at("sample").is_some();
-    let (mut axes, mut levels) = (Vec::<Axis>::new(), 0);
+    let (mut axes, mut levels) = (Vec::<ParameterAxis>::new(), 0);
     for (path, node) in reader.tables(root, "axis", None) {
         let Some(axis) = axis::read(reader, known, node, &path, sampled) else {
             continue;
@@ -336,12 +336,12 @@ fn read_axes(reader: &mut Reader, known: &CaseKeys, root: &Node) -> Vec<Axis> {
 }
 
 fn read_design(
-    reader: &mut Reader,
+    reader: &mut StudyReader,
     head: &mut Head,
     system: Option<&System>,
-    root: &Node,
+    root: &PlacedValue,
     source: &StudySource,
-    axes: &mut Vec<Axis>,
+    axes: &mut Vec<ParameterAxis>,
 ) -> Option<Design> {
     let given = ["sample", "points", "boundary"];
     let mut given = given.into_iter().filter_map(|name| Some((name, root.at(name)?)));
@@ -364,7 +364,7 @@ fn read_design(
     }
     if axes.is_empty() {
         // Unreadable axes have been reported.
-        let is_none = |node: &Node| matches!(&node.value, Value::Array(list) if list.is_empty());
+        let is_none = |node: &PlacedValue| matches!(&node.value, CaseValue::Array(list) if list.is_empty());
         if root.at("axis").is_none_or(is_none) {
             let message =
                 "missing: a study varies something; write [[axis]] with a key and its values, or points = \"FILE.csv\"";
@@ -379,7 +379,7 @@ fn read_design(
     }
 }
 
-fn read_show(reader: &mut Reader, system: Option<&System>, node: &Node) -> Vec<String> {
+fn read_show(reader: &mut StudyReader, system: Option<&System>, node: &PlacedValue) -> Vec<String> {
     let names = reader.keys(node, "show").unwrap_or_default();
     for name in &names {
         reader.found(node, "show", asked_for(name, system, "", |_| true));
@@ -387,11 +387,11 @@ fn read_show(reader: &mut Reader, system: Option<&System>, node: &Node) -> Vec<S
     names
 }
 
-fn read_sample(reader: &mut Reader, node: &Node, axes: &[Axis]) -> Option<Vec<Vec<Setting>>> {
+fn read_sample(reader: &mut StudyReader, node: &PlacedValue, axes: &[ParameterAxis]) -> Option<Vec<Vec<Setting>>> {
     reader.check_keys(node, "sample", &["method", "count", "seed"]);
     let method = match node.at("method").map(|node| (node, &node.value)) {
-        Some((_, Value::Text(name))) if name == "latin-hypercube" => Some(SampleMethod::LatinHypercube),
-        Some((_, Value::Text(name))) if name == "sobol" => Some(SampleMethod::Sobol),
+        Some((_, CaseValue::Text(name))) if name == "latin-hypercube" => Some(SampleMethod::LatinHypercube),
+        Some((_, CaseValue::Text(name))) if name == "sobol" => Some(SampleMethod::Sobol),
         other => {
             let message = "expected \"latin-hypercube\" or \"sobol\"";
             reader.refuse(other.map_or(node, |(node, _)| node), "sample.method", message)

@@ -1,14 +1,14 @@
 //! Rounds of points for the trace of a boundary, and the crossings between them.
 
-use super::axis::Range;
+use super::axis::AxisRange;
 use super::criterion::BoundarySpec;
 use super::error::SweepEnd;
-use super::quantities::Outcome;
+use super::quantities::PointOutcome;
 use super::running::Running;
 use stickslip_case::Setting;
 
 #[derive(Debug, Clone)]
-pub(super) struct Crossing {
+pub(super) struct BoundaryCrossing {
     pub(super) plane: usize,
     /// Positions in shares of the plane: criterion met, and not met.
     pub(super) met: [f64; 2],
@@ -17,7 +17,7 @@ pub(super) struct Crossing {
     pub(super) unknown: bool,
 }
 
-impl Crossing {
+impl BoundaryCrossing {
     pub(super) fn width(&self) -> f64 {
         (self.met[0] - self.unmet[0])
             .abs()
@@ -33,12 +33,12 @@ pub(super) struct Tracer<'a, 'b> {
     pub(super) running: &'a mut Running<'b>,
     pub(super) asked: &'a mut Vec<Vec<Setting>>,
     pub(super) spec: &'a BoundarySpec,
-    pub(super) ranges: [Range; 2],
+    pub(super) ranges: [AxisRange; 2],
     pub(super) planes: Vec<Vec<Setting>>,
 }
 
 impl Tracer<'_, '_> {
-    pub(super) fn round(&mut self, shares: &[(usize, [f64; 2])]) -> Result<Vec<Outcome>, SweepEnd> {
+    pub(super) fn round(&mut self, shares: &[(usize, [f64; 2])]) -> Result<Vec<PointOutcome>, SweepEnd> {
         let start = self.asked.len();
         for &(plane, share) in shares {
             let coordinates = place_in_plane(&self.planes[plane], self.spec, self.ranges, share);
@@ -47,7 +47,7 @@ impl Tracer<'_, '_> {
         self.running.round(start as u64, &self.asked[start..])
     }
 
-    pub(super) fn bisect(&mut self, crossings: &mut [Crossing]) -> Result<(), SweepEnd> {
+    pub(super) fn bisect(&mut self, crossings: &mut [BoundaryCrossing]) -> Result<(), SweepEnd> {
         loop {
             let wide: Vec<usize> = (0..crossings.len())
                 .filter(|&k| crossings[k].width() > self.spec.width)
@@ -73,9 +73,12 @@ impl Tracer<'_, '_> {
     }
 
     /// Intervals whose ends are on the expected sides of the criterion.
-    pub(super) fn confirmed<T>(&mut self, stretches: Vec<(T, Crossing)>) -> Result<Vec<(T, Crossing)>, SweepEnd> {
+    pub(super) fn confirmed<T>(
+        &mut self,
+        stretches: Vec<(T, BoundaryCrossing)>,
+    ) -> Result<Vec<(T, BoundaryCrossing)>, SweepEnd> {
         let ends = stretches.iter().flat_map(|(_, crossing)| {
-            let Crossing { plane, met, unmet, .. } = *crossing;
+            let BoundaryCrossing { plane, met, unmet, .. } = *crossing;
             [(plane, met), (plane, unmet)]
         });
         let outcomes = self.round(&ends.collect::<Vec<_>>())?;
@@ -95,7 +98,7 @@ impl Tracer<'_, '_> {
 pub(super) fn place_in_plane(
     plane: &[Setting],
     spec: &BoundarySpec,
-    ranges: [Range; 2],
+    ranges: [AxisRange; 2],
     share: [f64; 2],
 ) -> Vec<Setting> {
     let mut coordinates = plane.to_vec();

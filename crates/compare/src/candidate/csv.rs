@@ -8,7 +8,7 @@ use super::table::{BLOCK, Pass, Table, each_once, place_of};
 use csv::{ByteRecord, ReaderBuilder, Trim};
 use std::io::{BufRead, BufReader};
 use std::path::Path;
-use stickslip_case::input::{Lines, Rows};
+use stickslip_case::input::{InputRows, Lines};
 use stickslip_system::quote::shown;
 
 /// A CSV file with a header, separated by commas, semicolons, tabs or blanks. Lines that begin with `#` are comments;
@@ -105,7 +105,7 @@ impl CsvTable {
     }
 
     fn records(&self) -> Result<Records, CompareError> {
-        let file = Rows::new(self.source.file()?);
+        let file = InputRows::new(self.source.file()?);
         let mut builder = reader(self.separator);
         let builder = builder.comment(Some(b'#')).flexible(true).buffer_capacity(1 << 20);
         let mut reader = builder.has_headers(!self.bare).from_reader(file);
@@ -255,7 +255,7 @@ fn joined(name: &str) -> String {
 }
 
 struct Records {
-    reader: csv::Reader<Rows<Place>>,
+    reader: csv::Reader<InputRows<Place>>,
     separator: u8,
     record: ByteRecord,
 }

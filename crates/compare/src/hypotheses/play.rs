@@ -7,7 +7,7 @@ use super::super::parameters::Start;
 use super::super::reference::Physics;
 use super::observation::{Observation, Values};
 use std::ops::ControlFlow;
-use stickslip_engine::simulation::{Course, Method, OutputOptions, Problem, Progress, SolverOptions, simulate_from};
+use stickslip_engine::simulation::{Course, Method, OutputOptions, Progress, Simulation, SolverOptions, simulate_from};
 use stickslip_system::model::Mode;
 use stickslip_system::model::system::System;
 use stickslip_system::record::sequence::SequenceEvent;
@@ -91,7 +91,7 @@ impl Score<'_> {
         if self.limit.is_over() {
             return None;
         }
-        let problem = Problem {
+        let problem = Simulation {
             system: self.system,
             threshold: self.threshold,
             further: steps,

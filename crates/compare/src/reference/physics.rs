@@ -5,7 +5,7 @@ use super::super::vocabulary::{Known, Vocabulary};
 use serde::Serialize;
 use std::f64::consts::TAU;
 use stickslip_case::Case;
-use stickslip_engine::simulation::{Course, Part, Quantity, Which};
+use stickslip_engine::simulation::{Course, CourseQuantity, TrainPart, TrainSide};
 use stickslip_system::friction::Law;
 use stickslip_system::model::Mode;
 use stickslip_system::model::equations::{Engagement, Outside, Side, SystemEquations};
@@ -76,15 +76,15 @@ impl Physics {
         let vocabulary = Vocabulary::of(case.words, &trains);
         let (mut state, mut places) = (Vec::new(), Vec::new());
         let system = course.system();
-        for (of, side) in [(Which::Rotor, &system.rotor), (Which::Stator, &system.stator)] {
+        for (of, side) in [(TrainSide::Rotor, &system.rotor), (TrainSide::Stator, &system.stator)] {
             for index in 0..side.shafts() {
-                let part = Part { of, index };
+                let part = TrainPart { of, index };
                 state.extend([Channel::Twist(part), Channel::TwistRate(part)]);
                 places.extend([side.twists + 2 * index, side.twists + 2 * index + 1]);
             }
             if let Some(place) = side.speed {
                 let index = side.inertia.len() - 1;
-                state.push(Channel::Speed(Part { of, index }));
+                state.push(Channel::Speed(TrainPart { of, index }));
                 places.push(place);
             }
         }
@@ -228,14 +228,14 @@ impl Physics {
         if known.is_rate { speed } else { angle }
     }
 
-    fn side(&self, of: Which) -> &Side {
+    fn side(&self, of: TrainSide) -> &Side {
         match of {
-            Which::Rotor => &self.system().rotor,
-            Which::Stator => &self.system().stator,
+            TrainSide::Rotor => &self.system().rotor,
+            TrainSide::Stator => &self.system().stator,
         }
     }
 
-    fn speed_of(&self, of: Which) -> f64 {
+    fn speed_of(&self, of: TrainSide) -> f64 {
         let (side, sizes) = (self.side(of), self.course.sizes());
         let rates = (0..side.shafts()).map(|i| sizes[side.twists + 2 * i + 1]);
         let free = side.speed.filter(|_| self.coasting.is_none()).map(|place| sizes[place]);
@@ -243,7 +243,7 @@ impl Physics {
     }
 
     /// Size of the angles of a train; 1 for a free train.
-    fn angle_of(&self, of: Which) -> f64 {
+    fn angle_of(&self, of: TrainSide) -> f64 {
         let (side, sizes) = (self.side(of), self.course.sizes());
         match side.speed {
             None => (0..side.shafts()).map(|i| sizes[side.twists + 2 * i]).sum(),
@@ -252,14 +252,17 @@ impl Physics {
     }
 
     pub(crate) fn speed(&self) -> f64 {
-        Which::BOTH.map(|of| self.speed_of(of)).into_iter().fold(0.0, f64::max)
+        TrainSide::BOTH
+            .map(|of| self.speed_of(of))
+            .into_iter()
+            .fold(0.0, f64::max)
     }
 
     /// Size of a channel in its SI unit, in stick-slip, or before it (`sliding`).
     pub(crate) fn size(&self, channel: Channel, sliding: bool) -> f64 {
         let size = self.size_in_stick_slip(channel);
         let part = match self.quantity(channel) {
-            Quantity::Speed(part) => Some(part.of),
+            CourseQuantity::Speed(part) => Some(part.of),
             _ => None,
         };
         let free = part.is_some_and(|of| self.side(of).speed.is_some());
@@ -271,35 +274,35 @@ impl Physics {
 
     fn size_in_stick_slip(&self, channel: Channel) -> f64 {
         let (system, sizes) = (self.system(), self.course.sizes());
-        let twist = |Part { of, index }: Part| self.side(of).twists + 2 * index;
+        let twist = |TrainPart { of, index }: TrainPart| self.side(of).twists + 2 * index;
         let depth = match &self.trains.pressing {
             Pressing::Axial { axial, .. } => self.course.largest_force() / axial.stiffness,
             Pressing::Force(_) => 0.0,
         };
         let size = match self.quantity(channel) {
             _ if channel.is_impulse() => 1.0,
-            Quantity::RelativeVelocity => self.speed(),
-            Quantity::Twist(part) => sizes[twist(part)],
-            Quantity::TwistRate(part) => sizes[twist(part) + 1],
-            Quantity::Speed(part) => self.speed_of(part.of),
-            Quantity::Angle(part) => self.angle_of(part.of),
-            Quantity::Slip => 1.0,
-            Quantity::Deflection => match system.engagement {
+            CourseQuantity::RelativeVelocity => self.speed(),
+            CourseQuantity::Twist(part) => sizes[twist(part)],
+            CourseQuantity::TwistRate(part) => sizes[twist(part) + 1],
+            CourseQuantity::Speed(part) => self.speed_of(part.of),
+            CourseQuantity::Angle(part) => self.angle_of(part.of),
+            CourseQuantity::Slip => 1.0,
+            CourseQuantity::Deflection => match system.engagement {
                 Engagement::Bristles(.., place) => sizes[place],
                 _ => 1.0,
             },
-            Quantity::NormalForce => self.course.largest_force(),
-            Quantity::Interface | Quantity::Transmitted => {
+            CourseQuantity::NormalForce => self.course.largest_force(),
+            CourseQuantity::Interface | CourseQuantity::Transmitted => {
                 let mu = system.breakaway.max(system.law.typical_coefficient(self.speed()));
                 mu * system.radius * self.course.largest_force()
             }
-            Quantity::AxialDisplacement => depth,
-            Quantity::AxialVelocity => depth * self.natural_angular_frequency(),
+            CourseQuantity::AxialDisplacement => depth,
+            CourseQuantity::AxialVelocity => depth * self.natural_angular_frequency(),
         };
         if size > 0.0 { size } else { 1.0 }
     }
 
-    pub(crate) fn quantity(&self, channel: Channel) -> Quantity {
+    pub(crate) fn quantity(&self, channel: Channel) -> CourseQuantity {
         let inertias = self.system().rotor.inertia.len();
         channel.quantity(inertias.saturating_sub(1))
     }
@@ -307,8 +310,8 @@ impl Physics {
     /// The channel whose range an attractor states; `None` for a slip displacement.
     pub(crate) fn position(&self) -> Option<Channel> {
         let channel = match self.course.position()? {
-            Quantity::Angle(part) => Channel::Angle(part),
-            Quantity::Twist(part) => Channel::Twist(part),
+            CourseQuantity::Angle(part) => Channel::Angle(part),
+            CourseQuantity::Twist(part) => Channel::Twist(part),
             _ => return None,
         };
         self.vocabulary.canonical(channel)

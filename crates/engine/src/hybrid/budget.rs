@@ -28,7 +28,7 @@ pub struct Limits {
     pub foreseen_steps: Option<f64>,
 }
 
-pub(super) struct Budget {
+pub(super) struct StepBudget {
     limits: Limits,
     end_time: f64,
     transitions: usize,
@@ -43,14 +43,14 @@ pub(super) struct Budget {
 }
 
 #[derive(Clone, Copy)]
-pub(super) struct Place<'a> {
+pub(super) struct BudgetPlace<'a> {
     pub(super) time: f64,
     pub(super) describe: &'a dyn Fn() -> String,
 }
 
-impl Budget {
+impl StepBudget {
     pub(super) fn new(limits: Limits, start: f64, end_time: f64) -> Self {
-        Budget {
+        StepBudget {
             limits,
             end_time,
             transitions: 0,
@@ -65,7 +65,7 @@ impl Budget {
     }
 
     /// Counts a transition. [`Limits::chatter_count`] transitions within `window` (s) are chattering.
-    pub(super) fn transition(&mut self, place: Place<'_>, window: f64, guard: &str) -> Result<(), RunError> {
+    pub(super) fn transition(&mut self, place: BudgetPlace<'_>, window: f64, guard: &str) -> Result<(), RunError> {
         self.transitions += 1;
         if self.transitions > self.limits.max_events {
             return Err(RunError::TooManyEvents {
@@ -92,7 +92,7 @@ impl Budget {
         Ok(())
     }
 
-    pub(super) fn step(&mut self, place: Place<'_>, stop: f64, solver: &'static str) -> Result<(), RunError> {
+    pub(super) fn step(&mut self, place: BudgetPlace<'_>, stop: f64, solver: &'static str) -> Result<(), RunError> {
         self.steps += 1;
         if let Some(budget) = self.limits.max_steps.filter(|&budget| self.steps > budget) {
             return Err(RunError::TooManySteps {
@@ -104,20 +104,20 @@ impl Budget {
         self.get_on(place, stop, solver, 1)
     }
 
-    pub(super) fn restart(&mut self, place: Place<'_>) -> Result<(), RunError> {
+    pub(super) fn restart(&mut self, place: BudgetPlace<'_>) -> Result<(), RunError> {
         self.restarted = true;
         self.get_on(place, self.end_time, "the solvers", 1)
     }
 
-    pub(super) fn search(&mut self, place: Place<'_>, stop: f64) -> Result<(), RunError> {
+    pub(super) fn search(&mut self, place: BudgetPlace<'_>, stop: f64) -> Result<(), RunError> {
         self.get_on(place, stop, "the search for a breakaway", SEARCH)
     }
 
-    pub(super) fn search_for_time_event(&mut self, place: Place<'_>) -> Result<(), RunError> {
+    pub(super) fn search_for_time_event(&mut self, place: BudgetPlace<'_>) -> Result<(), RunError> {
         self.get_on(place, self.end_time, "the search for the next event", STRIDE)
     }
 
-    fn get_on(&mut self, place: Place<'_>, stop: f64, solver: &'static str, taken: u32) -> Result<(), RunError> {
+    fn get_on(&mut self, place: BudgetPlace<'_>, stop: f64, solver: &'static str, taken: u32) -> Result<(), RunError> {
         if place.time > self.came_to + f64::EPSILON * self.end_time {
             (self.came_to, self.idle) = (place.time, 0);
         } else {

@@ -1,6 +1,6 @@
 //! Segments in closed form.
 
-use super::{Advance, ChosenSolver, Dynamics, Engine, EngineError, Fired, Segment};
+use super::{Advance, ChosenSolver, Dynamics, Engine, EngineError, EngineSegment, Fired};
 use crate::sundials::Counters;
 use std::sync::Arc;
 
@@ -24,7 +24,7 @@ pub enum ClosedEnd {
 }
 
 /// Dynamics with some locations that have a known solution.
-pub trait ClosedForm: Dynamics {
+pub trait WithClosedForms: Dynamics {
     /// State `tau` (s) after the state `y` at `t`.
     fn closed_state(&self, location: &Self::Location, t: f64, y: &[f64], tau: f64, out: &mut [f64]);
 
@@ -33,7 +33,7 @@ pub trait ClosedForm: Dynamics {
 }
 
 /// Takes a whole segment as one step, in closed form.
-pub struct ClosedFormEngine<D: ClosedForm> {
+pub struct ClosedFormEngine<D: WithClosedForms> {
     dynamics: Arc<D>,
     location: Option<D::Location>,
     /// Start and stop, s.
@@ -43,7 +43,7 @@ pub struct ClosedFormEngine<D: ClosedForm> {
     state: Vec<f64>,
 }
 
-impl<D: ClosedForm> ClosedFormEngine<D> {
+impl<D: WithClosedForms> ClosedFormEngine<D> {
     /// An engine for a model.
     pub fn new(dynamics: Arc<D>) -> Self {
         let zeros = vec![0.0; dynamics.dimension()];
@@ -58,8 +58,8 @@ impl<D: ClosedForm> ClosedFormEngine<D> {
     }
 }
 
-impl<D: ClosedForm> Engine<D::Location> for ClosedFormEngine<D> {
-    fn begin(&mut self, segment: &Segment<'_, D::Location>, _chosen: &ChosenSolver) -> Result<(), EngineError> {
+impl<D: WithClosedForms> Engine<D::Location> for ClosedFormEngine<D> {
+    fn begin(&mut self, segment: &EngineSegment<'_, D::Location>, _chosen: &ChosenSolver) -> Result<(), EngineError> {
         self.location = Some(segment.location);
         self.span = (segment.start, segment.stop);
         self.start.copy_from_slice(segment.state);

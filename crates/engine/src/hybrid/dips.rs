@@ -25,7 +25,7 @@ const MOST_HALVINGS: usize = 100;
 
 /// Guards, positive on the allowed side, and their rates along the flow.
 #[derive(Debug, Clone, Default)]
-struct Readings {
+struct DipReadings {
     time: f64,
     values: Vec<f64>,
     rates: Vec<f64>,
@@ -34,9 +34,9 @@ struct Readings {
 pub(super) struct Dips {
     /// +1 or -1, so that the allowed side is positive; 0 for a guard without one.
     signs: Vec<f64>,
-    before: Readings,
-    after: Readings,
-    inside: Readings,
+    before: DipReadings,
+    after: DipReadings,
+    inside: DipReadings,
     largest: Vec<f64>,
     /// Share of `largest` that cannot be told from the boundary.
     near: f64,
@@ -68,7 +68,7 @@ impl Dips {
             Direction::Either => 0.0,
         };
         let guards = dynamics.guards(location);
-        let readings = || Readings {
+        let readings = || DipReadings {
             time: 0.0,
             values: vec![0.0; guards.len()],
             rates: vec![0.0; guards.len()],
@@ -142,7 +142,7 @@ impl Dips {
         self.grazed.take()
     }
 
-    fn read<D: Dynamics>(&mut self, of: &Of<'_, D>, (tau, y): (f64, &[f64]), length: f64, into: &mut Readings) {
+    fn read<D: Dynamics>(&mut self, of: &Of<'_, D>, (tau, y): (f64, &[f64]), length: f64, into: &mut DipReadings) {
         let Of {
             dynamics,
             location,
@@ -169,7 +169,7 @@ impl Dips {
         last_step: &mut LastStep<D>,
         guard: usize,
     ) -> Result<Option<f64>, SolverError> {
-        let end = |readings: &Readings| (readings.time, readings.values[guard], readings.rates[guard]);
+        let end = |readings: &DipReadings| (readings.time, readings.values[guard], readings.rates[guard]);
         let (mut a, mut b) = (end(&self.before), end(&self.after));
         for _ in 0..MOST_HALVINGS {
             let length = b.0 - a.0;

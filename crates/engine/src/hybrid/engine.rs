@@ -7,7 +7,7 @@ use std::sync::Arc;
 
 /// A segment to be advanced.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Segment<'a, L> {
+pub struct EngineSegment<'a, L> {
     /// Constant within the segment.
     pub location: L,
     /// Start time, s.
@@ -18,7 +18,7 @@ pub struct Segment<'a, L> {
     pub state: &'a [f64],
 }
 
-impl<L> Segment<'_, L> {
+impl<L> EngineSegment<'_, L> {
     /// Longest possible duration, s.
     pub fn span(&self) -> f64 {
         self.stop - self.start
@@ -85,7 +85,7 @@ pub enum EngineError {
 /// clock, which starts at zero.
 pub trait Engine<L>: Send {
     /// Begins a segment. Fails if the solver refuses its settings or the state.
-    fn begin(&mut self, segment: &Segment<'_, L>, chosen: &ChosenSolver) -> Result<(), EngineError>;
+    fn begin(&mut self, segment: &EngineSegment<'_, L>, chosen: &ChosenSolver) -> Result<(), EngineError>;
 
     /// Takes one step, to the first guard at most. If it fails, the segment stays where it was.
     fn advance(&mut self) -> Result<Advance, EngineError>;
@@ -132,7 +132,7 @@ impl<D: Dynamics> Engines<D> {
     pub(super) fn take(
         &mut self,
         chosen: &ChosenSolver,
-        segment: &Segment<'_, D::Location>,
+        segment: &EngineSegment<'_, D::Location>,
         rules: &impl Rules<D>,
     ) -> Result<Box<dyn Engine<D::Location>>, EngineError> {
         let same = |made: &ChosenSolver| made.kind == chosen.kind && made.fixed_step == chosen.fixed_step;

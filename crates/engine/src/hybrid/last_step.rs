@@ -1,7 +1,7 @@
 //! The last step of a SUNDIALS solver, and the states inside it.
 
 use super::{Direction, Dynamics};
-use crate::sundials::{OdeSystem, Outcome, Solver, SolverError, Task};
+use crate::sundials::{AdvanceTarget, Advanced, OdeSystem, Solver, SolverError};
 use nalgebra::DMatrixViewMut;
 use std::sync::Arc;
 use stickslip_system::numerics::band::BandMut;
@@ -98,7 +98,7 @@ impl<D: Dynamics> LastStep<D> {
         probe.restart(self.start, &self.start_state)?;
         probe.set_initial_step(Some(span))?;
         probe.set_stop_time(Some(tau))?;
-        while probe.advance(tau, Task::OneStep)? != Outcome::StopTime {}
+        while probe.advance(tau, AdvanceTarget::OneStep)? != Advanced::StopTime {}
         out.copy_from_slice(probe.state());
         Ok(())
     }

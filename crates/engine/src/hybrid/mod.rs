@@ -37,8 +37,8 @@ mod sundials;
 mod variation;
 
 pub use budget::Limits;
-pub use closed_form::{ClosedEnd, ClosedForm, ClosedFormEngine};
-pub use engine::{Advance, Engine, EngineError, Fired, Segment};
+pub use closed_form::{ClosedEnd, ClosedFormEngine, WithClosedForms};
+pub use engine::{Advance, Engine, EngineError, EngineSegment, Fired};
 pub(crate) use error::Overflow;
 pub use error::RunError;
 pub use run::{Finish, Start, run};

@@ -39,7 +39,7 @@ pub(super) struct Rounded {
 
 /// Accumulated variances of rounding; each rounding is uniform within half a unit.
 #[derive(Debug, Clone)]
-pub(super) struct Rounding {
+pub(super) struct RoundingVariance {
     /// Covariance of the state at the last event.
     state: DMatrix<f64>,
     /// Variance of the clock, s^2.
@@ -50,9 +50,9 @@ fn variance(size: f64) -> f64 {
     (HALF_UNIT * size).powi(2) / 3.0
 }
 
-impl Rounding {
-    pub fn new(components: usize) -> Rounding {
-        Rounding {
+impl RoundingVariance {
+    pub fn new(components: usize) -> RoundingVariance {
+        RoundingVariance {
             state: DMatrix::zeros(components, components),
             clock: 0.0,
         }

@@ -1,10 +1,10 @@
 //! The loop: segment after segment, until the end.
 
-use super::budget::{Budget, Limits, Place};
+use super::budget::{BudgetPlace, Limits, StepBudget};
 use super::engine::Engines;
 use super::{
-    Advance, ChosenSolver, Dynamics, Engine, EngineError, Fired, Observer, ObserverError, Rules, RunError, Segment,
-    SegmentReport, Transition,
+    Advance, ChosenSolver, Dynamics, Engine, EngineError, EngineSegment, Fired, Observer, ObserverError, Rules,
+    RunError, SegmentReport, Transition,
 };
 use crate::sundials::Counters;
 use std::sync::Arc;
@@ -59,12 +59,12 @@ where
     R: Rules<D>,
     O: Observer<D::Location, R::Kind>,
 {
-    let mut run = Run {
+    let mut run = HybridRun {
         dynamics: dynamics.clone(),
         rules,
         engines: Engines::new(dynamics.clone()),
         observer,
-        budget: Budget::new(limits, start.time, end_time),
+        budget: StepBudget::new(limits, start.time, end_time),
         time: start.time,
         location: start.location,
         state: start.state,
@@ -80,12 +80,12 @@ where
     })
 }
 
-struct Run<'a, D: Dynamics, R, O> {
+struct HybridRun<'a, D: Dynamics, R, O> {
     dynamics: Arc<D>,
     rules: &'a mut R,
     engines: Engines<D>,
     observer: &'a mut O,
-    budget: Budget,
+    budget: StepBudget,
     time: f64,
     location: D::Location,
     state: Vec<f64>,
@@ -94,7 +94,7 @@ struct Run<'a, D: Dynamics, R, O> {
     sample: Vec<f64>,
 }
 
-impl<D, R, O> Run<'_, D, R, O>
+impl<D, R, O> HybridRun<'_, D, R, O>
 where
     D: Dynamics,
     R: Rules<D>,
@@ -115,7 +115,7 @@ where
                 if in_vain {
                     self.counted(|budget, place| budget.search_for_time_event(place))?;
                 } else {
-                    self.counted(Budget::restart)?;
+                    self.counted(StepBudget::restart)?;
                 }
             }
             if self.time >= end_time {
@@ -139,7 +139,7 @@ where
             if searched {
                 self.counted(|budget, place| budget.search(place, stop))?;
             } else {
-                self.counted(Budget::restart)?;
+                self.counted(StepBudget::restart)?;
             }
         }
         self.samples_until(self.time, true, |run, _| {
@@ -152,7 +152,7 @@ where
     fn segment(&mut self, stop: f64) -> Result<SegmentEnd, RunError> {
         let (start, location, state) = (self.time, self.location, self.state.clone());
         let chosen = &self.rules.solver(&location, start, &state);
-        let segment = Segment {
+        let segment = EngineSegment {
             location,
             start,
             stop,
@@ -193,7 +193,7 @@ where
     fn advance(
         &mut self,
         engine: &mut dyn Engine<D::Location>,
-        segment: &Segment<'_, D::Location>,
+        segment: &EngineSegment<'_, D::Location>,
         chosen: &ChosenSolver,
     ) -> Result<SegmentEnd, RunError> {
         let start = segment.start;
@@ -292,7 +292,7 @@ where
                     )
                     .map_err(|error| self.observed(error))?;
                 if self.rules.counts(&kind) {
-                    let place = Place {
+                    let place = BudgetPlace {
                         time: self.time,
                         describe: &|| self.dynamics.describe(&self.location),
                     };
@@ -312,8 +312,11 @@ where
         Ok(())
     }
 
-    fn counted(&mut self, count: impl FnOnce(&mut Budget, Place<'_>) -> Result<(), RunError>) -> Result<(), RunError> {
-        let place = Place {
+    fn counted(
+        &mut self,
+        count: impl FnOnce(&mut StepBudget, BudgetPlace<'_>) -> Result<(), RunError>,
+    ) -> Result<(), RunError> {
+        let place = BudgetPlace {
             time: self.time,
             describe: &|| self.dynamics.describe(&self.location),
         };

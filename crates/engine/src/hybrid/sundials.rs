@@ -2,8 +2,8 @@
 
 use super::dips::{Dips, Of};
 use super::last_step::{Flow, LastStep};
-use super::{Advance, ChosenSolver, Direction, Dynamics, Engine, EngineError, Fired, Segment, SolverKind};
-use crate::sundials::{Counters, Method, Outcome, Solver, SolverError, Task, Tolerances};
+use super::{Advance, ChosenSolver, Direction, Dynamics, Engine, EngineError, EngineSegment, Fired, SolverKind};
+use crate::sundials::{AdvanceTarget, Advanced, Counters, Solver, SolverError, SolverMethod, Tolerances};
 use std::sync::Arc;
 
 const MOST_REFINEMENTS: usize = 4;
@@ -36,7 +36,7 @@ impl<D: Dynamics> SundialsEngine<D> {
     pub(super) fn new(
         dynamics: Arc<D>,
         chosen: &ChosenSolver,
-        segment: &Segment<'_, D::Location>,
+        segment: &EngineSegment<'_, D::Location>,
     ) -> Result<Self, EngineError> {
         let flow = || Flow {
             dynamics: dynamics.clone(),
@@ -136,7 +136,7 @@ impl<D: Dynamics> SundialsEngine<D> {
 }
 
 impl<D: Dynamics> Engine<D::Location> for SundialsEngine<D> {
-    fn begin(&mut self, segment: &Segment<'_, D::Location>, chosen: &ChosenSolver) -> Result<(), EngineError> {
+    fn begin(&mut self, segment: &EngineSegment<'_, D::Location>, chosen: &ChosenSolver) -> Result<(), EngineError> {
         (self.location, self.origin, self.span) = (segment.location, segment.start, segment.span());
         self.tau = 0.0;
         self.state.copy_from_slice(segment.state);
@@ -183,9 +183,9 @@ impl<D: Dynamics> Engine<D::Location> for SundialsEngine<D> {
                 self.stop = stop;
             }
         }
-        let outcome = self.step.solver.advance(self.span, Task::OneStep)?;
+        let outcome = self.step.solver.advance(self.span, AdvanceTarget::OneStep)?;
         let mut advance = Advance::Stepped;
-        if outcome == Outcome::Roots {
+        if outcome == Advanced::Roots {
             let fired = Fired::by_index(self.step.solver.crossings_found().iter().map(Option::is_some));
             self.tau = self.refine_root(fired.first())?;
             advance = Advance::Guards(fired);
@@ -240,11 +240,11 @@ impl<D: Dynamics> Engine<D::Location> for SundialsEngine<D> {
 fn create<D: Dynamics>(chosen: &ChosenSolver, flow: Flow<D>, y: &[f64]) -> Result<Solver<Flow<D>>, EngineError> {
     let method = match chosen.kind {
         SolverKind::Cvode { options, .. } => options.into(),
-        SolverKind::Erk(table) => Method::Erk {
+        SolverKind::Erk(table) => SolverMethod::Erk {
             table,
             fixed_step: chosen.fixed_step,
         },
-        SolverKind::Esdirk => Method::ESDIRK,
+        SolverKind::Esdirk => SolverMethod::ESDIRK,
         SolverKind::ClosedForm | SolverKind::Series => return Err(EngineError::Missing),
     };
     Ok(Solver::new(flow, method, 0.0, y, &chosen.tolerances)?)

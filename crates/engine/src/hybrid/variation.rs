@@ -17,9 +17,9 @@
 //! ([`super::rounding`]); unit deviations since a loss of stability measure growth. Growth restarts if an earlier one
 //! has died out, or if an event replaces the state.
 
-use super::rounding::{Rounded, Rounding};
+use super::rounding::{Rounded, RoundingVariance};
 use super::{
-    Advance, ChosenSolver, Dynamics, Engine, EngineError, Fired, Rules, Segment, SolverKind, StateAt, Transition,
+    Advance, ChosenSolver, Dynamics, Engine, EngineError, EngineSegment, Fired, Rules, SolverKind, StateAt, Transition,
 };
 use crate::sundials::Counters;
 use nalgebra::{DMatrix, DVector, Dyn, LU};
@@ -137,14 +137,14 @@ pub struct Passage {
     pub rounding: f64,
 }
 
-struct Column<D, R> {
+struct VariationColumn<D, R> {
     copies: Vec<Moved<D, R>>,
     in_equations: bool,
     rounded: Option<f64>,
     slope: DVector<f64>,
 }
 
-impl<D, R> Column<D, R> {
+impl<D, R> VariationColumn<D, R> {
     /// Sum of weight times value over the copies; NaN if a copy has no value.
     fn sum(&mut self, mut value: impl FnMut(&mut Moved<D, R>) -> Option<f64>) -> f64 {
         let of = |moved: &mut Moved<D, R>| moved.of.weight * value(moved).unwrap_or(f64::NAN);
@@ -169,7 +169,7 @@ impl<D, R> Column<D, R> {
 }
 
 #[derive(Clone, Copy)]
-enum Steps {
+enum VariationSteps {
     /// The fast modes may be active.
     Resolving,
     Series,
@@ -184,25 +184,25 @@ pub(crate) struct Carried<D: Dynamics, R: Rules<D>> {
     moving: usize,
     /// For each parameter: its effect; then its effect through separately derived constants. Then unit deviations since
     /// the last event, and since the start of growth.
-    columns: Vec<Column<D, R>>,
+    columns: Vec<VariationColumn<D, R>>,
     numbers: usize,
     /// Without the same events as in the run a copy gives no derivative.
     same_events: bool,
     growing: bool,
     /// Time of the last event, s, and its shift by each column.
     last: Option<(f64, Vec<f64>)>,
-    rounding: Rounding,
+    rounding: RoundingVariance,
     /// Time of the last possible event, s: derivatives are not carried beyond.
     end: f64,
     passages: Vec<Passage>,
-    factors: Option<Factors>,
+    factors: Option<VariationFactors>,
     /// Magnitude of the fastest eigenvalue, 1/s, and the largest magnitude in its matrix.
     fastest: f64,
     of_size: f64,
     nodes: RadauTableau<STAGES>,
 }
 
-struct Factors {
+struct VariationFactors {
     step: f64,
     jacobian: DMatrix<f64>,
     lu: LU<f64, Dyn, Dyn>,
@@ -227,14 +227,14 @@ impl<D: Dynamics, R: Rules<D>> Carried<D, R> {
         numbers: Vec<MovedNumber<D, R>>,
     ) -> Self {
         let count = numbers.len();
-        let column = |number: MovedNumber<D, R>| Column {
+        let column = |number: MovedNumber<D, R>| VariationColumn {
             copies: number.copies.into_iter().map(Moved::new).collect(),
             in_equations: number.in_equations,
             rounded: number.rounded,
             slope: number.start,
         };
         let mut columns: Vec<_> = numbers.into_iter().map(column).collect();
-        columns.extend((0..count + 2 * moving).map(|_| Column {
+        columns.extend((0..count + 2 * moving).map(|_| VariationColumn {
             copies: Vec::new(),
             in_equations: false,
             rounded: None,
@@ -246,7 +246,7 @@ impl<D: Dynamics, R: Rules<D>> Carried<D, R> {
             same_events: true,
             growing: false,
             last: None,
-            rounding: Rounding::new(moving),
+            rounding: RoundingVariance::new(moving),
             dynamics,
             measures,
             moving,
@@ -336,7 +336,7 @@ impl<D: Dynamics, R: Rules<D>> Carried<D, R> {
         &mut self,
         location: &D::Location,
         origin: f64,
-        (from, to, kind): (f64, f64, Steps),
+        (from, to, kind): (f64, f64, VariationSteps),
         at: &mut StateAt<'_>,
     ) -> Result<(), EngineError> {
         let (n, dimension) = (self.moving, self.dynamics.dimension());
@@ -345,10 +345,10 @@ impl<D: Dynamics, R: Rules<D>> Carried<D, R> {
         self.measure(location, origin + to, &y, false);
         let turned = (to - from) * self.fastest;
         let steps = match kind {
-            Steps::Slow => (turned / TURN_OF_STRIDE).floor().clamp(1.0, MOST_STRIDES),
-            Steps::Series if turned > STRIDE => STEPS_OF_STRIDE,
-            Steps::Series => (turned / REACH).ceil().max(STEPS_OF_SERIES),
-            Steps::Resolving => (turned / REACH).ceil().max(1.0),
+            VariationSteps::Slow => (turned / TURN_OF_STRIDE).floor().clamp(1.0, MOST_STRIDES),
+            VariationSteps::Series if turned > STRIDE => STEPS_OF_STRIDE,
+            VariationSteps::Series => (turned / REACH).ceil().max(STEPS_OF_SERIES),
+            VariationSteps::Resolving => (turned / REACH).ceil().max(1.0),
         };
         let h = (to - from) / steps;
         let forcing: Vec<usize> = (0..self.numbers).filter(|&k| self.columns[k].in_equations).collect();
@@ -415,7 +415,7 @@ impl<D: Dynamics, R: Rules<D>> Carried<D, R> {
                     block -= jacobian * (h * self.nodes.a[(i, j)]);
                 }
             }
-            Factors {
+            VariationFactors {
                 step: h,
                 jacobian: first.clone(),
                 lu: matrix.lu(),
@@ -493,7 +493,7 @@ where
         &mut self,
         event: &Instant<'_, D::Location, R::Kind>,
         fired: Option<Fired>,
-        mut shift: impl FnMut(&Self, &mut Column<D, R>, &DVector<f64>) -> f64,
+        mut shift: impl FnMut(&Self, &mut VariationColumn<D, R>, &DVector<f64>) -> f64,
         mut of_copy: impl FnMut(&mut Moved<D, R>) -> Vec<Transition<R::Kind, D::Location>>,
     ) {
         let Some(last) = event.transitions.last() else { return };
@@ -717,7 +717,7 @@ where
     D: Dynamics,
     R: Rules<D> + Send,
 {
-    fn begin(&mut self, segment: &Segment<'_, D::Location>, chosen: &ChosenSolver) -> Result<(), EngineError> {
+    fn begin(&mut self, segment: &EngineSegment<'_, D::Location>, chosen: &ChosenSolver) -> Result<(), EngineError> {
         self.place = Some((segment.location, segment.start, segment.stop));
         let mut carried = locked(&self.carried);
         carried.measure(&segment.location, segment.start, segment.state, true);
@@ -736,9 +736,9 @@ where
                 return Ok(advance);
             }
             let kind = match self.own.is_slow() {
-                true => Steps::Slow,
-                false if self.is_series => Steps::Series,
-                false => Steps::Resolving,
+                true => VariationSteps::Slow,
+                false if self.is_series => VariationSteps::Series,
+                false => VariationSteps::Resolving,
             };
             let mut at = |tau: f64, out: &mut [f64]| self.own.state_at(tau, out);
             carried.carry(&location, origin, (from, to, kind), &mut at)?;

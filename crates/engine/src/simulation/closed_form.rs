@@ -1,15 +1,15 @@
 //! Stick and separation in closed form, for the automaton.
 
 use super::dynamics::{GUARD_FORWARD, SystemDynamics, SystemLocation};
-use crate::hybrid::{ClosedEnd, ClosedForm};
+use crate::hybrid::{ClosedEnd, WithClosedForms};
 use std::f64::consts::TAU;
 use stickslip_system::model::Mode;
-use stickslip_system::model::breakaway::{Breakaway, Search};
-use stickslip_system::model::closed_form::Motion;
+use stickslip_system::model::breakaway::{Breakaway, BreakawaySearch};
+use stickslip_system::model::closed_form::LinearMotion;
 
 impl SystemDynamics {
     /// The linear motion of a location, and the external torques of rotor and stator (N m), if it has a closed form.
-    fn motion(&self, location: &SystemLocation) -> Option<(&Motion, [f64; 2])> {
+    fn motion(&self, location: &SystemLocation) -> Option<(&LinearMotion, [f64; 2])> {
         let torques = match location.mode {
             Mode::Stick | Mode::Separated => self.excitation.at_rest(location.stretch)?,
             Mode::SlipForward | Mode::SlipBackward | Mode::Engaged => return None,
@@ -45,7 +45,7 @@ impl SystemDynamics {
         let (motion, torques) = self.motion(location).filter(|_| location.mode == Mode::Stick)?;
         let (system, excitation, stretch) = (&self.system, &self.excitation, location.stretch);
         let capacity = system.breakaway_torque(1.0);
-        let search = Search {
+        let search = BreakawaySearch {
             period: self.natural_period().unwrap_or(TAU * self.unit(stretch)),
             within,
             noise: self.torque_noise(),
@@ -56,7 +56,7 @@ impl SystemDynamics {
     }
 }
 
-impl ClosedForm for SystemDynamics {
+impl WithClosedForms for SystemDynamics {
     fn closed_state(&self, location: &SystemLocation, _t: f64, y: &[f64], tau: f64, out: &mut [f64]) {
         match self.motion(location) {
             Some((motion, torques)) => motion.state(y, torques, tau, out),

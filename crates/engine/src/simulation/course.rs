@@ -27,46 +27,46 @@ const TOLERANCE: f64 = 1e-16;
 
 /// A train.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
-pub enum Which {
+pub enum TrainSide {
     /// Index 2 in the equations.
     Rotor,
     /// Index 1.
     Stator,
 }
 
-impl Which {
+impl TrainSide {
     /// Both trains.
-    pub const BOTH: [Which; 2] = [Which::Rotor, Which::Stator];
+    pub const BOTH: [TrainSide; 2] = [TrainSide::Rotor, TrainSide::Stator];
 
     /// "rotor" or "stator".
     pub fn name(self) -> &'static str {
         match self {
-            Which::Rotor => "rotor",
-            Which::Stator => "stator",
+            TrainSide::Rotor => "rotor",
+            TrainSide::Stator => "stator",
         }
     }
 }
 
 /// An inertia or a shaft of a train, counted from the contact.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
-pub struct Part {
+pub struct TrainPart {
     /// Train.
-    pub of: Which,
+    pub of: TrainSide,
     /// Index from 0.
     pub index: usize,
 }
 
 /// A quantity that is known as a function of time.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Quantity {
+pub enum CourseQuantity {
     /// Twist of a shaft, rad.
-    Twist(Part),
+    Twist(TrainPart),
     /// Twist rate of a shaft, rad/s.
-    TwistRate(Part),
+    TwistRate(TrainPart),
     /// Speed of an inertia, or of the part beyond the outermost, rad/s.
-    Speed(Part),
+    Speed(TrainPart),
     /// Angle of an inertia, or of the part beyond the outermost, rad.
-    Angle(Part),
+    Angle(TrainPart),
     /// phi_2 - phi_1, rad.
     Slip,
     /// omega_r, rad/s.
@@ -127,10 +127,10 @@ impl Course {
         &self.dynamics.system
     }
 
-    fn side(&self, of: Which) -> &Side {
+    fn side(&self, of: TrainSide) -> &Side {
         match of {
-            Which::Rotor => &self.dynamics.system.rotor,
-            Which::Stator => &self.dynamics.system.stator,
+            TrainSide::Rotor => &self.dynamics.system.rotor,
+            TrainSide::Stator => &self.dynamics.system.stator,
         }
     }
 
@@ -180,15 +180,19 @@ impl Course {
     }
 
     /// Quantity that [`Portrait::of`](super::portrait::Portrait) takes as the position.
-    pub fn position(&self) -> Option<Quantity> {
+    pub fn position(&self) -> Option<CourseQuantity> {
         let (side, name, ..) = shown(&self.dynamics)?;
-        let part = Part {
-            of: if side.sign > 0.0 { Which::Rotor } else { Which::Stator },
+        let part = TrainPart {
+            of: if side.sign > 0.0 {
+                TrainSide::Rotor
+            } else {
+                TrainSide::Stator
+            },
             index: 0,
         };
         Some(match name {
-            "stator" | "rotor" => Quantity::Angle(part),
-            _ => Quantity::Twist(part),
+            "stator" | "rotor" => CourseQuantity::Angle(part),
+            _ => CourseQuantity::Twist(part),
         })
     }
 
@@ -473,7 +477,7 @@ impl Course {
     }
 
     /// A quantity by powers of the elapsed share of `step` (s), and the number of significant coefficients.
-    pub fn series(&self, quantity: Quantity, step: f64) -> ([f64; TERMS], usize) {
+    pub fn series(&self, quantity: CourseQuantity, step: f64) -> ([f64; TERMS], usize) {
         let mut series = self.quantity(quantity);
         let (known, beyond) = series.split_at_mut(self.expansion.terms);
         beyond.fill(0.0);
@@ -493,7 +497,7 @@ impl Course {
     }
 
     /// Values of a quantity at these times since the start of the expansion (s).
-    pub fn values(&self, quantity: Quantity, since: impl Iterator<Item = f64>, out: &mut [f64]) {
+    pub fn values(&self, quantity: CourseQuantity, since: impl Iterator<Item = f64>, out: &mut [f64]) {
         let series = self.quantity(quantity);
         let (known, unit) = (&series[..self.expansion.terms], self.expansion.unit);
         for (value, since) in out.iter_mut().zip(since) {
@@ -501,29 +505,29 @@ impl Course {
         }
     }
 
-    fn quantity(&self, quantity: Quantity) -> Series {
+    fn quantity(&self, quantity: CourseQuantity) -> Series {
         let (expansion, system) = (&self.expansion, self.system());
-        let at = |of: Which| of as usize;
+        let at = |of: TrainSide| of as usize;
         match quantity {
-            Quantity::Twist(Part { of, index }) => expansion.state[self.side(of).twists + 2 * index],
-            Quantity::TwistRate(Part { of, index }) => expansion.state[self.side(of).twists + 2 * index + 1],
-            Quantity::Speed(Part { of, index }) if index < self.side(of).inertia.len() => {
+            CourseQuantity::Twist(TrainPart { of, index }) => expansion.state[self.side(of).twists + 2 * index],
+            CourseQuantity::TwistRate(TrainPart { of, index }) => expansion.state[self.side(of).twists + 2 * index + 1],
+            CourseQuantity::Speed(TrainPart { of, index }) if index < self.side(of).inertia.len() => {
                 expansion.speed(self.side(of), at(of), index)
             }
-            Quantity::Speed(Part { of, .. }) => *expansion.end_speed(at(of)),
-            Quantity::Angle(part) => self.angle(part),
-            Quantity::Slip => expansion.state[system.slip],
-            Quantity::RelativeVelocity => expansion.relative_velocity,
-            Quantity::Deflection => match system.engagement {
+            CourseQuantity::Speed(TrainPart { of, .. }) => *expansion.end_speed(at(of)),
+            CourseQuantity::Angle(part) => self.angle(part),
+            CourseQuantity::Slip => expansion.state[system.slip],
+            CourseQuantity::RelativeVelocity => expansion.relative_velocity,
+            CourseQuantity::Deflection => match system.engagement {
                 Engagement::Bristles(.., index) => expansion.state[index],
                 _ => [0.0; TERMS],
             },
-            Quantity::AxialDisplacement => self.axial_motion().0,
-            Quantity::AxialVelocity => self.axial_motion().1,
-            Quantity::NormalForce if self.location.mode == Mode::Separated => [0.0; TERMS],
-            Quantity::NormalForce => *expansion.normal_force(),
-            Quantity::Interface => expansion.interface,
-            Quantity::Transmitted => expansion.transmitted(system),
+            CourseQuantity::AxialDisplacement => self.axial_motion().0,
+            CourseQuantity::AxialVelocity => self.axial_motion().1,
+            CourseQuantity::NormalForce if self.location.mode == Mode::Separated => [0.0; TERMS],
+            CourseQuantity::NormalForce => *expansion.normal_force(),
+            CourseQuantity::Interface => expansion.interface,
+            CourseQuantity::Transmitted => expansion.transmitted(system),
         }
     }
 
@@ -546,14 +550,14 @@ impl Course {
     }
 
     /// Sums twists outwards from a surface whose angle is known, or inwards from a tied end.
-    fn angle(&self, Part { of, index }: Part) -> Series {
+    fn angle(&self, TrainPart { of, index }: TrainPart) -> Series {
         let (side, system) = (self.side(of), self.system());
         let twist = |i: usize| &self.expansion.state[side.twists + 2 * i];
         let mut angle = match side.speed {
             None => {
                 let mut end = [0.0; TERMS];
                 let angles = self.dynamics.excitation.angles(self.time);
-                end[0] = if of == Which::Rotor { angles.0 } else { angles.1 };
+                end[0] = if of == TrainSide::Rotor { angles.0 } else { angles.1 };
                 let speed = self.expansion.end_speed(of as usize);
                 for n in 0..self.expansion.terms - 1 {
                     end[n + 1] = self.expansion.unit * speed[n] / (n + 1) as f64;
@@ -561,10 +565,12 @@ impl Course {
                 end
             }
             // With two free chains the angle of the stator's outermost inertia is integrated.
-            Some(_) if of == Which::Stator && system.rotor.speed.is_some() => self.expansion.state[system.slip + ANGLE],
+            Some(_) if of == TrainSide::Stator && system.rotor.speed.is_some() => {
+                self.expansion.state[system.slip + ANGLE]
+            }
             Some(_) => {
-                let other = Which::BOTH[1 - of as usize];
-                let mut angle = self.angle(Part { of: other, index: 0 });
+                let other = TrainSide::BOTH[1 - of as usize];
+                let mut angle = self.angle(TrainPart { of: other, index: 0 });
                 add(&mut angle, side.sign, &self.expansion.state[system.slip]);
                 for i in 0..index.min(side.shafts()) {
                     add(&mut angle, side.sign, twist(i));

@@ -18,7 +18,7 @@ use stickslip_system::numerics::eigenvalues::eigenvalues;
 
 /// Whether the stability of steady sliding is watched (until the first stick).
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Watch {
+pub enum MarginWatch {
     /// Sliding is stable; its loss is an event.
     Stable,
     /// Sliding is unstable; its return is an event.
@@ -41,7 +41,7 @@ pub struct SystemLocation {
     /// Engaged contact: whether |omega_r| is below the threshold that counts as a stick.
     pub slow: bool,
     /// Zeros of the margin of steady sliding that are events.
-    pub watch: Watch,
+    pub watch: MarginWatch,
     /// Whether steps must resolve the fast modes, because they are excited or unstable.
     pub resolved: bool,
 }
@@ -55,7 +55,7 @@ impl SystemLocation {
             piece: 0,
             stretch,
             slow: false,
-            watch: Watch::Off,
+            watch: MarginWatch::Off,
             resolved: true,
         }
     }
@@ -75,7 +75,7 @@ pub struct SystemDynamics {
     pub excitation: Excitation,
     /// |omega_r| (rad/s) below which an engaged contact counts as stuck.
     pub threshold: f64,
-    pub(super) rates: Rates,
+    pub(super) rates: ModeRates,
     pub(super) closed_form: closed_form::ClosedForm,
     slow_motions: SlowMotions,
     /// For long trains.
@@ -83,7 +83,7 @@ pub struct SystemDynamics {
 }
 
 #[derive(Debug, Clone, Copy, Default)]
-pub(super) struct Rates {
+pub(super) struct ModeRates {
     /// Largest magnitude in any mode, 1/s; 0 if nothing moves by itself.
     pub fastest: f64,
     /// Fastest damping in sliding over the slowest motion that steps must resolve. Without stick the latter is the
@@ -96,8 +96,8 @@ pub(super) struct Rates {
 /// leaves some 1e-16; the double zero of a stick would leave 1e-8.
 const STANDING: f64 = 1e-9;
 
-impl Rates {
-    fn new(system: &SystemEquations, excitation: &Excitation) -> Rates {
+impl ModeRates {
+    fn new(system: &SystemEquations, excitation: &Excitation) -> ModeRates {
         let outside = Outside {
             normal_force: excitation.largest_force(),
             ..Outside::default()
@@ -107,7 +107,7 @@ impl Rates {
             Engagement::StickSlip => &[Mode::Separated, Mode::Stick, Mode::SlipForward],
             _ => &[Mode::Separated, Mode::Engaged],
         };
-        let mut rates = Rates::default();
+        let mut rates = ModeRates::default();
         let mut open = f64::INFINITY;
         for &mode in contact {
             let mut jacobian = DMatrix::zeros(system.dimension, system.dimension);
@@ -224,7 +224,7 @@ impl SystemDynamics {
     pub fn new(system: &System, threshold: f64) -> SystemDynamics {
         let (system, excitation) = (SystemEquations::new(system), Excitation::new(system));
         SystemDynamics {
-            rates: Rates::new(&system, &excitation),
+            rates: ModeRates::new(&system, &excitation),
             closed_form: closed_form::ClosedForm::default(),
             slow_motions: SlowMotions::default(),
             chain: OnceLock::new(),
@@ -271,7 +271,7 @@ impl SystemDynamics {
     }
 
     fn watches(&self, location: &SystemLocation) -> Watches {
-        use Watch::{Off, Stable, Unstable};
+        use MarginWatch::{Off, Stable, Unstable};
         match (location.mode, self.system.has_pieces(), location.watch) {
             (Mode::Separated, ..) => watches!(),
             (Mode::Stick, ..) => watches!(Forward Backward),

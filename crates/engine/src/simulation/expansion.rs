@@ -64,7 +64,7 @@ pub struct Expansion<T: Number = f64> {
     ringing: Option<Ringing<T>>,
     law: FrictionSeries<T, TERMS>,
     piece: usize,
-    engaged: Engaged<T>,
+    engaged: EngagedContact<T>,
     /// 1/n; index 0 is unused.
     reciprocals: Series<T>,
     /// 1/J of rotor and stator, 1/(kg m^2), surface first.
@@ -73,7 +73,7 @@ pub struct Expansion<T: Number = f64> {
     lag: T,
 }
 
-struct Surface<T> {
+struct SurfaceExpansion<T> {
     /// Torque other than the interface's, in the direction that the interface opposes on the rotor, N m.
     torque: T,
     /// Acceleration of the part beyond the surface's shaft, or of the rigid surface, rad/s^2.
@@ -97,7 +97,7 @@ impl<T: Number> Expansion<T> {
             ringing: excitation.ringing(),
             law: system.law_in(0).series(),
             piece: 0,
-            engaged: Engaged::new(),
+            engaged: EngagedContact::new(),
             reciprocals: std::array::from_fn(|n| one / T::of(n.max(1) as f64)),
             lag: surfaces.fold(T::of(0.0), |sum, per_inertia| sum + *per_inertia),
             per_inertia,
@@ -227,7 +227,7 @@ impl<T: Number> Expansion<T> {
     /// Coefficient `n` + 1 of the states of one side (rotor 0, stator 1), except the state that the surface
     /// accelerates.
     #[inline(always)]
-    fn extend(&mut self, side: &Side<T>, index: usize, n: usize, step: T) -> Surface<T> {
+    fn extend(&mut self, side: &Side<T>, index: usize, n: usize, step: T) -> SurfaceExpansion<T> {
         let (state, driving) = (&mut self.state[..], &self.outside.sides[index]);
         let (inertias, shafts) = (side.inertia.len(), side.shafts());
         let mut beyond = driving.acceleration[n];
@@ -252,7 +252,7 @@ impl<T: Number> Expansion<T> {
             let own = external - side.viscous[i] * speed;
             if i == 0 {
                 let torque = own.times(side.sign) + outside;
-                return Surface { torque, beyond };
+                return SurfaceExpansion { torque, beyond };
             }
             let inside = shaft_torque(side, state, i, n);
             let acceleration = ((outside - inside).times(side.sign) + own) * self.per_inertia[index][i];
@@ -263,7 +263,7 @@ impl<T: Number> Expansion<T> {
             }
             (outside, beyond) = (inside, acceleration);
         }
-        Surface {
+        SurfaceExpansion {
             torque: T::of(0.0),
             beyond,
         }
@@ -476,7 +476,7 @@ fn shaft_torque<T: Number>(side: &Side<T>, state: &[Series<T>], i: usize, n: usi
 }
 
 #[derive(Debug, Clone)]
-struct Engaged<T> {
+struct EngagedContact<T> {
     /// mu or g.
     mu: Series<T>,
     /// Smooth function of a regularised contact, and 1 - t^2 or 1 + v^2.
@@ -489,10 +489,10 @@ struct Engaged<T> {
     coefficient: Series<T>,
 }
 
-impl<T: Number> Engaged<T> {
+impl<T: Number> EngagedContact<T> {
     fn new() -> Self {
         let none = taylor::zeros();
-        Engaged {
+        EngagedContact {
             mu: none,
             smooth: none,
             helper: none,
@@ -539,7 +539,7 @@ impl<T: Number> Expansion<T> {
     }
 }
 
-impl<T: Number> Engaged<T> {
+impl<T: Number> EngagedContact<T> {
     /// Coefficient `n` of tanh(v) or (2/pi) arctan(v), v = omega_r/eps.
     #[inline(always)]
     fn smooth_coefficient(&mut self, n: usize, smoothing: Smoothing, speed: T, relative_velocity: &Series<T>) -> T {

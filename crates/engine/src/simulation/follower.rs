@@ -4,7 +4,7 @@ use super::options::OutputOptions;
 use nalgebra::DMatrix;
 use stickslip_system::model::Mode;
 use stickslip_system::numerics::chebyshev::{self, COEFFICIENTS};
-use stickslip_system::record::{Channels, Piece, Recorder, RecorderError, State};
+use stickslip_system::record::{Channels, DensePiece, Recorder, RecorderError, State};
 
 /// Largest share of the last two coefficients of each channel in the channel's largest value so far,
 const RESOLVED: f64 = 1e-14;
@@ -40,7 +40,7 @@ fn is_rounding(column: usize) -> bool {
 }
 
 #[derive(Debug, Clone)]
-struct Kept {
+struct KeptState {
     start: f64,
     end: f64,
     mode: Mode,
@@ -48,7 +48,7 @@ struct Kept {
     coefficients: DMatrix<f64>,
 }
 
-impl Kept {
+impl KeptState {
     fn value(&self, column: usize, t: f64) -> f64 {
         let x = chebyshev::place(t, self.start, self.end);
         chebyshev::value(self.coefficients.column(column).as_slice(), x)
@@ -64,11 +64,11 @@ pub(super) struct Follower {
     longest_joined: f64,
     resolved: f64,
     inside_steps: f64,
-    open: Option<Kept>,
+    open: Option<KeptState>,
     pieces_left: usize,
 }
 
-pub(super) struct At<'a> {
+pub(super) struct FollowerState<'a> {
     pub mode: Mode,
     pub segment: u32,
     /// State, channels and further values at a time.
@@ -105,7 +105,7 @@ impl Follower {
         &mut self,
         from: f64,
         to: f64,
-        at: &mut At<'_>,
+        at: &mut FollowerState<'_>,
         recorder: &mut dyn Recorder,
     ) -> Result<(), RecorderError> {
         let mut start = from;
@@ -126,7 +126,7 @@ impl Follower {
         &mut self,
         start: f64,
         mut end: f64,
-        at: &mut At<'_>,
+        at: &mut FollowerState<'_>,
         recorder: &mut dyn Recorder,
     ) -> Result<f64, RecorderError> {
         let (mut coefficients, mut rough) = self.fitted(start, end, at)?;
@@ -145,7 +145,7 @@ impl Follower {
         let quarter = self.roughness(&coefficients, 3 * COEFFICIENTS / 4);
         let easy = quarter <= self.resolved.max(FLAT * rough);
         self.next = if easy { 2.0 } else { 1.0 } * (end - start);
-        let kept = Kept {
+        let kept = KeptState {
             start,
             end,
             mode: at.mode,
@@ -169,7 +169,7 @@ impl Follower {
         rough <= self.resolved || (length <= self.first && rough <= self.inside_steps)
     }
 
-    fn joined(&self, before: &Kept, after: &Kept) -> Option<Kept> {
+    fn joined(&self, before: &KeptState, after: &KeptState) -> Option<KeptState> {
         let length = after.end - before.start;
         if before.end != after.start || before.segment != after.segment || length > self.longest_joined {
             return None;
@@ -182,14 +182,14 @@ impl Follower {
         });
         chebyshev::fit(&times, &mut coefficients);
         let rough = self.roughness(&coefficients, COEFFICIENTS - 2);
-        self.is_smooth(length, rough).then_some(Kept {
+        self.is_smooth(length, rough).then_some(KeptState {
             end: after.end,
             coefficients,
             ..*before
         })
     }
 
-    fn close(&mut self, piece: &Kept, recorder: &mut dyn Recorder) -> Result<(), RecorderError> {
+    fn close(&mut self, piece: &KeptState, recorder: &mut dyn Recorder) -> Result<(), RecorderError> {
         if self.pieces_left == 0 {
             return Ok(());
         }
@@ -200,7 +200,7 @@ impl Follower {
                 piece.end
             );
         }
-        recorder.piece(&Piece {
+        recorder.piece(&DensePiece {
             start: piece.start,
             end: piece.end,
             mode: piece.mode,
@@ -214,7 +214,12 @@ impl Follower {
     }
 
     /// Coefficients from `start` to `end` (s), and the largest share of the last two in the largest value so far.
-    fn fitted(&mut self, start: f64, end: f64, at: &mut At<'_>) -> Result<(DMatrix<f64>, f64), RecorderError> {
+    fn fitted(
+        &mut self,
+        start: f64,
+        end: f64,
+        at: &mut FollowerState<'_>,
+    ) -> Result<(DMatrix<f64>, f64), RecorderError> {
         let times = chebyshev::nodes(start, end);
         let mut columns = DMatrix::zeros(0, 0);
         for (k, &t) in times.iter().enumerate() {

@@ -42,7 +42,7 @@ const NONE: Bounds = Bounds {
 };
 
 #[derive(Debug, Clone, Copy)]
-struct QuietStretch {
+struct ForeseenQuiet {
     until: f64,
     /// Longest step that resolves the slow modes and the signals, s.
     longest: f64,
@@ -111,7 +111,7 @@ impl Foresight {
         }
         let quiet = self.look_ahead(location, t, y);
         location.resolved = quiet.is_none();
-        if let Some(QuietStretch { until, longest }) = quiet {
+        if let Some(ForeseenQuiet { until, longest }) = quiet {
             self.in_vain = 0;
             self.longest = longest;
             // A slow mode may grow: the next prediction comes halfway through the stretch.
@@ -123,7 +123,7 @@ impl Foresight {
         }
     }
 
-    fn look_ahead(&mut self, location: &SystemLocation, t: f64, y: &[f64]) -> Option<QuietStretch> {
+    fn look_ahead(&mut self, location: &SystemLocation, t: f64, y: &[f64]) -> Option<ForeseenQuiet> {
         let dynamics = self.dynamics.clone();
         let (system, excitation) = (&dynamics.system, &dynamics.excitation);
         let law = system.law_in(location.piece);
@@ -207,6 +207,6 @@ impl Foresight {
             false => last_quiet_time(&path, QUIET_E_FOLDS)?,
         };
         let worth = longest >= least && until >= t + SHORTEST_STRETCH * self.period;
-        worth.then_some(QuietStretch { until, longest })
+        worth.then_some(ForeseenQuiet { until, longest })
     }
 }

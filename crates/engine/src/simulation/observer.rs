@@ -1,8 +1,8 @@
 //! Observer of a run: turns states into rows of the record.
 
-use super::follower::{At, Follower};
+use super::follower::{Follower, FollowerState};
 use super::options::{OutputOptions, SolverOptions};
-use super::readings::{Place, Readings};
+use super::readings::{ReadingPlace, Readings};
 use super::report::{Grazing, Progress, RunReport, SolverWork};
 use super::sampling::{SampleTimes, TimesAround};
 use crate::hybrid::{Guard, Observer, ObserverError, Overflow, RunError, SegmentReport, Start, StateAt};
@@ -288,7 +288,7 @@ impl<R: Readings> Observer<R::Place, EventKind> for Recording<'_, R> {
             readings.further(t, location, y, &mut row);
             Ok(row)
         };
-        let mut at = At {
+        let mut at = FollowerState {
             mode: location.mode(),
             segment: self.segments,
             row: &mut row,

@@ -15,7 +15,7 @@ use super::options::{OutputOptions, SolverOptions};
 use super::readings::AbsoluteReadings;
 use super::report::{Progress, RunFailure, RunReport};
 use super::runge_kutta::EmbeddedPair;
-use super::{Problem, Watch};
+use super::{MarginWatch, Simulation};
 use crate::hybrid::{Observer, ObserverError, RunError, Start};
 use crate::sundials::{Counters, ErkTable};
 use std::ops::ControlFlow;
@@ -75,7 +75,7 @@ pub const FOREIGN: &str = "method \"paper\" is the procedure of the paper for it
 /// Integrates the paper's pair of disks by the procedure; the counterpart of [`super::simulate()`], with the same
 /// contract.
 pub(crate) fn run(
-    problem: Problem<'_>,
+    problem: Simulation<'_>,
     solver: &SolverOptions,
     output: &OutputOptions,
     recorder: &mut dyn Recorder,
@@ -105,7 +105,11 @@ pub(crate) fn run(
         }
     }
     kicks.sort_by(|a, b| a.0.total_cmp(&b.0));
-    let watch = if mode == Mode::Stick { Watch::Off } else { Watch::Stable };
+    let watch = if mode == Mode::Stick {
+        MarginWatch::Off
+    } else {
+        MarginWatch::Stable
+    };
     let digest = EventDigest::new(Some(model.natural_period()));
     let start = Start {
         time: 0.0,
@@ -113,7 +117,7 @@ pub(crate) fn run(
         state: state.to_vec(),
     };
     let recording = Recording::new(readings, digest, (solver, output), recorder, control, &start);
-    let mut run = Run {
+    let mut run = ProcedureRun {
         model: &model,
         pair: EmbeddedPair::new(PAIR, UNKNOWNS),
         settings: Settings::new(solver),
@@ -150,7 +154,7 @@ pub(crate) fn run(
     }
 }
 
-struct Run<'a> {
+struct ProcedureRun<'a> {
     model: &'a AbsoluteModel,
     pair: EmbeddedPair<DIMENSION>,
     settings: Settings,
@@ -158,7 +162,7 @@ struct Run<'a> {
     time: f64,
     state: AbsoluteState,
     mode: Mode,
-    watch: Watch,
+    watch: MarginWatch,
     kicks: Vec<(f64, f64)>,
     next_kick: usize,
     waiting_kicks: Vec<f64>,
@@ -170,7 +174,7 @@ struct Run<'a> {
     max_steps: Option<u64>,
 }
 
-impl Run<'_> {
+impl ProcedureRun<'_> {
     fn to(&mut self, end: f64) -> Result<bool, RunError> {
         let mut proposed = self.settings.shortest_step;
         let mut steps = 0u64;
@@ -301,7 +305,7 @@ impl Run<'_> {
             _ => EventKind::Reversal,
         };
         let (state, watch) = if found == Mode::Stick {
-            (self.model.joined(&self.state), Watch::Off)
+            (self.model.joined(&self.state), MarginWatch::Off)
         } else {
             (self.state, self.watch)
         };
@@ -309,7 +313,7 @@ impl Run<'_> {
     }
 
     fn test_stability(&mut self) -> Result<(), RunError> {
-        if self.mode.sense() == 0 || self.watch == Watch::Off {
+        if self.mode.sense() == 0 || self.watch == MarginWatch::Off {
             return Ok(());
         }
         let sense = f64::from(self.mode.sense());
@@ -317,14 +321,16 @@ impl Run<'_> {
         let w = self.model.relative_velocity(&self.state);
         let stable = self.model.is_stable(sense, w, force);
         match (self.watch, stable) {
-            (Watch::Stable, false) => {
-                self.happen(EventKind::Destabilised, self.mode, Watch::Unstable, self.state)?;
+            (MarginWatch::Stable, false) => {
+                self.happen(EventKind::Destabilised, self.mode, MarginWatch::Unstable, self.state)?;
                 for delta in std::mem::take(&mut self.waiting_kicks) {
                     self.kick(delta)?;
                 }
                 Ok(())
             }
-            (Watch::Unstable, true) => self.happen(EventKind::Restabilised, self.mode, Watch::Stable, self.state),
+            (MarginWatch::Unstable, true) => {
+                self.happen(EventKind::Restabilised, self.mode, MarginWatch::Stable, self.state)
+            }
             _ => Ok(()),
         }
     }
@@ -342,7 +348,13 @@ impl Run<'_> {
         self.happen(EventKind::Kick, self.mode, self.watch, kicked)
     }
 
-    fn happen(&mut self, kind: EventKind, mode: Mode, watch: Watch, state: AbsoluteState) -> Result<(), RunError> {
+    fn happen(
+        &mut self,
+        kind: EventKind,
+        mode: Mode,
+        watch: MarginWatch,
+        state: AbsoluteState,
+    ) -> Result<(), RunError> {
         if self.time > self.segment_start {
             self.end_segment()?;
         }

@@ -7,7 +7,7 @@ use stickslip_system::model::absolute_angles::{
 };
 use stickslip_system::record::{Channels, State};
 
-pub(super) trait Place: Copy {
+pub(super) trait ReadingPlace: Copy {
     fn mode(&self) -> Mode;
 
     fn resolved(&self) -> bool;
@@ -16,7 +16,7 @@ pub(super) trait Place: Copy {
 }
 
 /// The paper's procedure always resolves the fast mode.
-impl Place for Mode {
+impl ReadingPlace for Mode {
     fn mode(&self) -> Mode {
         *self
     }
@@ -31,7 +31,7 @@ impl Place for Mode {
 }
 
 pub(super) trait Readings {
-    type Place: Place;
+    type Place: ReadingPlace;
 
     /// State at `t`; and forces, torques and energies, without the work of kicks and the residual, which need the
     /// history.

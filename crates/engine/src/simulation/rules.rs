@@ -1,6 +1,6 @@
 //! Effects of guards and time events of a system.
 
-use super::dynamics::{GUARD_FORWARD, SystemDynamics, SystemLocation, VELOCITY_NOISE, Watch, Watched};
+use super::dynamics::{GUARD_FORWARD, MarginWatch, SystemDynamics, SystemLocation, VELOCITY_NOISE, Watched};
 use super::foresight::{Foresight, LONG};
 use super::plan::SystemPlan;
 use super::regime::Regimes;
@@ -100,7 +100,7 @@ impl SystemRules {
     fn blank(&self, t: f64) -> SystemLocation {
         let watched = self.dynamics.system.twice_resistance.is_some();
         SystemLocation {
-            watch: if watched { Watch::Stable } else { Watch::Off },
+            watch: if watched { MarginWatch::Stable } else { MarginWatch::Off },
             ..SystemLocation::new(Mode::Separated, self.dynamics.excitation.stretch(t))
         }
     }
@@ -114,7 +114,7 @@ impl SystemRules {
             ..*location
         };
         if mode == Mode::Stick {
-            location.watch = Watch::Off;
+            location.watch = MarginWatch::Off;
         }
         if mode == Mode::Stick || mode == Mode::Separated {
             self.plan_steps(&mut location, t, y);
@@ -304,11 +304,11 @@ impl SystemRules {
 
     /// Transitions at a zero of the margin of steady sliding; its first loss releases the waiting kicks.
     fn stability_changes(&mut self, location: &mut SystemLocation, t: f64, state: &mut [f64]) -> Vec<SystemTransition> {
-        let is_lost = location.watch == Watch::Stable;
+        let is_lost = location.watch == MarginWatch::Stable;
         let (kind, watch) = if is_lost {
-            (EventKind::Destabilised, Watch::Unstable)
+            (EventKind::Destabilised, MarginWatch::Unstable)
         } else {
-            (EventKind::Restabilised, Watch::Stable)
+            (EventKind::Restabilised, MarginWatch::Stable)
         };
         location.watch = watch;
         if let Some(regimes) = &mut self.regimes {
@@ -445,9 +445,9 @@ impl Rules<SystemDynamics> for SystemRules {
             let system = &self.dynamics.system;
             let margin = system.stability_guard(location.sign(), location.piece, &outside, y);
             stability_changes = match location.watch {
-                Watch::Stable => margin < 0.0,
-                Watch::Unstable => margin > 0.0,
-                Watch::Off => false,
+                MarginWatch::Stable => margin < 0.0,
+                MarginWatch::Unstable => margin > 0.0,
+                MarginWatch::Off => false,
             };
             if let Some(regimes) = &mut self.regimes {
                 let resolved = location.resolved;
@@ -470,7 +470,7 @@ impl Rules<SystemDynamics> for SystemRules {
             transitions.push(Transition::new(None, location, state.clone()));
         } else if has_fired(Watched::Stopping) && location.mode != Mode::Stick {
             let is_smooth = self.regimes.as_ref().is_some_and(|regimes| regimes.is_smooth(t));
-            self.stopped_smoothly |= location.watch != Watch::Off && is_smooth;
+            self.stopped_smoothly |= location.watch != MarginWatch::Off && is_smooth;
             transitions.push(self.stop(&location, t, &state));
         }
         transitions

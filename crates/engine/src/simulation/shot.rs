@@ -6,7 +6,7 @@ use super::options::{Method, SolverOptions};
 use super::portrait::position;
 use super::rules::SystemRules;
 use super::simulate::prepared;
-use super::variation::{Contact, MovedCases, alike_between_events};
+use super::variation::{GrowthContact, MovedCases, alike_between_events};
 use crate::hybrid::{
     self, Carried, CarryingRules, Dynamics as _, Limits, MovedCopy, MovedNumber, Observer, ObserverError, RunError,
     SegmentReport, Start, StateAt,
@@ -154,7 +154,7 @@ pub struct Margin {
 
 /// A stretch of time in one mode.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Phase {
+pub struct ShotPhase {
     /// Mode of the contact.
     pub mode: Mode,
     /// Start, s.
@@ -202,7 +202,7 @@ pub struct Shot {
     /// Events on the way, in order of time.
     pub events: Vec<ShotEvent>,
     /// Smooth stretches on the way, in order of time.
-    pub phases: Vec<Phase>,
+    pub phases: Vec<ShotPhase>,
     /// Largest magnitude of each component.
     pub sizes: Vec<f64>,
     /// Maxima of |omega_r|, if extrema are wanted.
@@ -226,7 +226,7 @@ pub enum ShotError {
 
 /// Wanted results of a motion.
 #[derive(Clone, Copy)]
-pub struct Wanted<'a> {
+pub struct WantedResults<'a> {
     /// Parameters of the derivatives (the state is always included); `None`: no derivatives.
     pub derivatives: Option<&'a [MovedCases]>,
     /// Whether to find peaks and margins.
@@ -237,11 +237,11 @@ pub struct Wanted<'a> {
 
 struct Tape<'a> {
     dynamics: &'a SystemDynamics,
-    wanted: Wanted<'a>,
+    wanted: WantedResults<'a>,
     end_time: f64,
     end: Option<(Vec<f64>, SystemLocation)>,
     events: Vec<ShotEvent>,
-    phases: Vec<Phase>,
+    phases: Vec<ShotPhase>,
     sizes: Vec<f64>,
     peaks: Vec<Peak>,
     margins: Vec<Margin>,
@@ -254,15 +254,15 @@ struct Tape<'a> {
 }
 
 #[derive(Clone, Copy, PartialEq, Eq)]
-enum Curve {
+enum PortraitCurve {
     Contact,
     /// Distance of the normal force from the sign that ends the mode.
     Force,
     Position,
 }
 
-impl Curve {
-    const ALL: [Curve; 3] = [Curve::Contact, Curve::Force, Curve::Position];
+impl PortraitCurve {
+    const ALL: [PortraitCurve; 3] = [PortraitCurve::Contact, PortraitCurve::Force, PortraitCurve::Position];
 }
 
 impl Tape<'_> {
@@ -292,7 +292,7 @@ impl Tape<'_> {
             last.to = t;
         }
         let to = self.end_time;
-        self.phases.push(Phase {
+        self.phases.push(ShotPhase {
             mode,
             from: t,
             to,
@@ -336,11 +336,11 @@ impl Tape<'_> {
         (sign * force / self.force.0, sign * rate)
     }
 
-    fn curve(&self, which: Curve, location: &SystemLocation, t: f64, y: &[f64]) -> Option<(f64, f64)> {
+    fn curve(&self, which: PortraitCurve, location: &SystemLocation, t: f64, y: &[f64]) -> Option<(f64, f64)> {
         match which {
-            Curve::Contact => Some(self.watched(location, t, y)),
-            Curve::Force => self.force.1.then(|| self.distance_of_force(location, t)),
-            Curve::Position => position(self.dynamics, y),
+            PortraitCurve::Contact => Some(self.watched(location, t, y)),
+            PortraitCurve::Force => self.force.1.then(|| self.distance_of_force(location, t)),
+            PortraitCurve::Position => position(self.dynamics, y),
         }
     }
 
@@ -360,7 +360,7 @@ impl Tape<'_> {
             at(t, &mut y)?;
             self.see(&y);
             self.see_speed(location, t, &y);
-            for (index, which) in Curve::ALL.into_iter().enumerate() {
+            for (index, which) in PortraitCurve::ALL.into_iter().enumerate() {
                 let Some((value, rate)) = self.curve(which, location, t, &y) else {
                     continue;
                 };
@@ -369,7 +369,7 @@ impl Tape<'_> {
                 let begins = self.phases.last().is_some_and(|phase| phase.from == t);
                 let fastest = self.speed.0.abs().max(self.speed.1.abs());
                 let size = if location.mode == Mode::Stick { 1.0 } else { fastest };
-                let at_rest = begins && which == Curve::Contact && value.abs() <= AT_REST * size;
+                let at_rest = begins && which == PortraitCurve::Contact && value.abs() <= AT_REST * size;
                 if let Some(last) = self.rates[index]
                     && last * rate < 0.0
                     && t > before
@@ -391,32 +391,32 @@ impl Tape<'_> {
         Ok(())
     }
 
-    fn reach(&mut self, which: Curve, mode: Mode, value: f64) {
+    fn reach(&mut self, which: PortraitCurve, mode: Mode, value: f64) {
         let phase = self.phases.last_mut();
         match (which, phase) {
-            (Curve::Position, _) => self.position = (self.position.0.min(value), self.position.1.max(value)),
-            (Curve::Contact, Some(phase)) if mode.slides() => phase.depth = phase.depth.max(value),
-            (Curve::Force, Some(phase)) if mode == Mode::Separated => phase.depth = phase.depth.max(value),
+            (PortraitCurve::Position, _) => self.position = (self.position.0.min(value), self.position.1.max(value)),
+            (PortraitCurve::Contact, Some(phase)) if mode.slides() => phase.depth = phase.depth.max(value),
+            (PortraitCurve::Force, Some(phase)) if mode == Mode::Separated => phase.depth = phase.depth.max(value),
             _ => {}
         }
     }
 
-    fn extremum(&mut self, which: Curve, (location, time, y): (&SystemLocation, f64, &[f64]), is_least: bool) {
+    fn extremum(&mut self, which: PortraitCurve, (location, time, y): (&SystemLocation, f64, &[f64]), is_least: bool) {
         let Some((distance, _)) = self.curve(which, location, time, y) else {
             return;
         };
         self.reach(which, location.mode, distance);
         self.see_speed(location, time, y);
         let border = match (which, location.mode) {
-            (Curve::Force, Mode::Separated) => Border::Closing,
-            (Curve::Force, _) => Border::Opening,
-            (Curve::Contact, Mode::Stick) => Border::Breakaway,
+            (PortraitCurve::Force, Mode::Separated) => Border::Closing,
+            (PortraitCurve::Force, _) => Border::Opening,
+            (PortraitCurve::Contact, Mode::Stick) => Border::Breakaway,
             _ => Border::Touch,
         };
         let slides = location.mode.sense() != 0;
         let engaged = location.mode == Mode::Engaged;
         match which {
-            Curve::Contact if !is_least && (slides || engaged) => {
+            PortraitCurve::Contact if !is_least && (slides || engaged) => {
                 let outside = self.dynamics.outside(location, time);
                 self.peaks.push(Peak {
                     time,
@@ -424,8 +424,8 @@ impl Tape<'_> {
                     state: DVector::from_column_slice(&y[..self.moving()]),
                 });
             }
-            Curve::Contact | Curve::Force
-                if is_least && (which == Curve::Force || slides || location.mode == Mode::Stick) =>
+            PortraitCurve::Contact | PortraitCurve::Force
+                if is_least && (which == PortraitCurve::Force || slides || location.mode == Mode::Stick) =>
             {
                 self.margins.push(Margin { border, time, distance });
             }
@@ -653,7 +653,7 @@ pub fn shoot(
     (system, threshold): (&System, f64),
     (from, state): (f64, &DVector<f64>),
     time: f64,
-    wanted: Wanted<'_>,
+    wanted: WantedResults<'_>,
 ) -> Result<Shot, ShotError> {
     let solver = SolverOptions {
         method: Method::Series,
@@ -709,7 +709,7 @@ pub fn shoot(
         ),
         Some(moved) => {
             let columns = numbers((system, (from, end_time)), (&dynamics, &start), moved, &solver);
-            let measures = Box::new(Contact::new(&dynamics));
+            let measures = Box::new(GrowthContact::new(&dynamics));
             let carried = Carried::new(dynamics.clone(), measures, n, f64::INFINITY, columns).beside_borders();
             let carried = Arc::new(Mutex::new(carried));
             let mut rules = CarryingRules::new(rules, carried.clone());

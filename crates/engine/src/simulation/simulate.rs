@@ -109,7 +109,7 @@ pub(super) fn start(system: &System, dynamics: &SystemDynamics) -> Vec<f64> {
 
 /// A system to run.
 #[derive(Debug, Clone, Copy)]
-pub struct Problem<'a> {
+pub struct Simulation<'a> {
     /// The system.
     pub system: &'a System,
     /// Speed below which a contact without stick counts as stuck, rad/s.
@@ -143,7 +143,7 @@ const MOST_STEPS_FORESEEN: usize = 1_000_000;
 
 /// Predicted events of a run up to `end` (s), by the fastest method. If the run's own method has an event at another
 /// time, as after amplified rounding, dense samples begin with the event.
-fn foreseen(problem: Problem<'_>, from: Option<(f64, &[f64])>, solver: &SolverOptions, end: f64) -> Vec<Event> {
+fn foreseen(problem: Simulation<'_>, from: Option<(f64, &[f64])>, solver: &SolverOptions, end: f64) -> Vec<Event> {
     let quick = SolverOptions {
         method: Method::Series,
         fixed_step: None,
@@ -166,7 +166,7 @@ fn foreseen(problem: Problem<'_>, from: Option<(f64, &[f64])>, solver: &SolverOp
 /// # Errors
 /// Solver failures, chattering, an exhausted event budget, or an error of the recorder, each with time and mode.
 pub fn simulate(
-    problem: Problem<'_>,
+    problem: Simulation<'_>,
     solver: &SolverOptions,
     output: &OutputOptions,
     recorder: &mut dyn Recorder,
@@ -178,7 +178,7 @@ pub fn simulate(
 /// Like [`simulate`], from `from`: a time (s) and a state with a closed contact. `None` starts at t = 0. The state
 /// includes the effect of kicks up to then, and of kicks that wait for a loss of stability. Errors of [`simulate`].
 pub fn simulate_from(
-    problem: Problem<'_>,
+    problem: Simulation<'_>,
     from: Option<(f64, &[f64])>,
     solver: &SolverOptions,
     output: &OutputOptions,

@@ -47,7 +47,7 @@ pub fn weights(system: &System) -> Vec<f64> {
 }
 
 /// Sliding in one sense at a state, without events.
-pub struct Sliding {
+pub struct SlidingSense {
     /// d(state)/dt, 1/s.
     pub rates: DVector<f64>,
     /// Derivatives of the rates by the state.
@@ -59,7 +59,7 @@ pub struct Sliding {
 }
 
 /// Sliding in one sense at a state of an autonomous system.
-pub fn sliding((system, threshold): (&System, f64), sense: i8, state: &DVector<f64>) -> Sliding {
+pub fn sliding((system, threshold): (&System, f64), sense: i8, state: &DVector<f64>) -> SlidingSense {
     let dynamics = SystemDynamics::new(system, threshold);
     let n = state.len();
     let mut y = vec![0.0; dynamics.system.dimension];
@@ -78,7 +78,7 @@ pub fn sliding((system, threshold): (&System, f64), sense: i8, state: &DVector<f
     dynamics.rhs(&location, 0.0, &y, &mut rates);
     let mut jacobian = DMatrix::zeros(y.len(), y.len());
     dynamics.jacobian(&location, 0.0, &y, jacobian.as_view_mut());
-    Sliding {
+    SlidingSense {
         rates: DVector::from_column_slice(&rates[..n]),
         jacobian: jacobian.view((0, 0), (n, n)).into_owned(),
         relative_velocity,

@@ -1,12 +1,12 @@
 //! Recorded channels, from a state in twist coordinates.
 
 use super::dynamics::{SystemDynamics, SystemLocation};
-use crate::simulation::readings::{Place, Readings};
+use crate::simulation::readings::{ReadingPlace, Readings};
 use stickslip_system::model::Mode;
 use stickslip_system::model::equations::{ANGLE, DAMPING_LOSS, Engagement, FRICTION_LOSS, Side, SystemEquations, WORK};
 use stickslip_system::record::{Channels, State};
 
-impl Place for SystemLocation {
+impl ReadingPlace for SystemLocation {
     fn mode(&self) -> Mode {
         self.mode
     }

@@ -58,21 +58,21 @@ pub fn deviation_weights(system: &SystemEquations) -> Vec<f64> {
 }
 
 /// Growth starts at a loss of stability.
-pub(super) struct Contact {
+pub(super) struct GrowthContact {
     dynamics: Arc<SystemDynamics>,
     weights: Vec<f64>,
 }
 
-impl Contact {
-    pub(super) fn new(dynamics: &Arc<SystemDynamics>) -> Contact {
-        Contact {
+impl GrowthContact {
+    pub(super) fn new(dynamics: &Arc<SystemDynamics>) -> GrowthContact {
+        GrowthContact {
             dynamics: dynamics.clone(),
             weights: deviation_weights(&dynamics.system),
         }
     }
 }
 
-impl Measures<SystemLocation, EventKind> for Contact {
+impl Measures<SystemLocation, EventKind> for GrowthContact {
     fn weights(&self) -> &[f64] {
         &self.weights
     }
@@ -196,7 +196,7 @@ pub fn variation(
             rounded: moved.rounded,
         });
     }
-    let measures = Box::new(Contact::new(&dynamics));
+    let measures = Box::new(GrowthContact::new(&dynamics));
     let mechanical = dynamics.system.mechanical();
     let carried = Carried::new(dynamics.clone(), measures, mechanical, output.end_time, columns);
     let carried = Arc::new(Mutex::new(carried));

@@ -25,7 +25,7 @@ pub(super) struct Shared<S> {
     pub(super) mesh_time: f64,
     /// CVODE's memory, to ask for its time; null for ARKODE, which sets `mesh_time` itself.
     pub(super) clock: *mut c_void,
-    watch: Watch,
+    watch: ProgressWatch,
     panic: Option<Payload>,
     /// Dimension for which the system is called: the vectors' length, or 0, which no system has, while a panic waits.
     /// One comparison covers both.
@@ -34,13 +34,13 @@ pub(super) struct Shared<S> {
 }
 
 /// Checks that time advances: before an insurmountable point SUNDIALS may take ever shorter steps for ever.
-struct Watch {
+struct ProgressWatch {
     calls_left: u32,
     seen: Option<f64>,
     stalled: bool,
 }
 
-impl Watch {
+impl ProgressWatch {
     const CALLS: u32 = 1 << 14;
 }
 
@@ -52,8 +52,8 @@ impl<S> Shared<S> {
             crossings: 0,
             mesh_time: t0,
             clock: std::ptr::null_mut(),
-            watch: Watch {
-                calls_left: Watch::CALLS,
+            watch: ProgressWatch {
+                calls_left: ProgressWatch::CALLS,
                 seen: None,
                 stalled: false,
             },
@@ -83,7 +83,7 @@ impl<S> Shared<S> {
     }
 
     fn time_moves(&mut self) -> bool {
-        self.watch.calls_left = Watch::CALLS;
+        self.watch.calls_left = ProgressWatch::CALLS;
         let mut now = self.mesh_time;
         if !self.clock.is_null() {
             // SAFETY: the memory of the running CVODE; the function only reads its time.
@@ -91,7 +91,7 @@ impl<S> Shared<S> {
         }
         let before = self.watch.seen.replace(now);
         // Steps of the size of rounding would advance as far; part of the time may be a tentative step.
-        let least = f64::from(Watch::CALLS) * f64::EPSILON * now.abs();
+        let least = f64::from(ProgressWatch::CALLS) * f64::EPSILON * now.abs();
         self.watch.stalled = before.is_some_and(|before| (now - before).abs() <= least);
         !self.watch.stalled
     }

@@ -6,7 +6,7 @@ use std::ptr::{self, NonNull};
 
 use super::error::{Failure, SolverError};
 use super::ffi;
-use super::flags::{Family, Flag};
+use super::flags::{Flag, FlagFamily};
 
 type Messages = Vec<String>;
 
@@ -50,14 +50,14 @@ impl Context {
     }
 
     fn check(&self, function: &'static str, code: c_int) -> Result<(), SolverError> {
-        self.verdict(function, Family::Core, code, f64::NAN)
+        self.verdict(function, FlagFamily::Core, code, f64::NAN)
     }
 
     /// Turns every C function's return value into a result.
     pub(super) fn verdict(
         &self,
         function: &'static str,
-        family: Family,
+        family: FlagFamily,
         code: c_int,
         time: f64,
     ) -> Result<(), SolverError> {

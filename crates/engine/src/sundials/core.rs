@@ -8,11 +8,11 @@ use super::callbacks::Shared;
 use super::context::{Context, Vector};
 use super::error::SolverError;
 use super::ffi;
-use super::flags::Family;
+use super::flags::FlagFamily;
 use super::{Direction, OdeSystem, Tolerances};
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Status {
+pub(super) enum SolverStatus {
     Fresh,
     Stepped,
     /// A step failed: the solver's memory is unreliable.
@@ -26,7 +26,7 @@ pub(super) struct Core<S> {
     pub(super) next: Vector,
     pub(super) work: Vector,
     pub(super) time: f64,
-    pub(super) status: Status,
+    pub(super) status: SolverStatus,
     pub(super) directions: Vec<c_int>,
     pub(super) raw_found: Vec<c_int>,
     pub(super) found: Vec<Option<Direction>>,
@@ -50,7 +50,7 @@ impl<S: OdeSystem> Core<S> {
             work,
             next,
             time: t0,
-            status: Status::Fresh,
+            status: SolverStatus::Fresh,
             directions: Vec::new(),
             raw_found: Vec::new(),
             found: Vec::new(),
@@ -75,13 +75,13 @@ impl<S: OdeSystem> Core<S> {
     }
 
     /// Result of a C function without callbacks.
-    pub(super) fn check(&self, function: &'static str, family: Family, code: c_int) -> Result<(), SolverError> {
+    pub(super) fn check(&self, function: &'static str, family: FlagFamily, code: c_int) -> Result<(), SolverError> {
         self.context.verdict(function, family, code, self.shared().mesh_time)
     }
 
     #[inline]
     pub(super) fn begin(&mut self, t_out: f64) -> Result<(), SolverError> {
-        if !t_out.is_finite() || self.status == Status::Failed {
+        if !t_out.is_finite() || self.status == SolverStatus::Failed {
             return self.refuse_to_begin(t_out);
         }
         self.shared_mut().non_finite = None;
@@ -96,7 +96,13 @@ impl<S: OdeSystem> Core<S> {
     }
 
     #[cold]
-    pub(super) fn fail(&mut self, function: &'static str, family: Family, code: c_int, mesh_time: f64) -> SolverError {
+    pub(super) fn fail(
+        &mut self,
+        function: &'static str,
+        family: FlagFamily,
+        code: c_int,
+        mesh_time: f64,
+    ) -> SolverError {
         let shared = self.shared_mut();
         shared.mesh_time = mesh_time;
         let cause = shared.non_finite.take();
@@ -107,7 +113,7 @@ impl<S: OdeSystem> Core<S> {
             Ok(()) => unreachable!("a failure has a flag"),
         };
         if panic.is_some() || !leaves_the_solver_intact(code) {
-            self.status = Status::Failed;
+            self.status = SolverStatus::Failed;
         }
         if let Some(payload) = panic {
             resume_unwind(payload);
@@ -127,12 +133,12 @@ impl<S: OdeSystem> Core<S> {
     pub(super) fn succeed(&mut self, time: f64) {
         std::mem::swap(&mut self.state, &mut self.next);
         self.time = time;
-        self.status = Status::Stepped;
+        self.status = SolverStatus::Stepped;
     }
 
     pub(super) fn restarted(&mut self, t0: f64) {
         self.time = t0;
-        self.status = Status::Fresh;
+        self.status = SolverStatus::Fresh;
         self.found.fill(None);
         let shared = self.shared_mut();
         shared.mesh_time = t0;
@@ -192,7 +198,7 @@ impl<S: OdeSystem> Core<S> {
     pub(super) fn begin_interpolation(&self, t: f64, k: u32, out: &[f64]) -> Result<c_int, SolverError> {
         finite("time", t)?;
         length("interpolated values", self.dimension(), out.len())?;
-        if self.status != Status::Stepped {
+        if self.status != SolverStatus::Stepped {
             return Err(SolverError::NoStep { time: self.time });
         }
         c_int::try_from(k).map_err(|_| SolverError::Argument {
@@ -205,7 +211,7 @@ impl<S: OdeSystem> Core<S> {
     pub(super) fn end_interpolation(
         &mut self,
         function: &'static str,
-        family: Family,
+        family: FlagFamily,
         code: c_int,
         out: &mut [f64],
     ) -> Result<(), SolverError> {

@@ -9,7 +9,7 @@ include!(concat!(env!("OUT_DIR"), "/sundials_flags.rs"));
 
 /// Table of names for a C function's return value.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Family {
+pub enum FlagFamily {
     /// `CV_...`, of CVODE.
     Cvode,
     /// `CVLS_...`, of CVODE's interface to linear solvers.
@@ -26,7 +26,7 @@ pub enum Family {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Flag {
     /// Table with its name.
-    pub family: Family,
+    pub family: FlagFamily,
     /// Number returned by the C function.
     pub number: i32,
 }
@@ -40,11 +40,11 @@ impl Flag {
     /// Name in the C header, such as `CV_TOO_MUCH_WORK`; for SUNDIALS' own objects the text of `SUNGetErrMsg`.
     pub fn name(self) -> &'static str {
         let names = match self.family {
-            Family::Cvode => CVODE_FLAGS,
-            Family::CvodeLinear => CVODE_LINEAR_FLAGS,
-            Family::Arkode => ARKODE_FLAGS,
-            Family::ArkodeLinear => ARKODE_LINEAR_FLAGS,
-            Family::Core => {
+            FlagFamily::Cvode => CVODE_FLAGS,
+            FlagFamily::CvodeLinear => CVODE_LINEAR_FLAGS,
+            FlagFamily::Arkode => ARKODE_FLAGS,
+            FlagFamily::ArkodeLinear => ARKODE_LINEAR_FLAGS,
+            FlagFamily::Core => {
                 // SAFETY: the function returns a terminated static literal for every code, even an unknown one.
                 let text = unsafe { ffi::SUNGetErrMsg(self.number).as_ref().map(|text| CStr::from_ptr(text)) };
                 return text.and_then(|text| text.to_str().ok()).unwrap_or("unknown flag");

@@ -4,7 +4,7 @@ use super::ErkTable;
 
 /// Integration method. An explicit table, or options of CVODE, convert into one.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Method {
+pub enum SolverMethod {
     /// CVODE: multistep methods of variable order and step.
     Cvode(CvodeOptions),
     /// ERKStep: an explicit Runge-Kutta method.
@@ -29,23 +29,23 @@ pub enum Method {
     },
 }
 
-impl Method {
+impl SolverMethod {
     /// [`Method::Esdirk`] with error control, each stage judged by its own iterations.
-    pub const ESDIRK: Method = Method::Esdirk {
+    pub const ESDIRK: SolverMethod = SolverMethod::Esdirk {
         fixed_step: None,
         trust_convergence_rate: false,
     };
 }
 
-impl From<CvodeOptions> for Method {
+impl From<CvodeOptions> for SolverMethod {
     fn from(options: CvodeOptions) -> Self {
-        Method::Cvode(options)
+        SolverMethod::Cvode(options)
     }
 }
 
-impl From<ErkTable> for Method {
+impl From<ErkTable> for SolverMethod {
     fn from(table: ErkTable) -> Self {
-        Method::Erk {
+        SolverMethod::Erk {
             table,
             fixed_step: None,
         }

@@ -1,13 +1,13 @@
 //! CVODE and ARKODE of SUNDIALS, made safe. All hand-written `unsafe` of the solvers is here.
 //!
-//! | [`Method`] | C solver | for |
+//! | [`SolverMethod`] | C solver | for |
 //! |---|---|---|
 //! | `Cvode` | CVODE | multistep methods of variable order, Adams or BDF |
 //! | `Erk` | ARKODE's ERKStep | explicit Runge-Kutta methods, up to order 9 |
 //! | `Esdirk` | ARKODE's ARKStep | an implicit Runge-Kutta method for stiff systems |
 //!
 //! A user implements [`OdeSystem`], makes a [`Solver`] with a method, sets crossings, and calls
-//! [`advance`](Solver::advance) until its [`Outcome`] reports an end. A [`SolverError`] has the C function, the flag's
+//! [`advance`](Solver::advance) until its [`Advanced`] reports an end. A [`SolverError`] has the C function, the flag's
 //! name, the time, SUNDIALS' message, and the callback value that caused it.
 //!
 //! - A panic in a callback does not unwind through C: it goes on in Rust, out of `advance`.
@@ -31,8 +31,8 @@ mod solver;
 mod tables;
 
 pub use error::{Callback, Failure, NonFinite, SolverError};
-pub use flags::{Family, Flag};
-pub use method::{CvodeOptions, Method, Multistep, Nonlinear, ShortSteps};
+pub use flags::{Flag, FlagFamily};
+pub use method::{CvodeOptions, Multistep, Nonlinear, ShortSteps, SolverMethod};
 pub use solver::Solver;
 pub use tables::{Coefficients, ErkTable};
 
@@ -114,7 +114,7 @@ pub enum Direction {
 
 /// Target of [`Solver::advance`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub enum Task {
+pub enum AdvanceTarget {
     /// To the output time: past it in steps, then back to it by dense output. (`CV_NORMAL`, `ARK_NORMAL`)
     Normal,
     /// One step; the output time gives the direction only. (`CV_ONE_STEP`, `ARK_ONE_STEP`)
@@ -123,7 +123,7 @@ pub enum Task {
 
 /// Reason for which [`Solver::advance`] returned.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub enum Outcome {
+pub enum Advanced {
     /// The output time is reached. (`CV_SUCCESS` of `CV_NORMAL`)
     Reached,
     /// A step is taken. (`CV_SUCCESS` of `CV_ONE_STEP`)

@@ -3,31 +3,31 @@
 use std::ffi::{c_int, c_long, c_void};
 
 use super::context::FixedPointSolver;
-use super::core::{Core, Status, finite, positive};
+use super::core::{Core, SolverStatus, finite, positive};
 use super::error::{Callback, SolverError};
-use super::flags::Family;
-use super::method::{CvodeOptions, Method, Multistep, Nonlinear, ShortSteps};
+use super::flags::FlagFamily;
+use super::method::{CvodeOptions, Multistep, Nonlinear, ShortSteps, SolverMethod};
 use super::newton::{self, Newton};
-use super::{Counters, Direction, OdeSystem, Outcome, Task, Tolerances, callbacks, ffi};
+use super::{AdvanceTarget, Advanced, Counters, Direction, OdeSystem, Tolerances, callbacks, ffi};
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Kind {
+enum SolverFamily {
     Cvode,
     Erk,
     Ark,
 }
 
-impl Kind {
-    fn family(self) -> Family {
+impl SolverFamily {
+    fn family(self) -> FlagFamily {
         match self {
-            Kind::Cvode => Family::Cvode,
-            Kind::Erk | Kind::Ark => Family::Arkode,
+            SolverFamily::Cvode => FlagFamily::Cvode,
+            SolverFamily::Erk | SolverFamily::Ark => FlagFamily::Arkode,
         }
     }
 }
 
 struct Memory {
-    kind: Kind,
+    kind: SolverFamily,
     raw: *mut c_void,
 }
 
@@ -36,8 +36,8 @@ impl Drop for Memory {
         // SAFETY: made by this solver; the objects that it refers to are freed later.
         unsafe {
             match self.kind {
-                Kind::Cvode => ffi::CVodeFree(&mut self.raw),
-                Kind::Erk | Kind::Ark => ffi::ARKodeFree(&mut self.raw),
+                SolverFamily::Cvode => ffi::CVodeFree(&mut self.raw),
+                SolverFamily::Erk | SolverFamily::Ark => ffi::ARKodeFree(&mut self.raw),
             }
         }
     }
@@ -71,7 +71,7 @@ macro_rules! call {
     ($self:ident, $family:ident, $function:ident($($argument:expr),*)) => {{
         // SAFETY: the solver's own memory, and arguments as the function requires.
         let code = unsafe { ffi::$function($self.memory.raw, $($argument),*) };
-        $self.core.check(stringify!($function), Family::$family, code)
+        $self.core.check(stringify!($function), FlagFamily::$family, code)
     }};
 }
 
@@ -79,8 +79,8 @@ macro_rules! call {
 macro_rules! either {
     ($self:ident, $cvode:ident | $arkode:ident $arguments:tt) => {
         match $self.memory.kind {
-            Kind::Cvode => call!($self, Cvode, $cvode $arguments),
-            Kind::Erk | Kind::Ark => call!($self, Arkode, $arkode $arguments),
+            SolverFamily::Cvode => call!($self, Cvode, $cvode $arguments),
+            SolverFamily::Erk | SolverFamily::Ark => call!($self, Arkode, $arkode $arguments),
         }
     };
 }
@@ -89,8 +89,8 @@ macro_rules! either {
 macro_rules! either_linear {
     ($self:ident, $cvode:ident | $arkode:ident $arguments:tt) => {
         match $self.memory.kind {
-            Kind::Cvode => call!($self, CvodeLinear, $cvode $arguments),
-            Kind::Erk | Kind::Ark => call!($self, ArkodeLinear, $arkode $arguments),
+            SolverFamily::Cvode => call!($self, CvodeLinear, $cvode $arguments),
+            SolverFamily::Erk | SolverFamily::Ark => call!($self, ArkodeLinear, $arkode $arguments),
         }
     };
 }
@@ -100,7 +100,7 @@ impl<S: OdeSystem> Solver<S> {
     /// (`CVodeCreate`, `ERKStepCreate`, `ARKStepCreate`, `CVodeSVtolerances` and the functions named at the options)
     pub fn new(
         system: S,
-        method: impl Into<Method>,
+        method: impl Into<SolverMethod>,
         t0: f64,
         y0: &[f64],
         tolerances: &Tolerances,
@@ -112,17 +112,21 @@ impl<S: OdeSystem> Solver<S> {
         // SAFETY: vector and context are alive.
         let (kind, function, raw) = unsafe {
             match method {
-                Method::Cvode(CvodeOptions { method, .. }) => {
+                SolverMethod::Cvode(CvodeOptions { method, .. }) => {
                     let method = match method {
                         Multistep::Adams => ffi::CV_ADAMS,
                         Multistep::Bdf => ffi::CV_BDF,
                     };
-                    (Kind::Cvode, "CVodeCreate", ffi::CVodeCreate(method, context))
+                    (SolverFamily::Cvode, "CVodeCreate", ffi::CVodeCreate(method, context))
                 }
-                Method::Erk { .. } => (Kind::Erk, "ERKStepCreate", ffi::ERKStepCreate(rhs, t0, y, context)),
-                Method::Esdirk { .. } => {
+                SolverMethod::Erk { .. } => (
+                    SolverFamily::Erk,
+                    "ERKStepCreate",
+                    ffi::ERKStepCreate(rhs, t0, y, context),
+                ),
+                SolverMethod::Esdirk { .. } => {
                     let memory = ffi::ARKStepCreate(None, rhs, t0, y, context);
-                    (Kind::Ark, "ARKStepCreate", memory)
+                    (SolverFamily::Ark, "ARKStepCreate", memory)
                 }
             }
         };
@@ -142,7 +146,7 @@ impl<S: OdeSystem> Solver<S> {
             initial_step: 0.0,
             stop_time: None,
         };
-        if kind == Kind::Cvode {
+        if kind == SolverFamily::Cvode {
             this.core.shared_mut().clock = raw;
             call!(this, Cvode, CVodeInit(rhs, t0, y))?;
         } else {
@@ -156,13 +160,13 @@ impl<S: OdeSystem> Solver<S> {
         either!(this, CVodeSetMaxHnilWarns | ARKodeSetMaxHnilWarns(-1))?;
         this.set_tolerances(tolerances)?;
         match method {
-            Method::Cvode(options) => this.set_multistep(options)?,
-            Method::Erk { table, fixed_step } => {
+            SolverMethod::Cvode(options) => this.set_multistep(options)?,
+            SolverMethod::Erk { table, fixed_step } => {
                 this.set_fixed_step(fixed_step)?;
                 this.order = int(table.order());
                 call!(this, Arkode, ERKStepSetTableNum(table.id()))?;
             }
-            Method::Esdirk {
+            SolverMethod::Esdirk {
                 fixed_step,
                 trust_convergence_rate,
             } => {
@@ -296,9 +300,9 @@ impl<S: OdeSystem> Solver<S> {
         self.core.take_initial_state(t0, y0)?;
         let (y, rhs) = (self.core.state.raw(), Some(callbacks::rhs::<S> as _));
         match self.memory.kind {
-            Kind::Cvode => call!(self, Cvode, CVodeReInit(t0, y))?,
-            Kind::Erk => call!(self, Arkode, ERKStepReInit(rhs, t0, y))?,
-            Kind::Ark => call!(self, Arkode, ARKStepReInit(None, rhs, t0, y))?,
+            SolverFamily::Cvode => call!(self, Cvode, CVodeReInit(t0, y))?,
+            SolverFamily::Erk => call!(self, Arkode, ERKStepReInit(rhs, t0, y))?,
+            SolverFamily::Ark => call!(self, Arkode, ARKStepReInit(None, rhs, t0, y))?,
         }
         self.start_climbing()?;
         self.set_stop_time(None)?;
@@ -368,51 +372,51 @@ impl<S: OdeSystem> Solver<S> {
         either!(self, CVodeSetMaxNumSteps | ARKodeSetMaxNumSteps(most))
     }
 
-    /// Goes on towards `t_out`, until the first [`Outcome`]. (`CVode`, `ARKodeEvolve`)
+    /// Goes on towards `t_out`, until the first [`Advanced`]. (`CVode`, `ARKodeEvolve`)
     ///
     /// # Panics
     /// Resumes the panic of a callback.
     #[inline]
-    pub fn advance(&mut self, t_out: f64, task: Task) -> Result<Outcome, SolverError> {
+    pub fn advance(&mut self, t_out: f64, task: AdvanceTarget) -> Result<Advanced, SolverError> {
         self.core.begin(t_out)?;
         let mut time = self.core.time;
         let mut code = self.evolve(t_out, task, &mut time);
-        if code < 0 && self.memory.kind != Kind::Cvode {
+        if code < 0 && self.memory.kind != SolverFamily::Cvode {
             code = self.retry_shorter(code, t_out, task, &mut time)?;
         }
         // ARKODE has the same numbers.
         let outcome = match (code, task) {
-            (ffi::CV_SUCCESS, Task::Normal) => Outcome::Reached,
-            (ffi::CV_SUCCESS, Task::OneStep) => Outcome::Stepped,
+            (ffi::CV_SUCCESS, AdvanceTarget::Normal) => Advanced::Reached,
+            (ffi::CV_SUCCESS, AdvanceTarget::OneStep) => Advanced::Stepped,
             (ffi::CV_TSTOP_RETURN, _) => {
                 self.stop_time = None;
-                Outcome::StopTime
+                Advanced::StopTime
             }
-            (ffi::CV_ROOT_RETURN, _) => Outcome::Roots,
+            (ffi::CV_ROOT_RETURN, _) => Advanced::Roots,
             _ => return Err(self.failed(code, time)),
         };
         self.core.succeed(time);
         if let Some(short) = self.short_steps.filter(|_| self.climbing) {
             self.climb(short)?;
         }
-        if outcome == Outcome::Roots {
+        if outcome == Advanced::Roots {
             self.find_crossings()?;
         }
         Ok(outcome)
     }
 
     #[inline]
-    fn evolve(&mut self, t_out: f64, task: Task, time: &mut f64) -> c_int {
+    fn evolve(&mut self, t_out: f64, task: AdvanceTarget, time: &mut f64) -> c_int {
         let (memory, next) = (self.memory.raw, self.core.next.raw());
         let task = match task {
-            Task::Normal => ffi::CV_NORMAL,
-            Task::OneStep => ffi::CV_ONE_STEP,
+            AdvanceTarget::Normal => ffi::CV_NORMAL,
+            AdvanceTarget::OneStep => ffi::CV_ONE_STEP,
         };
         // SAFETY: no reference to data of C or the callbacks is alive.
         unsafe {
             match self.memory.kind {
-                Kind::Cvode => ffi::CVode(memory, t_out, next, time, task),
-                Kind::Erk | Kind::Ark => ffi::ARKodeEvolve(memory, t_out, next, time, task),
+                SolverFamily::Cvode => ffi::CVode(memory, t_out, next, time, task),
+                SolverFamily::Erk | SolverFamily::Ark => ffi::ARKodeEvolve(memory, t_out, next, time, task),
             }
         }
     }
@@ -423,8 +427,8 @@ impl<S: OdeSystem> Solver<S> {
         // After a failed stage ARKODE reports the stage's time.
         let mesh_time = self.mesh_time().unwrap_or(time);
         let function = match self.memory.kind {
-            Kind::Cvode => "CVode",
-            Kind::Erk | Kind::Ark => "ARKodeEvolve",
+            SolverFamily::Cvode => "CVode",
+            SolverFamily::Erk | SolverFamily::Ark => "ARKodeEvolve",
         };
         self.core.fail(function, self.memory.kind.family(), code, mesh_time)
     }
@@ -441,7 +445,13 @@ impl<S: OdeSystem> Solver<S> {
     /// Tries shorter steps after a right-hand side in an explicit stage was not finite, which ARKODE takes for
     /// unrecoverable. Returns the final flag.
     #[cold]
-    fn retry_shorter(&mut self, mut code: c_int, t_out: f64, task: Task, time: &mut f64) -> Result<c_int, SolverError> {
+    fn retry_shorter(
+        &mut self,
+        mut code: c_int,
+        t_out: f64,
+        task: AdvanceTarget,
+        time: &mut f64,
+    ) -> Result<c_int, SolverError> {
         /// ARKODE's own patience with implicit stages (`ARKodeSetMaxConvFails`).
         const MOST: u32 = 10;
         let mut attempts = 0;
@@ -455,7 +465,7 @@ impl<S: OdeSystem> Solver<S> {
                     .is_some_and(|found| found.callback == Callback::RightHandSide);
             // ARK_RHSFUNC_FAIL: the state itself has no slope, unless the first step is being estimated.
             let first = code == ffi::ARK_RHSFUNC_FAIL
-                && self.core.status == Status::Fresh
+                && self.core.status == SolverStatus::Fresh
                 && shared.non_finite.is_some_and(|found| found.time != shared.mesh_time);
             if self.fixed_step || !met_non_finite || !(code == ffi::ARK_UNREC_RHSFUNC_ERR || first) {
                 break attempts > 0;
@@ -514,8 +524,8 @@ impl<S: OdeSystem> Solver<S> {
         // SAFETY: as in `evolve`.
         let (function, code) = unsafe {
             match self.memory.kind {
-                Kind::Cvode => ("CVodeGetDky", ffi::CVodeGetDky(memory, t, k, work)),
-                Kind::Erk | Kind::Ark => ("ARKodeGetDky", ffi::ARKodeGetDky(memory, t, k, work)),
+                SolverFamily::Cvode => ("CVodeGetDky", ffi::CVodeGetDky(memory, t, k, work)),
+                SolverFamily::Erk | SolverFamily::Ark => ("ARKodeGetDky", ffi::ARKodeGetDky(memory, t, k, work)),
             }
         };
         self.core
@@ -524,7 +534,7 @@ impl<S: OdeSystem> Solver<S> {
 
     /// End of the last internal step; at or beyond [`time`](Self::time). (`CVodeGetCurrentTime`)
     pub fn mesh_time(&mut self) -> Result<f64, SolverError> {
-        if self.memory.kind != Kind::Cvode {
+        if self.memory.kind != SolverFamily::Cvode {
             return Ok(self.core.shared().mesh_time);
         }
         let mut time = 0.0;
@@ -543,7 +553,7 @@ impl<S: OdeSystem> Solver<S> {
     pub fn counters(&mut self) -> Result<Counters, SolverError> {
         let mut counters = Counters::default();
         // Some counters are reset only by the first step.
-        if self.core.status == Status::Fresh {
+        if self.core.status == SolverStatus::Fresh {
             return Ok(counters);
         }
         let [mut steps, mut failures, mut rhs, mut roots]: [c_long; 4] = [0; 4];
@@ -558,14 +568,14 @@ impl<S: OdeSystem> Solver<S> {
             CVodeGetCurrentStep | ARKodeGetCurrentStep(&mut counters.current_step)
         )?;
         match self.memory.kind {
-            Kind::Cvode => {
+            SolverFamily::Cvode => {
                 call!(self, Cvode, CVodeGetNumRhsEvals(&mut rhs))?;
                 call!(self, Cvode, CVodeGetLastOrder(&mut order))?;
             }
-            Kind::Erk => call!(self, Arkode, ERKStepGetNumRhsEvals(&mut rhs))?,
-            Kind::Ark => call!(self, Arkode, ARKStepGetNumRhsEvals(&mut explicit, &mut rhs))?,
+            SolverFamily::Erk => call!(self, Arkode, ERKStepGetNumRhsEvals(&mut rhs))?,
+            SolverFamily::Ark => call!(self, Arkode, ARKStepGetNumRhsEvals(&mut explicit, &mut rhs))?,
         }
-        if self.memory.kind != Kind::Erk {
+        if self.memory.kind != SolverFamily::Erk {
             let (iterations, divergences) = (&mut iterations, &mut divergences);
             either!(self, CVodeGetNumLinSolvSetups | ARKodeGetNumLinSolvSetups(&mut setups))?;
             either!(

@@ -102,12 +102,12 @@ pub(super) fn write_texts(group: &Group, name: &str, texts: &[String]) -> hdf5::
     Ok(dataset)
 }
 
-pub(super) struct Rows(Dataset);
+pub(super) struct RowRange(Dataset);
 
-impl Rows {
+impl RowRange {
     pub(super) fn new(dataset: Dataset) -> hdf5::Result<Self> {
         match dataset.ndim() {
-            1 => Ok(Rows(dataset)),
+            1 => Ok(RowRange(dataset)),
             _ => Err("a column has one dimension".into()),
         }
     }
@@ -123,7 +123,7 @@ impl Rows {
     }
 }
 
-impl std::ops::Deref for Rows {
+impl std::ops::Deref for RowRange {
     type Target = Dataset;
 
     fn deref(&self) -> &Dataset {

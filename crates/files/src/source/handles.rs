@@ -13,12 +13,12 @@ use hdf5::types::{VarLenAscii, VarLenUnicode};
 use hdf5::{Attribute, Container, Dataset, Group, Hyperslab, IndexType, IterationOrder, Location, Selection};
 use hdf5::{LinkType, SliceOrIndex};
 
-use super::objects::{DatasetInfo, Fault, Holds, Member, Object};
+use super::objects::{DatasetInfo, GroupMember, Holds, Object, ObjectFault};
 use super::{Opening, probe};
 use crate::attributes::AttributeValue;
 use crate::error::describe;
 use crate::raw::{self, Class, Opened};
-use crate::values::Number;
+use crate::values::StoredNumber;
 
 /// Limits: members of a group, attributes of an object,
 const MEMBERS: usize = 16_384;
@@ -57,17 +57,17 @@ pub(super) struct Handles {
     looked_at: Vec<String>,
 }
 
-impl From<hdf5::Error> for Fault {
+impl From<hdf5::Error> for ObjectFault {
     fn from(error: hdf5::Error) -> Self {
-        Fault::Hdf5(describe(&error))
+        ObjectFault::Hdf5(describe(&error))
     }
 }
 
-fn refused<T>(what: String) -> Result<T, Fault> {
-    Err(Fault::Refused(what))
+fn refused<T>(what: String) -> Result<T, ObjectFault> {
+    Err(ObjectFault::Refused(what))
 }
 
-pub(super) type Answered<T> = Result<T, Fault>;
+pub(super) type Answered<T> = Result<T, ObjectFault>;
 
 impl Handles {
     pub(super) fn open(path: &Path, opening: &Opening) -> Answered<Handles> {
@@ -124,7 +124,7 @@ impl Handles {
     fn object(&self, path: &str) -> Answered<Opened> {
         let path = if path.is_empty() { "/" } else { path };
         raw::open_object(&self.file, path, self.follow_external).map_err(|error| match self.external_in(path) {
-            Some(link) => Fault::Elsewhere(format!("/{}", link.trim_start_matches('/'))),
+            Some(link) => ObjectFault::Elsewhere(format!("/{}", link.trim_start_matches('/'))),
             None => error.into(),
         })
     }
@@ -153,14 +153,14 @@ impl Handles {
         Ok(match self.object(path)? {
             Opened::Group(group) => (*group).clone(),
             Opened::Dataset(dataset) => (**dataset).clone(),
-            Opened::Other => return Err(Fault::Hdf5(format!("/{path} is neither a group nor a variable"))),
+            Opened::Other => return Err(ObjectFault::Hdf5(format!("/{path} is neither a group nor a variable"))),
         })
     }
 
     fn group(&self, path: &str) -> Answered<Group> {
         match self.object(path)? {
             Opened::Group(group) => Ok(group),
-            _ => Err(Fault::Hdf5(format!("/{path} is not a group"))),
+            _ => Err(ObjectFault::Hdf5(format!("/{path} is not a group"))),
         }
     }
 
@@ -169,7 +169,7 @@ impl Handles {
             return Ok(dataset.clone());
         }
         let Opened::Dataset(dataset) = self.object(path)? else {
-            return Err(Fault::Hdf5(format!("/{path} is not a variable")));
+            return Err(ObjectFault::Hdf5(format!("/{path} is not a variable")));
         };
         if self.datasets.len() >= KEPT && !self.growing {
             self.datasets.clear();
@@ -184,7 +184,7 @@ impl Handles {
 
     /// Identity of the group, and its members: in the order of creation if it is known, otherwise by name. HDF5 is not
     /// asked for this order: version 1.10 frees uninitialised memory in damaged files.
-    pub(super) fn members(&mut self, path: &str) -> Answered<(String, Vec<Member>)> {
+    pub(super) fn members(&mut self, path: &str) -> Answered<(String, Vec<GroupMember>)> {
         let group = self.group(path)?;
         let mut names: Vec<(Option<i64>, String, LinkType)> = Vec::new();
         let visited = group.iter_visit(IndexType::Name, IterationOrder::Native, |name, info| {
@@ -203,7 +203,9 @@ impl Handles {
         for (_, name, link) in names {
             let inside = joined(path, &name);
             let is = match link {
-                LinkType::External if !self.follow_external => Object::Not(Fault::Elsewhere(format!("/{inside}"))),
+                LinkType::External if !self.follow_external => {
+                    Object::Not(ObjectFault::Elsewhere(format!("/{inside}")))
+                }
                 _ => match self.object(&inside) {
                     Ok(Opened::Group(group)) => identity(&group).map_or_else(Object::Not, Object::Group),
                     Ok(Opened::Dataset(dataset)) => {
@@ -212,14 +214,14 @@ impl Handles {
                     Ok(Opened::Other) => Object::Other,
                     // The name has replacement characters, so that it cannot be used.
                     Err(_) if name.contains(char::REPLACEMENT_CHARACTER) => {
-                        Object::Not(Fault::Unnamed(format!("/{inside}")))
+                        Object::Not(ObjectFault::Unnamed(format!("/{inside}")))
                     }
                     // A dangling link is no damage; an object that cannot be opened is.
                     Err(_) if link != LinkType::Hard => Object::Other,
                     Err(fault) => Object::Not(fault),
                 },
             };
-            members.push(Member { name, is });
+            members.push(GroupMember { name, is });
         }
         Ok((identity(&group)?, members))
     }
@@ -265,7 +267,7 @@ impl Handles {
     pub(super) fn look(&mut self, path: &str) -> Answered<Option<DatasetInfo>> {
         match self.dataset(path) {
             Ok(dataset) => self.info(&dataset, path).map(Some),
-            Err(Fault::Hdf5(_)) => Ok(None),
+            Err(ObjectFault::Hdf5(_)) => Ok(None),
             Err(fault) => Err(fault),
         }
     }
@@ -296,7 +298,7 @@ impl Handles {
         let chunk = creation.chunk();
         let chunks = chunk.as_ref().and_then(|_| dataset.num_chunks());
         if !self.follow_external && raw::external_count(&creation)? > 0 {
-            return Err(Fault::Elsewhere(format!("/{path}")));
+            return Err(ObjectFault::Elsewhere(format!("/{path}")));
         }
         let stored = match (&chunk, chunks, layout) {
             (Some(chunk), Some(chunks), _) => {
@@ -335,13 +337,13 @@ impl Handles {
     }
 
     /// A hyperslab of a dataset, the last dimension fastest. HDF5 converts the numbers.
-    pub(super) fn read<T: Number>(&mut self, path: &str, part: &[Range<usize>]) -> Answered<Vec<T>> {
+    pub(super) fn read<T: StoredNumber>(&mut self, path: &str, part: &[Range<usize>]) -> Answered<Vec<T>> {
         let dataset = self.dataset(path)?;
         self.look_at_sources(&dataset, path)?;
         let shape = dataset.shape();
         let inside = |(part, &length): (&Range<usize>, &usize)| part.start <= part.end && part.end <= length;
         if part.len() != shape.len() || !part.iter().zip(&shape).all(inside) {
-            return Err(Fault::Hdf5(format!("/{path} has no such part")));
+            return Err(ObjectFault::Hdf5(format!("/{path} has no such part")));
         }
         let count = part
             .iter()
@@ -378,7 +380,7 @@ impl Handles {
         let texts: Vec<String> = match raw::class_of(&dataset)?.0 {
             Class::Text { length: Some(_), .. } => raw::read_texts(&dataset)?,
             Class::Text { unicode, .. } => varying_texts(&dataset, unicode)?,
-            _ => return Err(Fault::Hdf5(format!("/{path} holds no texts"))),
+            _ => return Err(ObjectFault::Hdf5(format!("/{path} holds no texts"))),
         };
         if texts.iter().map(String::len).sum::<usize>() > TEXT_BYTES {
             return refused(format!("the texts of /{path} are longer than {} MiB", TEXT_BYTES >> 20));
@@ -406,7 +408,7 @@ impl Handles {
                 if self.follow_external {
                     continue;
                 }
-                return Err(Fault::Elsewhere(format!("/{path}, in {file} with {inside},")));
+                return Err(ObjectFault::Elsewhere(format!("/{path}, in {file} with {inside},")));
             }
             let (name, object) = (file.replace("%%", "%"), inside.replace("%%", "%"));
             if !opened.contains_key(&name) {
@@ -418,10 +420,10 @@ impl Handles {
             match source {
                 // A source must store its own data.
                 Some(Ok(Opened::Dataset(source))) if !self.follow_external && leads_on(&source)? => {
-                    return Err(Fault::Elsewhere(format!("/{path}, by way of {name},")));
+                    return Err(ObjectFault::Elsewhere(format!("/{path}, by way of {name},")));
                 }
                 Some(Ok(Opened::Dataset(_))) => {}
-                _ => return Err(Fault::Absent(format!("/{path}: {name} has no {object}"))),
+                _ => return Err(ObjectFault::Absent(format!("/{path}: {name} has no {object}"))),
             }
             known.push((file, inside));
         }
@@ -433,12 +435,12 @@ impl Handles {
         let mut known = HashSet::new();
         for (file, inside) in raw::virtual_sources(dataset, SOURCES)?.unwrap_or_default() {
             if is_pattern(&file) || is_pattern(&inside) {
-                return Err(Fault::Elsewhere(format!("/{path}, in {file} with {inside},")));
+                return Err(ObjectFault::Elsewhere(format!("/{path}, in {file} with {inside},")));
             }
             let name = file.replace("%%", "%");
             if name != "."
                 && known.insert(name.clone())
-                && let Err(fault @ Fault::Elsewhere(_)) = self.place_of(&name, path)
+                && let Err(fault @ ObjectFault::Elsewhere(_)) = self.place_of(&name, path)
             {
                 return Err(fault);
             }
@@ -447,7 +449,7 @@ impl Handles {
     }
 
     fn place_of(&self, name: &str, path: &str) -> Answered<PathBuf> {
-        let elsewhere = || Fault::Elsewhere(format!("/{path}, in {name},"));
+        let elsewhere = || ObjectFault::Elsewhere(format!("/{path}, in {name},"));
         let below = |part: Component| matches!(part, Component::Normal(_) | Component::CurDir);
         if !self.follow_external && !Path::new(name).components().all(below) {
             return Err(elsewhere());
@@ -458,7 +460,7 @@ impl Handles {
         let real = crate::disk::folder_of(&real);
         let folders = [named, Path::new(".").to_owned(), real];
         let Some(found) = folders.iter().position(|folder| folder.join(name).exists()) else {
-            return Err(Fault::Absent(format!("/{path}: {name} is not there")));
+            return Err(ObjectFault::Absent(format!("/{path}: {name} is not there")));
         };
         let place = folders[found].join(name);
         if !self.follow_external {
@@ -481,15 +483,15 @@ impl Handles {
         let place = self.place_of(name, path)?;
         // Only plain files are opened: a pipe would block.
         if !place.is_file() {
-            return Err(Fault::Absent(format!("/{path}: {name} is no plain file")));
+            return Err(ObjectFault::Absent(format!("/{path}: {name} is no plain file")));
         }
         probe::admit(&place, self.follow_external, false)
-            .map_err(|reason| Fault::Absent(format!("/{path}: {name} cannot be read ({reason})")))?;
+            .map_err(|reason| ObjectFault::Absent(format!("/{path}: {name} cannot be read ({reason})")))?;
         // HDF5 opens it again, like the file that refers to it; both must be opened in the same way.
         hdf5::File::with_options()
             .with_fapl(|access| access.file_locking(!self.growing))
             .open(&place)
-            .map_err(|error| Fault::Absent(format!("/{path}: {name} cannot be read ({})", describe(&error))))
+            .map_err(|error| ObjectFault::Absent(format!("/{path}: {name} cannot be read ({})", describe(&error))))
     }
 }
 
@@ -524,7 +526,7 @@ fn leads_on(dataset: &Dataset) -> hdf5::Result<bool> {
 fn readable<T>(result: hdf5::Result<T>) -> Answered<Option<T>> {
     match result {
         Ok(value) => Ok(Some(value)),
-        Err(error) => match Fault::from(error) {
+        Err(error) => match ObjectFault::from(error) {
             fault if probe::lacks_memory(&fault) => Err(fault),
             _ => Ok(None),
         },

@@ -17,11 +17,11 @@ use std::sync::{Mutex, MutexGuard, Once, PoisonError};
 use std::time::{Duration, SystemTime};
 
 use super::attributes::AttributeValue;
-use super::schema::{Kind, Variable, attribute};
-use super::values::Number;
+use super::schema::{StorageKind, Variable, attribute};
+use super::values::StoredNumber;
 use super::{Reason, ResultError, disk, lock, raw, schema};
 use handles::{Answered, Handles, VALUES, joined};
-pub(super) use objects::{DatasetInfo, Fault, Holds, Member, Object};
+pub(super) use objects::{DatasetInfo, GroupMember, Holds, Object, ObjectFault};
 pub use probe::{probe, probe_by_this_program, probe_if_asked, run_probe, set_probe};
 pub use tables::TableReader;
 pub(super) use tables::uneven;
@@ -93,7 +93,7 @@ pub(super) struct Described {
 }
 
 impl Described {
-    pub(super) fn variable(self, name: String, kind: Kind) -> Variable {
+    pub(super) fn variable(self, name: String, kind: StorageKind) -> Variable {
         Variable {
             name,
             kind,
@@ -263,11 +263,11 @@ impl Source {
     }
 
     /// Members of a group, in the order of creation if it is known.
-    pub(super) fn members(&self, group: &str) -> Result<Vec<Member>, ResultError> {
+    pub(super) fn members(&self, group: &str) -> Result<Vec<GroupMember>, ResultError> {
         self.identity_and_members(group).map(|found| found.1)
     }
 
-    fn identity_and_members(&self, group: &str) -> Result<(String, Vec<Member>), ResultError> {
+    fn identity_and_members(&self, group: &str) -> Result<(String, Vec<GroupMember>), ResultError> {
         self.ask(|handles| handles.members(group))
     }
 
@@ -315,7 +315,7 @@ impl Source {
     }
 
     /// A part of a dataset, the last dimension fastest, read in pieces of limited size.
-    pub(super) fn read<T: Number>(&self, path: &str, part: &[Range<usize>]) -> Result<Vec<T>, ResultError> {
+    pub(super) fn read<T: StoredNumber>(&self, path: &str, part: &[Range<usize>]) -> Result<Vec<T>, ResultError> {
         let size = |part: &[Range<usize>]| part.iter().map(ExactSizeIterator::len).product::<usize>();
         let whole = size(part);
         if whole > MOST_VALUES {
@@ -336,11 +336,11 @@ impl Source {
         self.ask(|handles| handles.read(path, part))
     }
 
-    pub(super) fn read_rows<T: Number>(&self, path: &str, rows: Range<usize>) -> Result<Vec<T>, ResultError> {
+    pub(super) fn read_rows<T: StoredNumber>(&self, path: &str, rows: Range<usize>) -> Result<Vec<T>, ResultError> {
         self.read(path, std::slice::from_ref(&rows))
     }
 
-    pub(super) fn blocks<T: Number>(
+    pub(super) fn blocks<T: StoredNumber>(
         &self,
         path: &str,
         shape: &[usize],
@@ -352,7 +352,7 @@ impl Source {
     }
 
     /// Divides a part along dimension `along` and, if one index is too large, along the next.
-    fn blocks_of<T: Number>(
+    fn blocks_of<T: StoredNumber>(
         &self,
         path: &str,
         part: &[Range<usize>],
@@ -390,9 +390,9 @@ impl Source {
     /// there are too many or too deep ones, or the file cannot be read.
     pub(super) fn walk(
         &self,
-        visit: &mut dyn FnMut(&str, &Member) -> Result<(), ResultError>,
+        visit: &mut dyn FnMut(&str, &GroupMember) -> Result<(), ResultError>,
     ) -> Result<(), ResultError> {
-        let mut walk = Walk {
+        let mut walk = SourceWalk {
             seen: HashSet::new(),
             count: 0,
             visit,
@@ -400,7 +400,7 @@ impl Source {
         self.walk_in("", DEPTH, &mut walk)
     }
 
-    fn walk_in(&self, group: &str, depth: usize, walk: &mut Walk) -> Result<(), ResultError> {
+    fn walk_in(&self, group: &str, depth: usize, walk: &mut SourceWalk) -> Result<(), ResultError> {
         let (identity, members) = self.identity_and_members(group)?;
         walk.seen.insert(identity);
         for member in members {
@@ -425,13 +425,13 @@ impl Source {
         Ok(())
     }
 
-    pub(super) fn fault(&self, fault: &Fault) -> ResultError {
+    pub(super) fn fault(&self, fault: &ObjectFault) -> ResultError {
         match fault.clone() {
-            Fault::Hdf5(detail) => return ResultError::read_detail(&self.path, detail),
-            Fault::Refused(what) => Reason::BeyondLimits(what),
-            Fault::Unnamed(place) => Reason::Unnamed(place),
-            Fault::Absent(what) => Reason::Absent(what),
-            Fault::Elsewhere(what) => Reason::Elsewhere(what),
+            ObjectFault::Hdf5(detail) => return ResultError::read_detail(&self.path, detail),
+            ObjectFault::Refused(what) => Reason::BeyondLimits(what),
+            ObjectFault::Unnamed(place) => Reason::Unnamed(place),
+            ObjectFault::Absent(what) => Reason::Absent(what),
+            ObjectFault::Elsewhere(what) => Reason::Elsewhere(what),
         }
         .of(&self.path)
     }
@@ -445,10 +445,10 @@ impl Source {
     }
 }
 
-struct Walk<'a> {
+struct SourceWalk<'a> {
     seen: HashSet<String>,
     count: usize,
-    visit: &'a mut dyn FnMut(&str, &Member) -> Result<(), ResultError>,
+    visit: &'a mut dyn FnMut(&str, &GroupMember) -> Result<(), ResultError>,
 }
 
 /// Limits: nested groups, objects in a file,

@@ -1,7 +1,7 @@
 //! Objects of an HDF5 file.
 
 #[derive(Debug, Clone, PartialEq)]
-pub(crate) enum Fault {
+pub(crate) enum ObjectFault {
     /// HDF5's own message.
     Hdf5(String),
     Refused(String),
@@ -13,7 +13,7 @@ pub(crate) enum Fault {
 }
 
 #[derive(Debug, Clone, PartialEq)]
-pub(crate) struct Member {
+pub(crate) struct GroupMember {
     pub(crate) name: String,
     pub(crate) is: Object,
 }
@@ -23,7 +23,7 @@ pub(crate) enum Object {
     /// Identity of the group.
     Group(String),
     Dataset(DatasetInfo),
-    Not(Fault),
+    Not(ObjectFault),
     /// Named types, and dangling links.
     Other,
 }

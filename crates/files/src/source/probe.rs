@@ -13,7 +13,7 @@ use std::sync::{Mutex, OnceLock};
 use std::time::{Duration, Instant};
 
 use super::handles::VALUES;
-use super::{DatasetInfo, Fault, Holds, Identity, Object, Source, follow_external, locked};
+use super::{DatasetInfo, Holds, Identity, Object, ObjectFault, Source, follow_external, locked};
 use crate::seal::{self, Seal};
 use crate::{Reason, ResultError};
 
@@ -43,10 +43,10 @@ const PANICKED: i32 = 101;
 static COMMAND: OnceLock<Vec<OsString>> = OnceLock::new();
 static OWNS_PROCESS: AtomicBool = AtomicBool::new(false);
 /// Latest files with a verdict, valid until they are written to.
-static KNOWN: Mutex<Vec<Verdict>> = Mutex::new(Vec::new());
+static KNOWN: Mutex<Vec<ProbeVerdict>> = Mutex::new(Vec::new());
 const MOST_KNOWN: usize = 256;
 
-struct Verdict {
+struct ProbeVerdict {
     identity: Identity,
     follow_external: bool,
     /// `None` if the file may be opened.
@@ -105,8 +105,8 @@ pub(super) fn owns_process() -> bool {
 }
 
 /// Whether HDF5 lacked memory, which this process may have.
-pub(super) fn lacks_memory(fault: &Fault) -> bool {
-    matches!(fault, Fault::Hdf5(detail) if detail.contains("alloc"))
+pub(super) fn lacks_memory(fault: &ObjectFault) -> bool {
+    matches!(fault, ObjectFault::Hdf5(detail) if detail.contains("alloc"))
 }
 
 /// Reads everything that the program could read. Values that HDF5 refuses are skipped: the program gets the same error.
@@ -121,13 +121,15 @@ fn read_whole(source: &Source) -> Result<(), ResultError> {
                 let read = read_values(source, path, info);
                 source.close_datasets();
                 match read.map_err(|error| error.reason) {
-                    Err(Reason::Damaged(detail)) if lacks_memory(&Fault::Hdf5(detail.clone())) => {
-                        Err(source.fault(&Fault::Hdf5(format!("/{path}: {detail}"))))
+                    Err(Reason::Damaged(detail)) if lacks_memory(&ObjectFault::Hdf5(detail.clone())) => {
+                        Err(source.fault(&ObjectFault::Hdf5(format!("/{path}: {detail}"))))
                     }
                     _ => Ok(()),
                 }
             }
-            Object::Not(Fault::Hdf5(detail)) => Err(source.fault(&Fault::Hdf5(format!("/{path}: {detail}")))),
+            Object::Not(ObjectFault::Hdf5(detail)) => {
+                Err(source.fault(&ObjectFault::Hdf5(format!("/{path}: {detail}"))))
+            }
             Object::Not(_) | Object::Other => Ok(()),
         }
     })
@@ -255,7 +257,7 @@ pub(super) fn admit(path: &Path, follow_external: bool, is_growing: bool) -> Res
         if known.len() >= MOST_KNOWN {
             known.remove(0);
         }
-        known.push(Verdict {
+        known.push(ProbeVerdict {
             identity,
             follow_external,
             damage,

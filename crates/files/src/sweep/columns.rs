@@ -7,11 +7,11 @@ use super::schema::{
 };
 use crate::attributes::{describe, describe_text, write_attribute};
 use crate::raw;
-use crate::schema::{Kind, Variable};
+use crate::schema::{StorageKind, Variable};
 use crate::table::{TableWriter, compressed, create_empty, create_group};
-use crate::values::{Column, Values, with_type};
+use crate::values::{FileColumn, Values, with_type};
 
-pub(super) struct Columns {
+pub(super) struct SweepColumns {
     shape: Vec<usize>,
     /// Points in a block: whole indices of the first dimension.
     block: usize,
@@ -26,11 +26,11 @@ pub(super) struct Columns {
 
 type Buffered = (Dataset, Values<'static>);
 
-fn buffered(dataset: Dataset, kind: Kind) -> Buffered {
+fn buffered(dataset: Dataset, kind: StorageKind) -> Buffered {
     (dataset, Values::new(kind, 0))
 }
 
-impl Columns {
+impl SweepColumns {
     pub(super) fn create(file: &hdf5::File, plan: &SweepPlan) -> hdf5::Result<Self> {
         let points = plan.points;
         let mut scales = Vec::new();
@@ -46,12 +46,12 @@ impl Columns {
                 let variable = Variable::count(POINT, "number of the point");
                 let dataset = create(file, &variable, &[points])?;
                 raw::set_scale(&dataset, POINT)?;
-                numbers = Some(buffered(dataset.clone(), Kind::Int64));
+                numbers = Some(buffered(dataset.clone(), StorageKind::Int64));
                 scales.push(dataset);
                 vec![points]
             }
         };
-        let attached = |dataset: Dataset, kind: Kind| {
+        let attached = |dataset: Dataset, kind: StorageKind| {
             let attach = |(index, scale)| raw::attach_scale(&dataset, scale, index);
             (0..).zip(&scales).try_for_each(attach)?;
             Ok::<_, hdf5::Error>(buffered(dataset, kind))
@@ -70,7 +70,7 @@ impl Columns {
             values.push((column, variable.fill.map_or(f64::NAN, |fill| fill as f64)));
         }
         let inner = shape.iter().skip(1).product::<usize>().max(1);
-        Ok(Columns {
+        Ok(SweepColumns {
             block: (BLOCK / inner).max(1) * inner,
             shape,
             written: 0,
@@ -152,8 +152,8 @@ impl Columns {
         let (group, dimension) = FAILURES;
         let group = create_group(file, group)?;
         let columns = [
-            Column::counts(dimension, "index of the failure", 0..numbers.len() as i64),
-            Column::counts(POINT, "number of the point", numbers),
+            FileColumn::counts(dimension, "index of the failure", 0..numbers.len() as i64),
+            FileColumn::counts(POINT, "number of the point", numbers),
         ];
         let index = write_columns(&group, &columns)?;
         let message = raw::write_texts(&group, "message", &texts)?;
@@ -189,9 +189,9 @@ fn create(group: &Group, variable: &Variable, shape: &[usize]) -> hdf5::Result<D
 }
 
 /// Writes a table, and returns its first column, the dimension.
-pub(super) fn write_columns(group: &Group, columns: &[Column]) -> hdf5::Result<Option<Dataset>> {
+pub(super) fn write_columns(group: &Group, columns: &[FileColumn]) -> hdf5::Result<Option<Dataset>> {
     let mut scale: Option<Dataset> = None;
-    for Column { variable, values } in columns {
+    for FileColumn { variable, values } in columns {
         let dataset = create(group, variable, &[values.len()])?;
         values.write(&dataset)?;
         match &scale {

@@ -2,7 +2,7 @@
 
 use super::partition::Partition;
 use crate::AttributeValue;
-use crate::schema::{self, Table, Variable};
+use crate::schema::{self, TableSchema, Variable};
 
 /// Smallest number of points in the buffer, and size of a chunk.
 pub(super) const BLOCK: usize = 16_384;
@@ -75,7 +75,7 @@ pub struct EventForm {
 
 impl EventForm {
     /// Table of the events of all points, point after point.
-    pub(super) fn table(self) -> Table {
+    pub(super) fn table(self) -> TableSchema {
         let speed = if self.translation { "m s-1" } else { "rad s-1" };
         let (group, dimension) = EVENTS;
         let number = Variable::quantity;
@@ -92,7 +92,7 @@ impl EventForm {
             number("relative_velocity", speed, "relative velocity omega_r before the event"),
             number("internal_force", "N", "T_f / r just before the event"),
         ];
-        Table::new(group, BLOCK, variables)
+        TableSchema::new(group, BLOCK, variables)
     }
 }
 

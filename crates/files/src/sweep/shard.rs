@@ -14,7 +14,7 @@ use super::schema::{
     SweepAxis, SweepCell, SweepHeader, SweepLayout, SweepPlan, SweepRow,
 };
 use crate::attributes::{AttributeValue, write_attribute};
-use crate::schema::{self, Kind, root};
+use crate::schema::{self, StorageKind, root};
 use crate::source::Source;
 use crate::table::create_group;
 use crate::{Reason, ResultError};
@@ -221,8 +221,8 @@ impl ShardFile {
                     SweepLayout::Table => Vec::new(),
                 },
                 variable: match described.flags.is_empty() {
-                    true => described.variable(name, Kind::Float64),
-                    false => described.variable(name, Kind::Int32),
+                    true => described.variable(name, StorageKind::Float64),
+                    false => described.variable(name, StorageKind::Int32),
                 },
             });
         }
@@ -231,8 +231,8 @@ impl ShardFile {
             self.inner.dataset(&name)?;
             let described = self.inner.source.described(&name)?;
             variables.push(match described.count_fill() {
-                Some(_) => described.variable(name, Kind::Int64),
-                None => described.variable(name, Kind::Float64),
+                Some(_) => described.variable(name, StorageKind::Int64),
+                None => described.variable(name, StorageKind::Float64),
             });
         }
         let shape = self.partition.shape();
@@ -289,12 +289,12 @@ impl ShardFile {
         })
     }
 
-    fn column(&self, name: &str) -> Result<Blocks, ResultError> {
+    fn column(&self, name: &str) -> Result<ColumnBlocks, ResultError> {
         let info = self.inner.dataset(name)?;
         let ([length], true) = (&info.shape[..], info.holds.is_number()) else {
             return Err(self.inner.missing(&format!("{name} that is a column of numbers")));
         };
-        Ok(Blocks {
+        Ok(ColumnBlocks {
             length: *length,
             file: Arc::clone(&self.inner),
             name: name.to_owned(),
@@ -307,7 +307,7 @@ impl ShardFile {
 const BLOCK: usize = 4096;
 
 /// A column, read in blocks from its beginning.
-struct Blocks {
+struct ColumnBlocks {
     file: Arc<SweepFile>,
     name: String,
     length: usize,
@@ -315,7 +315,7 @@ struct Blocks {
     rows: Vec<f64>,
 }
 
-impl Blocks {
+impl ColumnBlocks {
     /// Value of a row at or after the last one read; `None` beyond the end.
     fn at(&mut self, row: usize) -> Result<Option<f64>, ResultError> {
         if row >= self.length {
@@ -339,10 +339,10 @@ impl Blocks {
 
 pub(super) struct ShardRows {
     file: Arc<SweepFile>,
-    number: Blocks,
-    status: Blocks,
-    coordinates: Vec<Blocks>,
-    values: Vec<(Blocks, Option<i64>)>,
+    number: ColumnBlocks,
+    status: ColumnBlocks,
+    coordinates: Vec<ColumnBlocks>,
+    values: Vec<(ColumnBlocks, Option<i64>)>,
     /// In reverse order.
     failures: Vec<(u64, String)>,
     events: Option<EventRows>,
@@ -350,8 +350,8 @@ pub(super) struct ShardRows {
 }
 
 struct EventRows {
-    point: Blocks,
-    columns: Vec<Blocks>,
+    point: ColumnBlocks,
+    columns: Vec<ColumnBlocks>,
     next: usize,
 }
 

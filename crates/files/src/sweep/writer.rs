@@ -3,20 +3,20 @@
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use super::columns::{Columns, write_columns};
+use super::columns::{SweepColumns, write_columns};
 use super::schema::{DIGEST, INPUT_CASE, INPUT_STUDY, SweepHeader, SweepPlan, SweepRow};
 use super::shard;
 use crate::attributes::{write_attribute, write_attributes, write_input, write_root};
 use crate::schema;
 use crate::table::{create_file as create_hdf5, create_group};
 use crate::target::{self, Reservation};
-use crate::{Column, ResultError, Status};
+use crate::{FileColumn, ResultError, Status};
 
 /// Writes one sweep file, under a hidden name until it is complete.
 pub struct SweepWriter {
     made: PathBuf,
     /// Drop order: the datasets close before their file.
-    columns: Columns,
+    columns: SweepColumns,
     file: hdf5::File,
     place: Reservation,
 }
@@ -43,7 +43,7 @@ impl SweepWriter {
             if let Some(shard) = &plan.shard {
                 shard::describe(&file, header, shard, plan)?;
             }
-            let columns = Columns::create(&file, plan)?;
+            let columns = SweepColumns::create(&file, plan)?;
             Ok((file, columns))
         })();
         let (file, columns) = created.map_err(|error| ResultError::write(&place.path, false, &error))?;
@@ -67,7 +67,7 @@ impl SweepWriter {
         &mut self,
         group: &str,
         attributes: &[(&str, String)],
-        columns: &[Column],
+        columns: &[FileColumn],
     ) -> Result<(), ResultError> {
         (|| {
             let group = create_group(&self.file, group)?;

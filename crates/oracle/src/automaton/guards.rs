@@ -1,15 +1,15 @@
 //! The guards of each mode, and the choice of the guard that ends a step.
 
-use super::{Run, Watch};
+use super::{ExactMarginWatch, ExactRun};
 use crate::OracleError;
 use crate::axial::INSTANT;
-use crate::equations::Expansion;
+use crate::equations::ExactExpansion;
 use crate::float::Float;
 use crate::roots::{Crossing, first_zero};
 use stickslip_system::model::Mode;
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Guard {
+pub(super) enum ExactGuard {
     Stop,
     Stability,
     Sense,
@@ -22,24 +22,24 @@ pub(super) enum Guard {
     Threshold,
 }
 
-pub(super) struct Fired<const N: usize> {
+pub(super) struct FiredGuard<const N: usize> {
     pub after: Float<N>,
-    pub guard: Guard,
+    pub guard: ExactGuard,
     /// The guard stood beyond its boundary at the start.
     pub beyond: bool,
     /// Number of leading coefficients that vanish because of the preceding event.
     pub known: usize,
 }
 
-impl<const N: usize> Run<N> {
+impl<const N: usize> ExactRun<N> {
     /// The guard that ends the step first. The step may end at `until` at the latest.
     pub(super) fn first_guard(
         &mut self,
-        expansion: &Expansion<N>,
+        expansion: &ExactExpansion<N>,
         step: &Float<N>,
         until: &Float<N>,
-    ) -> Result<Option<Fired<N>>, OracleError> {
-        let mut first: Option<Fired<N>> = None;
+    ) -> Result<Option<FiredGuard<N>>, OracleError> {
+        let mut first: Option<FiredGuard<N>> = None;
         for (guard, polynomial) in self.guards(expansion) {
             let known = self.zeros.iter().find(|(zero, _)| *zero == guard);
             let known = known.map_or(0, |(_, count)| *count);
@@ -47,16 +47,16 @@ impl<const N: usize> Run<N> {
                 Crossing::None => continue,
                 Crossing::At(time) => (time, false),
                 // A guard that only touches zero turns back.
-                Crossing::Beyond if known == 0 || guard == Guard::Sense => (Float::zero(), true),
+                Crossing::Beyond if known == 0 || guard == ExactGuard::Sense => (Float::zero(), true),
                 Crossing::Beyond => return Err(self.degenerate(guard)),
             };
-            if at_once && guard == Guard::Stop {
+            if at_once && guard == ExactGuard::Stop {
                 return Err(self.degenerate(guard));
             }
-            if matches!(guard, Guard::Separation | Guard::Contact) && self.belongs_to_corner(&after, until) {
+            if matches!(guard, ExactGuard::Separation | ExactGuard::Contact) && self.belongs_to_corner(&after, until) {
                 continue;
             }
-            if guard == Guard::Contact
+            if guard == ExactGuard::Contact
                 && let (Some(actuation), Some(motion)) = (&self.actuation, &self.model.axial)
                 && let Some([z, z_dot]) = expansion.at(&after).axial
                 && actuation.rests(motion, [&z, &z_dot], &(&self.time + &after))
@@ -64,8 +64,8 @@ impl<const N: usize> Run<N> {
                 self.stays_open = true;
                 continue;
             }
-            let earlier = |first: &Fired<N>| {
-                if let (Guard::Separation, Guard::Breakaway(_)) = (first.guard, guard) {
+            let earlier = |first: &FiredGuard<N>| {
+                if let (ExactGuard::Separation, ExactGuard::Breakaway(_)) = (first.guard, guard) {
                     // A torque that is zero up to rounding breaks no stick before the force is gone.
                     !self.within_instant(&first.after, &after)
                 } else {
@@ -73,7 +73,7 @@ impl<const N: usize> Run<N> {
                 }
             };
             if first.as_ref().is_none_or(earlier) {
-                first = Some(Fired {
+                first = Some(FiredGuard {
                     after,
                     guard,
                     beyond: at_once && !polynomial.first().is_some_and(Float::is_zero),
@@ -85,21 +85,21 @@ impl<const N: usize> Run<N> {
     }
 
     /// The guards of the mode, positive before they fire.
-    fn guards(&self, expansion: &Expansion<N>) -> Vec<(Guard, Vec<Float<N>>)> {
+    fn guards(&self, expansion: &ExactExpansion<N>) -> Vec<(ExactGuard, Vec<Float<N>>)> {
         let negated = |p: &[Float<N>]| p.iter().map(|c| -c).collect::<Vec<_>>();
         let less = |p: &[Float<N>], value: &Float<N>| {
             let mut p = p.to_vec();
             p[0] -= value;
             p
         };
-        let mut guards: Vec<(Guard, Vec<Float<N>>)> = Vec::with_capacity(4);
+        let mut guards: Vec<(ExactGuard, Vec<Float<N>>)> = Vec::with_capacity(4);
         if self.mode == Mode::Separated {
             if !self.stays_open {
-                guards.push((Guard::Contact, negated(&expansion.normal)));
+                guards.push((ExactGuard::Contact, negated(&expansion.normal)));
             }
             return guards;
         }
-        guards.push((Guard::Separation, expansion.normal.clone()));
+        guards.push((ExactGuard::Separation, expansion.normal.clone()));
         if self.mode == Mode::Stick {
             let [_, limit] = expansion.stick_test(&self.model);
             for sense in [1, -1] {
@@ -108,30 +108,32 @@ impl<const N: usize> Run<N> {
                 if reserve[0].log2() < limit.log2().max(self.scales.torque) - self.resolved() {
                     reserve[0] = Float::zero();
                 }
-                guards.push((Guard::Breakaway(sense), reserve));
+                guards.push((ExactGuard::Breakaway(sense), reserve));
             }
             return guards;
         }
         let speed = expansion.contact.speed();
         if let Some(knot) = self.knots.get(self.piece) {
-            guards.push((Guard::Knot(1), negated(&less(speed, knot))));
+            guards.push((ExactGuard::Knot(1), negated(&less(speed, knot))));
         }
         if let Some(knot) = self.piece.checked_sub(1).and_then(|last| self.knots.get(last)) {
-            guards.push((Guard::Knot(-1), less(speed, knot)));
+            guards.push((ExactGuard::Knot(-1), less(speed, knot)));
         }
         if self.mode != Mode::Engaged {
-            guards.push((Guard::Stop, speed.to_vec()));
+            guards.push((ExactGuard::Stop, speed.to_vec()));
             match self.watch {
-                Watch::Stable => guards.push((Guard::Stability, expansion.margin(&self.model))),
-                Watch::Unstable => guards.push((Guard::Stability, negated(&expansion.margin(&self.model)))),
-                Watch::Off => {}
+                ExactMarginWatch::Stable => guards.push((ExactGuard::Stability, expansion.margin(&self.model))),
+                ExactMarginWatch::Unstable => {
+                    guards.push((ExactGuard::Stability, negated(&expansion.margin(&self.model))))
+                }
+                ExactMarginWatch::Off => {}
             }
             return guards;
         }
-        guards.push((Guard::Sense, speed.to_vec()));
+        guards.push((ExactGuard::Sense, speed.to_vec()));
         if let Some((threshold, above)) = &self.threshold {
             let excess = less(speed, threshold);
-            guards.push((Guard::Threshold, if *above { excess } else { negated(&excess) }));
+            guards.push((ExactGuard::Threshold, if *above { excess } else { negated(&excess) }));
         }
         guards
     }
@@ -152,14 +154,14 @@ impl<const N: usize> Run<N> {
     }
 
     /// A guard that leaves its boundary in the wrong direction contradicts its mode.
-    fn degenerate(&self, guard: Guard) -> OracleError {
+    fn degenerate(&self, guard: ExactGuard) -> OracleError {
         let what = match guard {
-            Guard::Contact | Guard::Separation => "the contact force turns at zero",
-            Guard::Knot(_) => "the sliding speed turns at a knot of the friction law",
-            Guard::Stability => "the stability of sliding turns at its limit",
-            Guard::Stop | Guard::Sense => "a slip starts against its own sense",
-            Guard::Breakaway(_) => "a stick starts beyond its breakaway torque",
-            Guard::Threshold => "the sliding speed turns at the one that counts as stick",
+            ExactGuard::Contact | ExactGuard::Separation => "the contact force turns at zero",
+            ExactGuard::Knot(_) => "the sliding speed turns at a knot of the friction law",
+            ExactGuard::Stability => "the stability of sliding turns at its limit",
+            ExactGuard::Stop | ExactGuard::Sense => "a slip starts against its own sense",
+            ExactGuard::Breakaway(_) => "a stick starts beyond its breakaway torque",
+            ExactGuard::Threshold => "the sliding speed turns at the one that counts as stick",
         };
         OracleError::Degenerate {
             time: self.time.to_f64(),

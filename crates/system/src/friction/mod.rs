@@ -15,7 +15,7 @@
 //!
 //! `law` has the interface, `parameters` the link to a case, `cubic` the common part of the last two laws.
 //!
-//! A new law is a file in this folder that implements [`Law`] and [`Parameters`], and its name in `laws!` below. It
+//! A new law is a file in this folder that implements [`Law`] and [`LawParameters`], and its name in `laws!` below. It
 //! also needs keys for its own parameters (`case/schema.rs`), its formula in the oracle (`oracle/friction.rs`), which
 //! shares no code with this folder, a case of `tests/analytic/friction.rs`, and a line in the docs.
 
@@ -33,7 +33,7 @@ pub use coulomb::Coulomb;
 pub use exponential::Exponential;
 pub use hyperbolic::Hyperbolic;
 pub use law::{Bounds, Factors, Law, LawSeries};
-pub use parameters::Parameters;
+pub use parameters::LawParameters;
 pub use polynomial::Polynomial;
 pub use stribeck::Stribeck;
 pub use table::{Interpolation, Table};
@@ -96,12 +96,12 @@ macro_rules! laws {
             }
 
             /// The words of `friction.law`; the first is the default.
-            pub const NAMES: &'static [&'static str] = &[$(<$law as Parameters>::NAME),+];
+            pub const NAMES: &'static [&'static str] = &[$(<$law as LawParameters>::NAME),+];
 
             /// The keys of `[friction]` with the parameters of this law; empty for an unknown name.
             pub fn keys_of(name: &str) -> &'static [&'static str] {
                 match name {
-                    $(<$law as Parameters>::NAME => <$law as Parameters>::KEYS,)+
+                    $(<$law as LawParameters>::NAME => <$law as LawParameters>::KEYS,)+
                     _ => &[],
                 }
             }
@@ -109,7 +109,7 @@ macro_rules! laws {
             /// The law of this name, with NaN for parameters without default.
             pub fn unset(name: &str) -> Option<FrictionLaw> {
                 match name {
-                    $(<$law as Parameters>::NAME => Some(<$law as Parameters>::unset().into()),)+
+                    $(<$law as LawParameters>::NAME => Some(<$law as LawParameters>::unset().into()),)+
                     _ => None,
                 }
             }
@@ -117,14 +117,14 @@ macro_rules! laws {
             /// The word of `friction.law`.
             pub fn name(&self) -> &'static str {
                 match self {
-                    $(FrictionLaw::$law(_) => <$law as Parameters>::NAME,)+
+                    $(FrictionLaw::$law(_) => <$law as LawParameters>::NAME,)+
                 }
             }
 
             /// Key of the coefficient at vanishing speed.
             pub fn key_at_vanishing_speed(&self) -> &'static str {
                 match self {
-                    $(FrictionLaw::$law(_) => <$law as Parameters>::AT_VANISHING_SPEED,)+
+                    $(FrictionLaw::$law(_) => <$law as LawParameters>::AT_VANISHING_SPEED,)+
                 }
             }
         }

@@ -1,7 +1,7 @@
 //! The parameters of a law, by their names in a case.
 
 /// Interface of a law to a case: its word, and its parameters as keys of `[friction]`.
-pub trait Parameters: Sized {
+pub trait LawParameters: Sized {
     /// The word of `friction.law`.
     const NAME: &'static str;
 
@@ -42,7 +42,7 @@ pub trait Parameters: Sized {
     }
 }
 
-/// Implements [`Parameters`] for a law of numbers: word, key of the coefficient at vanishing speed, and fields with
+/// Implements [`LawParameters`] for a law of numbers: word, key of the coefficient at vanishing speed, and fields with
 /// their unset values.
 macro_rules! numbers {
     ($law:ident, $name:literal, at rest $at_rest:ident: $($field:ident = $unset:expr),+) => {
@@ -50,7 +50,7 @@ macro_rules! numbers {
     };
     ($law:ident, $name:literal, at rest $at_rest:ident: $($field:ident = $unset:expr),+;
      complaints |$of:ident| $complaints:expr) => {
-        impl crate::friction::Parameters for $law {
+        impl crate::friction::LawParameters for $law {
             const NAME: &'static str = $name;
             const KEYS: &'static [&'static str] = &[$(stringify!($field)),+];
             const AT_VANISHING_SPEED: &'static str = stringify!($at_rest);

@@ -1,7 +1,7 @@
 //! Friction through given points.
 
 use super::cubic::{Cubic, CubicSeries};
-use super::{Bounds, Factors, Law, LawSeries, Parameters};
+use super::{Bounds, Factors, Law, LawParameters, LawSeries};
 use crate::numerics::Number;
 use crate::numerics::taylor::Unfolding;
 
@@ -51,7 +51,7 @@ pub struct Table {
 const MOST_FOLLOWED: f64 = 500.0;
 
 impl Table {
-    /// A law through these points. [`Parameters::complaints`] reports errors; the law is NaN if the points make no
+    /// A law through these points. [`LawParameters::complaints`] reports errors; the law is NaN if the points make no
     /// curve.
     pub fn new(speed: Vec<f64>, coefficient: Vec<f64>, interpolation: Interpolation) -> Table {
         let mut table = Table {
@@ -174,7 +174,7 @@ fn monotone_slopes(width: &[f64], secant: &[f64]) -> Vec<f64> {
     slopes
 }
 
-impl Parameters for Table {
+impl LawParameters for Table {
     const NAME: &'static str = "table";
     const KEYS: &'static [&'static str] = &["speed", "coefficient", "interpolation"];
     const AT_VANISHING_SPEED: &'static str = "coefficient.0";

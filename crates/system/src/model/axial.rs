@@ -82,7 +82,7 @@ pub struct AxialMotion {
     ringing: Ringing,
     /// F(t), N.
     pub force: Pieces,
-    pieces: Vec<Piece>,
+    pieces: Vec<AxialPiece>,
 }
 
 /// The ringing: difference between the pressing force and F, in any type of [`Number`].
@@ -138,7 +138,7 @@ impl<T: Number> Ringing<T> {
 }
 
 #[derive(Debug, Clone, Copy, PartialEq)]
-struct Piece {
+struct AxialPiece {
     force: signal::Piece,
     /// Particular solution z = offset + drift tau.
     offset: f64,
@@ -159,7 +159,7 @@ struct Piece {
 const GONE: f64 = 1e-250;
 
 #[derive(Debug, Clone, Copy, PartialEq)]
-enum Search {
+enum AxialSearch {
     Zero(f64),
     None,
     /// The remaining ringing does not count as a touch.
@@ -206,13 +206,13 @@ impl AxialMotion {
         motion
     }
 
-    fn first_piece(&self, force: signal::Piece, ringing: (f64, f64)) -> Piece {
+    fn first_piece(&self, force: signal::Piece, ringing: (f64, f64)) -> AxialPiece {
         let (drift, offset) = self.particular(&force);
         self.piece(force, (-offset, -drift), ringing, (0.0, 0.0))
     }
 
     /// At a corner z, z' and the pressing force are continuous. No difference of large numbers is taken.
-    fn next_piece(&self, last: &Piece, force: signal::Piece, ringing: (f64, f64)) -> Piece {
+    fn next_piece(&self, last: &AxialPiece, force: signal::Piece, ringing: (f64, f64)) -> AxialPiece {
         let Axial { stiffness, damping, .. } = self.axial;
         let tau = last.force.end - last.force.start;
         let state = self.evaluate(last, last.force.end);
@@ -230,7 +230,7 @@ impl AxialMotion {
         (drift, -(force.value + damping * drift) / stiffness)
     }
 
-    fn piece(&self, force: signal::Piece, free: (f64, f64), ringing: (f64, f64), sums: (f64, f64)) -> Piece {
+    fn piece(&self, force: signal::Piece, free: (f64, f64), ringing: (f64, f64), sums: (f64, f64)) -> AxialPiece {
         let (drift, offset) = self.particular(&force);
         let amplitude = ringing_amplitude(&self.axial, ringing);
         let scale = force.value.abs();
@@ -242,7 +242,7 @@ impl AxialMotion {
         } else {
             f64::INFINITY
         };
-        Piece {
+        AxialPiece {
             force,
             offset,
             drift,
@@ -355,7 +355,7 @@ impl AxialMotion {
     }
 
     /// Lower and upper bound of the pressing force from `t` to the end of the piece.
-    fn bounds_in_piece(&self, piece: &Piece, t: f64) -> (f64, f64) {
+    fn bounds_in_piece(&self, piece: &AxialPiece, t: f64) -> (f64, f64) {
         let tau = (t - piece.force.start).max(0.0);
         let from = piece.force.at(tau);
         let to = piece.force.end_value;
@@ -432,10 +432,10 @@ impl AxialMotion {
                 }
             }
             match self.change_in_piece(piece, from, piece.force.end.min(until), sign, departing, &mut steps) {
-                Search::Zero(time) => return Some(ContactChange::new(time, ChangeCause::Zero)),
-                Search::None => rests = false,
-                Search::Rest => rests = true,
-                Search::Searched(time) => return Some(ContactChange::new(time, ChangeCause::Searched)),
+                AxialSearch::Zero(time) => return Some(ContactChange::new(time, ChangeCause::Zero)),
+                AxialSearch::None => rests = false,
+                AxialSearch::Rest => rests = true,
+                AxialSearch::Searched(time) => return Some(ContactChange::new(time, ChangeCause::Searched)),
             }
         }
         None
@@ -443,7 +443,7 @@ impl AxialMotion {
 
     /// Whether a contact on the side `sign` stays there despite ringing: F does not press, and an open contact rings
     /// too little to touch, or a closed one has ended ringing.
-    fn rests(&self, piece: &Piece, tau: f64, sign: f64) -> bool {
+    fn rests(&self, piece: &AxialPiece, tau: f64, sign: f64) -> bool {
         if piece.force.value > 0.0 || piece.force.end_value > 0.0 {
             return false;
         }
@@ -459,7 +459,7 @@ impl AxialMotion {
 
     /// At the corner where a rest ends: cause, and the side to which the pressing force leaves zero or on which it
     /// stands.
-    fn leaving(&self, piece: &Piece) -> (ChangeCause, f64) {
+    fn leaving(&self, piece: &AxialPiece) -> (ChangeCause, f64) {
         let (force, rate) = self.pressing(piece, 0.0);
         let curvature = self.ringing.oscillator.curvature(piece.ringing);
         let reach = (rate.abs() + curvature.abs() * SAME_INSTANT / 2.0) * SAME_INSTANT;
@@ -475,7 +475,7 @@ impl AxialMotion {
 
     /// Side to which the pressing force leaves a corner of F where it is zero up to rounding or an instant; `None` where it
     /// is not, or stays zero.
-    fn zero_at_corner(&self, before: &Piece, piece: &Piece) -> Option<f64> {
+    fn zero_at_corner(&self, before: &AxialPiece, piece: &AxialPiece) -> Option<f64> {
         let (force, rate) = self.pressing(piece, 0.0);
         let frequency = (self.axial.stiffness / self.axial.mass).sqrt();
         let ringing = self.ringing_at_end(before);
@@ -496,7 +496,7 @@ impl AxialMotion {
     }
 
     /// Amplitude of the ringing at the end of a piece, N.
-    fn ringing_at_end(&self, piece: &Piece) -> f64 {
+    fn ringing_at_end(&self, piece: &AxialPiece) -> f64 {
         let end = piece.force.end - piece.force.start;
         ringing_amplitude(&self.axial, self.ringing_at(piece, end))
     }
@@ -538,19 +538,19 @@ impl AxialMotion {
     /// `steps` counts the remaining ones.
     fn change_in_piece(
         &self,
-        piece: &Piece,
+        piece: &AxialPiece,
         from: f64,
         to: f64,
         sign: f64,
         departing: bool,
         steps: &mut u32,
-    ) -> Search {
+    ) -> AxialSearch {
         let mut t = from;
         let mut departing = departing;
         while t < to {
             let tau = t - piece.force.start;
             if self.rests(piece, tau, sign) {
-                return Search::Rest;
+                return AxialSearch::Rest;
             }
             let ringing = self.ringing_at(piece, tau);
             let force = piece.force.beside_ends(t) + ringing.0;
@@ -558,14 +558,14 @@ impl AxialMotion {
             let curvature = self.second_derivative_bound(ringing.0, ringing.1);
             let grows_for = || self.departure(piece, ringing, sign, rate, curvature);
             let mut delta = if departing && curvature == 0.0 {
-                return Search::None;
+                return AxialSearch::None;
             } else if departing {
                 departing = false;
                 let none = 1e-3 * (self.axial.mass / self.axial.stiffness).sqrt();
                 // In doubles of this size the step can vanish.
                 grows_for().unwrap_or(none).max(4.0 * f64::EPSILON * t)
             } else if g <= 0.0 {
-                return Search::Zero(t);
+                return AxialSearch::Zero(t);
             } else {
                 positive_for(g, rate, curvature)
             };
@@ -574,16 +574,16 @@ impl AxialMotion {
                 delta = grows_for().unwrap_or(delta);
             }
             if t + delta <= t {
-                return Search::Zero(t);
+                return AxialSearch::Zero(t);
             }
             t += delta;
             *steps -= 1;
             if *steps == 0 && t < to {
-                return Search::Searched(t);
+                return AxialSearch::Searched(t);
             }
             *steps = (*steps).max(1);
         }
-        Search::None
+        AxialSearch::None
     }
 
     /// Time over which sign * pressing force, zero up to rounding, provably grows (s); `None` without a proof.
@@ -591,7 +591,7 @@ impl AxialMotion {
     /// Its rate is the sum of the slopes of F and of the ringing, which cancel where contact starts with a ramp: their
     /// rounding is not a rate. The force then leaves zero with its second derivative, or without damping with its
     /// third.
-    fn departure(&self, piece: &Piece, ringing: (f64, f64), sign: f64, rate: f64, curvature: f64) -> Option<f64> {
+    fn departure(&self, piece: &AxialPiece, ringing: (f64, f64), sign: f64, rate: f64, curvature: f64) -> Option<f64> {
         let rounding = RATE_ROUNDING * piece.force.slope.abs();
         let by_rate = if rate > rounding { rate / curvature } else { 0.0 };
         let turn = self.ringing.oscillator.curvature(ringing);
@@ -608,7 +608,7 @@ impl AxialMotion {
 
     /// The ringing and its rate at `tau` (s) into a piece, N and N/s; zero once it is silent.
     #[inline]
-    fn ringing_at(&self, piece: &Piece, tau: f64) -> (f64, f64) {
+    fn ringing_at(&self, piece: &AxialPiece, tau: f64) -> (f64, f64) {
         if tau >= piece.silent_after {
             return (0.0, 0.0);
         }
@@ -616,23 +616,23 @@ impl AxialMotion {
     }
 
     /// The pressing force and its rate at `tau` (s) into a piece, N and N/s.
-    fn pressing(&self, piece: &Piece, tau: f64) -> (f64, f64) {
+    fn pressing(&self, piece: &AxialPiece, tau: f64) -> (f64, f64) {
         let (q, rate) = self.ringing_at(piece, tau);
         (piece.force.at(tau) + q, piece.force.slope + rate)
     }
 
     /// Bound of the amplitude of the free part of z at `tau` (s) into a piece, m.
-    fn free_amplitude(&self, piece: &Piece, tau: f64) -> f64 {
+    fn free_amplitude(&self, piece: &AxialPiece, tau: f64) -> f64 {
         let (h, rate) = self.ringing.oscillator.advance(piece.free.0, piece.free.1, tau);
         (h * h + rate * rate * self.axial.mass / self.axial.stiffness).sqrt()
     }
 
     #[inline]
-    fn piece_at(&self, t: f64) -> &Piece {
+    fn piece_at(&self, t: f64) -> &AxialPiece {
         &self.pieces[self.force.index(t)]
     }
 
-    fn evaluate(&self, piece: &Piece, t: f64) -> AxialState {
+    fn evaluate(&self, piece: &AxialPiece, t: f64) -> AxialState {
         let Axial {
             mass,
             stiffness,

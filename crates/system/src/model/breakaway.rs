@@ -52,7 +52,7 @@ impl Bounded {
 
 /// Input of a search for a breakaway.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Search {
+pub struct BreakawaySearch {
     /// Time scale of the motion, s.
     pub period: f64,
     /// Searched time, s.
@@ -67,7 +67,7 @@ pub struct Search {
 /// torque, and `lowest` its least value from then on. The search steps over times in which the bounds exclude a root,
 /// so that it passes over none.
 pub(crate) fn first_breakaway(
-    search: Search,
+    search: BreakawaySearch,
     tested: impl Fn(f64) -> (Bounded, f64),
     limit: impl Fn(f64) -> Bounded,
     lowest: impl Fn(f64) -> f64,

@@ -12,12 +12,12 @@ use nalgebra::{DMatrix, DVector};
 
 /// An entry or coordinate as a sum of terms (index, factor).
 #[derive(Debug, Clone)]
-pub(super) struct Sum {
+pub(super) struct TermSum {
     pub of: usize,
     terms: Vec<(usize, f64)>,
 }
 
-impl Sum {
+impl TermSum {
     pub fn over(&self, values: &[f64]) -> f64 {
         let mut terms = self.terms.iter().map(|&(of, factor)| factor * values[of]);
         let first = terms.next().unwrap_or(0.0);
@@ -52,7 +52,7 @@ pub(super) struct Turning {
 }
 
 #[derive(Debug, Clone, Copy, PartialEq)]
-enum Kind {
+enum EntryKind {
     /// Speeds of its bodies, from the ground on.
     Tied,
     /// Speeds of its bodies, and the angle of one of them at this coordinate.
@@ -96,7 +96,7 @@ pub(super) struct Chains<'a> {
     of_inertia: [Vec<Option<usize>>; 2],
     shafts: Vec<Shaft>,
     /// One in stick, two in separation.
-    chains: Vec<Kind>,
+    chains: Vec<EntryKind>,
     omega: f64,
     /// Side, coordinate and factor of each torque: x = torque / factor.
     torques: Vec<(usize, usize, f64)>,
@@ -187,11 +187,11 @@ impl<'a> Chains<'a> {
             members.any(|body| body.viscous != 0.0)
         };
         let kinds = (0..if self.stuck { 1 } else { 2 }).map(|chain| match (tied(chain), braked(chain)) {
-            (true, _) => Kind::Tied,
-            (false, true) => Kind::Turning(0),
-            (false, false) => Kind::Drifting,
+            (true, _) => EntryKind::Tied,
+            (false, true) => EntryKind::Turning(0),
+            (false, false) => EntryKind::Drifting,
         });
-        let mut kinds: Vec<Kind> = kinds.collect();
+        let mut kinds: Vec<EntryKind> = kinds.collect();
         let mut next = self.dimension;
         let mut coordinate = || {
             next += 1;
@@ -200,13 +200,13 @@ impl<'a> Chains<'a> {
         for body in self
             .bodies
             .iter_mut()
-            .filter(|body| kinds[body.chain] != Kind::Drifting)
+            .filter(|body| kinds[body.chain] != EntryKind::Drifting)
         {
             body.speed = Some(coordinate());
         }
         for shaft in &mut self.shafts {
             let chain = shaft.inner.or(shaft.outer).map(|body| self.bodies[body].chain);
-            if chain.is_some_and(|chain| kinds[chain] == Kind::Drifting) {
+            if chain.is_some_and(|chain| kinds[chain] == EntryKind::Drifting) {
                 shaft.rate = Some(coordinate());
             }
         }
@@ -226,7 +226,7 @@ impl<'a> Chains<'a> {
             }
         }
         for kind in &mut kinds {
-            if let Kind::Turning(angle) = kind {
+            if let EntryKind::Turning(angle) = kind {
                 *angle = next;
                 next += 1;
             }
@@ -238,9 +238,9 @@ impl<'a> Chains<'a> {
     fn angles(&self) -> Option<Vec<DVector<f64>>> {
         let mut turned: Vec<Option<DVector<f64>>> = vec![None; self.bodies.len()];
         for (chain, kind) in self.chains.iter().enumerate() {
-            if let (Some(first), true) = (self.first_of(chain), *kind != Kind::Tied) {
+            if let (Some(first), true) = (self.first_of(chain), *kind != EntryKind::Tied) {
                 turned[first] = Some(match kind {
-                    Kind::Turning(angle) => self.unit(*angle) / self.omega,
+                    EntryKind::Turning(angle) => self.unit(*angle) / self.omega,
                     _ => self.zero(),
                 });
             }
@@ -329,7 +329,7 @@ impl<'a> Chains<'a> {
         }
         for (chain, kind) in self.chains.iter().enumerate() {
             let first = self.first_of(chain).and_then(|first| self.bodies[first].speed);
-            if let (Kind::Turning(angle), Some(speed)) = (*kind, first) {
+            if let (EntryKind::Turning(angle), Some(speed)) = (*kind, first) {
                 a[(angle, speed)] = self.omega;
             }
         }
@@ -390,16 +390,16 @@ impl<'a> Chains<'a> {
     }
 
     /// The entries of the state that the coordinates determine.
-    pub fn entries(&self) -> Vec<Sum> {
+    pub fn entries(&self) -> Vec<TermSum> {
         let mut entries = Vec::new();
         for (twist, shaft) in self.shafts.iter().enumerate() {
-            entries.push(Sum {
+            entries.push(TermSum {
                 of: shaft.entry,
                 terms: vec![(twist, 1.0 / self.omega)],
             });
             let rate = self.rate(shaft);
             let terms = rate.iter().copied().enumerate().filter(|term| term.1 != 0.0);
-            entries.push(Sum {
+            entries.push(TermSum {
                 of: shaft.entry + 1,
                 terms: terms.collect(),
             });
@@ -409,7 +409,7 @@ impl<'a> Chains<'a> {
             let coordinate = outermost.and_then(|body| self.bodies[body].speed);
             if let (Some(of), Some(coordinate)) = (side.speed, coordinate) {
                 let terms = vec![(coordinate, 1.0)];
-                entries.push(Sum { of, terms });
+                entries.push(TermSum { of, terms });
             }
         }
         entries
@@ -417,14 +417,14 @@ impl<'a> Chains<'a> {
 
     /// The speeds and twist rates among the coordinates, as sums over the state. The surfaces' common speed is read
     /// from a tied train.
-    pub fn speeds(&self) -> Vec<Sum> {
+    pub fn speeds(&self) -> Vec<TermSum> {
         let rates = self.shafts.iter().filter_map(|shaft| {
-            Some(Sum {
+            Some(TermSum {
                 of: shaft.rate?,
                 terms: vec![(shaft.entry + 1, 1.0)],
             })
         });
-        let mut speeds: Vec<Sum> = rates.collect();
+        let mut speeds: Vec<TermSum> = rates.collect();
         let rotor_alone = self.sides[0].speed.is_none() && self.sides[1].speed.is_some();
         for index in if rotor_alone { [1, 0] } else { [0, 1] } {
             let side = self.sides[index];
@@ -438,7 +438,7 @@ impl<'a> Chains<'a> {
                 };
                 speeds.retain(|speed| speed.of != of);
                 let terms = terms.clone();
-                speeds.push(Sum { of, terms });
+                speeds.push(TermSum { of, terms });
             }
         }
         speeds
@@ -446,8 +446,8 @@ impl<'a> Chains<'a> {
 
     fn drifting_index(&self, chain: usize) -> Option<usize> {
         let before = &self.chains[..chain];
-        let index = before.iter().filter(|kind| **kind == Kind::Drifting).count();
-        (self.chains[chain] == Kind::Drifting).then_some(index)
+        let index = before.iter().filter(|kind| **kind == EntryKind::Drifting).count();
+        (self.chains[chain] == EntryKind::Drifting).then_some(index)
     }
 
     pub fn drifting(&self) -> Vec<Drifting> {
@@ -467,7 +467,7 @@ impl<'a> Chains<'a> {
                 torques: [0, 1].map(|side| of_chain(self.driven_body(side)).is_some()),
             }
         };
-        let chains = (0..self.chains.len()).filter(|&chain| self.chains[chain] == Kind::Drifting);
+        let chains = (0..self.chains.len()).filter(|&chain| self.chains[chain] == EntryKind::Drifting);
         chains.map(drifting).collect()
     }
 

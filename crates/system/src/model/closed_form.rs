@@ -4,11 +4,11 @@
 //! coordinates are those of `Chains`.
 
 use super::OfLinearModes;
-use super::chains::{Chains, Drifting, Sum, Turning};
+use super::chains::{Chains, Drifting, TermSum, Turning};
 use super::equations::{ANGLE, DAMPING_LOSS, SystemEquations, WORK};
 use crate::model::Mode;
-use crate::model::breakaway::{Bounded, Breakaway, Search, first_breakaway};
-use crate::model::linear_flow::{self, Flow};
+use crate::model::breakaway::{Bounded, Breakaway, BreakawaySearch, first_breakaway};
+use crate::model::linear_flow::{self, DecayingFlow};
 use nalgebra::{DMatrix, DVector};
 
 /// Most coordinates of a closed form. The work grows with the square of their number, for a Taylor series only in
@@ -16,26 +16,26 @@ use nalgebra::{DMatrix, DVector};
 const MOST: usize = 16;
 
 /// Both linear motions of a system, each made on first use.
-pub type ClosedForm = OfLinearModes<Motion>;
+pub type ClosedForm = OfLinearModes<LinearMotion>;
 
 impl ClosedForm {
     /// The motion of a mode; `None` without a closed form: in slip, if a shaft has no stiffness, if nothing moves by
     /// itself, and for long chains.
-    pub fn of(&self, system: &SystemEquations, mode: Mode) -> Option<&Motion> {
-        self.get(mode, || Motion::new(system, mode == Mode::Stick))
+    pub fn of(&self, system: &SystemEquations, mode: Mode) -> Option<&LinearMotion> {
+        self.get(mode, || LinearMotion::new(system, mode == Mode::Stick))
     }
 }
 
 /// The linear motion of one mode.
 #[derive(Debug)]
-pub struct Motion {
+pub struct LinearMotion {
     /// Flow with the torque that breakaway tests, N m.
-    flow: Box<dyn Flow>,
+    flow: Box<dyn DecayingFlow>,
     energy: DMatrix<f64>,
     dimension: usize,
     /// Entries of the state from the coordinates, and speeds among the coordinates from the state.
-    entries: Vec<Sum>,
-    speeds: Vec<Sum>,
+    entries: Vec<TermSum>,
+    speeds: Vec<TermSum>,
     /// Coordinate, entry and factor of each twist: x = factor y.
     twists: Vec<(usize, usize, f64)>,
     /// Side, coordinate and factor of each torque: x = torque / factor.
@@ -51,13 +51,13 @@ pub struct Motion {
     slip: usize,
 }
 
-impl Motion {
-    fn new(system: &SystemEquations, stuck: bool) -> Option<Motion> {
+impl LinearMotion {
+    fn new(system: &SystemEquations, stuck: bool) -> Option<LinearMotion> {
         let chains = Chains::new(system, stuck).filter(|chains| chains.dimension() <= MOST)?;
         let (a, energy) = (chains.flow(), chains.energy());
         let flow = linear_flow::flow(&a, &energy, &chains.tested(system));
         flow.has_bounds().then_some(())?;
-        Some(Motion {
+        Some(LinearMotion {
             flow,
             energy,
             dimension: chains.dimension(),
@@ -142,7 +142,7 @@ impl Motion {
         &self,
         y: &[f64],
         torques: [f64; 2],
-        search: Search,
+        search: BreakawaySearch,
         limit: impl Fn(f64) -> Bounded,
         lowest: impl Fn(f64) -> f64,
     ) -> Breakaway {

@@ -12,7 +12,7 @@ const LEVELS: usize = 48;
 const ORDER: u32 = 11;
 
 /// x' = A x with an energy x^T P x that never grows, and a linear function c x.
-pub(super) trait Flow: Debug + Send + Sync {
+pub(super) trait DecayingFlow: Debug + Send + Sync {
     fn advance(&self, x: &[f64], tau: f64, out: &mut [f64]);
 
     /// Whether the energy bounds functions of the state.
@@ -28,8 +28,8 @@ pub(super) trait Flow: Debug + Send + Sync {
 /// The flow with the matrices A and P and the row c. Sizes of small systems are known to the compiler.
 ///
 /// `a` must be scaled to entries of one size. P is symmetric and positive definite except for zero rows. If it has no
-/// inverse in double precision, there are no bounds: see [`Flow::has_bounds`].
-pub(super) fn flow(a: &DMatrix<f64>, energy: &DMatrix<f64>, row: &DVector<f64>) -> Box<dyn Flow> {
+/// inverse in double precision, there are no bounds: see [`DecayingFlow::has_bounds`].
+pub(super) fn flow(a: &DMatrix<f64>, energy: &DMatrix<f64>, row: &DVector<f64>) -> Box<dyn DecayingFlow> {
     match a.nrows() {
         2 => Box::new(LinearFlow::new(Const::<2>, a, energy, row)),
         3 => Box::new(LinearFlow::new(Const::<3>, a, energy, row)),
@@ -38,7 +38,7 @@ pub(super) fn flow(a: &DMatrix<f64>, energy: &DMatrix<f64>, row: &DVector<f64>) 
     }
 }
 
-/// The implementation of [`Flow`].
+/// The implementation of [`DecayingFlow`].
 ///
 /// exp(A h 2^k) - 1 is tabulated on demand, so that exp(A tau) x takes one product for each binary digit of tau / h and
 /// a short Taylor series for the rest. This needs no eigenvectors, and loses nothing near a double eigenvalue. Without
@@ -170,7 +170,7 @@ where
     change * 2.0 + change * change
 }
 
-impl<D: Dim> Flow for LinearFlow<D>
+impl<D: Dim> DecayingFlow for LinearFlow<D>
 where
     DefaultAllocator: Allocator<D, D> + Allocator<D> + Allocator<U1, D>,
     Self: Debug + Send + Sync,

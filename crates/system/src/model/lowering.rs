@@ -1,7 +1,7 @@
 //! Two equal disks as a system of two chains, and the reverse.
 
 use super::system::{self, ContactLaw, End, Initial, KickSide, Pressing, System, Train};
-use super::{Contact, Initial as AtRest, Kick, Parameters, Torsion};
+use super::{Contact, DiskInitial as AtRest, DiskKick, Parameters, Torsion};
 use crate::friction::Friction;
 
 impl From<&Parameters> for System {
@@ -17,7 +17,7 @@ impl From<&Parameters> for System {
             end,
             torque: None,
         };
-        let kick = |kick: &Kick| system::Kick {
+        let kick = |kick: &DiskKick| system::Kick {
             time: kick.time,
             relative_velocity: kick.relative_velocity,
             on: KickSide::Both,
@@ -79,7 +79,7 @@ impl Parameters {
             perturbations: system
                 .kicks
                 .iter()
-                .map(|kick| Kick {
+                .map(|kick| DiskKick {
                     time: kick.time,
                     relative_velocity: kick.relative_velocity,
                 })

@@ -10,7 +10,7 @@ use crate::numerics::polynomial_roots::first_falling;
 
 /// A surface on its own shaft.
 #[derive(Debug, Clone, Copy)]
-pub struct Surface {
+pub struct MarginSurface {
     /// J, kg m^2.
     pub inertia: f64,
     /// a of the shaft and to the ground, N m s/rad.
@@ -19,10 +19,10 @@ pub struct Surface {
     pub stiffness: f64,
 }
 
-impl Surface {
-    fn of(train: &Train) -> Option<Surface> {
+impl MarginSurface {
+    fn of(train: &Train) -> Option<MarginSurface> {
         let first = |values: &[f64]| values.first().copied().unwrap_or(0.0);
-        train.inertia.first().map(|&inertia| Surface {
+        train.inertia.first().map(|&inertia| MarginSurface {
             inertia,
             damping: first(&train.damping) + first(&train.viscous),
             stiffness: first(&train.stiffness),
@@ -53,7 +53,7 @@ pub fn resistance(system: &System) -> Result<f64, &'static str> {
         return Err("a contact without stick is not watched for it");
     }
     slowing(system)?;
-    let twice = match [&system.rotor, &system.stator].map(Surface::of) {
+    let twice = match [&system.rotor, &system.stator].map(MarginSurface::of) {
         [Some(rotor), Some(stator)] => of_both(&rotor, &stator),
         [Some(one), None] | [None, Some(one)] => (one.stiffness > 0.0).then_some(2.0 * one.damping),
         [None, None] => None,
@@ -84,7 +84,7 @@ pub fn slowing(system: &System) -> Result<(), &'static str> {
 
 /// Minimum of 2 Re Z over the frequencies at which the surfaces swing against each other, N m s/rad; `None` if they do
 /// not swing.
-pub fn of_both(one: &Surface, other: &Surface) -> Option<f64> {
+pub fn of_both(one: &MarginSurface, other: &MarginSurface) -> Option<f64> {
     if one.undamped() || other.undamped() {
         return Some(0.0);
     }
@@ -121,7 +121,7 @@ pub fn of_both(one: &Surface, other: &Surface) -> Option<f64> {
 /// is (start + width t) (a_2^2 J_1 t - a_1^2 J_2 (1 - t)) - J_1 J_2 width^2 t (1 - t) (J_1 t - J_2 (1 - t)).
 ///
 /// A slow surface without a shaft has start = 0 and a zero at t = 0, which is no swing and is divided out.
-fn reactance(slow: &Surface, fast: &Surface, start: f64, width: f64) -> [f64; 4] {
+fn reactance(slow: &MarginSurface, fast: &MarginSurface, start: f64, width: f64) -> [f64; 4] {
     let (j1, j2) = (slow.inertia, fast.inertia);
     let (d1, d2) = (slow.damping * slow.damping * j2, fast.damping * fast.damping * j1);
     let (j, product) = (j1 + j2, j1 * j2 * width * width);
@@ -152,7 +152,7 @@ fn first_zero(f: [f64; 4]) -> Option<f64> {
 }
 
 /// Re Z at start + width t.
-fn real_part(slow: &Surface, fast: &Surface, start: f64, width: f64, share: f64) -> f64 {
+fn real_part(slow: &MarginSurface, fast: &MarginSurface, start: f64, width: f64, share: f64) -> f64 {
     let x = start + width * share;
     let (a1, b1) = (slow.damping, slow.inertia * width * share);
     let (a2, b2) = (fast.damping, -fast.inertia * width * (1.0 - share));

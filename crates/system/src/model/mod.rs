@@ -47,7 +47,7 @@ pub mod system;
 use std::sync::OnceLock;
 
 pub use exact::{ExactLaw, nearest_double};
-pub use parameters::{Axial, BreakawayTest, Contact, Initial, Kick, KickTime, Mode, Parameters, Torsion};
+pub use parameters::{Axial, BreakawayTest, Contact, DiskInitial, DiskKick, KickTime, Mode, Parameters, Torsion};
 
 /// A value for each linear mode, stick and separation, made on first use.
 #[derive(Debug)]

@@ -17,9 +17,9 @@ pub struct Parameters {
     /// Breakaway and friction law.
     pub friction: Friction,
     /// State at t = 0.
-    pub initial: Initial,
+    pub initial: DiskInitial,
     /// Kicks, in any order.
-    pub perturbations: Vec<Kick>,
+    pub perturbations: Vec<DiskKick>,
 }
 
 /// The axial oscillator, equations (1) and (11).
@@ -83,14 +83,14 @@ pub enum BreakawayTest {
 
 /// The state at t = 0, without twist.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Initial {
+pub struct DiskInitial {
     /// omega_0, rad/s, of the rotor and of its surface.
     pub speed: f64,
 }
 
 /// A jump of the relative velocity, half on each surface.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Kick {
+pub struct DiskKick {
     /// Time of the kick.
     pub time: KickTime,
     /// delta, rad/s: phi2_dot += delta/2, phi1_dot -= delta/2.

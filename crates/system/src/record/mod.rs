@@ -7,4 +7,4 @@ pub mod sequence;
 
 pub use digest::{Cycle, CycleStatistics, EventDigest};
 pub use recorder::{FurtherColumns, MemoryRecorder, NoRecorder, Recorder, RecorderError};
-pub use rows::{Channels, Event, EventKind, Piece, Sample, Segment, State};
+pub use rows::{Channels, DensePiece, Event, EventKind, Sample, Segment, State};

@@ -1,7 +1,7 @@
 //! Interface between a run and the recorder of its rows.
 
 use super::digest::Cycle;
-use super::rows::{Event, Piece, Sample, Segment};
+use super::rows::{DensePiece, Event, Sample, Segment};
 use crate::model::Mode;
 
 /// Failure of a recorder, such as a full disk; the run stops with it.
@@ -27,7 +27,7 @@ pub trait Recorder {
         Ok(())
     }
     /// Takes a piece of the motion, in a run with dense output.
-    fn piece(&mut self, _piece: &Piece<'_>) -> Result<(), RecorderError> {
+    fn piece(&mut self, _piece: &DensePiece<'_>) -> Result<(), RecorderError> {
         Ok(())
     }
     /// Takes a cycle of stick-slip, after the event that completes it.

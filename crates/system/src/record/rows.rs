@@ -78,7 +78,7 @@ pub struct Sample {
 
 /// A stretch of a motion between two events, with a polynomial for every quantity.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Piece<'a> {
+pub struct DensePiece<'a> {
     /// Start, s.
     pub start: f64,
     /// End, s.

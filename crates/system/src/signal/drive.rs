@@ -27,7 +27,7 @@ pub enum Drive<T = f64> {
 #[derive(Debug, Clone, PartialEq)]
 pub struct Wave<T = f64> {
     /// Sine or cosine.
-    pub shape: Shape,
+    pub shape: HarmonicShape,
     /// Mean, in the unit of the driven quantity.
     pub mean: T,
     /// Amplitude, in the unit of the driven quantity.
@@ -44,7 +44,7 @@ pub struct Wave<T = f64> {
 
 /// Sine or cosine.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Shape {
+pub enum HarmonicShape {
     /// sin.
     Sine,
     /// cos.
@@ -171,8 +171,8 @@ impl Wave {
             }
         };
         match self.shape {
-            Shape::Sine => (sine, cosine),
-            Shape::Cosine => (cosine, -sine),
+            HarmonicShape::Sine => (sine, cosine),
+            HarmonicShape::Cosine => (cosine, -sine),
         }
     }
 
@@ -212,12 +212,12 @@ pub struct Timeline {
 
 #[derive(Debug, Clone, PartialEq)]
 struct Track {
-    lines: Vec<Line>,
+    lines: Vec<DriveLine>,
     waves: Vec<Wave>,
 }
 
 #[derive(Debug, Clone, Copy, PartialEq)]
-struct Line {
+struct DriveLine {
     start: f64,
     value: f64,
     slope: f64,
@@ -225,7 +225,7 @@ struct Line {
     before: f64,
 }
 
-impl Line {
+impl DriveLine {
     #[inline]
     fn at(&self, t: f64) -> f64 {
         self.value + self.slope * (t - self.start)
@@ -417,13 +417,13 @@ impl Timeline {
 }
 
 /// Sums linear signals on the stretches between `corners`, which include all of theirs.
-fn lines(linear: &[Pieces], corners: &[f64]) -> Vec<Line> {
-    let mut found: Vec<Line> = Vec::with_capacity(corners.len() + 1);
+fn lines(linear: &[Pieces], corners: &[f64]) -> Vec<DriveLine> {
+    let mut found: Vec<DriveLine> = Vec::with_capacity(corners.len() + 1);
     for start in std::iter::once(0.0).chain(corners.iter().copied()) {
         let value = sum_without_rounding(linear.iter().map(|pieces| pieces.value(start)));
         let slope = sum_without_rounding(linear.iter().map(|pieces| pieces.slope(start)));
         let before = found.last().map_or(0.0, |line| line.integral(start));
-        found.push(Line {
+        found.push(DriveLine {
             start,
             value,
             slope,

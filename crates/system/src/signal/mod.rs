@@ -6,7 +6,7 @@ mod ramp;
 mod table;
 
 pub use drive::SIGNALS;
-pub use drive::{Drive, Frequency, Shape, Timeline, Wave};
+pub use drive::{Drive, Frequency, HarmonicShape, Timeline, Wave};
 pub use pieces::{Piece, Pieces};
 pub use ramp::Ramp;
 pub use table::Table;

@@ -26,7 +26,7 @@ const ROUNDING: f64 = 1e-14;
 /// Stability of steady sliding.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "kebab-case")]
-pub enum Verdict {
+pub enum SlidingVerdict {
     /// A small disturbance decays.
     Stable,
     /// A small disturbance neither grows nor decays, to first order.
@@ -35,15 +35,15 @@ pub enum Verdict {
     Unstable,
 }
 
-impl Verdict {
+impl SlidingVerdict {
     /// Whether a small disturbance grows.
     pub fn is_unstable(self) -> bool {
-        self == Verdict::Unstable
+        self == SlidingVerdict::Unstable
     }
 }
 
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Crossing {
+pub(super) struct ImpedanceCrossing {
     /// -kappa, N m s/rad, at least 0.
     pub resistance: f64,
     /// Angular frequency of the neutral motion, rad/s; 0 without oscillation.
@@ -53,7 +53,7 @@ pub(super) struct Crossing {
 }
 
 #[derive(Debug, Clone, PartialEq)]
-pub(super) struct Crossings(pub Vec<Crossing>);
+pub(super) struct ImpedanceCrossings(pub Vec<ImpedanceCrossing>);
 
 fn in_series(a: Complex<f64>, b: Complex<f64>) -> Complex<f64> {
     a * b / (a + b)
@@ -93,10 +93,10 @@ fn steady(rotor: &Side, stator: &Side) -> Option<f64> {
     }
 }
 
-impl Crossings {
+impl ImpedanceCrossings {
     /// Crossings near and beyond the natural frequencies (rad/s). `creeps`: whether a steady difference of the surface
     /// speeds counts as growing, at omega = 0. In a train without drive that motion is the sliding itself.
-    pub(super) fn new(rotor: &Side, stator: &Side, natural: &[f64], creeps: bool) -> Crossings {
+    pub(super) fn new(rotor: &Side, stator: &Side, natural: &[f64], creeps: bool) -> ImpedanceCrossings {
         let moving = || natural.iter().copied().filter(|&w| w > 0.0 && w.is_finite());
         let (least, most) = (moving().fold(f64::INFINITY, f64::min), moving().fold(0.0, f64::max));
         let (least, most) = if most > 0.0 { (least, most) } else { (1.0, 1.0) };
@@ -116,7 +116,7 @@ impl Crossings {
         let reactance: Vec<(f64, f64)> = grid.iter().map(|&omega| (omega, impedance(omega).im)).collect();
         let of_creep = steady(rotor, stator).filter(|_| creeps);
         if let (Some(resistance), Some(first)) = (of_creep, reactance.first()) {
-            found.push(Crossing {
+            found.push(ImpedanceCrossing {
                 resistance,
                 angular_frequency: 0.0,
                 change: if first.1 >= 0.0 { 1 } else { -1 },
@@ -144,7 +144,7 @@ impl Crossings {
             // At an undamped resonance the reactance jumps, and no resistance is left to cross.
             let nearest = if below.1.abs() <= above.1.abs() { below } else { above };
             if nearest.1.abs() <= size {
-                found.push(Crossing {
+                found.push(ImpedanceCrossing {
                     resistance: impedance(nearest.0).re.max(0.0),
                     angular_frequency: nearest.0,
                     change: if rises { 2 } else { -2 },
@@ -153,12 +153,14 @@ impl Crossings {
         }
         found.retain(|crossing| crossing.resistance.is_finite());
         found.sort_by(|a, b| a.resistance.total_cmp(&b.resistance));
-        Crossings(found)
+        ImpedanceCrossings(found)
     }
 
-    pub(super) fn verdict(&self, kappa: f64) -> Verdict {
+    pub(super) fn verdict(&self, kappa: f64) -> SlidingVerdict {
         let lost = -kappa;
-        let near = |crossing: &Crossing| (crossing.resistance - lost).abs() <= ROUNDING * crossing.resistance.max(lost);
+        let near = |crossing: &ImpedanceCrossing| {
+            (crossing.resistance - lost).abs() <= ROUNDING * crossing.resistance.max(lost)
+        };
         let growing: i32 = self
             .0
             .iter()
@@ -166,15 +168,15 @@ impl Crossings {
             .map(|crossing| crossing.change)
             .sum();
         match growing {
-            1.. => Verdict::Unstable,
-            _ if self.0.iter().any(near) => Verdict::Neutral,
-            _ => Verdict::Stable,
+            1.. => SlidingVerdict::Unstable,
+            _ if self.0.iter().any(near) => SlidingVerdict::Neutral,
+            _ => SlidingVerdict::Stable,
         }
     }
 
     /// Angular frequency of the neutral motion with the contact damping nearest to `kappa`, rad/s.
     pub(super) fn frequency(&self, kappa: f64) -> Option<f64> {
-        let away = |crossing: &&Crossing| (crossing.resistance + kappa).abs();
+        let away = |crossing: &&ImpedanceCrossing| (crossing.resistance + kappa).abs();
         let nearest = self.0.iter().min_by(|a, b| away(a).total_cmp(&away(b)));
         nearest.map(|crossing| crossing.angular_frequency)
     }

@@ -1,6 +1,6 @@
 //! The linearised equations of two trains as matrices, and their eigenvalues.
 
-use super::impedance::Crossings;
+use super::impedance::ImpedanceCrossings;
 use super::modes_report::{ShapeComponent, SystemMode};
 use nalgebra::{Complex, DMatrix, DVector};
 use std::f64::consts::TAU;
@@ -123,7 +123,7 @@ pub(super) fn stuck(system: &SystemEquations) -> DMatrix<f64> {
 /// Eigenvalues with Im >= 0 and right eigenvectors, the fastest first.
 fn eigenmodes(
     matrix: &DMatrix<f64>,
-    describe: impl Fn(Eigenvalue, Vec<Complex<f64>>) -> SystemMode,
+    describe: impl Fn(LinearEigenvalue, Vec<Complex<f64>>) -> SystemMode,
 ) -> Vec<SystemMode> {
     if matrix.nrows() == 0 {
         return Vec::new();
@@ -135,7 +135,7 @@ fn eigenmodes(
     kept.sort_by(|a, b| b.norm().total_cmp(&a.norm()));
     let mode = |lambda: Complex<f64>| {
         let still = lambda.norm() <= ROUNDING * largest;
-        let of = Eigenvalue {
+        let of = LinearEigenvalue {
             growth_rate: if still || lambda.re.abs() <= ROUNDING * largest {
                 0.0
             } else {
@@ -150,7 +150,7 @@ fn eigenmodes(
 }
 
 #[derive(Debug, Clone, Copy)]
-struct Eigenvalue {
+struct LinearEigenvalue {
     /// Re, 1/s.
     growth_rate: f64,
     /// Im >= 0, rad/s.
@@ -158,7 +158,7 @@ struct Eigenvalue {
     magnitude: f64,
 }
 
-impl Eigenvalue {
+impl LinearEigenvalue {
     fn mode(self, name: String, shape: Vec<ShapeComponent>, moves: Option<String>) -> SystemMode {
         let oscillates = self.angular_frequency > 0.0;
         let frequency = oscillates.then(|| self.magnitude / TAU);
@@ -251,7 +251,7 @@ fn largest(numbers: impl Iterator<Item = Complex<f64>>) -> Complex<f64> {
     })
 }
 
-struct Body {
+struct LinearBody {
     /// "rotor" or "stator".
     side: &'static str,
     count: usize,
@@ -263,13 +263,13 @@ struct Body {
     coordinate: String,
 }
 
-impl Body {
+impl LinearBody {
     fn is_surface(&self) -> bool {
         self.index == 0
     }
 }
 
-fn bodies(system: &SystemEquations, weights: &[f64], moved: &[Complex<f64>], joined: bool) -> Vec<Body> {
+fn bodies(system: &SystemEquations, weights: &[f64], moved: &[Complex<f64>], joined: bool) -> Vec<LinearBody> {
     let part = |of: fn(&Complex<f64>) -> f64| -> Vec<f64> {
         let mut y = vec![0.0; system.dimension];
         for (k, value) in moved.iter().enumerate() {
@@ -279,10 +279,10 @@ fn bodies(system: &SystemEquations, weights: &[f64], moved: &[Complex<f64>], joi
     };
     let (re, im) = (part(|c| c.re), part(|c| c.im));
     let still = Driving::default();
-    let of_side = |name: &'static str, side: &Side| -> Vec<Body> {
+    let of_side = |name: &'static str, side: &Side| -> Vec<LinearBody> {
         let speeds = side.speeds(&still, &re).into_iter().zip(side.speeds(&still, &im));
         let count = side.inertia.len();
-        let body = |(index, ((re, im), inertia)): (usize, ((f64, f64), &f64))| Body {
+        let body = |(index, ((re, im), inertia)): (usize, ((f64, f64), &f64))| LinearBody {
             side: name,
             count,
             index,
@@ -310,7 +310,7 @@ fn bodies(system: &SystemEquations, weights: &[f64], moved: &[Complex<f64>], joi
 }
 
 /// Largest motion: an inertia, one surface, or both together or against each other.
-fn name(bodies: &[Body], joined: bool) -> String {
+fn name(bodies: &[LinearBody], joined: bool) -> String {
     let outer = bodies.iter().filter(|body| !body.is_surface());
     let outer = outer.reduce(|best, body| {
         if body.velocity.norm() > best.velocity.norm() {
@@ -321,7 +321,7 @@ fn name(bodies: &[Body], joined: bool) -> String {
     });
     let surface = |side: &str| bodies.iter().find(|body| body.is_surface() && body.side == side);
     let (rotor, stator) = (surface("rotor"), surface("stator"));
-    let of = |body: Option<&Body>| body.map_or(Complex::from(0.0), |body| body.velocity);
+    let of = |body: Option<&LinearBody>| body.map_or(Complex::from(0.0), |body| body.velocity);
     let (phi2, phi1) = (of(rotor), of(stator));
     let most = phi2.norm().max(phi1.norm());
     // The rotor carries its own surface along: in that mode the rotor is the largest part.
@@ -343,9 +343,9 @@ fn name(bodies: &[Body], joined: bool) -> String {
     name.to_owned()
 }
 
-fn mover(bodies: &[Body]) -> Option<String> {
+fn mover(bodies: &[LinearBody]) -> Option<String> {
     let of_side = |side: &'static str| {
-        let mut found: Vec<&Body> = bodies.iter().filter(|body| body.side == side).collect();
+        let mut found: Vec<&LinearBody> = bodies.iter().filter(|body| body.side == side).collect();
         found.sort_by_key(|body| body.index);
         found.into_iter()
     };
@@ -357,8 +357,8 @@ fn mover(bodies: &[Body]) -> Option<String> {
         .map(|(_, body)| format!("{} {}", body.side, body.index))
 }
 
-/// Changes of stability. `creeps`: see [`Crossings::new`].
-pub(super) fn crossings(system: &SystemEquations, creeps: bool) -> Crossings {
+/// Changes of stability. `creeps`: see [`ImpedanceCrossings::new`].
+pub(super) fn crossings(system: &SystemEquations, creeps: bool) -> ImpedanceCrossings {
     let rest = Outside::default();
     let y = vec![0.0; system.dimension];
     let mut natural = Vec::new();
@@ -371,5 +371,5 @@ pub(super) fn crossings(system: &SystemEquations, creeps: bool) -> Crossings {
             natural.extend(frequencies.into_iter().filter(|&w| w > 1e-7 * largest));
         }
     }
-    Crossings::new(&system.rotor, &system.stator, &natural, creeps)
+    ImpedanceCrossings::new(&system.rotor, &system.stator, &natural, creeps)
 }

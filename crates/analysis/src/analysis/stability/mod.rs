@@ -24,6 +24,6 @@ mod smooth_sliding;
 pub mod states;
 
 pub use growth::Growth;
-pub use impedance::Verdict;
+pub use impedance::SlidingVerdict;
 pub use modes::Modes;
 pub use states::{SystemModes, steady_stability};

@@ -32,7 +32,7 @@ const HALVINGS: usize = 60;
 
 /// Zero of the largest real part of the slip's fast eigenvalues, along smooth (kick-free) sliding.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
-pub struct Crossing {
+pub struct StabilityCrossing {
     /// Time, s.
     pub time: f64,
     /// Relative velocity |omega_r|, rad/s.
@@ -92,7 +92,7 @@ pub struct Instability {
     /// Largest real part of the fast eigenvalues at that time, 1/s: not zero, as the rotor moves too.
     pub growth_rate: f64,
     /// Nearby zero of that real part.
-    pub eigenvalue_crossing: Option<Crossing>,
+    pub eigenvalue_crossing: Option<StabilityCrossing>,
     /// End of smooth sliding in its stop, s; the end of the run without one.
     pub smooth_end: f64,
     /// First stick of the run, s.
@@ -300,7 +300,7 @@ fn stability(law: &FrictionLaw, critical: Option<f64>, lost: bool) -> Stability 
 
 /// Crossing near the margin's zero at `time`, within the time scale of the margin. The margin assumes a rotor at rest;
 /// its motion shifts the eigenvalues' crossing by 0.1 ms in the paper's case.
-fn eigenvalue_crossing(sliding: &Slowing, time: f64, at: &State) -> Option<Crossing> {
+fn eigenvalue_crossing(sliding: &Slowing, time: f64, at: &State) -> Option<StabilityCrossing> {
     let path = sliding.path(at.relative_velocity.signum());
     let start = path.point(time, at);
     let slowing = path.torque(start).abs() / sliding.inertia();
@@ -323,7 +323,7 @@ fn eigenvalue_crossing(sliding: &Slowing, time: f64, at: &State) -> Option<Cross
                     near = middle;
                 }
             }
-            return Some(Crossing {
+            return Some(StabilityCrossing {
                 time: near.0,
                 relative_velocity: path.speed(near),
             });

@@ -1,6 +1,6 @@
 //! Report data: modes of a system, steady sliding and changes of its stability.
 
-use super::impedance::Verdict;
+use super::impedance::SlidingVerdict;
 use serde::Serialize;
 
 /// Modes of a system, steady sliding, and changes of its stability. SI units and radians; in translation metres,
@@ -14,15 +14,15 @@ pub struct SystemModes {
     /// States without contact, at rest, and at each operating point; for a stop also zero speed and zero margin.
     pub states: Vec<SystemState>,
     /// Relative velocities at which sliding changes its stability, under F_n.
-    pub critical_relative_velocities: Search,
+    pub critical_relative_velocities: ChangeSearch,
     /// Normal forces at which steady sliding changes its stability, N, under the same drives.
-    pub critical_normal_forces: Option<Search>,
+    pub critical_normal_forces: Option<ChangeSearch>,
     /// Factors of the rotor's shaft damping at which the first operating point changes its stability.
-    pub critical_rotor_damping: Option<Search>,
+    pub critical_rotor_damping: Option<ChangeSearch>,
     /// Factors of the stator's shaft damping, likewise.
-    pub critical_stator_damping: Option<Search>,
+    pub critical_stator_damping: Option<ChangeSearch>,
     /// Missing parts of the report, with reasons.
-    pub absent: Vec<Absent>,
+    pub absent: Vec<MissingModes>,
 }
 
 /// Value of a signal.
@@ -54,7 +54,7 @@ pub struct OperatingPoint {
     /// Stator twists, if steady, rad.
     pub stator_twist: Vec<f64>,
     /// Stability against a small disturbance.
-    pub stability: Verdict,
+    pub stability: SlidingVerdict,
 }
 
 /// Modes of one state.
@@ -106,20 +106,20 @@ pub struct ShapeComponent {
 
 /// Changes of stability as one parameter varies.
 #[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct Search {
+pub struct ChangeSearch {
     /// Lower end of the search.
     pub from: f64,
     /// Upper end of the search.
     pub to: f64,
     /// Changes in rising order.
-    pub changes: Vec<Change>,
+    pub changes: Vec<StabilityChange>,
     /// Verdict for the whole range if nothing changes.
-    pub throughout: Option<Verdict>,
+    pub throughout: Option<SlidingVerdict>,
 }
 
 /// Change of stability.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
-pub struct Change {
+pub struct StabilityChange {
     /// Value of the varied parameter.
     pub value: f64,
     /// Relative velocity |omega_r|, rad/s.
@@ -132,7 +132,7 @@ pub struct Change {
 
 /// Missing part of a report.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize)]
-pub struct Absent {
+pub struct MissingModes {
     /// Name of the part.
     pub what: &'static str,
     /// Reason.

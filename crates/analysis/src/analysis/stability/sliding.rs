@@ -1,8 +1,8 @@
 //! Steady sliding of two trains, and changes of its stability.
 
-use super::impedance::{Crossings, Verdict};
+use super::impedance::{ImpedanceCrossings, SlidingVerdict};
 use super::linear::{ROUNDING, columns, crossings, jacobian, scaled, state};
-use super::modes_report::{Change, OperatingPoint, Search};
+use super::modes_report::{ChangeSearch, OperatingPoint, StabilityChange};
 use std::f64::consts::TAU;
 use stickslip_system::friction::Law;
 use stickslip_system::model::Mode;
@@ -55,7 +55,7 @@ pub(super) enum Balance {
 pub struct Sliding<'a> {
     trains: &'a System,
     pub(super) system: SystemEquations,
-    crossings: Crossings,
+    crossings: ImpedanceCrossings,
 }
 
 impl<'a> Sliding<'a> {
@@ -68,7 +68,7 @@ impl<'a> Sliding<'a> {
         }
     }
 
-    fn damped(&self, rotor: f64, stator: f64) -> (SystemEquations, Crossings) {
+    fn damped(&self, rotor: f64, stator: f64) -> (SystemEquations, ImpedanceCrossings) {
         let mut trains = self.trains.clone();
         trains.rotor.damping.iter_mut().for_each(|c| *c *= rotor);
         trains.stator.damping.iter_mut().for_each(|c| *c *= stator);
@@ -118,11 +118,17 @@ impl<'a> Sliding<'a> {
         matches!(self.system.engagement, Engagement::Bristles(..))
     }
 
-    fn verdict(&self, x: f64, force: f64) -> Verdict {
+    fn verdict(&self, x: f64, force: f64) -> SlidingVerdict {
         self.verdict_of(&self.system, &self.crossings, x, force)
     }
 
-    fn verdict_of(&self, system: &SystemEquations, crossings: &Crossings, x: f64, force: f64) -> Verdict {
+    fn verdict_of(
+        &self,
+        system: &SystemEquations,
+        crossings: &ImpedanceCrossings,
+        x: f64,
+        force: f64,
+    ) -> SlidingVerdict {
         if !self.has_bristles() {
             return crossings.verdict(self.slope(x) * system.radius * force);
         }
@@ -136,14 +142,14 @@ impl<'a> Sliding<'a> {
         let moving = found[..disturbances].iter().filter(|l| l.norm() > rounding);
         let most = moving.map(|l| l.re).fold(f64::NEG_INFINITY, f64::max);
         match most {
-            most if most > rounding => Verdict::Unstable,
-            most if most >= -rounding => Verdict::Neutral,
-            _ => Verdict::Stable,
+            most if most > rounding => SlidingVerdict::Unstable,
+            most if most >= -rounding => SlidingVerdict::Neutral,
+            _ => SlidingVerdict::Stable,
         }
     }
 
     /// Frequency of the neutral motion at a change of stability, Hz.
-    fn frequency(&self, system: &SystemEquations, crossings: &Crossings, x: f64, force: f64) -> Option<f64> {
+    fn frequency(&self, system: &SystemEquations, crossings: &ImpedanceCrossings, x: f64, force: f64) -> Option<f64> {
         let omega = if self.has_bristles() {
             let (outside, y) = state(system, x, force);
             let found = eigenvalues(&scaled(system, &jacobian(system, Mode::Engaged, 1.0, &outside, &y)));
@@ -279,7 +285,7 @@ impl Sliding<'_> {
         point
     }
 
-    pub(super) fn critical_velocities(&self, force: f64, sliding: f64) -> Search {
+    pub(super) fn critical_velocities(&self, force: f64, sliding: f64) -> ChangeSearch {
         let to = self.reach(force, sliding);
         let found = changes(&self.grid(to, force), |x| self.verdict(x, force));
         let frequency = |x: f64| self.frequency(&self.system, &self.crossings, x, force);
@@ -287,7 +293,7 @@ impl Sliding<'_> {
     }
 
     /// Search along the branches of steady sliding, whose speed depends on the force; else at the speed `x`.
-    pub(super) fn critical_forces(&self, force: f64, x: f64, balance: Balance) -> Search {
+    pub(super) fn critical_forces(&self, force: f64, x: f64, balance: Balance) -> ChangeSearch {
         let range = (force / MULTIPLES, force * MULTIPLES);
         let of_speed = |x: f64| {
             let unit = self.system.radius * self.coefficient(x);
@@ -322,7 +328,7 @@ impl Sliding<'_> {
         search
     }
 
-    pub(super) fn critical_damping(&self, force: f64, x: f64, scale: fn(f64) -> (f64, f64)) -> Search {
+    pub(super) fn critical_damping(&self, force: f64, x: f64, scale: fn(f64) -> (f64, f64)) -> ChangeSearch {
         let with = |k: f64| {
             let (rotor, stator) = scale(k);
             self.damped(rotor, stator)
@@ -340,20 +346,24 @@ impl Sliding<'_> {
 }
 
 /// Changes of stability (value, unstable above), or the verdict for the whole range.
-type Found = (Vec<(f64, bool)>, Option<Verdict>);
+type SlidingChanges = (Vec<(f64, bool)>, Option<SlidingVerdict>);
 
 /// Result of a search in a range. `at` returns relative velocity and frequency of the neutral motion at a change.
-fn search((from, to): (f64, f64), (found, throughout): Found, at: impl Fn(f64) -> (f64, Option<f64>)) -> Search {
+fn search(
+    (from, to): (f64, f64),
+    (found, throughout): SlidingChanges,
+    at: impl Fn(f64) -> (f64, Option<f64>),
+) -> ChangeSearch {
     let change = |(value, unstable_above): (f64, bool)| {
         let (relative_velocity, frequency) = at(value);
-        Change {
+        StabilityChange {
             value,
             relative_velocity,
             frequency,
             unstable_above,
         }
     };
-    Search {
+    ChangeSearch {
         from,
         to,
         changes: found.into_iter().map(change).collect(),
@@ -377,8 +387,8 @@ fn turn(mut below: f64, mut above: f64, holds: impl Fn(f64) -> bool) -> f64 {
     }
 }
 
-fn changes(grid: &[f64], verdict: impl Fn(f64) -> Verdict) -> Found {
-    let known: Vec<(f64, Verdict)> = grid.iter().map(|&value| (value, verdict(value))).collect();
+fn changes(grid: &[f64], verdict: impl Fn(f64) -> SlidingVerdict) -> SlidingChanges {
+    let known: Vec<(f64, SlidingVerdict)> = grid.iter().map(|&value| (value, verdict(value))).collect();
     let is_unstable = |value: f64| verdict(value).is_unstable();
     let pairs = known.windows(2).map(|pair| (pair[0], pair[1]));
     let pairs = pairs.filter(|(a, b)| a.1.is_unstable() != b.1.is_unstable());
@@ -387,7 +397,7 @@ fn changes(grid: &[f64], verdict: impl Fn(f64) -> Verdict) -> Found {
     let throughout = match (found.is_empty(), known.first()) {
         // A mixture of stable and neutral points is neutral.
         (true, Some(first)) if known.iter().all(|(_, verdict)| *verdict == first.1) => Some(first.1),
-        (true, Some(first)) if !first.1.is_unstable() => Some(Verdict::Neutral),
+        (true, Some(first)) if !first.1.is_unstable() => Some(SlidingVerdict::Neutral),
         _ => None,
     };
     (found, throughout)

@@ -13,7 +13,7 @@ use stickslip_system::numerics::taylor;
 use stickslip_system::record::State;
 
 /// (time, s; momentum of the free train, N m s). Friction of forward slip reduces the momentum.
-pub(crate) type Point = (f64, f64);
+pub(crate) type SlidingPoint = (f64, f64);
 
 /// Taylor coefficients and rounds for a point of a path: exact to 1e-8 of the twists if friction changes over 12 ms.
 const PATH_ORDER: usize = 6;
@@ -60,7 +60,7 @@ const PIECE_STEPS: f64 = 64.0;
 const AT_KNOT: f64 = 1e-9;
 
 enum PieceEnd {
-    Left(Point),
+    Left(SlidingPoint),
     /// Time (s) and speed (rad/s) where steady sliding becomes too fast for the slow manifold.
     TooFast(f64, f64),
     Over,
@@ -151,7 +151,7 @@ pub(crate) struct SmoothSliding<'a> {
 
 impl SmoothSliding<'_> {
     /// Point of a state at `time` (s): from the momentum if the state has all speeds, else from the relative velocity.
-    pub fn point(&self, time: f64, state: &State) -> Point {
+    pub fn point(&self, time: f64, state: &State) -> SlidingPoint {
         let rotor = [state.theta_dot - state.rotor_twist_rate, state.theta_dot];
         let stator = [-state.phi1_dot];
         let free = self.of.free();
@@ -170,7 +170,7 @@ impl SmoothSliding<'_> {
     }
 
     /// Point at `time` (s) with this |omega_r| (rad/s).
-    pub fn point_of_speed(&self, time: f64, speed: f64) -> Point {
+    pub fn point_of_speed(&self, time: f64, speed: f64) -> SlidingPoint {
         let inertia = self.of.inertia();
         let mut momentum = self.sense * inertia * speed;
         // The twist rates contribute a share of at most J/I, which each round gains; without a slow manifold nothing.
@@ -194,13 +194,13 @@ impl SmoothSliding<'_> {
         if line[0] > 0.0 { line } else { [0.0; 2] }
     }
 
-    fn slow<const N: usize>(&self, (t, momentum): Point, rounds: usize) -> SlowSeries<N> {
+    fn slow<const N: usize>(&self, (t, momentum): SlidingPoint, rounds: usize) -> SlowSeries<N> {
         let pressing = self.pressing(t);
         let slip = Slip::undriven(self.sense, self.piece, &pressing);
         SlowSeries::of_rounds(&self.of.system, &slip, self.of.momenta(momentum), rounds)
     }
 
-    fn state(&self, point: Point) -> Vec<f64> {
+    fn state(&self, point: SlidingPoint) -> Vec<f64> {
         self.slow::<PATH_ORDER>(point, PATH_ROUNDS).start(&self.of.system)
     }
 
@@ -209,7 +209,7 @@ impl SmoothSliding<'_> {
     }
 
     /// Torque of friction and bearings on the free train, N m: minus the rate of its momentum.
-    pub fn torque(&self, point: Point) -> f64 {
+    pub fn torque(&self, point: SlidingPoint) -> f64 {
         let y = self.state(point);
         let (system, free) = (&self.of.system, self.of.free());
         let force = self.pressing(point.0)[0];
@@ -222,16 +222,16 @@ impl SmoothSliding<'_> {
     }
 
     /// |omega_r|, rad/s; negative after the stop.
-    pub fn speed(&self, point: Point) -> f64 {
+    pub fn speed(&self, point: SlidingPoint) -> f64 {
         self.speed_of(&self.state(point))
     }
 
-    pub fn growth(&self, point: Point) -> f64 {
+    pub fn growth(&self, point: SlidingPoint) -> f64 {
         self.rate(point.0, self.speed(point).max(0.0))
     }
 
     /// Runge-Kutta step of order 4, either way: at a fiftieth of the time scale it errs by 1e-9 of the change.
-    pub(crate) fn advanced(&self, (t, momentum): Point, step: f64) -> Point {
+    pub(crate) fn advanced(&self, (t, momentum): SlidingPoint, step: f64) -> SlidingPoint {
         let fall = |t: f64, momentum: f64| -self.torque((t, momentum));
         let k1 = fall(t, momentum);
         let k2 = fall(t + step / 2.0, momentum + step / 2.0 * k1);
@@ -241,7 +241,7 @@ impl SmoothSliding<'_> {
     }
 
     /// (t, Re lambda) back from `start` (excluded), with |omega_r| = `start_speed` (rad/s), to `until`; latest first.
-    pub(crate) fn rates_before(&self, start: Point, start_speed: f64, until: f64) -> Vec<(f64, f64)> {
+    pub(crate) fn rates_before(&self, start: SlidingPoint, start_speed: f64, until: f64) -> Vec<(f64, f64)> {
         let inertia = self.of.inertia();
         let mut corners = self.corners_between(start.0, until).into_iter().peekable();
         let (mut point, mut rates) = (start, Vec::new());
@@ -318,7 +318,7 @@ impl SmoothSliding<'_> {
     }
 
     /// (t, Re lambda) from `start`, with |omega_r| = `speed` (rad/s), to the stop, or at least to `end` without one.
-    pub(crate) fn rates_to_stop(&self, start: Point, speed: f64, end: f64) -> Vec<(f64, f64)> {
+    pub(crate) fn rates_to_stop(&self, start: SlidingPoint, speed: f64, end: f64) -> Vec<(f64, f64)> {
         let first = self.rigid_slowing(start.0, speed) * self.of.inertia();
         let end = if first > 0.0 {
             end.max(start.0 + FARTHEST * start.1.abs() / first)
@@ -366,7 +366,13 @@ impl SmoothSliding<'_> {
 
     /// Adds (t, Re lambda) after `start` by steps under any force, to the stop or `end`. Otherwise returns the time and
     /// speed at which steady sliding becomes too fast for its slow manifold.
-    fn steps_to_stop(&self, rates: &mut Vec<(f64, f64)>, start: Point, speed: f64, end: f64) -> Option<(f64, f64)> {
+    fn steps_to_stop(
+        &self,
+        rates: &mut Vec<(f64, f64)>,
+        start: SlidingPoint,
+        speed: f64,
+        end: f64,
+    ) -> Option<(f64, f64)> {
         let fall = start.1.abs() / STEPS;
         let mut corners = self.corners_between(start.0, end).into_iter().peekable();
         let (mut point, mut x) = (start, speed);
@@ -400,7 +406,13 @@ impl SmoothSliding<'_> {
 
     /// Adds (t, Re lambda) after `start` by the series of the motion under a force that does not ring, to the stop or
     /// `end`. Otherwise returns the point and speed that the series reaches.
-    fn series_to_stop(&self, rates: &mut Vec<(f64, f64)>, start: Point, speed: f64, end: f64) -> Option<(Point, f64)> {
+    fn series_to_stop(
+        &self,
+        rates: &mut Vec<(f64, f64)>,
+        start: SlidingPoint,
+        speed: f64,
+        end: f64,
+    ) -> Option<(SlidingPoint, f64)> {
         let error = STEP_ERROR * speed;
         let (mut point, mut speed) = (start, speed);
         for _ in 0..MOST_SERIES {
@@ -448,7 +460,7 @@ impl SmoothSliding<'_> {
     /// Adds (t, Re lambda) from `start`, where |omega_r| is `speed` (rad/s), piece by piece: to the stop or time
     /// `until`, or back to an earlier one, the latest first. With the whole law, a momentum near a knot would be
     /// ambiguous between two pieces.
-    fn by_pieces(&self, rates: &mut Vec<(f64, f64)>, start: Point, speed: f64, until: f64) {
+    fn by_pieces(&self, rates: &mut Vec<(f64, f64)>, start: SlidingPoint, speed: f64, until: f64) {
         let (knots, back) = (self.law().knots(), until < start.0);
         // At a knot sliding continues on the lower piece; backward on the upper one.
         let beside = if back { 1.0 + AT_KNOT } else { 1.0 - AT_KNOT };
@@ -473,7 +485,7 @@ impl SmoothSliding<'_> {
     }
 
     /// Adds (t, Re lambda) from `start` to the speed `edge` (rad/s) or time `until`, either way.
-    fn steps_on_piece(&self, rates: &mut Vec<(f64, f64)>, start: Point, edge: f64, until: f64) -> PieceEnd {
+    fn steps_on_piece(&self, rates: &mut Vec<(f64, f64)>, start: SlidingPoint, edge: f64, until: f64) -> PieceEnd {
         let back = until < start.0;
         let inside = |x: f64| if back { x < edge } else { x > edge };
         let (mut point, mut x) = (start, self.speed(start));
@@ -520,7 +532,7 @@ impl SmoothSliding<'_> {
     }
 
     /// Step toward time `target`, limited by the change `fall` of the speed `x` (rad/s) and by the force.
-    fn piece_step(&self, taken: usize, point: Point, target: f64, fall: f64, x: f64) -> Point {
+    fn piece_step(&self, taken: usize, point: SlidingPoint, target: f64, fall: f64, x: f64) -> SlidingPoint {
         let by_force = self.longest_step(point.0, x, f64::INFINITY);
         let least = least_step(taken, (target - point.0).abs());
         let slowing = self.rigid_slowing(point.0, x);
@@ -528,7 +540,7 @@ impl SmoothSliding<'_> {
         self.toward(point, target, (fall / slowing).min(by_force).max(least))
     }
 
-    fn toward(&self, point: Point, target: f64, size: f64) -> Point {
+    fn toward(&self, point: SlidingPoint, target: f64, size: f64) -> SlidingPoint {
         let way = target - point.0;
         if way.abs() <= size * (1.0 + 1e-9) {
             (target, self.advanced(point, way).1)

@@ -1,6 +1,6 @@
 //! Linear modes of a system, steady sliding, and changes of its stability.
 
-use super::impedance::Verdict;
+use super::impedance::SlidingVerdict;
 use super::linear::{axial_modes, jacobian, modes_of, state, stuck};
 use super::sliding::{Balance, Base, Sliding, balance};
 use nalgebra::DMatrix;
@@ -12,7 +12,8 @@ use stickslip_system::model::system::{End, Pressing, System, Train};
 use stickslip_system::signal::Drive;
 
 pub use super::modes_report::{
-    Absent, Change, Driven, OperatingPoint, Search, ShapeComponent, SystemMode, SystemModes, SystemState,
+    ChangeSearch, Driven, MissingModes, OperatingPoint, ShapeComponent, StabilityChange, SystemMode, SystemModes,
+    SystemState,
 };
 
 /// Final value of a signal; the mean of a harmonic.
@@ -45,7 +46,7 @@ impl SystemModes {
         let mut absent = Vec::new();
         let mut lacks = |what: &'static str, why: &str| {
             let why = why.to_owned();
-            absent.push(Absent { what, why });
+            absent.push(MissingModes { what, why });
         };
 
         let mut states = Vec::new();
@@ -143,7 +144,7 @@ impl SystemModes {
 }
 
 /// Stability of the fastest steady sliding of a case; `None` without steady sliding.
-pub fn steady_stability(trains: &System) -> Option<Verdict> {
+pub fn steady_stability(trains: &System) -> Option<SlidingVerdict> {
     Settled::new(trains).steady().next().map(|point| point.stability)
 }
 

@@ -7,7 +7,7 @@
 mod study;
 
 pub use crate::study::StudySource;
-pub use study::{Knob, ReferenceChoice, STUDIES, Study};
+pub use study::{Knob, PrecisionStudy, ReferenceChoice, STUDIES};
 
 use study::{FALLBACK, TIGHTEST};
 
@@ -35,7 +35,7 @@ pub enum StudyError {
 
 /// Reference events of a study.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Reference {
+pub struct PrecisionReference {
     /// Origin, in words.
     pub description: String,
     /// Kinds and times (s), in order.
@@ -46,7 +46,7 @@ pub struct Reference {
 
 /// Errors of one run, s; `None` if they cannot be compared.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize)]
-pub struct Errors {
+pub struct MethodErrors {
     /// Error of the first stick.
     pub onset: Option<f64>,
     /// Error of the stick that ends the run.
@@ -67,7 +67,7 @@ pub struct Measurement {
     pub knob: Knob,
     /// Errors against the reference.
     #[serde(rename = "error")]
-    pub errors: Errors,
+    pub errors: MethodErrors,
     /// Number of events in the sequence.
     pub events: usize,
     /// Whether the sequence is the reference's.
@@ -93,9 +93,9 @@ fn by_name<S: Serializer>(method: &Method, serializer: S) -> Result<S::Ok, S::Er
 #[derive(Debug, Clone, PartialEq)]
 pub struct StudyResult {
     /// Reference of the errors.
-    pub reference: Reference,
+    pub reference: PrecisionReference,
     /// Uncertainty of the reference in each error.
-    pub uncertainty: Errors,
+    pub uncertainty: MethodErrors,
     /// Runs in the order of the study.
     pub measurements: Vec<Measurement>,
     /// Whether the study was interrupted.
@@ -116,7 +116,7 @@ pub struct StudyProgress {
 /// Runs a study. `control` is polled; `Break` ends the study with its results so far, or `None` without the reference.
 /// Fails without a reference; failed runs are [`Measurement`]s with a failure.
 pub fn run(
-    study: &Study,
+    study: &PrecisionStudy,
     control: &mut dyn FnMut(StudyProgress) -> ControlFlow<()>,
 ) -> Result<Option<StudyResult>, StudyError> {
     let of = study.reference_cases.len() + study.runs.len();
@@ -151,9 +151,9 @@ pub fn run(
     Ok(Some(result))
 }
 
-type Sequence = Vec<(EventKind, f64)>;
+type MethodSequence = Vec<(EventKind, f64)>;
 
-fn sequence(events: &[Event]) -> Sequence {
+fn sequence(events: &[Event]) -> MethodSequence {
     let events = events.iter().filter(|event| event.kind.in_event_sequence());
     events.map(|event| (event.kind, event.time)).collect()
 }
@@ -167,16 +167,16 @@ fn integrate(case: &Case, control: &mut dyn FnMut() -> ControlFlow<()>) -> Resul
 }
 
 fn reference(
-    study: &Study,
+    study: &PrecisionStudy,
     control: &mut dyn FnMut(Method, bool) -> ControlFlow<()>,
-) -> Result<Option<Reference>, StudyError> {
+) -> Result<Option<PrecisionReference>, StudyError> {
     let reference = match &study.reference {
         ReferenceChoice::Truth(path) => {
             let truth = Truth::read(path).map_err(StudyError::Truth)?;
             if let Some((_, _, case)) = study.runs.first() {
                 truth.check_case(case).map_err(StudyError::Truth)?;
             }
-            Reference {
+            PrecisionReference {
                 description: format!("{}: {}", path.display(), truth.method),
                 uncertainties: truth.events.iter().map(|event| event.1.next_up() - event.1).collect(),
                 events: truth.events,
@@ -207,11 +207,11 @@ fn reference(
 
 /// Reference from one run and the distance to another by an independent method; `None` if interrupted.
 fn by_runs(
-    study: &Study,
+    study: &PrecisionStudy,
     [method, check]: [Method; 2],
     rtol: f64,
     control: &mut dyn FnMut(Method, bool) -> ControlFlow<()>,
-) -> Result<Option<Reference>, StudyError> {
+) -> Result<Option<PrecisionReference>, StudyError> {
     let mut sequences = Vec::with_capacity(2);
     for case in &study.reference_cases {
         let by = case.solver.method;
@@ -249,7 +249,7 @@ fn by_runs(
             checked.len()
         )));
     }
-    Ok(Some(Reference {
+    Ok(Some(PrecisionReference {
         description: format!(
             "{} at rtol {rtol:e}; its uncertainty is the distance of {} at the same tolerance",
             method.name(),
@@ -267,10 +267,10 @@ const DIGITS: u32 = 18;
 
 /// Exact events; `None` if interrupted.
 fn by_oracle(
-    study: &Study,
+    study: &PrecisionStudy,
     exact: &ExactCase,
     control: &mut dyn FnMut(Method, bool) -> ControlFlow<()>,
-) -> Result<Option<Reference>, String> {
+) -> Result<Option<PrecisionReference>, String> {
     let (by, _, case) = study.runs.first().ok_or("the study has no run")?;
     let request = OracleRequest {
         threshold: exact.threshold.clone(),
@@ -294,7 +294,7 @@ fn by_oracle(
             ((event.kind, time), error.max(time.next_up() - time))
         })
         .unzip();
-    Ok(Some(Reference {
+    Ok(Some(PrecisionReference {
         description: format!(
             "the oracle with {} digits; its uncertainty is the distance of neighbouring doubles",
             solution.digits_computed
@@ -314,21 +314,21 @@ fn sticks(events: &[(EventKind, f64)]) -> [Option<usize>; 2] {
     [first, last]
 }
 
-fn uncertainty(reference: &Reference) -> Errors {
+fn uncertainty(reference: &PrecisionReference) -> MethodErrors {
     let [onset, final_stick] = sticks(&reference.events).map(|k| k.map(|k| reference.uncertainties[k]));
-    Errors {
+    MethodErrors {
         onset,
         final_stick,
         largest: Some(reference.uncertainties.iter().copied().fold(0.0, f64::max)),
     }
 }
 
-fn errors(reference: &Reference, events: &[(EventKind, f64)]) -> Errors {
+fn errors(reference: &PrecisionReference, events: &[(EventKind, f64)]) -> MethodErrors {
     let (there, here) = (sticks(&reference.events), sticks(events));
     let error = |here: usize, there: usize| (events[here].1 - reference.events[there].1).abs();
     let [onset, final_stick] = [0, 1].map(|k| Some(error(here[k]?, there[k]?)));
     let largest = alike(events, &reference.events).then(|| (0..events.len()).map(|k| error(k, k)).fold(0.0, f64::max));
-    Errors {
+    MethodErrors {
         onset,
         final_stick,
         largest,
@@ -339,14 +339,14 @@ fn measure(
     method: Method,
     knob: Knob,
     case: &Case,
-    reference: &Reference,
+    reference: &PrecisionReference,
     repeat: usize,
     control: &mut dyn FnMut() -> ControlFlow<()>,
 ) -> Option<Measurement> {
     let mut measurement = Measurement {
         method,
         knob,
-        errors: Errors::default(),
+        errors: MethodErrors::default(),
         events: 0,
         same_sequence: false,
         steps: 0,

@@ -1,13 +1,13 @@
 //! Study file of a work-precision study: TOML, read with all problems by file, line and key.
 
-use crate::study::{Head, Reader, StudySource, written};
+use crate::study::{Head, StudyReader, StudySource, written};
 use serde::ser::SerializeStruct;
 use serde::{Serialize, Serializer};
 use std::path::PathBuf;
 use stickslip_case::built_in;
 use stickslip_case::builtin::BuiltIn;
-use stickslip_case::document::Node;
-use stickslip_case::{Case, CaseError, CaseKeys, ExactCase, Override, Problem, Setting, suggest};
+use stickslip_case::document::PlacedValue;
+use stickslip_case::{Case, CaseError, CaseKeys, CaseProblem, ExactCase, Override, Setting, suggest};
 use stickslip_engine::simulation::Method;
 use stickslip_system::quote::shown;
 
@@ -72,7 +72,7 @@ impl Serialize for Knob {
 
 /// Valid study with valid cases.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Study {
+pub struct PrecisionStudy {
     /// Title.
     pub title: String,
     /// Source text.
@@ -99,10 +99,10 @@ const VARIED: [&str; 3] = ["solver.method", TOLERANCE, STEP];
 const TOLERANCE: &str = "solver.rtol";
 const STEP: &str = "solver.fixed_step";
 
-impl Study {
+impl PrecisionStudy {
     /// Reads a study, or reports all problems with place, key and remedy.
-    pub fn parse(source: StudySource) -> Result<Study, CaseError> {
-        let (mut reader, root) = Reader::open(&source, &KEYS)?;
+    pub fn parse(source: StudySource) -> Result<PrecisionStudy, CaseError> {
+        let (mut reader, root) = StudyReader::open(&source, &KEYS)?;
         let head = Head::read(&mut reader, &root, &source, Vec::new(), &[]);
         let is_valid = check_case(&mut reader, &root, &head);
         let mut pairs: Vec<(Method, Knob, String)> = Vec::new();
@@ -179,7 +179,7 @@ impl Study {
         let (Some(runs), Some(reference_cases)) = (runs, reference_cases) else {
             return Err(reader.into_error());
         };
-        Ok(Study {
+        Ok(PrecisionStudy {
             title: head.title,
             case_label: base.label(),
             source,
@@ -192,9 +192,9 @@ impl Study {
     }
 }
 
-fn report_case(reader: &mut Reader, root: &Node, key: &str, error: &CaseError) {
+fn report_case(reader: &mut StudyReader, root: &PlacedValue, key: &str, error: &CaseError) {
     let texts = error.problems.iter().map(|problem| match problem {
-        Problem { key, message, .. } if !key.is_empty() => format!("{key}: {message}"),
+        CaseProblem { key, message, .. } if !key.is_empty() => format!("{key}: {message}"),
         other => other.to_string(),
     });
     let texts: Vec<String> = texts.collect();
@@ -203,7 +203,7 @@ fn report_case(reader: &mut Reader, root: &Node, key: &str, error: &CaseError) {
 }
 
 /// Checks the common case, so that its problems are reported at its own keys.
-fn check_case(reader: &mut Reader, root: &Node, head: &Head) -> bool {
+fn check_case(reader: &mut StudyReader, root: &PlacedValue, head: &Head) -> bool {
     for setting in &head.settings {
         if let (true, Some(place)) = (VARIED.contains(&setting.key()), setting.origin()) {
             let message = "is what the study varies: use a [[series]]";
@@ -227,7 +227,12 @@ fn check_case(reader: &mut Reader, root: &Node, head: &Head) -> bool {
     false
 }
 
-fn read_series(reader: &mut Reader, known: &CaseKeys, node: &Node, path: &str) -> Option<(Vec<Method>, Vec<Knob>)> {
+fn read_series(
+    reader: &mut StudyReader,
+    known: &CaseKeys,
+    node: &PlacedValue,
+    path: &str,
+) -> Option<(Vec<Method>, Vec<Knob>)> {
     reader.table(node, path, &SERIES_KEYS)?;
     let at = |name: &str| format!("{path}.{name}");
     let methods = node
@@ -256,12 +261,12 @@ fn read_series(reader: &mut Reader, known: &CaseKeys, node: &Node, path: &str) -
     }
 }
 
-fn read_number(reader: &mut Reader, known: &CaseKeys, node: &Node, path: &str, key: &str) -> Option<f64> {
+fn read_number(reader: &mut StudyReader, known: &CaseKeys, node: &PlacedValue, path: &str, key: &str) -> Option<f64> {
     let read = known.slot(key).map(|slot| slot.read(&node.value))?;
     reader.found(node, path, read)?.as_number()
 }
 
-fn read_method(reader: &mut Reader, node: &Node, path: &str) -> Option<Method> {
+fn read_method(reader: &mut StudyReader, node: &PlacedValue, path: &str) -> Option<Method> {
     let name = reader.text(node, path)?;
     Method::from_name(&name).or_else(|| {
         let names: Vec<&str> = Method::all().map(Method::name).collect();
@@ -276,7 +281,12 @@ fn read_method(reader: &mut Reader, node: &Node, path: &str) -> Option<Method> {
     })
 }
 
-fn read_reference(reader: &mut Reader, known: &CaseKeys, source: &StudySource, node: &Node) -> Option<ReferenceChoice> {
+fn read_reference(
+    reader: &mut StudyReader,
+    known: &CaseKeys,
+    source: &StudySource,
+    node: &PlacedValue,
+) -> Option<ReferenceChoice> {
     reader.table(node, "reference", &REFERENCE_KEYS)?;
     if let Some(truth) = node.at("truth") {
         if let Some(other) = REFERENCE_KEYS[1..].iter().find(|key| node.at(key).is_some()) {

@@ -1,6 +1,6 @@
 //! Radau steps.
 
-use super::{Last, STAGES, STEP_NOISE, TaylorEngine, tableau};
+use super::{PreviousStep, STAGES, STEP_NOISE, TaylorEngine, tableau};
 use crate::hybrid::{Advance, Dynamics, EngineError, Fired};
 use crate::simulation::dynamics::{SystemDynamics, SystemLocation, Watched};
 use nalgebra::{DMatrixViewMut, SMatrix, SVector};
@@ -25,7 +25,7 @@ struct Root {
     tau: f64,
 }
 
-type Crossing = (f64, usize, [f64; NODES]);
+type CollocationCrossing = (f64, usize, [f64; NODES]);
 
 /// Matrix from values at the start and the stages to polynomial coefficients.
 fn interpolation() -> &'static SMatrix<f64, NODES, NODES> {
@@ -122,7 +122,7 @@ impl TaylorEngine {
             let end = if reaches { self.span } else { self.tau + length };
             let fired = self.root_of_collocation(&slip);
             self.first = false;
-            self.last = Last::Collocation;
+            self.last = PreviousStep::Collocation;
             self.counters.last_step = self.radau.step.length;
             return Ok(Some(match fired {
                 Some(Root { index, tau }) => {
@@ -208,8 +208,8 @@ impl TaylorEngine {
         watched.sign() * self.dynamics.watched_value(watched, location, &outside, y)
     }
 
-    fn earliest_in_collocation(&mut self, start: f64, length: f64) -> Option<Crossing> {
-        let mut earliest: Option<Crossing> = None;
+    fn earliest_in_collocation(&mut self, start: f64, length: f64) -> Option<CollocationCrossing> {
+        let mut earliest: Option<CollocationCrossing> = None;
         let dynamics = self.dynamics.clone();
         for (index, &watched) in dynamics.watched(&self.location).iter().enumerate() {
             self.counters.root_evaluations += NODES as u64;

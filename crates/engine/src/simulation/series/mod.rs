@@ -17,7 +17,7 @@ pub(super) mod collocation;
 use super::dynamics::{GUARD_STOPPING, SystemDynamics, SystemLocation, VELOCITY_NOISE, Watched};
 use super::expansion::{Expansion, Series, TERMS};
 use super::regime::LARGEST_TIME_SCALE_RATIO;
-use crate::hybrid::{Advance, ChosenSolver, Dynamics, Engine, EngineError, Fired, Segment};
+use crate::hybrid::{Advance, ChosenSolver, Dynamics, Engine, EngineError, EngineSegment, Fired};
 use crate::sundials::Counters;
 use std::f64::consts::TAU;
 use std::sync::{Arc, OnceLock};
@@ -66,7 +66,7 @@ const ENERGY_TOLERANCE: f64 = 1e-14;
 const EXPANSIONS: u32 = 16;
 
 #[derive(Debug, Clone, Copy, PartialEq)]
-enum Last {
+enum PreviousStep {
     Expansion(f64),
     Collocation,
 }
@@ -83,7 +83,7 @@ pub struct TaylorEngine {
     absolute: Vec<f64>,
     tau: f64,
     y: Vec<f64>,
-    last: Last,
+    last: PreviousStep,
     /// Whether the last step followed the slow motion alone: along the slow manifold, or by Radau.
     slow: bool,
     first: bool,
@@ -141,7 +141,7 @@ impl TaylorEngine {
             absolute: vec![0.0; dimension],
             tau: 0.0,
             y: vec![0.0; dimension],
-            last: Last::Expansion(0.0),
+            last: PreviousStep::Expansion(0.0),
             slow: false,
             first: true,
             beyond: false,
@@ -426,7 +426,7 @@ impl TaylorEngine {
                 earliest = Some((share, index));
             }
         }
-        self.last = Last::Expansion(self.tau);
+        self.last = PreviousStep::Expansion(self.tau);
         self.first = false;
         self.counters.steps += 1;
         self.counters.last_order = TERMS as u32 - 1;
@@ -452,7 +452,7 @@ fn divide_out(guard: &mut Series, roots: usize) {
 }
 
 impl Engine<SystemLocation> for TaylorEngine {
-    fn begin(&mut self, segment: &Segment<'_, SystemLocation>, chosen: &ChosenSolver) -> Result<(), EngineError> {
+    fn begin(&mut self, segment: &EngineSegment<'_, SystemLocation>, chosen: &ChosenSolver) -> Result<(), EngineError> {
         self.location = segment.location;
         self.origin = segment.start;
         self.span = segment.span();
@@ -461,7 +461,7 @@ impl Engine<SystemLocation> for TaylorEngine {
         self.absolute.copy_from_slice(&chosen.tolerances.absolute);
         self.tau = 0.0;
         self.y.copy_from_slice(segment.state);
-        self.last = Last::Expansion(0.0);
+        self.last = PreviousStep::Expansion(0.0);
         self.first = true;
         self.beyond = self
             .dynamics
@@ -519,8 +519,8 @@ impl Engine<SystemLocation> for TaylorEngine {
 
     fn state_at(&mut self, tau: f64, out: &mut [f64]) -> Result<(), EngineError> {
         match self.last {
-            Last::Expansion(about) => self.expansion.at((tau - about) / self.expansion.unit, out),
-            Last::Collocation => self.radau.step.at(tau, out),
+            PreviousStep::Expansion(about) => self.expansion.at((tau - about) / self.expansion.unit, out),
+            PreviousStep::Collocation => self.radau.step.at(tau, out),
         }
         Ok(())
     }
